@@ -1,0 +1,70 @@
+# One page of habits. `make demo` and `make test` are all a fresh machine needs.
+
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+READY  := $(VENV)/.ready
+SHOWN  := src tests tools benchmarks examples
+
+.PHONY: help setup demo test check format-check lint types contract shape fast bench validate format clean clean-venv
+
+help:  ## say what can be made
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+setup: $(READY)  ## create the virtual environment and install everything at its pinned version
+
+$(READY): pyproject.toml constraints.txt
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+	  echo "insonify needs Python 3.11 or later; '$(PYTHON)' is $$($(PYTHON) --version 2>&1)." >&2; \
+	  echo "Name another one: make PYTHON=python3.12 ..." >&2; exit 1; }
+	@$(BIN)/python -m pip --version >/dev/null 2>&1 || $(PYTHON) -m venv --clear $(VENV)
+	@echo "installing into $(VENV) (once; about a minute)"
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	@touch $@
+
+demo: $(READY)  ## simulate the nominal scene and draw it
+	@mkdir -p demo
+	@$(BIN)/insonify run examples/nominal.yaml -o demo/nominal.zarr --overwrite
+	@$(BIN)/insonify show demo/nominal.zarr -o demo/nominal.png
+	@echo "recording: $(CURDIR)/demo/nominal.zarr"
+	@echo "picture:   $(CURDIR)/demo/nominal.png"
+
+test: $(READY)  ## run every test but the slow statistics (at most 8 minutes on two cores)
+	$(BIN)/python -m pytest
+
+check: format-check lint types contract shape fast  ## what a reviewer would check (at most 90 seconds)
+
+format-check: $(READY)
+	$(BIN)/ruff format --check $(wildcard $(SHOWN))
+
+lint: $(READY)
+	$(BIN)/ruff check $(wildcard $(SHOWN))
+
+types: $(READY)
+	$(BIN)/mypy
+
+contract: $(READY)
+	$(BIN)/lint-imports --no-logo
+
+shape: $(READY)
+	$(BIN)/python tools/shape.py
+
+fast: $(READY)
+	$(BIN)/python -m pytest -q -m 'not validate and not slow'
+
+bench: $(READY)  ## measure speed on this machine
+	$(BIN)/python benchmarks/run.py
+
+validate: $(READY)  ## statistics over many draws (long)
+	$(BIN)/python -m pytest -m validate
+
+format: $(READY)  ## put the code into its one format
+	$(BIN)/ruff format $(wildcard $(SHOWN))
+	$(BIN)/ruff check --fix $(wildcard $(SHOWN))
+
+clean:  ## remove what was made, caches included, but not the environment
+	rm -rf demo build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	find $(wildcard $(SHOWN)) -name __pycache__ -type d -prune -exec rm -rf {} +
+
+clean-venv:
+	rm -rf $(VENV)

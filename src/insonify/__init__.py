@@ -1,0 +1,41 @@
+"""insonify: what would this sonar record, in this water, over this seabed, with these targets, and why?"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from insonify.scenario.load import load_scenario as load_scenario
+    from insonify.scenario.scenario import Scenario as Scenario
+    from insonify.simulation import arrivals as arrivals
+    from insonify.simulation import levels as levels
+    from insonify.simulation import simulate as simulate
+
+# Numba and friends take a second to import: nothing is loaded before it is asked for.
+_HOMES = {
+    "load_scenario": "insonify.scenario.load",
+    "Scenario": "insonify.scenario.scenario",
+    "simulate": "insonify.simulation",
+    "arrivals": "insonify.simulation",
+    "levels": "insonify.simulation",
+}
+_PACKAGES = ("ocean", "scattering", "scene", "sonar", "records", "propagation", "processing", "drawing", "study")
+
+__all__ = ["Scenario", "arrivals", "levels", "load_scenario", "simulate"]
+
+
+def __getattr__(name: str) -> object:
+    """Load a public name, or a package, when it is first used."""
+    if name in _HOMES:
+        return getattr(import_module(_HOMES[name]), name)
+    if name in _PACKAGES:
+        return import_module(f"insonify.{name}")
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("insonify")
+    raise AttributeError(f"module 'insonify' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    """Every public name, loaded or not."""
+    return sorted([*__all__, *_PACKAGES, "__version__"])

@@ -1,0 +1,93 @@
+"""The commands, gathered, and what becomes of an error."""
+
+import os
+import warnings
+from collections.abc import Sequence
+from typing import Annotated, Any
+
+import typer
+
+from insonify.cli import figures, recordings, scenarios
+from insonify.cli.words import InputError
+
+DONE, FAILED, WRONG_INPUT = 0, 1, 2
+INTERRUPTED = "interrupted; the same command goes on where this one stopped"
+
+app = typer.Typer(
+    help="What would this sonar record, in this water, over this seabed, with these targets, and why?",
+    add_completion=False,
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
+app.command("new")(scenarios.new)
+app.command("check")(scenarios.check)
+app.command("run")(recordings.run)
+app.command("show")(recordings.show)
+app.command("explain")(recordings.explain)
+app.command("paper")(figures.paper)
+
+
+@app.callback()
+def _options(
+    version: Annotated[bool, typer.Option("--version", help="Print the version and stop.", is_eager=True)] = False,
+) -> None:
+    if version:
+        from importlib.metadata import version as installed
+
+        typer.echo(installed("insonify"))
+        raise typer.Exit
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command and say how it went.
+
+    Args:
+        arguments: The words after the program's name; by default those of the shell.
+
+    Returns:
+        Exit code: 0 done, 1 the run failed, 2 the input is wrong.
+    """
+    command = typer.main.get_command(app)
+    words = None if arguments is None else list(arguments)
+    with warnings.catch_warnings():
+        warnings.showwarning = _warn
+        try:
+            result = command.main(words, "insonify", standalone_mode=False)
+        except KeyboardInterrupt:
+            return _say(INTERRUPTED, FAILED)
+        except Exception as error:
+            return _verdict(error)
+    return result if isinstance(result, int) else DONE
+
+
+def _warn(message: Warning | str, *_: Any, **__: Any) -> None:
+    """A warning as a person reads it: one line, without the place in our code."""
+    typer.echo(f"warning: {' '.join(str(message).split())}", err=True)
+
+
+def _verdict(error: Exception) -> int:
+    """The exit code of an error, after saying on stderr what it was."""
+    if hasattr(error, "show") and hasattr(error, "exit_code"):  # the command itself was misspelt
+        error.show()
+        return WRONG_INPUT
+    if type(error).__name__ == "Abort":
+        return _say(INTERRUPTED, FAILED)
+    if _is_about_the_input(error):
+        return _say(str(error), WRONG_INPUT)
+    if os.environ.get("INSONIFY_TRACEBACK"):
+        raise error
+    hint = "set INSONIFY_TRACEBACK=1 for the details"
+    return _say(f"the run failed: {type(error).__name__}: {error} ({hint})", FAILED)
+
+
+def _is_about_the_input(error: Exception) -> bool:
+    from insonify.formats.zarr_store import StoreError
+    from insonify.scenario.advice import ScenarioError
+
+    return isinstance(error, ScenarioError | StoreError | InputError)
+
+
+def _say(message: str, code: int) -> int:
+    typer.echo(message, err=True)
+    return code

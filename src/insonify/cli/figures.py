@@ -1,0 +1,20 @@
+"""The command that draws the paper's figures."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def paper(
+    figure: Annotated[list[int] | None, typer.Option(help="Only this figure; may be repeated.")] = None,
+    out: Annotated[Path, typer.Option("-o", "--out", help="Folder for the pictures and their numbers.")] = Path("paper"),
+) -> None:
+    """Draw the paper's figures, each with a JSON file of its numbers.
+
+    Example: insonify paper --figure 12 -o figures
+    """
+    from insonify.study import paper as study
+
+    for path in study.run(figure or None, out):
+        typer.echo(path)

@@ -1,0 +1,70 @@
+"""What a person types on the command line, and what it means."""
+
+import re
+from pathlib import Path
+
+PICTURES = (".png", ".pdf", ".svg")
+"""Suffixes of the pictures that can be written."""
+
+
+class InputError(ValueError):
+    """Something typed on the command line that cannot be meant, with the way out."""
+
+
+def seconds(text: str, option: str) -> float:
+    """A time such as "201.9 ms" in seconds [s].
+
+    Args:
+        text: Number and unit, or a bare number of seconds.
+        option: The option it was typed for, as messages name it.
+    """
+    from insonify.units import si  # brings numpy, for which --help does not wait
+
+    try:
+        return float(str(si(text, "time")))
+    except ValueError as error:
+        raise InputError(f"{option} {text}: {error}") from None
+
+
+def pings(text: str | None) -> slice:
+    """A range of pings such as 10:20 (the last one not included), 10: or 7.
+
+    Args:
+        text: The range as typed; None for all pings.
+    """
+    if text is None:
+        return slice(None)
+    if text.isdigit():
+        return slice(int(text), int(text) + 1)
+    match = re.fullmatch(r"(\d*):(\d*)", text)
+    if match is None:
+        raise InputError(f"--pings {text}: not a range of pings; write 10:20, 10: or a single number")
+    first, end = (int(number) if number else None for number in match.groups())
+    if end is not None and end <= (first or 0):
+        raise InputError(f"--pings {text}: the range is empty; write first:end with end above first")
+    return slice(first, end)
+
+
+def check_picture(path: Path, option: str) -> None:
+    """Refuse a name under which no picture can be written, before anything is drawn.
+
+    Args:
+        path: The picture.
+        option: The option it was typed for, as messages name it.
+    """
+    if path.suffix.lower() not in PICTURES:
+        raise InputError(f"{option} {path}: not a picture; end its name in {', '.join(PICTURES)}")
+    if not path.parent.is_dir():
+        raise InputError(f"{option} {path}: there is no folder {path.parent}. Make it first: mkdir -p {path.parent}")
+
+
+def pings_exist(wanted: slice, count: int) -> None:
+    """Refuse a range that reaches beyond the track.
+
+    Args:
+        wanted: The range of pings.
+        count: How many pings the track has.
+    """
+    if (wanted.start or 0) >= count or (wanted.stop or 0) > count:
+        typed = f"{wanted.start or 0}:{count if wanted.stop is None else wanted.stop}"
+        raise InputError(f"--pings {typed}: the track has pings 0 to {count - 1}")

@@ -1,0 +1,152 @@
+"""Where a boundary is sampled, and how finely: by what the sonar can resolve, from the whole track.
+
+The level of each tile follows from its nearest distance to the whole track, never from one ping, so a
+place has the same scatterers in every ping. What a ping visits is a choice among these tiles: those that
+its window and its beams can reach.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.propagation.families import image_depth
+from insonify.scene.lattice import BASE_PITCH, TILE, Lattice, Tiles
+from insonify.sonar.stance import Stance
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Resolution:
+    """What the sonar can tell apart, and how many scatterers it takes to fill such a cell."""
+
+    slant: float
+    """Resolution along the slant range [m]."""
+    width: float
+    """Width of the finest two-way beam [rad]."""
+    per_cell: float
+    """Scatterers in each resolution cell [1]."""
+
+    def ground(self, distance: Floats, height: float) -> Floats:
+        """Length of a resolution cell on the ground [m], at a horizontal distance [m] and height [m]."""
+        slant_range = np.hypot(distance, height)
+        # Below the sonar the first return is a disc, not a strip.
+        return np.minimum(self.slant * slant_range / np.maximum(distance, 1e-9), np.sqrt(2 * slant_range * self.slant))
+
+    def cell_area(self, distance: Floats, height: float) -> Floats:
+        """Largest area that one scatterer may stand for [m^2]; never a square that is coarse against the range cell."""
+        ground = self.ground(distance, height)
+        across = np.hypot(distance, height) * self.width
+        return np.minimum(ground * across / self.per_cell, (2 * ground) ** 2)
+
+
+@dataclass(frozen=True, slots=True)
+class Reach:
+    """Horizontal distances from which one boundary can be heard in the window."""
+
+    height: float
+    """Vertical distance from the sonar to the boundary [m]."""
+    nearest: float
+    farthest: float
+
+
+def reach(stance: Stance, boundary_depth: float, water_depth: float, families: tuple[str, ...]) -> Reach:
+    """Distances whose earliest or latest pair of legs falls into the window.
+
+    Args:
+        stance: The sonar at this ping.
+        boundary_depth: Depth of the boundary [m].
+        water_depth: Depth of the bottom [m].
+        families: Families that reach the boundary.
+
+    Returns:
+        Horizontal distances [m]; farthest is negative where nothing is heard.
+    """
+    source = stance.transmit_place[2]
+    climbs = [abs(boundary_depth - image_depth(name, source, water_depth)) for name in families]
+    apart = float(np.linalg.norm(stance.transmit_place - stance.receive_place))
+    first, last = stance.heard_delays
+    shortest, longest = (stance.sound_speed * t / 2 for t in (first, last))
+    nearest = np.sqrt(max(0.0, max(0.0, shortest - apart) ** 2 - max(climbs) ** 2))
+    beyond = (longest + apart) ** 2 - min(climbs) ** 2
+    return Reach(min(climbs), float(nearest), float(np.sqrt(beyond)) if beyond > 0 else -1.0)
+
+
+def tiles_in_view(
+    stance: Stance, lattice: Lattice, boundary_depth: float, water_depth: float, families: tuple[str, ...],
+    resolution: Resolution, beam_floor: float,
+) -> Tiles:  # fmt: skip
+    """The tiles of a boundary that one ping can hear, each at the level that the whole track asks for.
+
+    Args:
+        stance: The sonar at this ping.
+        lattice: Frame of the tiles.
+        boundary_depth: Depth of the boundary [m].
+        water_depth: Depth of the bottom [m].
+        families: Families that reach the boundary.
+        resolution: What the sonar can tell apart.
+        beam_floor: Two-way pressure gain below which a tile is left out [1].
+
+    Returns:
+        Tiles in a fixed order.
+    """
+    heard = reach(stance, boundary_depth, water_depth, families)
+    found: list[Tiles] = []
+    if heard.farthest < 0:
+        return _joined(found)
+    here = lattice.from_world(stance.transmit_place[:2])
+    track = lattice.from_world(stance.track[:, :2])
+    level = max(0, int(np.ceil(np.log2(heard.farthest / (TILE * BASE_PITCH)))) + 1)
+    side = TILE * BASE_PITCH * 2.0**level
+    corner = np.floor((here - heard.farthest) / side).astype(np.int64)
+    last = np.floor((here + heard.farthest) / side).astype(np.int64)
+    grid = np.mgrid[corner[0] : last[0] + 1, corner[1] : last[1] + 1].reshape(2, -1)
+    tiles = Tiles(np.full(grid.shape[1], level), grid[0], grid[1])
+    while tiles.level.size:
+        half_diagonal = TILE * tiles.pitch / np.sqrt(2)
+        distance = np.linalg.norm(tiles.centre - here, axis=-1)
+        inside = (distance - half_diagonal <= heard.farthest) & (distance + half_diagonal >= heard.nearest)
+        tiles = tiles.take(inside)
+        tiles = tiles.take(_beam_bound(tiles, stance, lattice, boundary_depth, water_depth, families) >= beam_floor)
+        nearest = np.maximum(_distance_to_track(tiles.centre, track) - TILE * tiles.pitch / np.sqrt(2), 0)
+        fine = (tiles.pitch**2 <= resolution.cell_area(nearest, heard.height)) | (tiles.level == 0)
+        found.append(tiles.take(fine))
+        tiles = tiles.take(~fine).split()
+    return _joined(found)
+
+
+def _beam_bound(tiles, stance, lattice, boundary_depth, water_depth, families):  # type: ignore[no-untyped-def]
+    """Upper bound of the two-way gain anywhere in each tile, by any pair of families, shape (n,)."""
+    if tiles.level.size == 0:
+        return np.zeros(0)
+    centre = lattice.to_world(*tiles.centre.T)
+    half_diagonal = TILE * tiles.pitch / np.sqrt(2)
+    transmit, receive = np.zeros(len(centre)), np.zeros(len(centre))
+    for name in families:
+        for place, beams, best in (
+            (stance.transmit_place, stance.transmit_beams, transmit),
+            (stance.receive_place, stance.receive_beams, receive),
+        ):
+            climb = boundary_depth - image_depth(name, place[2], water_depth)
+            turned = -climb if name != "D" and len(name) % 2 else climb
+            ray = np.concatenate([centre - place[:2], np.full((len(centre), 1), turned)], axis=1)
+            length = np.linalg.norm(ray, axis=1)
+            margin = np.where(half_diagonal < length, np.arcsin(np.minimum(1, half_diagonal / length)), np.pi)
+            np.maximum(best, beams.bound(ray / length[:, None], margin), out=best)
+    return transmit * receive
+
+
+def _distance_to_track(place: Floats, track: Floats) -> Floats:
+    """Distance of places from the straight line between the first and the last pose [m], shape (n,)."""
+    start, along = track[0], track[-1] - track[0]
+    square = float(along @ along)
+    part = np.clip((place - start) @ along / square, 0, 1) if square > 0 else np.zeros(len(place))
+    return np.asarray(np.linalg.norm(place - start - part[:, None] * along, axis=-1))
+
+
+def _joined(found: list[Tiles]) -> Tiles:
+    if not found:
+        empty = np.zeros(0, np.int64)
+        return Tiles(empty, empty, empty)
+    return Tiles(*(np.concatenate(column) for column in zip(*found, strict=True)))

@@ -1,0 +1,1 @@
+"""Files that recordings are kept in and exchanged by."""

@@ -1,0 +1,211 @@
+"""A recording on disk, ping by ping, that survives being killed at any moment.
+
+One zarr chunk holds one ping with all its channels, so that pings can be written in any
+order by any number of writers. Beside the data stands a mask of the pings done; a ping
+enters the mask after its data has arrived, and zarr puts each chunk in place whole or
+not at all. What the mask says is there, is there.
+"""
+
+import os
+import shutil
+import time as clock
+import uuid
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import xarray as xr
+import zarr
+from numpy.typing import ArrayLike, NDArray
+
+_FIELDS = {
+    "pressure": (np.complex64, "uPa", "received pressure, complex envelope, rms scale"),
+    "intensity": (np.float64, "uPa^2", "expected mean-square pressure"),
+}
+_MUST_AGREE = ("scenario", "seed", "version")
+_STALE = 600.0  # seconds: nobody needs that long to create an empty store
+
+
+class StoreError(ValueError):
+    """A place where a recording cannot be written or read, with the way out."""
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """What a recording will hold: everything but the sound."""
+
+    field: Literal["pressure", "intensity"]
+    """Complex pressure [uPa] or expected intensity [uPa^2]."""
+    time: NDArray[np.float64]
+    """Time of each sample after the start of its ping's transmission [s], shape (time,)."""
+    ping_time: NDArray[np.float64]
+    """Start of each ping's transmission after the start of the track [s], shape (ping,)."""
+    steer: NDArray[np.float64]
+    """Steering of each channel, to the right of boresight [rad], shape (channel,)."""
+    position: NDArray[np.float64]
+    """Platform at the start of each ping: north, east, down [m], shape (ping, 3)."""
+    attitude: NDArray[np.float64]
+    """Platform's heading, pitch, roll at the start of each ping [rad], shape (ping, 3)."""
+
+    def __post_init__(self) -> None:
+        """Refuse columns of unequal length."""
+        rows = (self.ping_time.size, 3)
+        for name in ("position", "attitude"):
+            shape = getattr(self, name).shape
+            if shape != rows:
+                raise ValueError(f"Layout.{name} has shape {shape}; {self.ping_time.size} pings want {rows}")
+
+
+def create(path: str | Path, layout: Layout, attributes: Mapping[str, Any], *, overwrite: bool = False) -> None:
+    """Make an empty recording, or find the one that an earlier run began.
+
+    Args:
+        path: Folder of the recording, such as "harbour.zarr".
+        layout: What it will hold.
+        attributes: Whatever describes the recording as a whole, ready for JSON. An existing
+            recording is continued only where `scenario`, `seed` and `version` are the same.
+        overwrite: Whether to replace an existing recording instead.
+
+    Raises:
+        StoreError: The place is taken by another recording, or by something else.
+    """
+    target = Path(path)
+    _sweep(target)
+    if _is_taken(target) and not overwrite:
+        return _insist_on_the_same(target, attributes)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    # Built aside and renamed, so that a recording is either whole or not there.
+    aside = _aside(target)
+    try:
+        _build(aside, layout, attributes)
+        _move(aside, target, overwrite=overwrite)
+    finally:
+        shutil.rmtree(aside, ignore_errors=True)
+    return _insist_on_the_same(target, attributes)
+
+
+def write_ping(path: str | Path, ping: int, data: ArrayLike) -> None:
+    """Put one ping in its place, then into the mask of pings done.
+
+    Args:
+        path: Folder of the recording.
+        ping: Number of the ping, from 0.
+        data: Pressure [uPa] or intensity [uPa^2], shape (channel, time).
+    """
+    field = next(name for name in _FIELDS if (Path(path) / name).is_dir())
+    sound = zarr.open_array(Path(path) / field, mode="r+")
+    values = np.asarray(data, dtype=sound.dtype)
+    if values.shape != sound.shape[1:]:
+        raise ValueError(f"a ping of {path} has shape {sound.shape[1:]}; these data have {values.shape}")
+    if not 0 <= ping < sound.shape[0]:
+        raise ValueError(f"{path} has pings 0 to {sound.shape[0] - 1}; there is no ping {ping}")
+    sound[ping] = values
+    zarr.open_array(Path(path) / "done", mode="r+")[ping] = True
+
+
+def done(path: str | Path) -> NDArray[np.bool_]:
+    """Which pings of a recording are there, shape (ping,)."""
+    return np.asarray(zarr.open_array(Path(path) / "done", mode="r")[:], dtype=bool)
+
+
+def open_recording(path: str | Path) -> xr.Dataset:
+    """A recording as a labelled dataset, read from disk as it is needed.
+
+    Args:
+        path: Folder of the recording.
+
+    Returns:
+        `pressure` complex64 [uPa] or `intensity` [uPa^2] over (ping, channel, time), NaN
+        where a ping is not done; `done`, `position`, `attitude`; coordinates with units.
+
+    Raises:
+        StoreError: There is no recording at that place.
+    """
+    if not _is_recording(Path(path)):
+        raise StoreError(f"{path} is not a recording. Make one with: insonify run FILE -o {path}")
+    return xr.open_zarr(path, chunks=None, consolidated=False, decode_times=False)
+
+
+def _build(path: Path, layout: Layout, attributes: Mapping[str, Any]) -> None:
+    group = zarr.open_group(path, mode="w", zarr_format=3)
+    group.attrs.update({**attributes, "insonify_recording": 1})
+    pings, channels, samples = layout.ping_time.size, layout.steer.size, layout.time.size
+    dtype, units, long_name = _FIELDS[layout.field]
+    group.create_array(
+        layout.field, shape=(pings, channels, samples), chunks=(1, channels, samples), dtype=dtype, fill_value=np.nan,
+        dimension_names=("ping", "channel", "time"),
+        attributes={"units": units, "long_name": long_name, "coordinates": "ping_time steer"},
+    )  # fmt: skip
+    group.create_array(
+        "done", shape=(pings,), chunks=(1,), dtype=bool, fill_value=False, dimension_names=("ping",),
+        attributes={"units": "1", "long_name": "whether the ping has been simulated"},
+    )  # fmt: skip
+    _column(group, "time", layout.time, ("time",), "s", "time after the start of transmission")
+    _column(group, "ping_time", layout.ping_time, ("ping",), "s", "start of transmission after the start of the track")
+    _column(group, "steer", layout.steer, ("channel",), "rad", "steering of the beam, to the right of boresight")
+    _column(group, "position", layout.position, ("ping", "axis"), "m", "platform position: north, east, down")
+    _column(group, "attitude", layout.attitude, ("ping", "axis"), "rad", "platform heading, pitch, roll")
+
+
+def _column(
+    group: zarr.Group, name: str, values: NDArray[np.float64], dims: tuple[str, ...], units: str, long_name: str
+) -> None:
+    group.create_array(
+        name, data=np.asarray(values, dtype=float), chunks=values.shape, dimension_names=dims,
+        attributes={"units": units, "long_name": long_name},
+    )  # fmt: skip
+
+
+def _is_recording(path: Path) -> bool:
+    if not (path / "zarr.json").is_file():
+        return False
+    return "insonify_recording" in zarr.open_group(path, mode="r").attrs
+
+
+def _is_taken(target: Path) -> bool:
+    """Whether a recording stands there; anything else that does is never touched."""
+    if _is_recording(target):
+        return True
+    if target.is_dir() and not any(target.iterdir()):
+        return False
+    if target.exists():
+        raise StoreError(f"{target} exists and is not a recording. Choose another name")
+    return False
+
+
+def _insist_on_the_same(target: Path, attributes: Mapping[str, Any]) -> None:
+    stored = zarr.open_group(target, mode="r").attrs.asdict()
+    differ = [name for name in _MUST_AGREE if stored.get(name) != attributes.get(name)]
+    if differ:
+        raise StoreError(
+            f"{target} holds a recording of another {' and '.join(differ)}. "
+            "Choose another name, or replace it with --overwrite"
+        )
+
+
+def _move(aside: Path, target: Path, *, overwrite: bool) -> None:
+    if overwrite and _is_recording(target):
+        old = _aside(target)
+        os.replace(target, old)
+        os.replace(aside, target)
+        shutil.rmtree(old, ignore_errors=True)
+        return
+    try:
+        os.replace(aside, target)
+    except OSError:  # another process was first: the caller compares the two
+        if not _is_recording(target):
+            raise
+
+
+def _aside(target: Path) -> Path:
+    """A new name beside the target, which no other process uses."""
+    return target.parent / f".{target.name}.{uuid.uuid4().hex}.partial"
+
+
+def _sweep(target: Path) -> None:
+    """Remove what runs that were killed while creating have left beside the target."""
+    for stale in target.parent.glob(f".{target.name}.*.partial"):
+        if clock.time() - stale.stat().st_mtime > _STALE:
+            shutil.rmtree(stale, ignore_errors=True)

@@ -1,0 +1,102 @@
+"""Axes, and how one set of axes lies in another.
+
+World: x north, y east, z down; z = 0 is the mean sea surface, so z is depth.
+Body: x to the bow, y to starboard, z down.
+Array: first axis along the boresight, then to the right of it, then down.
+
+Heading is the compass heading, clockwise from north; pitch is bow up; roll is starboard
+down. A mounting's bearing is clockwise from the bow, its tilt is down. These are the
+navigator's own signs. All angles are in radians, and all frames are right handed.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Floats = NDArray[np.float64]
+
+
+def pose_rotation(heading: ArrayLike, pitch: ArrayLike = 0.0, roll: ArrayLike = 0.0) -> Floats:
+    """How a platform lies in the world: its bow, starboard and keel directions.
+
+    Args:
+        heading: Compass heading, clockwise from north [rad], any shape.
+        pitch: Bow up [rad], broadcast against heading.
+        roll: Starboard side down [rad], broadcast against heading.
+
+    Returns:
+        Rotation, body to world, shape (..., 3, 3). Its columns are the body's axes in the
+        world, so `rotation @ vector_in_body` is the vector in the world.
+
+    The turns are applied in the navigator's order: heading, then pitch, then roll.
+    """
+    heading, pitch, roll = np.broadcast_arrays(*(np.asarray(a, dtype=float) for a in (heading, pitch, roll)))
+    ch, sh = np.cos(heading), np.sin(heading)
+    cp, sp = np.cos(pitch), np.sin(pitch)
+    cr, sr = np.cos(roll), np.sin(roll)
+    bow = np.stack([ch * cp, sh * cp, -sp], axis=-1)
+    starboard = np.stack([ch * sp * sr - sh * cr, sh * sp * sr + ch * cr, cp * sr], axis=-1)
+    keel = np.stack([ch * sp * cr + sh * sr, sh * sp * cr - ch * sr, cp * cr], axis=-1)
+    return np.stack([bow, starboard, keel], axis=-1)
+
+
+def mounting_rotation(bearing: ArrayLike, tilt: ArrayLike = 0.0) -> Floats:
+    """How an array is bolted to its platform: its boresight, right and down directions.
+
+    Args:
+        bearing: Of the boresight, clockwise from the bow [rad], any shape.
+        tilt: Of the boresight, down from the deck plane [rad], broadcast against bearing.
+
+    Returns:
+        Rotation, body to array, shape (..., 3, 3). Its rows are the array's axes in the
+        body, so `rotation @ vector_in_body` is the vector in the array's axes.
+    """
+    bearing, tilt = np.broadcast_arrays(np.asarray(bearing, dtype=float), np.asarray(tilt, dtype=float))
+    cb, sb = np.cos(bearing), np.sin(bearing)
+    ct, st = np.cos(tilt), np.sin(tilt)
+    boresight = np.stack([ct * cb, ct * sb, st], axis=-1)
+    right = np.stack([-sb, cb, np.zeros_like(sb)], axis=-1)
+    down = np.stack([-st * cb, -st * sb, ct], axis=-1)
+    return np.stack([boresight, right, down], axis=-2)
+
+
+def array_axes(pose: Floats, mounting: Floats) -> Floats:
+    """An array's boresight, right and down directions in the world.
+
+    Args:
+        pose: Body to world, from `pose_rotation`, shape (..., 3, 3).
+        mounting: Body to array, from `mounting_rotation`, shape (..., 3, 3).
+
+    Returns:
+        Rotation, world to array, shape (..., 3, 3). For a unit vector d in the world,
+        `axes @ d` is its direction cosines (w, u, v): along boresight, right and down.
+    """
+    return np.asarray(mounting @ np.swapaxes(pose, -1, -2))
+
+
+def direction(bearing: ArrayLike, elevation: ArrayLike = 0.0) -> Floats:
+    """Unit vector that points along a bearing and an elevation.
+
+    Args:
+        bearing: Clockwise from the first axis (north, or the bow) [rad], any shape.
+        elevation: Down from the plane of the first two axes [rad], broadcast against bearing.
+
+    Returns:
+        Unit vectors [1], shape (..., 3).
+    """
+    bearing, elevation = np.broadcast_arrays(np.asarray(bearing, dtype=float), np.asarray(elevation, dtype=float))
+    level = np.cos(elevation)
+    return np.stack([level * np.cos(bearing), level * np.sin(bearing), np.sin(elevation)], axis=-1)
+
+
+def bearing_and_elevation(vector: ArrayLike) -> tuple[Floats, Floats]:
+    """Where a vector points, whatever its length.
+
+    Args:
+        vector: Vectors, shape (..., 3).
+
+    Returns:
+        Bearing, clockwise from the first axis, in (-pi, pi] [rad], shape (...).
+        Elevation, down from the plane of the first two axes, in [-pi/2, pi/2] [rad], shape (...).
+    """
+    x, y, z = np.moveaxis(np.asarray(vector, dtype=float), -1, 0)
+    return np.asarray(np.arctan2(y, x)), np.asarray(np.arctan2(z, np.hypot(x, y)))

@@ -1,0 +1,66 @@
+"""What every noun of a scenario shares: complete, checked once at the door, then frozen.
+
+A noun is a thing a person would point at: a pulse, an array, a seabed. It holds plain
+values in SI and knows its own limits; it does nothing.
+
+Where two fields contradict each other, a model validator raises ``located(...)``, so that
+a scenario file can point at the line of the guilty value::
+
+    @model_validator(mode="after")
+    def _targets_stand_in_the_water(self) -> Self:
+        if too_deep:
+            raise located("targets.0.position", "25 m", "is below the seabed (20 m). Write a depth of 20 m or less.")
+        return self
+
+The path starts at the noun whose validator raises it.
+"""
+
+from typing import Annotated
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic_core import PydanticCustomError
+
+from insonify.units import decibels, si
+
+
+def located(path: str, value: object, advice: str) -> PydanticCustomError:
+    """The error to raise where one value of a noun is wrong in the light of the others.
+
+    Args:
+        path: Where the value stands below this noun: field names and indices joined by dots.
+        value: The value, as a person would write it; None where there is nothing to show.
+        advice: What is wrong with it, its limit, and the way out; it reads on after the value.
+
+    Returns:
+        An error for a model validator to raise; in Python it reads "path: value advice".
+    """
+    shown = advice if value is None else f"{value} {advice}"
+    context = {"path": path, "shown": shown}
+    return PydanticCustomError("located", "{path}: {shown}", context)
+
+
+class Noun(BaseModel):
+    """A frozen, validated thing of the scenario; unknown fields and NaN are refused."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+def _number(value: object) -> object:
+    # YAML reads a bare `no` as False, and Python would quietly count that as 0.
+    if isinstance(value, bool):
+        raise PydanticCustomError("truth_value", "true or false where a number is wanted")
+    return value
+
+
+def _quantity(dimension: str) -> BeforeValidator:
+    return BeforeValidator(lambda value: si(_number(value), dimension))
+
+
+# `units` in the schema is what an error message and the docs print after the number.
+Metres = Annotated[float, _quantity("length"), Field(json_schema_extra={"units": "m"})]
+Seconds = Annotated[float, _quantity("time"), Field(json_schema_extra={"units": "s"})]
+Hertz = Annotated[float, _quantity("frequency"), Field(json_schema_extra={"units": "Hz"})]
+Radians = Annotated[float, _quantity("angle"), Field(json_schema_extra={"units": "rad"})]
+MetresPerSecond = Annotated[float, _quantity("speed"), Field(json_schema_extra={"units": "m/s"})]
+Celsius = Annotated[float, _quantity("temperature"), Field(json_schema_extra={"units": "degC"})]
+Decibels = Annotated[float, BeforeValidator(lambda value: decibels(_number(value))), Field(json_schema_extra={"units": "dB"})]

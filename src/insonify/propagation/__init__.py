@@ -1,0 +1,1 @@
+"""How sound travels between the sonar and a point."""

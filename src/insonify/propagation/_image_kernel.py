@@ -1,0 +1,124 @@
+"""Straight legs from image sources, folded back between surface and bottom. Plain numbers and arrays only."""
+
+import math
+
+from numba import njit
+
+CLEAR, FACING_AWAY, OCCLUDED = 0, 1, 2  # the values of records.legs.Status
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def straight_legs(source, image_depths, bounces, first_up, water_depth, speed, points, normals, boxes, own_box,
+                  delay, departure, arrival, grazing, boundary_sine, status, occluder):  # type: ignore[no-untyped-def]  # fmt: skip
+    """Geometry and hard occlusion of every leg.
+
+    Args:
+        source: North, east, depth of the sonar [m], (3,).
+        image_depths: Depth of the image source of each family [m], (f,).
+        bounces: Number of bounces of each family, (f,).
+        first_up: True where the first bounce is off the surface, (f,).
+        water_depth: Depth of the bottom [m].
+        speed: Speed of sound [m/s].
+        points: Scatterers [m], (n, 3).
+        normals: Their unit normals, (n, 3).
+        boxes: Occluding bodies, (b, 8), see `insonify.scene.box.box_body`.
+        own_box: Row of the box that the points lie on, or -1.
+        delay, departure, arrival, grazing, boundary_sine, status, occluder: Results, (f, n) or (f, n, 3);
+            `boundary_sine` is the sine of the grazing angle at surface and bottom.
+    """
+    for f in range(image_depths.size):
+        sign = 1.0 if bounces[f] % 2 == 0 else -1.0
+        for n in range(points.shape[0]):
+            dx = points[n, 0] - source[0]
+            dy = points[n, 1] - source[1]
+            dz = points[n, 2] - image_depths[f]
+            length = max(math.sqrt(dx * dx + dy * dy + dz * dz), 1e-6)
+            delay[f, n] = length / speed
+            arrival[f, n, 0] = departure[f, n, 0] = dx / length
+            arrival[f, n, 1] = departure[f, n, 1] = dy / length
+            arrival[f, n, 2] = dz / length
+            departure[f, n, 2] = sign * dz / length
+            boundary_sine[f, n] = abs(dz) / length
+            sine = -(dx * normals[n, 0] + dy * normals[n, 1] + dz * normals[n, 2]) / length
+            grazing[f, n] = math.asin(min(1.0, max(-1.0, sine)))
+            occluder[f, n] = -1
+            # A point without a normal answers in all directions.
+            free = normals[n, 0] == 0 and normals[n, 1] == 0 and normals[n, 2] == 0
+            status[f, n] = CLEAR if sine > 0 or free else FACING_AWAY
+            if status[f, n] == CLEAR and boxes.shape[0] > 0:
+                upward = first_up[f] if bounces[f] > 0 else dz < 0
+                cut = first_occluder(source, dx, dy, abs(dz), bounces[f], upward, water_depth, boxes, own_box)
+                if cut >= 0:
+                    status[f, n] = OCCLUDED
+                    occluder[f, n] = cut
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def first_occluder(source, dx, dy, climb, bounces, first_up, water_depth, boxes, own_box):  # type: ignore[no-untyped-def]
+    """Row of the first box that cuts a leg, or -1.
+
+    Seen from above a leg is one straight line, whatever it bounces off; only its depth folds. `climb` is
+    the unfolded vertical travel [m], all in one sense for a leg that bounces.
+    """
+    for b in range(boxes.shape[0]):
+        enter, leave = crossing(source, dx, dy, boxes, b)
+        if enter > leave:
+            continue
+        if cuts_in_depth(source[2], climb, bounces, first_up, water_depth, enter, leave, boxes[b, 6], boxes[b, 7],
+                         b == own_box):  # fmt: skip
+            return b
+    return -1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def crossing(source, dx, dy, boxes, b):  # type: ignore[no-untyped-def]
+    """Parts of the way, 0 to 1, at which a leg enters and leaves the upright prism over a box's footprint.
+
+    Enter exceeds leave where the leg misses it.
+    """
+    c, s = boxes[b, 2], boxes[b, 3]
+    x = source[0] - boxes[b, 0]
+    y = source[1] - boxes[b, 1]
+    enter, leave = 0.0, 1.0
+    for axis in range(2):
+        position = c * x + s * y if axis == 0 else c * y - s * x
+        step = c * dx + s * dy if axis == 0 else c * dy - s * dx
+        half = boxes[b, 4 + axis]
+        if abs(step) < 1e-12:
+            if abs(position) > half:
+                return 1.0, 0.0
+        else:
+            near = (-math.copysign(half, step) - position) / step
+            far = (math.copysign(half, step) - position) / step
+            enter = max(enter, near)
+            leave = min(leave, far)
+    return enter, leave
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def cuts_in_depth(depth, climb, bounces, first_up, water_depth, enter, leave, top, base, own):  # type: ignore[no-untyped-def]
+    """True where the folded leg is at a depth of the box while over its footprint.
+
+    A leg that ends on the box itself may touch it with its last segment: the box is convex and the
+    end faces the water.
+    """
+    start = 0.0
+    down = not first_up
+    z = depth
+    for segment in range(bounces + 1):
+        last = segment == bounces
+        if last:
+            stop = 1.0
+        else:
+            span = (water_depth - z) if down else z
+            stop = start + span / max(climb, 1e-12)
+        if not (last and own) and enter <= stop and leave >= start:
+            sense = 1.0 if down else -1.0
+            z1 = z + sense * climb * (max(enter, start) - start)
+            z2 = z + sense * climb * (min(leave, stop) - start)
+            if max(z1, z2) >= top and min(z1, z2) <= base:
+                return True
+        z = water_depth if down else 0.0
+        down = not down
+        start = stop
+    return False

@@ -1,0 +1,52 @@
+"""Which paths are followed, and how they are perturbed: the knobs of the paper."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field, field_validator
+
+from insonify.noun import Decibels, Noun
+from insonify.propagation.families import families, is_family
+
+Cause = Literal["seabed", "surface", "target"]
+
+
+class PathChoice(Noun):
+    """Settings of the engine: geometry, reflections, edges, jitter and sampling."""
+
+    geometry: Literal["3d", "slice"] = "3d"
+    """The whole scene, or the vertical plane of one beam, each point standing for its share of the footprint."""
+    reflections: Annotated[int, Field(ge=0, le=12)] = 2
+    """Most bounces of one leg."""
+    families: tuple[str, ...] | None = None
+    """Families followed, such as [D, S, BS]; None: all up to `reflections`."""
+    causes: tuple[Cause, ...] = ("seabed", "surface", "target")
+    """Whose echoes are heard; whatever is left out still casts its shadows."""
+    edges: Literal["hard"] = "hard"
+    """How a shadow ends."""
+    jitter: Annotated[float, Field(ge=0, le=100)] = 0.0
+    """Largest random delay of each pulse replica, uniform from 0 [wavelengths]."""
+    amplitude_perturbation: Annotated[float, Field(ge=0, le=1)] = 0.0
+    """Largest random change of each replica's amplitude, uniform, as a part of it [1]."""
+    scatterers_per_cell: Annotated[float, Field(ge=0.1, le=1000)] = 5.0
+    """Drawn scatterers in each resolution cell [1]."""
+    beam_floor_db: Annotated[Decibels, Field(ge=-120, le=-10)] = -50.0
+    """Two-way beam level below which the ground is left out [dB re the beam's axis]."""
+
+    @field_validator("families")
+    @classmethod
+    def _known_families(cls, value: tuple[str, ...] | None) -> tuple[str, ...] | None:
+        for name in value or ():
+            if not is_family(name):
+                raise ValueError(
+                    f"{name!r} is not a path family; write D for the direct path, or letters S (surface) "
+                    "and B (bottom) in turn, from the sonar outward, such as BS"
+                )
+        if value is not None and len(set(value)) < len(value):
+            raise ValueError("a family is named twice; name each once")
+        return value
+
+    @property
+    def followed(self) -> tuple[str, ...]:
+        """The families that legs are looked for in."""
+        every = families(self.reflections)
+        return every if self.families is None else tuple(name for name in every if name in self.families)

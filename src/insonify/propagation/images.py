@@ -1,0 +1,72 @@
+"""Legs in water of one sound speed: straight lines from image sources.
+
+Between two flat boundaries the path of every family unfolds to a straight line from an image of
+the sonar (Allen & Berkley 1979, J. Acoust. Soc. Am. 65, 943, for the idea; the paper's figure 10
+for the geometry), so delay, directions and spreading are exact.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.propagation._image_kernel import straight_legs
+from insonify.propagation.families import bounces, families_for, image_depth
+from insonify.records.legs import Legs, Status
+from insonify.scene.scatterers import Scatterers
+from insonify.scene.scene import Scene
+
+
+def image_legs(
+    scene: Scene, place: NDArray[np.float64], scatterers: Scatterers, families: tuple[str, ...], frequency: float
+) -> Legs:
+    """The legs between one end of the sonar and some scatterers.
+
+    Args:
+        scene: Water, boundaries and occluders.
+        place: North, east, depth of that end [m], shape (3,).
+        scatterers: The points to reach, n of them.
+        families: Families to follow; those that would count a scatterer twice are left out.
+        frequency: Frequency of the absorption [Hz].
+
+    Returns:
+        Legs of shape (families kept, n).
+    """
+    kept = families_for(scatterers.boundary, families)
+    f, n = len(kept), len(scatterers)
+    delay, grazing, boundary_sine = (np.empty((f, n)) for _ in range(3))
+    departure, arrival = np.empty((f, n, 3)), np.empty((f, n, 3))
+    status, occluder = np.empty((f, n), np.uint8), np.empty((f, n), np.int16)
+    depth = scene.seabed.depth
+    images = np.array([image_depth(name, place[2], depth) for name in kept])
+    strings = [bounces(name) for name in kept]
+    count = np.array([len(string) for string in strings])
+    starts_up = np.array([string.startswith("S") for string in strings])
+    straight_legs(
+        place, images, count, starts_up, depth, scene.water.sound_speed, scatterers.position, scatterers.normal,
+        scene.bodies, scatterers.occluder, delay, departure, arrival, grazing, boundary_sine, status, occluder,
+    )  # fmt: skip
+    length = delay * scene.water.sound_speed
+    boundary_grazing = np.arcsin(np.minimum(boundary_sine, 1.0))
+    return Legs(
+        families=kept,
+        delay=delay,
+        spreading=1 / length,
+        absorption=10 ** (-scene.water.absorption(frequency) * length / 20),
+        boundary=_boundary(scene, strings, boundary_grazing),
+        visibility=(status == Status.CLEAR).astype(float),
+        departure=departure,
+        arrival=arrival,
+        grazing=grazing,
+        status=status,
+        occluder=occluder,
+    )
+
+
+def _boundary(scene: Scene, strings: list[str], grazing: NDArray[np.float64]) -> NDArray[np.complex128]:
+    """Product of the mirrors' coefficients along each family, shape of `grazing`."""
+    product = np.ones(grazing.shape, complex)
+    for row, string in enumerate(strings):
+        if "S" in string:
+            product[row] *= scene.surface.mirror(grazing[row]) ** string.count("S")
+        if "B" in string:
+            product[row] *= scene.seabed.mirror(grazing[row]) ** string.count("B")
+    return product

@@ -1,0 +1,152 @@
+"""Arrivals: the paths of one ping out and back, one row each: the paper's spike array."""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.records.legs import Legs
+from insonify.records.pairs import Pairs
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Arrivals:
+    """Paths of one ping, as columns of equal length n."""
+
+    delay: Floats
+    """Two-way travel time from the start of transmission [s], shape (n,)."""
+    amplitude: NDArray[np.complex64]
+    """Pressure re the source at 1 m, phase of reflections and of the place only [1], shape (n, bands)."""
+    spreading: Floats
+    """Pressure ratio by spreading, out and back [1], shape (n,)."""
+    absorption: Floats
+    """Pressure ratio by absorption, out and back [1], shape (n,)."""
+    boundary: NDArray[np.complex128]
+    """Product of all reflection coefficients, out and back [1], shape (n,)."""
+    scattering: Floats
+    """Pressure scattered to 1 m re incident pressure [m], shape (n,)."""
+    group: NDArray[np.int64]
+    """Arrivals of one group interfere in the mean: a place, or a deterministic target, shape (n,)."""
+    family_out: NDArray[np.str_]
+    """Family of the leg out, shape (n,)."""
+    family_back: NDArray[np.str_]
+    """Family of the leg back, named from the sonar outward too, shape (n,)."""
+    owner: NDArray[np.str_]
+    """What echoed: "seabed", "surface" or a target's label, shape (n,)."""
+    place: Floats
+    """Where: north, east, depth [m], shape (n, 3)."""
+    departure: Floats
+    """Unit vector of travel at the transmitter, shape (n, 3)."""
+    arrival: Floats
+    """Unit vector from the receiver towards where the sound comes from, shape (n, 3)."""
+    grazing_out: Floats
+    """Grazing angle at the scatterer of the leg out [rad], shape (n,)."""
+    grazing_back: Floats
+    """Grazing angle at the scatterer of the leg back [rad], shape (n,)."""
+
+    def __post_init__(self) -> None:
+        """Refuse columns of unequal length."""
+        for column in fields(self):
+            rows = len(getattr(self, column.name))
+            if rows != self.delay.size:
+                raise ValueError(f"Arrivals.{column.name} has {rows} rows; delay has {self.delay.size}")
+
+    def __len__(self) -> int:
+        """Number of paths."""
+        return int(self.delay.size)
+
+    @property
+    def bounces(self) -> NDArray[np.int64]:
+        """Mirror bounces off surface and bottom, out and back together, shape (n,)."""
+        names = np.char.replace(self.family_out, "D", ""), np.char.replace(self.family_back, "D", "")
+        return np.asarray(np.char.str_len(names[0]) + np.char.str_len(names[1]))
+
+    def take(self, rows: NDArray[np.bool_] | NDArray[np.int64] | slice) -> "Arrivals":
+        """The arrivals of some rows."""
+        return Arrivals(*(getattr(self, column.name)[rows] for column in fields(self)))
+
+    def __repr__(self) -> str:
+        """A page of a lab notebook: the first twenty paths in order of arrival."""
+        if not len(self):
+            return "Arrivals: no paths"
+        order = np.argsort(self.delay, kind="stable")
+        span = f"{self.delay.min() * 1e3:.1f}-{self.delay.max() * 1e3:.1f} ms"
+        lines = [f"Arrivals: {len(self)} paths, {span}", "  row       delay      level    phase  who            out    back"]
+        with np.errstate(divide="ignore"):
+            level = 20 * np.log10(np.abs(self.amplitude[:, 0]))
+        phase = np.degrees(np.angle(self.amplitude[:, 0]))
+        for n, row in enumerate(order[:20], start=1):
+            lines.append(
+                f"{n:5d} {self.delay[row] * 1e3:9.3f} ms {level[row]:7.1f} dB {phase[row]:5.0f} deg  "
+                f"{self.owner[row]:<14s} {self.family_out[row]:<6s} {self.family_back[row]}"
+            )
+        if len(self) > 20:
+            lines.append(f"  ... and {len(self) - 20} more")
+        return "\n".join(lines)
+
+
+def expand(pairs: Pairs, first_group: int, factors: dict[tuple[str, str], NDArray[np.complex128]]) -> Arrivals:
+    """Write out every path of a block of scatterers, row by row; paths that are not there are left out.
+
+    Args:
+        pairs: The block.
+        first_group: Number of the block's first group.
+        factors: Perturbation of each ordered pair of families, where there is one, each of shape (n,).
+    """
+    n = len(pairs.scatterers)
+    group = np.arange(first_group, first_group + n) if pairs.scatterers.drawn else np.full(n, first_group)
+    rows = [
+        _rows(pairs, row, int(i), int(j), group, factors.get((pairs.out.families[i], pairs.back.families[j])))
+        for row, (i, j) in enumerate(pairs.pair)
+    ]
+    whole = joined(rows) if rows else nothing()
+    return whole.take(np.abs(whole.amplitude[:, 0]) > 0)
+
+
+def _rows(pairs: Pairs, row: int, i: int, j: int, group: NDArray[np.int64],
+          factor: NDArray[np.complex128] | None) -> Arrivals:  # fmt: skip
+    """The paths of one ordered pair of families."""
+    out, back, points = pairs.out, pairs.back, pairs.scatterers
+    amplitude = _leg(out, i) * _leg(back, j) * pairs.strength[row] * points.phase
+    if factor is not None:
+        amplitude = amplitude * factor
+    n = len(points)
+    return Arrivals(
+        delay=out.delay[i] + back.delay[j],
+        amplitude=amplitude.astype(np.complex64)[:, None],
+        spreading=out.spreading[i] * back.spreading[j],
+        absorption=out.absorption[i] * back.absorption[j],
+        boundary=out.boundary[i] * back.boundary[j],
+        scattering=pairs.strength[row],
+        group=group,
+        family_out=np.full(n, out.families[i], "<U12"),
+        family_back=np.full(n, back.families[j], "<U12"),
+        owner=np.full(n, points.owner, "<U64"),
+        place=points.position,
+        departure=out.departure[i],
+        arrival=back.departure[j],
+        grazing_out=out.grazing[i],
+        grazing_back=back.grazing[j],
+    )
+
+
+def _leg(legs: Legs, row: int) -> NDArray[np.complex128]:
+    return np.asarray(legs.spreading[row] * legs.absorption[row] * legs.visibility[row] * legs.boundary[row])
+
+
+def joined(parts: list[Arrivals]) -> Arrivals:
+    """Several lists of arrivals as one."""
+    if not parts:
+        return nothing()
+    return Arrivals(*(np.concatenate([getattr(part, column.name) for part in parts]) for column in fields(Arrivals)))
+
+
+def nothing() -> Arrivals:
+    """No arrivals."""
+    column, vector, name = np.zeros(0), np.zeros((0, 3)), np.zeros(0, "<U12")
+    return Arrivals(
+        column, np.zeros((0, 1), np.complex64), column, column, column.astype(complex), column,
+        np.zeros(0, np.int64), name, name, np.zeros(0, "<U64"), vector, vector, vector, column, column,
+    )  # fmt: skip

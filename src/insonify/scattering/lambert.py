@@ -1,0 +1,58 @@
+"""Lambert's law: an interface whose brightness does not depend on where you look from."""
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from pydantic import ConfigDict
+
+from insonify.noun import Decibels
+from insonify.scattering.law import Floats
+from insonify.units import intensity_ratio
+
+STRONGEST_DB = 10 * math.log10(1 / math.pi)
+"""Strength of an interface that scatters all it receives [dB]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Lambert:
+    """Scatters in proportion to the sines of both grazing angles, the same at every frequency.
+
+    Source: Lambert's cosine law as used for the seabed by Mackenzie (1961), J. Acoust. Soc.
+    Am. 33, 1498: -27 dB was found at 0.5 to 1 kHz; at higher frequencies fit the strength.
+    """
+
+    # A scenario may write the strength as "-27 dB" and may not misspell it.
+    __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+    strength_db: Decibels = -27.0
+    """Scattering strength at normal incidence, 10 log10(mu) [dB]."""
+
+    def __post_init__(self) -> None:
+        """Refuse an interface that sends out more sound than it receives."""
+        if not math.isfinite(self.strength_db):
+            raise ValueError(
+                f"Lambert.strength_db is {self.strength_db}; give a finite number of decibels, such as -27"
+            )
+        if self.strength_db > STRONGEST_DB + 1e-9:
+            raise ValueError(
+                f"Lambert.strength_db is {self.strength_db:g} dB; above {STRONGEST_DB:.2f} dB (10 log10 1/pi) "
+                f"the interface would scatter more energy than it receives. Give a lower strength, such as -27"
+            )
+
+    def cross_section(self, grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> Floats:
+        """Bistatic cross section per unit area per unit solid angle, mu sin(in) sin(out) [1].
+
+        Args:
+            grazing_in: Of the sound that arrives, from the plane of the interface [rad], any shape.
+            grazing_out: Of the sound that leaves, likewise [rad], broadcast.
+            azimuth: Any; Lambert's interface does not care [rad], broadcast.
+
+        Returns:
+            Cross section [1], broadcast shape; 0 where either direction is behind the interface.
+        """
+        mu = intensity_ratio(self.strength_db)
+        # The azimuth counts for the shape only.
+        sines = np.maximum(np.sin(grazing_in), 0) * np.maximum(np.sin(grazing_out), 0) * np.ones_like(azimuth)
+        return np.asarray(mu * sines)

@@ -1,0 +1,1 @@
+"""One YAML file and the frozen objects it describes."""

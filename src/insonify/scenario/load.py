@@ -1,0 +1,84 @@
+"""From a scenario file to the frozen nouns, or to advice on every line that is wrong."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from insonify.scenario.advice import Advice, ScenarioError
+from insonify.scenario.source import Source, read
+from insonify.scenario.verdict import advise, stray_truths
+
+if TYPE_CHECKING:
+    from insonify.scenario.scenario import Scenario
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+def load_scenario(path: str | Path) -> Scenario:
+    """The scenario that a YAML file describes.
+
+    Args:
+        path: The file.
+
+    Raises:
+        ScenarioError: Every fault found in the file, one line each.
+    """
+    from insonify.scenario.scenario import Scenario
+
+    return load(Scenario, path)
+
+
+def load(model: type[Model], path: str | Path) -> Model:
+    """A noun from the YAML file that describes it.
+
+    Args:
+        model: The noun's class.
+        path: The file.
+
+    Raises:
+        ScenarioError: Every fault found in the file, one line each.
+    """
+    return parse(model, _text(Path(path)), name=str(path))
+
+
+def parse(model: type[Model], text: str, *, name: str = "scenario") -> Model:
+    """A noun from a YAML text.
+
+    Args:
+        model: The noun's class.
+        text: The YAML.
+        name: What messages call the text.
+
+    Raises:
+        ScenarioError: Every fault found in the text, one line each.
+    """
+    source = read(text, name)
+    if source.values is None:
+        raise ScenarioError(source.faults)
+    source.faults += stray_truths(model, source)
+    noun, faults = _validated(model, source)
+    if noun is None or source.faults:
+        raise ScenarioError([*source.faults, *faults])
+    return noun
+
+
+def _validated(model: type[Model], source: Source) -> tuple[Model | None, list[Advice]]:
+    try:
+        return model.model_validate(source.values), []
+    except ValidationError as error:
+        return None, advise(error, model, source)
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        fault = Advice(str(path), 1, "", f"not text: byte {error.start} is not UTF-8", fix="Save it as UTF-8 text")
+    except FileNotFoundError:
+        fault = Advice(str(path), 1, "", "there is no such file", fix="Start from a template: insonify new NAME")
+    except OSError as error:
+        fault = Advice(str(path), 1, "", f"cannot be read: {error.strerror}")
+    raise ScenarioError([fault])

@@ -1,0 +1,250 @@
+"""The validator's findings, turned into advice for the author of a scenario file.
+
+The validator speaks of types, and once per alternative of a union. A person wants one
+line per mistake: the value as it was typed, the range in the unit that was typed, and
+the word that was probably meant.
+"""
+
+import re
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from insonify.scenario.advice import Advice, nearest
+from insonify.scenario.asked import Asked, find
+from insonify.scenario.source import Path, Source, dotted
+from insonify.units import UNITS, si
+
+_NUMBER_AND_UNIT = re.compile(r"^([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)$")
+_RANGE = {"greater_than", "greater_than_equal", "less_than", "less_than_equal"}
+_UNKNOWN = {"extra_forbidden", "unexpected_keyword_argument"}
+_MISSING = {"missing", "missing_argument"}
+
+
+@dataclass(frozen=True, slots=True)
+class _Finding:
+    """One complaint of the validator, and the place in the file that it is about."""
+
+    kind: str
+    path: Path
+    asked: tuple[Asked, ...]
+    value: Any
+    context: dict[str, Any]
+    message: str
+
+    @property
+    def is_about_kind(self) -> bool:
+        """Whether it only says that this alternative wanted another kind of value."""
+        return self.kind.endswith(("_type", "_parsing")) or self.kind == "int_from_float"
+
+
+def advise(error: ValidationError, model: type[BaseModel], source: Source) -> list[Advice]:
+    """One advice per mistake that the validator found in a file.
+
+    Args:
+        error: What the validator said.
+        model: The noun that the file describes.
+        source: The file.
+    """
+    findings = [_finding(item, model, source) for item in error.errors(include_url=False)]
+    said = {(fault.field, fault.line) for fault in source.faults}
+    advice = []
+    for path in dict.fromkeys(finding.path for finding in findings):
+        here = [finding for finding in findings if finding.path == path]
+        is_said_below = any(other.path[: len(path)] == path and other.path != path for other in findings)
+        if is_said_below and all(finding.is_about_kind for finding in here):
+            continue
+        if (dotted(path), source.line(path)) not in said and not _is_a_misspelling_elsewhere(here, findings):
+            advice += _one_line(here, findings, source)
+    return advice
+
+
+def stray_truths(model: type[BaseModel], source: Source) -> list[Advice]:
+    """Every yes, no, on or off that stands where a number or a word is wanted.
+
+    Python counts them as 1 and 0, so the validator alone would let them pass.
+
+    Args:
+        model: The noun that the file describes.
+        source: The file.
+    """
+    advice = []
+    for path in source.written:
+        value = source.value(path)
+        _, asked = find(model, source.values, path)
+        if isinstance(value, bool) and asked and all(choice.kind is not bool for choice in asked):
+            wanted = " or ".join(dict.fromkeys(choice.words() for choice in asked))
+            problem = f"{source.written[path]} means {str(value).lower()} in YAML; it should be {wanted}"
+            fix = "Put quotes around it" if any(choice.kind is str for choice in asked) else ""
+            advice.append(_advice(path, source, problem, fix=fix))
+    return advice
+
+
+def _finding(item: Any, model: type[BaseModel], source: Source) -> _Finding:
+    context = dict(item.get("ctx", {}))
+    loc = tuple(item["loc"])
+    if item["type"] == "located":
+        steps = [int(step) if step.isdigit() else step for step in str(context["path"]).split(".") if step]
+        loc = (*loc, *steps)
+    path, asked = find(model, source.values, loc)
+    return _Finding(item["type"], path, tuple(asked), item["input"], context, item["msg"])
+
+
+def _is_a_misspelling_elsewhere(here: list[_Finding], findings: list[_Finding]) -> bool:
+    """A missing key that stands in the file under a misspelt name is one mistake, not two."""
+    if here[0].kind not in _MISSING:
+        return False
+    *parent, name = here[0].path
+    strangers = [f.path[-1] for f in findings if f.kind in _UNKNOWN and list(f.path[:-1]) == parent]
+    return any(nearest(str(stranger), [str(name)]) for stranger in strangers)
+
+
+def _one_line(here: list[_Finding], findings: list[_Finding], source: Source) -> list[Advice]:
+    located = [finding for finding in here if finding.kind == "located"]
+    if located:  # each is a mistake of its own
+        return [_advice(finding.path, source, str(finding.context["shown"])) for finding in located]
+    telling = [finding for finding in here if not finding.is_about_kind]
+    if not telling:
+        return [_wrong_kind(here, source)]
+    first = min(telling, key=lambda finding: finding.kind == "value_error")
+    return [_say(first, source)]
+
+
+def _advice(path: Path, source: Source, problem: str, allowed: str = "", fix: str = "") -> Advice:
+    return Advice(source.name, source.line(path), dotted(path), problem, allowed, fix)
+
+
+def _say(finding: _Finding, source: Source) -> Advice:
+    kind, path = finding.kind, finding.path
+    typed = source.show(path, finding.value)
+    if kind in _MISSING:
+        return _missing(finding, source)
+    if kind in _UNKNOWN:
+        return _unknown_key(finding, source)
+    if kind in _RANGE:
+        return _out_of_range(finding, source)
+    if kind in ("literal_error", "enum", "union_tag_invalid", "union_tag_not_found"):
+        return _unknown_choice(finding, source)
+    if kind == "finite_number":
+        return _advice(path, source, f"{typed} is not a finite number")
+    if kind in ("too_short", "too_long"):
+        return _advice(path, source, f"{typed} has {len(finding.value)} values", _wanted([finding]))
+    if kind == "value_error":
+        return _refused(finding, source)
+    return _advice(path, source, f"{typed}: {finding.message}")
+
+
+def _missing(finding: _Finding, source: Source) -> Advice:
+    *parent, name = finding.path
+    if isinstance(name, int):
+        return _advice(tuple(parent), source, f"value {name + 1} is missing", fix=f"Write {_wanted([finding])} there")
+    return _advice(finding.path, source, f"missing; it should be {_wanted([finding])}", fix=f"Add a line '{name}: ...'")
+
+
+def _unknown_key(finding: _Finding, source: Source) -> Advice:
+    name = finding.path[-1]
+    known = list(dict.fromkeys(key for asked in finding.asked for key in asked.keys))
+    meant = nearest(str(name), known)
+    if meant:
+        return _advice(finding.path, source, f"unknown key '{name}'; did you mean '{meant}'?")
+    return _advice(finding.path, source, f"unknown key '{name}'", f"known here: {', '.join(known)}" if known else "")
+
+
+def _unknown_choice(finding: _Finding, source: Source) -> Advice:
+    expected = finding.context.get("expected", finding.context.get("expected_tags", ""))
+    choices = re.findall(r"'([^']*)'", str(expected))
+    path, typed = finding.path, source.show(finding.path, finding.value)
+    if "discriminator" in finding.context:
+        key = finding.context["discriminator"].strip("'")
+        path, typed = (*path, key), str(finding.context.get("tag", ""))
+        choices = choices or sorted({tag for asked in finding.asked for tag in asked.tags(key)})
+        if finding.kind == "union_tag_not_found":
+            fix = f"Add a line '{key}: ...'"
+            return _advice(path, source, "missing; it should be one of " + ", ".join(choices), fix=fix)
+    meant = nearest(typed, choices)
+    fix = f"Did you mean '{meant}'?" if meant else ""
+    return _advice(path, source, f"'{typed}' is not known here", f"one of {', '.join(choices)}", fix)
+
+
+def _refused(finding: _Finding, source: Source) -> Advice:
+    """What a field's or a noun's own check said, or a better sentence where it was about a unit."""
+    typed = source.show(finding.path, finding.value)
+    quantity = next((asked for asked in finding.asked if asked.dimension), None)
+    if quantity is not None and isinstance(finding.value, str) and not _si(typed, quantity):
+        units = list(UNITS[quantity.dimension])
+        unit = re.sub(r"^[-+.\deE\s]*", "", typed)
+        meant = next((name for name in units if name.lower() == unit.lower()), None)
+        fix = f"Did you mean {meant}?" if meant else ""
+        problem = f"{typed} is not {quantity.words().split(' in ')[0]}; use {', '.join(units)}"
+        return _advice(finding.path, source, problem, fix=fix)
+    said = str(finding.context.get("error", finding.message))
+    is_plain = finding.path in source.written
+    return _advice(finding.path, source, said if not is_plain or typed in said else f"{typed}: {said}")
+
+
+def _wrong_kind(here: list[_Finding], source: Source) -> Advice:
+    first = here[0]
+    typed = source.show(first.path, first.value)
+    if first.value is None:
+        return _advice(first.path, source, f"has no value; it should be {_wanted(here)}")
+    if isinstance(first.value, int | float) and all(asked.kind is str for asked in first.asked):
+        return _advice(first.path, source, f"{typed} is read as a number", fix=f'Write "{typed}", with quotes')
+    where = "" if first.path else "the file holds "
+    return _advice(first.path, source, f"{where}{typed} where {_wanted(here)} should be")
+
+
+def _wanted(findings: list[_Finding]) -> str:
+    kinds = [asked.words() for finding in findings for asked in finding.asked if asked.kind is not type(None)]
+    return " or ".join(dict.fromkeys(kinds)) or "something else"
+
+
+def _si(typed: str, asked: Asked) -> float | None:
+    """The SI number behind what was typed, or None."""
+    try:
+        value = si(typed, asked.dimension)
+    except ValueError:
+        return None
+    return value if isinstance(value, float) else None
+
+
+def _out_of_range(finding: _Finding, source: Source) -> Advice:
+    asked = next((choice for choice in finding.asked if choice.limits), Asked(float))
+    typed = source.show(finding.path, finding.value).strip()
+    match = _NUMBER_AND_UNIT.match(typed)
+    if match is None:
+        return _advice(finding.path, source, f"{typed} is out of range", _range(asked.limits, asked.units))
+    number, unit = match.groups()
+    shown = f"{number} {unit or asked.units}".strip()
+    size = UNITS.get(asked.dimension, {}).get(unit or asked.units, 1.0)
+    limits = {name: bound / size for name, bound in asked.limits.items()}
+    fix = _better(float(number), unit, limits, asked, finding.path)
+    return _advice(finding.path, source, f"{shown} is out of range", _range(limits, unit or asked.units), fix)
+
+
+def _range(limits: dict[str, float], unit: str) -> str:
+    low = limits.get("ge", limits.get("gt"))
+    high = limits.get("le", limits.get("lt"))
+    tail = f" {unit}" if unit else ""
+    if low is not None and high is not None:
+        return f"{low:.6g} to {high:.6g}{tail}"
+    if low is not None:
+        return f"{low:.6g}{tail} or more" if "ge" in limits else f"above {low:.6g}{tail}"
+    return f"{high:.6g}{tail} or less" if "le" in limits else f"below {high:.6g}{tail}"
+
+
+def _fits(value: float, limits: dict[str, float]) -> bool:
+    above = value >= limits.get("ge", value) and value > limits.get("gt", value - 1)
+    return above and value <= limits.get("le", value) and value < limits.get("lt", value + 1)
+
+
+def _better(number: float, unit: str, limits: dict[str, float], asked: Asked, path: Path) -> str:
+    """What was probably meant: the other sign, or the same number with a unit."""
+    only_sign = limits.get("ge", limits.get("gt", -1)) >= 0 or limits.get("le", limits.get("lt", 1)) <= 0
+    if only_sign and _fits(-number, limits):
+        why = "Depths are positive downwards; write" if "depth" in str(path[-1:]) else "Did you mean"
+        return f"{why} {-number:g} {unit or asked.units}".strip() + ("" if why.endswith("write") else "?")
+    for guess, size in UNITS.get(asked.dimension, {}).items():
+        if not unit and _fits(number * size, limits):
+            return f"Did you mean {number:g} {guess}?"
+    return ""

@@ -1,0 +1,1 @@
+"""What sound can meet: seabed, surface, targets, and the scatterers they offer."""

@@ -1,0 +1,106 @@
+"""The faces of a box as drawn points, and its body as an occluder."""
+
+import zlib
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify import streams
+from insonify.scene.scatterers import Scatterers, target_place
+from insonify.scene.target import Box
+
+FACES = ("fore", "aft", "starboard", "port", "top")
+
+
+def box_axes(box: Box) -> NDArray[np.float64]:
+    """Unit vectors along, across and up the box in the world (north, east, down), shape (3, 3)."""
+    c, s = np.cos(box.heading), np.sin(box.heading)
+    return np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, -1.0]])
+
+
+def box_body(box: Box, seabed_depth: float) -> NDArray[np.float64]:
+    """The box as numbers for kernels, shape (8,).
+
+    North, east of its centre; cosine, sine of its heading; half length, half width [m];
+    depth of its top and of its base [m].
+    """
+    base = seabed_depth if box.base_depth is None else box.base_depth
+    length, width, height = box.size
+    c, s = np.cos(box.heading), np.sin(box.heading)
+    return np.array([*box.position, c, s, length / 2, width / 2, base - height, base])
+
+
+def box_scatterers(box: Box, seabed_depth: float, seed: int, pitch: float, occluder: int) -> Scatterers:
+    """Points on the five faces of a box that water can reach, one for each jittered cell.
+
+    Args:
+        box: The box.
+        seabed_depth: Depth of the bed it stands on [m].
+        seed: Seed of the scenario.
+        pitch: Largest side of a cell [m].
+        occluder: Row of this box among the scene's occluders.
+
+    Returns:
+        Scatterers whose draws depend on the seed and the box's label, not on the other targets.
+    """
+    length, width, height = box.size
+    base = box_body(box, seabed_depth)[7]
+    axes = box_axes(box)
+    along, across, up = axes
+    centre = np.array([*box.position, base - height / 2])
+    spans = {
+        "fore": (along * length / 2, across * width, up * height),
+        "aft": (-along * length / 2, across * width, up * height),
+        "starboard": (across * width / 2, along * length, up * height),
+        "port": (-across * width / 2, along * length, up * height),
+        "top": (up * height / 2, along * length, across * width),
+    }
+    faces = [_face(f, centre, *spans[name], pitch, seed, box.label) for f, name in enumerate(FACES)]
+    position, normal, area, phase, place = (np.concatenate(column) for column in zip(*faces, strict=True))
+    return Scatterers(
+        box.label, "target", box.scattering, position, normal, area, phase, place, drawn=True, occluder=occluder
+    )
+
+
+def box_section(whole: Scatterers, box: Box, place: NDArray[np.float64], bearing: float, footprint: float) -> Scatterers:
+    """A box as a slice meets it: its faces squeezed into the plane, standing for the part that the beam covers.
+
+    Args:
+        whole: Points on the faces of the box.
+        box: The box.
+        place: A point of the slice's vertical plane: north, east, ... [m].
+        bearing: Bearing of that plane [rad].
+        footprint: Width of the two-way beam at the box [m].
+
+    Returns:
+        The points of the faces that the plane cuts, moved into it; none where it misses the box.
+        Beam and box are taken as centred on each other.
+    """
+    aside = np.array([-np.sin(bearing), np.cos(bearing)])
+    axes = box_axes(box)[:2, :2]
+    side = int(np.argmax(np.abs(axes @ aside)))  # the edge that runs across the slice
+    axis, extent = axes[side], box.size[side]
+    slant = axis @ aside
+    shift = -((whole.position[:, :2] - place[:2]) @ aside) / slant
+    position = whole.position.copy()
+    position[:, :2] += shift[:, None] * axis
+    missed = abs((np.array(box.position) - place[:2]) @ aside / slant) > extent / 2
+    across = np.abs(whole.normal[:, :2] @ axis) < 0.5
+    seen = np.zeros(len(whole), bool) if missed else across
+    section = replace(whole, position=position, area=whole.area * min(footprint, extent) / extent)
+    return section.take(seen)
+
+
+def _face(face, centre, out, first, second, pitch, seed, label):  # type: ignore[no-untyped-def]
+    """Jittered cells of one face spanned by two edge vectors about centre + out."""
+    spans = [np.linalg.norm(first), np.linalg.norm(second)]
+    count = [int(np.ceil(span / max(pitch, span / 4095))) for span in spans]
+    i, j = (index.ravel() for index in np.indices(count))
+    name = zlib.crc32(label.encode())
+    u = streams.uniforms(seed, streams.TARGET, i, j, face, name)
+    s, t = (i + u[:, 0]) / count[0] - 0.5, (j + u[:, 1]) / count[1] - 0.5
+    position = centre + out + s[:, None] * first + t[:, None] * second
+    normal = np.broadcast_to(out / np.linalg.norm(out), position.shape)
+    area = np.full(i.size, spans[0] * spans[1] / i.size)
+    return position, normal, area, np.exp(2j * np.pi * u[:, 2]), target_place(label, face, i, j)

@@ -1,0 +1,73 @@
+"""Scatterers: the points of the scene that answer a ping, each with a phase that belongs to its place."""
+
+import zlib
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify import streams
+from insonify.scattering.law import ScatteringLaw
+
+Boundary = Literal["seabed", "surface", "target"]
+
+
+@dataclass(frozen=True, slots=True)
+class Scatterers:
+    """Points of one owner under one law, as columns of equal length n."""
+
+    owner: str
+    """Who they belong to: "seabed", "surface" or a target's label."""
+    boundary: Boundary
+    """What they lie on; bounces on that very boundary are not legs of theirs."""
+    law: ScatteringLaw
+    """How they answer."""
+    position: NDArray[np.float64]
+    """North, east, depth [m], shape (n, 3)."""
+    normal: NDArray[np.float64]
+    """Unit normal into the water, shape (n, 3)."""
+    area: NDArray[np.float64]
+    """Share of the interface each stands for [m^2]; [m] along the ground in a slice; 1 for a point target. (n,)."""
+    phase: NDArray[np.complex128]
+    """Unit phasor of the place [1], shape (n,); 1 where nothing is drawn."""
+    place: NDArray[np.uint64]
+    """Key of the place, the same in every ping, shape (n,)."""
+    drawn: bool = True
+    """True: random phases, so only paths of one place interfere in the mean; False: the whole target does."""
+    occluder: int = -1
+    """Row of the box these points lie on, -1 for none."""
+
+    def __post_init__(self) -> None:
+        """Refuse columns of unequal length."""
+        for name in ("normal", "area", "phase", "place"):
+            rows = len(getattr(self, name))
+            if rows != len(self.position):
+                raise ValueError(f"Scatterers.{name} has {rows} rows; position has {len(self.position)}")
+
+    def __len__(self) -> int:
+        """Number of scatterers."""
+        return len(self.position)
+
+    def take(self, rows: slice | NDArray[np.bool_]) -> "Scatterers":
+        """The scatterers of some rows."""
+        return replace(
+            self, position=self.position[rows], normal=self.normal[rows], area=self.area[rows],
+            phase=self.phase[rows], place=self.place[rows],
+        )  # fmt: skip
+
+
+def lattice_place(
+    stream: int, level: int, along: NDArray[np.int64], across: NDArray[np.int64]
+) -> NDArray[np.uint64]:
+    """Keys of lattice cells: stream, level and the two cell numbers (each within +-2**26) packed in 64 bits."""
+    half = 1 << 26
+    cell = (((along + half) << 27) | (across + half)).astype(np.uint64)
+    return cell | np.uint64((stream << 59) | (level << 54))
+
+
+def target_place(label: str, face: int, row: NDArray[np.int64], column: NDArray[np.int64]) -> NDArray[np.uint64]:
+    """Keys of points on a target: its label, face (0-7) and cell numbers (below 4096) packed in 64 bits."""
+    name = zlib.crc32(label.encode())
+    cell = ((row << 12) | column).astype(np.uint64)
+    return cell | np.uint64((streams.TARGET << 59) | (name << 27) | (face << 24))

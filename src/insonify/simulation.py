@@ -1,0 +1,243 @@
+"""The wiring: describe, reach, scatter, hear, ping by ping."""
+
+import os
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import reduce
+from importlib.metadata import version
+from operator import iadd
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from insonify.engines.paths import Block, Paths
+from insonify.formats import zarr_store
+from insonify.records.arrivals import Arrivals, expand, joined
+from insonify.records.pairs import Pairs
+from insonify.records.recording import Layout, dataset
+from insonify.scenario.scenario import Scenario
+from insonify.scenario.write import to_yaml
+from insonify.sonar.heard import HeardPulse, heard_pulse
+from insonify.sonar.stance import Stance, stance
+from insonify.sonar.track import Poses, poses
+from insonify.synthesis._groups import pulse_table
+from insonify.synthesis.coherent import Coherent
+from insonify.synthesis.grid import TimeGrid, time_grid
+from insonify.synthesis.incoherent import Incoherent
+from insonify.synthesis.levels import Levels, level_curves
+from insonify.synthesis.noise import noise, noise_intensity
+from insonify.synthesis.perturbation import perturbation
+
+CHUNKS = 16
+"""Parts that a ping's blocks are shared into: fixed, so that sums do not depend on the number of threads."""
+CITATIONS = (
+    "Francois & Garrison (1982), J. Acoust. Soc. Am. 72, 1879: absorption",
+    "Lambert's law; Mackenzie (1961), J. Acoust. Soc. Am. 33, 1498: its strength for the seabed",
+    "Allen & Berkley (1979), J. Acoust. Soc. Am. 65, 943: image sources",
+    "Salmon et al. (2011), Proc. SC11: random numbers by key (Philox)",
+)
+
+
+class Reading(Protocol):
+    """How arrivals are heard: what it keeps while listening, and what it makes of it."""
+
+    def silence(self) -> Any:
+        """Nothing heard yet."""
+
+    def take_in(self, heard: Any, pairs: Pairs) -> None:
+        """Add one block of scatterers."""
+
+    def series(self, heard: Any) -> Any:
+        """What was heard, over time."""
+
+
+@dataclass(frozen=True)
+class Listening:
+    """A scenario made ready to ping: what does not change from ping to ping."""
+
+    scenario: Scenario
+    engine: Paths
+    poses: Poses
+    pulse: HeardPulse
+    grid: TimeGrid
+
+    def stance(self, ping: int) -> Stance:
+        """The sonar as it stands at one ping."""
+        track = self.scenario.track
+        return stance(
+            self.scenario.sonar, self.poses, ping, window=track.window, pulse=self.pulse,
+            sound_speed=self.scenario.water.sound_speed,
+        )  # fmt: skip
+
+    def incoherent(self, here: Stance) -> Incoherent:
+        """The incoherent reading of one ping."""
+        scenario = self.scenario
+        table = pulse_table(self.pulse.samples, self.pulse.start, self.pulse.stop, self.grid.sample_rate)
+        return Incoherent(here, self.grid, perturbation(scenario.seed, here.ping, scenario.paths), table)
+
+    def coherent(self, here: Stance) -> Coherent:
+        """The coherent reading of one ping."""
+        return Coherent(here, self.grid, perturbation(self.scenario.seed, here.ping, self.scenario.paths))
+
+
+def prepare(scenario: Scenario) -> Listening:
+    """Make a scenario ready to ping."""
+    pulse = heard_pulse(scenario.sonar)
+    rate = scenario.sonar.receiver.sample_rate
+    grid = time_grid(*scenario.track.window, rate, pulse.start, pulse.stop)
+    engine = Paths(scenario.scene, scenario.paths, scenario.seed)
+    return Listening(scenario, engine, poses(scenario.track), pulse, grid)
+
+
+def simulate(scenario: Scenario, *, pings: Iterable[int] | None = None, threads: int | None = None) -> xr.Dataset:
+    """What the sonar records.
+
+    Args:
+        scenario: What is simulated.
+        pings: Numbers of the pings wanted; all by default.
+        threads: How many cores to use; all by default. The bits do not depend on it.
+
+    Returns:
+        `pressure` complex64 [uPa] (coherent) or `intensity` [uPa^2] (incoherent) over (ping, channel, time).
+    """
+    listening = prepare(scenario)
+    chosen = list(range(scenario.track.pings)) if pings is None else list(pings)
+    data = np.array([series for _, series in listen(listening, chosen, threads)])
+    return dataset(layout(listening), attributes(scenario), data, np.array(chosen))
+
+
+def record(
+    scenario: Scenario, path: str | Path, *, pings: Iterable[int] | None = None, threads: int | None = None,
+    overwrite: bool = False, on_ping: Callable[[int, int], None] | None = None,
+) -> Path:  # fmt: skip
+    """Simulate to disk, ping by ping; a run that was stopped goes on where it was.
+
+    Args:
+        scenario: What is simulated.
+        path: Folder of the recording.
+        pings: Numbers of the pings wanted; all by default.
+        threads: How many cores to use.
+        overwrite: Whether to replace another recording that is there.
+        on_ping: Told the pings done and the pings wanted, before the first and after each.
+
+    Returns:
+        The path.
+    """
+    listening = prepare(scenario)
+    zarr_store.create(path, layout(listening), attributes(scenario), overwrite=overwrite)
+    wanted = list(range(scenario.track.pings)) if pings is None else list(pings)
+    there = zarr_store.done(path)
+    missing = [ping for ping in wanted if not there[ping]]
+    done = len(wanted) - len(missing)
+    tell = on_ping or (lambda *_: None)
+    tell(done, len(wanted))
+    for ping, series in listen(listening, missing, threads):
+        zarr_store.write_ping(path, ping, series)
+        done += 1
+        tell(done, len(wanted))
+    return Path(path)
+
+
+def listen(
+    listening: Listening, pings: Iterable[int], threads: int | None = None
+) -> Iterator[tuple[int, NDArray[np.generic]]]:
+    """What the sonar hears, ping by ping: number of the ping, and its series of shape (channels, samples)."""
+    scenario, count = listening.scenario, listening.grid.count
+    level = scenario.water.noise_level_db
+    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+        for ping in pings:
+            here = listening.stance(ping)
+            if scenario.field == "coherent":
+                heard = hear(listening, listening.coherent(here), here, pool)
+                added = noise(listening.pulse, level, scenario.seed, ping, here.channel_count, count)
+            else:
+                heard = hear(listening, listening.incoherent(here), here, pool)
+                added = noise_intensity(listening.pulse, level)
+            yield ping, heard + added
+
+
+def hear(listening: Listening, reading: Reading, here: Stance, pool: ThreadPoolExecutor) -> Any:
+    """One ping, heard by one reading: blocks are shared into a fixed number of parts, added in a fixed order."""
+    blocks = listening.engine.blocks(here)
+
+    def part(mine: list[Block]) -> Any:
+        heard = reading.silence()
+        for block in mine:
+            reading.take_in(heard, listening.engine.pairs(here, block))
+        return heard
+
+    parts = [blocks[k::CHUNKS] for k in range(CHUNKS)]
+    return reading.series(reduce(iadd, pool.map(part, parts)))
+
+
+def arrivals(scenario: Scenario, ping: int = 0, *, window: tuple[float, float] | None = None) -> Arrivals:
+    """The paths of one ping, out and back, row by row.
+
+    Args:
+        scenario: What is simulated.
+        ping: Number of the ping.
+        window: Earliest and latest delay wanted [s]; by default all that touch the recording.
+    """
+    listening = prepare(scenario)
+    here = listening.stance(ping)
+    first, last = window or here.heard_delays
+    shaken = perturbation(scenario.seed, ping, scenario.paths)
+    found: list[Arrivals] = []
+    group = 0
+    for pairs in listening.engine.all_pairs(here):
+        factors = {} if shaken.still else {
+            names: shaken.factor(pairs.scatterers.place, *names) for names in pairs.names()
+        }  # fmt: skip
+        block = expand(pairs, group, factors)
+        found.append(block.take((block.delay >= first) & (block.delay <= last)))
+        group += len(pairs.scatterers) if pairs.scatterers.drawn else 1
+    return joined(found)
+
+
+def levels(scenario: Scenario, ping: int = 0, *, channel: int = 0, threads: int | None = None) -> xr.Dataset:
+    """Expected levels of one ping by cause and by family pair.
+
+    Args:
+        scenario: What is simulated.
+        ping: Number of the ping.
+        channel: Which beam.
+        threads: How many cores to use.
+
+    Returns:
+        `level_db` over (cause, pair, time) [dB re 1 uPa], see `insonify.synthesis.levels.level_curves`.
+    """
+    listening = prepare(scenario)
+    here = listening.stance(ping)
+    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+        intensity = hear(listening, Levels(listening.incoherent(here)), here, pool)
+    floor = noise_intensity(listening.pulse, scenario.water.noise_level_db)
+    return level_curves(intensity, floor, listening.grid, channel)
+
+
+def layout(listening: Listening) -> Layout:
+    """What a recording of this scenario holds, but for the sound."""
+    track = listening.poses
+    return Layout(
+        field="pressure" if listening.scenario.field == "coherent" else "intensity",
+        time=listening.grid.time,
+        ping_time=track.time,
+        steer=np.array(listening.scenario.sonar.steers),
+        position=track.position,
+        attitude=np.stack([track.heading, track.pitch, track.roll], axis=-1),
+    )
+
+
+def attributes(scenario: Scenario) -> dict[str, Any]:
+    """What describes a recording as a whole: the scenario itself, and what it rests on."""
+    return {
+        "title": scenario.title,
+        "scenario": to_yaml(scenario),
+        "seed": scenario.seed,
+        "version": version("insonify"),
+        "centre_frequency": scenario.sonar.pulse.frequency,
+        "citations": list(CITATIONS),
+    }

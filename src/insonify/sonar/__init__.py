@@ -1,0 +1,40 @@
+"""Who calls and listens: the pulse, the arrays and their beams, the receiver, the sonar, its track."""
+
+from insonify.sonar.array import Array, LineArray, PlanarArray, PointTransducer
+from insonify.sonar.beam import Beams, beams, grating_lobes
+from insonify.sonar.footprint import two_way_footprint, two_way_width
+from insonify.sonar.heard import HeardPulse, hear, heard_pulse
+from insonify.sonar.pulse import Pulse, energy_duration, envelope, spectrum
+from insonify.sonar.receiver import Receiver, response
+from insonify.sonar.sonar import Mounting, Sonar, array_position, array_rotation
+from insonify.sonar.track import LineTrack, Poses, StaticTrack, Track, poses
+
+__all__ = [
+    "Array",
+    "Beams",
+    "HeardPulse",
+    "LineArray",
+    "LineTrack",
+    "Mounting",
+    "PlanarArray",
+    "PointTransducer",
+    "Poses",
+    "Pulse",
+    "Receiver",
+    "Sonar",
+    "StaticTrack",
+    "Track",
+    "array_position",
+    "array_rotation",
+    "beams",
+    "energy_duration",
+    "envelope",
+    "grating_lobes",
+    "hear",
+    "heard_pulse",
+    "poses",
+    "response",
+    "spectrum",
+    "two_way_footprint",
+    "two_way_width",
+]

@@ -1,0 +1,128 @@
+"""Arrays of transducers: where they sit, how wide they are, where they look.
+
+An array has its own frame: boresight (the way it faces), right, down. A line array lies along
+`right` and hears all elevations alike; a planar array also spans `down`.
+"""
+
+import math
+from typing import Annotated, Literal, Self
+
+from pydantic import AfterValidator, BeforeValidator, Field
+
+from insonify.noun import Metres, Noun, Radians
+
+Shading = Literal["uniform", "cosine", "hann", "hamming", "taylor"]
+Element = Literal["omni", "baffled", "cosine", "piston"]
+Offset = tuple[Metres, Metres, Metres]
+
+RIGHT_ANGLE = math.pi / 2
+
+
+def _as_tuple(value: object) -> object:
+    return value if value is None or isinstance(value, list | tuple) else (value,)
+
+
+def _in_front(angles: tuple[float, ...] | None) -> tuple[float, ...] | None:
+    if angles is not None and not angles:
+        raise ValueError("steer has no angle; give at least one, or leave it out")
+    for angle in angles or ():
+        if abs(angle) >= RIGHT_ANGLE:
+            raise ValueError(
+                f"steer is {angle * 90 / RIGHT_ANGLE:g} deg; beams are steered by less than 90 deg from boresight. "
+                "Turn the array with mounting.bearing instead."
+            )
+    return angles
+
+
+# One angle or several; a bare number stands for a list of one.
+Steers = Annotated[tuple[Radians, ...] | None, BeforeValidator(_as_tuple), AfterValidator(_in_front)]
+
+
+class PointTransducer(Noun):
+    """A transducer too small to have a beam of its own."""
+
+    kind: Literal["point"] = "point"
+    element: Literal["omni", "baffled", "cosine"] = "omni"
+    """Directivity: all round, the front half space, or the cosine of the angle from boresight."""
+    offset: Offset = (0.0, 0.0, 0.0)
+    """Place from the platform's reference point: forward, starboard, down [m]."""
+
+    @property
+    def steers(self) -> tuple[tuple[float, float], ...]:
+        """Where the beams look: angle to the right of boresight and angle down [rad], one pair per beam."""
+        return ((0.0, 0.0),)
+
+    def steered(self, steers: tuple[tuple[float, float], ...]) -> Self:
+        """The same transducer: a point cannot be steered."""
+        return self
+
+
+class LineArray(Noun):
+    """A line of transducers along the array's right: narrow across, open in elevation."""
+
+    kind: Literal["line"] = "line"
+    length: Metres = Field(gt=0, le=100)
+    """Length of the aperture [m]; discrete elements fill it, each one pitch wide."""
+    elements: int | None = Field(default=None, ge=1, le=10_000)
+    """Number of elements; none for a continuous aperture."""
+    shading: Shading = "uniform"
+    """Weight along the aperture; taylor has side lobes at -30 dB."""
+    element: Element = "baffled"
+    """Directivity of one element: omni, front half space, cosine, or a piston one pitch wide with a baffle."""
+    steer: Steers = None
+    """Angles of the beams to the right of boresight [rad]; none: as the receive array, which itself looks ahead."""
+    offset: Offset = (0.0, 0.0, 0.0)
+    """Place of the array's centre from the platform's reference point: forward, starboard, down [m]."""
+
+    @property
+    def steers(self) -> tuple[tuple[float, float], ...]:
+        """Where the beams look: angle to the right of boresight and angle down [rad], one pair per beam."""
+        return tuple((angle, 0.0) for angle in self.steer or (0.0,))
+
+    def steered(self, steers: tuple[tuple[float, float], ...]) -> Self:
+        """The same array with its beams on the cones that hold the given directions [rad]."""
+        return self.model_copy(update={"steer": tuple(_cone(*pair) for pair in steers)})
+
+
+class PlanarArray(Noun):
+    """A flat panel of transducers: it has a width to the right and a height down."""
+
+    kind: Literal["planar"] = "planar"
+    width: Metres = Field(gt=0, le=100)
+    """Extent along the array's right [m]."""
+    height: Metres = Field(gt=0, le=100)
+    """Extent along the array's down [m]."""
+    columns: int | None = Field(default=None, ge=1, le=10_000)
+    """Number of elements across the width; none for a continuous aperture."""
+    rows: int | None = Field(default=None, ge=1, le=10_000)
+    """Number of elements down the height; none for a continuous aperture."""
+    shading: Shading = "uniform"
+    """Weight across the width."""
+    shading_down: Shading = "uniform"
+    """Weight down the height."""
+    element: Element = "baffled"
+    """Directivity of one element: omni, front half space, cosine, or a piston one pitch wide with a baffle."""
+    steer: Steers = None
+    """Angles of the beams to the right of boresight [rad]; none: as the receive array, which itself looks ahead."""
+    steer_down: Radians | None = Field(default=None, gt=-RIGHT_ANGLE, lt=RIGHT_ANGLE)
+    """Angle of all beams below the array's horizontal plane [rad]; none: as steer."""
+    offset: Offset = (0.0, 0.0, 0.0)
+    """Place of the array's centre from the platform's reference point: forward, starboard, down [m]."""
+
+    @property
+    def steers(self) -> tuple[tuple[float, float], ...]:
+        """Where the beams look: angle to the right of boresight and angle down [rad], one pair per beam."""
+        return tuple((angle, self.steer_down or 0.0) for angle in self.steer or (0.0,))
+
+    def steered(self, steers: tuple[tuple[float, float], ...]) -> Self:
+        """The same array with its beams at the given angles to the right and down [rad]."""
+        down = steers[0][1] if self.steer_down is None else self.steer_down
+        return self.model_copy(update={"steer": tuple(angle for angle, _ in steers), "steer_down": down})
+
+
+Array = Annotated[LineArray | PlanarArray | PointTransducer, Field(discriminator="kind")]
+
+
+def _cone(right: float, down: float) -> float:
+    """Angle off the array's cross plane of a direction given by its angles right and down [rad]."""
+    return math.asin(math.sin(right) * math.cos(down))

@@ -1,0 +1,246 @@
+"""All beams of one array at one attitude, ready to be asked in any direction.
+
+A beam is the far-field pattern of a focused aperture, seen from the array's centre: a real
+amplitude, the product of a pattern across, a pattern down and one element's directivity, with
+unit gain on the steered axis. Patterns come from cubic tables in direction cosine.
+"""
+
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from insonify.sonar._beam_kernels import BAFFLED, COSINE, OMNI, bounds, gains
+from insonify.sonar.aperture import pattern
+from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
+
+Floats = NDArray[np.float64]
+Tables = tuple[Floats, Floats, Floats, Floats]
+
+POINTS_PER_LOBE = 32
+"""Table rows per wavelength / aperture: cubic Hermite error (pi / 32)^4 / 5 / 384 = 5e-8."""
+FAINT_GRATING_LOBE = 0.1
+"""Amplitude below which the elements' own directivity has dealt with a grating lobe [1]."""
+
+DEAF = 1e-2
+"""Amplitude below which an element's directivity leaves nothing to steer [1]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Beams:
+    """The beams of one array at one frequency and attitude."""
+
+    axes: Floats
+    """Boresight, right and down of the array in the world, as rows [1], shape (3, 3)."""
+    steer: Floats
+    """Cosines to right and down of the steered axes [1], shape (channels, 2)."""
+    scale: Floats
+    """What makes the gain one on the steered axis: one over the element's directivity there, shape (channels,)."""
+    element: int
+    """Directivity of one element: a code of the kernels."""
+    tables: Tables = field(repr=False)
+    """Patterns across, down, and of a piston element across, down: cubics of shape (rows, 4), empty for none."""
+    majorants: Tables = field(repr=False)
+    """Largest magnitude of each pattern from each row outwards, shape (rows,)."""
+    per_unit: Floats = field(repr=False)
+    """Rows per unit of direction cosine of each table [1], shape (4,)."""
+
+    @property
+    def channel_count(self) -> int:
+        """Number of beams."""
+        return len(self.steer)
+
+    def only(self, channel: int) -> "Beams":
+        """One of the beams alone; a single beam serves every channel.
+
+        Args:
+            channel: Number of the channel, from 0.
+        """
+        row = slice(channel, channel + 1) if self.channel_count > 1 else slice(0, 1)
+        return replace(self, steer=self.steer[row], scale=self.scale[row])
+
+    def turned(self, rotation: Floats) -> "Beams":
+        """The same beams with the array at another attitude.
+
+        Args:
+            rotation: Boresight, right, down as rows in the world [1], shape (3, 3).
+        """
+        return replace(self, axes=np.ascontiguousarray(rotation, dtype=float))
+
+    def gain(self, direction: ArrayLike) -> Floats:
+        """Amplitude of every beam towards every direction [1].
+
+        Approximation: far field of an aperture focused at all ranges, evaluated from the array's centre.
+
+        Args:
+            direction: Unit vectors from the sonar outwards in the world [1], shape (..., 3).
+
+        Returns:
+            Real amplitude, one on the steered axis, within 1e-7; shape (channels, ...).
+        """
+        d = np.asarray(direction, dtype=float)
+        rows = np.ascontiguousarray(d.reshape(-1, 3))
+        out = np.empty((self.channel_count, len(rows)))
+        gains(rows, self.axes, self.steer, self.scale, self.tables, self.per_unit, self.element, out)
+        return out.reshape(self.channel_count, *d.shape[:-1])
+
+    def bound(self, direction: ArrayLike, margin: ArrayLike) -> Floats:
+        """Upper bound of all beams near each direction, to leave out what no beam can hear.
+
+        Args:
+            direction: Unit vectors from the sonar outwards in the world [1], shape (..., 3).
+            margin: Angle around each direction for which the bound must hold [rad], broadcast to (...).
+
+        Returns:
+            No less than the largest magnitude of gain over all channels and all directions within the margin,
+            shape (...).
+        """
+        d = np.asarray(direction, dtype=float)
+        rows = np.ascontiguousarray(d.reshape(-1, 3))
+        margins = np.ascontiguousarray(np.broadcast_to(np.asarray(margin, dtype=float), d.shape[:-1]).reshape(-1))
+        out = np.empty(len(rows))
+        bounds(rows, margins, self.axes, self.steer, self.scale, self.majorants, self.per_unit, self.element, out)
+        return out.reshape(d.shape[:-1])
+
+
+def beams(
+    array: LineArray | PlanarArray | PointTransducer,
+    frequency: float,
+    sound_speed: float,
+    rotation: Floats | None = None,
+) -> Beams:
+    """All beams of an array.
+
+    Args:
+        array: The array, with its steer angles filled in.
+        frequency: Frequency [Hz].
+        sound_speed: Sound speed at the array [m/s].
+        rotation: Boresight, right, down as rows in the world [1], shape (3, 3); none: the array's own frame.
+
+    Returns:
+        One beam per steer angle. Steering is by phase: the pattern keeps its shape in direction cosine.
+
+    Source: product theorem; R. J. Urick (1983), Principles of Underwater Sound, ch. 3.
+    """
+    wavelength = sound_speed / frequency
+    steer = _axes_of(array)
+    across, down = _extent(array, wavelength)
+    tables, majorants, per_unit = _four_tables(array, across, down, 1 + np.abs(steer).max(axis=0))
+    bare = Beams(
+        axes=np.eye(3) if rotation is None else np.ascontiguousarray(rotation, dtype=float),
+        steer=steer,
+        scale=np.ones(len(steer)),
+        element={"omni": OMNI, "cosine": COSINE}.get(array.element, BAFFLED),
+        tables=tables,
+        majorants=majorants,
+        per_unit=per_unit,
+    )
+    # the aperture's pattern is one on axis already: what is left is the element's directivity
+    on_axis = np.abs(np.diag(bare.turned(np.eye(3)).gain(_in_array_frame(steer))))
+    if on_axis.min() < DEAF:
+        angle = np.degrees(array.steers[int(np.argmin(on_axis))][0])
+        raise ValueError(
+            f"a beam of the {array.kind} array is steered to {angle:g} deg, where its {array.element} elements "
+            "are deaf. Steer closer to boresight, or give the array smaller elements."
+        )
+    return replace(bare, scale=1 / on_axis)
+
+
+def grating_lobes(array: LineArray | PlanarArray | PointTransducer, frequency: float, sound_speed: float) -> Floats:
+    """Directions other than the steered one in which a sparse array is as loud, or nearly so.
+
+    Args:
+        array: The array, with its steer angles filled in.
+        frequency: Frequency [Hz].
+        sound_speed: Sound speed at the array [m/s].
+
+    Returns:
+        Cosines to the array's right and down of the replicas of all beams, shape (n, 2). Those that the
+        elements' own directivity brings below -20 dB are left out.
+    """
+    all_beams = beams(array, frequency, sound_speed)
+    period = _replica_period(array, sound_speed / frequency)
+    found = [np.empty((0, 2))]
+    for channel, axis in enumerate(all_beams.steer):
+        reach = [np.arange(-np.floor(2 / p), np.floor(2 / p) + 1) if p > 0 else np.zeros(1) for p in period]
+        order = np.stack(np.meshgrid(*reach), axis=-1).reshape(-1, 2)
+        replica = axis + order * np.asarray(period)
+        replica = replica[np.any(order != 0, axis=1) & (np.sum(replica**2, axis=1) <= 1)]
+        loud = np.abs(all_beams.gain(_in_array_frame(replica))[channel]) > FAINT_GRATING_LOBE
+        found.append(replica[loud])
+    return np.concatenate(found)
+
+
+def _axes_of(array: LineArray | PlanarArray | PointTransducer) -> Floats:
+    """Cosines to right and down of the beams' axes, shape (channels, 2)."""
+    right, down = np.asarray(array.steers, dtype=float).T
+    return np.ascontiguousarray(np.stack([np.cos(down) * np.sin(right), np.sin(down)], axis=1))
+
+
+def _in_array_frame(cosines: Floats) -> Floats:
+    """Unit vectors (boresight, right, down) in front of the array, from cosines to right and down."""
+    front = np.sqrt(np.clip(1 - np.sum(cosines**2, axis=1), 0, None))
+    return np.concatenate([front[:, None], cosines], axis=1)
+
+
+Side = tuple[float, int | None, str]
+"""Extent in wavelengths, number of elements, shading; extent 0 for none."""
+
+
+def _extent(array: LineArray | PlanarArray | PointTransducer, wavelength: float) -> tuple[Side, Side]:
+    """The array's sides across and down."""
+    nothing: Side = (0.0, None, "uniform")
+    if isinstance(array, LineArray):
+        return (array.length / wavelength, array.elements, array.shading), nothing
+    if isinstance(array, PlanarArray):
+        across: Side = (array.width / wavelength, array.columns, array.shading)
+        return across, (array.height / wavelength, array.rows, array.shading_down)
+    return nothing, nothing
+
+
+def _replica_period(array: LineArray | PlanarArray | PointTransducer, wavelength: float) -> tuple[float, float]:
+    """Distance between replicas of a beam in direction cosine, across and down; 0 for none."""
+    across, down = _extent(array, wavelength)
+    return _period(across), _period(down)
+
+
+def _period(side: Side) -> float:
+    extent, elements, _ = side
+    return elements / extent if elements and elements > 1 else 0.0
+
+
+def _four_tables(
+    array: LineArray | PlanarArray | PointTransducer, across: Side, down: Side, reach: Floats
+) -> tuple[Tables, Tables, Floats]:
+    """Tables across, down, piston across, piston down, with their majorants and rows per unit."""
+    pistons = [(0.0, None, "uniform") if array.element != "piston" else _piston(side) for side in (across, down)]
+    built = [_table(*side, float(far)) for side, far in zip((across, down, *pistons), (*reach, 1.0, 1.0), strict=True)]
+    a, b, c, d = built
+    return (a[0], b[0], c[0], d[0]), (a[1], b[1], c[1], d[1]), np.array([a[2], b[2], c[2], d[2]])
+
+
+def _piston(side: Side) -> Side:
+    """One element as wide as the pitch; a continuous aperture has no pitch, only the baffle."""
+    extent, elements, _ = side
+    return (extent / elements, None, "uniform") if elements else (0.0, None, "uniform")
+
+
+@lru_cache(maxsize=64)
+def _table(extent: float, elements: int | None, shading: str, reach: float) -> tuple[Floats, Floats, float]:
+    """Cubics of one pattern out to a distance in direction cosine, its majorant, and rows per unit."""
+    if extent == 0:
+        return np.empty((0, 4)), np.empty(0), 1.0
+    # a small aperture still needs a few rows over its whole reach
+    per_unit = POINTS_PER_LOBE * max(extent, 1.0)
+    rows = int(np.ceil(reach * per_unit)) + 1
+    value, slope = pattern(np.arange(rows + 1) / per_unit * extent, shading, elements)
+    slope = slope * extent / per_unit
+    p, m, q, n = value[:-1], slope[:-1], value[1:], slope[1:]
+    table = np.stack([p, m, 3 * (q - p) - 2 * m - n, 2 * (p - q) + m + n], axis=1)
+    # a cubic stays between its Bezier control points, so their largest magnitude bounds the row
+    row_bound = np.max(np.abs([p, p + m / 3, q - n / 3, q]), axis=0)
+    majorant = np.maximum.accumulate(row_bound[::-1])[::-1]
+    for frozen in (table, majorant):
+        frozen.setflags(write=False)
+    return np.ascontiguousarray(table), np.ascontiguousarray(majorant), per_unit

@@ -1,0 +1,42 @@
+"""The receiver behind the hydrophones: the band it keeps, and whether it compresses the pulse.
+
+The band is flat about the pulse's centre frequency and rolls off over an eighth of its width at
+each side, so that the recording's sample rate, 1.25 times the band, holds all that is kept.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import Field
+
+from insonify.noun import Hertz, Noun
+
+ROLL_OFF = 1.25
+"""Full width of the receiver's response over its flat width, and sample rate over band [1]."""
+
+
+class Receiver(Noun):
+    """What is kept of the sound that arrives: a band about the centre frequency, compressed or not."""
+
+    band: Hertz = Field(default=20e3, gt=0, le=10e6)
+    """Flat two-sided band about the centre frequency [Hz]."""
+    compress: bool = False
+    """Whether the recording is the matched filter's output: peaks at the echoes' delays."""
+
+    @property
+    def sample_rate(self) -> float:
+        """Complex samples per second of the recording [Hz]."""
+        return ROLL_OFF * self.band
+
+
+def response(receiver: Receiver, offset: ArrayLike) -> NDArray[np.float64]:
+    """Amplitude response of the receiver's band [1]; real, hence without delay.
+
+    Args:
+        receiver: The receiver.
+        offset: Frequency relative to the centre [Hz], any shape.
+
+    Returns:
+        One to half the band, then half a cosine down to zero at 0.625 of the band, shape of offset.
+    """
+    edge = (np.abs(np.asarray(offset, dtype=float)) / receiver.band - 0.5) / (ROLL_OFF / 2 - 0.5)
+    return np.asarray(np.cos(np.pi / 2 * np.clip(edge, 0, 1)) ** 2)

@@ -1,0 +1,94 @@
+"""The sonar as it stands at one ping: where its two ends are, how its beams point, what it hears and when.
+
+Stop and hop: transmitter and receiver stand still from the pulse to the end of the window.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.sonar.beam import Beams, beams
+from insonify.sonar.heard import HeardPulse
+from insonify.sonar.sonar import Sonar, array_position, array_rotation
+from insonify.sonar.track import Poses
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Stance:
+    """One ping's geometry, ready for the engine and for synthesis."""
+
+    ping: int
+    """Number of the ping."""
+    sound_speed: float
+    """Speed of sound [m/s]."""
+    transmit_place: Floats
+    """North, east, depth of the transmitter [m], shape (3,)."""
+    receive_place: Floats
+    """North, east, depth of the receiver [m], shape (3,)."""
+    transmit_beams: Beams
+    receive_beams: Beams
+    boresight: Floats
+    """Unit vector that the arrays face, in the world, shape (3,)."""
+    bearing: float
+    """Bearing of the first beam [rad]."""
+    track: Floats
+    """Places of the platform at all pings, shape (pings, 3): sampling follows the whole track."""
+    window: tuple[float, float]
+    """Start and stop of the recording [s]."""
+    pulse: HeardPulse
+    source_level_db: float
+    """Rms level on axis [dB re 1 uPa at 1 m]."""
+    channel_count: int
+    """Number of pairs of a transmit and a receive beam."""
+
+    @property
+    def frequency(self) -> float:
+        """Centre frequency [Hz]."""
+        return self.pulse.pulse.frequency
+
+    @property
+    def heard_delays(self) -> tuple[float, float]:
+        """Earliest and latest delay whose echo touches the window [s]."""
+        return self.window[0] - self.pulse.stop, self.window[1] - self.pulse.start
+
+    @property
+    def together(self) -> bool:
+        """True where transmitter and receiver are at one place, so that legs out and back hold the same values."""
+        return bool(np.array_equal(self.transmit_place, self.receive_place))
+
+
+def stance(sonar: Sonar, poses: Poses, ping: int, *, window: tuple[float, float], pulse: HeardPulse,
+           sound_speed: float) -> Stance:  # fmt: skip
+    """The sonar as it stands at one ping.
+
+    Args:
+        sonar: The sonar.
+        poses: Poses of its platform.
+        ping: Number of the ping.
+        window: Start and stop of the recording [s].
+        pulse: The sonar's heard pulse, made once for all pings.
+        sound_speed: Speed of sound [m/s].
+    """
+    body = poses.rotation(ping)
+    rotation = array_rotation(sonar, body)
+    transmit, receive = sonar.arrays
+    frequency = sonar.pulse.frequency
+    facing = rotation[0] * np.cos(sonar.steers[0]) + rotation[1] * np.sin(sonar.steers[0])
+    return Stance(
+        ping=ping,
+        sound_speed=sound_speed,
+        transmit_place=array_position(transmit, poses.position[ping], body),
+        receive_place=array_position(receive, poses.position[ping], body),
+        transmit_beams=beams(transmit, frequency, sound_speed, rotation),
+        receive_beams=beams(receive, frequency, sound_speed, rotation),
+        boresight=rotation[0],
+        bearing=float(np.arctan2(facing[1], facing[0])),
+        track=poses.position,
+        window=window,
+        pulse=pulse,
+        source_level_db=sonar.source_level_db,
+        channel_count=sonar.channel_count,
+    )

@@ -1,0 +1,1 @@
+"""From arrivals to a recording, in phase or in the mean."""

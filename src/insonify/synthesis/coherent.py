@@ -1,0 +1,90 @@
+"""The coherent reading: every arrival adds its pulse, in phase.
+
+Pairs are laid on the time grid block by block and never written out. Where both legs of a pair share
+their delays (out and back from one place), the two orders of a pair are one echo of their summed weight.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.records.arrivals import Arrivals
+from insonify.records.pairs import Pairs
+from insonify.sonar.stance import Stance
+from insonify.synthesis._spread import spread_carrier, spread_pairs
+from insonify.synthesis.grid import TimeGrid, finish
+from insonify.synthesis.perturbation import Perturbation
+from insonify.synthesis.weights import leg_weights
+from insonify.units import amplitude_ratio
+
+Cells = NDArray[np.complex64]
+
+
+@dataclass(frozen=True, slots=True)
+class Coherent:
+    """Hears complex pressure [uPa]."""
+
+    stance: Stance
+    grid: TimeGrid
+    perturbation: Perturbation
+
+    def silence(self) -> Cells:
+        """Cells with nothing in them, one row a channel."""
+        return self.grid.cells(self.stance.channel_count)
+
+    def take_in(self, cells: Cells, pairs: Pairs) -> None:
+        """Add the echoes of one block of scatterers to the cells."""
+        level = float(amplitude_ratio(self.stance.source_level_db))
+        sent = leg_weights(pairs.out, self.stance.transmit_beams, self.stance.frequency, level)
+        heard = leg_weights(pairs.back, self.stance.receive_beams, self.stance.frequency)
+        merge = pairs.out is pairs.back and self.perturbation.still
+        rows = {(int(i), int(j)): row for row, (i, j) in enumerate(pairs.pair)}
+        for (i, j), row in rows.items():
+            twin = merge and i != j and (j, i) in rows
+            if twin and i > j:
+                continue
+            strength = pairs.strength[row] * pairs.scatterers.phase
+            if not self.perturbation.still:
+                strength = strength * self.perturbation.factor(
+                    pairs.scatterers.place, pairs.out.families[i], pairs.back.families[j]
+                )
+            for channel, row_of_cells in enumerate(cells):
+                s, h = sent[channel % len(sent)], heard[channel % len(heard)]
+                weight = s[i] * h[j] + s[j] * h[i] if twin else s[i] * h[j]
+                self._spread(row_of_cells, pairs.out.delay[i], pairs.back.delay[j], weight * strength)
+
+    def _spread(self, cells, delay_out, delay_back, weight) -> None:  # type: ignore[no-untyped-def]
+        one = np.ones(len(weight), np.complex64)
+        spread_pairs(
+            cells, self.grid.first_time, self.grid.cell_rate, delay_out, delay_back,
+            weight.astype(np.complex64), one, one,
+        )  # fmt: skip
+
+    def series(self, cells: Cells) -> NDArray[np.complex64]:
+        """Complex envelope at the grid's times [uPa], shape (channels, samples)."""
+        return finish(cells, self.grid, self.stance.pulse.spectrum(self.grid.frequencies))
+
+
+def hear_arrivals(arrivals: Arrivals, stance: Stance, grid: TimeGrid) -> NDArray[np.complex64]:
+    """What the sonar hears of a list of arrivals: the coherent reading, row by row.
+
+    Args:
+        arrivals: Paths of one ping.
+        stance: The sonar at that ping.
+        grid: Times wanted.
+
+    Returns:
+        Complex envelope [uPa], shape (channels, samples).
+    """
+    cells = grid.cells(stance.channel_count)
+    sent, heard = (
+        stance.transmit_beams.gain(arrivals.departure),
+        stance.receive_beams.gain(arrivals.arrival),
+    )
+    level = float(amplitude_ratio(stance.source_level_db))
+    for channel, row in enumerate(cells):
+        gain = level * sent[channel % len(sent)] * heard[channel % len(heard)]
+        weight = (gain * arrivals.amplitude[:, 0]).astype(np.complex64)
+        spread_carrier(row, grid.first_time, grid.cell_rate, arrivals.delay, weight, stance.frequency)
+    return finish(cells, grid, stance.pulse.spectrum(grid.frequencies))

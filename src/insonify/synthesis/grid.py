@@ -1,0 +1,148 @@
+"""The fine time grid on which echoes are laid down before the pulse is put on them.
+
+An echo is a spike in time: no sample has its delay. So each is spread over a few cells of a grid
+twice as fine as the recording, with a smooth kernel; one Fourier transform then gives the sum of all
+the echoes' spectra, the kernel is divided out, the pulse multiplied in, and a second transform
+returns to time. The cost does not depend on how long the pulse lasts.
+
+Method: Greengard & Lee (2004), SIAM Review 46(3), section 2 (non-uniform FFT of type 1).
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.fft
+from numpy.typing import NDArray
+
+from insonify.synthesis._taps import CELLS_PER_SPIKE, kernel_transform
+
+OVERSAMPLING = 2
+"""Cells per output sample of the grid of pressures; the grid of energies has twice as many."""
+
+
+@dataclass(frozen=True, slots=True)
+class TimeGrid:
+    """The recorded window, and the longer periodic stretch of time that it is cut from."""
+
+    start: float
+    """Time of the first output sample [s]."""
+    sample_rate: float
+    """Output samples per second of the complex envelope [Hz]."""
+    count: int
+    """Output samples in the window."""
+    lead: int
+    """Samples before the window, where echoes begin that are still heard in it."""
+    padded: int
+    """Samples of the periodic stretch: late echoes do not wrap into the window, and the FFT is quick."""
+
+    @property
+    def first_time(self) -> float:
+        """Time of the first cell [s]."""
+        return self.start - self.lead / self.sample_rate
+
+    @property
+    def cell_rate(self) -> float:
+        """Cells of the pressure grid per second [Hz]."""
+        return OVERSAMPLING * self.sample_rate
+
+    @property
+    def energy_rate(self) -> float:
+        """Cells of the energy grid per second [Hz]: a squared envelope has twice the band."""
+        return 2 * OVERSAMPLING * self.sample_rate
+
+    @property
+    def time(self) -> NDArray[np.float64]:
+        """Times of the output samples [s], shape (count,)."""
+        return self.start + np.arange(self.count) / self.sample_rate
+
+    @property
+    def frequencies(self) -> NDArray[np.float64]:
+        """Offsets from the carrier at which the pulse spectrum is wanted [Hz], shape (padded,), in DFT order."""
+        return np.asarray(scipy.fft.fftfreq(self.padded, 1 / self.sample_rate))
+
+    def cells(self, channels: int = 1) -> NDArray[np.complex64]:
+        """An empty grid of pressures, shape (channels, OVERSAMPLING * padded)."""
+        return np.zeros((channels, OVERSAMPLING * self.padded), np.complex64)
+
+    def energy_cells(self, channels: int = 1) -> NDArray[np.float64]:
+        """An empty grid of energies, shape (channels, 2 * OVERSAMPLING * padded)."""
+        return np.zeros((channels, 2 * OVERSAMPLING * self.padded))
+
+
+def time_grid(start: float, stop: float, sample_rate: float, pulse_start: float, pulse_stop: float) -> TimeGrid:
+    """The grid for a window, wide enough for every echo that is heard in it.
+
+    An arrival at delay tau is heard from tau + pulse_start to tau + pulse_stop, so the delays that
+    matter lie between start - pulse_stop and stop - pulse_start. The spreading kernels drop what has no
+    cells on the grid; the few cells of margin that are kept beyond those bounds are silent in the window.
+
+    Args:
+        start: First time of the window [s].
+        stop: End of the window [s], after start.
+        sample_rate: Output samples per second [Hz].
+        pulse_start: First time at which the pulse, as received, is not negligible [s]; negative when compressed.
+        pulse_stop: Last such time [s].
+
+    Returns:
+        A window of round((stop - start) * sample_rate) samples, at least one.
+    """
+    count = max(1, round((stop - start) * sample_rate))
+    lead = max(0, math.ceil(pulse_stop * sample_rate)) + CELLS_PER_SPIKE
+    tail = max(0, math.ceil(-pulse_start * sample_rate)) + CELLS_PER_SPIKE
+    padded = 2 * scipy.fft.next_fast_len(math.ceil((lead + count + tail) / 2))
+    return TimeGrid(start=start, sample_rate=sample_rate, count=count, lead=lead, padded=padded)
+
+
+def finish(cells: NDArray[np.complex64], grid: TimeGrid, spectrum: NDArray[np.complex128]) -> NDArray[np.complex64]:
+    """What is heard: the sum over arrivals of weight times p(t - delay), from cells filled by spreading.
+
+    Args:
+        cells: Grid of pressures, shape (channels, OVERSAMPLING * padded).
+        grid: The grid the cells belong to.
+        spectrum: Continuous Fourier transform of the received pulse p at grid.frequencies [s], shape (padded,).
+
+    Returns:
+        Complex envelope at grid.time, in the units of the weights, shape (channels, count).
+    """
+    shape = grid.sample_rate * spectrum / kernel_transform(grid.frequencies / grid.cell_rate)
+    window = slice(grid.lead, grid.lead + grid.count)
+    heard = np.empty((len(cells), grid.count), np.complex64)
+    for channel, row in enumerate(cells):
+        # float64: a float32 transform smears 1e-7 of the loudest echo over the whole record.
+        transform = scipy.fft.fft(row.astype(np.complex128), overwrite_x=True)
+        heard[channel] = scipy.fft.ifft(_central(transform, grid.padded) * shape, overwrite_x=True)[window]
+    return heard
+
+
+def finish_energy(cells: NDArray[np.float64], grid: TimeGrid, spectrum: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """The expected intensity: the sum over arrivals of energy times |p(t - delay)|^2.
+
+    Args:
+        cells: Grid of energies, shape (channels, 2 * OVERSAMPLING * padded).
+        grid: The grid the cells belong to.
+        spectrum: Continuous Fourier transform of the received pulse p at grid.frequencies [s], shape (padded,).
+
+    Returns:
+        Intensity at grid.time, not negative, in the units of the energies, shape (channels, count).
+    """
+    fine = 2 * grid.padded
+    # |p|^2 in samples at twice the output rate, over one period: exact, for p has no more than the output band.
+    spread = np.zeros(fine, np.complex128)
+    half = grid.padded // 2
+    spread[:half] = spectrum[:half]
+    spread[-half:] = spectrum[-half:]
+    power = np.abs(scipy.fft.ifft(spread) * 2 * grid.sample_rate) ** 2
+    bins = np.arange(grid.padded + 1)
+    shape = scipy.fft.rfft(power) / kernel_transform(bins / (2 * fine))
+    window = slice(2 * grid.lead, 2 * (grid.lead + grid.count), 2)
+    heard = np.empty((len(cells), grid.count))
+    for channel, row in enumerate(cells):
+        transform = scipy.fft.rfft(row)[: grid.padded + 1]
+        heard[channel] = scipy.fft.irfft(transform * shape, fine)[window]
+    return np.maximum(heard, 0.0)
+
+
+def _central(transform: NDArray[np.complex128], count: int) -> NDArray[np.complex128]:
+    half = count // 2
+    return np.concatenate([transform[:half], transform[-half:]])

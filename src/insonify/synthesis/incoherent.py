@@ -1,0 +1,132 @@
+"""The incoherent reading: the expected intensity, free of speckle.
+
+Scatterers have random phases, so their echoes add as energies. The paths of one scatterer interfere:
+reciprocal pairs arrive together and give 4 |A|^2, pairs closer than the pulse make fringes. Only what is
+further apart than the pulse adds as energy from the start.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from insonify.records.pairs import Pairs
+from insonify.sonar.stance import Stance
+from insonify.synthesis._groups import PulseTable, add_groups
+from insonify.synthesis._spread import spread_energy
+from insonify.synthesis.grid import TimeGrid, finish_energy
+from insonify.synthesis.perturbation import Perturbation
+from insonify.synthesis.weights import leg_weights
+from insonify.units import amplitude_ratio
+
+Floats = NDArray[np.float64]
+SAME_DELAY = 1e-10
+"""Delays this close share one pulse: their carriers are in the weights, and no envelope changes so fast [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Energies:
+    """What has been heard so far."""
+
+    cells: Floats
+    """Energies that do not interfere, on the energy grid, shape (channels, cells)."""
+    intensity: Floats
+    """Intensity of groups that do, at the output samples, shape (channels, samples)."""
+
+    def __iadd__(self, other: "Energies") -> "Energies":
+        """Add what another has heard."""
+        self.cells[...] += other.cells
+        self.intensity[...] += other.intensity
+        return self
+
+
+@dataclass(frozen=True, slots=True)
+class Incoherent:
+    """Hears expected intensity [uPa^2]."""
+
+    stance: Stance
+    grid: TimeGrid
+    perturbation: Perturbation
+    table: PulseTable
+
+    def silence(self) -> Energies:
+        """Nothing heard yet."""
+        channels = self.stance.channel_count
+        return Energies(self.grid.energy_cells(channels), np.zeros((channels, self.grid.count)))
+
+    def take_in(self, energies: Energies, pairs: Pairs) -> None:
+        """Add the mean intensity of one block of scatterers."""
+        level = float(amplitude_ratio(self.stance.source_level_db))
+        sent = leg_weights(pairs.out, self.stance.transmit_beams, self.stance.frequency, level)
+        heard = leg_weights(pairs.back, self.stance.receive_beams, self.stance.frequency)
+        kept, mean = self.perturbation.kept_interference, self.perturbation.mean_energy
+        support = self.stance.pulse.stop - self.stance.pulse.start
+        for channel in range(self.stance.channel_count):
+            delay, energy, first, late, weight = _sort(
+                pairs.out.delay, pairs.back.delay, sent[channel % len(sent)], heard[channel % len(heard)],
+                pairs.pair, pairs.strength, support, kept, mean - kept,
+            )  # fmt: skip
+            spread_energy(energies.cells[channel], self.grid.first_time, self.grid.energy_rate, delay, energy)
+            add_groups(
+                energies.intensity[channel], self.grid.start, self.grid.sample_rate, self.table.samples,
+                self.table.start, self.table.rate, first, late, weight, kept, mean - kept,
+            )  # fmt: skip
+
+    def series(self, energies: Energies) -> Floats:
+        """Expected intensity at the grid's times [uPa^2], shape (channels, samples)."""
+        spectrum = self.stance.pulse.spectrum(self.grid.frequencies)
+        return finish_energy(energies.cells, self.grid, spectrum) + energies.intensity
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _sort(delay_out, delay_back, sent, heard, pair, strength, support, kept, apart):  # type: ignore[no-untyped-def]
+    """Sort the replicas of every scatterer into those that stand alone in time and those that interfere.
+
+    Returns:
+        Delay and energy of those alone; then, of the others, the first row of each group (and the end),
+        delay and weight.
+    """
+    count, points = pair.shape[0], delay_out.shape[1]
+    alone_delay, alone_energy = np.empty(count * points), np.empty(count * points)
+    first, late = np.empty(count * points + 1, np.int64), np.empty(count * points)
+    weight = np.empty(count * points, np.complex128)
+    tau, w, order = np.empty(count), np.empty(count, np.complex128), np.empty(count, np.int64)
+    alone, groups, rows = 0, 0, 0
+    for n in range(points):
+        m = 0
+        for p in range(count):
+            i, j = pair[p, 0], pair[p, 1]
+            value = sent[i, n] * heard[j, n] * strength[p, n]
+            if value != 0:
+                tau[m] = delay_out[i, n] + delay_back[j, n]
+                w[m] = value
+                k = m
+                while k > 0 and tau[order[k - 1]] > tau[m]:
+                    order[k] = order[k - 1]
+                    k -= 1
+                order[k] = m
+                m += 1
+        a = 0
+        while a < m:
+            b = a + 1
+            while b < m and tau[order[b]] - tau[order[b - 1]] <= support:
+                b += 1
+            if tau[order[b - 1]] - tau[order[a]] <= SAME_DELAY:
+                total, energy = 0j, 0.0
+                for k in range(a, b):
+                    total += w[order[k]]
+                    energy += abs(w[order[k]]) ** 2
+                alone_delay[alone] = tau[order[a]]
+                alone_energy[alone] = kept * abs(total) ** 2 + apart * energy
+                alone += 1
+            else:
+                first[groups] = rows
+                groups += 1
+                for k in range(a, b):
+                    late[rows] = tau[order[k]]
+                    weight[rows] = w[order[k]]
+                    rows += 1
+            a = b
+    first[groups] = rows
+    return alone_delay[:alone], alone_energy[:alone], first[: groups + 1], late[:rows], weight[:rows]

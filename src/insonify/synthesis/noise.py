@@ -1,0 +1,67 @@
+"""Ambient noise as the receiver hands it on: one spectrum level, shaped by the receiver's filter."""
+
+import numpy as np
+import scipy.fft
+from numpy.typing import NDArray
+
+from insonify import streams
+from insonify.sonar.heard import HeardPulse
+from insonify.sonar.pulse import energy_duration, spectrum
+from insonify.sonar.receiver import response
+from insonify.units import intensity_ratio
+
+
+def receiver_filter(pulse: HeardPulse, offset: NDArray[np.float64]) -> NDArray[np.complex128]:
+    """What the receiver does to any sound: its band, and the matched filter when it compresses [1].
+
+    Args:
+        pulse: The heard pulse, which knows pulse and receiver.
+        offset: Frequency relative to the centre [Hz], any shape.
+    """
+    passed = np.asarray(response(pulse.receiver, offset), complex)
+    if pulse.receiver.compress:
+        passed = passed * np.conj(spectrum(pulse.pulse, offset)) / energy_duration(pulse.pulse)
+    return passed
+
+
+def noise_intensity(pulse: HeardPulse, level_db: float | None) -> float:
+    """Mean-square noise pressure in the recording [uPa^2].
+
+    Args:
+        pulse: The heard pulse.
+        level_db: Spectrum level at the beam output [dB re 1 uPa^2/Hz]; None is silence.
+    """
+    if level_db is None:
+        return 0.0
+    offset = np.linspace(-0.5, 0.5, 20_001) * pulse.receiver.sample_rate
+    power = np.abs(receiver_filter(pulse, offset)) ** 2
+    return float(intensity_ratio(level_db) * np.trapezoid(power, offset))
+
+
+def noise(
+    pulse: HeardPulse, level_db: float | None, seed: int, ping: int, channels: int, count: int
+) -> NDArray[np.complex64]:
+    """Noise of one ping, independent between channels.
+
+    Args:
+        pulse: The heard pulse.
+        level_db: Spectrum level at the beam output [dB re 1 uPa^2/Hz]; None is silence.
+        seed: Seed of the scenario.
+        ping: Number of the ping.
+        channels: Number of channels.
+        count: Samples.
+
+    Returns:
+        Circular Gaussian pressure [uPa], shape (channels, count).
+    """
+    if level_db is None:
+        return np.zeros((channels, count), np.complex64)
+    rate = pulse.receiver.sample_rate
+    period = scipy.fft.next_fast_len(count + int(np.ceil((pulse.stop - pulse.start) * rate)))
+    shape = receiver_filter(pulse, scipy.fft.fftfreq(period, 1 / rate))
+    root = np.sqrt(float(intensity_ratio(level_db)) * rate)
+    rows = [
+        scipy.fft.ifft(scipy.fft.fft(streams.normals(seed, streams.NOISE, ping, channel, period)) * shape)[:count]
+        for channel in range(channels)
+    ]
+    return (root * np.array(rows)).astype(np.complex64)

@@ -1,0 +1,74 @@
+"""The paper's random jitter of each pulse replica: in delay, and in amplitude.
+
+Each ordered pair of families at each place is a replica of its own; its draw is keyed by seed, ping,
+place and families, and is shared by all channels. In the mean a jitter of up to J wavelengths, uniform,
+leaves sinc^2(J) of the interference between replicas; an amplitude changed by up to a part e, uniform,
+adds e^2 / 3 to the energy of each.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from insonify import streams
+from insonify.propagation.choice import PathChoice
+from insonify.propagation.families import bounces
+
+
+@dataclass(frozen=True, slots=True)
+class Perturbation:
+    """Jitter of one ping's replicas."""
+
+    seed: int
+    ping: int
+    jitter: float
+    """Largest random delay [wavelengths]."""
+    amplitude: float
+    """Largest random change of amplitude, as a part of it [1]."""
+
+    @property
+    def still(self) -> bool:
+        """True where nothing is perturbed."""
+        return self.jitter == 0 and self.amplitude == 0
+
+    @property
+    def kept_interference(self) -> float:
+        """Part of the mean product of two replicas that survives [1]."""
+        return float(np.sinc(self.jitter) ** 2)
+
+    @property
+    def mean_energy(self) -> float:
+        """Mean energy of one replica re the unperturbed one [1]."""
+        return 1 + self.amplitude**2 / 3
+
+    def factor(self, place: NDArray[np.uint64], out: str, back: str) -> NDArray[np.complex128]:
+        """Complex factor of the replicas of some places, for one ordered pair of families [1], shape (n,)."""
+        result = np.empty(len(place), complex)
+        families = (_code(out) << 8) | _code(back)
+        k0, k1 = streams.key(self.seed, streams.JITTER)
+        _factors(place, self.ping, families, k0, k1, self.jitter, self.amplitude, result)
+        return result
+
+
+def perturbation(seed: int, ping: int, choice: PathChoice) -> Perturbation:
+    """The perturbation that a choice of paths asks for, at one ping."""
+    return Perturbation(seed, ping, choice.jitter, choice.amplitude_perturbation)
+
+
+def _code(family: str) -> int:
+    """A number of its own for each family: twice its bounces, plus one where the bottom comes first."""
+    string = bounces(family)
+    return 2 * len(string) + string.startswith("B")
+
+
+@njit(cache=True, nogil=True)
+def _factors(place, ping, families, k0, k1, jitter, amplitude, result):  # type: ignore[no-untyped-def]
+    """Fill `result` with (1 + amplitude (2 u - 1)) exp(-j 2 pi jitter v), u and v uniform."""
+    for n in range(place.size):
+        low, high = place[n] & np.uint64(0xFFFFFFFF), place[n] >> np.uint64(32)
+        w0, w1, _, _ = streams.philox(low, high, ping, families, k0, k1)
+        angle = -2 * np.pi * jitter * streams.unit(w0)
+        change = 1 + amplitude * (2 * streams.unit(w1) - 1)
+        result[n] = change * complex(np.cos(angle), np.sin(angle))

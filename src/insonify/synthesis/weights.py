@@ -1,0 +1,41 @@
+"""What a leg weighs in each channel: its amplitude, the beam it passes, and the phase of its carrier."""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from insonify.records.legs import Legs
+from insonify.sonar.beam import Beams
+from insonify.synthesis._fastmath import sincos_cycles
+
+Complexes = NDArray[np.complex128]
+
+
+def leg_weights(legs: Legs, beams: Beams, frequency: float, level: float = 1.0) -> Complexes:
+    """Complex weight of every leg in every beam.
+
+    Args:
+        legs: Legs between one end and n points, by f families.
+        beams: Beams of that end.
+        frequency: Carrier [Hz].
+        level: Factor on all of them, such as the source's pressure [uPa at 1 m].
+
+    Returns:
+        Amplitude times beam times exp(-j 2 pi frequency delay), shape (beams, f, n).
+    """
+    gain = beams.gain(legs.departure)
+    weight = np.empty(gain.shape, complex)
+    _weigh(gain, legs.amplitude, legs.delay, frequency, level, weight)
+    return weight
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _weigh(gain, amplitude, delay, frequency, level, weight):  # type: ignore[no-untyped-def]
+    """Fill `weight`; the carrier's cycles are counted in float64, for there are thousands of them."""
+    for f in range(delay.shape[0]):
+        for n in range(delay.shape[1]):
+            cycles = -frequency * delay[f, n]
+            sine, cosine = sincos_cycles(cycles - np.rint(cycles))
+            carried = level * amplitude[f, n] * complex(cosine, sine)
+            for c in range(gain.shape[0]):
+                weight[c, f, n] = gain[c, f, n] * carried

@@ -1,0 +1,138 @@
+"""A recording on disk can be stopped and taken up again at any moment."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from insonify.formats.zarr_store import Layout, StoreError, create, done, open_recording, write_ping
+
+PINGS, CHANNELS, SAMPLES = 5, 2, 40
+SAME = {"scenario": "title: here", "seed": 1, "version": "0"}
+
+
+def layout(field: str = "pressure") -> Layout:
+    """A short track of a sonar with two beams."""
+    place = np.arange(3.0 * PINGS).reshape(PINGS, 3)
+    grid = np.arange(SAMPLES) / 25e3
+    return Layout(field, grid, 0.3 * np.arange(PINGS), np.array([0.0, 0.1]), place, place / 100)
+
+
+def sound(ping: int) -> np.ndarray:
+    """Some pressure, another one for every ping."""
+    rng = np.random.default_rng(ping)
+    noise = rng.normal(size=(2, CHANNELS, SAMPLES))
+    return (noise[0] + 1j * noise[1]).astype(np.complex64)
+
+
+def test_what_is_written_is_read_bit_by_bit(tmp_path: Path) -> None:
+    """Pressure, geometry and attributes come back as they went in; absent pings are NaN."""
+    path = tmp_path / "harbour.zarr"
+    create(path, layout(), SAME)
+    write_ping(path, 3, sound(3))
+    data = open_recording(path)
+    assert data["pressure"].dtype == np.complex64
+    np.testing.assert_array_equal(data["pressure"][3], sound(3))
+    assert np.isnan(data["pressure"][2]).all()
+    np.testing.assert_array_equal(data["position"], layout().position)
+    np.testing.assert_array_equal(data["time"], layout().time)
+    assert SAME.items() <= data.attrs.items()
+    assert done(path).tolist() == [False, False, False, True, False]
+
+
+@pytest.mark.parametrize(("field", "units"), [("pressure", "uPa"), ("intensity", "uPa^2")])
+def test_every_variable_says_what_it_is(tmp_path: Path, field: str, units: str) -> None:
+    """Units and a long name on each; dimensions by name."""
+    create(tmp_path / "a.zarr", layout(field), SAME)
+    data = open_recording(tmp_path / "a.zarr")
+    assert data[field].dims == ("ping", "channel", "time") and data[field].attrs["units"] == units
+    for name, variable in data.variables.items():
+        assert variable.attrs.get("units") and variable.attrs.get("long_name"), name
+    assert {"ping_time", "steer", "time"} <= set(data.coords)
+
+
+def test_a_ping_is_a_chunk(tmp_path: Path) -> None:
+    """One file per ping, so that writers never share one."""
+    path = tmp_path / "a.zarr"
+    create(path, layout(), SAME)
+    write_ping(path, 1, sound(1))
+    write_ping(path, 4, sound(4))
+    for name in ("pressure", "done"):
+        chunks = {file.relative_to(path / name / "c").parts[0] for file in (path / name / "c").rglob("*")}
+        assert chunks == {"1", "4"}
+
+
+def test_the_same_scenario_goes_on_and_another_one_does_not(tmp_path: Path) -> None:
+    """A second run of the same scenario keeps the pings; any other is refused and harms nothing."""
+    path = tmp_path / "a.zarr"
+    create(path, layout(), SAME)
+    write_ping(path, 0, sound(0))
+    create(path, layout(), SAME)
+    assert done(path)[0]
+    with pytest.raises(StoreError, match="another scenario and seed.*--overwrite"):
+        create(path, layout(), {**SAME, "scenario": "title: there", "seed": 2})
+    assert done(path)[0]
+    create(path, layout(), {**SAME, "seed": 2}, overwrite=True)
+    assert not done(path).any()
+    assert [entry.name for entry in tmp_path.iterdir()] == ["a.zarr"]
+
+
+def test_nothing_but_a_recording_is_ever_replaced(tmp_path: Path) -> None:
+    """A folder of photographs is safe, even from --overwrite; an empty folder is a fine place."""
+    album, empty = tmp_path / "album", tmp_path / "empty"
+    album.mkdir()
+    empty.mkdir()
+    (album / "cat.png").write_bytes(b"meow")
+    for overwrite in (False, True):
+        with pytest.raises(StoreError, match="not a recording"):
+            create(album, layout(), SAME, overwrite=overwrite)
+    assert (album / "cat.png").read_bytes() == b"meow"
+    create(empty, layout(), SAME)
+    assert not done(empty).any()
+    with pytest.raises(StoreError, match="insonify run"):
+        open_recording(album)
+
+
+def test_data_of_the_wrong_shape_are_refused(tmp_path: Path) -> None:
+    """Too few channels, or a ping that the track does not have."""
+    create(tmp_path / "a.zarr", layout(), SAME)
+    with pytest.raises(ValueError, match="shape"):
+        write_ping(tmp_path / "a.zarr", 0, sound(0)[:1])
+    with pytest.raises(ValueError, match="no ping 5"):
+        write_ping(tmp_path / "a.zarr", PINGS, sound(0))
+    assert not done(tmp_path / "a.zarr").any()
+
+
+WRITER = """
+import sys
+sys.path.insert(0, {tests!r})
+from test_zarr_store import PINGS, SAME, create, layout, sound, write_ping
+print("ready", flush=True)
+while True:
+    create({path!r}, layout(), SAME, overwrite=True)
+    for ping in range(PINGS):
+        write_ping({path!r}, ping, sound(ping))
+"""
+
+
+def test_killed_at_any_moment_what_the_mask_says_is_there(tmp_path: Path) -> None:
+    """Eight runs are killed without warning; the recording is whole, or absent, or begun, never wrong."""
+    path = tmp_path / "a.zarr"
+    script = WRITER.format(tests=str(Path(__file__).parent), path=str(path))
+    rng = np.random.default_rng(1)
+    for _ in range(8):
+        with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE) as run:
+            run.stdout.readline()
+            time.sleep(rng.uniform(0.0, 0.2))
+            os.kill(run.pid, signal.SIGKILL)
+        if path.exists():
+            for ping in np.flatnonzero(done(path)):
+                np.testing.assert_array_equal(open_recording(path)["pressure"][ping], sound(ping))
+    create(path, layout(), SAME)
+    write_ping(path, 0, sound(0))
+    assert done(path)[0]

@@ -1,0 +1,68 @@
+"""The nominal scenario file, whole and maimed."""
+
+from importlib.resources import files
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from insonify.scenario.advice import ScenarioError
+from insonify.scenario.load import parse
+from insonify.scenario.scenario import Scenario
+from insonify.scenario.write import to_yaml
+
+NOMINAL = (files("insonify.scenario") / "templates" / "nominal.yaml").read_text(encoding="utf-8")
+LINES = NOMINAL.splitlines()
+
+scraps = st.sampled_from(
+    ["", "-", ":", "null", "no", ".nan", "1e999", "-1", "0", "1e30", "-20 m", "20 kHz", "[1, 2]", "{a: 1}", "[]", "{}",
+     "[[[]]]", "*x", "&x 1", "!y", "'", "\t", "|", "? ", "#", "999999999999999999999999", "1:30", "🐟", "\x00", "box"]
+)  # fmt: skip
+
+
+def test_the_template_shows_the_defaults() -> None:
+    """Every value in the file that its comment does not call needed is what leaving it out gives."""
+    scenario = parse(Scenario, NOMINAL)
+    bare = "sonar:" + NOMINAL.split("\nsonar:")[1].split("  receiver:")[0] + "\ntrack: {kind: static, position: [0, 0, 11]}"
+    short = parse(Scenario, bare)
+    for name in ("seed", "water", "seabed", "surface", "track", "paths", "field", "output"):
+        assert getattr(short, name) == getattr(scenario, name), name
+    assert short.sonar == scenario.sonar
+
+
+def test_the_scenario_in_the_attributes_is_the_scenario() -> None:
+    """Written as YAML in SI and read again, nothing has changed."""
+    scenario = parse(Scenario, NOMINAL)
+    assert parse(Scenario, to_yaml(scenario)) == scenario
+
+
+def tried(text: str) -> None:
+    """Either it loads or it is answered; nothing else may happen."""
+    try:
+        parse(Scenario, text, name="harbour.yaml")
+    except ScenarioError as error:
+        assert error.faults
+        assert all(line.startswith("harbour.yaml:") for line in str(error).splitlines())
+
+
+@settings(max_examples=250)
+@given(st.integers(0, len(LINES) - 1), scraps)
+def test_any_value_may_be_replaced_by_anything(row: int, scrap: str) -> None:
+    """One value of the nominal file becomes nonsense."""
+    key, colon, _ = LINES[row].partition(":")
+    tried("\n".join([*LINES[:row], f"{key}{colon} {scrap}", *LINES[row + 1 :]]))
+
+
+@settings(max_examples=150)
+@given(st.integers(0, len(NOMINAL)), st.integers(0, 40), scraps | st.text(max_size=5))
+def test_any_piece_may_be_cut_out_and_replaced(start: int, length: int, scrap: str) -> None:
+    """Text vanishes and other text appears, anywhere."""
+    tried(NOMINAL[:start] + scrap + NOMINAL[start + length :])
+
+
+@settings(max_examples=100)
+@given(st.integers(0, len(LINES) - 1), st.integers(0, len(LINES) - 1))
+def test_any_line_may_stand_anywhere(row: int, other: int) -> None:
+    """Two lines change places."""
+    lines = list(LINES)
+    lines[row], lines[other] = lines[other], lines[row]
+    tried("\n".join(lines))

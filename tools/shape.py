@@ -1,0 +1,160 @@
+"""The shape of the code, measured: how long its files and functions are, and whether they explain themselves.
+
+Code that fits in the eye gets read. The bars below are the project's own; this script
+prints where the tree stands and, if a bar is broken, who broke it.
+"""
+
+import ast
+import math
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+
+FILE_BARS = (180, 400, 600)
+"""Lines of a source file: median, 90th percentile, longest."""
+FUNCTION_BARS = (12, 45, 100)
+"""Lines of a function without its docstring: median, 90th percentile, longest."""
+TEST_SHARE = 0.8
+"""Least number of test lines per source line."""
+
+Function = ast.FunctionDef | ast.AsyncFunctionDef
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """One thing with a length, and where it stands."""
+
+    where: str
+    lines: int
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """What the tree looks like: lengths, and the places that owe an explanation."""
+
+    files: list[Measured]
+    functions: list[Measured]
+    owing: list[str]
+    test_lines: int
+
+    @property
+    def source_lines(self) -> int:
+        """All lines of all source files."""
+        return sum(file.lines for file in self.files)
+
+
+def measure(root: Path) -> Shape:
+    """The shape of the project that stands in `root` (its `src` and `tests`)."""
+    files: list[Measured] = []
+    functions: list[Measured] = []
+    owing: list[str] = []
+    for path in sorted((root / "src").rglob("*.py")):
+        text, name = path.read_text(encoding="utf-8"), path.relative_to(root).as_posix()
+        tree = ast.parse(text, name)
+        if text.strip():
+            files.append(Measured(name, len(text.splitlines())))
+        functions += [Measured(f"{name}:{f.lineno} {f.name}", _code_lines(f)) for f in _functions(tree)]
+        owing += [f"{name}:{line}" for line in _owing(tree)]
+    # A folder without __init__.py is invisible to the import contract.
+    folders = sorted({path.parent for path in (root / "src").glob("*/**/*.py")})
+    owing += [f"{f.relative_to(root)} has no __init__.py" for f in folders if not (f / "__init__.py").exists()]
+    tests = sum(len(path.read_text(encoding="utf-8").splitlines()) for path in (root / "tests").rglob("*.py"))
+    return Shape(files, functions, owing, tests)
+
+
+def broken(shape: Shape) -> list[str]:
+    """Every bar that the tree breaks, one line each; empty if all is well."""
+    lines = _too_long("file", shape.files, FILE_BARS)
+    lines += _too_long("function", shape.functions, FUNCTION_BARS)
+    lines += shape.owing
+    if shape.test_lines < TEST_SHARE * shape.source_lines:
+        share = shape.test_lines / shape.source_lines
+        lines.append(f"tests have {share:.2f} lines per source line; at least {TEST_SHARE} are wanted")
+    return lines
+
+
+def summary(shape: Shape) -> str:
+    """The tree in one line."""
+    share = shape.test_lines / max(shape.source_lines, 1)
+    return (
+        f"shape: {len(shape.files)} files {_spread(shape.files)}, {len(shape.functions)} functions "
+        f"{_spread(shape.functions)} lines (median/90%/max); {len(shape.owing)} owe a word; tests/source {share:.2f}"
+    )
+
+
+def _functions(tree: ast.AST) -> Iterator[Function]:
+    return (node for node in ast.walk(tree) if isinstance(node, Function))
+
+
+def _code_lines(function: Function) -> int:
+    # A docstring is a page of the manual, not a length that the eye must hold.
+    docstring = function.body[0] if ast.get_docstring(function) is not None else None
+    explained = docstring.end_lineno - docstring.lineno + 1 if docstring and docstring.end_lineno else 0
+    return (function.end_lineno or function.lineno) - function.lineno + 1 - explained
+
+
+def _owing(tree: ast.Module) -> Iterator[str]:
+    """Line and complaint for each public name or kernel that lacks its docstring or its return type."""
+    if tree.body and ast.get_docstring(tree) is None:
+        yield "1 module has no docstring"
+    for node, public in _definitions(tree.body, public=True):
+        kernel = any("njit" in ast.unparse(decorator) for decorator in node.decorator_list)
+        if (public or kernel) and ast.get_docstring(node) is None:
+            yield f"{node.lineno} {node.name} has no docstring"
+        if public and isinstance(node, Function) and node.returns is None:
+            yield f"{node.lineno} {node.name} has no return type"
+
+
+def _definitions(body: list[ast.stmt], *, public: bool) -> Iterator[tuple[Function | ast.ClassDef, bool]]:
+    """Functions, classes and methods, each with whether a reader from outside can reach it."""
+    for node in body:
+        if isinstance(node, Function):
+            yield node, public and not node.name.startswith("_")
+        elif isinstance(node, ast.ClassDef):
+            seen = public and not node.name.startswith("_")
+            yield node, seen
+            yield from _definitions(node.body, public=seen)
+
+
+def _too_long(what: str, things: list[Measured], bars: tuple[int, int, int]) -> list[str]:
+    if not things:
+        return []
+    middle, most, all_of_them = bars
+    by_length = sorted(things, key=lambda thing: -thing.lines)
+    lines = [
+        f"{t.where} is {t.lines} lines; no {what} may pass {all_of_them}" for t in by_length if t.lines > all_of_them
+    ]
+    if _percentile90(things) > most:
+        above = ", ".join(f"{thing.where} ({thing.lines})" for thing in by_length if thing.lines > most)
+        lines.append(f"more than 10 % of {what}s pass {most} lines: {above}")
+    if median(thing.lines for thing in things) > middle:
+        lines.append(f"the median {what} passes {middle} lines")
+    return lines
+
+
+def _percentile90(things: list[Measured]) -> int:
+    lengths = sorted(thing.lines for thing in things)
+    return lengths[math.ceil(0.9 * len(lengths)) - 1]
+
+
+def _spread(things: list[Measured]) -> str:
+    if not things:
+        return "0/0/0"
+    lengths = [thing.lines for thing in things]
+    return f"{median(lengths):g}/{_percentile90(things)}/{max(lengths)}"
+
+
+def main() -> int:
+    """Print the shape of this project; 1 if a bar is broken."""
+    shape = measure(Path(__file__).resolve().parent.parent)
+    complaints = broken(shape)
+    print(summary(shape))
+    for complaint in complaints:
+        print(f"  {complaint}")
+    return 1 if complaints else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
