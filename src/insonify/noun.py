@@ -63,4 +63,6 @@ Hertz = Annotated[float, _quantity("frequency"), Field(json_schema_extra={"units
 Radians = Annotated[float, _quantity("angle"), Field(json_schema_extra={"units": "rad"})]
 MetresPerSecond = Annotated[float, _quantity("speed"), Field(json_schema_extra={"units": "m/s"})]
 Celsius = Annotated[float, _quantity("temperature"), Field(json_schema_extra={"units": "degC"})]
-Decibels = Annotated[float, BeforeValidator(lambda value: decibels(_number(value))), Field(json_schema_extra={"units": "dB"})]
+Decibels = Annotated[
+    float, BeforeValidator(lambda value: decibels(_number(value))), Field(json_schema_extra={"units": "dB"})
+]

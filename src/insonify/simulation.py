@@ -14,7 +14,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from insonify.engines.paths import Block, Paths
+from insonify.engines.paths import Paths
+from insonify.engines.view import Block
 from insonify.formats import zarr_store
 from insonify.records.arrivals import Arrivals, expand, joined
 from insonify.records.pairs import Pairs
@@ -88,7 +89,7 @@ def prepare(scenario: Scenario) -> Listening:
     """Make a scenario ready to ping."""
     pulse = heard_pulse(scenario.sonar)
     rate = scenario.sonar.receiver.sample_rate
-    grid = time_grid(*scenario.track.window, rate, pulse.start, pulse.stop)
+    grid = time_grid(*scenario.track.window, rate, *pulse.ringing)
     engine = Paths(scenario.scene, scenario.paths, scenario.seed)
     return Listening(scenario, engine, poses(scenario.track), pulse, grid)
 
@@ -152,12 +153,11 @@ def listen(
         for ping in pings:
             here = listening.stance(ping)
             if scenario.field == "coherent":
-                heard = hear(listening, listening.coherent(here), here, pool)
-                added = noise(listening.pulse, level, scenario.seed, ping, here.channel_count, count)
+                sound = hear(listening, listening.coherent(here), here, pool)
+                yield ping, sound + noise(listening.pulse, level, scenario.seed, ping, here.channel_count, count)
             else:
-                heard = hear(listening, listening.incoherent(here), here, pool)
-                added = noise_intensity(listening.pulse, level)
-            yield ping, heard + added
+                intensity = hear(listening, listening.incoherent(here), here, pool)
+                yield ping, intensity + noise_intensity(listening.pulse, level)
 
 
 def hear(listening: Listening, reading: Reading, here: Stance, pool: ThreadPoolExecutor) -> Any:

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from insonify.cli import main
-from insonify.formats.zarr_store import Layout, create
+from insonify.formats.zarr_store import create
+from insonify.records.recording import Layout
 
 
 @pytest.fixture
@@ -55,7 +56,7 @@ MISTAKES = [
     ("[0 m, 0 m, 11 m]", "[0 m, 0 m, -1 m]", "track.position.2: -1 m "),
     ("band: 20 kHz", "band: 200 kHz", "sonar.receiver.band: "),
     ("pings: 1", "pings: 0", "track.pings: "),
-    ("{strength_db: -27}", "{strength_db: .inf}", "seabed.scattering.strength_db: .inf is not a finite number."),
+    ("{law: lambert, strength_db: -27}", "{law: lambert, strength_db: .inf}", "seabed.scattering.strength_db: .inf is not a finite number."),
     ("bearing: 90 deg", "bearing: 90", "sonar.mounting.bearing: 90 rad is out of range"),
 ]
 

@@ -78,7 +78,8 @@ MISTAKES = {
     "Add a line 'shape: ...'.",
     GOOD + "targets:\n- shape: box\n  size: [1, 2]": "4: targets.0.size: value 3 is missing. "
     "Write a length in m there.",
-    GOOD + "targets:\n- {shape: box, size: [1, 2, 3, 4]}": "3: targets.0.size: [1, 2, 3, 4] has 4 values (a list of 3).",
+    GOOD
+    + "targets:\n- {shape: box, size: [1, 2, 3, 4]}": "3: targets.0.size: [1, 2, 3, 4] has 4 values (a list of 3).",
     GOOD + "targets:\n- {shape: point, strength_db: 3 V}": "3: targets.0.strength_db: 3 V: "
     "'V' is not a unit of level; use dB.",
     GOOD + "targets:\n- {shape: point, strength_db: 120}": "3: targets.0.strength_db: 120 dB is out of range "

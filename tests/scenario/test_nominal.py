@@ -20,10 +20,10 @@ scraps = st.sampled_from(
 
 
 def test_the_template_shows_the_defaults() -> None:
-    """Every value in the file that its comment does not call needed is what leaving it out gives."""
+    """What the file shows is what leaving it out gives."""
     scenario = parse(Scenario, NOMINAL)
-    bare = "sonar:" + NOMINAL.split("\nsonar:")[1].split("  receiver:")[0] + "\ntrack: {kind: static, position: [0, 0, 11]}"
-    short = parse(Scenario, bare)
+    sonar = "sonar:" + NOMINAL.split("\nsonar:")[1].split("  receiver:")[0]
+    short = parse(Scenario, sonar + "\ntrack: {kind: static, position: [0, 0, 11]}")
     for name in ("seed", "water", "seabed", "surface", "track", "paths", "field", "output"):
         assert getattr(short, name) == getattr(scenario, name), name
     assert short.sonar == scenario.sonar

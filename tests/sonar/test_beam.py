@@ -26,9 +26,9 @@ def in_plane(azimuth) -> np.ndarray:
 
 
 def aperture_sum(cosine, axis, extent, elements, shading) -> np.ndarray:
-    """Sound summed over an aperture steered by phase: one term per element, or 4000 Gauss nodes if continuous."""
+    """Sound summed over an aperture steered by phase: one term per element, or 400 Gauss nodes if continuous."""
     if elements is None:
-        node, weight = np.polynomial.legendre.leggauss(4000)
+        node, weight = np.polynomial.legendre.leggauss(400)
         place, weight = node / 2, weight * shading_weight(shading, node / 2)
     else:
         place = element_places(elements)
@@ -109,7 +109,7 @@ def test_a_line_array_hears_all_elevations_alike():
 
 def test_elements_decide_what_is_behind():
     """Omni hears behind the array, a baffle does not, a cosine fades to the side."""
-    d = np.array([[1, 0, 0], [-1, 0, 0], [0.6, 0, 0.8], [-0.6, 0, 0.8]])
+    d = np.array([[1, 0, 0], [-1, 0, 0], [0.6, 0, 0.8], [-0.02, 0, np.sqrt(1 - 4e-4)]])
     expected = {"omni": [1, 1, 1, 1], "baffled": [1, 0, 1, 0], "cosine": [1, 0, 0.6, 0]}
     for element, gain in expected.items():
         for array in (LineArray(length=1.0, element=element), PointTransducer(element=element)):

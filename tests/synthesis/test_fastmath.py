@@ -7,7 +7,7 @@ from numba import njit
 from insonify.synthesis._fastmath import sincos_cycles
 
 
-@njit
+@njit(fastmath={"contract"})  # as the kernels compile it
 def _all(cycles, sine, cosine):
     for i in range(cycles.size):
         sine[i], cosine[i] = sincos_cycles(cycles[i])

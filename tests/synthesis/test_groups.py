@@ -100,6 +100,24 @@ def test_random_phases_of_the_replicas():
     assert np.abs(draws.mean(0) - expected).max() <= 0.03 * expected.max()
 
 
+def test_a_path_and_its_reverse_are_one_pulse():
+    """Arrivals at the same delay, alone or among others, add like any others of their group."""
+    delay, weight = crowd(12)
+    delay[[3, 7]], delay[5:7] = delay[0], delay[4]
+    knobs = {"interfering": 0.6, "independent": 0.3}
+    truth = written_out(np.array([0, 4, 12]), delay, weight, **knobs)
+    assert np.abs(intensity([0, 4, 12], delay, weight, **knobs) - truth).max() <= 1e-5 * truth.max()
+
+
+def test_a_delay_that_is_no_number_spoils_no_other():
+    """An arrival without a delay, anywhere in a group, leaves the rest of the group as it was."""
+    delay, weight = crowd(8)
+    truth = intensity([0, 8], delay, weight)
+    for place in range(9):
+        spoilt = intensity([0, 9], np.insert(delay, place, np.nan), np.insert(weight, place, 1.0))
+        np.testing.assert_allclose(spoilt, truth, atol=1e-12 * truth.max())
+
+
 def test_window_edges():
     """Pulses cut by the window's edges, delays far outside and delays that are no number do no harm."""
     delay = np.array([0.01, 0.0339, 0.009, 0.0345, -5.0, 80.0, np.nan])

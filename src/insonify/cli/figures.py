@@ -8,7 +8,9 @@ import typer
 
 def paper(
     figure: Annotated[list[int] | None, typer.Option(help="Only this figure; may be repeated.")] = None,
-    out: Annotated[Path, typer.Option("-o", "--out", help="Folder for the pictures and their numbers.")] = Path("paper"),
+    out: Annotated[Path, typer.Option("-o", "--out", help="Folder for the pictures and their numbers.")] = Path(
+        "paper"
+    ),
 ) -> None:
     """Draw the paper's figures, each with a JSON file of its numbers.
 

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 OnPing = Callable[[int, int], None]
-"""Called after each ping with the number of pings done in this run and of pings to do."""
+"""Told the pings done and the pings wanted, once before the first ping and after each."""
 
 
 @contextmanager
@@ -21,13 +21,15 @@ def progress(quiet: bool) -> Iterator[OnPing]:
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-    rate = TextColumn("{task.fields[rate]}")
-    columns = (TextColumn("pings"), BarColumn(), MofNCompleteColumn(), rate, TimeRemainingColumn())
+    speed = TextColumn("{task.fields[rate]}")
+    columns = (TextColumn("pings"), BarColumn(), MofNCompleteColumn(), speed, TimeRemainingColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("pings", total=None, rate="")
+        there: list[int] = []  # pings that an earlier run has left do not count for the rate
 
         def on_ping(done: int, total: int) -> None:
-            elapsed = bar.tasks[0].elapsed or 1e-9
-            bar.update(task, completed=done, total=total, rate=f"{done / elapsed:.3g} pings/s")
+            there.append(done) if not there else None
+            rate = (done - there[0]) / (bar.tasks[0].elapsed or 1e-9)
+            bar.update(task, completed=done, total=total, rate=f"{rate:.3g} pings/s")
 
         yield on_ping

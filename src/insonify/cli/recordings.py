@@ -26,9 +26,8 @@ def run(
     from insonify.cli.progress import progress
     from insonify.scenario.load import load_scenario
 
-    wanted = words.pings(pings)
     scenario = load_scenario(file)
-    words.pings_exist(wanted, scenario.track.pings)
+    wanted = words.pings(pings, scenario.track.pings)
     from insonify.simulation import record
 
     with progress(quiet) as on_ping:

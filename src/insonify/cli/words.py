@@ -26,23 +26,25 @@ def seconds(text: str, option: str) -> float:
         raise InputError(f"{option} {text}: {error}") from None
 
 
-def pings(text: str | None) -> slice:
-    """A range of pings such as 10:20 (the last one not included), 10: or 7.
+def pings(text: str | None, count: int) -> range:
+    """The pings meant by 10:20 (the last one not included), 10: or 7.
 
     Args:
         text: The range as typed; None for all pings.
+        count: How many pings the track has.
     """
     if text is None:
-        return slice(None)
-    if text.isdigit():
-        return slice(int(text), int(text) + 1)
-    match = re.fullmatch(r"(\d*):(\d*)", text)
-    if match is None:
+        return range(count)
+    match = re.fullmatch(r"(\d*)(:?)(\d*)", text)
+    if match is None or not text.strip(":"):
         raise InputError(f"--pings {text}: not a range of pings; write 10:20, 10: or a single number")
-    first, end = (int(number) if number else None for number in match.groups())
-    if end is not None and end <= (first or 0):
-        raise InputError(f"--pings {text}: the range is empty; write first:end with end above first")
-    return slice(first, end)
+    first, colon, end = match.groups()
+    start = int(first or 0)
+    stop = int(end) if end else count if colon else start + 1
+    if not start < stop <= count:
+        problem = "the range is empty" if start >= stop and start < count else "the track does not have them all"
+        raise InputError(f"--pings {text}: {problem}; there are pings 0 to {count - 1}")
+    return range(start, stop)
 
 
 def check_picture(path: Path, option: str) -> None:
@@ -56,15 +58,3 @@ def check_picture(path: Path, option: str) -> None:
         raise InputError(f"{option} {path}: not a picture; end its name in {', '.join(PICTURES)}")
     if not path.parent.is_dir():
         raise InputError(f"{option} {path}: there is no folder {path.parent}. Make it first: mkdir -p {path.parent}")
-
-
-def pings_exist(wanted: slice, count: int) -> None:
-    """Refuse a range that reaches beyond the track.
-
-    Args:
-        wanted: The range of pings.
-        count: How many pings the track has.
-    """
-    if (wanted.start or 0) >= count or (wanted.stop or 0) > count:
-        typed = f"{wanted.start or 0}:{count if wanted.stop is None else wanted.stop}"
-        raise InputError(f"--pings {typed}: the track has pings 0 to {count - 1}")

@@ -11,51 +11,23 @@ import shutil
 import time as clock
 import uuid
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import xarray as xr
 import zarr
 from numpy.typing import ArrayLike, NDArray
+from zarr.core.common import JSON
 
-_FIELDS = {
-    "pressure": (np.complex64, "uPa", "received pressure, complex envelope, rms scale"),
-    "intensity": (np.float64, "uPa^2", "expected mean-square pressure"),
-}
+from insonify.records.recording import COLUMNS, FIELDS, Layout
+
 _MUST_AGREE = ("scenario", "seed", "version")
 _STALE = 600.0  # seconds: nobody needs that long to create an empty store
 
 
 class StoreError(ValueError):
     """A place where a recording cannot be written or read, with the way out."""
-
-
-@dataclass(frozen=True, slots=True)
-class Layout:
-    """What a recording will hold: everything but the sound."""
-
-    field: Literal["pressure", "intensity"]
-    """Complex pressure [uPa] or expected intensity [uPa^2]."""
-    time: NDArray[np.float64]
-    """Time of each sample after the start of its ping's transmission [s], shape (time,)."""
-    ping_time: NDArray[np.float64]
-    """Start of each ping's transmission after the start of the track [s], shape (ping,)."""
-    steer: NDArray[np.float64]
-    """Steering of each channel, to the right of boresight [rad], shape (channel,)."""
-    position: NDArray[np.float64]
-    """Platform at the start of each ping: north, east, down [m], shape (ping, 3)."""
-    attitude: NDArray[np.float64]
-    """Platform's heading, pitch, roll at the start of each ping [rad], shape (ping, 3)."""
-
-    def __post_init__(self) -> None:
-        """Refuse columns of unequal length."""
-        rows = (self.ping_time.size, 3)
-        for name in ("position", "attitude"):
-            shape = getattr(self, name).shape
-            if shape != rows:
-                raise ValueError(f"Layout.{name} has shape {shape}; {self.ping_time.size} pings want {rows}")
 
 
 def create(path: str | Path, layout: Layout, attributes: Mapping[str, Any], *, overwrite: bool = False) -> None:
@@ -94,7 +66,7 @@ def write_ping(path: str | Path, ping: int, data: ArrayLike) -> None:
         ping: Number of the ping, from 0.
         data: Pressure [uPa] or intensity [uPa^2], shape (channel, time).
     """
-    field = next(name for name in _FIELDS if (Path(path) / name).is_dir())
+    field = next(name for name in FIELDS if (Path(path) / name).is_dir())
     sound = zarr.open_array(Path(path) / field, mode="r+")
     values = np.asarray(data, dtype=sound.dtype)
     if values.shape != sound.shape[1:]:
@@ -125,14 +97,15 @@ def open_recording(path: str | Path) -> xr.Dataset:
     """
     if not _is_recording(Path(path)):
         raise StoreError(f"{path} is not a recording. Make one with: insonify run FILE -o {path}")
-    return xr.open_zarr(path, chunks=None, consolidated=False, decode_times=False)
+    held: xr.Dataset = xr.open_zarr(path, chunks=None, consolidated=False, decode_times=False)
+    return held
 
 
 def _build(path: Path, layout: Layout, attributes: Mapping[str, Any]) -> None:
     group = zarr.open_group(path, mode="w", zarr_format=3)
     group.attrs.update({**attributes, "insonify_recording": 1})
     pings, channels, samples = layout.ping_time.size, layout.steer.size, layout.time.size
-    dtype, units, long_name = _FIELDS[layout.field]
+    dtype, units, long_name = FIELDS[layout.field]
     group.create_array(
         layout.field, shape=(pings, channels, samples), chunks=(1, channels, samples), dtype=dtype, fill_value=np.nan,
         dimension_names=("ping", "channel", "time"),
@@ -142,20 +115,10 @@ def _build(path: Path, layout: Layout, attributes: Mapping[str, Any]) -> None:
         "done", shape=(pings,), chunks=(1,), dtype=bool, fill_value=False, dimension_names=("ping",),
         attributes={"units": "1", "long_name": "whether the ping has been simulated"},
     )  # fmt: skip
-    _column(group, "time", layout.time, ("time",), "s", "time after the start of transmission")
-    _column(group, "ping_time", layout.ping_time, ("ping",), "s", "start of transmission after the start of the track")
-    _column(group, "steer", layout.steer, ("channel",), "rad", "steering of the beam, to the right of boresight")
-    _column(group, "position", layout.position, ("ping", "axis"), "m", "platform position: north, east, down")
-    _column(group, "attitude", layout.attitude, ("ping", "axis"), "rad", "platform heading, pitch, roll")
-
-
-def _column(
-    group: zarr.Group, name: str, values: NDArray[np.float64], dims: tuple[str, ...], units: str, long_name: str
-) -> None:
-    group.create_array(
-        name, data=np.asarray(values, dtype=float), chunks=values.shape, dimension_names=dims,
-        attributes={"units": units, "long_name": long_name},
-    )  # fmt: skip
+    for name, (dims, unit, meaning) in COLUMNS.items():
+        values = np.asarray(getattr(layout, name), dtype=float)
+        about: dict[str, JSON] = {"units": unit, "long_name": meaning}
+        group.create_array(name, data=values, chunks=values.shape, dimension_names=dims, attributes=about)
 
 
 def _is_recording(path: Path) -> bool:

@@ -33,7 +33,7 @@ class Water(Noun):
     """Salinity, for the absorption only [g/kg]."""
     ph: Annotated[float, Field(ge=7, le=9)] = 8.0
     """Acidity; heard below about 10 kHz only [1]."""
-    noise_level_db: Annotated[Decibels, Field(ge=-100, le=250)] | None = 35.0
+    noise_level_db: Annotated[Decibels, Field(ge=-100, le=250)] | None = None
     """Spectrum level of the noise in the beam output [dB re 1 uPa^2/Hz]; None is silence."""
     absorption_db_per_m: (
         Annotated[float, BeforeValidator(_loss_per_metre), Field(ge=0, json_schema_extra={"units": "dB/m"})] | None

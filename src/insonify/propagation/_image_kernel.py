@@ -8,8 +8,9 @@ CLEAR, FACING_AWAY, OCCLUDED = 0, 1, 2  # the values of records.legs.Status
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def straight_legs(source, image_depths, bounces, first_up, water_depth, speed, points, normals, boxes, own_box,
-                  delay, departure, arrival, grazing, boundary_sine, status, occluder):  # type: ignore[no-untyped-def]  # fmt: skip
+def straight_legs(  # type: ignore[no-untyped-def]
+                  source, image_depths, bounces, first_up, water_depth, speed, points, normals, boxes, own_box,
+                  delay, departure, arrival, grazing, boundary_sine, status, occluder):  # fmt: skip
     """Geometry and hard occlusion of every leg.
 
     Args:
@@ -23,8 +24,13 @@ def straight_legs(source, image_depths, bounces, first_up, water_depth, speed, p
         normals: Their unit normals, (n, 3).
         boxes: Occluding bodies, (b, 8), see `insonify.scene.box.box_body`.
         own_box: Row of the box that the points lie on, or -1.
-        delay, departure, arrival, grazing, boundary_sine, status, occluder: Results, (f, n) or (f, n, 3);
-            `boundary_sine` is the sine of the grazing angle at surface and bottom.
+        delay: Result, one-way travel time [s], (f, n).
+        departure: Result, direction of travel at the sonar, (f, n, 3).
+        arrival: Result, direction of travel at the point, (f, n, 3).
+        grazing: Result, angle between the ray and the point's interface [rad], (f, n).
+        boundary_sine: Result, sine of the grazing angle at surface and bottom [1], (f, n).
+        status: Result, (f, n).
+        occluder: Result, row of the box that cuts the leg, -1 for none, (f, n).
     """
     for f in range(image_depths.size):
         sign = 1.0 if bounces[f] % 2 == 0 else -1.0

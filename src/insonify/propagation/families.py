@@ -5,6 +5,8 @@ bottom, and so on (the paper's a, b, c, d, e are D, S, B, SB, BS). Between two f
 letters of a family must alternate.
 """
 
+from itertools import pairwise
+
 from insonify.scene.scatterers import Boundary
 
 DIRECT = "D"
@@ -21,9 +23,7 @@ def families(order: int) -> tuple[str, ...]:
 
 def is_family(name: str) -> bool:
     """True for D and for strings of S and B that alternate."""
-    return name == DIRECT or (
-        name != "" and set(name) <= {"S", "B"} and all(a != b for a, b in zip(name, name[1:], strict=False))
-    )
+    return name == DIRECT or (name != "" and set(name) <= {"S", "B"} and all(a != b for a, b in pairwise(name)))
 
 
 def bounces(family: str) -> str:

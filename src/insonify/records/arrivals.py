@@ -73,7 +73,10 @@ class Arrivals:
             return "Arrivals: no paths"
         order = np.argsort(self.delay, kind="stable")
         span = f"{self.delay.min() * 1e3:.1f}-{self.delay.max() * 1e3:.1f} ms"
-        lines = [f"Arrivals: {len(self)} paths, {span}", "  row       delay      level    phase  who            out    back"]
+        lines = [
+            f"Arrivals: {len(self)} paths, {span}",
+            "  row       delay      level    phase  who            out    back",
+        ]
         with np.errstate(divide="ignore"):
             level = 20 * np.log10(np.abs(self.amplitude[:, 0]))
         phase = np.degrees(np.angle(self.amplitude[:, 0]))

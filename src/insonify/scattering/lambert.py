@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import ConfigDict
@@ -28,6 +28,8 @@ class Lambert:
 
     strength_db: Decibels = -27.0
     """Scattering strength at normal incidence, 10 log10(mu) [dB]."""
+    law: Literal["lambert"] = "lambert"
+    """Name of the law in a scenario file."""
 
     def __post_init__(self) -> None:
         """Refuse an interface that sends out more sound than it receives."""

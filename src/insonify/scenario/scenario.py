@@ -1,5 +1,6 @@
 """A scenario: everything that one simulation is made from."""
 
+import warnings
 from typing import Annotated, Literal, Self
 
 import numpy as np
@@ -13,9 +14,12 @@ from insonify.scene.seabed import Seabed
 from insonify.scene.surface import Surface
 from insonify.scene.target import Target
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
+from insonify.sonar.beam import beams, grating_lobes
 from insonify.sonar.sonar import Sonar, array_position
 from insonify.sonar.track import LineTrack, StaticTrack, poses
+from insonify.validity import PhysicsWarning
 
+Transducers = LineArray | PlanarArray | PointTransducer
 Track = Annotated[StaticTrack | LineTrack, Field(discriminator="kind")]
 
 
@@ -59,12 +63,27 @@ class Scenario(Noun):
             depths = [array_position(array, stances.position[n], stances.rotation(n))[2] for n in (0, len(stances) - 1)]
             worst = min(depths) if min(depths) <= 0 else max(depths)
             if not 0 < worst < self.seabed.depth:
-                side = "at or above the sea surface (0 m)" if worst <= 0 else f"at or below the seabed ({self.seabed.depth:g} m)"
+                side = (
+                    "at or above the sea surface (0 m)"
+                    if worst <= 0
+                    else f"at or below the seabed ({self.seabed.depth:g} m)"
+                )
                 raise located(
                     f"track.{where}.2", f"{stances.position[0][2]:g} m",
                     f"puts the {end} array {side}, at {worst:g} m. Depths are positive downwards; "
                     f"write a depth between 0 and {self.seabed.depth:g} m.",
                 )  # fmt: skip
+        return self
+
+    @model_validator(mode="after")
+    def _beams_can_be_formed(self) -> Self:
+        # Whether a steered beam exists depends on the wavelength, which no array knows by itself.
+        for end, array in zip(("transmit", "receive"), self.sonar.arrays, strict=True):
+            try:
+                beams(array, self.sonar.pulse.frequency, self.water.sound_speed)
+            except ValueError as fault:
+                raise located(f"sonar.{end}.steer", None, str(fault)) from fault
+            warn_of_grating_lobes(end, array, self.sonar.pulse.frequency, self.water.sound_speed)
         return self
 
     @model_validator(mode="after")
@@ -76,14 +95,22 @@ class Scenario(Noun):
             )  # fmt: skip
         return self
 
-    @model_validator(mode="after")
-    def _beams_without_grating(self) -> Self:
-        return self
 
+def warn_of_grating_lobes(end: str, array: Transducers, frequency: float, sound_speed: float) -> None:
+    """Warn once where the elements of an array stand so far apart that it also looks elsewhere.
 
-def wavelength(scenario: Scenario) -> float:
-    """Wavelength at the centre of the band [m]."""
-    return scenario.water.sound_speed / scenario.sonar.pulse.frequency
-
-
-__all__ = ["LineArray", "Output", "PlanarArray", "PointTransducer", "Scenario", "np", "wavelength"]
+    Args:
+        end: Which end of the sonar, "transmit" or "receive".
+        array: Its array, steer angles filled in.
+        frequency: Centre frequency [Hz].
+        sound_speed: Sound speed [m/s].
+    """
+    lobes = grating_lobes(array, frequency, sound_speed)
+    if len(lobes):
+        aside = np.degrees(np.arcsin(np.clip(lobes[0], -1, 1)))
+        warnings.warn(
+            f"sonar.{end}: {len(lobes)} grating lobes, the first {aside[0]:.0f} deg to the right and {aside[1]:.0f} deg "
+            "down: the elements stand more than half a wavelength apart. Give more elements, or steer less.",
+            PhysicsWarning,
+            stacklevel=2,
+        )

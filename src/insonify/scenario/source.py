@@ -85,7 +85,9 @@ def read(text: str, name: str) -> Source:
     except yaml.MarkedYAMLError as error:
         source.faults.append(_syntax(error, name))
     except yaml.YAMLError as error:  # a character that no YAML file may hold
-        source.faults.append(Advice(name, 1, "", f"not YAML: {str(error).splitlines()[0]}", fix="Save it as UTF-8 text"))
+        source.faults.append(
+            Advice(name, 1, "", f"not YAML: {str(error).splitlines()[0]}", fix="Save it as UTF-8 text")
+        )
     except RecursionError:
         source.faults.append(Advice(name, 1, "", "not a scenario: it is nested too deeply"))
     else:
@@ -109,6 +111,7 @@ def _value(node: yaml.Node, path: Path, source: Source) -> Any:
         return dict(_entries(node, path, source))
     if isinstance(node, yaml.SequenceNode):
         return [_value(item, (*path, index), source) for index, item in enumerate(node.value)]
+    assert isinstance(node, yaml.ScalarNode)  # the only kind that is left
     source.written[path] = node.value
     if node.tag.startswith("!"):
         fault = Advice(source.name, source.line(path), dotted(path), f"the tag {node.tag} has no meaning here")
@@ -153,5 +156,3 @@ def _scalar(node: yaml.ScalarNode) -> object:
 def dotted(path: Path) -> str:
     """A path as a person writes it: targets.0.position."""
     return ".".join(str(step) for step in path)
-
-

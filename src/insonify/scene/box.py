@@ -63,7 +63,9 @@ def box_scatterers(box: Box, seabed_depth: float, seed: int, pitch: float, occlu
     )
 
 
-def box_section(whole: Scatterers, box: Box, place: NDArray[np.float64], bearing: float, footprint: float) -> Scatterers:
+def box_section(
+    whole: Scatterers, box: Box, place: NDArray[np.float64], bearing: float, footprint: float
+) -> Scatterers:
     """A box as a slice meets it: its faces squeezed into the plane, standing for the part that the beam covers.
 
     Args:

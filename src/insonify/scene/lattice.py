@@ -96,7 +96,7 @@ def draw(tiles: Tiles, seed: int, stream: int) -> Draw:
         Lattice coordinates [m], cell area [m^2], unit phasor and key of the place.
     """
     n = len(tiles.level) * TILE * TILE
-    result = Draw(*(np.empty(n) for _ in range(3)), np.empty(n, complex), np.empty(n, np.uint64))
+    result = Draw(np.empty(n), np.empty(n), np.empty(n), np.empty(n, complex), np.empty(n, np.uint64))
     k0, k1 = streams.key(seed, stream)
     _draw(tiles.level, tiles.along, tiles.across, stream, k0, k1, *result)
     return result

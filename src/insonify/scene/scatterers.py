@@ -57,9 +57,7 @@ class Scatterers:
         )  # fmt: skip
 
 
-def lattice_place(
-    stream: int, level: int, along: NDArray[np.int64], across: NDArray[np.int64]
-) -> NDArray[np.uint64]:
+def lattice_place(stream: int, level: int, along: NDArray[np.int64], across: NDArray[np.int64]) -> NDArray[np.uint64]:
     """Keys of lattice cells: stream, level and the two cell numbers (each within +-2**26) packed in 64 bits."""
     half = 1 << 26
     cell = (((along + half) << 27) | (across + half)).astype(np.uint64)

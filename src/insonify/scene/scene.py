@@ -1,18 +1,19 @@
 """The scene: water between seabed and surface, with targets in it."""
 
+from typing import Self
+
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import model_validator
-from typing_extensions import Self
 
 from insonify.noun import Noun, located
 from insonify.ocean.water import Water
+from insonify.scattering.point import PointEcho
 from insonify.scene.box import box_body
 from insonify.scene.scatterers import Scatterers, target_place
 from insonify.scene.seabed import Seabed
 from insonify.scene.surface import Surface
 from insonify.scene.target import Box, PointTarget, Target
-from insonify.scattering.point import PointEcho
 
 RESERVED = ("seabed", "surface", "target", "noise", "total")
 _WHOLE = 7  # stands in a target's keys where a face would

@@ -21,6 +21,8 @@ RINGING = 400.0
 """Time kept on each side of the pulse for the filter to ring down [1 / band]; the ringing falls as time^-3."""
 TAIL_ENERGY = 1e-6
 """Share of the energy left outside start..stop [1]."""
+FAINT_ENERGY = 1e-10
+"""Share of the energy left outside faint_start..faint_stop [1]: where a window is cut out of a longer recording."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +35,10 @@ class HeardPulse:
     """Time before which nothing is heard, but for half a millionth of the energy [s]; negative when filtered."""
     stop: float
     """Time after which nothing is heard, but for half a millionth of the energy [s]."""
+    faint_start: float
+    """Time before which not even the filter's faint ringing is heard [s]."""
+    faint_stop: float
+    """Time after which not even the filter's faint ringing is heard [s]."""
     effective_duration: float
     """Integral of the squared magnitude [s]: mean reverberation is scattering strength times this."""
     out_of_band_energy: float
@@ -76,6 +82,11 @@ class HeardPulse:
         return np.asarray(np.where(inside, cubic, 0.0))
 
     @property
+    def ringing(self) -> tuple[float, float]:
+        """First and last time of waveform and ringing [s]: a periodic record of them may be this short."""
+        return self.table_start, self.table_start + len(self.table) / self.table_rate
+
+    @property
     def resolution_time(self) -> float:
         """Duration of a rectangle with this peak and this energy [s].
 
@@ -115,12 +126,15 @@ def hear(pulse: Pulse, receiver: Receiver) -> HeardPulse:
     table = _table(offset, heard, first, period)
     rate = len(table) / period
     magnitude = np.abs(table[:, 0])
-    start, stop = _support(magnitude**2)
+    start, stop = _support(magnitude**2, TAIL_ENERGY)
+    faint_start, faint_stop = _support(magnitude**2, FAINT_ENERGY)
     return HeardPulse(
         pulse=pulse,
         receiver=receiver,
         start=first + start / rate,
         stop=first + stop / rate,
+        faint_start=first + faint_start / rate,
+        faint_stop=first + faint_stop / rate,
         effective_duration=float(np.sum(np.abs(heard) ** 2) / period),
         out_of_band_energy=max(0.0, 1 - float(np.sum(passed)) / period / energy_duration(pulse)),
         peak=float(magnitude.max()),
@@ -154,8 +168,9 @@ def _table(offset: NDArray[np.float64], heard: Complexes, first: float, period: 
     return np.ascontiguousarray(ifft(line, axis=1).T)
 
 
-def _support(energy: NDArray[np.float64]) -> tuple[int, int]:
-    """First and last row around all but a millionth of the energy, rounded outwards."""
-    share = np.cumsum(energy) / np.sum(energy)
-    first, last = np.searchsorted(share, [TAIL_ENERGY / 2, 1 - TAIL_ENERGY / 2])
-    return max(int(first) - 1, 0), min(int(last) + 1, len(energy) - 1)
+def _support(energy: NDArray[np.float64], tail: float) -> tuple[int, int]:
+    """First and last row around all but a small share of the energy, rounded outwards."""
+    # Summed from either end: a share of 1e-10 would drown in the rounding of the whole.
+    before, after = np.cumsum(energy), np.cumsum(energy[::-1])
+    first, last = (int(np.searchsorted(part, tail / 2 * before[-1])) for part in (before, after))
+    return max(first - 1, 0), min(len(energy) - last, len(energy) - 1)

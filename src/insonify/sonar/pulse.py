@@ -116,9 +116,8 @@ def spectrum(pulse: Pulse, offset: ArrayLike) -> Complexes:
     f = np.asarray(offset, dtype=float)
     if pulse.kind == "cw":
         return _window_spectrum(pulse, f)
-    # A falling sweep is the conjugate of a rising one, so its spectrum is mirrored and conjugated.
-    rising = f if pulse.sweep == "up" else -f
-    centred = _sweep_closed(pulse, rising) if _closed_form_holds(pulse, f) else _sweep_numeric(pulse, rising)
+    centred = _sweep_closed(pulse, f) if _closed_form_holds(pulse, f) else _sweep_numeric(pulse, f)
+    # a falling sweep is the conjugate of a rising one, and both are even about mid-pulse
     centred = centred if pulse.sweep == "up" else np.conj(centred)
     return np.asarray(centred * np.exp(-1j * np.pi * f * pulse.duration))
 

@@ -51,8 +51,8 @@ class Stance:
 
     @property
     def heard_delays(self) -> tuple[float, float]:
-        """Earliest and latest delay whose echo touches the window [s]."""
-        return self.window[0] - self.pulse.stop, self.window[1] - self.pulse.start
+        """Earliest and latest delay whose echo, or its ringing, touches the window [s]."""
+        return self.window[0] - self.pulse.faint_stop, self.window[1] - self.pulse.faint_start
 
     @property
     def together(self) -> bool:

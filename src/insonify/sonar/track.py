@@ -31,7 +31,7 @@ class _Pinging(Noun):
     """Bow up, positive [rad]."""
     roll: Radians = Field(default=0.0, ge=-np.pi, le=np.pi)
     """Starboard down, positive [rad]."""
-    pings: Annotated[int, AfterValidator(_not_empty)] = 1
+    pings: Annotated[int, Field(le=1_000_000), AfterValidator(_not_empty)] = 1
     """Number of pings."""
     interval: Seconds = Field(default=0.3, gt=0)
     """Time from one ping to the next [s]."""

@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 
 _FAST = {"contract", "reassoc", "nsz", "arcp"}
 _SHORT = 64
-_SPARE = 2
-"""Entries at either end of a pulse table that only serve interpolation."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,20 +47,11 @@ def pulse_table(
         oversampling: Table entries per output sample; 32 keep the cubic's error below 3e-6 of the peak.
 
     Returns:
-        Samples over the pulse, with the spare entries that the cubic needs on either side.
+        Samples over the pulse; beyond them the pulse is taken as silent.
     """
     rate = oversampling * sample_rate
-    count = int(np.ceil((pulse_stop - pulse_start) * rate)) + 1 + 2 * _SPARE
-    start = pulse_start - _SPARE / rate
-    return PulseTable(np.asarray(pulse(start + np.arange(count) / rate), np.complex128), start, rate)
-
-
-@njit(inline="always")
-def _heard_samples(base: int, step: int, table_size: int, count: int) -> tuple[int, int]:
-    """First output sample inside the table and the one after the last, where sample 0 falls on entry `base`."""
-    first = -((base - 1) // step)
-    stop = (table_size - 3 - base) // step + 1
-    return max(0, first), min(count, stop)
+    time = pulse_start + np.arange(int(np.ceil((pulse_stop - pulse_start) * rate)) + 1) / rate
+    return PulseTable(np.asarray(pulse(time), np.complex128), pulse_start, rate)
 
 
 @njit(inline="always")
@@ -85,27 +74,47 @@ def _by_delay(delay: NDArray[np.float64], order: NDArray[np.int64]) -> None:
         return
     for i in range(delay.size):
         k = i
-        while k > 0 and delay[order[k - 1]] > delay[i]:
+        # Not "greater": said this way, a delay that is no number leaves the others in order.
+        while k > 0 and not (delay[order[k - 1]] <= delay[i]):
             order[k] = order[k - 1]
             k -= 1
         order[k] = i
 
 
 @njit(inline="always")
-def _row_place(entry: int, step: int, row: int) -> int:
-    """Where an entry of the table stands among the regrouped ones."""
-    return (entry % step) * row + entry // step
+def _twins(
+    delay: NDArray[np.float64], weight: NDArray[Any], order: NDArray[np.int64], j: int
+) -> tuple[float, complex, float, int]:
+    """The arrivals from the j-th on that share its delay, as a path and its reverse do, are one pulse.
+
+    Returns their delay, the sum of their weights, the sum of their powers, and the place of the next arrival.
+    """
+    now, together, apart = delay[order[j]], 0j, 0.0
+    size = delay.size
+    following = True
+    while following:
+        w = weight[order[j]]
+        together += w
+        apart += w.real * w.real + w.imag * w.imag
+        j += 1
+        following = j < size and delay[order[j]] == now
+    return now, together, apart, j
 
 
 @njit(inline="always")
-def _by_phase(table: NDArray[np.complex128], step: int) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
-    """The table's entries regrouped, those `step` apart side by side: real parts, imaginary parts, entries per row."""
-    row = table.size // step + 1
-    real, imaginary = np.zeros(step * row), np.zeros(step * row)
-    for k in range(table.size):
-        place = _row_place(k, step, row)
-        real[place], imaginary[place] = table[k].real, table[k].imag
-    return real, imaginary, row
+def _by_phase(table: NDArray[np.complex128], step: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The table regrouped, entries `step` apart side by side: real and imaginary parts, shape (step + 3, entries).
+
+    Row r starts at entry r - 1, so that a cubic at phase r reads rows r to r + 3; outside the table there is silence.
+    """
+    length = (table.size - 1) // step + 1
+    real, imaginary = np.zeros((step + 3, length)), np.zeros((step + 3, length))
+    for r in range(step + 3):
+        for k in range(length):
+            entry = r - 1 + k * step
+            if 0 <= entry < table.size:
+                real[r, k], imaginary[r, k] = table[entry].real, table[entry].imag
+    return real, imaginary
 
 
 @njit(inline="always")
@@ -116,24 +125,46 @@ def _add_replica(
     stop: int,
     real: NDArray[np.float64],
     imaginary: NDArray[np.float64],
-    rows: tuple[int, int, int, int],
+    row: int,
+    length: int,
     place: float,
     weight: complex,
+    power: float,
 ) -> None:
     """One pulse on samples first..stop of a cluster: into the sum's real part, imaginary part, and power apart."""
     c0, c1, c2, c3 = _cubic(place)
     # Unsigned indices: a signed one might count from the end, and asking costs the loop its vectors.
-    k0, k1, k2, k3 = np.uint64(rows[0]), np.uint64(rows[1]), np.uint64(rows[2]), np.uint64(rows[3])
-    sum_real, sum_imaginary, power = np.uint64(first), np.uint64(count + first), np.uint64(2 * count + first)
+    k0, k1, k2, k3 = np.uint64(row), np.uint64(row + length), np.uint64(row + 2 * length), np.uint64(row + 3 * length)
+    sum_real, sum_imaginary, apart = np.uint64(first), np.uint64(count + first), np.uint64(2 * count + first)
     for step in range(stop - first):
         n = np.uint64(step)
         x = c0 * real[k0 + n] + c1 * real[k1 + n] + c2 * real[k2 + n] + c3 * real[k3 + n]
         y = c0 * imaginary[k0 + n] + c1 * imaginary[k1 + n] + c2 * imaginary[k2 + n] + c3 * imaginary[k3 + n]
-        echo_real = weight.real * x - weight.imag * y
-        echo_imaginary = weight.real * y + weight.imag * x
-        gathered[sum_real + n] += echo_real
-        gathered[sum_imaginary + n] += echo_imaginary
-        gathered[power + n] += echo_real * echo_real + echo_imaginary * echo_imaginary
+        gathered[sum_real + n] += weight.real * x - weight.imag * y
+        gathered[sum_imaginary + n] += weight.real * y + weight.imag * x
+        gathered[apart + n] += power * (x * x + y * y)
+
+
+@njit(inline="always")
+def _add_alone(
+    intensity: NDArray[np.float64],
+    first: int,
+    stop: int,
+    real: NDArray[np.float64],
+    imaginary: NDArray[np.float64],
+    row: int,
+    length: int,
+    place: float,
+    power: float,
+) -> None:
+    """The power of one pulse that meets no other of its group."""
+    c0, c1, c2, c3 = _cubic(place)
+    k0, k1, k2, k3 = np.uint64(row), np.uint64(row + length), np.uint64(row + 2 * length), np.uint64(row + 3 * length)
+    for step in range(stop - first):
+        n = np.uint64(step)
+        x = c0 * real[k0 + n] + c1 * real[k1 + n] + c2 * real[k2 + n] + c3 * real[k3 + n]
+        y = c0 * imaginary[k0 + n] + c1 * imaginary[k1 + n] + c2 * imaginary[k2 + n] + c3 * imaginary[k3 + n]
+        intensity[np.uint64(first) + n] += power * (x * x + y * y)
 
 
 @njit(inline="always")
@@ -193,30 +224,34 @@ def add_groups(
         raise ValueError("the pulse table needs a whole number of entries per output sample")
     count = intensity.size
     gathered = np.zeros(3 * count)
-    real, imaginary, row = _by_phase(table, step)
+    rows_real, rows_imaginary = _by_phase(table, step)
+    real, imaginary = rows_real.ravel(), rows_imaginary.ravel()
+    length = rows_real.shape[1]
     order = np.empty(max(1, np.max(np.diff(group_first))) if group_first.size > 1 else 1, np.int64)
     for g in range(group_first.size - 1):
         tau, w = delay[group_first[g] : group_first[g + 1]], weight[group_first[g] : group_first[g + 1]]
         _by_delay(tau, order)
-        begin, end = 0, 0  # samples of the open cluster
-        for k in order[: tau.size]:
-            position = (start - tau[k] - table_start) * table_rate
-            if not (abs(position) < 1e15) or w[k] == 0:
+        begin, end, j = 0, 0, 0  # begin to end: samples of the open cluster
+        while j < tau.size:
+            now, together, apart, j = _twins(tau, w, order, j)
+            position = (start - now - table_start) * rate
+            if not (abs(position) < 1e15):
                 continue
-            base = int(np.floor(position))
-            first, stop = _heard_samples(base, step, table.size, count)
-            if stop <= first:
+            whole = np.floor(position)
+            fine = (position - whole) * step
+            phase = min(int(fine), step - 1)
+            skipped = int(whole)  # entries of the row that pass before the first sample
+            first, stop = max(0, -skipped), min(count, length - skipped)
+            if stop <= first or apart == 0:
                 continue
+            row = phase * length + skipped + first
             if first >= end:
                 _close(intensity, gathered, begin, end, interfering, independent)
-                begin = first
+                begin = end = first
+                if j == tau.size or tau[order[j]] - now > (length + 1) / rate:
+                    power = interfering * abs(together) ** 2 + independent * apart
+                    _add_alone(intensity, first, stop, real, imaginary, row, length, fine - phase, power)
+                    continue
             end = max(end, stop)
-            entry = base + first * step
-            rows = (
-                _row_place(entry - 1, step, row),
-                _row_place(entry, step, row),
-                _row_place(entry + 1, step, row),
-                _row_place(entry + 2, step, row),
-            )
-            _add_replica(gathered, count, first, stop, real, imaginary, rows, position - base, w[k])
+            _add_replica(gathered, count, first, stop, real, imaginary, row, length, fine - phase, together, apart)
         _close(intensity, gathered, begin, end, interfering, independent)

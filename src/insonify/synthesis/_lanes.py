@@ -10,6 +10,7 @@ from typing import Any
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
+from numba.core.errors import TypingError
 from numba.extending import intrinsic
 
 from insonify.synthesis._taps import CELLS_PER_SPIKE, DEGREE, tap_coefficients
@@ -55,6 +56,11 @@ def _kernel_cells(builder: Any, place: Any) -> Any:
     return value
 
 
+def _require_contiguous(cells: Any) -> None:
+    if cells.layout != "C":
+        raise TypingError("cells must lie side by side in memory; pass one channel's row, not a column")
+
+
 @intrinsic
 def add_complex_spike(typingctx: Any, cells: Any, at: Any, place: Any, weights: Any, i: Any) -> Any:
     """cells[2 at ...] += kernel(place) * weights[2 i], weights[2 i + 1]; all float32, real and imaginary in turn."""
@@ -75,6 +81,7 @@ def add_complex_spike(typingctx: Any, cells: Any, at: Any, place: Any, weights: 
             _add_to(builder, pointer, pairs.type, builder.fmul(pairs, both, flags=("contract",)), 4)
         return context.get_dummy_value()
 
+    _require_contiguous(cells)
     return types.void(cells, types.intp, types.float32, weights, types.intp), codegen
 
 
@@ -90,4 +97,5 @@ def add_real_spike(typingctx: Any, cells: Any, at: Any, place: Any, weight: Any)
         _add_to(builder, builder.gep(data, [at]), kernel.type, addend, 8)
         return context.get_dummy_value()
 
+    _require_contiguous(cells)
     return types.void(cells, types.intp, types.float64, types.float64), codegen

@@ -50,6 +50,7 @@ def _lay_down(
     weight: NDArray[np.float32],
     count: int,
 ) -> None:
+    """The spikes of a block, one after the other; those off the grid or without weight are passed over."""
     for i in range(count):
         if at[i] >= 0 and (weight[2 * i] != 0 or weight[2 * i + 1] != 0):
             add_complex_spike(cells, np.intp(at[i]), place[i], weight, i)

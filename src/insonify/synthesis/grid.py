@@ -10,6 +10,7 @@ Method: Greengard & Lee (2004), SIAM Review 46(3), section 2 (non-uniform FFT of
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import scipy.fft
@@ -105,7 +106,9 @@ def finish(cells: NDArray[np.complex64], grid: TimeGrid, spectrum: NDArray[np.co
     Returns:
         Complex envelope at grid.time, in the units of the weights, shape (channels, count).
     """
-    shape = grid.sample_rate * spectrum / kernel_transform(grid.frequencies / grid.cell_rate)
+    half = grid.padded // 2
+    kernel = _kernel_of_bins(half, OVERSAMPLING * grid.padded)
+    shape = grid.sample_rate * spectrum / np.concatenate([kernel[:half], kernel[:0:-1]])
     window = slice(grid.lead, grid.lead + grid.count)
     heard = np.empty((len(cells), grid.count), np.complex64)
     for channel, row in enumerate(cells):
@@ -133,8 +136,7 @@ def finish_energy(cells: NDArray[np.float64], grid: TimeGrid, spectrum: NDArray[
     spread[:half] = spectrum[:half]
     spread[-half:] = spectrum[-half:]
     power = np.abs(scipy.fft.ifft(spread) * 2 * grid.sample_rate) ** 2
-    bins = np.arange(grid.padded + 1)
-    shape = scipy.fft.rfft(power) / kernel_transform(bins / (2 * fine))
+    shape = scipy.fft.rfft(power) / _kernel_of_bins(grid.padded, 2 * OVERSAMPLING * grid.padded)
     window = slice(2 * grid.lead, 2 * (grid.lead + grid.count), 2)
     heard = np.empty((len(cells), grid.count))
     for channel, row in enumerate(cells):
@@ -146,3 +148,11 @@ def finish_energy(cells: NDArray[np.float64], grid: TimeGrid, spectrum: NDArray[
 def _central(transform: NDArray[np.complex128], count: int) -> NDArray[np.complex128]:
     half = count // 2
     return np.concatenate([transform[:half], transform[-half:]])
+
+
+@lru_cache(maxsize=16)
+def _kernel_of_bins(last: int, cells: int) -> NDArray[np.float64]:
+    """Transform of the spreading kernel at bins 0..last of a grid of so many cells, shape (last + 1,)."""
+    transform = kernel_transform(np.arange(last + 1) / cells)
+    transform.flags.writeable = False  # shared by all pings
+    return transform

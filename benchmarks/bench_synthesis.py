@@ -1,0 +1,147 @@
+"""How many spike-elements per second become a band-limited series.
+
+Nominal case: 100 kHz, a band of 20 kHz sampled at 25 kHz, 0.24 s, delays in no order (as the ground gives them).
+"""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+from numba import njit
+
+from insonify.synthesis._groups import add_groups, pulse_table
+from insonify.synthesis._spread import spread, spread_carrier, spread_energy, spread_pairs
+from insonify.synthesis._taps import CELLS_PER_SPIKE, WIDTH, tap_coefficients
+from insonify.synthesis.grid import finish, time_grid
+from measure import Result, best_seconds
+
+RATE, CARRIER, WINDOW = 25e3, 100e3, 0.24
+UNIT = "M spike-elements/s"
+GRID = time_grid(0.0, WINDOW, RATE, -1e-3, 1e-3)
+PLACE = (GRID.first_time, GRID.cell_rate)
+TAPS = tap_coefficients()
+
+
+def spikes(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Random delays [s] and complex amplitudes."""
+    random = np.random.default_rng(1)
+    weight = random.normal(size=count) + 1j * random.normal(size=count)
+    return random.uniform(0, WINDOW, count), weight.astype(np.complex64)
+
+
+@njit(nogil=True, fastmath=True)
+def plain_gridding(cells, first_time, cell_rate, delay, amplitude, frequency, taps):
+    """The same sum by plain loops and the maths library: what gridding costs before any tuning."""
+    for i in range(delay.size):
+        position = (delay[i] - first_time) * cell_rate - (WIDTH / 2 - 1)
+        cell = int(np.floor(position))
+        if cell < 0 or cell > cells.size - CELLS_PER_SPIKE:
+            continue
+        place = np.float32(position - cell - 0.5)
+        cycles = frequency * delay[i]
+        angle = np.float32(2 * np.pi * (cycles - np.floor(cycles)))
+        weight = amplitude[i] * np.complex64(complex(np.cos(angle), -np.sin(angle)))
+        for j in range(WIDTH):
+            height = taps[-1, j]
+            for degree in range(taps.shape[0] - 2, -1, -1):
+                height = height * place + taps[degree, j]
+            cells[cell + j] += weight * height
+
+
+@njit(nogil=True, fastmath=True)
+def passband_replicas(series, rate, delay, amplitude, frequency, duration):
+    """The plain way: every echo writes its whole pulse, carrier and all, at 1 MHz."""
+    samples = int(duration * rate)
+    for i in range(delay.size):
+        first = int(np.ceil(delay[i] * rate))
+        for n in range(first, min(first + samples, series.size)):
+            phase = 2 * np.pi * frequency * (n / rate - delay[i])
+            series[n] += amplitude[i].real * np.cos(phase) - amplitude[i].imag * np.sin(phase)
+
+
+def one_core() -> list[Result]:
+    """Kernels on one thread, for few and for many spikes."""
+    results = []
+    for count in (100_000, 1_000_000):
+        delay, weight = spikes(count)
+        in_order = np.sort(delay)
+        half, one, energy = delay / 2, np.ones(count, np.float32), np.abs(weight).astype(float)
+        cells, energies = GRID.cells()[0], GRID.energy_cells()[0]
+        kernels = {
+            "spread_carrier": lambda d=delay, w=weight, c=cells: spread_carrier(c, *PLACE, d, w, CARRIER),
+            "spread_carrier, delays in order": lambda d=in_order, w=weight, c=cells: spread_carrier(
+                c, *PLACE, d, w, CARRIER
+            ),
+            "spread (carrier in the weights)": lambda d=delay, w=weight, c=cells: spread(c, *PLACE, d, w),
+            "spread_pairs": lambda h=half, w=weight, s=one, c=cells: spread_pairs(c, *PLACE, h, h, w, w, s),
+            "spread_energy": lambda d=delay, e=energy, c=energies: spread_energy(
+                c, GRID.first_time, GRID.energy_rate, d, e
+            ),
+            "plain gridding": lambda d=delay, w=weight, c=cells: plain_gridding(c, *PLACE, d, w, CARRIER, TAPS),
+        }
+        seconds = best_seconds(kernels)
+        plain = seconds["plain gridding"]
+        for name, best in seconds.items():
+            note = "goal 40" if name == "spread_carrier" else f"{plain / best:.1f} x plain gridding"
+            results.append(Result(f"{name}, {count:.0e}", count / best / 1e6, UNIT, note))
+    return results
+
+
+def against_replicas() -> list[Result]:
+    """Gridding, its transforms included, against writing pulses one by one."""
+    many, few = spikes(100_000), spikes(1000)
+    series = np.zeros(int(WINDOW * 1e6))
+    spectrum = np.ones(GRID.padded, complex)
+
+    def gridded() -> None:
+        cells = GRID.cells()
+        spread_carrier(cells[0], *PLACE, *many, CARRIER)
+        finish(cells, GRID, spectrum)
+
+    seconds = best_seconds(
+        {
+            "gridding and transforms, 1e+05": gridded,
+            "passband replicas at 1 MHz, 0.2 ms": lambda: passband_replicas(series, 1e6, *few, CARRIER, 2e-4),
+            "passband replicas at 1 MHz, 2 ms": lambda: passband_replicas(series, 1e6, *few, CARRIER, 2e-3),
+            "transforms alone, per channel": lambda: finish(GRID.cells(), GRID, spectrum),
+        }
+    )
+    alone = seconds.pop("transforms alone, per channel")
+    counts = [100_000, 1000, 1000]
+    rates = {name: count / best / 1e6 for (name, best), count in zip(seconds.items(), counts, strict=True)}
+    first = next(iter(rates.values()))
+    lines = [Result(name, rate, UNIT, f"1 / {first / rate:.0f} of gridding") for name, rate in rates.items()]
+    return [*lines, Result("transforms alone, per channel", alone * 1e3, "ms")]
+
+
+def two_threads() -> list[Result]:
+    """The same 2 million spikes in 8 chunks, on one thread and on two."""
+    delay, weight = spikes(2_000_000)
+    chunks = [slice(k * 250_000, (k + 1) * 250_000) for k in range(8)]
+
+    def chunk(part: slice) -> np.ndarray:
+        cells = GRID.cells()[0]
+        spread_carrier(cells, *PLACE, delay[part], weight[part], CARRIER)
+        return cells
+
+    with ThreadPoolExecutor(1) as one, ThreadPoolExecutor(2) as two:
+        seconds = best_seconds({"one": lambda: sum(one.map(chunk, chunks)), "two": lambda: sum(two.map(chunk, chunks))})
+    gain = seconds["one"] / seconds["two"]
+    return [
+        Result("spread_carrier, 8 chunks, 1 thread", 2.0 / seconds["one"], UNIT),
+        Result("spread_carrier, 8 chunks, 2 threads", 2.0 / seconds["two"], UNIT, f"{gain:.2f} x one thread"),
+    ]
+
+
+def groups() -> list[Result]:
+    """Expected intensity of groups of nine arrivals, half a pulse apart, with a pulse of 15 samples."""
+    table = pulse_table(lambda t: np.exp(-((t / 1e-4) ** 2)) + 0j, -3e-4, 3e-4, RATE)
+    count, size = 50_000, 9
+    delay, weight = spikes(count * size)
+    delay = np.repeat(delay[:count], size) + np.tile(np.arange(size) * 1e-4, count)
+    intensity, first = np.zeros(GRID.count), np.arange(count + 1) * size
+    columns = (table.samples, table.start, table.rate, first, delay, weight)
+    best = best_seconds({"groups": lambda: add_groups(intensity, 0.0, RATE, *columns, 1.0, 0.0)})["groups"]
+    return [Result("add_groups, nine arrivals a group", count * size / best / 1e6, "M arrivals/s")]
+
+
+BENCHES = [one_core, against_replicas, two_threads, groups]

@@ -1,0 +1,44 @@
+"""A recording as the picture that fits it: one echo sounder trace, a waterfall, or a fan of beams."""
+
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from insonify.drawing import style
+from insonify.drawing.ascan import ascan
+from insonify.drawing.fan import fan
+from insonify.drawing.heard import heard
+from insonify.drawing.waterfall import waterfall
+
+FAN = 5
+"""Beams from which on a ping is drawn as a fan."""
+
+
+def recording(dataset: xr.Dataset, path: str | Path, *, ping: int | None = None) -> Path:
+    """Draw a recording.
+
+    Many beams make a fan of one ping, many pings a waterfall, everything else traces of level over time.
+
+    Args:
+        dataset: `pressure` [uPa] or `intensity` [uPa^2] over (ping, channel, time).
+        path: Picture to write, .png, .pdf or .svg.
+        ping: Row of the only ping wanted; by default all, or for a fan the first that is there.
+
+    Returns:
+        The path.
+    """
+    sound = heard(dataset)
+    there = np.flatnonzero(np.isfinite(sound.level).any(axis=(1, 2)) | np.isneginf(sound.level).any(axis=(1, 2)))
+    if there.size == 0:
+        raise ValueError("the recording holds no ping yet. Run the scenario to the end, or at least one ping of it.")
+    pings, channels, _ = sound.level.shape
+    row = int(there[0]) if ping is None else ping
+    with style.page():
+        if channels >= FAN:
+            figure = fan(sound, row)
+        elif pings > 1 and ping is None:
+            figure = waterfall(sound)
+        else:
+            figure = ascan(sound, row)
+        return style.keep(figure, path)

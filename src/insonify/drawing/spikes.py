@@ -1,0 +1,71 @@
+"""The spike array: every arrival of a ping at its delay, coloured by the way it went."""
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from insonify.drawing import style
+from insonify.records.arrivals import Arrivals
+
+NEARLY = {"B": "D", "SB": "S"}
+"""Close to the bed a last bounce off it changes the delay by less than a pulse: drawn as the family without it."""
+BELOW = 60.0
+"""Depth of the picture below the strongest arrival [dB]."""
+
+
+def spikes(arrivals: Arrivals, path: str | Path) -> Path:
+    """Draw the paths of a ping as spikes.
+
+    Args:
+        arrivals: The paths.
+        path: Picture to write.
+
+    Returns:
+        The path.
+    """
+    with style.page():
+        figure = style.sheet(9, 4.5)
+        level = 20 * np.log10(np.abs(arrivals.amplitude[:, 0]))
+        spike_array(figure.subplots(), arrivals, level, "level re the source at 1 m [dB]")
+        return style.keep(figure, path)
+
+
+def spike_array(axes: Axes, arrivals: Arrivals, level: NDArray[np.float64], label: str) -> None:
+    """Targets as stems, seabed and surface as dust, each pair of families in its colour.
+
+    Args:
+        axes: Where to draw.
+        arrivals: The paths, n of them.
+        level: Level of each [dB], shape (n,).
+        label: What the level is, with its reference.
+    """
+    floor = level.max() - BELOW if level.size else -BELOW
+    ways = pair_colour(arrivals)
+    dust = (arrivals.owner == "seabed") | (arrivals.owner == "surface")
+    delay = arrivals.delay * 1e3
+    axes.vlines(delay[~dust], floor, level[~dust], colors=ways[~dust], linewidth=0.5, alpha=0.5)
+    axes.scatter(delay[dust], level[dust], s=1.2, c=ways[dust], alpha=0.45, linewidths=0, rasterized=True)
+    axes.scatter(delay[~dust], level[~dust], s=4, c=ways[~dust], linewidths=0)
+    for name in (*style.PAIRS, "surface"):
+        colour = style.PAIRS.get(name, style.QUIET)
+        if (ways == colour).any():
+            axes.plot([], [], "o", color=colour, markersize=4, label="off the surface" if name == "surface" else name)
+    axes.set_ylim(floor, floor + BELOW + 4)
+    axes.set_xlabel("delay [ms]")
+    axes.set_ylabel(label)
+    axes.legend(ncols=7, loc="upper right", handletextpad=0.2, columnspacing=1.0)
+
+
+def pair_colour(arrivals: Arrivals) -> NDArray[np.str_]:
+    """Colour of each arrival: that of its pair of families, or one for all that the surface scatters, shape (n,)."""
+    names = np.array([arrivals.family_out, arrivals.family_back])
+    for short, plain in NEARLY.items():
+        names[names == short] = plain
+    colour = np.full(len(arrivals), style.QUIET, "<U7")
+    for name, value in style.PAIRS.items():
+        a, b = name.split("-")
+        colour[((names[0] == a) & (names[1] == b)) | ((names[0] == b) & (names[1] == a))] = value
+    colour[arrivals.owner == "surface"] = style.QUIET
+    return colour

@@ -1,0 +1,123 @@
+"""One look for all pictures: what has a colour has it everywhere.
+
+Colours of causes and families are those of Okabe & Ito (2008), "Color Universal Design", which readers with
+any kind of colour vision can tell apart.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure
+
+CAUSES = {
+    "seabed": "#B8720A",
+    "surface": "#0072B2",
+    "target": "#D5350E",
+    "noise": "#8A8A8A",
+    "total": "#1A1A1A",
+}
+"""Colour of each cause of sound."""
+FAMILIES = {"D": "#1A1A1A", "S": "#0072B2", "B": "#E69F00", "SB": "#009E73", "BS": "#CC79A7"}
+"""Colour of each family of legs."""
+PAIRS = {
+    "D-D": "#1A1A1A",
+    "D-S": "#0072B2",
+    "S-S": "#56B4E9",
+    "D-BS": "#D55E00",
+    "S-BS": "#E69F00",
+    "BS-BS": "#CC79A7",
+}
+"""Colour of each pair of families that can be told apart by its delay near the seabed."""
+INK = "#1A1A1A"
+QUIET = "#6B6B6B"
+COPPER = LinearSegmentedColormap.from_list(
+    "sonar copper", ["#050302", "#2A1608", "#6B3710", "#B86A1E", "#EBAA4B", "#FBDD97", "#FFFBEA"]
+)
+"""Instrument colours of sonar images, dark where it is silent; lightness grows evenly."""
+_RULES: dict[str, Any] = {
+    "font.size": 10,
+    "axes.titlesize": 11,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.labelsize": 10,
+    "axes.labelcolor": INK,
+    "axes.edgecolor": QUIET,
+    "axes.linewidth": 0.8,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#E4E4E4",
+    "grid.linewidth": 0.6,
+    "xtick.color": QUIET,
+    "ytick.color": QUIET,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "legend.frameon": False,
+    "legend.fontsize": 9,
+    "lines.linewidth": 1.2,
+    "figure.facecolor": "white",
+    "savefig.dpi": 130,
+}
+
+
+@contextmanager
+def page() -> Iterator[None]:
+    """The house rules, for whatever is drawn and saved inside."""
+    with matplotlib.rc_context(_RULES):
+        yield
+
+
+def sheet(width: float = 9.0, height: float = 5.0) -> Figure:
+    """An empty figure; nothing keeps it alive but its owner.
+
+    Args:
+        width: Width [inch].
+        height: Height [inch].
+    """
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def keep(figure: Figure, path: str | Path) -> Path:
+    """Write a figure to disk; the suffix says as what.
+
+    Args:
+        figure: The figure.
+        path: File to write, .png, .pdf or .svg.
+    """
+    target = Path(path)
+    # no date and no version inside: the same picture has the same bytes
+    about = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
+    figure.savefig(target, metadata=about.get(target.suffix.lower(), {}))
+    return target
+
+
+def range_axis(axes: Axes, sound_speed: float, altitude: float | None = None) -> None:
+    """A second axis on top of a time axis in milliseconds: the range that a direct echo comes from.
+
+    Args:
+        axes: Axes whose abscissa is time [ms].
+        sound_speed: Sound speed [m/s].
+        altitude: Height of the sonar above the seabed [m]; then the axis is ground range, where it is on the bed
+            at all the times shown. None: slant range.
+    """
+    metres_per_ms = sound_speed / 2 * 1e-3
+    first = axes.get_xlim()[0] * metres_per_ms
+    if altitude is not None and first > 2 * altitude:
+        h = altitude
+        top = axes.secondary_xaxis(
+            "top",
+            functions=(
+                lambda t: ((t * metres_per_ms) ** 2 - h * h).clip(min=0) ** 0.5,
+                lambda x: (x * x + h * h) ** 0.5 / metres_per_ms,
+            ),
+        )
+        top.set_xlabel("ground range of a direct echo [m]")
+    else:
+        top = axes.secondary_xaxis("top", functions=(lambda t: t * metres_per_ms, lambda x: x / metres_per_ms))
+        top.set_xlabel("slant range of a direct echo [m]")

@@ -1,0 +1,56 @@
+"""The waterfall: ping after ping, each a line of the image, the way a sidescan is read."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
+
+from insonify.drawing import style
+from insonify.drawing.heard import Floats, Heard, colour_span
+
+COLUMNS = 1600
+"""Columns of an image: more than a screen shows are averaged as energy, so that no echo falls between two."""
+
+
+def waterfall(sound: Heard) -> Figure:
+    """All pings of a recording, one panel for each channel.
+
+    Args:
+        sound: The recording.
+    """
+    channels = sound.level.shape[1]
+    figure = style.sheet(10, 1.0 + 4.2 * channels)
+    rows = np.atleast_1d(figure.subplots(channels, 1))
+    level = sound.strength()
+    span = colour_span(level)
+    for channel, axes in enumerate(rows):
+        image = _lines(axes, sound, level[:, channel], span)
+        axes.set_title(sound.title if channel == 0 else f"beam {channel}")
+    unit = "dB re 1 uPa" if sound.scenario is None else "dB re 1 m$^2$"
+    name = "level" if sound.scenario is None else "apparent target strength"
+    figure.colorbar(image, ax=list(rows), label=f"{name} [{unit}]", pad=0.01)
+    return figure
+
+
+def _lines(axes: Axes, sound: Heard, level: Floats, span: tuple[float, float]) -> AxesImage:
+    slant = sound.time * sound.sound_speed / 2
+    image = axes.imshow(
+        thinned(level), aspect="auto", cmap=style.COPPER, vmin=span[0], vmax=span[1], interpolation="nearest",
+        extent=(slant[0], slant[-1], len(level) - 0.5, -0.5),
+    )  # fmt: skip
+    axes.grid(False)
+    axes.set_facecolor("#303030")
+    axes.set_xlabel("slant range [m]")
+    axes.set_ylabel("ping")
+    return image
+
+
+def thinned(level: Floats) -> Floats:
+    """Levels [dB] with neighbours along the last axis averaged as energy, until at most `COLUMNS` are left."""
+    step = -(-level.shape[-1] // COLUMNS)
+    if step == 1:
+        return level
+    kept = level[..., : level.shape[-1] // step * step]
+    power = 10 ** (kept.reshape(*level.shape[:-1], -1, step) / 10)
+    with np.errstate(divide="ignore"):
+        return np.asarray(10 * np.log10(power.mean(axis=-1)))

@@ -1,0 +1,23 @@
+"""Level of what was recorded, coherent or incoherent, simulated or real."""
+
+import numpy as np
+import xarray as xr
+
+from insonify.units import level_db
+
+
+def recorded_level(recording: xr.Dataset) -> xr.DataArray:
+    """Level of a recording [dB re 1 uPa].
+
+    Args:
+        recording: `pressure` [uPa] or `intensity` [uPa^2] over any dimensions.
+
+    Returns:
+        10 log10 of the mean-square pressure, of the same dimensions; -inf where it is silent.
+    """
+    if "pressure" in recording:
+        power = np.abs(recording["pressure"].astype(np.complex128)) ** 2
+    else:
+        power = recording["intensity"]
+    level = power.copy(data=level_db(power.values))
+    return level.rename("level_db").assign_attrs(units="dB re 1 uPa", long_name="level of the received pressure")

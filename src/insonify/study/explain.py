@@ -1,0 +1,147 @@
+"""Why a sample is what it is: the arrivals behind it, each with its sonar equation in decibels.
+
+The recording carries its scenario; from that the paths are found again, and each is followed from the source
+level to the sample. Added with their phases they give back the recorded pressure, noise aside.
+"""
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from insonify.records.arrivals import Arrivals
+from insonify.scenario.load import parse
+from insonify.scenario.scenario import Scenario
+from insonify.simulation import Listening, arrivals, prepare
+from insonify.study.weights import beam_gains, weights
+from insonify.synthesis.levels import pair_name
+from insonify.units import level_db
+
+RINGING = 20.0
+"""How long before and after the pulse its filter's ringing is followed [1 / band]."""
+STRONGEST = 15
+"""Arrivals that are written out."""
+TERMS = ("source", "t beam", "r beam", "spread", "absorb", "bounce", "scatter", "pulse", "level")
+"""Columns that add up: all but the last, to the last."""
+
+
+class Behind:
+    """The arrivals behind one sample of one channel."""
+
+    def __init__(self, scenario: Scenario, ping: int, time: float, channel: int) -> None:
+        """Find them again.
+
+        Args:
+            scenario: What was simulated.
+            ping: Number of the ping.
+            time: Time of the sample [s].
+            channel: Which beam.
+        """
+        self.listening: Listening = prepare(scenario)
+        self.stance = self.listening.stance(ping)
+        self.channel = channel
+        pulse, extra = self.stance.pulse, RINGING / scenario.sonar.receiver.band
+        window = time - pulse.stop - extra, time - pulse.start + extra
+        self.paths: Arrivals = arrivals(scenario, ping, window=window)
+        self.shape = pulse.samples(time - self.paths.delay)
+        self.pressure: NDArray[np.complex128] = weights(self.paths, self.stance, channel) * self.shape
+
+    def budget(self) -> NDArray[np.float64]:
+        """Terms of each arrival's sonar equation [dB], shape (n, 9), see `TERMS`."""
+        p = self.paths
+        sent, heard = beam_gains(p, self.stance, self.channel)
+        # what the jitter of amplitudes adds has no column of its own: it goes with the scattering
+        bare = p.spreading * p.absorption * np.abs(p.boundary)
+        scattering = np.abs(p.amplitude[:, 0]) / np.maximum(bare, 1e-300)
+        factors = [sent, heard, p.spreading, p.absorption, p.boundary, scattering, self.shape]
+        terms = [np.full(len(p), self.stance.source_level_db), *(level_db(np.abs(factor) ** 2) for factor in factors)]
+        return np.stack([*terms, level_db(np.abs(self.pressure) ** 2)], axis=1)
+
+    def mean_square(self) -> float:
+        """Expected square of the pressure [uPa^2]: arrivals of one group add in phase, groups as energies."""
+        _, group = np.unique(self.paths.group, return_inverse=True)
+        count = int(group.max()) + 1 if group.size else 0
+        real, imaginary = (np.bincount(group, part, count) for part in (self.pressure.real, self.pressure.imag))
+        return float(np.sum(real**2 + imaginary**2))
+
+
+def explain(dataset: xr.Dataset, ping: int, time: float, *, channel: int | None = None) -> str:
+    """The arrivals behind one sample of a recording, as a page to read.
+
+    Args:
+        dataset: A recording that carries its scenario.
+        ping: Number of the ping.
+        time: Time after the start of transmission [s]; the nearest sample is taken.
+        channel: Which beam; by default the one in which that sample is loudest.
+
+    Returns:
+        A table of the strongest arrivals, their groups, and how they add up to the sample.
+    """
+    if not dataset.attrs.get("scenario"):
+        raise ValueError("the recording does not carry its scenario, so nothing can be said about it")
+    scenario = parse(Scenario, dataset.attrs["scenario"])
+    name = "pressure" if "pressure" in dataset else "intensity"
+    sample = dataset[name].sel(ping=ping) if "ping" in dataset.coords else dataset[name].isel(ping=ping)
+    values = np.asarray(sample.sel(time=time, method="nearest").values)
+    chosen = int(np.argmax(np.abs(np.nan_to_num(values)))) if channel is None else channel
+    when = float(dataset["time"].sel(time=time, method="nearest"))
+    behind = Behind(scenario, ping, when, chosen)
+    head = f"ping {ping}, beam {chosen} ({np.degrees(float(dataset['steer'][chosen])):+g} deg), {when * 1e3:.3f} ms: "
+    head += f"{len(behind.paths)} arrivals\n"
+    recorded = values[chosen]
+    if not np.isfinite(recorded):
+        return head + "the ping is not simulated yet"
+    parts = [head, _sums(behind), "", _rows(behind), "", _verdict(behind, recorded, name)]
+    return "\n".join(parts)
+
+
+def _sums(behind: Behind) -> str:
+    """Arrivals counted and added by owner and pair of families, loudest first."""
+    p = behind.paths
+    kinds: dict[tuple[str, str], list[int]] = {}
+    for row in range(len(p)):
+        kinds.setdefault((str(p.owner[row]), pair_name(str(p.family_out[row]), str(p.family_back[row]))), []).append(row)
+    power = np.abs(behind.pressure) ** 2
+    loudest = sorted(kinds.items(), key=lambda kind: -power[kind[1]].sum())
+    lines = [f"{'owner':<14s}{'pair':<10s}{'arrivals':>9s}{'energy':>9s}{'in phase':>10s}   [dB re 1 uPa]"]
+    for (owner, pair), rows in loudest[:STRONGEST]:
+        phased = np.abs(behind.pressure[rows].sum()) ** 2
+        lines.append(f"{owner:<14s}{pair:<10s}{len(rows):>9d}{_db(power[rows].sum()):>9s}{_db(phased):>10s}")
+    return "\n".join(lines)
+
+
+def _rows(behind: Behind) -> str:
+    """The strongest arrivals, one line each."""
+    p, terms = behind.paths, behind.budget()
+    order = np.argsort(-np.abs(behind.pressure), kind="stable")[:STRONGEST]
+    columns = "".join(f"{name:>8s}" for name in TERMS)
+    lines = [f"{'delay':>9s}  {'owner':<12s}{'out':<4s}{'back':<4s}{'range':>9s}{columns}{'phase':>7s}"]
+    lines.append(f"{'ms':>9s}  {'':<20s}{'m':>9s}{'dB':>8s}" + f"{'dB':>8s}" * (len(TERMS) - 1) + f"{'deg':>7s}")
+    for row in order:
+        away = float(np.linalg.norm(p.place[row] - behind.stance.receive_place))
+        cells = "".join(f"{value + 0.0:8.1f}" for value in terms[row])
+        phase = np.degrees(np.angle(behind.pressure[row]))
+        lines.append(
+            f"{p.delay[row] * 1e3:9.4f}  {p.owner[row]!s:<12.11s}{p.family_out[row]:<4s}{p.family_back[row]:<4s}"
+            f"{away:9.2f}{cells}{phase:7.0f}"
+        )
+    if len(p) > len(order):
+        lines.append(f"... and {len(p) - len(order)} more")
+    return "\n".join(lines)
+
+
+def _verdict(behind: Behind, recorded: complex, name: str) -> str:
+    """How the arrivals add up, beside what was recorded."""
+    if name == "intensity":
+        rest = float(np.real(recorded)) - behind.mean_square()
+        lines = [("all arrivals, expected", behind.mean_square()), ("recorded", float(np.real(recorded)))]
+    else:
+        together = complex(behind.pressure.sum())
+        rest = abs(complex(recorded) - together) ** 2
+        lines = [("all arrivals, in phase", abs(together) ** 2), ("recorded", abs(recorded) ** 2)]
+    what = "noise and rounding" if behind.listening.scenario.water.noise_level_db is not None else "rounding"
+    lines.append((f"difference: {what}", max(rest, 0.0)))
+    return "\n".join(f"{text:<32s}{_db(power):>8s} dB re 1 uPa" for text, power in lines)
+
+
+def _db(power: float) -> str:
+    return f"{float(level_db(power)):.1f}"

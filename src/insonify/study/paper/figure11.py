@@ -1,0 +1,148 @@
+"""Figure 11: near the target, the energy model, the spikes behind it, and one coherent series made of them.
+
+Changed in the nominal scene: one vertical plane (`paths.geometry: slice`, the paper's 2-D); a window of 35 ms about
+the target, as in the paper; a sea surface that scatters by Lambert's law at -30 dB, a little less than the bed, so
+that both reverberations are in the picture; and noise of 5 dB re 1 uPa^2/Hz in the beam, what is left of some
+28 dB of thermal and wind noise at 100 kHz behind the array's directivity of 10 log10(2 L / wavelength) = 23 dB.
+"""
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from insonify.drawing import style
+from insonify.drawing.levels import curves
+from insonify.drawing.spikes import spike_array
+from insonify.records.arrivals import Arrivals
+from insonify.scenario.scenario import Scenario
+from insonify.simulation import arrivals, levels, prepare, simulate
+from insonify.study.paper.nominal import nominal
+from insonify.study.paper.numbers import Number, write
+from insonify.study.spike_energy import spike_energy
+from insonify.study.weights import weights
+from insonify.synthesis.noise import noise_intensity
+from insonify.units import level_db
+
+TITLE = "Energy model, spike array and coherent series about the target"
+WINDOW = (0.195, 0.230)
+REALISATIONS = 200
+BIN = 1e-3
+"""Width of the bins in which spikes are counted [s]."""
+PARTS = {
+    "whole window": WINDOW,
+    "before the target": (0.195, 0.2),
+    "behind the target, one bounce": (0.206, 0.211),
+    "behind the target": (0.2145, 0.2255),
+}
+"""Windows in which the mean coherent power is compared with the energy model [s]."""
+
+Floats = NDArray[np.float64]
+
+
+def scene(seed: int = 1, field: str = "coherent") -> Scenario:
+    """The figure's scenario.
+
+    Args:
+        seed: Seed.
+        field: The reading.
+    """
+    return nominal(
+        {
+            "seed": seed, "field": field, "paths.geometry": "slice", "track.window": WINDOW,
+            "surface.scattering": {"strength_db": -30.0}, "water.noise_level_db": 5.0,
+        }
+    )  # fmt: skip
+
+
+def mean_power(realisations: int = REALISATIONS) -> tuple[Floats, Floats]:
+    """Mean coherent power, and mean of the energy model, over the same redrawn scatterers [uPa^2], (time,).
+
+    Args:
+        realisations: How many seeds.
+    """
+    coherent, expected = [], []
+    for seed in range(1, realisations + 1):
+        coherent.append(np.abs(simulate(scene(seed))["pressure"].values[0, 0].astype(complex)) ** 2)
+        if seed <= max(1, realisations // 10):  # the energy model hardly changes from draw to draw
+            expected.append(simulate(scene(seed, "incoherent"))["intensity"].values[0, 0])
+    return np.mean(coherent, axis=0), np.mean(expected, axis=0)
+
+
+def binned_spikes() -> tuple[Floats, Floats]:
+    """Energy of the spikes, and of the energy model, in bins of 1 ms [uPa^2 s], each of shape (bins,)."""
+    scenario = scene()
+    listening = prepare(scenario)
+    edges = np.arange(WINDOW[0], WINDOW[1] + BIN / 2, BIN)
+    here = listening.stance(0)
+    counted = spike_energy(arrivals(scenario), here, edges)
+    counted += BIN * noise_intensity(listening.pulse, scenario.water.noise_level_db)
+    heard = simulate(scene(field="incoherent"))
+    time, intensity = heard["time"].values, heard["intensity"].values[0, 0]
+    passed = np.concatenate([[0.0], np.cumsum((intensity[1:] + intensity[:-1]) / 2 * np.diff(time))])
+    return counted[:-1], np.diff(np.interp(edges, time, passed))[:-1]
+
+
+def numbers(realisations: int = REALISATIONS) -> list[Number]:
+    """How well the three readings of one list of paths agree.
+
+    Args:
+        realisations: How many seeds are averaged.
+    """
+    coherent, expected = mean_power(realisations)
+    time = prepare(scene()).grid.time
+    rows = []
+    for name, (first, last) in PARTS.items():
+        inside = (time >= first) & (time < last)
+        off = float(level_db(np.mean(coherent[inside] / expected[inside])))
+        # fewer cells in the shorter windows: three standard errors of about 0.2 dB there
+        limit = 0.2 if name == "whole window" else 0.5
+        rows.append(Number(f"mean coherent power re energy model, {name}", off, "dB", 0.0, limit, "energy is kept"))
+    counted, modelled = binned_spikes()
+    off = np.abs(level_db(counted / modelled)).max()
+    rows.append(Number("sum of spike energy in 1 ms re energy model, worst bin", off, "dB", 0.0, 0.1, "energy is kept"))
+    rows.append(Number("realisations", realisations, "1"))
+    return rows
+
+
+def draw(folder: Path) -> list[Path]:
+    """The picture and its numbers.
+
+    Args:
+        folder: Where they go.
+
+    Returns:
+        The files written.
+    """
+    with style.page():
+        figure = style.sheet(9.5, 9.5)
+        _panels(figure)
+        picture = style.keep(figure, folder / "figure11.png")
+    return [picture, write(folder / "figure11.json", 11, TITLE, {"seed 1": scene()}, numbers())]
+
+
+def _panels(figure: Figure) -> None:
+    energy, stems, series = figure.subplots(3, 1, sharex=True)
+    curves(energy, levels(scene()), WINDOW)
+    energy.set_title("a  energy model, by cause")
+    scenario = scene()
+    paths, here = arrivals(scenario), prepare(scenario).stance(0)
+    spike_array(stems, _sampled(paths), level_db(np.abs(weights(_sampled(paths), here)) ** 2), "level [dB re 1 uPa]")
+    stems.set_title("b  spike array: one mark for each path, by the families of its two legs")
+    heard = simulate(scenario)
+    pressure = heard["pressure"].values[0, 0] / 1e3
+    time = heard["time"].values * 1e3
+    series.plot(time, pressure.real, color=style.INK, linewidth=0.4)
+    series.plot(time, np.abs(pressure), color=style.CAUSES["target"], linewidth=0.9)
+    series.set_title("c  coherent series: in-phase part and envelope")
+    series.set_xlabel("time after the start of transmission [ms]")
+    series.set_ylabel("rms pressure [mPa]")
+    for axes in (energy, stems):
+        axes.set_xlabel("")
+
+
+def _sampled(paths: Arrivals) -> Arrivals:
+    """All paths by way of targets, and every fifth of the others: enough dust to see."""
+    kept = ((paths.owner != "seabed") & (paths.owner != "surface")) | (paths.group % 5 == 0)
+    return paths.take(kept)

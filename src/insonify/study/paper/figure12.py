@@ -1,0 +1,108 @@
+"""Figure 12: the shadow of the target fills as paths with one and two reflections come in.
+
+Changed in the nominal scene: `paths.reflections` is 0, 1 and 2; the pictures are of the vertical plane
+(`paths.geometry: slice`, the paper's 2-D) in the paper's window of 35 ms. The numbers are of the whole scene, from the
+expected intensity, once with a box 6 m wide, so that little sound comes round its sides, and once with the paper's
+2 m: level with no box over level with it, on the bed behind it. Edges are hard.
+"""
+
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from insonify.drawing import style
+from insonify.scenario.scenario import Scenario
+from insonify.simulation import simulate
+from insonify.study.paper.nominal import box, nominal
+from insonify.study.paper.numbers import Number, write
+from insonify.units import level_db
+
+TITLE = "The shadow of the target with direct paths, one and two reflections per leg"
+WINDOW = (0.195, 0.230)
+LATE, DOUBLE = (0.2145, 0.2255), (0.206, 0.211)
+"""Behind the target: in the direct path's shadow alone, and in that of the surface path as well [s]."""
+SOURCE = "independent prototype, 120 realisations; ratios of Lambert strengths with and without the cut legs"
+EXPECTED: dict[tuple[int, tuple[float, float]], tuple[float, float | None]] = {
+    (0, LATE): (30.0, None), (1, LATE): (3.5, 0.6), (2, LATE): (2.6, 0.6),
+    (0, DOUBLE): (30.0, None), (1, DOUBLE): (30.0, None), (2, DOUBLE): (11.0, 1.5),
+}  # fmt: skip
+"""Contrast of the 6 m box [dB] and how far it may be off; None: at least that."""
+
+
+def scene(reflections: int, **changes: Any) -> Scenario:
+    """The figure's scenario.
+
+    Args:
+        reflections: Most bounces of one leg.
+        changes: Other values, with `__` for the dots.
+    """
+    named = {name.replace("__", "."): value for name, value in changes.items()}
+    return nominal({"paths.reflections": reflections, "track.window": WINDOW, **named})
+
+
+@lru_cache(maxsize=16)
+def _intensity(reflections: int, length: float) -> tuple[np.ndarray, np.ndarray]:  # type: ignore[type-arg]
+    targets = [box(length)] if length else []
+    heard = simulate(scene(reflections, field="incoherent", targets=targets, paths__causes=["seabed"]))
+    return heard["time"].values, heard["intensity"].values[0, 0]
+
+
+def contrast(reflections: int, length: float, window: tuple[float, float]) -> float:
+    """Level of the bare seabed over that behind a box [dB].
+
+    Args:
+        reflections: Most bounces of one leg.
+        length: Length of the box along the track [m].
+        window: Time over which both are averaged [s].
+    """
+    time, free = _intensity(reflections, 0.0)
+    _, cut = _intensity(reflections, length)
+    inside = (time >= window[0]) & (time <= window[1])
+    return float(level_db(free[inside].mean() / cut[inside].mean()))
+
+
+def numbers() -> list[Number]:
+    """Contrast of the shadow for each number of reflections."""
+    rows = []
+    for (reflections, window), (expected, tolerance) in EXPECTED.items():
+        when = f"{window[0] * 1e3:g}-{window[1] * 1e3:g} ms"
+        name = f"shadow contrast, 6 m box, {reflections} reflections, {when}"
+        rows.append(Number(name, contrast(reflections, 6.0, window), "dB", expected, tolerance, SOURCE))
+    round_the_sides = "sound round the sides of a 2 m box: integral of the two-way beam beyond it"
+    name = f"shadow contrast, 2 m box, 0 reflections, {LATE[0] * 1e3:g}-{LATE[1] * 1e3:g} ms"
+    rows.append(Number(name, contrast(0, 2.0, LATE), "dB", 20.8, 1.0, round_the_sides))
+    return rows
+
+
+def draw(folder: Path) -> list[Path]:
+    """The picture and its numbers.
+
+    Args:
+        folder: Where they go.
+
+    Returns:
+        The files written.
+    """
+    scenarios = {f"{n} reflections": scene(n, paths__geometry="slice") for n in range(3)}
+    with style.page():
+        figure = style.sheet(9.5, 8)
+        rows = figure.subplots(3, 1, sharex=True, sharey=True)
+        for axes, letter, (name, scenario) in zip(rows, "abc", scenarios.items(), strict=True):
+            heard = simulate(scenario)
+            level = level_db(np.abs(heard["pressure"].values[0, 0]) ** 2)
+            mean = simulate(scenario.model_copy(update={"field": "incoherent"}))["intensity"].values[0, 0]
+            time = heard["time"].values * 1e3
+            axes.axvspan(*(1e3 * t for t in LATE), color=style.CAUSES["surface"], alpha=0.08, linewidth=0)
+            axes.axvspan(*(1e3 * t for t in DOUBLE), color=style.CAUSES["seabed"], alpha=0.12, linewidth=0)
+            axes.plot(time, level, color=style.INK, linewidth=0.7)
+            axes.plot(time, level_db(mean), color=style.CAUSES["target"], linewidth=1.6, alpha=0.8)
+            axes.set_title(f"{letter}  {name} per leg")
+            axes.set_ylabel("level [dB re 1 uPa]")
+        rows[0].set_xlim(*(1e3 * t for t in WINDOW))
+        rows[0].set_ylim(25, 110)
+        rows[0].legend(["double shadow window", "late window", "one ping", "expected"][:4], ncols=4, loc="upper right")
+        rows[-1].set_xlabel("time after the start of transmission [ms]")
+        picture = style.keep(figure, folder / "figure12.png")
+    return [picture, write(folder / "figure12.json", 12, TITLE, scenarios, numbers())]

@@ -1,0 +1,175 @@
+"""Figure 14: steered beams, in and out of which the target lies, and the image they make together.
+
+Changed in the nominal scene: the whole scene in three dimensions, `sonar.receive.steer` from -6 to 6 deg in steps of
+0.25 deg (the transmit beam follows), the box turned 2 deg to the right of boresight at the same range, and a window
+about it. For the beam pattern the box gives way to a point at that bearing, heard alone over direct paths.
+"""
+
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from insonify.drawing import style
+from insonify.drawing.fan import sector
+from insonify.drawing.heard import colour_span, heard
+from insonify.scenario.scenario import Scenario
+from insonify.simulation import simulate
+from insonify.study.paper.nominal import box, nominal
+from insonify.study.paper.numbers import Number, write
+from insonify.units import level_db
+
+TITLE = "Multi-beam image of the target, and some of the beams behind it"
+WINDOW = (0.185, 0.235)
+BEARING = np.radians(2.0)
+"""Where the target lies, to the right of boresight [rad]."""
+STEERS = np.radians(np.arange(-6, 6.01, 0.25))
+FINE = np.radians(np.arange(0.8, 3.2001, 0.01))
+"""Steer angles at which the pattern is measured [rad]."""
+HALF_POWER = 0.886
+"""Full width of a uniform line's beam at half power [wavelength / length]."""
+
+Floats = NDArray[np.float64]
+
+
+def scene(changes: dict[str, Any] | None = None) -> Scenario:
+    """The figure's scenario.
+
+    Args:
+        changes: Other values by dotted name.
+    """
+    target = {**box(2.0), "position": _at(150.5), "heading": float(BEARING)}
+    fixed = {"sonar.receive.steer": STEERS.tolist(), "track.window": WINDOW, "targets": [target]}
+    return nominal({**fixed, **(changes or {})})
+
+
+def _at(distance: float) -> list[float]:
+    """North and east of a place at the target's bearing; boresight looks east and right is south."""
+    return [float(-distance * np.sin(BEARING)), float(distance * np.cos(BEARING))]
+
+
+def point_scene() -> Scenario:
+    """A point at the target's bearing, heard alone by finely steered beams."""
+    point = {"shape": "point", "label": "point", "position": [*_at(150.0), 19.5], "target_strength_db": 0.0}
+    return scene(
+        {
+            "targets": [point], "sonar.receive.steer": FINE.tolist(), "paths.reflections": 0, "paths.causes": ["target"],
+            "track.window": (0.199, 0.203),
+        }
+    )  # fmt: skip
+
+
+@lru_cache(maxsize=1)
+def pattern() -> tuple[Floats, Floats]:
+    """Echo energy of the point over steer angle, and the two-way pattern it should follow [dB re its peak].
+
+    Source: a uniform line steered by phase, sinc^4(L / wavelength (sin a - sin s)) for transmit and receive together.
+    """
+    scenario = point_scene()
+    echo = simulate(scenario)["pressure"].values[0]
+    energy = level_db(np.sum(np.abs(echo.astype(complex)) ** 2, axis=1))
+    length = 1.5 * scenario.sonar.pulse.frequency / scenario.water.sound_speed
+    slant = np.hypot(150.0, 8.5)
+    across = 150.0 / slant * np.sin(BEARING)  # direction cosine: the point lies a little below boresight
+    expected = level_db(np.sinc(length * (across - np.sin(FINE))) ** 4)
+    return energy - energy.max(), expected
+
+
+def numbers() -> list[Number]:
+    """How well the echo follows the beam, and where the image puts the target."""
+    energy, expected = pattern()
+    null = 1 / 100.0  # wavelength / length
+    away = np.abs(np.sin(FINE) - np.sin(BEARING)) / null
+    lobe, side = away < 0.75, (away > 1.2) & (away < 1.8)
+    sidelobe = energy[side].max()
+    width = HALF_POWER * null
+    peak = _peak(FINE, energy)
+    image = _peak(STEERS, _box_energy())
+    source = "two-way pattern of uniform lines, sinc^4"
+    return [
+        Number("echo re two-way pattern, worst in the main lobe", float(np.abs(energy - expected)[lobe].max()), "dB",
+               0.0, 0.2, source),
+        Number("first sidelobe of the echo", float(sidelobe), "dB", -26.52, 1.0, source),
+        Number("bearing of the point's peak", float(np.degrees(peak)), "deg", 2.0, float(np.degrees(width / 10)),
+               "where it was put; a tenth of a beamwidth"),
+        Number("bearing of the box in the image, centre of energy", float(np.degrees(image)), "deg", 2.0,
+               float(np.degrees(width / 2)), "where it was put; its speckle moves a 2 m face in a 1.3 m beam"),
+        Number("range of the loudest echo in the image", _range(), "m", 150.24, 0.5, "face at 150 m, 8.5 m below"),
+    ]  # fmt: skip
+
+
+def _peak(steer: Floats, level: Floats) -> float:
+    """Angle of the highest point of a parabola through the loudest beam and its neighbours [rad]."""
+    row = int(np.clip(np.argmax(level), 1, len(level) - 2))
+    left, middle, right = level[row - 1 : row + 2]
+    return float(steer[row] + (steer[row + 1] - steer[row]) * (left - right) / (left - 2 * middle + right) / 2)
+
+
+@lru_cache(maxsize=1)
+def _image() -> xr.Dataset:
+    return simulate(scene())
+
+
+def _box_energy() -> Floats:
+    """Level of each beam while the face of the box echoes, smoothed over the box's width [dB]."""
+    time = _image()["time"].values
+    face = (time > 0.2002) & (time < 0.2008)
+    energy = np.sum(np.abs(_image()["pressure"].values[0][:, face]) ** 2, axis=1)
+    return level_db(np.convolve(energy, np.ones(3), "same"))
+
+
+def _range() -> float:
+    """Slant range of the middle of the loudest echo [m]."""
+    power = np.abs(_image()["pressure"].values[0]) ** 2
+    pulse = scene().sonar.pulse.duration
+    when = _image()["time"].values[int(np.argmax(power.max(axis=0)))]
+    return float((when - pulse / 2) * scene().water.sound_speed / 2)
+
+
+def draw(folder: Path) -> list[Path]:
+    """The picture and its numbers.
+
+    Args:
+        folder: Where they go.
+
+    Returns:
+        The files written.
+    """
+    with style.page():
+        figure = style.sheet(11.5, 7)
+        _panels(figure)
+        picture = style.keep(figure, folder / "figure14.png")
+    scenarios = {"image": scene(), "point": point_scene()}
+    return [picture, write(folder / "figure14.json", 14, TITLE, scenarios, numbers())]
+
+
+def _panels(figure: Figure) -> None:
+    left, right = figure.subfigures(1, 2, width_ratios=(1, 1.05))
+    rows = left.subplots(4, 1)
+    image = _image()
+    time = image["time"].values * 1e3
+    for axes, angle in zip(rows[:3], (2.0, 2.5, -3.0), strict=True):
+        beam = int(np.argmin(np.abs(STEERS - np.radians(angle))))
+        axes.plot(time, level_db(np.abs(image["pressure"].values[0, beam]) ** 2), color=style.INK, linewidth=0.6)
+        axes.set_ylim(35, 112)
+        axes.set_xlim(time[0], time[-1])
+        axes.set_title(f"{'a  ' if angle == 2 else ''}beam at {angle:+g}°, target at +2°")
+        axes.set_ylabel("dB re 1 uPa")
+    rows[2].set_xlabel("time after the start of transmission [ms]")
+    energy, expected = pattern()
+    rows[3].plot(np.degrees(FINE), expected, color=style.CAUSES["surface"], linewidth=3, alpha=0.4, label="sinc$^4$")
+    rows[3].plot(np.degrees(FINE), energy, color=style.INK, linewidth=0.9, label="point at +2°")
+    rows[3].set_ylim(-60, 4)
+    rows[3].set_xlabel("steer angle [deg]")
+    rows[3].set_ylabel("echo [dB re peak]")
+    rows[3].legend(loc="upper right")
+    sound = heard(image)
+    axes = right.subplots()
+    level = sound.strength()[0]
+    mesh = sector(axes, sound.time * sound.sound_speed / 2, sound.steer, level, colour_span(level))
+    axes.set_title("b  image of 49 beams")
+    right.colorbar(mesh, ax=axes, label="apparent target strength [dB re 1 m$^2$]", shrink=0.7)

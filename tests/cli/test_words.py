@@ -1,0 +1,36 @@
+"""Ranges and times mean what a person means by them."""
+
+import pytest
+
+from insonify.cli.words import InputError, pings, seconds
+
+
+@pytest.mark.parametrize(
+    ("typed", "meant"),
+    [
+        (None, range(9)),
+        ("2:5", range(2, 5)),
+        (":4", range(4)),
+        ("7:", range(7, 9)),
+        ("3", range(3, 4)),
+        ("0:9", range(9)),
+    ],
+)
+def test_a_range_of_pings(typed: str | None, meant: range) -> None:
+    """Counted from 0, the end not included, as Python counts."""
+    assert pings(typed, 9) == meant
+
+
+@pytest.mark.parametrize("typed", ["", ":", "a:b", "3:3", "5:2", "9", "9:", "2:10", "-1:2", "1:2:3", "1.5"])
+def test_a_range_that_the_track_does_not_have(typed: str) -> None:
+    """Refused, with the range that would do."""
+    with pytest.raises(InputError, match="--pings"):
+        pings(typed, 9)
+
+
+def test_times_with_units() -> None:
+    """A bare number is seconds."""
+    assert seconds("201.9 ms", "--time") == pytest.approx(0.2019, rel=1e-15)
+    assert seconds("0.2", "--time") == 0.2
+    with pytest.raises(InputError, match="--time 3 m: 'm' is not a unit of time"):
+        seconds("3 m", "--time")
