@@ -2,12 +2,11 @@
 
 from collections.abc import Callable
 
-from measure import Result, best_seconds
-
 import insonify
 from insonify.propagation.choice import PathChoice
 from insonify.scenario.scenario import Scenario
 from insonify.simulation import prepare
+from measure import Result, best_seconds
 
 NOMINAL = insonify.load_scenario("examples/nominal.yaml")
 ABOUT_300K = 2.5

@@ -10,7 +10,7 @@ from insonify.scene.target import Box
 
 NEAR = (5.0, 30.0)
 """Time before and after the first target's echo that is drawn larger [ms]."""
-DEEPEST = 70.0
+DEEPEST = 120.0
 """Levels this far below the loudest part of what is seen are not drawn [dB]."""
 
 
@@ -49,8 +49,8 @@ def trace(axes: Axes, sound: Heard, row: int, channel: int, window: tuple[float,
     seen = level[(time >= axes.get_xlim()[0]) & (time <= axes.get_xlim()[1])]
     finite = seen[np.isfinite(seen)]
     if finite.size:
-        top, low = finite.max(), np.quantile(finite, 0.01)
-        axes.set_ylim(max(low - 8, top - 2 * DEEPEST), top + 5)
+        top, low = finite.max(), np.quantile(finite, 0.06)
+        axes.set_ylim(max(low - 15, top - DEEPEST), top + 5)
     axes.set_xlabel("time after the start of transmission [ms]")
     axes.set_ylabel("level [dB re 1 uPa]")
     style.range_axis(axes, sound.sound_speed, _altitude(sound))

@@ -26,7 +26,7 @@ def fan(sound: Heard, row: int) -> Figure:
     axes = figure.subplots()
     level = sound.strength()[row][order]
     mesh = sector(axes, sound.time * sound.sound_speed / 2, sound.steer[order], level, colour_span(level))
-    axes.set_title(sound.title if sound.level.shape[0] == 1 else f"{sound.title}, ping {row}")
+    axes.set_title(sound.title if sound.level.shape[0] == 1 else f"{sound.title}, ping {row}", pad=26)
     known = sound.scenario is not None
     label = "apparent target strength [dB re 1 m$^2$]" if known else "level [dB re 1 uPa]"
     figure.colorbar(mesh, ax=axes, label=label, shrink=0.7, pad=0.02)

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 
 from insonify.drawing import style
 
-BELOW = 70.0
+BELOW = 80.0
 """Depth of the picture below the loudest curve [dB]."""
 
 
@@ -51,7 +51,7 @@ def curves(axes: Axes, dataset: xr.Dataset, window: tuple[float, float] | None =
             )  # fmt: skip
     top = whole[np.isfinite(whole)].max() if np.isfinite(whole).any() else 0.0
     axes.set_xlim(first * 1e3, last * 1e3)
-    axes.set_ylim(top - BELOW, top + 4)
+    axes.set_ylim(top - BELOW, top + 8)
     axes.set_xlabel("time after the start of transmission [ms]")
     axes.set_ylabel("level [dB re 1 uPa]")
     axes.legend(ncols=5, loc="upper right", handlelength=1.6, columnspacing=1.2)

@@ -11,6 +11,8 @@ from insonify.records.arrivals import Arrivals
 
 NEARLY = {"B": "D", "SB": "S"}
 """Close to the bed a last bounce off it changes the delay by less than a pulse: drawn as the family without it."""
+STEMS = 350
+"""Stems that fit side by side."""
 BELOW = 60.0
 """Depth of the picture below the strongest arrival [dB]."""
 
@@ -45,17 +47,30 @@ def spike_array(axes: Axes, arrivals: Arrivals, level: NDArray[np.float64], labe
     ways = pair_colour(arrivals)
     dust = (arrivals.owner == "seabed") | (arrivals.owner == "surface")
     delay = arrivals.delay * 1e3
-    axes.vlines(delay[~dust], floor, level[~dust], colors=ways[~dust], linewidth=0.5, alpha=0.5)
+    stems = _tallest(delay, level, ways, np.flatnonzero(~dust))
+    axes.vlines(delay[stems], floor, level[stems], colors=ways[stems], linewidth=0.7, alpha=0.8)
     axes.scatter(delay[dust], level[dust], s=1.2, c=ways[dust], alpha=0.45, linewidths=0, rasterized=True)
-    axes.scatter(delay[~dust], level[~dust], s=4, c=ways[~dust], linewidths=0)
+    axes.scatter(delay[~dust], level[~dust], s=5, c=ways[~dust], linewidths=0)
     for name in (*style.PAIRS, "surface"):
         colour = style.PAIRS.get(name, style.QUIET)
         if (ways == colour).any():
             axes.plot([], [], "o", color=colour, markersize=4, label="off the surface" if name == "surface" else name)
-    axes.set_ylim(floor, floor + BELOW + 4)
+    axes.set_ylim(floor, floor + BELOW + 8)
     axes.set_xlabel("delay [ms]")
     axes.set_ylabel(label)
     axes.legend(ncols=7, loc="upper right", handletextpad=0.2, columnspacing=1.0)
+
+
+def _tallest(delay: NDArray[np.float64], level: NDArray[np.float64], ways: NDArray[np.str_],
+             rows: NDArray[np.int64]) -> NDArray[np.int64]:  # fmt: skip
+    """Of spikes that would stand in one another's ink the tallest of each colour."""
+    if rows.size == 0:
+        return rows
+    width = max(float(np.ptp(delay)) / STEMS, 1e-12)
+    kept: dict[tuple[int, str], int] = {}
+    for row in rows[np.argsort(level[rows], kind="stable")]:
+        kept[int(delay[row] / width), str(ways[row])] = int(row)
+    return np.array(list(kept.values()))
 
 
 def pair_colour(arrivals: Arrivals) -> NDArray[np.str_]:

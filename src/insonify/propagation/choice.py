@@ -1,11 +1,11 @@
 """Which paths are followed, and how they are perturbed: the knobs of the paper."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
-from insonify.noun import Decibels, Noun
-from insonify.propagation.families import families, is_family
+from insonify.noun import Decibels, Noun, located
+from insonify.propagation.families import bounces, families, is_family
 
 Cause = Literal["seabed", "surface", "target"]
 
@@ -44,6 +44,20 @@ class PathChoice(Noun):
         if value is not None and len(set(value)) < len(value):
             raise ValueError("a family is named twice; name each once")
         return value
+
+    @model_validator(mode="after")
+    def _families_within_reflections(self) -> Self:
+        if self.families is None:
+            return self
+        if not self.families:
+            raise located("families", "[]", "follows no path. Name at least one, such as [D], or write null for all.")
+        longest = max(self.families, key=lambda name: len(bounces(name)))
+        if len(bounces(longest)) > self.reflections:
+            raise located(
+                "families", longest, f"has {len(bounces(longest))} bounces, but reflections is {self.reflections}. "
+                f"Write reflections: {len(bounces(longest))}, or leave the family out.",
+            )  # fmt: skip
+        return self
 
     @property
     def followed(self) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 from insonify.noun import Noun, located
 from insonify.ocean.water import Water
 from insonify.propagation.choice import PathChoice
+from insonify.scene.box import inside_box
 from insonify.scene.scene import Scene, check_targets
 from insonify.scene.seabed import Seabed
 from insonify.scene.surface import Surface
@@ -76,6 +77,18 @@ class Scenario(Noun):
         return self
 
     @model_validator(mode="after")
+    def _sonar_outside_the_boxes(self) -> Self:
+        stances, scene = poses(self.track), self.scene
+        rows = [row for row, target in enumerate(self.targets) if target in scene.boxes]
+        for row, body in zip(rows, scene.bodies, strict=True):
+            if any(inside_box(body, place) for place in stances.position):
+                raise located(
+                    f"targets.{row}.position", None, f"the sonar is inside {self.targets[row].label}. "
+                    "Move the target, or the track.",
+                )  # fmt: skip
+        return self
+
+    @model_validator(mode="after")
     def _beams_can_be_formed(self) -> Self:
         # Whether a steered beam exists depends on the wavelength, which no array knows by itself.
         for end, array in zip(("transmit", "receive"), self.sonar.arrays, strict=True):
@@ -109,8 +122,8 @@ def warn_of_grating_lobes(end: str, array: Transducers, frequency: float, sound_
     if len(lobes):
         aside = np.degrees(np.arcsin(np.clip(lobes[0], -1, 1)))
         warnings.warn(
-            f"sonar.{end}: {len(lobes)} grating lobes, the first {aside[0]:.0f} deg to the right and {aside[1]:.0f} deg "
-            "down: the elements stand more than half a wavelength apart. Give more elements, or steer less.",
+            f"sonar.{end}: {len(lobes)} grating lobes, the first {aside[0]:.0f} deg to the right and {aside[1]:.0f} "
+            "deg down: the elements stand more than half a wavelength apart. Give more elements, or steer less.",
             PhysicsWarning,
             stacklevel=2,
         )

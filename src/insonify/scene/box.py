@@ -31,6 +31,13 @@ def box_body(box: Box, seabed_depth: float) -> NDArray[np.float64]:
     return np.array([*box.position, c, s, length / 2, width / 2, base - height, base])
 
 
+def inside_box(body: NDArray[np.float64], place: NDArray[np.float64]) -> bool:
+    """Whether a place (north, east, depth) [m], shape (3,), lies in a body of `box_body`."""
+    north, east, c, s, half_length, half_width, top, base = body
+    x, y = place[0] - north, place[1] - east
+    return bool(abs(c * x + s * y) <= half_length and abs(c * y - s * x) <= half_width and top <= place[2] <= base)
+
+
 def box_scatterers(box: Box, seabed_depth: float, seed: int, pitch: float, occluder: int) -> Scatterers:
     """Points on the five faces of a box that water can reach, one for each jittered cell.
 

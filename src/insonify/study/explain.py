@@ -18,8 +18,10 @@ from insonify.units import level_db
 
 RINGING = 20.0
 """How long before and after the pulse its filter's ringing is followed [1 / band]."""
-STRONGEST = 15
-"""Arrivals that are written out."""
+SHOWN = 6
+"""Kinds of arrivals (owner and pair of families) that are written out."""
+STRONGEST = 3
+"""Arrivals of each kind that are written out."""
 TERMS = ("source", "t beam", "r beam", "spread", "absorb", "bounce", "scatter", "pulse", "level")
 """Columns that add up: all but the last, to the last."""
 
@@ -90,43 +92,50 @@ def explain(dataset: xr.Dataset, ping: int, time: float, *, channel: int | None 
     recorded = values[chosen]
     if not np.isfinite(recorded):
         return head + "the ping is not simulated yet"
-    parts = [head, _sums(behind), "", _rows(behind), "", _verdict(behind, recorded, name)]
+    parts = [head, _table(behind), "", _verdict(behind, recorded, name)]
     return "\n".join(parts)
 
 
-def _sums(behind: Behind) -> str:
-    """Arrivals counted and added by owner and pair of families, loudest first."""
+def _kinds(behind: Behind) -> dict[tuple[str, str], NDArray[np.int64]]:
+    """Rows of the arrivals by owner and pair of families, the most energetic kind first."""
     p = behind.paths
-    kinds: dict[tuple[str, str], list[int]] = {}
-    for row in range(len(p)):
-        kinds.setdefault((str(p.owner[row]), pair_name(str(p.family_out[row]), str(p.family_back[row]))), []).append(row)
+    legs = np.stack([p.family_out, p.family_back], axis=1)
+    kind = {(str(out), str(back)): pair_name(str(out), str(back)) for out, back in np.unique(legs, axis=0)}
+    pair = np.array([kind[str(out), str(back)] for out, back in legs], "<U25")
     power = np.abs(behind.pressure) ** 2
-    loudest = sorted(kinds.items(), key=lambda kind: -power[kind[1]].sum())
-    lines = [f"{'owner':<14s}{'pair':<10s}{'arrivals':>9s}{'energy':>9s}{'in phase':>10s}   [dB re 1 uPa]"]
-    for (owner, pair), rows in loudest[:STRONGEST]:
-        phased = np.abs(behind.pressure[rows].sum()) ** 2
-        lines.append(f"{owner:<14s}{pair:<10s}{len(rows):>9d}{_db(power[rows].sum()):>9s}{_db(phased):>10s}")
+    found = {}
+    for owner in np.unique(p.owner):
+        for name in np.unique(pair[p.owner == owner]):
+            found[str(owner), str(name)] = np.flatnonzero((p.owner == owner) & (pair == name))
+    return dict(sorted(found.items(), key=lambda item: -power[item[1]].sum()))
+
+
+def _table(behind: Behind) -> str:
+    """Each kind of arrival with its count and levels, and the strongest of them line by line."""
+    kinds, terms = _kinds(behind), behind.budget()
+    strength = np.abs(behind.pressure)
+    widest = f"{'delay':>9s} {'out':<4s}{'back':<4s}{'range':>8s}" + "".join(f"{term:>8s}" for term in TERMS)
+    lines = [widest + f"{'phase':>7s}", f"{'ms':>9s}{'m':>17s}" + f"{'dB':>8s}" * len(TERMS) + f"{'deg':>7s}"]
+    for (owner, pair), rows in list(kinds.items())[:SHOWN]:
+        energy, phased = float(np.sum(strength[rows] ** 2)), float(abs(behind.pressure[rows].sum()) ** 2)
+        count = f"{len(rows)} arrival{'s' * (len(rows) != 1)}"
+        lines.append(f"{owner} {pair}: {count}, energy {_db(energy)} dB, in phase {_db(phased)} dB re 1 uPa")
+        strongest = rows[np.argsort(-strength[rows], kind="stable")[:STRONGEST]]
+        lines += [_line(behind, int(row), terms[row]) for row in strongest]
+    if len(kinds) > SHOWN:
+        rest = np.concatenate(list(kinds.values())[SHOWN:])
+        lines.append(f"others: {len(rest)} arrivals, energy {_db(float(np.sum(strength[rest] ** 2)))} dB re 1 uPa")
     return "\n".join(lines)
 
 
-def _rows(behind: Behind) -> str:
-    """The strongest arrivals, one line each."""
-    p, terms = behind.paths, behind.budget()
-    order = np.argsort(-np.abs(behind.pressure), kind="stable")[:STRONGEST]
-    columns = "".join(f"{name:>8s}" for name in TERMS)
-    lines = [f"{'delay':>9s}  {'owner':<12s}{'out':<4s}{'back':<4s}{'range':>9s}{columns}{'phase':>7s}"]
-    lines.append(f"{'ms':>9s}  {'':<20s}{'m':>9s}{'dB':>8s}" + f"{'dB':>8s}" * (len(TERMS) - 1) + f"{'deg':>7s}")
-    for row in order:
-        away = float(np.linalg.norm(p.place[row] - behind.stance.receive_place))
-        cells = "".join(f"{value + 0.0:8.1f}" for value in terms[row])
-        phase = np.degrees(np.angle(behind.pressure[row]))
-        lines.append(
-            f"{p.delay[row] * 1e3:9.4f}  {p.owner[row]!s:<12.11s}{p.family_out[row]:<4s}{p.family_back[row]:<4s}"
-            f"{away:9.2f}{cells}{phase:7.0f}"
-        )
-    if len(p) > len(order):
-        lines.append(f"... and {len(p) - len(order)} more")
-    return "\n".join(lines)
+def _line(behind: Behind, row: int, terms: NDArray[np.float64]) -> str:
+    """One arrival: delay, families, slant range, its sonar equation, phase."""
+    p = behind.paths
+    away = float(np.linalg.norm(p.place[row] - behind.stance.receive_place))
+    cells = "".join(f"{round(float(value), 1) + 0.0:8.1f}" for value in terms)
+    phase = round(float(np.degrees(np.angle(behind.pressure[row])))) + 0
+    where = f"{p.family_out[row]!s:<4s}{p.family_back[row]!s:<4s}{away:8.2f}"
+    return f"{p.delay[row] * 1e3:9.4f} {where}{cells}{phase:7d}"
 
 
 def _verdict(behind: Behind, recorded: complex, name: str) -> str:
@@ -138,9 +147,16 @@ def _verdict(behind: Behind, recorded: complex, name: str) -> str:
         together = complex(behind.pressure.sum())
         rest = abs(complex(recorded) - together) ** 2
         lines = [("all arrivals, in phase", abs(together) ** 2), ("recorded", abs(recorded) ** 2)]
-    what = "noise and rounding" if behind.listening.scenario.water.noise_level_db is not None else "rounding"
-    lines.append((f"difference: {what}", max(rest, 0.0)))
+    lines.append((f"difference: {_leftover(behind.listening.scenario, name)}", max(rest, 0.0)))
     return "\n".join(f"{text:<32s}{_db(power):>8s} dB re 1 uPa" for text, power in lines)
+
+
+def _leftover(scenario: Scenario, name: str) -> str:
+    """What the recorded sample holds beyond its arrivals."""
+    parts = ["noise"] if scenario.water.noise_level_db is not None else []
+    # a recording of expected intensity holds the mean over the jitter, the arrivals hold one draw of it
+    shaken = scenario.paths.jitter > 0 or scenario.paths.amplitude_perturbation > 0
+    return " and ".join([*parts, *(["one draw of jitter"] if shaken and name == "intensity" else []), "rounding"])
 
 
 def _db(power: float) -> str:

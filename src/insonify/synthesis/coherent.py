@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from insonify.records.arrivals import Arrivals
 from insonify.records.pairs import Pairs
 from insonify.sonar.stance import Stance
-from insonify.synthesis._spread import spread_carrier, spread_pairs
+from insonify.synthesis._spread import spread, spread_carrier
 from insonify.synthesis.grid import TimeGrid, finish
 from insonify.synthesis.perturbation import Perturbation
 from insonify.synthesis.weights import leg_weights
@@ -49,17 +49,14 @@ class Coherent:
                 strength = strength * self.perturbation.factor(
                     pairs.scatterers.place, pairs.out.families[i], pairs.back.families[j]
                 )
+            delay = pairs.out.delay[i] + pairs.back.delay[j]
             for channel, row_of_cells in enumerate(cells):
                 s, h = sent[channel % len(sent)], heard[channel % len(heard)]
                 weight = s[i] * h[j] + s[j] * h[i] if twin else s[i] * h[j]
-                self._spread(row_of_cells, pairs.out.delay[i], pairs.back.delay[j], weight * strength)
-
-    def _spread(self, cells, delay_out, delay_back, weight) -> None:  # type: ignore[no-untyped-def]
-        one = np.ones(len(weight), np.complex64)
-        spread_pairs(
-            cells, self.grid.first_time, self.grid.cell_rate, delay_out, delay_back,
-            weight.astype(np.complex64), one, one,
-        )  # fmt: skip
+                spread(
+                    row_of_cells, self.grid.first_time, self.grid.cell_rate, delay,
+                    (weight * strength).astype(np.complex64),
+                )  # fmt: skip
 
     def series(self, cells: Cells) -> NDArray[np.complex64]:
         """Complex envelope at the grid's times [uPa], shape (channels, samples)."""

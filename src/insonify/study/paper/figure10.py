@@ -90,7 +90,7 @@ def _comb(axes: Axes, delay: NDArray[np.float64]) -> None:
     names = list(LETTERS)
     for y, (point, column) in enumerate(zip(POINTS, delay.T, strict=True)):
         for pair in reversed(list(combinations_with_replacement(range(5), 2))):
-            longer = max(pair, key=lambda leg: round(float(column[leg]), 12))  # noqa: B023
+            longer = max(pair, key=lambda leg: round(float(column[leg]), 12))
             when = 1e3 * (column[pair[0]] + column[pair[1]])
             axes.plot([when], [y], "|", color=style.FAMILIES[names[longer]], markersize=18, markeredgewidth=1.6)
         axes.annotate(point, (199.9, y), ha="right", va="center", annotation_clip=False)

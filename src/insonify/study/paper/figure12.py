@@ -11,6 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
 
 from insonify.drawing import style
 from insonify.scenario.scenario import Scenario
@@ -24,6 +26,7 @@ WINDOW = (0.195, 0.230)
 LATE, DOUBLE = (0.2145, 0.2255), (0.206, 0.211)
 """Behind the target: in the direct path's shadow alone, and in that of the surface path as well [s]."""
 SOURCE = "independent prototype, 120 realisations; ratios of Lambert strengths with and without the cut legs"
+ORDERS = ("direct paths", "one reflection per leg", "two reflections per leg")
 EXPECTED: dict[tuple[int, tuple[float, float]], tuple[float, float | None]] = {
     (0, LATE): (30.0, None), (1, LATE): (3.5, 0.6), (2, LATE): (2.6, 0.6),
     (0, DOUBLE): (30.0, None), (1, DOUBLE): (30.0, None), (2, DOUBLE): (11.0, 1.5),
@@ -43,7 +46,7 @@ def scene(reflections: int, **changes: Any) -> Scenario:
 
 
 @lru_cache(maxsize=16)
-def _intensity(reflections: int, length: float) -> tuple[np.ndarray, np.ndarray]:  # type: ignore[type-arg]
+def _intensity(reflections: int, length: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     targets = [box(length)] if length else []
     heard = simulate(scene(reflections, field="incoherent", targets=targets, paths__causes=["seabed"]))
     return heard["time"].values, heard["intensity"].values[0, 0]
@@ -85,24 +88,30 @@ def draw(folder: Path) -> list[Path]:
     Returns:
         The files written.
     """
-    scenarios = {f"{n} reflections": scene(n, paths__geometry="slice") for n in range(3)}
+    scenarios = {name: scene(n, paths__geometry="slice") for n, name in enumerate(ORDERS)}
     with style.page():
         figure = style.sheet(9.5, 8)
         rows = figure.subplots(3, 1, sharex=True, sharey=True)
         for axes, letter, (name, scenario) in zip(rows, "abc", scenarios.items(), strict=True):
-            heard = simulate(scenario)
-            level = level_db(np.abs(heard["pressure"].values[0, 0]) ** 2)
-            mean = simulate(scenario.model_copy(update={"field": "incoherent"}))["intensity"].values[0, 0]
-            time = heard["time"].values * 1e3
-            axes.axvspan(*(1e3 * t for t in LATE), color=style.CAUSES["surface"], alpha=0.08, linewidth=0)
-            axes.axvspan(*(1e3 * t for t in DOUBLE), color=style.CAUSES["seabed"], alpha=0.12, linewidth=0)
-            axes.plot(time, level, color=style.INK, linewidth=0.7)
-            axes.plot(time, level_db(mean), color=style.CAUSES["target"], linewidth=1.6, alpha=0.8)
-            axes.set_title(f"{letter}  {name} per leg")
-            axes.set_ylabel("level [dB re 1 uPa]")
+            _panel(axes, scenario)
+            axes.set_title(f"{letter}  {name}")
         rows[0].set_xlim(*(1e3 * t for t in WINDOW))
-        rows[0].set_ylim(25, 110)
-        rows[0].legend(["double shadow window", "late window", "one ping", "expected"][:4], ncols=4, loc="upper right")
+        rows[0].set_ylim(25, 128)
+        rows[0].legend(ncols=4, loc="upper right")
         rows[-1].set_xlabel("time after the start of transmission [ms]")
         picture = style.keep(figure, folder / "figure12.png")
     return [picture, write(folder / "figure12.json", 12, TITLE, scenarios, numbers())]
+
+
+def _panel(axes: Axes, scenario: Scenario) -> None:
+    """One ping and its expectation, with the two windows of the numbers marked."""
+    heard = simulate(scenario)
+    level = level_db(np.abs(heard["pressure"].values[0, 0]) ** 2)
+    mean = simulate(scenario.model_copy(update={"field": "incoherent"}))["intensity"].values[0, 0]
+    time = heard["time"].values * 1e3
+    for window, cause, name in ((LATE, "surface", "late window"), (DOUBLE, "seabed", "double shadow")):
+        first, last = (1e3 * t for t in window)
+        axes.axvspan(first, last, color=style.CAUSES[cause], alpha=0.1, linewidth=0, label=name)
+    axes.plot(time, level, color=style.INK, linewidth=0.7, label="one ping")
+    axes.plot(time, level_db(mean), color=style.CAUSES["target"], linewidth=1.6, alpha=0.8, label="expected")
+    axes.set_ylabel("level [dB re 1 uPa]")

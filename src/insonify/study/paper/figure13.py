@@ -89,9 +89,9 @@ def draw(folder: Path) -> list[Path]:
             level = level_db(np.abs(heard["pressure"].values[:, 0]) ** 2)
             axes.plot(time, level[1], color=style.FAMILIES["B"], linewidth=1.4)
             axes.plot(time, level[0], color=style.INK, linewidth=0.6)
-            axes.set_ylim(40, 108)
+            axes.set_ylim(40, 126)
             axes.set_title(
-                f"up to {scenario.paths.jitter:g} wavelengths: bare seabed correlates {row.value:.2f} "
+                f"jitter up to {scenario.paths.jitter:g} $\\lambda$: pings of bare seabed correlate {row.value:.2f} "
                 f"(sinc$^2$: {row.expected:.2f})"
             )
         panels[0].set_xlim(*(1e3 * t for t in WINDOW))

@@ -1,7 +1,7 @@
 """Figure 14: steered beams, in and out of which the target lies, and the image they make together.
 
 Changed in the nominal scene: the whole scene in three dimensions, `sonar.receive.steer` from -6 to 6 deg in steps of
-0.25 deg (the transmit beam follows), the box turned 2 deg to the right of boresight at the same range, and a window
+0.25 deg (the transmit beam follows), the box turned 2.1 deg to the right of boresight at the same range, and a window
 about it. For the beam pattern the box gives way to a point at that bearing, heard alone over direct paths.
 """
 
@@ -25,11 +25,15 @@ from insonify.units import level_db
 
 TITLE = "Multi-beam image of the target, and some of the beams behind it"
 WINDOW = (0.185, 0.235)
-BEARING = np.radians(2.0)
+DIRECT = (0.1995, 0.2015)
+"""While the direct echo of the target is heard, and no other [s]."""
+BEARING = np.radians(2.1)
 """Where the target lies, to the right of boresight [rad]."""
 STEERS = np.radians(np.arange(-6, 6.01, 0.25))
-FINE = np.radians(np.arange(0.8, 3.2001, 0.01))
+FINE = np.radians(np.arange(0.9, 3.3001, 0.01))
 """Steer angles at which the pattern is measured [rad]."""
+APERTURE = 0.01
+"""Wavelength over length of the arrays [1]."""
 HALF_POWER = 0.886
 """Full width of a uniform line's beam at half power [wavelength / length]."""
 
@@ -52,13 +56,19 @@ def _at(distance: float) -> list[float]:
     return [float(-distance * np.sin(BEARING)), float(distance * np.cos(BEARING))]
 
 
-def point_scene() -> Scenario:
-    """A point at the target's bearing, heard alone by finely steered beams."""
+def point_scene(alone: bool) -> Scenario:
+    """A point at the target's bearing and range.
+
+    Args:
+        alone: Heard by finely steered beams over direct paths, and nothing else; or in place of the box.
+    """
     point = {"shape": "point", "label": "point", "position": [*_at(150.0), 19.5], "target_strength_db": 0.0}
+    if not alone:
+        return scene({"targets": [point], "track.window": DIRECT})
     return scene(
         {
             "targets": [point], "sonar.receive.steer": FINE.tolist(), "paths.reflections": 0, "paths.causes": ["target"],
-            "track.window": (0.199, 0.203),
+            "track.window": DIRECT,
         }
     )  # fmt: skip
 
@@ -69,65 +79,53 @@ def pattern() -> tuple[Floats, Floats]:
 
     Source: a uniform line steered by phase, sinc^4(L / wavelength (sin a - sin s)) for transmit and receive together.
     """
-    scenario = point_scene()
+    scenario = point_scene(alone=True)
     echo = simulate(scenario)["pressure"].values[0]
     energy = level_db(np.sum(np.abs(echo.astype(complex)) ** 2, axis=1))
-    length = 1.5 * scenario.sonar.pulse.frequency / scenario.water.sound_speed
     slant = np.hypot(150.0, 8.5)
     across = 150.0 / slant * np.sin(BEARING)  # direction cosine: the point lies a little below boresight
-    expected = level_db(np.sinc(length * (across - np.sin(FINE))) ** 4)
+    expected = level_db(np.sinc((across - np.sin(FINE)) / APERTURE) ** 4)
     return energy - energy.max(), expected
 
 
 def numbers() -> list[Number]:
     """How well the echo follows the beam, and where the image puts the target."""
     energy, expected = pattern()
-    null = 1 / 100.0  # wavelength / length
-    away = np.abs(np.sin(FINE) - np.sin(BEARING)) / null
+    away = np.abs(np.sin(FINE) - np.sin(BEARING)) / APERTURE
     lobe, side = away < 0.75, (away > 1.2) & (away < 1.8)
-    sidelobe = energy[side].max()
-    width = HALF_POWER * null
-    peak = _peak(FINE, energy)
-    image = _peak(STEERS, _box_energy())
-    source = "two-way pattern of uniform lines, sinc^4"
+    bearing, reach = image_peak()
+    beamwidth = float(np.degrees(HALF_POWER * APERTURE))
+    source, put = "two-way pattern of uniform lines, sinc^4", "where the point was put"
+    worst = float(np.abs(energy - expected)[lobe].max())
     return [
-        Number("echo re two-way pattern, worst in the main lobe", float(np.abs(energy - expected)[lobe].max()), "dB",
-               0.0, 0.2, source),
-        Number("first sidelobe of the echo", float(sidelobe), "dB", -26.52, 1.0, source),
-        Number("bearing of the point's peak", float(np.degrees(peak)), "deg", 2.0, float(np.degrees(width / 10)),
-               "where it was put; a tenth of a beamwidth"),
-        Number("bearing of the box in the image, centre of energy", float(np.degrees(image)), "deg", 2.0,
-               float(np.degrees(width / 2)), "where it was put; its speckle moves a 2 m face in a 1.3 m beam"),
-        Number("range of the loudest echo in the image", _range(), "m", 150.24, 0.5, "face at 150 m, 8.5 m below"),
-    ]  # fmt: skip
+        Number("echo re two-way pattern, worst in the main lobe", worst, "dB", 0.0, 0.2, source),
+        Number("first sidelobe of the echo re its peak", float(energy[side].max()), "dB", -26.52, 1.0, source),
+        Number("bearing of the peak of the image", bearing, "deg", float(np.degrees(BEARING)), beamwidth / 10, put),
+        Number("slant range of the peak of the image", reach, "m", float(np.hypot(150.0, 8.5)), 0.075, put),
+        Number("beamwidth at half power, one way", beamwidth, "deg"),
+    ]
 
 
-def _peak(steer: Floats, level: Floats) -> float:
-    """Angle of the highest point of a parabola through the loudest beam and its neighbours [rad]."""
-    row = int(np.clip(np.argmax(level), 1, len(level) - 2))
+def image_peak() -> tuple[float, float]:
+    """Bearing [deg] and slant range [m] of the brightest spot, with a point in place of the box.
+
+    Bearing from a parabola through the loudest beam and its neighbours, range from the centre of its echo.
+    """
+    scenario = point_scene(alone=False)
+    heard = simulate(scenario)
+    power = np.abs(heard["pressure"].values[0].astype(complex)) ** 2
+    level = level_db(power.sum(axis=1))
+    row = int(np.argmax(level))
     left, middle, right = level[row - 1 : row + 2]
-    return float(steer[row] + (steer[row + 1] - steer[row]) * (left - right) / (left - 2 * middle + right) / 2)
+    bearing = STEERS[row] + (STEERS[1] - STEERS[0]) * (left - right) / (left - 2 * middle + right) / 2
+    centre = float(np.sum(heard["time"].values * power[row]) / power[row].sum())
+    reach = (centre - scenario.sonar.pulse.duration / 2) * scenario.water.sound_speed / 2
+    return float(np.degrees(bearing)), float(reach)
 
 
 @lru_cache(maxsize=1)
 def _image() -> xr.Dataset:
     return simulate(scene())
-
-
-def _box_energy() -> Floats:
-    """Level of each beam while the face of the box echoes, smoothed over the box's width [dB]."""
-    time = _image()["time"].values
-    face = (time > 0.2002) & (time < 0.2008)
-    energy = np.sum(np.abs(_image()["pressure"].values[0][:, face]) ** 2, axis=1)
-    return level_db(np.convolve(energy, np.ones(3), "same"))
-
-
-def _range() -> float:
-    """Slant range of the middle of the loudest echo [m]."""
-    power = np.abs(_image()["pressure"].values[0]) ** 2
-    pulse = scene().sonar.pulse.duration
-    when = _image()["time"].values[int(np.argmax(power.max(axis=0)))]
-    return float((when - pulse / 2) * scene().water.sound_speed / 2)
 
 
 def draw(folder: Path) -> list[Path]:
@@ -143,7 +141,7 @@ def draw(folder: Path) -> list[Path]:
         figure = style.sheet(11.5, 7)
         _panels(figure)
         picture = style.keep(figure, folder / "figure14.png")
-    scenarios = {"image": scene(), "point": point_scene()}
+    scenarios = {"image": scene(), "point": point_scene(alone=True)}
     return [picture, write(folder / "figure14.json", 14, TITLE, scenarios, numbers())]
 
 
@@ -155,14 +153,14 @@ def _panels(figure: Figure) -> None:
     for axes, angle in zip(rows[:3], (2.0, 2.5, -3.0), strict=True):
         beam = int(np.argmin(np.abs(STEERS - np.radians(angle))))
         axes.plot(time, level_db(np.abs(image["pressure"].values[0, beam]) ** 2), color=style.INK, linewidth=0.6)
-        axes.set_ylim(35, 112)
+        axes.set_ylim(35, 124)
         axes.set_xlim(time[0], time[-1])
-        axes.set_title(f"{'a  ' if angle == 2 else ''}beam at {angle:+g}°, target at +2°")
+        axes.set_title(f"{'a  ' if angle == 2 else ''}beam at {angle:+g}°, target at +2.1°")
         axes.set_ylabel("dB re 1 uPa")
     rows[2].set_xlabel("time after the start of transmission [ms]")
     energy, expected = pattern()
     rows[3].plot(np.degrees(FINE), expected, color=style.CAUSES["surface"], linewidth=3, alpha=0.4, label="sinc$^4$")
-    rows[3].plot(np.degrees(FINE), energy, color=style.INK, linewidth=0.9, label="point at +2°")
+    rows[3].plot(np.degrees(FINE), energy, color=style.INK, linewidth=0.9, label="point at +2.1°")
     rows[3].set_ylim(-60, 4)
     rows[3].set_xlabel("steer angle [deg]")
     rows[3].set_ylabel("echo [dB re peak]")
@@ -171,5 +169,5 @@ def _panels(figure: Figure) -> None:
     axes = right.subplots()
     level = sound.strength()[0]
     mesh = sector(axes, sound.time * sound.sound_speed / 2, sound.steer, level, colour_span(level))
-    axes.set_title("b  image of 49 beams")
+    axes.set_title("b  image of 49 beams", pad=26)
     right.colorbar(mesh, ax=axes, label="apparent target strength [dB re 1 m$^2$]", shrink=0.7)

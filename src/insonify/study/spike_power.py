@@ -1,0 +1,54 @@
+"""The expected intensity counted straight from a list of spikes: a second way to the energy model."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.records.arrivals import Arrivals
+from insonify.sonar.stance import Stance
+from insonify.study.weights import weights
+
+AT_ONCE = 200_000
+"""Spikes that are laid down together: their pulses fit in memory."""
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+
+def spike_power(arrivals: Arrivals, stance: Stance, time: Floats, channel: int = 0) -> Floats:
+    """Expected intensity: |A p|^2 of every spike, and 2 Re A p A* p* of every two of one group.
+
+    Args:
+        arrivals: Paths of one ping, all that are heard at those times.
+        stance: The sonar at that ping.
+        time: Times in equal steps [s], shape (time,).
+        channel: Which beam.
+
+    Returns:
+        Intensity at those times [uPa^2], shape (time,).
+    """
+    order = np.lexsort((arrivals.delay, arrivals.group))
+    group, delay = arrivals.group[order], arrivals.delay[order]
+    weight = weights(arrivals, stance, channel)[order]
+    power = np.zeros(len(time))
+    _lay_down(power, time, stance, delay, delay, weight * np.conj(weight))
+    longest = stance.pulse.stop - stance.pulse.start
+    for apart in range(1, int(np.bincount(group - group[0]).max())):
+        rows = np.flatnonzero((group[apart:] == group[:-apart]) & (delay[apart:] - delay[:-apart] < longest))
+        product = 2 * weight[rows] * np.conj(weight[rows + apart])
+        _lay_down(power, time, stance, delay[rows], delay[rows + apart], product)
+    return power
+
+
+def _lay_down(
+    power: Floats, time: Floats, stance: Stance, first: Floats, second: Floats, product: Complexes
+) -> None:
+    """Add Re product p(t - first) p*(t - second) to the samples in which both are heard."""
+    step = time[1] - time[0]
+    samples = np.arange(int(np.ceil((stance.pulse.stop - stance.pulse.start) / step)) + 1)
+    for start in range(0, len(first), AT_ONCE):
+        part = slice(start, start + AT_ONCE)
+        row = np.ceil((first[part] + stance.pulse.start - time[0]) / step).astype(int)[:, None] + samples
+        when = time[0] + row * step
+        pulses = stance.pulse.samples(when - first[part, None]) * np.conj(stance.pulse.samples(when - second[part, None]))
+        inside = (row >= 0) & (row < len(time))
+        power += np.bincount(row[inside], (product[part, None] * pulses).real[inside], len(time))

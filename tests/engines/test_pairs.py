@@ -1,0 +1,94 @@
+"""How many ways there are out and back, and what each of them costs."""
+
+import numpy as np
+import pytest
+from oracles.scenes import nominal, point
+from oracles.water import fold
+
+from insonify.scattering.lambert import Lambert
+from insonify.scattering.reflection import reflection_coefficient
+from insonify.scattering.sediments import Sediment
+from insonify.scene.scatterers import Scatterers
+from insonify.simulation import arrivals, prepare, simulate
+
+SONAR, TARGET = np.array([0.0, 0.0, 11.0]), np.array([0.0, 150.0, 19.5])
+
+
+def raised(order, **changes):
+    """Arrivals of a point target 0.5 m above the bed and nothing else."""
+    return arrivals(
+        nominal(targets=[point(*TARGET)], paths={"reflections": order, "causes": ["target"]},
+                track={"window": (0.0, 0.5)}, **changes)
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("order", "ordered", "distinct"), [(0, 1, 1), (1, 9, 6), (2, 25, 15)])
+def test_a_raised_target_is_met_by_every_leg_out_with_every_leg_back(order, ordered, distinct):
+    """1, 3, 5 legs give 1, 9, 25 ordered pairs; reciprocal ones arrive together: 1, 6, 15 delays."""
+    found = raised(order)
+    assert len(found) == ordered
+    assert len({round(delay * 1e9) for delay in found.delay}) == distinct
+    assert len(set(zip(found.family_out, found.family_back, strict=True))) == ordered
+
+
+@pytest.mark.parametrize(("order", "ordered"), [(0, 1), (1, 4), (2, 9), (3, 16), (4, 25)])
+def test_a_seabed_point_counts_no_bounce_on_its_own_ground(order, ordered):
+    """1, 2, 3, 4, 5 distinct legs reach the bed at orders 0 to 4: 1, 4, 9, 16, 25 ordered pairs."""
+    listening = prepare(nominal(paths={"reflections": order}))
+    one = Scatterers("seabed", "seabed", Lambert(), np.array([[0, 150.0, 20]]), np.array([[0, 0, -1.0]]), np.ones(1),
+                     np.ones(1, complex), np.ones(1, np.uint64))  # fmt: skip
+    pairs = listening.engine.pairs(listening.stance(0), lambda: one)
+    assert len(pairs.pair) == ordered
+    assert np.all(pairs.strength > 0)
+
+
+@pytest.mark.parametrize("reflection", [0.35, "medium sand"])
+def test_each_pair_has_its_own_sign_phase_and_loss(reflection):
+    """Amplitude of each of the 25 = product over both legs of (-1)^S R^B / L 10^(-alpha L / 20), R at its own angle.
+
+    Seen with 0.35: ab turned round, bb upright, ac 0.35 of aa.
+    """
+    found = raised(2, water={"noise_level_db": None, "absorption_db_per_m": 0.03},
+                   seabed={"depth": 20, "reflection": reflection})  # fmt: skip
+
+    def leg(family):
+        path = fold(SONAR, TARGET, family, 20.0)
+        bottom = 0.35 if reflection == 0.35 else reflection_coefficient(Sediment.named(reflection), np.arcsin(path.sine))
+        return (-1.0) ** family.count("S") * bottom ** family.count("B") / path.length * 10 ** (-0.0015 * path.length)
+
+    for out, back, amplitude in zip(found.family_out, found.family_back, found.amplitude[:, 0], strict=True):
+        assert amplitude == pytest.approx(leg(out) * leg(back), rel=1e-6)
+    if reflection == 0.35:
+        of = dict(zip(zip(found.family_out, found.family_back, strict=True), found.amplitude[:, 0].real, strict=True))
+        assert of["D", "S"] < 0 < of["S", "S"]
+        assert of["D", "B"] > 0 > of["D", "SB"]
+
+
+def test_families_that_end_on_the_bed_add_nothing_to_its_reverberation():
+    """Paper's c and d are a and b at the bed: level change 0 +- 0.05 dB (counted twice: 40 log 1.35 = +5.2 dB)."""
+    level = [
+        10 * np.log10(simulate(nominal(field="incoherent", track={"window": (0.198, 0.235)},
+                                       paths={"reflections": 2, "families": names})).intensity.values.mean())
+        for names in (("D", "S"), ("D", "S", "B", "SB"))
+    ]  # fmt: skip
+    assert level[1] - level[0] == pytest.approx(0, abs=0.05)
+
+
+def test_the_records_say_what_happened():
+    """Bounces, owners, angles and columns of each arrival fit together; the page of the notebook shows them."""
+    found = raised(2)
+    strings = [(a + b).replace("D", "") for a, b in zip(found.family_out, found.family_back, strict=True)]
+    assert list(found.bounces) == [len(string) for string in strings]
+    assert set(found.owner) == {"point"}
+    product = found.spreading * found.absorption * found.scattering * np.abs(found.boundary)
+    np.testing.assert_allclose(np.abs(found.amplitude[:, 0]), product, rtol=1e-6)
+    np.testing.assert_allclose(np.linalg.norm(found.departure, axis=1), 1)
+    page = repr(found)
+    assert "25 paths" in page and "and 5 more" in page and "200.321 ms" in page
+
+
+def test_a_target_out_of_the_window_leaves_no_arrival():
+    """No paths is an answer too."""
+    found = arrivals(nominal(targets=[point(*TARGET)], paths={"causes": ["target"]}, track={"window": (0.0, 0.1)}))
+    assert len(found) == 0
+    assert "no paths" in repr(found)
