@@ -30,6 +30,10 @@ NOISE = 6
 """Stream of the ambient noise, one draw per ping, channel and sample."""
 PERTURBATION = 7
 """Stream of the random amplitude perturbation, one draw per ordered replica."""
+SEA = 9
+"""Stream of the waves on the sea: wavenumber, direction and phase of each."""
+TERRAIN = 10
+"""Stream of the relief: heights of lattice nodes, turns and shifts of octaves, sediment patches."""
 
 _WORD = np.uint64(0xFFFFFFFF)
 _SHIFT = np.uint64(32)

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from insonify.ocean import absorption_db_per_m
+from insonify.ocean import absorption_db_per_m, absorption_filter
 from insonify.validity import PhysicsWarning
 
 PRINTED = list(csv.DictReader((Path(__file__).parents[1] / "published" / "francois_garrison_1982_table4.csv").open()))
@@ -129,3 +129,112 @@ def test_an_unknown_law_is_answered_with_the_known_ones():
     """The error lists what can be asked."""
     with pytest.raises(ValueError, match=r"'thorp'.*available are: francois-garrison"):
         absorption_db_per_m(1e5, model="thorp")
+
+
+# Ainslie & McColm, and absorption as a filter
+
+
+FREQUENCIES = np.geomspace(200, 1e6, 60)
+
+
+@pytest.mark.filterwarnings("ignore::insonify.validity.PhysicsWarning")  # 30 degC and 5 g/kg are beyond the older law
+@pytest.mark.parametrize(
+    "condition",
+    [{"temperature": t} for t in (-2, 4, 10, 20, 30)]
+    + [{"salinity": s} for s in (5, 20, 40)]
+    + [{"depth": z} for z in (1e3, 3e3)]
+    + [{"ph": ph} for ph in (7.7, 8.3)],
+    ids=str,
+)
+def test_the_simple_law_stays_within_a_tenth_of_the_full_one(condition):
+    """Ainslie & McColm (1998): 10 % of Francois & Garrison from 200 Hz to 1 MHz."""
+    simple = absorption_db_per_m(FREQUENCIES, model="ainslie-mccolm", **condition)
+    np.testing.assert_allclose(simple, absorption_db_per_m(FREQUENCIES, **condition), rtol=0.1)
+
+
+def _simple(frequency, **water):
+    return absorption_db_per_m(frequency, model="ainslie-mccolm", **water)
+
+
+@pytest.mark.filterwarnings("ignore::insonify.validity.PhysicsWarning")
+def test_the_simple_law_lets_pressure_fade_each_cause_at_its_own_rate():
+    """Magnesium by exp(-z/6 km), water by exp(-z/17 km), boron not at all; 17 is what careless copies lose."""
+    water = _simple(1e6, salinity=0.0, depth=[0.0, 2000.0])
+    assert water[1] / water[0] == pytest.approx(np.exp(-2 / 17), rel=1e-12)
+    salt = _simple(1e5, ph=NO_BORON, depth=[0.0, 2000.0]) - _simple(1e5, salinity=0.0, depth=[0.0, 2000.0])
+    assert salt[1] / salt[0] == pytest.approx(np.exp(-2 / 6), rel=1e-12)
+
+
+@pytest.mark.filterwarnings("ignore::insonify.validity.PhysicsWarning")
+def test_the_simple_law_relaxes_where_its_ions_do():
+    """At an ion's own frequency half of its share is left: 0.106 f1 / 2 and 0.52 (1 + T/43) f2 / 2 [dB/km]."""
+    boron, magnesium = 0.78 * np.exp(10 / 26) * 1e3, 42 * np.exp(10 / 17) * 1e3
+    boric = _simple(boron) - _simple(boron, ph=NO_BORON)
+    assert boric * 1e3 == pytest.approx(0.106 * boron / 1e3 / 2, rel=1e-9)
+    salt = _simple(magnesium, ph=NO_BORON) - _simple(magnesium, salinity=0.0)
+    assert salt * 1e3 == pytest.approx(0.52 * (1 + 10 / 43) * magnesium / 1e3 / 2, rel=1e-9)
+    alkaline, neutral, without = _simple(1e3, ph=[8.0, 7.0, NO_BORON])
+    assert (alkaline - without) / (neutral - without) == pytest.approx(np.exp(1 / 0.56), rel=1e-9)
+
+
+def test_in_the_simple_law_warm_water_is_less_viscous():
+    """Fresh water loses 0.49 dB/m at 1 MHz and 0 degC, and e times less 27 degC warmer."""
+    with pytest.warns(PhysicsWarning, match=r"Ainslie & McColm.*5 to 50 g/kg"):
+        cold, warm = _simple(1e6, salinity=0.0, temperature=[0.0, 27.0])
+    assert cold == pytest.approx(0.49, rel=1e-12)
+    assert cold / warm == pytest.approx(np.e, rel=1e-12)
+
+
+def test_a_filter_is_the_loss_over_the_way():
+    """The absolute response in decibels is the absorption times the path, at every frequency and length."""
+    f, path = np.array([[1e5], [3e5]]), np.array([0.0, 50.0, 200.0])
+    response = absorption_filter(f, path)
+    np.testing.assert_allclose(-20 * np.log10(response), absorption_db_per_m(f) * path, atol=1e-12)
+
+
+def test_a_relative_filter_leaves_the_centre_alone():
+    """Beside a loss charged at the centre the filter is 1 there, and both together are the absolute one."""
+    f = np.linspace(3e5, 6e5, 7)
+    relative = absorption_filter(f, 100.0, centre_frequency=4.5e5, temperature=15.0)
+    assert relative[3] == pytest.approx(1, rel=1e-12)
+    centre = absorption_filter(4.5e5, 100.0, temperature=15.0)
+    np.testing.assert_allclose(relative * centre, absorption_filter(f, 100.0, temperature=15.0))
+
+
+def test_two_stretches_of_water_filter_one_after_the_other():
+    """Responses multiply where paths add."""
+    f = np.linspace(1e5, 5e5, 5)
+    np.testing.assert_allclose(
+        absorption_filter(f, 30.0) * absorption_filter(f, 70.0), absorption_filter(f, 100.0), rtol=1e-12
+    )
+
+
+def test_a_wide_chirp_loses_its_high_notes():
+    """Over 100 m the top of a 300-600 kHz chirp falls 8 to 10 dB below its bottom."""
+    low, high = absorption_filter([3e5, 6e5], 100.0, centre_frequency=4.5e5)
+    assert low > 1 > high
+    assert 8 < 20 * np.log10(low / high) < 10
+
+
+@pytest.mark.parametrize("model", ["francois-garrison", "ainslie-mccolm"])
+def test_less_than_no_salt_is_refused(model):
+    """A negative salinity has no meaning in any law."""
+    with pytest.raises(ValueError, match="-2 g/kg"):
+        absorption_db_per_m(1e5, salinity=-2.0, model=model)
+
+
+@pytest.mark.parametrize(
+    ("frequency", "condition", "said"),
+    [
+        (2e6, {}, "100 to 1e\\+06 Hz"),
+        (1e5, {"temperature": 35.5}, "-6 to 35 degC"),
+        (1e5, {"depth": 7.1e3}, "0 to 7000 m"),
+        (1e5, {"ph": 8.4}, "7.7 to 8.3"),
+        (1e5, {"ph": 7.6}, "7.7 to 8.3"),
+    ],
+)
+def test_outside_the_simple_law_one_warning_says_so(frequency, condition, said):
+    """A number comes back, with one sentence naming law and range."""
+    with pytest.warns(PhysicsWarning, match=f"Ainslie & McColm.*{said}") as heard:
+        _simple(frequency, **condition)
+    assert len(heard) == 1

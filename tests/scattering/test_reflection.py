@@ -5,7 +5,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from insonify.scattering import Sediment, reflection_coefficient
+from insonify.scattering import (
+    ElasticSolid,
+    Sediment,
+    coherent_loss,
+    elastic_reflection_coefficient,
+    reflection_coefficient,
+)
 
 SAND = Sediment.named("medium sand")
 MUD = Sediment.named("silty clay")
@@ -86,3 +92,71 @@ def test_a_slow_bottom_lets_one_angle_in():
 def test_shape_of_the_angles_is_kept():
     """A table of angles gives a table of coefficients."""
     assert reflection_coefficient(SAND, np.full((2, 3), 0.3)).shape == (2, 3)
+
+
+def _solid_by_boundary_conditions(solid, grazing):
+    """Four waves at a fluid-solid boundary, matched as a linear system, in exp(-i omega t), z up out of the solid.
+
+    Unknown: pressure reflected, compressional and shear potentials transmitted. Normal displacement and normal stress
+    are continuous, shear stress vanishes; in units where the water's density, wavenumber and frequency are 1.
+    """
+    rho = solid.density_ratio
+    kp2 = ((1 + 1j * solid.loss) / solid.speed_ratio) ** 2
+    ks2 = ((1 + 1j * solid.shear_loss) / solid.shear_ratio) ** 2
+    x, water = np.cos(grazing), np.sin(grazing)
+    p, s = np.sqrt(kp2 - x**2 + 0j), np.sqrt(ks2 - x**2 + 0j)
+    mu, lam = rho / ks2, rho / kp2 - 2 * rho / ks2
+    # incident exp(i(x X - water z)), reflected R exp(i(x X + water z)),
+    # phi = A exp(i(x X - p z)), psi = B exp(i(x X - s z))
+    # u_x = d phi/dX - d psi/dz, u_z = d phi/dz + d psi/dX; in the water u_z = (dP/dz) / (rho omega^2) = dP/dz
+    matrix = np.array(
+        [
+            [1j * water, 1j * p, -1j * x],  # u_z: i water (R - 1) = -i p A + i x B
+            [1, -lam * kp2 - 2 * mu * p**2, 2 * mu * s * x],  # -P = lam div u + 2 mu du_z/dz
+            [0, 2 * x * p, s**2 - x**2],  # shear stress: 2 x p A + (s^2 - x^2) B = 0
+        ]
+    )
+    return np.linalg.solve(matrix, [1j * water, -1, 0])[0]
+
+
+def test_rock_solves_the_boundary_conditions():
+    """Two ways to R of a solid: the formula, and displacement and stress matched at 200 random solids and angles."""
+    rng = np.random.default_rng(7)
+    for density, speed, part, loss, shear_loss, grazing in rng.uniform(
+        [1.5, 1.2, 0.2, 0.001, 0.001, 0.02], [3, 4, 0.8, 0.05, 0.1, 1.55], (200, 6)
+    ):
+        solid = ElasticSolid(density, speed, part * speed, loss, shear_loss)
+        expected = np.conj(_solid_by_boundary_conditions(solid, grazing))
+        assert elastic_reflection_coefficient(solid, grazing) == pytest.approx(expected, abs=1e-10)
+
+
+@given(st.floats(1, 3), st.floats(0.5, 4), st.floats(0.01, 0.8), st.floats(0, 0.1), st.floats(0, 0.1), angles)
+def test_rock_never_returns_more_than_it_got(density, speed, part, loss, shear_loss, grazing):
+    """|R| <= 1 for solids whose losses leave their bulk passive (shear loss weighed by the squared speeds)."""
+    shear_loss = min(shear_loss, loss / (4 / 3 * part**2))
+    solid = ElasticSolid(density, speed, part * speed, loss, shear_loss)
+    assert np.abs(elastic_reflection_coefficient(solid, grazing)) <= 1 + 1e-9
+
+
+def test_rock_without_shear_is_a_fluid():
+    """As the shear speed vanishes the solid reflects as the fluid of its density, speed and loss."""
+    grazing = np.linspace(0.05, 1.5, 7)
+    fluid = reflection_coefficient(Sediment(2.5, 2.5, 0.01374), grazing)
+    solid = elastic_reflection_coefficient(ElasticSolid(2.5, 2.5, 1e-5, 0.01374), grazing)
+    np.testing.assert_allclose(solid, fluid, atol=1e-6)
+
+
+@pytest.mark.parametrize("wrong", [{"shear_ratio": 2.3}, {"shear_ratio": 0}, {"density_ratio": -1}, {"loss": np.nan}])
+def test_impossible_rock_is_refused(wrong):
+    """Shear faster than sqrt(3)/2 of compression would need negative stiffness."""
+    with pytest.raises(ValueError, match=next(iter(wrong))):
+        ElasticSolid(**({"density_ratio": 2.5, "speed_ratio": 2.5, "shear_ratio": 1.3} | wrong))
+
+
+def test_roughness_takes_what_gaussian_heights_take():
+    """The mean of exp(2 j k h sin) over Gaussian heights is exp(-2 k^2 h^2 sin^2), by Gauss-Hermite quadrature."""
+    nodes, weights = np.polynomial.hermite_e.hermegauss(40)
+    rms, grazing, k = 0.004, 0.6, 2 * np.pi * 100e3 / 1480
+    mean = np.sum(weights * np.exp(2j * k * rms * nodes * np.sin(grazing))) / np.sqrt(2 * np.pi)
+    assert coherent_loss(100e3, rms, grazing, sound_speed=1480) == pytest.approx(mean.real, rel=1e-9)
+    assert coherent_loss(100e3, 0.0, grazing) == 1

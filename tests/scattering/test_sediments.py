@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
 
 from insonify.scattering import Sediment
+from insonify.scattering.sediments import GRAIN_SIZE, STONES
 from insonify.validity import PhysicsWarning
 
 PRINTED = list(
@@ -28,6 +29,41 @@ def test_the_handbook_prints_these_sediments(row, column):
     for sediment in (Sediment.named(row["name"]), Sediment.from_grain_size(float(row["grain_size_phi"]))):
         digits = {"density_ratio": "0.000", "speed_ratio": "0.0000", "loss": "0.00000"}[column]
         assert getattr(sediment, column) == pytest.approx(float(row[column]), abs=_half_a_digit(digits))
+
+
+ROUGH = list(csv.DictReader((Path(__file__).parents[1] / "published" / "apl_uw_tr9407_table2_roughness.csv").open()))
+
+
+@pytest.mark.parametrize("row", ROUGH, ids=lambda row: row["name"])
+def test_the_handbook_prints_these_roughnesses(row):
+    """APL-UW TR 9407, Table 2: rock and stones, and the roughness of sand, to half of the last printed digit.
+
+    In SI: w2 in cm^4 for wavenumbers in 1/cm is w2 1e-8 0.01^-gamma m^(4 - gamma); medium sand 1.406e-4 m^0.75.
+    """
+    bed = Sediment.named(row["name"])
+    for column in ("density_ratio", "speed_ratio", "loss", "volume_parameter", "spectral_exponent"):
+        assert getattr(bed, column) == pytest.approx(float(row[column]), abs=_half_a_digit(row[column]))
+    printed = bed.spectral_strength * 1e8 * 0.01**3.25
+    assert printed == pytest.approx(
+        float(row["spectral_strength_cm4"]), abs=_half_a_digit(row["spectral_strength_cm4"])
+    )
+
+
+def test_si_strength_of_sand():
+    """0.004446 cm^4 is 1.406e-4 m^0.75, the input of Jackson's own program for medium sand."""
+    assert Sediment.named("medium sand").spectral_strength == pytest.approx(1.406e-4, abs=5e-8)
+
+
+def test_twenty_three_rows_have_a_name():
+    """Twenty grain sizes and three beds without one: each row of Table 2 answers to a name."""
+    beds = [Sediment.named(name) for name in [*GRAIN_SIZE, *STONES]]
+    assert len({(b.density_ratio, b.speed_ratio, b.loss, b.spectral_strength) for b in beds}) == 23
+
+
+def test_mud_is_quieter_inside():
+    """TR 9407 halves the volume parameter from 5.5 phi on."""
+    assert Sediment.from_grain_size(5.4).volume_parameter == 0.002
+    assert Sediment.from_grain_size(5.5).volume_parameter == 0.001
 
 
 @given(st.floats(-1, 9))
@@ -67,7 +103,18 @@ def test_grains_outside_the_table_are_warned_of(phi):
 
 @pytest.mark.parametrize(
     "wrong",
-    [{"density_ratio": 0}, {"speed_ratio": -1}, {"loss": -0.01}, {"loss": float("nan")}, {"speed_ratio": float("inf")}],
+    [
+        {"density_ratio": 0},
+        {"speed_ratio": -1},
+        {"loss": -0.01},
+        {"loss": float("nan")},
+        {"speed_ratio": float("inf")},
+        {"volume_parameter": -1},
+        {"spectral_exponent": 2.0},
+        {"spectral_exponent": 4.0},
+        {"spectral_exponent": float("nan")},
+        {"spectral_strength": 0},
+    ],
 )
 def test_impossible_sediment_is_refused(wrong):
     """No medium has zero density, negative speed or gain."""
@@ -75,10 +122,11 @@ def test_impossible_sediment_is_refused(wrong):
         Sediment(**({"density_ratio": 2.0, "speed_ratio": 1.1, "loss": 0.01} | wrong))
 
 
-def test_a_grain_size_that_is_no_number_is_refused():
-    """NaN is not a grain size."""
+@pytest.mark.parametrize("phi", [float("nan"), -9.0, 15.0])
+def test_a_grain_size_that_is_none_is_refused(phi):
+    """NaN is not a grain size, and no grain is half a metre or a molecule."""
     with pytest.raises(ValueError, match="grain size"):
-        Sediment.from_grain_size(float("nan"))
+        Sediment.from_grain_size(phi)
 
 
 def test_a_scenario_may_describe_its_own_sediment():

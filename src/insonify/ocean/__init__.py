@@ -1,6 +1,66 @@
 """The water between the sonar and everything it can hear."""
 
-from insonify.ocean.absorption import absorption_db_per_m
+from insonify.ocean.absorption import absorption_db_per_m, absorption_filter
+from insonify.ocean.ambient_noise import (
+    NoiseSpectrum,
+    noise_components_db,
+    noise_level_db,
+    rain_noise_db,
+    shipping_noise_db,
+    thermal_noise_db,
+    turbulence_noise_db,
+    wind_noise_db,
+)
+from insonify.ocean.elfouhaily import Elfouhaily
+from insonify.ocean.jonswap import Jonswap
+from insonify.ocean.pierson_moskowitz import PiersonMoskowitz
+from insonify.ocean.pressure import depth, pressure_dbar
+from insonify.ocean.profile import SoundSpeedProfile
+from insonify.ocean.profile_file import read_profile
+from insonify.ocean.sea_surface import SeaSurface
+from insonify.ocean.sound_speed import sound_speed, sound_speed_at_pressure
+from insonify.ocean.spreading import CosinePower, ElfouhailySpreading
+from insonify.ocean.volume import (
+    ScatteringLayer,
+    bubble_resonance_frequency,
+    resonant_bubble_radius,
+    sv,
+    volume_strength_db,
+)
 from insonify.ocean.water import Water
+from insonify.ocean.wave_spectrum import WaveSpectrum, angular_frequency, mean_square_slope, significant_height
 
-__all__ = ["Water", "absorption_db_per_m"]
+__all__ = [
+    "CosinePower",
+    "Elfouhaily",
+    "ElfouhailySpreading",
+    "Jonswap",
+    "NoiseSpectrum",
+    "PiersonMoskowitz",
+    "ScatteringLayer",
+    "SeaSurface",
+    "SoundSpeedProfile",
+    "Water",
+    "WaveSpectrum",
+    "absorption_db_per_m",
+    "absorption_filter",
+    "angular_frequency",
+    "bubble_resonance_frequency",
+    "depth",
+    "mean_square_slope",
+    "noise_components_db",
+    "noise_level_db",
+    "pressure_dbar",
+    "rain_noise_db",
+    "read_profile",
+    "resonant_bubble_radius",
+    "shipping_noise_db",
+    "significant_height",
+    "sound_speed",
+    "sound_speed_at_pressure",
+    "sv",
+    "thermal_noise_db",
+    "turbulence_noise_db",
+    "volume_strength_db",
+    "wind_noise_db",
+]

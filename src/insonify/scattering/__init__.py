@@ -1,8 +1,69 @@
 """How an interface answers sound: what it scatters, and what it reflects."""
 
+from insonify.scattering.albedo import albedo
+from insonify.scattering.apl_bottom import apl_bottom_strength_db
+from insonify.scattering.apl_surface import AplSurface, apl_surface_strength_db
+from insonify.scattering.bubbles import Bubbles, bubble_loss_db
+from insonify.scattering.directions import local_angles
+from insonify.scattering.fast import FastLaw, compiled
+from insonify.scattering.jackson import Jackson
+from insonify.scattering.kirchhoff import Kirchhoff
 from insonify.scattering.lambert import Lambert
 from insonify.scattering.law import ScatteringLaw
-from insonify.scattering.reflection import reflection_coefficient
+from insonify.scattering.perturbation import Perturbation
+from insonify.scattering.reflection import (
+    ElasticSolid,
+    coherent_loss,
+    elastic_reflection_coefficient,
+    reflection_coefficient,
+)
+from insonify.scattering.roughness import roughness_spectrum, structure_constant
+from insonify.scattering.sediment_volume import SedimentVolume
 from insonify.scattering.sediments import Sediment
+from insonify.scattering.small_slope import SmallSlope
+from insonify.scattering.sphere_series import sphere_series_strength_db
+from insonify.scattering.surface_facets import SurfaceFacets
+from insonify.scattering.surface_scattering import SurfaceScattering
+from insonify.scattering.target_strength import (
+    curved_strength_db,
+    cylinder_strength_db,
+    disc_strength_db,
+    plate_strength_db,
+    sphere_strength_db,
+)
+from insonify.scattering.user_table import UserTable
 
-__all__ = ["Lambert", "ScatteringLaw", "Sediment", "reflection_coefficient"]
+__all__ = [
+    "AplSurface",
+    "Bubbles",
+    "ElasticSolid",
+    "FastLaw",
+    "Jackson",
+    "Kirchhoff",
+    "Lambert",
+    "Perturbation",
+    "ScatteringLaw",
+    "Sediment",
+    "SedimentVolume",
+    "SmallSlope",
+    "SurfaceFacets",
+    "SurfaceScattering",
+    "UserTable",
+    "albedo",
+    "apl_bottom_strength_db",
+    "apl_surface_strength_db",
+    "bubble_loss_db",
+    "coherent_loss",
+    "compiled",
+    "curved_strength_db",
+    "cylinder_strength_db",
+    "disc_strength_db",
+    "elastic_reflection_coefficient",
+    "local_angles",
+    "plate_strength_db",
+    "reflection_coefficient",
+    "roughness_spectrum",
+    "sphere_series_strength_db",
+    "sphere_strength_db",
+    "structure_constant",
+]

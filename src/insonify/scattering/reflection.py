@@ -1,16 +1,22 @@
-"""What a flat seabed sends back like a mirror.
+"""What a flat seabed sends back like a mirror, and what roughness takes from the mirror image.
 
 Fast sediment (sand) reflects almost everything below its critical angle, but turns the
 wave's phase on the way: from a full reversal at grazing to nothing at the critical angle.
+Rock also carries shear, and may let sound in where its compressional wave alone would not.
 """
+
+import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from insonify.scattering.sediments import Sediment
 
+Complexes = NDArray[np.complex128]
 
-def reflection_coefficient(sediment: Sediment, grazing: ArrayLike) -> NDArray[np.complex128]:
+
+def reflection_coefficient(sediment: Sediment, grazing: ArrayLike) -> Complexes:
     """Pressure that a flat, uniform sediment reflects, per unit incident pressure.
 
     Args:
@@ -25,9 +31,106 @@ def reflection_coefficient(sediment: Sediment, grazing: ArrayLike) -> NDArray[np
     conjugated from the report's exp(-i omega t).
     Valid: a half space smooth to a fraction of the wavelength, without layers or shear.
     """
-    angle = np.asarray(grazing, dtype=float)
-    wavenumber = (1 + 1j * sediment.loss) / sediment.speed_ratio
-    # Root with positive imaginary part: in exp(-i omega t) the wave in the sediment decays downwards.
-    vertical = np.sqrt(wavenumber**2 - np.cos(angle) ** 2 + 0j)
-    from_above = sediment.density_ratio * np.sin(angle)
+    sine = np.sin(np.asarray(grazing, dtype=float))
+    vertical = vertical_wavenumber(sediment, sine)
+    from_above = sediment.density_ratio * sine
     return np.asarray(np.conj((from_above - vertical) / (from_above + vertical)))
+
+
+def vertical_wavenumber(sediment: Sediment, sine: ArrayLike) -> Complexes:
+    """Vertical wavenumber in the sediment over the wavenumber in the water.
+
+    Args:
+        sediment: The medium below the water.
+        sine: Sine of the grazing angle in the water [1], any shape.
+
+    Returns:
+        P = sqrt(kappa^2 - cos^2) [1], shape of `sine`, for the papers' time factor exp(-i omega t): the imaginary
+        part is positive, so that the wave in the sediment decays downwards.
+
+    Source: APL-UW TR 9407 (1994), eqs. 31-33.
+    """
+    wavenumber = (1 + 1j * sediment.loss) / sediment.speed_ratio
+    return np.asarray(np.sqrt(wavenumber**2 - 1 + np.asarray(sine, dtype=float) ** 2 + 0j))
+
+
+@dataclass(frozen=True, slots=True)
+class ElasticSolid:
+    """Rock, as a uniform solid that carries compressional and shear waves."""
+
+    density_ratio: float
+    """Density over that of the water above [1]."""
+    speed_ratio: float
+    """Speed of the compressional wave over the sound speed of the water [1]."""
+    shear_ratio: float
+    """Speed of the shear wave over the sound speed of the water [1]."""
+    loss: float = 0.0
+    """Loss parameter of the compressional wave, |Im k / Re k| [1]."""
+    shear_loss: float = 0.0
+    """Loss parameter of the shear wave [1]."""
+
+    def __post_init__(self) -> None:
+        """Refuse a solid that would not keep its shape."""
+        for field in ("density_ratio", "speed_ratio", "shear_ratio", "loss", "shear_loss"):
+            value, may_be_zero = getattr(self, field), field.endswith("loss")
+            if not math.isfinite(value) or value < 0 or (value == 0 and not may_be_zero):
+                raise ValueError(f"ElasticSolid.{field} is {value}; give a finite number above 0 (a loss may be 0)")
+        limit = math.sqrt(3) / 2 * self.speed_ratio
+        if self.shear_ratio >= limit:
+            raise ValueError(
+                f"ElasticSolid.shear_ratio is {self.shear_ratio:g} for a speed_ratio of {self.speed_ratio:g}; a solid "
+                f"with positive stiffness has less than sqrt(3)/2 of it. Give a shear_ratio below {limit:.3g}"
+            )
+
+
+def elastic_reflection_coefficient(solid: ElasticSolid, grazing: ArrayLike) -> Complexes:
+    """Pressure that flat rock reflects, per unit incident pressure.
+
+    Args:
+        solid: The rock below the water.
+        grazing: Angle from the plane of the seabed, 0 to pi/2 [rad], any shape.
+
+    Returns:
+        Complex ratio of pressures [1], shape of grazing, for the time factor exp(+j 2 pi f t).
+
+    Source: plane waves at a fluid-solid boundary, Brekhovskikh & Lysanov (2003), Fundamentals of Ocean Acoustics,
+    section 4.2 (section number from memory), conjugated from exp(-i omega t). Checked against the boundary
+    conditions themselves.
+    Valid: a smooth half space without layers; the shear wave in sand and mud is slow enough to be left out.
+    """
+    angle = np.asarray(grazing, dtype=float)
+    cosine2 = np.cos(angle) ** 2
+    compression = solid.speed_ratio / (1 + 1j * solid.loss)
+    shear = solid.shear_ratio / (1 + 1j * solid.shear_loss)
+    compression_down = np.sqrt(compression**-2 - cosine2 + 0j)
+    shear_down = np.sqrt(shear**-2 - cosine2 + 0j)
+    into_compression = (2 * shear**2 * cosine2 - 1) ** 2
+    # Pressure and velocity share the work: cos^2 2t of it in compression, sin^2 2t in shear. Multiplied out, so
+    # that a wave that runs along the boundary divides by nothing.
+    load = solid.density_ratio * np.sin(angle)
+    downwards = compression_down * shear_down
+    impedance = load * (into_compression * shear_down + (1 - into_compression) * compression_down)
+    return np.asarray(np.conj((impedance - downwards) / (impedance + downwards)))
+
+
+def coherent_loss(
+    frequency: ArrayLike, rms_height: ArrayLike, grazing: ArrayLike, *, sound_speed: float = 1500.0
+) -> NDArray[np.float64]:
+    """Share of the mirrored pressure that roughness leaves in step.
+
+    Args:
+        frequency: Frequency [Hz], any shape.
+        rms_height: Height of the roughness that the geometry does not resolve, rms [m], broadcast.
+        grazing: Angle from the mean plane [rad], broadcast.
+        sound_speed: In the water [m/s].
+
+    Returns:
+        Factor of the flat boundary's pressure reflection coefficient, 0 to 1 [1], broadcast shape. The energy left
+        over is scattered; a law that already holds it must not be added to the full reflection.
+
+    Source: Eckart (1953), J. Acoust. Soc. Am. 25, 566: exp(-2 k^2 h^2 sin^2) of Gaussian heights; equation number
+    not checked. Valid: gentle slopes, no shadows (grazing above the slopes).
+    """
+    wavenumber = 2 * np.pi * np.asarray(frequency, dtype=float) / sound_speed
+    roughness = wavenumber * np.asarray(rms_height, dtype=float) * np.sin(np.asarray(grazing, dtype=float))
+    return np.asarray(np.exp(-2 * roughness**2))

@@ -1,7 +1,8 @@
 """What the seabed is made of, as far as sound can tell.
 
-One number, the mean grain size, predicts density, sound speed and loss of a sediment well
-enough for most work. It is counted in phi = -log2(diameter in mm): gravel -1, clay 9.
+One number, the mean grain size, predicts density, sound speed, loss, roughness and the unevenness inside a
+sediment well enough for most work. It is counted in phi = -log2(diameter in mm): gravel -1, clay 9. Rock and
+stones have no grain size; the handbook gives their numbers one by one.
 """
 
 import math
@@ -16,6 +17,9 @@ from insonify.validity import warn_outside
 LAW = "APL-UW TR 9407 (1994) grain-size regression"
 REFERENCE_SPEED = 1528.0
 """Sound speed of the water in which TR 9407 turned attenuation into loss [m/s]."""
+
+LARGEST_GRAIN, SMALLEST_GRAIN = -8.0, 14.0
+"""Boulder and colloid, beyond which a grain size is surely a mistake [phi]."""
 
 GRAIN_SIZE: dict[str, float] = {
     "sandy gravel": -1.0,
@@ -46,10 +50,36 @@ GRAIN_SIZE: dict[str, float] = {
 }
 """Mean grain size of each named sediment [phi]; APL-UW TR 9407 (1994), Table 2."""
 
+STONES: dict[str, tuple[float, float, float]] = {
+    "rough rock": (2.5, 2.5, 0.20693),
+    "rock": (2.5, 2.5, 0.01862),
+    "cobble": (2.5, 1.8, 0.0160),
+    "gravel": (2.5, 1.8, 0.0160),
+    "pebble": (2.5, 1.8, 0.0160),
+}
+"""Density ratio [1], speed ratio [1] and spectral strength [cm^4] of beds without grain size; TR 9407, Table 2."""
+STONE_LOSS = 0.01374
+"""Loss parameter of all of them [1]; TR 9407, Table 2."""
+SPECTRAL_EXPONENT = 3.25
+"""Exponent of the handbook's roughness spectrum, for every sediment [1]."""
+
+
+def si_spectral_strength(strength_cm4: float, exponent: float = SPECTRAL_EXPONENT) -> float:
+    """Spectral strength in SI of one given as TR 9407 prints it.
+
+    Args:
+        strength_cm4: The handbook's w2, for wavenumbers in units of 1/cm [cm^4].
+        exponent: Exponent of the spectrum [1].
+
+    Returns:
+        Factor of K^-exponent in the spectrum of heights, for K in rad/m [m^(4 - exponent)].
+    """
+    return strength_cm4 * 1e-8 * 0.01**-exponent
+
 
 @dataclass(frozen=True, slots=True)
 class Sediment:
-    """A uniform sediment that carries sound as a fluid with loss."""
+    """A uniform sediment that carries sound as a fluid with loss, under a rough surface."""
 
     # A scenario may describe a sediment of its own, and may not misspell it.
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid", allow_inf_nan=False)
@@ -60,34 +90,52 @@ class Sediment:
     """Sound speed over that of the water above [1]."""
     loss: float
     """Loss parameter, |Im k / Re k| of the wavenumber in the sediment [1]."""
+    volume_parameter: float = 0.002
+    """Scattering cross section of the sediment's inside over its attenuation, (1/m) per (dB/m) [1/dB]."""
+    spectral_exponent: float = SPECTRAL_EXPONENT
+    """Exponent gamma of the roughness spectrum W(K) = strength K^-gamma, 2 to 4 exclusive [1]."""
+    spectral_strength: float = 1.406e-4
+    """Factor of the two-sided, two-dimensional roughness spectrum [m^(4 - gamma)]; a typical sand's, if not given."""
     name: str = ""
     """What a geologist would call it."""
 
     def __post_init__(self) -> None:
-        """Refuse a medium that no sound could enter, or that would make sound."""
-        for field, lowest in (("density_ratio", "above 0"), ("speed_ratio", "above 0"), ("loss", "0 or more")):
-            value = getattr(self, field)
-            if not math.isfinite(value) or value < 0 or (value == 0 and field != "loss"):
+        """Refuse a medium that no sound could enter, or that would make sound, and relief that is none."""
+        for field in ("density_ratio", "speed_ratio", "loss", "volume_parameter", "spectral_strength"):
+            value, may_be_zero = getattr(self, field), field in ("loss", "volume_parameter")
+            if not math.isfinite(value) or value < 0 or (value == 0 and not may_be_zero):
+                lowest = "0 or more" if may_be_zero else "above 0"
                 raise ValueError(f"Sediment.{field} is {value}; give a finite number, {lowest}")
+        if not 2 < self.spectral_exponent < 4:
+            raise ValueError(
+                f"Sediment.spectral_exponent is {self.spectral_exponent}; a power-law relief needs an exponent "
+                f"between 2 (no finite roughness) and 4 (no roughness at short scales), such as 3.25"
+            )
 
     @classmethod
     def named(cls, name: str) -> "Sediment":
         """The sediment that goes by a name, such as "medium sand".
 
         Args:
-            name: One of `GRAIN_SIZE`, in any case.
+            name: One of `GRAIN_SIZE` or `STONES`, in any case.
 
         Returns:
             A typical sediment of that name.
 
         Raises:
             ValueError: The name is not known; the nearest ones are given.
+
+        Source: APL-UW TR 9407 (1994), Table 2.
         """
         plain = " ".join(name.lower().split())
-        if plain not in GRAIN_SIZE:
-            nearest = get_close_matches(plain, GRAIN_SIZE, n=3, cutoff=0.5) or list(GRAIN_SIZE)
-            raise ValueError(f"{name!r} is not a known sediment; did you mean {' or '.join(nearest)}?")
-        return cls._of_grain_size(GRAIN_SIZE[plain], plain)
+        if plain in GRAIN_SIZE:
+            return cls._of_grain_size(GRAIN_SIZE[plain], plain)
+        if plain in STONES:
+            density, speed, strength = STONES[plain]
+            return cls(density, speed, STONE_LOSS, spectral_strength=si_spectral_strength(strength), name=plain)
+        known = [*STONES, *GRAIN_SIZE]
+        nearest = get_close_matches(plain, known, n=3, cutoff=0.5) or known
+        raise ValueError(f"{name!r} is not a known sediment; did you mean {' or '.join(nearest)}?")
 
     @classmethod
     def from_grain_size(cls, phi: float) -> "Sediment":
@@ -97,20 +145,27 @@ class Sediment:
             phi: Mean grain size, -log2 of the diameter in mm [phi].
 
         Returns:
-            Its density, sound speed and loss.
+            Its density, sound speed, loss, roughness and volume parameter.
+
+        Raises:
+            ValueError: No grains are that large or that small.
 
         Source: APL-UW TR 9407 (1994), section IV.A, eqs. 2-10; attenuation from Hamilton (1972),
         Geophysics 37, 620. Valid: -1 to 9 phi; sound speed and density are for 10 to 100 kHz.
+        Roughness and volume parameter are the least certain: a factor of 10 either way was observed.
         """
         return cls._of_grain_size(phi, f"grain size {phi:g} phi")
 
     @classmethod
     def _of_grain_size(cls, phi: float, name: str) -> "Sediment":
-        if not math.isfinite(phi):
+        if not LARGEST_GRAIN <= phi <= SMALLEST_GRAIN:
             raise ValueError(f"grain size is {phi}; give a finite number of phi, -1 (gravel) to 9 (clay)")
         warn_outside(LAW, "grain size", phi, -1.0, 9.0, "phi")
         speed_ratio = _speed_ratio(phi)
-        return cls(_density_ratio(phi), speed_ratio, _loss(phi, speed_ratio), name)
+        volume_parameter = 0.002 if phi < 5.5 else 0.001
+        strength = si_spectral_strength(0.00207 * _relief_cm(phi) ** 2)
+        loss = _loss(phi, speed_ratio)
+        return cls(_density_ratio(phi), speed_ratio, loss, volume_parameter, SPECTRAL_EXPONENT, strength, name)
 
 
 def _density_ratio(phi: float) -> float:
@@ -132,6 +187,11 @@ def _speed_ratio(phi: float) -> float:
 def _loss(phi: float, speed_ratio: float) -> float:
     """Loss parameter from the attenuation per wavelength [1]."""
     return _attenuation(phi) * speed_ratio * REFERENCE_SPEED / 1e3 * math.log(10) / (40 * math.pi)
+
+
+def _relief_cm(phi: float) -> float:
+    """Height, rms, that roughens a bed of these grains over about 1 m [cm]."""
+    return (2.03846 - 0.26923 * phi) / (1 + 0.076923 * phi) if phi < 5 else 0.5
 
 
 def _attenuation(phi: float) -> float:

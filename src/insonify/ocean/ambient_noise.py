@@ -1,0 +1,212 @@
+"""How loud the sea is by itself.
+
+Turbulence and ships rule below a kilohertz, wind and rain up to about 100 kHz, the molecules
+of the water above. Each cause is a published fit; they add as powers. The sea strays from
+such curves by 5 to 10 dB, and shallow water strays most: where you have measured, say so.
+
+Levels are spectrum levels of mean-square pressure, dB re 1 uPa^2/Hz, at an omnidirectional
+hydrophone near the surface.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from insonify.units import intensity_ratio, level_db
+from insonify.validity import warn_outside
+
+Floats = NDArray[np.float64]
+
+FIT_RANGE = (1.0, 100e3)
+"""Frequencies at which the fits to Wenz's curves are in use [Hz]; his data end at 20 kHz."""
+RAIN_RANGE = (1e3, 50e3)
+"""Frequencies at which rain has been listened to widely enough [Hz]."""
+AUDIBLE = 0.1
+"""Share of the total power below which nobody needs to hear that a fit is outside its range [1]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NoiseSpectrum:
+    """A measured noise spectrum, joined by straight lines of level over the logarithm of frequency."""
+
+    frequency: Floats
+    """Frequencies, increasing [Hz], shape (n,)."""
+    spectrum_level_db: Floats
+    """Level at each [dB re 1 uPa^2/Hz], shape (n,)."""
+
+    def __post_init__(self) -> None:
+        """Refuses spectra that cannot be read."""
+        for name in ("frequency", "spectrum_level_db"):
+            object.__setattr__(self, name, np.array(getattr(self, name), dtype=float))
+        f, level = self.frequency, self.spectrum_level_db
+        if f.ndim != 1 or f.shape != level.shape or f.size == 0:
+            raise ValueError(f"NoiseSpectrum has {f.shape} frequencies and {level.shape} levels; give one for each.")
+        if not (np.all(np.isfinite(f)) and np.all(f > 0) and np.all(np.diff(f) > 0) and np.all(np.isfinite(level))):
+            raise ValueError("NoiseSpectrum.frequency must be positive and increase, and every level be a number.")
+
+    def level_db(self, frequency: ArrayLike) -> Floats:
+        """Measured level at frequencies [dB re 1 uPa^2/Hz]; outside the measured band, its end's, with a warning.
+
+        Args:
+            frequency: Frequency [Hz], any shape.
+        """
+        f = _positive(frequency)
+        warn_outside("The measured noise spectrum", "frequency", f, self.frequency[0], self.frequency[-1], "Hz")
+        return np.asarray(np.interp(np.log(f), np.log(self.frequency), self.spectrum_level_db))
+
+
+def thermal_noise_db(frequency: ArrayLike) -> Floats:
+    """Noise of the water's own molecules [dB re 1 uPa^2/Hz].
+
+    Args:
+        frequency: Frequency [Hz], any shape.
+
+    Source: Mellen (1952), J. Acoust. Soc. Am. 24(5), 478-480, as -15 + 20 log10 f[kHz]; equal to
+    4 pi k_B T rho f^2 / c within 0.4 dB.
+    Valid: any frequency of sonar; a lossless hydrophone. It rules above 100 to 200 kHz.
+    """
+    return _log(frequency, -15.0, 20.0)
+
+
+def turbulence_noise_db(frequency: ArrayLike) -> Floats:
+    """Pressure of the eddies that pass the hydrophone [dB re 1 uPa^2/Hz].
+
+    Args:
+        frequency: Frequency [Hz], any shape.
+
+    Source: Coates (1989), "Underwater Acoustic Systems", fit to Wenz (1962), J. Acoust. Soc. Am. 34(12),
+    1936-1956, as quoted by Stojanovic (2007): 17 - 30 log10 f[kHz].
+    Valid: 1 to 100 Hz; nothing above.
+    """
+    return _log(frequency, 17.0, -30.0)
+
+
+def shipping_noise_db(frequency: ArrayLike, shipping: ArrayLike = 0.5) -> Floats:
+    """Noise of distant ships [dB re 1 uPa^2/Hz].
+
+    Args:
+        frequency: Frequency [Hz], any shape.
+        shipping: How busy the sea is, from 0 (remote) to 1 (heavy traffic) [1], broadcast.
+
+    Source: Coates (1989), as `turbulence_noise_db`: 40 + 20 (s - 0.5) + 26 log10 f - 60 log10(f + 0.03), f in kHz.
+    Valid: 10 Hz to 1 kHz; s spans 20 dB, and a ship near by exceeds it.
+    """
+    s = np.asarray(shipping, dtype=float)
+    if np.any((s < 0) | (s > 1)):
+        raise ValueError(f"shipping is {s[(s < 0) | (s > 1)].flat[0]:g}; it runs from 0 (remote) to 1 (heavy traffic).")
+    return np.asarray(_log(frequency, 40.0, 26.0) + 20 * (s - 0.5) - 60 * np.log10(_positive(frequency) / 1e3 + 0.03))
+
+
+def wind_noise_db(frequency: ArrayLike, wind_speed: ArrayLike = 5.0) -> Floats:
+    """Noise of breaking waves and their bubbles [dB re 1 uPa^2/Hz].
+
+    Args:
+        frequency: Frequency [Hz], any shape.
+        wind_speed: Wind speed [m/s], broadcast.
+
+    Source: Coates (1989), as `turbulence_noise_db`: 50 + 7.5 sqrt(w) + 20 log10 f - 40 log10(f + 0.4), f in kHz.
+    Valid: 0..20 m/s, 50 Hz to 20 kHz, extended at -20 dB a decade. Other fits to the same curves differ by 5 dB
+    from 10 to 50 kHz, and so do days. Above 10 m/s bubbles damp what this fit keeps beyond 20 kHz.
+    """
+    w = np.asarray(wind_speed, dtype=float)
+    if np.any(w < 0):
+        raise ValueError(f"wind_speed is {np.min(w):g} m/s; give 0 or more.")
+    warn_outside("The fit of wind noise", "wind", w, 0.0, 20.0, "m/s")
+    return np.asarray(_log(frequency, 50.0, 20.0) + 7.5 * np.sqrt(w) - 40 * np.log10(_positive(frequency) / 1e3 + 0.4))
+
+
+def rain_noise_db(frequency: ArrayLike, rain_rate: ArrayLike) -> Floats:
+    """Noise of drops and the bubbles that they trap [dB re 1 uPa^2/Hz].
+
+    Args:
+        frequency: Frequency [Hz], any shape.
+        rain_rate: Rainfall [mm/h], broadcast; 0 is silent (-inf).
+
+    Source: level at 5 kHz after Ma & Nystuen (2005), J. Atmos. Oceanic Technol. 22(8), 1225-1248:
+    42.4 + 15.4 log10 R (coefficients quoted from memory, not checked against print). The shape is
+    ours: level up to 20 kHz, then -20 dB a decade. The peak of light rain at 13 to 25 kHz, 5 to 10 dB, is not in it.
+    Valid: 2 to 200 mm/h, 1 to 50 kHz, +-10 dB away from 5 kHz; rather give a measured spectrum.
+    """
+    rate = np.asarray(rain_rate, dtype=float)
+    if np.any(rate < 0):
+        raise ValueError(f"rain_rate is {np.min(rate):g} mm/h; give 0 or more.")
+    warn_outside("The fit of rain noise", "rain", rate, 0.0, 200.0, "mm/h")
+    fall = -20 * np.log10(np.maximum(_positive(frequency) / 20e3, 1.0))
+    return np.asarray(42.4 + 1.54 * level_db(rate) + fall)
+
+
+def noise_components_db(
+    frequency: ArrayLike,
+    *,
+    wind_speed: ArrayLike = 5.0,
+    shipping: ArrayLike = 0.5,
+    rain_rate: ArrayLike = 0.0,
+    spectrum: NoiseSpectrum | None = None,
+) -> dict[str, Floats]:
+    """Each cause of the sea's noise by name [dB re 1 uPa^2/Hz].
+
+    Args:
+        frequency: Frequency [Hz], any shape.
+        wind_speed: Wind speed [m/s], broadcast, as are the rest.
+        shipping: How busy the sea is, 0 to 1 [1].
+        rain_rate: Rainfall [mm/h].
+        spectrum: A further measured cause (shrimps, a harbour, the own ship).
+
+    Returns:
+        Levels under "thermal", "turbulence", "shipping", "wind", "rain" and, where one was given, "measured".
+    """
+    causes: dict[str, Callable[[], Floats]] = {
+        "thermal": lambda: thermal_noise_db(frequency),
+        "turbulence": lambda: turbulence_noise_db(frequency),
+        "shipping": lambda: shipping_noise_db(frequency, shipping),
+        "wind": lambda: wind_noise_db(frequency, wind_speed),
+        "rain": lambda: rain_noise_db(frequency, rain_rate),
+    }
+    if spectrum is not None:
+        causes["measured"] = lambda: spectrum.level_db(frequency)
+    return {name: level() for name, level in causes.items()}
+
+
+def noise_level_db(
+    frequency: ArrayLike,
+    *,
+    wind_speed: ArrayLike = 5.0,
+    shipping: ArrayLike = 0.5,
+    rain_rate: ArrayLike = 0.0,
+    spectrum: NoiseSpectrum | None = None,
+) -> Floats:
+    """How loud the sea is in all [dB re 1 uPa^2/Hz]: the causes added as powers.
+
+    Args:
+        frequency: Frequency [Hz], any shape.
+        wind_speed: Wind speed [m/s], broadcast, as are the rest.
+        shipping: How busy the sea is, 0 to 1 [1].
+        rain_rate: Rainfall [mm/h].
+        spectrum: A further measured cause. Where everything was measured, ask its `level_db` instead.
+
+    Returns:
+        Spectrum level [dB re 1 uPa^2/Hz], broadcast shape of the arguments. Warned where a fit is
+        heard (a tenth of the power) outside its range.
+    """
+    levels = noise_components_db(
+        frequency, wind_speed=wind_speed, shipping=shipping, rain_rate=rain_rate, spectrum=spectrum
+    )
+    powers = {name: intensity_ratio(level) for name, level in levels.items()}
+    total = np.asarray(sum(powers.values()))
+    f = np.broadcast_to(np.asarray(frequency, dtype=float), total.shape)
+    for name, (low, high) in {"wind": FIT_RANGE, "rain": RAIN_RANGE}.items():
+        warn_outside(f"The fit of {name} noise", "frequency", f[powers[name] > AUDIBLE * total], low, high, "Hz")
+    return level_db(total)
+
+
+def _log(frequency: ArrayLike, at_1_khz: float, per_decade: float) -> Floats:
+    return np.asarray(at_1_khz + per_decade * np.log10(_positive(frequency) / 1e3))
+
+
+def _positive(frequency: ArrayLike) -> Floats:
+    f = np.asarray(frequency, dtype=float)
+    if np.any(f <= 0):
+        raise ValueError(f"frequency is {np.min(f):g} Hz; noise spectra are asked for at positive frequencies.")
+    return f

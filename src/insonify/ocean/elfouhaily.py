@@ -1,0 +1,107 @@
+"""A sea from its longest waves to its finest ripples: Elfouhaily's unified spectrum of 1997.
+
+Two populations share the surface. Long waves remember how far the wind has blown; short
+ones answer to the wind's grip on the water, and are the steeper.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from insonify.ocean.wave_spectrum import GRAVITY, Floats
+from insonify.ocean.wind import checked_wind
+from insonify.validity import warn_outside
+
+LAW = "Elfouhaily et al. (1997) wave spectrum"
+DEVELOPED = 0.84
+"""Inverse wave age of a sea that has had all the wind it can take [1]."""
+GROWN = 2.2e4
+"""Fetch, counted in U^2/g, over which a sea comes of age [1]."""
+RIPPLE = 370.0
+"""Wavenumber of the slowest waves, where gravity hands over to surface tension [rad/m]."""
+SLOWEST = 0.23
+"""Phase speed of those waves [m/s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Elfouhaily:
+    """A wind sea of any age, with its short waves.
+
+    Source: Elfouhaily, Chapron, Katsaros & Vandemark (1997), J. Geophys. Res. 102, 15781, with
+    the short waves cut at the peak like the long ones (later erratum) and the drag
+    (0.8 + 0.065 U) 1e-3. Written from secondary sources and compared with public codes, which
+    differ in alpha_p = 0.006 Omega^0.5 (here) or Omega^0.55; the paper itself was not at hand.
+    Valid: wind 3 to 21 m/s (the range the paper plots), inverse wave age 0.84 to 5.
+    """
+
+    wind_speed: float
+    """Wind 10 m above the sea [m/s]."""
+    inverse_age: float = DEVELOPED
+    """Wind over phase speed of the dominant waves, Omega: 0.84 developed, 5 very young [1]."""
+
+    def __post_init__(self) -> None:
+        """Refuse what is no sea, and say where the law was not fitted."""
+        checked_wind("Elfouhaily", self.wind_speed)
+        if not (math.isfinite(self.inverse_age) and self.inverse_age > 0):
+            raise ValueError(f"Elfouhaily.inverse_age is {self.inverse_age}; give 0.84 (developed) to 5 (very young)")
+        warn_outside(LAW, "wind speed", self.wind_speed, 3.0, 21.0, "m/s")
+        warn_outside(LAW, "inverse wave age", self.inverse_age, 0.83, 5.0, "")
+
+    @classmethod
+    def from_fetch(cls, wind_speed: float, fetch: float) -> "Elfouhaily":
+        """The sea at a given distance [m] from the upwind shore, for a wind [m/s].
+
+        Source: Elfouhaily et al. (1997): Omega = 0.84 tanh((g X / (2.2e4 U^2))^0.4)^-0.75.
+        """
+        checked_wind("Elfouhaily", wind_speed)
+        if not fetch > 0:
+            raise ValueError(f"fetch is {fetch} m; give a distance to the upwind shore, above 0")
+        grown = GRAVITY * fetch / wind_speed**2 / GROWN
+        return cls(wind_speed, DEVELOPED * math.tanh(grown**0.4) ** -0.75)
+
+    @property
+    def peak(self) -> float:
+        """Wavenumber of the dominant waves, g Omega^2 / U^2 [rad/m]."""
+        return GRAVITY * self.inverse_age**2 / self.wind_speed**2
+
+    @property
+    def friction_velocity(self) -> float:
+        """How hard the wind pulls at the water, u* [m/s]."""
+        return math.sqrt((0.8 + 0.065 * self.wind_speed) * 1e-3) * self.wind_speed
+
+    def density(self, wavenumber: ArrayLike) -> Floats:
+        """Variance of the height per wavenumber [m^3], at wavenumbers above 0 [rad/m], any shape."""
+        k = np.asarray(wavenumber, dtype=float)
+        return np.asarray((self._long_waves(k) + self._short_waves(k)) * self._peak_shape(k) / k**3)
+
+    def _long_waves(self, k: Floats) -> Floats:
+        """Saturation of the waves that remember the fetch [1]."""
+        equilibrium = 0.006 * math.sqrt(self.inverse_age)
+        age = np.exp(-self.inverse_age / math.sqrt(10) * (np.sqrt(k / self.peak) - 1))
+        return np.asarray(0.5 * equilibrium * self._peak_speed / phase_speed(k) * age)
+
+    def _short_waves(self, k: Floats) -> Floats:
+        """Saturation of the waves that answer to the wind's grip [1]."""
+        grip = math.log(self.friction_velocity / SLOWEST)
+        # Below a wind of about 3 m/s the fit turns negative: there are no ripples then.
+        equilibrium = max(0.01 * (1 + (grip if grip < 0 else 3 * grip)), 0.0)
+        return np.asarray(0.5 * equilibrium * SLOWEST / phase_speed(k) * np.exp(-0.25 * (k / RIPPLE - 1) ** 2))
+
+    def _peak_shape(self, k: Floats) -> Floats:
+        """Nothing below the peak, and a bunch at it [1]."""
+        width = 0.08 * (1 + 4 * self.inverse_age**-3)
+        enhancement = 1.7 + 6 * max(math.log10(self.inverse_age), 0.0)
+        bunched = enhancement ** np.exp(-((np.sqrt(k / self.peak) - 1) ** 2) / (2 * width**2))
+        return np.asarray(np.exp(-1.25 * (self.peak / k) ** 2) * bunched)
+
+    @property
+    def _peak_speed(self) -> float:
+        return self.wind_speed / self.inverse_age
+
+
+def phase_speed(wavenumber: ArrayLike) -> Floats:
+    """Speed of a wave's crests in deep water, as Elfouhaily writes it [m/s], at wavenumbers above 0 [rad/m]."""
+    k = np.asarray(wavenumber, dtype=float)
+    return np.asarray(np.sqrt(GRAVITY / k * (1 + (k / RIPPLE) ** 2)))

@@ -1,0 +1,56 @@
+"""A sea that has had all the wind it can take: Pierson and Moskowitz's spectrum of 1964.
+
+Wind that blows long enough over water wide enough builds waves that run as fast as it
+does, and no higher.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from insonify.ocean.wave_spectrum import GRAVITY, Floats
+from insonify.ocean.wind import checked_wind
+
+PHILLIPS = 8.1e-3
+"""Strength of the saturated range, Phillips' alpha [1]."""
+SHAPE = 0.74
+"""Pierson and Moskowitz's beta [1]."""
+MAST = 1.026
+"""Wind at the weather ships' 19.5 m over wind at 10 m, for a drag coefficient of 1.3e-3 [1]."""
+
+
+@dataclass(frozen=True, slots=True)
+class PiersonMoskowitz:
+    """A fully developed wind sea in deep water.
+
+    Source: Pierson & Moskowitz (1964), J. Geophys. Res. 69, 5181; constants as given, with the
+    step from 10 m to 19.5 m, by Stewart (2008), Introduction to Physical Oceanography, eqs. 16.28-16.33.
+    Valid: wind 10 to 20 m/s in the data behind it; gravity waves, longer than some decimetres.
+    """
+
+    wind_speed: float
+    """Wind 10 m above the sea [m/s]."""
+
+    def __post_init__(self) -> None:
+        """Refuse a wind that could not raise a sea."""
+        checked_wind("PiersonMoskowitz", self.wind_speed)
+
+    @property
+    def peak(self) -> float:
+        """Wavenumber of the peak in frequency, omega_p = (4 beta / 5)^(1/4) g / U19.5 [rad/m]."""
+        return GRAVITY * (0.8 * SHAPE) ** 0.5 / (MAST * self.wind_speed) ** 2
+
+    def frequency_density(self, angular_frequency: ArrayLike) -> Floats:
+        """Variance of the height per angular frequency [m^2 s], at frequencies above 0 [rad/s], any shape."""
+        omega = np.asarray(angular_frequency, dtype=float)
+        slowness = GRAVITY / (MAST * self.wind_speed * omega)
+        return np.asarray(PHILLIPS * GRAVITY**2 / omega**5 * np.exp(-SHAPE * slowness**4))
+
+    def density(self, wavenumber: ArrayLike) -> Floats:
+        """Variance of the height per wavenumber [m^3], at wavenumbers above 0 [rad/m], any shape.
+
+        The frequency spectrum carried over by omega^2 = g k.
+        """
+        omega = np.sqrt(GRAVITY * np.asarray(wavenumber, dtype=float))
+        return np.asarray(self.frequency_density(omega) * GRAVITY / (2 * omega))

@@ -1,0 +1,69 @@
+"""How pressure grows with depth, and depth with pressure.
+
+Instruments feel pressure, sonar lives at depths. Both directions are one formula, the
+second found by Newton's steps, so that a way there and back ends where it began.
+"""
+
+import numpy as np
+from numpy.polynomial import Polynomial
+from numpy.typing import ArrayLike, NDArray
+
+from insonify.validity import warn_outside
+
+Floats = NDArray[np.float64]
+
+LAW = "Leroy & Parthiot (1998) pressure"
+AT_45_DEG = Polynomial([0.0, 1.00818e-2, 2.465e-8, -1.25e-13, 2.8e-19])
+"""Pressure [MPa] at a depth [m] of the standard ocean at 45 degrees."""
+DBAR_PER_MPA = 100.0
+NEWTON_STEPS = 8
+
+
+def pressure_dbar(depth: ArrayLike, latitude: ArrayLike = 45.0) -> Floats:
+    """Weight of the water above, per area [dbar].
+
+    Args:
+        depth: Depth below the surface [m], any shape.
+        latitude: Latitude [degrees], broadcast against depth.
+
+    Returns:
+        Pressure above the atmosphere's [dbar], broadcast shape of the arguments.
+
+    Source: Leroy & Parthiot (1998), J. Acoust. Soc. Am. 103(3), 1346-1352, the standard ocean
+    (0 degC, 35), without the paper's corrections for single seas.
+    Valid: 0..12000 m. In real seas within about 0.1 %: 0.02 m/s of sound speed at 1 km.
+    """
+    warn_outside(LAW, "depth", depth, 0.0, 12e3, "m")
+    return _pressure(np.asarray(depth, dtype=float), np.asarray(latitude, dtype=float))
+
+
+def depth(pressure_dbar: ArrayLike, latitude: ArrayLike = 45.0) -> Floats:
+    """Depth at which the standard ocean weighs this much [m].
+
+    Args:
+        pressure_dbar: Pressure above the atmosphere's [dbar], any shape.
+        latitude: Latitude [degrees], broadcast against pressure.
+
+    Returns:
+        Depth [m], broadcast shape of the arguments; the inverse of `pressure_dbar` to 1e-6 m.
+
+    Source and validity: as `pressure_dbar`, inverted.
+    """
+    pressure, north = np.broadcast_arrays(np.asarray(pressure_dbar, dtype=float), np.asarray(latitude, dtype=float))
+    z = pressure * 0.99
+    for _ in range(NEWTON_STEPS):
+        # How gravity grows with depth changes the slope by less than 1/400: each step still gains two digits.
+        slope = AT_45_DEG.deriv()(z) * _gravity_ratio(z, north) * DBAR_PER_MPA
+        z = z - (_pressure(z, north) - pressure) / slope
+    warn_outside(LAW, "depth", z, 0.0, 12e3, "m")
+    return np.asarray(z)
+
+
+def _pressure(z: Floats, latitude: Floats) -> Floats:
+    return np.asarray(AT_45_DEG(z) * _gravity_ratio(z, latitude) * DBAR_PER_MPA)
+
+
+def _gravity_ratio(z: Floats, latitude: Floats) -> Floats:
+    """Gravity at a latitude over gravity at 45 degrees, both at the same depth [1]."""
+    surface = 9.7803 * (1 + 5.3e-3 * np.sin(np.radians(latitude)) ** 2)
+    return np.asarray((surface - 2e-5 * z) / (9.80612 - 2e-5 * z))

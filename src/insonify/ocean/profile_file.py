@@ -1,0 +1,161 @@
+"""A sound-speed profile as people write it down: a table with a header.
+
+Depth and speed, or depth, temperature and salinity; commas, semicolons or tabs; a row of
+units or units in the header; comments behind #. Every fault is answered with its place.
+"""
+
+import csv
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from insonify.ocean.profile import FASTEST, SLOWEST, SoundSpeedProfile
+from insonify.units import UNITS
+
+SALINITY_UNITS = {"g/kg": 1.0, "psu": 1.0, "ppt": 1.0, "1": 1.0, "-": 1.0}
+QUANTITIES: dict[str, tuple[dict[str, float], float, float]] = {
+    "depth": (UNITS["length"], -100.0, 12e3),
+    "speed": (UNITS["speed"], SLOWEST, FASTEST),
+    "temperature": ({**UNITS["temperature"], "°C": 1.0, "deg C": 1.0}, -6.0, 45.0),
+    "salinity": (SALINITY_UNITS, 0.0, 45.0),
+}
+"""Units that each column may have, and the smallest and largest value that some water has."""
+SYNONYMS = {"sound_speed": "speed", "sound speed": "speed", "sound_velocity": "speed"}
+
+
+@dataclass(frozen=True, slots=True)
+class _Column:
+    """One column of the table that we want."""
+
+    name: str
+    place: int
+    unit: str
+
+    def value(self, text: str, where: str) -> float:
+        units, low, high = QUANTITIES[self.name]
+        spot = f"{where}, column {self.place + 1} ({self.name})"
+        try:
+            number = float(text)
+        except ValueError:
+            raise ValueError(f"{spot}: {text!r} is not a number. Write a plain number, such as 12.5.") from None
+        number *= units[self.unit]
+        if not low <= number <= high:
+            raise ValueError(f"{spot}: {text} {self.unit} is not possible; natural water has {low:g} to {high:g}.")
+        return number
+
+
+def read_profile(path: str | Path, *, model: str = "teos10") -> SoundSpeedProfile:
+    """The sound-speed profile in a table of comma-separated values.
+
+    Args:
+        path: File with a header naming the columns: depth and speed, or depth, temperature and
+            salinity (where speed is given, it is taken; other columns are passed over). Units in
+            the header, "depth [m]", or in a row of their own; else m, m/s, degC and g/kg.
+        model: Law that turns temperature and salinity into speed, as in `insonify.ocean.sound_speed`.
+
+    Returns:
+        The profile.
+
+    Raises:
+        FileNotFoundError: There is no such file.
+        ValueError: The table cannot be read; the message names file, line and column.
+    """
+    rows = _rows(Path(path))
+    line, header = next(rows, (1, []))
+    columns = _columns(header, f"{path}, line {line}")
+    table: list[list[float]] = []
+    for line, row in rows:
+        where = f"{path}, line {line}"
+        if len(row) != len(header):
+            raise ValueError(f"{where}: {len(row)} columns where the header has {len(header)}. Is a value missing?")
+        if not table and (units := _units_row(row, columns, where)) is not None:
+            columns = units
+            continue
+        table.append([column.value(row[column.place], where) for column in columns])
+        if len(table) > 1 and table[-1][0] <= table[-2][0]:
+            spot = f"{where}, column {columns[0].place + 1} (depth)"
+            raise ValueError(
+                f"{spot}: {table[-1][0]:g} m after {table[-2][0]:g} m; depths must increase. Sort the rows."
+            )
+    if len(table) < 2:
+        raise ValueError(f"{path}, line {line}: the file ends after {len(table)} row(s) of values; give at least two.")
+    values = np.array(table).T
+    if len(columns) == 2:
+        return SoundSpeedProfile(*values)
+    return SoundSpeedProfile.from_temperature_salinity(*values, model=model)
+
+
+def _rows(path: Path) -> Iterator[tuple[int, list[str]]]:
+    """Line number and cells of each row that is neither blank nor a comment."""
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except UnicodeDecodeError as fault:
+        line = fault.object[: fault.start].count(b"\n") + 1
+        raise ValueError(f"{path}, line {line}: not text. Save the table as CSV in UTF-8.") from None
+    said = [(i, text) for i, text in enumerate(lines, 1) if text.strip(" \t,;") and not text.lstrip().startswith("#")]
+    if not said:
+        raise ValueError(f"{path}, line 1: the file is empty. Write a header: depth,speed")
+    delimiter = next((mark for mark in ";\t" if mark in said[0][1]), ",")
+    for i, text in said:
+        yield i, [cell.strip() for cell in next(csv.reader([text], delimiter=delimiter))]
+
+
+def _columns(header: list[str], where: str) -> list[_Column]:
+    """The columns we want, in the order depth, speed or depth, temperature, salinity."""
+    found: dict[str, _Column] = {}
+    for place, title in enumerate(header):
+        name, unit = _title(title)
+        if name not in QUANTITIES:
+            continue
+        if name in found:
+            raise ValueError(f"{where}, column {place + 1}: a second column of {name}. Keep one.")
+        found[name] = _Column(name, place, _known(name, unit, f"{where}, column {place + 1}") if unit else _si(name))
+    wanted = ["depth", "speed"] if "speed" in found else ["depth", "temperature", "salinity"]
+    if missing := [name for name in wanted if name not in found]:
+        wrong = next((i for i, title in enumerate(header) if _title(title)[0] not in QUANTITIES), 0)
+        raise ValueError(
+            f"{where}, column {wrong + 1}: the header is {', '.join(header)!r}; no column is named {missing[0]}. "
+            "Begin the table with depth,speed or with depth,temperature,salinity."
+        )
+    return [found[name] for name in wanted]
+
+
+def _title(title: str) -> tuple[str, str]:
+    """Name and unit of a header such as "Depth [m]" or "speed (m/s)"."""
+    name, _, unit = title.replace("(", "[").partition("[")
+    name = name.strip().lower()
+    return SYNONYMS.get(name, name), unit.strip(" ])")
+
+
+def _units_row(row: list[str], columns: list[_Column], where: str) -> list[_Column] | None:
+    """The columns in the units of this row; None if it is a row of values."""
+    if any(_is_number(row[column.place]) for column in columns if column.name != "salinity"):
+        return None
+    if not any(row[column.place].strip("[]()") in QUANTITIES[column.name][0] for column in columns):
+        return None
+    return [
+        _Column(c.name, c.place, _known(c.name, row[c.place].strip("[]()"), f"{where}, column {c.place + 1}"))
+        for c in columns
+    ]
+
+
+def _known(name: str, unit: str, where: str) -> str:
+    units = QUANTITIES[name][0]
+    spelt = {known.lower(): known for known in units}
+    if unit.lower() not in spelt:
+        raise ValueError(f"{where}: {unit!r} is not a unit of {name}; use one of {', '.join(units)}.")
+    return spelt[unit.lower()]
+
+
+def _si(name: str) -> str:
+    return next(iter(QUANTITIES[name][0]))
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,144 @@
+"""What the water itself sends back: plankton, fish, and bubbles.
+
+Life is patchy; a layer's strength is the mean over many patches, and a day's value may lie
+10 dB to either side. Strength of a volume is the backscattering cross section per unit
+volume, s_v [1/m]; S_v = 10 log10 s_v [dB re 1/m].
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from difflib import get_close_matches
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from insonify.units import intensity_ratio, level_db
+from insonify.validity import warn_outside
+
+Floats = NDArray[np.float64]
+
+TYPICAL_STRENGTH_DB = {"dense": -60.0, "moderate": -70.0, "sparse": -80.0}
+"""Volume strength of coastal water at tens to hundreds of kilohertz [dB re 1/m].
+
+Rules of thumb, not from one source; single layers have reached -46 dB in Puget Sound (28.5 kHz, 1967).
+"""
+
+ATMOSPHERE = 101325.0
+"""Pressure of the air on the sea [Pa]."""
+HEAT_RATIO = 1.4
+"""Ratio of the specific heats of air [1]."""
+
+
+@dataclass(frozen=True, slots=True)
+class ScatteringLayer:
+    """A layer of water with as much in it everywhere."""
+
+    top: float
+    """Depth of its upper side [m]."""
+    bottom: float
+    """Depth of its lower side [m]."""
+    strength_db: float
+    """Volume scattering strength [dB re 1/m]."""
+
+    def __post_init__(self) -> None:
+        """Refuses layers that are upside down."""
+        if not self.top < self.bottom:
+            raise ValueError(
+                f"ScatteringLayer.top is {self.top} m, bottom {self.bottom} m; depth grows downward. Exchange them."
+            )
+
+    @classmethod
+    def named(cls, name: str, top: float, bottom: float) -> Self:
+        """A layer of typical strength.
+
+        Args:
+            name: One of `TYPICAL_STRENGTH_DB`.
+            top: Depth of its upper side [m].
+            bottom: Depth of its lower side [m].
+
+        Raises:
+            ValueError: There is no such name; the nearest are listed.
+        """
+        if name not in TYPICAL_STRENGTH_DB:
+            near = get_close_matches(name.lower(), TYPICAL_STRENGTH_DB, n=3, cutoff=0.5) or list(TYPICAL_STRENGTH_DB)
+            raise ValueError(f"{name!r} is not a named layer; the nearest are: {', '.join(near)}")
+        return cls(top, bottom, TYPICAL_STRENGTH_DB[name])
+
+
+def volume_strength_db(depth: ArrayLike, layers: Iterable[ScatteringLayer]) -> Floats:
+    """Volume scattering strength at depths, where several layers may overlap [dB re 1/m].
+
+    Args:
+        depth: Depth [m], any shape.
+        layers: Layers of the water; each holds its top and not its bottom, and they add as powers.
+
+    Returns:
+        Strength [dB re 1/m], same shape; -inf in clear water.
+    """
+    z = np.asarray(depth, dtype=float)
+    total = np.zeros(z.shape)
+    for layer in layers:
+        total = total + np.where((z >= layer.top) & (z < layer.bottom), intensity_ratio(layer.strength_db), 0.0)
+    return level_db(total)
+
+
+def sv(density: ArrayLike, mean_backscatter: ArrayLike) -> Floats:
+    """Backscatter of a volume from what swims in it [1/m]: s_v = n <sigma_bs>.
+
+    Args:
+        density: Number of scatterers per volume [1/m^3], any shape.
+        mean_backscatter: Mean backscattering cross section of one [m^2], the ratio behind its target
+            strength: the mean of 10^(TS/10), not of TS. Broadcast.
+
+    Returns:
+        Volume backscattering coefficient [1/m], broadcast shape of the arguments.
+
+    Source: MacLennan, Fernandes & Dalen (2002), ICES J. Mar. Sci. 59, 365-369.
+    Valid: single scattering, scatterers independent of one another; no shadowing within a school.
+    """
+    return np.asarray(np.asarray(density, dtype=float) * np.asarray(mean_backscatter, dtype=float))
+
+
+def bubble_resonance_frequency(radius: ArrayLike, depth: ArrayLike = 0.0, *, density: float = 1025.0) -> Floats:
+    """Frequency at which a bubble of air rings [Hz].
+
+    Args:
+        radius: Radius of the bubble [m], any shape.
+        depth: Depth [m], broadcast.
+        density: Density of the water [kg/m^3].
+
+    Returns:
+        Resonance frequency [Hz], broadcast shape of the arguments.
+
+    Source: Minnaert (1933), Phil. Mag. 16, 235-248: f a = sqrt(3 gamma P / rho) / (2 pi); near the
+    surface about 3.25 m/s sqrt(1 + z / 10 m).
+    Valid: 30 um to 3 mm; smaller bubbles lose heat to the water and feel surface tension, some per cent.
+    """
+    a = np.asarray(radius, dtype=float)
+    if np.any(a <= 0):
+        raise ValueError(f"radius is {np.min(a):g} m; a bubble needs a positive one.")
+    warn_outside("Minnaert (1933) resonance", "radius", a, 30e-6, 3e-3, "m")
+    return np.asarray(_ringing(depth, density) / a)
+
+
+def resonant_bubble_radius(frequency: ArrayLike, depth: ArrayLike = 0.0, *, density: float = 1025.0) -> Floats:
+    """Radius of the bubble that answers a sonar most loudly [m].
+
+    Args:
+        frequency: Frequency of the sonar [Hz], any shape.
+        depth: Depth [m], broadcast.
+        density: Density of the water [kg/m^3].
+
+    Returns:
+        Radius [m], broadcast shape of the arguments; source and validity as `bubble_resonance_frequency`.
+    """
+    a = _ringing(depth, density) / np.asarray(frequency, dtype=float)
+    warn_outside("Minnaert (1933) resonance", "radius", a, 30e-6, 3e-3, "m")
+    return np.asarray(a)
+
+
+def _ringing(depth: ArrayLike, density: float) -> Floats:
+    """Resonance frequency times radius [m/s]."""
+    pressure = ATMOSPHERE + density * 9.81 * np.asarray(depth, dtype=float)
+    return np.asarray(np.sqrt(3 * HEAT_RATIO * pressure / density) / (2 * np.pi))

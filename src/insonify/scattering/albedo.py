@@ -1,0 +1,88 @@
+"""What share of the sound that reaches a patch goes back into the water, all directions together.
+
+No passive interface sends out more than it receives, but an approximation may say so. Where a law does, it is
+lowered by the excess; by the same factor for both directions of a pair, so that swapping source and receiver still
+changes nothing.
+"""
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from insonify.scattering.law import Floats, ScatteringLaw
+
+NEAREST_MIRROR = 1e-6
+"""Closest approach to the mirror direction in the integral [1]."""
+CAP_NODES = 65
+"""Sines of grazing angles, evenly spaced from 0 to 1, at which an excess is looked for."""
+MARGIN = 1.003
+"""Between nodes an excess is interpolated; this keeps the interpolation on the safe side [1]."""
+
+
+def albedo(law: ScatteringLaw, grazing_in: ArrayLike, *, points: int = 64) -> Floats:
+    """Share of the incident energy that a patch scatters into the hemisphere above it.
+
+    Args:
+        law: How the patch scatters.
+        grazing_in: Of the sound that arrives, above 0 to pi/2 [rad], any shape.
+        points: Of the quadrature, in each of two directions.
+
+    Returns:
+        Integral of the cross section over the hemisphere, over the sine of the grazing angle [1], shape of grazing_in.
+    """
+    angles = np.asarray(grazing_in, dtype=float)
+    return np.array([_albedo_at(law, float(a), points) for a in angles.ravel()]).reshape(angles.shape)
+
+
+def _albedo_at(law: ScatteringLaw, grazing: float, points: int) -> float:
+    # Polar coordinates around the mirror direction, the radius in equal ratios: the peak there may be very narrow.
+    nodes, weights = np.polynomial.legendre.leggauss(points)
+    around, around_weight = 0.5 * np.pi * (nodes + 1)[:, None], np.pi * weights[:, None]  # twice: left and right
+    cosine = np.cos(grazing)
+    rim = -cosine * np.cos(around) + np.sqrt(1 - (cosine * np.sin(around)) ** 2)
+    span = np.log(np.maximum(rim, 2 * NEAREST_MIRROR) / NEAREST_MIRROR)
+    radius = NEAREST_MIRROR * np.exp(0.5 * span * (nodes + 1))
+    x, y = cosine + radius * np.cos(around), radius * np.sin(around)
+    sine = np.sqrt(np.maximum(1 - x**2 - y**2, 1e-12))
+    sigma = law.cross_section(np.asarray(grazing), np.arcsin(np.minimum(sine, 1)), np.arctan2(y, x))
+    return float(np.sum(sigma / sine * radius**2 * 0.5 * span * weights * around_weight) / np.sin(grazing))
+
+
+def cap_nodes(law: ScatteringLaw) -> NDArray[np.float64]:
+    """Factors that bring a law's albedo down to 1, where it is above.
+
+    Args:
+        law: A law without a cap; it must be hashable.
+
+    Returns:
+        Factor, at most 1, at sines of the grazing angle evenly spaced from 0 to 1 [1], shape (65,).
+    """
+    return np.asarray(_cap_nodes(law))  # type: ignore[arg-type]  # laws are frozen, hence hashable
+
+
+@lru_cache(maxsize=256)
+def _cap_nodes(law: Any) -> NDArray[np.float64]:
+    sines = np.linspace(0, 1, CAP_NODES)
+    sines[0] = 0.1 * sines[1]
+    return np.asarray(1 / np.maximum(1.0, MARGIN * albedo(law, np.arcsin(sines), points=40)))
+
+
+def symmetric_cap(law: ScatteringLaw, sine_in: Floats, sine_out: Floats) -> Floats:
+    """Factor that keeps a law from sending out more than it receives.
+
+    Args:
+        law: The law without its cap; it must be hashable.
+        sine_in: Sine of the grazing angle of the sound that arrives [1], any shape.
+        sine_out: Likewise of the sound that leaves [1], broadcast.
+
+    Returns:
+        The smaller of the two directions' factors, at most 1 [1]; the same with both swapped. With it the albedo of
+        each direction is at most 1, since each part of the sum is lowered at least as much as that direction asks.
+    """
+    nodes = cap_nodes(law)
+    if nodes.min() == 1:
+        return np.ones(np.broadcast_shapes(np.shape(sine_in), np.shape(sine_out)))
+    at = np.linspace(0, 1, CAP_NODES)
+    return np.asarray(np.minimum(np.interp(sine_in, at, nodes), np.interp(sine_out, at, nodes)))

@@ -1,0 +1,186 @@
+"""A law made ready for a hundred million questions a second.
+
+The engine asks a law about every pair of paths at every scatterer. Here a law is turned, once, into a few numbers and
+one-dimensional tables; a compiled loop then answers from unit vectors, without angles and without integrals.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import singledispatch
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import gamma
+
+from insonify.scattering import _fast_kernels as kernels
+from insonify.scattering.albedo import cap_nodes
+from insonify.scattering.jackson import Jackson, RoughSediment
+from insonify.scattering.kirchhoff import Kirchhoff
+from insonify.scattering.lambert import Lambert
+from insonify.scattering.law import ScatteringLaw
+from insonify.scattering.perturbation import Perturbation
+from insonify.scattering.roughness import growth_exponent, kirchhoff_integral, structure_constant
+from insonify.scattering.sediment_volume import SedimentVolume, UnevenInside, isotropic_strength
+from insonify.scattering.sediments import Sediment
+from insonify.scattering.small_slope import RoughSurface, SmallSlope
+from insonify.scattering.user_table import UserTable
+from insonify.units import amplitude_ratio
+
+Singles = NDArray[np.float32]
+
+HIGHEST_LOG2 = 40.0
+SHARE_NODES = 4097
+GROUP = 8192
+"""Questions answered in one go: few enough for the cache."""
+NO_CAP = np.ones(1, np.float32)
+MIRRORS = 1 / (8 * np.pi)
+"""Weight of Kirchhoff's integral in a cross section [1]."""
+OfSediment = Kirchhoff | Perturbation | SmallSlope | SedimentVolume | Jackson
+NO_NUMBERS = kernels.SurfaceNumbers(*np.zeros(7, np.float32))
+
+
+@dataclass(frozen=True, slots=True)
+class FastLaw:
+    """A scattering law as numbers and tables, answered by a compiled loop."""
+
+    loop: Callable[..., None]
+    """Answers into an array: loop(numbers, table, incoming, outgoing, normal, section)."""
+    numbers: kernels.SurfaceNumbers
+    """Numbers that the loop needs."""
+    table: Singles
+    """Table that the loop needs: of log2 of Kirchhoff's integral, or of one direction's factor."""
+    cap: Singles
+    """Factors that keep the albedo at 1, at evenly spaced sines of the grazing angle; one entry for none."""
+
+    def cross_section(self, incoming: ArrayLike, outgoing: ArrayLike, normal: ArrayLike) -> Singles:
+        """Bistatic cross section per unit area per unit solid angle, from unit vectors [1].
+
+        Args:
+            incoming: Directions of travel towards the interface [1], shape (3, n): a row for each component.
+            outgoing: Directions of travel away from it [1], shape (3, n).
+            normal: Normals out of the interface into the water [1], shape (3, n) or (3, 1); (0, 0, -1) on a flat
+                seabed with z down.
+
+        Returns:
+            Cross section [1], float32, shape (n,); 0 where either direction is behind the interface. Within 0.05 dB
+            of the law's own wherever that exceeds -80 dB.
+        """
+        columns = [np.asarray(v) for v in (incoming, outgoing, normal)]
+        count = max(column.shape[1] for column in columns)
+        whole = [np.broadcast_to(column, (3, count)) for column in columns]
+        section = np.empty(count, np.float32)
+        for start in range(0, count, GROUP):
+            part = slice(start, start + GROUP)
+            into, out, up = (np.ascontiguousarray(column[:, part], dtype=np.float32) for column in whole)
+            self.fill(into, out, up, section[part])
+        return section
+
+    def fill(self, incoming: Singles, outgoing: Singles, normal: Singles, section: Singles) -> None:
+        """Answers into an array that is already there, without any check; best for some thousand questions at a time.
+
+        Args:
+            incoming: Directions of travel towards the interface [1], shape (3, n), contiguous.
+            outgoing: Directions of travel away from it [1], likewise.
+            normal: Normals out of the interface into the water [1], likewise.
+            section: Receives the cross sections [1], shape (n,), contiguous.
+        """
+        self.loop(self.numbers, self.table, incoming, outgoing, normal, section)
+        if self.cap.size > 1:
+            kernels.apply_cap(self.cap, incoming, outgoing, normal, section)
+
+
+@singledispatch
+def compiled(law: ScatteringLaw) -> FastLaw:
+    """A law made ready for the engine; making it takes a fraction of a second, once per law.
+
+    Args:
+        law: One of the package's laws.
+
+    Returns:
+        The same law, answered from unit vectors.
+
+    Raises:
+        TypeError: The law has no fast form.
+    """
+    known = ", ".join(kind.__name__ for kind in compiled.registry if kind is not object)
+    raise TypeError(f"{type(law).__name__} has no fast form; use its cross_section, or one of {known}")
+
+
+@compiled.register
+def _(law: Lambert) -> FastLaw:
+    return _product(lambda sine: sine * amplitude_ratio(law.strength_db))
+
+
+@compiled.register
+def _(law: UserTable) -> FastLaw:
+    return _product(lambda sine: law.share(np.arcsin(sine)))
+
+
+@compiled.register
+def _(law: Kirchhoff) -> FastLaw:
+    numbers = _numbers(law, rough=MIRRORS)
+    return FastLaw(kernels.mirror_sections, numbers, _log2_integral(law.sediment), NO_CAP)
+
+
+@compiled.register
+def _(law: Perturbation) -> FastLaw:
+    table = _log2_integral(law.sediment, grating=True)
+    return FastLaw(kernels.surface_sections, _numbers(law, rough=MIRRORS), table, NO_CAP)
+
+
+@compiled.register
+def _(law: SmallSlope) -> FastLaw:
+    free = RoughSurface(law.sediment, law.frequency, law.sound_speed)
+    return _surface(law, free, _numbers(law, rough=MIRRORS))
+
+
+@compiled.register
+def _(law: SedimentVolume) -> FastLaw:
+    _only_isotropic(law)
+    free = UnevenInside(law.sediment, law.frequency, law.sound_speed, law.unevenness)
+    return _surface(law, free, _numbers(law, volume=isotropic_strength(law.sediment)))
+
+
+@compiled.register
+def _(law: Jackson) -> FastLaw:
+    _only_isotropic(law)
+    free = RoughSediment(law.sediment, law.frequency, law.sound_speed, law.unevenness)
+    return _surface(law, free, _numbers(law, rough=MIRRORS, volume=isotropic_strength(law.sediment)))
+
+
+def _product(share: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> FastLaw:
+    sine = 1 - np.linspace(0, 1, SHARE_NODES) ** 2
+    return FastLaw(kernels.product_sections, NO_NUMBERS, share(sine).astype(np.float32), NO_CAP)
+
+
+def _surface(law: OfSediment, free: ScatteringLaw, numbers: kernels.SurfaceNumbers) -> FastLaw:
+    nodes = cap_nodes(free)
+    cap = NO_CAP if nodes.min() == 1 else nodes.astype(np.float32)
+    return FastLaw(kernels.surface_sections, numbers, _log2_integral(law.sediment), cap)
+
+
+def _only_isotropic(law: SedimentVolume | Jackson) -> None:
+    if law.unevenness != "isotropic":
+        raise TypeError(f"{type(law).__name__} with unevenness {law.unevenness!r} has no fast form; use 'isotropic'")
+
+
+def _numbers(law: OfSediment, *, rough: float = 0.0, volume: float = 0.0) -> kernels.SurfaceNumbers:
+    """A sediment's numbers under sound of one frequency, as the compiled loops read them."""
+    sediment, rho = law.sediment, law.sediment.density_ratio
+    inside = ((1 + 1j * sediment.loss) / sediment.speed_ratio) ** 2 - 1
+    step2, alpha = (4 * np.pi * law.frequency / law.sound_speed) ** 2, growth_exponent(sediment)
+    log2_q = np.log2(0.5 * structure_constant(sediment) * step2 ** (1 - alpha))
+    # A bed without any loss would divide by 0 at its critical angle.
+    row = (rho, inside.real, max(inside.imag, 1e-7), log2_q, alpha, rough, 8 * rho**2 * volume)
+    return kernels.SurfaceNumbers(*np.array(row, np.float32))
+
+
+def _log2_integral(sediment: Sediment, *, grating: bool = False) -> Singles:
+    """log2 I over evenly spaced log2 q; for a grating alone, the straight line that I tends to for small q."""
+    alpha = growth_exponent(sediment)
+    log2_q = np.arange(kernels.LEAST_LOG2, HIGHEST_LOG2, kernels.LOG2_STEP)
+    if grating:
+        return np.asarray(
+            log2_q + np.log2(2 ** (1 + 2 * alpha) * alpha * gamma(1 + alpha) / gamma(1 - alpha)), np.float32
+        )
+    return np.asarray(np.log2(kirchhoff_integral(alpha)(np.exp2(log2_q))), np.float32)

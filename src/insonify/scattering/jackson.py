@@ -1,0 +1,78 @@
+"""Jackson's seabed: what the rough surface scatters and what the inside adds.
+
+The default law of a seabed. Grain size alone can drive it; sand is mostly surface, mud mostly inside.
+"""
+
+from dataclasses import KW_ONLY, dataclass
+
+import numpy as np
+
+from insonify.noun import Hertz, MetresPerSecond
+from insonify.scattering.albedo import symmetric_cap
+from insonify.scattering.law import Floats
+from insonify.scattering.roughness import warn_of_steep_slopes
+from insonify.scattering.sediment_volume import SedimentVolume, UnevenInside, Unevenness
+from insonify.scattering.sediments import Sediment
+from insonify.scattering.small_slope import RoughSurface
+
+
+@dataclass(frozen=True, slots=True)
+class Jackson:
+    """Scattering by a sediment: small-slope surface plus volume."""
+
+    sediment: Sediment
+    """What lies below the water."""
+    frequency: Hertz
+    """Frequency [Hz]."""
+    _: KW_ONLY
+    sound_speed: MetresPerSecond = 1500.0
+    """In the water [m/s]."""
+    unevenness: Unevenness = "isotropic"
+    """How the inside scatters, as in SedimentVolume."""
+
+    def __post_init__(self) -> None:
+        """Refuse what its parts refuse; warn outside the measured band and of steep slopes."""
+        SedimentVolume(self.sediment, self.frequency, sound_speed=self.sound_speed, unevenness=self.unevenness)
+        warn_of_steep_slopes(self.sediment, 2 * np.pi * self.frequency / self.sound_speed)
+
+    def cross_section(self, grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> Floats:
+        """Bistatic cross section per unit area per unit solid angle [1].
+
+        Args:
+            grazing_in: Of the sound that arrives, from the plane of the interface [rad], any shape.
+            grazing_out: Of the sound that leaves, likewise [rad], broadcast.
+            azimuth: Between the two: 0 forward, pi back [rad], broadcast.
+
+        Returns:
+            Cross section [1], broadcast shape; 0 where either direction is behind the interface. Where both parts
+            together would send out more than arrives, they are lowered symmetrically.
+
+        Source: the structure of Jackson (1993), APL-UW TR 9305 and Williams & Jackson (1998), J. Acoust. Soc. Am.
+        103, 169, with the surface as in SmallSlope and the inside as in SedimentVolume.
+        Valid: as its two parts; the relief was measured for 10 to 100 kHz.
+        """
+        free = RoughSediment(self.sediment, self.frequency, self.sound_speed, self.unevenness)
+        sines = np.sin(np.asarray(grazing_in, dtype=float)), np.sin(np.asarray(grazing_out, dtype=float))
+        return np.asarray(symmetric_cap(free, *sines) * free.cross_section(grazing_in, grazing_out, azimuth))
+
+
+@dataclass(frozen=True, slots=True)
+class RoughSediment:
+    """Both formulas as they stand, without their cap."""
+
+    sediment: Sediment
+    """What lies below the water."""
+    frequency: float
+    """Frequency [Hz]."""
+    sound_speed: float
+    """In the water [m/s]."""
+    unevenness: Unevenness
+    """How the inside scatters."""
+
+    def cross_section(self, grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> Floats:
+        """Bistatic cross section [1] of angles [rad], as :meth:`Jackson.cross_section`."""
+        surface = RoughSurface(self.sediment, self.frequency, self.sound_speed)
+        inside = UnevenInside(self.sediment, self.frequency, self.sound_speed, self.unevenness)
+        return surface.cross_section(grazing_in, grazing_out, azimuth) + inside.cross_section(
+            grazing_in, grazing_out, azimuth
+        )

@@ -1,0 +1,159 @@
+"""The small relief of a seabed, as sound meets it.
+
+Heights follow a power law: W(K) = w K^-gamma for every wavenumber K. Such a surface has no rms height of its own,
+but the difference of two heights has: its mean square grows as the distance to the power 2 alpha, with
+alpha = gamma/2 - 1. What such a surface scatters in the Kirchhoff and the small-slope approximation is one
+integral over that growth, a function of one number q; it is made once per alpha and then looked up.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import CubicSpline
+from scipy.special import expm1, gamma, hankel1
+
+from insonify.scattering.sediments import Sediment
+from insonify.validity import warn_outside
+
+Floats = NDArray[np.float64]
+
+LOWEST_LOG_Q, HIGHEST_LOG_Q, LOG_Q_STEP = -16.0, 28.0, 0.05
+STEEPEST_SLOPE_DEG = 30.0
+"""Slope, rms, beyond which small-slope scattering was seen to fall far below the handbook's large-roughness form."""
+SPECTRUM_LAW = "The seabed roughness spectrum of APL-UW TR 9407 (1994)"
+
+
+def growth_exponent(sediment: Sediment) -> float:
+    """Hurst exponent alpha of the relief, gamma/2 - 1: 0 (jagged) to 1 (smooth) [1]."""
+    return sediment.spectral_exponent / 2 - 1
+
+
+def roughness_spectrum(sediment: Sediment, wavenumber: ArrayLike) -> Floats:
+    """Spectrum of the heights of a sediment's surface.
+
+    Args:
+        sediment: The sediment below the water.
+        wavenumber: Horizontal wavenumber of the relief, above 0 [rad/m], any shape.
+
+    Returns:
+        Two-sided, two-dimensional spectrum whose integral over both wavenumbers is the mean-square height [m^4].
+
+    Source: APL-UW TR 9407 (1994), section IV.A. Valid: measured for relief of about 1 cm to 1 m.
+    """
+    return np.asarray(sediment.spectral_strength * np.asarray(wavenumber, dtype=float) ** -sediment.spectral_exponent)
+
+
+def structure_constant(sediment: Sediment) -> float:
+    """Mean-square difference of two heights 1 m apart, C^2 of <(h(x + r) - h(x))^2> = C^2 r^(2 alpha).
+
+    Args:
+        sediment: The sediment below the water.
+
+    Returns:
+        C^2 [m^(2 - 2 alpha)].
+
+    Source: Jackson, Winebrenner & Ishimaru (1986), J. Acoust. Soc. Am. 79, 1410; as in APL-UW TR 9407 (1994), eq. 36
+    (equation number from a public transcription).
+    """
+    a = growth_exponent(sediment)
+    return 2 * math.pi * sediment.spectral_strength * gamma(2 - a) * 4**-a / (a * (1 - a) * gamma(1 + a))
+
+
+def rms_slope(sediment: Sediment, wavenumber: float) -> float:
+    """Slope, rms over both directions, of the relief that is large against the sound's wavelength [1].
+
+    Args:
+        sediment: The sediment below the water.
+        wavenumber: Of the sound in the water [rad/m].
+
+    Source: APL-UW TR 9407 (1994), composite roughness model, within eqs. 41-52.
+    """
+    a = growth_exponent(sediment)
+    knee = (2 * math.pi * sediment.spectral_strength) ** (1 / a) / (2 * (1 - a))
+    return math.sqrt(knee * (wavenumber**2 / a) ** ((1 - a) / a))
+
+
+@dataclass(frozen=True, slots=True)
+class KirchhoffIntegral:
+    """The function I(q) of one alpha, ready to be looked up."""
+
+    alpha: float
+    """Hurst exponent of the relief [1]."""
+    spline: CubicSpline
+    """log I over log q."""
+
+    def __call__(self, q: ArrayLike) -> Floats:
+        """I(q) [1] for q above 0, any shape; beyond the table the two power laws that it tends to."""
+        log_q = np.log(q)
+        inside = np.clip(log_q, LOWEST_LOG_Q, HIGHEST_LOG_Q)
+        beyond = np.where(log_q > 0, -1 / self.alpha, 1.0) * (log_q - inside)
+        return np.asarray(np.exp(self.spline(inside) + beyond))
+
+
+@lru_cache(maxsize=64)
+def kirchhoff_integral(alpha: float) -> KirchhoffIntegral:
+    """The integral of J0(u) exp(-q u^(2 alpha)) u du from 0 to infinity, as a function of q.
+
+    Args:
+        alpha: Hurst exponent of the relief, 0 to 1 exclusive [1].
+
+    Returns:
+        A function of q [1], any shape, relative error below 1e-6. It tends to q 2^(1 + 2 alpha) alpha
+        Gamma(1 + alpha) / Gamma(1 - alpha) for small q and to Gamma(1/alpha) / (2 alpha) q^(-1/alpha) for large q.
+
+    Source: Jackson, Winebrenner & Ishimaru (1986), J. Acoust. Soc. Am. 79, 1410 (the Kirchhoff integral).
+    """
+    log_q = np.arange(LOWEST_LOG_Q, HIGHEST_LOG_Q + LOG_Q_STEP / 2, LOG_Q_STEP)
+    ends = ((1, 1.0), (1, -1 / alpha))
+    return KirchhoffIntegral(alpha, CubicSpline(log_q, np.log(_integrals(alpha, np.exp(log_q))), bc_type=ends))
+
+
+def _integrals(alpha: float, q: Floats) -> Floats:
+    """I(q) along a path turned into the complex plane, where nothing oscillates for long [1]."""
+    # J0 = Re H0, and H0 decays above the real axis; the turn is small enough for exp(-q u^(2 alpha)) to decay too.
+    turn = min(math.pi / 2, math.pi / (6 * alpha))
+    nearest = -16.0 - 0.5 / alpha * max(HIGHEST_LOG_Q, 0.0)
+    u = np.exp(np.arange(nearest, math.log(100.0), 0.05) + 1j * turn)
+    weight = 0.05 * hankel1(0, u) * u * u  # equal steps in log u: the trapezoid converges exponentially
+    power = u ** (2 * alpha)
+    # H0 alone integrates to 0 and would drown a small I: it is taken off, exactly, where q is small.
+    return np.array([(weight * (expm1(-x * power) if x < 1 else np.exp(-x * power))).sum().real for x in q])
+
+
+def wavenumber_in_band(law: str, frequency: float, sound_speed: float) -> float:
+    """Wavenumber of the sound in the water, with a warning where the seabed was not measured.
+
+    Args:
+        law: Who asks, for the error message.
+        frequency: Frequency [Hz].
+        sound_speed: In the water [m/s].
+
+    Returns:
+        2 pi f / c [rad/m].
+
+    Raises:
+        ValueError: There is no such sound.
+    """
+    for quantity, value, example in (
+        ("frequency", frequency, "100e3 (Hz)"),
+        ("sound_speed", sound_speed, "1500 (m/s)"),
+    ):
+        if not (math.isfinite(value) and value > 0):
+            raise ValueError(f"{law}.{quantity} is {value}; give a finite number above 0, such as {example}")
+    warn_outside(SPECTRUM_LAW, "frequency", frequency / 1e3, 10.0, 100.0, "kHz")
+    return 2 * math.pi * frequency / sound_speed
+
+
+def warn_of_steep_slopes(sediment: Sediment, wavenumber: float) -> None:
+    """Warns where a bed is too steep for a law of small slopes.
+
+    Args:
+        sediment: What lies below the water.
+        wavenumber: Of the sound in the water [rad/m].
+    """
+    slope = math.degrees(math.atan(rms_slope(sediment, wavenumber)))
+    law = "First-order small-slope scattering (Gragg, Wurmser & Gauss 2001)"
+    warn_outside(law, "an rms slope of", slope, 0.0, STEEPEST_SLOPE_DEG, "deg")

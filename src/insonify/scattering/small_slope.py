@@ -1,0 +1,81 @@
+"""The small-slope approximation: one formula from the mirror direction to the lowest grazing angle.
+
+It tends to Kirchhoff's mirrors where the relief is high against the wavelength and to the gratings of perturbation
+theory where it is low, so nobody has to say where one ends and the other begins.
+"""
+
+from dataclasses import KW_ONLY, dataclass
+
+import numpy as np
+
+from insonify.noun import Hertz, MetresPerSecond
+from insonify.scattering.albedo import symmetric_cap
+from insonify.scattering.directions import directions
+from insonify.scattering.kirchhoff import mirror_integral
+from insonify.scattering.law import Floats
+from insonify.scattering.perturbation import grating_strength
+from insonify.scattering.roughness import warn_of_steep_slopes, wavenumber_in_band
+from insonify.scattering.sediments import Sediment
+
+
+@dataclass(frozen=True, slots=True)
+class SmallSlope:
+    """Scattering by a sediment's rough surface, first order in its slopes."""
+
+    sediment: Sediment
+    """What lies below the water."""
+    frequency: Hertz
+    """Frequency [Hz]."""
+    _: KW_ONLY
+    sound_speed: MetresPerSecond = 1500.0
+    """In the water [m/s]."""
+
+    def __post_init__(self) -> None:
+        """Refuse what is no sound; warn outside the measured band and of steep slopes."""
+        warn_of_steep_slopes(self.sediment, wavenumber_in_band("SmallSlope", self.frequency, self.sound_speed))
+
+    def cross_section(self, grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> Floats:
+        """Bistatic cross section per unit area per unit solid angle [1].
+
+        Args:
+            grazing_in: Of the sound that arrives, from the plane of the interface [rad], any shape.
+            grazing_out: Of the sound that leaves, likewise [rad], broadcast.
+            azimuth: Between the two: 0 forward, pi back [rad], broadcast.
+
+        Returns:
+            Cross section [1], broadcast shape; 0 where either direction is behind the interface. Where the relief
+            is so rough that more would leave than arrives, it is lowered symmetrically.
+
+        Source: Gragg, Wurmser & Gauss (2001), J. Acoust. Soc. Am. 110, 2878, for a fluid sediment with a power-law
+        relief, in the notation of Jackson & Richardson (2007), High-Frequency Seafloor Acoustics.
+        Valid: small slopes, no shadows (above about 5 degrees); relief of 10 to 100 kHz. Rough rock, and rock and
+        gravel above 100 kHz, are too steep for it: the strength comes out low above 20 degrees, by 10 dB and more
+        for rough rock. A warning says so; apl_bottom_strength_db knows better there, straight back.
+        """
+        free = RoughSurface(self.sediment, self.frequency, self.sound_speed)
+        cap = symmetric_cap(free, *_sines(grazing_in, grazing_out))
+        return np.asarray(cap * free.cross_section(grazing_in, grazing_out, azimuth))
+
+
+@dataclass(frozen=True, slots=True)
+class RoughSurface:
+    """The small-slope formula as it stands, without its cap."""
+
+    sediment: Sediment
+    """What lies below the water."""
+    frequency: float
+    """Frequency [Hz]."""
+    sound_speed: float
+    """In the water [m/s]."""
+
+    def cross_section(self, grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> Floats:
+        """Bistatic cross section [1] of angles [rad], as :meth:`SmallSlope.cross_section`."""
+        d = directions(grazing_in, grazing_out, azimuth)
+        k = 2 * np.pi * self.frequency / self.sound_speed
+        integral = mirror_integral(self.sediment, k, d)
+        shape = integral / (32 * np.pi * d.transverse2 * d.vertical**2)
+        return d.where_lit(grating_strength(self.sediment, d) * shape)
+
+
+def _sines(grazing_in: Floats, grazing_out: Floats) -> tuple[Floats, Floats]:
+    return np.sin(np.asarray(grazing_in, dtype=float)), np.sin(np.asarray(grazing_out, dtype=float))

@@ -1,0 +1,98 @@
+"""What a moving, rough sea leaves of a mirror's echo: how much, how late and how blurred.
+
+The sea returns nearly all the sound it gets. What roughness takes is order: the part of the
+echo with a phase of its own shrinks, the rest comes from a patch around the mirror point,
+later and shifted in frequency.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from insonify.scattering.law import Floats
+
+
+def rayleigh_parameter(
+    frequency: ArrayLike, rms_height: ArrayLike, grazing: ArrayLike, *, sound_speed: float = 1500.0
+) -> Floats:
+    """Rms phase that the surface's height gives to the sound it mirrors, 2 k h sin(grazing) [rad].
+
+    Args:
+        frequency: Frequency [Hz], any shape.
+        rms_height: Rms height of the surface, a quarter of the significant height [m], broadcast.
+        grazing: Grazing angle [rad], broadcast.
+        sound_speed: In the water at the surface [m/s].
+
+    Returns:
+        Rayleigh's parameter [rad], broadcast shape: smooth well below 1, rough well above.
+    """
+    k = 2 * math.pi * np.asarray(frequency, dtype=float) / sound_speed
+    return np.asarray(2 * k * np.asarray(rms_height, dtype=float) * np.sin(grazing))
+
+
+def coherent_reflection(
+    frequency: ArrayLike, rms_height: ArrayLike, grazing: ArrayLike, *, sound_speed: float = 1500.0
+) -> Floats:
+    """Mean pressure that a rough sea mirrors, per unit incident pressure [1].
+
+    Args:
+        frequency: Frequency [Hz], any shape.
+        rms_height: Rms height of the surface [m], broadcast.
+        grazing: Grazing angle [rad], broadcast.
+        sound_speed: In the water at the surface [m/s].
+
+    Returns:
+        -exp(-P^2 / 2) with Rayleigh's parameter P [1], broadcast shape: -1 for a flat sea.
+
+    Source: Eckart (1953), J. Acoust. Soc. Am. 25, 566 (reference from memory): the mean of
+    exp(j P x) over Gaussian heights. Valid: no shadows, slopes small.
+    """
+    parameter = rayleigh_parameter(frequency, rms_height, grazing, sound_speed=sound_speed)
+    return np.asarray(-np.exp(-np.minimum(parameter**2 / 2, 700.0)))
+
+
+def mean_extra_delay(
+    mean_square_slope: ArrayLike,
+    grazing: ArrayLike,
+    range_in: ArrayLike,
+    range_out: ArrayLike,
+    *,
+    sound_speed: float = 1500.0,
+) -> Floats:
+    """How much later than the mirror's the echo of the glistening patch comes, on the mean [s].
+
+    Args:
+        mean_square_slope: Variance of the slope, both directions together [1], any shape.
+        grazing: Grazing angle at the mirror point [rad], broadcast.
+        range_in: Distance from the source to the mirror point [m], broadcast.
+        range_out: Distance from there to the receiver [m], broadcast.
+        sound_speed: In the water [m/s].
+
+    Returns:
+        s^2 (1 + sin^2 grazing) r1 r2 / ((r1 + r2) c) [s], broadcast shape. Where the patch is
+        far from round the delays spread about as much as their mean.
+
+    Source: derived here from the facet picture to second order in slope. Valid: rms slope well
+    below the grazing angle, isotropic slopes.
+    """
+    r1, r2 = np.asarray(range_in, dtype=float), np.asarray(range_out, dtype=float)
+    lengthening = np.asarray(mean_square_slope, dtype=float) * (1 + np.sin(grazing) ** 2)
+    return np.asarray(lengthening * r1 * r2 / (r1 + r2) / sound_speed)
+
+
+def doppler_spread(
+    frequency: ArrayLike, vertical_speed_rms: ArrayLike, grazing: ArrayLike, *, sound_speed: float = 1500.0
+) -> Floats:
+    """Rms shift in frequency of the echo of a heaving sea, 2 f sin(grazing) w / c [Hz].
+
+    Args:
+        frequency: Frequency [Hz], any shape.
+        vertical_speed_rms: Rms speed at which the surface rises and falls [m/s], broadcast.
+        grazing: Grazing angle [rad], broadcast.
+        sound_speed: In the water [m/s].
+
+    Source: Doppler's law for a mirror that moves along its normal. Valid: near the mirror direction.
+    """
+    rate = np.asarray(vertical_speed_rms, dtype=float) * np.sin(grazing) / sound_speed
+    return np.asarray(2 * np.asarray(frequency, dtype=float) * rate)

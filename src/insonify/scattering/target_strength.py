@@ -1,0 +1,160 @@
+"""How strongly simple bodies echo: closed forms, used as references.
+
+Target strength is 10 log10 of the backscattered intensity at 1 m, referred to as if in the far field,
+over the incident intensity [dB re 1 m^2]. All bodies are rigid or soft (the magnitude is the same) and
+large against the wavelength; the formulas are the Kirchhoff (physical optics) integral of each body.
+For spheres of any size see `insonify.scattering.sphere_series`.
+
+Far field begins at about (largest side)^2 / wavelength: 270 m for a plate of 2 m at 100 kHz.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import j1
+
+from insonify.validity import warn_outside
+
+Floats = NDArray[np.float64]
+_FLOOR = 1e-300  # a null of a pattern in decibels: -3000 dB, not minus infinity
+
+SMALLEST_KA = 10.0
+"""Wavenumber times radius below which a closed form is off by more than about 1 dB [1]."""
+
+
+def sphere_strength_db(radius: ArrayLike) -> Floats:
+    """Target strength of a large sphere, the same at every frequency [dB re 1 m^2].
+
+    Args:
+        radius: Radius [m], any shape.
+
+    Returns:
+        20 log10(radius / 2).
+
+    Source: geometrical optics (Urick 1983, Principles of Underwater Sound, table of simple forms).
+    Valid: ka > 10 (the echo of the rigid series stays within about 1 dB there).
+    """
+    return curved_strength_db(radius, radius)
+
+
+def curved_strength_db(radius_one: ArrayLike, radius_two: ArrayLike) -> Floats:
+    """Target strength of a convex surface seen along its normal [dB re 1 m^2].
+
+    Args:
+        radius_one: One principal radius of curvature [m], any shape.
+        radius_two: The other [m], broadcast.
+
+    Returns:
+        20 log10(sqrt(R1 R2) / 2).
+
+    Source: geometrical optics (Urick 1983, table of simple forms).
+    Valid: both radii much larger than the wavelength, and the body larger than a Fresnel zone.
+    """
+    one, two = _positive("radius of curvature", radius_one), _positive("radius of curvature", radius_two)
+    return np.asarray(10 * np.log10(one * two / 4))
+
+
+def cylinder_strength_db(
+    radius: ArrayLike, length: ArrayLike, frequency: ArrayLike, *, tilt: ArrayLike = 0.0, sound_speed: float = 1500.0
+) -> Floats:
+    """Target strength of the side of a cylinder [dB re 1 m^2].
+
+    Args:
+        radius: Radius [m], any shape.
+        length: Length [m], broadcast.
+        frequency: Frequency [Hz], broadcast.
+        tilt: Angle of the line of sight from broadside, towards an end, -pi/2 to pi/2 [rad], broadcast.
+        sound_speed: In the water [m/s].
+
+    Returns:
+        10 log10(a L^2 / (2 lambda) cos(tilt) [sin(x) / x]^2), x = k L sin(tilt); the ends are left out.
+
+    Source: Kirchhoff's integral over the lit side by stationary phase. It differs from tables of simple forms
+    that print cos^2 (Urick 1983) by 10 log10 cos(tilt).
+    Valid: ka cos(tilt) > 10, in the far field of the length.
+    """
+    a, L = _positive("radius", radius), _positive("length", length)
+    k = _wavenumber(frequency, sound_speed)
+    beta = _within_a_right_angle(tilt)
+    warn_outside("Kirchhoff cylinder", "ka", k * a, SMALLEST_KA, np.inf, "")
+    main = a * L**2 * k / (4 * np.pi)
+    return _db(main * np.cos(beta) * _sinc(k * L * np.sin(beta)) ** 2)
+
+
+def plate_strength_db(
+    side: ArrayLike, other_side: ArrayLike, frequency: ArrayLike, *, tilt: ArrayLike = 0.0, sound_speed: float = 1500.0
+) -> Floats:
+    """Target strength of a flat rectangular plate [dB re 1 m^2].
+
+    Args:
+        side: Side in the plane of the tilt [m], any shape.
+        other_side: Side across it [m], broadcast.
+        frequency: Frequency [Hz], broadcast.
+        tilt: Angle of the line of sight from the normal, -pi/2 to pi/2 [rad], broadcast.
+        sound_speed: In the water [m/s].
+
+    Returns:
+        20 log10(A / lambda cos(tilt) |sin(x) / x|), x = k side sin(tilt).
+
+    Source: Kirchhoff's integral over the plate (Urick 1983, table of simple forms).
+    Valid: sides much larger than the wavelength, tilts up to about 45 deg, in the far field.
+    """
+    b, across, k = _positive("side", side), _positive("side", other_side), _wavenumber(frequency, sound_speed)
+    beta = _within_a_right_angle(tilt)
+    warn_outside("Kirchhoff plate", "k times the smaller side", k * np.minimum(b, across), SMALLEST_KA, np.inf, "")
+    return _db((b * across * k / (2 * np.pi) * np.cos(beta) * _sinc(k * b * np.sin(beta))) ** 2)
+
+
+def disc_strength_db(
+    radius: ArrayLike, frequency: ArrayLike, *, tilt: ArrayLike = 0.0, sound_speed: float = 1500.0
+) -> Floats:
+    """Target strength of a flat circular disc [dB re 1 m^2].
+
+    Args:
+        radius: Radius [m], any shape.
+        frequency: Frequency [Hz], broadcast.
+        tilt: Angle of the line of sight from the normal, -pi/2 to pi/2 [rad], broadcast.
+        sound_speed: In the water [m/s].
+
+    Returns:
+        20 log10(pi a^2 / lambda cos(tilt) |2 J1(x) / x|), x = 2 k a sin(tilt).
+
+    Source: Kirchhoff's integral over the disc (Urick 1983, table of simple forms).
+    Valid: ka > 10, tilts up to about 45 deg, in the far field.
+    """
+    a, k, beta = _positive("radius", radius), _wavenumber(frequency, sound_speed), _within_a_right_angle(tilt)
+    warn_outside("Kirchhoff disc", "ka", k * a, SMALLEST_KA, np.inf, "")
+    x = 2 * k * a * np.sin(beta)
+    safe = np.where(np.abs(x) > 1e-8, x, 1.0)
+    pattern = np.where(np.abs(x) > 1e-8, 2 * j1(safe) / safe, 1.0)
+    return _db((0.5 * k * a**2 * np.cos(beta) * pattern) ** 2)
+
+
+def _positive(name: str, value: ArrayLike) -> Floats:
+    given = np.asarray(value, float)
+    if not np.all(np.isfinite(given) & (given > 0)):
+        raise ValueError(f"{name} is {value!r}; give finite numbers of metres, above 0")
+    return given
+
+
+def _wavenumber(frequency: ArrayLike, sound_speed: float) -> Floats:
+    f = np.asarray(frequency, float)
+    if not np.all(np.isfinite(f) & (f > 0)):
+        raise ValueError(f"frequency is {frequency!r}; give finite numbers of hertz, above 0")
+    if not (np.isfinite(sound_speed) and sound_speed > 0):
+        raise ValueError(f"sound_speed is {sound_speed}; give metres per second, above 0, such as 1500")
+    return np.asarray(2 * np.pi * f / sound_speed)
+
+
+def _within_a_right_angle(tilt: ArrayLike) -> Floats:
+    beta = np.asarray(tilt, float)
+    if not np.all(np.abs(beta) <= np.pi / 2 + 1e-12):
+        raise ValueError(f"tilt is {tilt!r}; give radians from -pi/2 to pi/2, 0 where the body is seen face on")
+    return beta
+
+
+def _sinc(x: Floats) -> Floats:
+    return np.asarray(np.sinc(x / np.pi))  # numpy's sinc is sin(pi x) / (pi x)
+
+
+def _db(strength: Floats) -> Floats:
+    return np.asarray(10 * np.log10(np.maximum(strength, _FLOOR)))

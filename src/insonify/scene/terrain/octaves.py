@@ -1,0 +1,111 @@
+"""Relief as octaves of smooth noise, each on a lattice of its own, turned and shifted by key.
+
+One octave is h(x) = A sum over nodes of g B(a - i) B(b - j): g normal and independent, B the cubic
+B-spline, (a, b) the place in units of the pitch p on the turned lattice. Over all shifts of the
+lattice its spectrum is W(K) = (A p / 2 pi)^2 [sinc(p Ka / 2) sinc(p Kb / 2)]^8, sinc x = sin x / x:
+nearly the Gaussian exp(-p^2 K^2 / 3), which is why octaves add up to a power law.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import ndtri
+
+from insonify import streams
+from insonify.scene.terrain import _kernels
+from insonify.scene.terrain.relief import Relief, Survey
+
+Floats = NDArray[np.float64]
+
+SPLINE_ENERGY = 151 / 315
+"""Integral of the squared cubic B-spline [1]."""
+SPLINE_SLOPE_ENERGY = 2 / 3
+"""Integral of the square of its derivative [1]."""
+_PLACEMENT = 1  # streams counter of an octave's turn and shift; its nodes have 0
+
+
+@dataclass(frozen=True, slots=True)
+class Octaves(Relief):
+    """A sum of octaves of noise, without end and without memory."""
+
+    pitch: Floats
+    """Spacing of the nodes of each octave [m], shape (n,)."""
+    amplitude: Floats
+    """Factor on the unit normal numbers of its nodes [m], shape (n,)."""
+    seed: int
+    """Seed of the scene."""
+    layer: int
+    """Which relief of the scene this is: no two may share a layer."""
+    level: NDArray[np.int64]
+    """Name of each octave in the keys, shape (n,); below 2^31."""
+
+    def survey(self, north: ArrayLike, east: ArrayLike) -> Survey:
+        """Height and gradient, see `Relief.survey`; exact derivatives of the spline."""
+        x, y = np.broadcast_arrays(np.asarray(north, float), np.asarray(east, float))
+        out = np.zeros((x.size, 3))
+        k0, k1 = streams.key(self.seed, streams.TERRAIN)
+        flat_x, flat_y = np.ascontiguousarray(x.ravel()), np.ascontiguousarray(y.ravel())
+        placed = streams.uniforms(self.seed, streams.TERRAIN, 0, 0, self.level, 2 * self.layer + _PLACEMENT)
+        for o, (turn, shift_a, shift_b, _) in enumerate(placed):
+            _kernels.add_band(
+                flat_x, flat_y, self.pitch[o], 2 * np.pi * turn, shift_a, shift_b, self.amplitude[o],
+                self.level[o], 2 * self.layer, k0, k1, quantiles(), out,
+            )  # fmt: skip
+        return Survey(out[:, 0].reshape(x.shape), out[:, 1:].reshape(*x.shape, 2))
+
+    @property
+    def variance(self) -> float:
+        """Mean square of the height [m^2]."""
+        return float(np.sum(self.amplitude**2) * SPLINE_ENERGY**2)
+
+    @property
+    def slope_variance(self) -> float:
+        """Mean square of the gradient, both directions together [1]."""
+        return float(np.sum((self.amplitude / self.pitch) ** 2) * 2 * SPLINE_ENERGY * SPLINE_SLOPE_ENERGY)
+
+    def spectrum(self, wavenumber: ArrayLike) -> Floats:
+        """Two-sided 2-D spectrum, averaged over directions [m^4]; its integral over the plane is `variance`.
+
+        Args:
+            wavenumber: Magnitude [rad/m], any shape.
+        """
+        K = np.asarray(wavenumber, float)[..., None]
+        power = (self.amplitude * self.pitch / (2 * np.pi)) ** 2
+        return np.asarray(np.sum(power * spline_spectrum(K * self.pitch), axis=-1))
+
+
+def spline_spectrum(s: Floats) -> Floats:
+    """Power of the 2-D cubic B-spline at wavenumber s in units of 1/pitch, mean over directions [1], shape of s."""
+    angle = (np.arange(32) + 0.5) / 32 * np.pi / 2
+    along, across = s[..., None] * np.cos(angle), s[..., None] * np.sin(angle)
+    # np.sinc(x) is sin(pi x) / (pi x)
+    return np.asarray(np.mean((np.sinc(along / (2 * np.pi)) * np.sinc(across / (2 * np.pi))) ** 8, axis=-1))
+
+
+def single(pitch: float, *, seed: int, layer: int) -> Octaves:
+    """One octave of unit variance, for what wanders smoothly: crests, heights of ripples, borders.
+
+    Args:
+        pitch: Spacing of the nodes [m]; the noise forgets itself after about two of them.
+        seed: Seed of the scene [1].
+        layer: Its own layer [1].
+    """
+    return Octaves(np.array([pitch]), np.array([1 / SPLINE_ENERGY]), seed, layer, np.zeros(1, np.int64))
+
+
+@cache
+def quantiles() -> Floats:
+    """Normal quantiles between which random words are interpolated [1], shape (1025,).
+
+    The two ends, infinite for a normal number, are set so that the variance is exactly 1
+    (about 3.8: no drawn number is larger).
+    """
+    bins = 1024
+    inner = ndtri(np.arange(1, bins) / bins)
+    # A value uniform between a and b has mean square (a^2 + a b + b^2) / 3.
+    known = np.sum(inner[:-1] ** 2 + inner[:-1] * inner[1:] + inner[1:] ** 2)
+    low, rest = inner[-1], (3 * bins - known) / 2  # each end bin: end^2 + end low + low^2 = rest
+    end = (np.sqrt(low**2 - 4 * (low**2 - rest)) - low) / 2
+    return np.concatenate([[-end], inner, [end]])

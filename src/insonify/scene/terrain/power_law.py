@@ -1,0 +1,178 @@
+"""Fractal ground: a power law of wavenumber between an outer scale and the split.
+
+The spectrum is W2(K) = w2 / (K^2 + K0^2)^(gamma/2), two-sided over the plane, its integral the mean
+square height. Since 1/x^n is a sum of exponentials of x, it is a sum of Gaussians of all widths; one per
+octave is enough (ripple below 0.2 dB), and each is one octave of lattice noise.
+"""
+
+import math
+from functools import cache
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import Field, model_validator
+from scipy.special import gamma as gamma_function
+from scipy.special import kv
+
+from insonify.noun import Metres, Noun, located
+from insonify.scattering.sediments import Sediment
+from insonify.scene.terrain.octaves import SPLINE_ENERGY, SPLINE_SLOPE_ENERGY, Octaves, spline_spectrum
+from insonify.scene.terrain.split import Split
+from insonify.validity import warn_outside
+
+Floats = NDArray[np.float64]
+
+_LEVEL_BIAS = 1 << 16  # octaves are named by log2(pitch / 1 m), which may be negative
+_VANISHED = 8.0  # in units of the split's wavenumber: nothing above it is ground
+_FADED = 7.0  # octaves with pitch^2 K0^2 / 3 above this would add less than 0.2 dB at K = 0, and nothing above K0
+
+
+class PowerLaw(Noun):
+    """Fractal relief, from a spectral exponent or a Hurst exponent, and a strength or an rms height.
+
+    Source of the relations: the von Karman (Matern) family; gamma = 2 H + 2 and the structure constant as in
+    APL-UW TR 9407 (1994), section IV. Measured seabeds have gamma 2.4 to 3.9.
+    """
+
+    kind: Literal["power-law"] = "power-law"
+    exponent: Annotated[float, Field(ge=2.1, le=3.9)] | None = None
+    """Spectral exponent gamma of the 2-D spectrum [1]."""
+    hurst: Annotated[float, Field(ge=0.05, le=0.95)] | None = None
+    """Hurst exponent, gamma / 2 - 1 [1]."""
+    strength: Annotated[float, Field(gt=0)] | None = None
+    """Spectral strength w2 [m^(4 - gamma)]."""
+    rms: Annotated[Metres, Field(gt=0)] | None = None
+    """Root mean square height of all wavelengths together [m]."""
+    outer_scale: Annotated[Metres, Field(gt=0)] = 20.0
+    """Wavelength beyond which the ground does not get rougher, 2 pi / K0 [m]."""
+
+    @model_validator(mode="after")
+    def _one_of_each(self) -> Self:
+        for one, other in (("exponent", "hurst"), ("strength", "rms")):
+            if (getattr(self, one) is None) == (getattr(self, other) is None):
+                raise located(one, None, f"Give exactly one of {one} and {other}.")
+        warn_outside("Power-law relief of a seabed (APL-UW TR 9407)", "spectral exponent", self.gamma, 2.4, 3.9, "")
+        return self
+
+    @classmethod
+    def of_sediment(cls, sediment: Sediment, *, outer_scale: float = 20.0) -> "PowerLaw":
+        """The relief that continues a sediment's own roughness to longer wavelengths.
+
+        Args:
+            sediment: Its spectral exponent and strength are used.
+            outer_scale: See the field [m]. Roughness measured at centimetres is too rough beyond
+                tens of metres.
+        """
+        return cls(exponent=sediment.spectral_exponent, strength=sediment.spectral_strength, outer_scale=outer_scale)
+
+    @property
+    def gamma(self) -> float:
+        """Spectral exponent [1]."""
+        return self.exponent if self.exponent is not None else 2 * (self.hurst or 0.0) + 2
+
+    @property
+    def outer_wavenumber(self) -> float:
+        """K0 [rad/m]."""
+        return 2 * math.pi / self.outer_scale
+
+    @property
+    def w2(self) -> float:
+        """Spectral strength [m^(4 - gamma)]; w2 = rms^2 (gamma - 2) K0^(gamma - 2) / (2 pi)."""
+        if self.strength is not None:
+            return self.strength
+        return (self.rms or 0.0) ** 2 * (self.gamma - 2) * self.outer_wavenumber ** (self.gamma - 2) / (2 * math.pi)
+
+    def spectrum(self, wavenumber: ArrayLike) -> Floats:
+        """Asked two-sided 2-D spectrum [m^4] at wavenumbers [rad/m], any shape; whole, as if nothing were split."""
+        K = np.asarray(wavenumber, float)
+        return np.asarray(self.w2 * (K**2 + self.outer_wavenumber**2) ** (-self.gamma / 2))
+
+    def structure(self, lag: ArrayLike) -> Floats:
+        """Asked structure function, mean square difference of height over a lag [m^2].
+
+        Args:
+            lag: Horizontal distance [m], any shape.
+
+        Returns:
+            2 rms^2 (1 - 2^(1-H)/Gamma(H) (K0 r)^H K_H(K0 r)), H = gamma/2 - 1; C^2 r^(2H) well below the
+            outer scale. Whole, as if nothing were split.
+        """
+        x, H = self.outer_wavenumber * np.asarray(lag, float), self.gamma / 2 - 1
+        safe = np.maximum(x, 1e-12)
+        correlation = 2 ** (1 - H) / gamma_function(H) * safe**H * kv(H, safe)
+        return np.asarray(np.where(x > 0, 2 * self.band_variance() * (1 - correlation), 0.0))
+
+    def band_variance(self, low: float = 0.0, high: float = math.inf) -> float:
+        """Mean square height [m^2] between two wavenumbers [rad/m]; of everything by default."""
+        n, K0 = self.gamma / 2 - 1, self.outer_wavenumber
+        return math.pi * self.w2 / n * ((low**2 + K0**2) ** -n - (high**2 + K0**2) ** -n)
+
+    def slope_variance(self, high: float) -> float:
+        """Mean square gradient, both directions together [1], of wavenumbers below `high` [rad/m]."""
+        n, start = self.gamma / 2, self.outer_wavenumber**2
+        stop = high**2 + start
+        steep = (stop ** (2 - n) - start ** (2 - n)) / (2 - n) - start * (stop ** (1 - n) - start ** (1 - n)) / (1 - n)
+        return math.pi * self.w2 * steep
+
+    def grow(self, *, seed: int, layer: int, split: Split) -> Octaves:
+        """The resolved part as ground that can be walked on.
+
+        The octaves stand at whole powers of two of a metre: a finer split adds detail to the same ground. The
+        finest has the share that gives the mean square slope of a sharp cut at the split.
+
+        Args:
+            seed: Of the scene [1].
+            layer: Number of this relief in the scene [1].
+            split: Where the ground ends.
+        """
+        return self._octaves(split.wavenumber, seed=seed, layer=layer)
+
+    def resolved_share(self, wavenumber: ArrayLike, split: Split) -> Floats:
+        """Share of the spectrum that is ground [1], from 1 well below the split's wavenumber to 0 well above.
+
+        Args:
+            wavenumber: Magnitude [rad/m], any shape.
+            split: Where the ground ends. The cut is as soft as an octave, and leaves the mean square slope of a
+                sharp one.
+        """
+        K = np.asarray(wavenumber, float)
+        beyond = _VANISHED * split.wavenumber < K
+        inside = np.where(beyond, split.wavenumber, K)
+        drawn, endless = (self._octaves(stop * split.wavenumber, seed=0, layer=0) for stop in (1, 4 * _VANISHED))
+        return np.where(beyond, 0.0, np.minimum(drawn.spectrum(inside) / endless.spectrum(inside), 1.0))
+
+    def _octaves(self, stop: float, *, seed: int, layer: int) -> Octaves:
+        """Octaves from the outer scale down to a wavenumber [rad/m]."""
+        target, K0 = self.slope_variance(stop), self.outer_wavenumber
+        level = math.floor(0.5 * math.log2(3 * _FADED / K0**2))
+        levels, amplitudes, slopes = [], [], 0.0
+        while slopes < target * (1 - 1e-9):
+            amplitude, pitch = self._amplitude(level), 2.0**level
+            steep = (amplitude / pitch) ** 2 * 2 * SPLINE_ENERGY * SPLINE_SLOPE_ENERGY
+            share = min(1.0, (target - slopes) / steep)
+            levels.append(level)
+            amplitudes.append(amplitude * math.sqrt(share))
+            slopes, level = slopes + share * steep, level - 1
+        pitches = 2.0 ** np.array(levels, float)
+        return Octaves(pitches, np.array(amplitudes), seed, layer, np.array(levels, np.int64) + _LEVEL_BIAS)
+
+    def _amplitude(self, level: int) -> float:
+        """Amplitude of the octave whose pitch is 2^level metres [m].
+
+        From w2 (K^2 + K0^2)^(-n) = w2 / Gamma(n) times the integral over ln t of t^n exp(-t K0^2) exp(-t K^2),
+        n = gamma / 2, as a sum over t = pitch^2 / 3 in steps of ln 4.
+        """
+        n, t = self.gamma / 2, 4.0**level / 3
+        # Splines are not quite Gaussians: the sum must be right in the power law and in its first term in K0^2.
+        bend = n * _spline_gamma(n) / _spline_gamma(n + 1)
+        density = self.w2 / _spline_gamma(n) * math.log(4) * t**n * math.exp(-bend * t * self.outer_wavenumber**2)
+        return 2 * math.pi * math.sqrt(density) / 2.0**level
+
+
+@cache
+def _spline_gamma(n: float) -> float:
+    """Gamma(n) for splines in place of Gaussians: the integral over ln t of t^n S(sqrt(3 t)) [1]."""
+    log_s = np.linspace(math.log(1e-4), math.log(60.0), 3001)
+    s = np.exp(log_s)
+    return float(2 * 3**-n * np.trapezoid(s ** (2 * n) * spline_spectrum(s), log_s))

@@ -1,0 +1,86 @@
+"""Relief: how high the ground stands, and how steeply, at any point of an endless seabed.
+
+Height is positive up, from the mean plane of the bed: depth = mean depth - height, and the
+slopes of the depth are minus those of the height. The normal that points from the bed into
+the water is (-dh/dnorth, -dh/deast, -1) / norm in north, east, down.
+"""
+
+from dataclasses import dataclass, field
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from insonify.scene.lattice import Lattice
+
+Floats = NDArray[np.float64]
+
+
+class Survey(NamedTuple):
+    """The ground at some points."""
+
+    height: Floats
+    """Above the mean plane, positive up [m], shape (...)."""
+    slope: Floats
+    """Exact gradient of the height, to the north and to the east [1], shape (..., 2)."""
+
+
+class Relief(Protocol):
+    """Answers one question: how does the ground lie here?"""
+
+    def survey(self, north: ArrayLike, east: ArrayLike) -> Survey:
+        """Height and gradient.
+
+        Args:
+            north: Place [m], any shape.
+            east: Place [m], broadcast.
+
+        Returns:
+            Height [m] and slopes [1] of the broadcast shape. The same place has the same bits,
+            whatever else is asked with it or before it.
+        """
+        ...
+
+    def height(self, north: ArrayLike, east: ArrayLike) -> Floats:
+        """Height above the mean plane, positive up [m], broadcast shape of north and east [m]."""
+        return self.survey(north, east).height
+
+    def slope(self, north: ArrayLike, east: ArrayLike) -> Floats:
+        """Gradient of the height to the north and the east [1], shape (..., 2)."""
+        return self.survey(north, east).slope
+
+
+@dataclass(frozen=True, slots=True)
+class Sum(Relief):
+    """Reliefs on top of one another, in the frame of the scene's lattice."""
+
+    parts: tuple[Relief, ...]
+    """What is added; each is asked in lattice coordinates. None of them: flat ground."""
+    lattice: Lattice = field(default_factory=Lattice)
+    """Frame in which the parts were drawn; a world moved as a whole keeps its ground."""
+
+    def survey(self, north: ArrayLike, east: ArrayLike) -> Survey:
+        """Height and gradient of all parts together, see `Relief.survey`."""
+        place = np.stack(np.broadcast_arrays(np.asarray(north, float), np.asarray(east, float)), axis=-1)
+        own = self.lattice.from_world(place)
+        height, slope = np.zeros(own.shape[:-1]), np.zeros(own.shape)
+        for part in self.parts:
+            found = part.survey(own[..., 0], own[..., 1])
+            height += found.height
+            slope += found.slope
+        c, s = np.cos(self.lattice.heading), np.sin(self.lattice.heading)
+        along, across = slope[..., 0], slope[..., 1]
+        return Survey(height, np.stack([c * along - s * across, s * along + c * across], axis=-1))
+
+
+def upward_normal(slope: Floats) -> Floats:
+    """Unit normal of the ground, from the bed into the water, in north, east, down.
+
+    Args:
+        slope: Gradient of the height to the north and the east [1], shape (..., 2).
+
+    Returns:
+        Unit vectors, shape (..., 3); (0, 0, -1) on flat ground.
+    """
+    normal = np.concatenate([-slope, np.full((*slope.shape[:-1], 1), -1.0)], axis=-1)
+    return np.asarray(normal / np.linalg.norm(normal, axis=-1, keepdims=True))

@@ -1,0 +1,104 @@
+"""Sand ripples: a train of crests across the seabed, sharp on top, never quite straight.
+
+The ground is (height / 2) a [cos(psi) + s cos(2 psi)]: the second harmonic is locked to the first, so
+that crests are narrow and troughs flat. The phase psi and the height a wander smoothly by key, which
+bends the crests and lets groups of ripples grow and fade.
+"""
+
+from dataclasses import dataclass
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import Field, model_validator
+
+from insonify.noun import Metres, Noun, Radians
+from insonify.scene.terrain.octaves import Octaves, single
+from insonify.scene.terrain.relief import Relief, Survey
+from insonify.scene.terrain.split import Split
+from insonify.validity import warn_outside
+
+Floats = NDArray[np.float64]
+
+
+class Ripples(Noun):
+    """A field of ripples of one direction and wavelength.
+
+    The shape is a model of the look of wave-made ripples, not of their growth: crests bend, but do not
+    fork. Heights of 0.1 to 0.2 wavelengths are typical of sand.
+    """
+
+    kind: Literal["ripples"] = "ripples"
+    wavelength: Annotated[Metres, Field(gt=0)] = 1.0
+    """From crest to crest [m]."""
+    height: Annotated[Metres, Field(ge=0)] = 0.05
+    """From trough to crest, root mean square over the field [m]."""
+    direction: Radians = 0.0
+    """Compass direction in which crest follows crest, across the crests; its opposite is the same field [rad]."""
+    sharpness: Annotated[float, Field(ge=0, le=0.25)] = 0.15
+    """Second harmonic over the first [1]: 0 a sine, 1/4 the flattest trough that is still one trough."""
+    irregularity: Annotated[float, Field(ge=0, le=0.5)] = 0.15
+    """Wander of the crests, rms in wavelengths, and of the height, rms as a fraction of it [1]."""
+    group: Annotated[float, Field(ge=2, le=1000)] = 6.0
+    """Size of a group of like ripples, in wavelengths [1]."""
+
+    @model_validator(mode="after")
+    def _stand(self) -> Self:
+        warn_outside("Sand ripples", "height over wavelength", self.height / self.wavelength, 0.0, 0.25, "")
+        return self
+
+    @property
+    def wavenumber(self) -> float:
+        """Of the first harmonic [rad/m]; the second goes where the first goes."""
+        return 2 * np.pi / self.wavelength
+
+    @property
+    def variance(self) -> float:
+        """Mean square of the ground [m^2]."""
+        return (self.height / 2) ** 2 * (1 + self.sharpness**2) / 2
+
+    def grow(self, *, seed: int, layer: int, split: Split, heading: float = 0.0) -> "RippleField | None":
+        """The ripples as ground; None where the split leaves them to the scattering law.
+
+        Args:
+            seed: Of the scene [1].
+            layer: Number of this relief in the scene; it uses this and the next [1].
+            split: Where the ground ends.
+            heading: Compass heading of the frame in which the field will be asked [rad].
+        """
+        if self.wavenumber >= split.wavenumber:
+            return None
+        pitch = self.group * self.wavelength / 2
+        bend, grow = (single(pitch, seed=seed, layer=layer + n) for n in (0, 1))
+        return RippleField(self, self.direction - heading, bend, grow)
+
+
+@dataclass(frozen=True, slots=True)
+class RippleField(Relief):
+    """Ripples that can be walked on."""
+
+    ripples: Ripples
+    """What they look like."""
+    bearing: float
+    """Direction across the crests from the frame's first axis [rad]."""
+    bend: Octaves
+    """Wander of the crests, unit variance."""
+    growth: Octaves
+    """Wander of the height, unit variance."""
+
+    def survey(self, north: ArrayLike, east: ArrayLike) -> Survey:
+        """Height and gradient, see `Relief.survey`; the gradient includes the wander."""
+        r = self.ripples
+        north, east = np.broadcast_arrays(np.asarray(north, float), np.asarray(east, float))
+        across = np.array([np.cos(self.bearing), np.sin(self.bearing)])
+        bend, growth = self.bend.survey(north, east), self.growth.survey(north, east)
+        # cycles first: the phase far from the origin keeps its digits
+        cycles = (across[0] * north + across[1] * east) / r.wavelength + r.irregularity * bend.height
+        turn = across / r.wavelength + r.irregularity * bend.slope
+        psi = 2 * np.pi * (cycles - np.floor(cycles))
+        profile = np.cos(psi) + r.sharpness * np.cos(2 * psi)
+        steep = -2 * np.pi * (np.sin(psi) + 2 * r.sharpness * np.sin(2 * psi))
+        scale = r.height / 2 / np.sqrt(1 + r.irregularity**2)
+        tall = 1 + r.irregularity * growth.height
+        slope = (tall * steep)[..., None] * turn + (r.irregularity * profile)[..., None] * growth.slope
+        return Survey(scale * tall * profile, scale * slope)

@@ -1,0 +1,173 @@
+"""Which sediment lies where: a base, or patches of several, with regions and strips laid on top."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import AfterValidator, Field, model_validator
+from scipy.special import ndtri
+
+from insonify.noun import Metres, Noun, located
+from insonify.scattering.sediments import Sediment
+from insonify.scene.lattice import Lattice
+from insonify.scene.terrain.octaves import Octaves, single
+
+Floats = NDArray[np.float64]
+Place = tuple[Metres, Metres]
+SedimentName = Annotated[str, AfterValidator(lambda name: Sediment.named(name).name)]
+"""A name that `Sediment.named` knows; others are refused with the nearest ones."""
+_LAYER = 1 << 20  # above every layer of relief
+
+
+class Patches(Noun):
+    """Sediments that grade into one another, in the order given: each borders on the next only."""
+
+    kind: Literal["patches"] = "patches"
+    sediments: Annotated[tuple[SedimentName, ...], Field(min_length=2)]
+    """Names, as many as fractions, none twice."""
+    fractions: tuple[Annotated[float, Field(gt=0)], ...]
+    """Shares of the area; they are scaled to a sum of 1 [1]."""
+    size: Annotated[Metres, Field(gt=0)] = 20.0
+    """Typical size of a patch [m]."""
+
+    @model_validator(mode="after")
+    def _a_share_for_each(self) -> Self:
+        if len(self.fractions) != len(self.sediments):
+            raise located(
+                "fractions",
+                f"{len(self.fractions)} fractions",
+                f"for {len(self.sediments)} sediments. Give one for each.",
+            )
+        if len(set(self.sediments)) != len(self.sediments):
+            raise located("sediments", ", ".join(self.sediments), "has a name twice. Add up its fractions.")
+        return self
+
+
+class Region(Noun):
+    """A polygon of one sediment."""
+
+    kind: Literal["region"] = "region"
+    sediment: SedimentName
+    """Its name."""
+    corners: Annotated[tuple[Place, ...], Field(min_length=3)]
+    """North and east of the corners, in order; the last is joined to the first [m]."""
+
+    def covers(self, north: Floats, east: Floats) -> NDArray[np.bool_]:
+        """Whether points [m] lie in the polygon, by the parity of its edges to the north of them."""
+        inside = np.zeros(north.shape, bool)
+        corners = np.array(self.corners)
+        for (n0, e0), (n1, e1) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+            if e0 == e1:
+                continue
+            crossing = n0 + (east - e0) * ((n1 - n0) / (e1 - e0))
+            # half open: a corner shared by two edges counts once
+            inside ^= ((e0 <= east) != (e1 <= east)) & (north < crossing)
+        return inside
+
+
+class Strip(Noun):
+    """A straight band of one sediment, such as a channel or a trawl mark."""
+
+    kind: Literal["strip"] = "strip"
+    sediment: SedimentName
+    """Its name."""
+    start: Place
+    """North and east of one end of its middle line [m]."""
+    end: Place
+    """North and east of the other [m]."""
+    width: Annotated[Metres, Field(gt=0)]
+    """Width across [m]."""
+
+    @model_validator(mode="after")
+    def _has_a_length(self) -> Self:
+        if self.start == self.end:
+            raise located("end", str(self.end), "is where the strip starts. Give another place.")
+        return self
+
+    def covers(self, north: Floats, east: Floats) -> NDArray[np.bool_]:
+        """Whether points [m] lie in the band."""
+        n, e = self.end[0] - self.start[0], self.end[1] - self.start[1]
+        along = ((north - self.start[0]) * n + (east - self.start[1]) * e) / (n * n + e * e)
+        across = ((east - self.start[1]) * n - (north - self.start[0]) * e) / np.hypot(n, e)
+        return np.asarray((along >= 0) & (along <= 1) & (np.abs(across) <= self.width / 2))
+
+
+class SedimentMap(Noun):
+    """Several sediments over one seabed."""
+
+    base: SedimentName | Patches = "medium sand"
+    """What lies everywhere that nothing else is laid on."""
+    on_top: tuple[Annotated[Region | Strip, Field(discriminator="kind")], ...] = ()
+    """Laid on the base in this order: the last one is seen."""
+
+    @property
+    def sediments(self) -> tuple[str, ...]:
+        """All sediments of the map by name, each once."""
+        base = (self.base,) if isinstance(self.base, str) else self.base.sediments
+        return tuple(dict.fromkeys([*base, *(piece.sediment for piece in self.on_top)]))
+
+    def lay(self, *, seed: int, lattice: Lattice | None = None) -> "SedimentCover":
+        """The map as ground that can be asked.
+
+        Args:
+            seed: Seed of the scene [1].
+            lattice: Frame in which patches are drawn; the world's if None.
+        """
+        fields: Sequence[Octaves] = ()
+        if isinstance(self.base, Patches):
+            fields = tuple(
+                single(self.base.size / step, seed=seed, layer=_LAYER + row) for row, step in enumerate(_STEPS)
+            )
+        return SedimentCover(self, lattice or Lattice(), tuple(fields))
+
+
+_STEPS = (2.0, 4.4, 9.3)
+"""Patch size over pitch for the three octaves of a patch's outline: the finer ones fray it."""
+_SHARES = (0.8, 0.16, 0.04)
+"""Their shares of the variance."""
+
+
+@dataclass(frozen=True, slots=True)
+class SedimentCover:
+    """Which sediment lies at a place."""
+
+    map: SedimentMap
+    """What was asked for."""
+    lattice: Lattice
+    """Frame of the patches."""
+    fields: tuple[Octaves, ...]
+    """Noise whose level decides between the sediments of patches."""
+
+    @property
+    def sediments(self) -> tuple[Sediment, ...]:
+        """The sediments that `lookup` counts."""
+        return tuple(Sediment.named(name) for name in self.map.sediments)
+
+    def lookup(self, north: ArrayLike, east: ArrayLike) -> NDArray[np.intp]:
+        """Row of `sediments` of the sediment at some points.
+
+        Args:
+            north: Place [m], any shape.
+            east: Place [m], broadcast.
+
+        Returns:
+            Row numbers, broadcast shape; the same for the same place, whatever else is asked.
+        """
+        n, e = np.broadcast_arrays(np.asarray(north, float), np.asarray(east, float))
+        rows = np.zeros(n.shape, np.intp)
+        if isinstance(self.map.base, Patches):
+            bed = self._patches(self.map.base, n, e)
+            rows = np.array([self.map.sediments.index(name) for name in self.map.base.sediments])[bed]
+        for piece in self.map.on_top:
+            rows = np.where(piece.covers(n, e), self.map.sediments.index(piece.sediment), rows)
+        return rows
+
+    def _patches(self, patches: Patches, north: Floats, east: Floats) -> NDArray[np.intp]:
+        own = self.lattice.from_world(np.stack([north, east], axis=-1))
+        level = np.zeros(north.shape)
+        for share, field in zip(_SHARES, self.fields, strict=True):
+            level += np.sqrt(share) * field.height(own[..., 0], own[..., 1])
+        shares = np.cumsum(patches.fractions) / np.sum(patches.fractions)
+        return np.searchsorted(ndtri(shares[:-1]), level)

@@ -1,0 +1,167 @@
+"""Claims about the sea as a broken mirror: energy, reciprocity, the report's limit, geometry of delays."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from scipy.optimize import minimize
+
+from insonify.scattering.bubbles import Bubbles
+from insonify.scattering.facet_geometry import across_and_along
+from insonify.scattering.surface_coherence import (
+    coherent_reflection,
+    doppler_spread,
+    mean_extra_delay,
+    rayleigh_parameter,
+)
+from insonify.scattering.surface_facets import SurfaceFacets, apl_slope_variance, cox_munk_slopes
+from insonify.scattering.surface_scattering import SurfaceScattering
+from insonify.validity import PhysicsWarning
+
+angles, azimuths = st.floats(0.01, np.pi / 2), st.floats(-np.pi, np.pi)
+slopes = st.floats(0.005, 0.1)
+
+
+def _unit(grazing, azimuth):
+    """Away from the surface, downwards, at an azimuth: (along, aside, down)."""
+    return np.stack((np.cos(grazing) * np.cos(azimuth), np.cos(grazing) * np.sin(azimuth), np.sin(grazing)))
+
+
+@given(angles, angles, azimuths)
+def test_the_change_of_direction_is_that_of_the_vectors(a, b, azimuth):
+    """Half the difference of the two unit vectors, in the plane and along the normal."""
+    came, leaves = _unit(a, 0.0) * (1, 1, -1), _unit(b, azimuth)
+    across, along = across_and_along(a, b, azimuth)
+    half = (leaves - came) / 2
+    assert across == pytest.approx(math.hypot(half[0], half[1]), abs=1e-12)
+    assert along == pytest.approx(half[2], abs=1e-12)
+
+
+@given(slopes, slopes, angles, angles, azimuths, azimuths)
+def test_reciprocity(along, across, a, b, azimuth, heading):
+    """Swapping source and receiver changes nothing, in a sea with a direction too."""
+    law = SurfaceFacets(along, across)
+    there = law.cross_section(a, b, azimuth, heading)
+    # The other way round, sound arrives from where it left to.
+    back = law.cross_section(b, a, -azimuth, heading + azimuth + np.pi)
+    assume(there > 1e-250)
+    assert back == pytest.approx(there, rel=1e-10)
+
+
+@given(slopes, angles)
+def test_straight_back_is_the_facet_term_of_the_report(mean_square, grazing):
+    """TR 9407: sigma = sec^4(gamma) exp(-tan^2(gamma) / s^2) / (4 pi s^2), gamma from the vertical."""
+    law, gamma = SurfaceFacets.isotropic(mean_square), np.pi / 2 - grazing
+    printed = (
+        np.exp(-np.minimum(np.tan(gamma) ** 2 / mean_square, 700)) / np.cos(gamma) ** 4 / (4 * np.pi * mean_square)
+    )
+    assume(printed > 1e-250)
+    assert law.cross_section(grazing, grazing, np.pi) == pytest.approx(printed, rel=1e-7)
+
+
+@pytest.mark.parametrize("variances", [(0.01, 0.01), (0.02, 0.01)])
+@pytest.mark.parametrize("heading", [0.0, 1.0])
+@pytest.mark.parametrize("grazing_deg", [90, 60, 45])
+def test_a_mirror_sea_returns_what_it_got(variances, heading, grazing_deg):
+    """White furnace: seen steeply, facets of any slopes send out all the sound they receive."""
+    nodes, weights = np.polynomial.legendre.leggauss(240)
+    out, azimuth = (nodes + 1) * np.pi / 4, (np.arange(360) + 0.5) * np.pi / 180
+    came = np.radians(grazing_deg)
+    sigma = SurfaceFacets(*variances).cross_section(came, out[:, None], azimuth, heading)
+    total = np.sum(sigma * (weights * np.pi / 4 * np.cos(out))[:, None]) * np.pi / 180
+    assert total == pytest.approx(np.sin(came), rel=2e-3)
+
+
+@given(st.floats(0.05, 1.5), angles, angles, azimuths)
+def test_a_sea_without_direction_does_not_care_whence_the_wind(grazing, a, b, azimuth):
+    """With equal variances the heading does not count."""
+    law = SurfaceFacets.isotropic(0.03)
+    assert law.cross_section(a, b, azimuth, 2.0) == pytest.approx(law.cross_section(a, b, azimuth), rel=1e-9)
+
+
+def test_a_windy_sea_glints_along_the_wind():
+    """Slopes along the wind throw sound further along the wind than across it."""
+    law = SurfaceFacets(0.03, 0.01)
+    down, aside = law.cross_section(np.radians(70), np.radians(70), np.pi, np.array([0.0, np.pi / 2]))
+    tilt = np.tan(np.radians(20)) ** 2 / 2
+    assert down / aside == pytest.approx(np.exp(tilt / 0.01 - tilt / 0.03))
+
+
+def test_slope_variance_has_no_step_at_one_metre_per_second():
+    """TR 9407: 0.0046 ln 2.1 is the 0.0034 of calmer seas, to its last digit (0.034 is a misprint)."""
+    assert apl_slope_variance(0.99) == 0.0034
+    assert apl_slope_variance(1.0) == pytest.approx(0.0034, abs=5e-5)
+    assert apl_slope_variance(10.0) == pytest.approx(4.6e-3 * np.log(210))
+
+
+def test_glitter_slopes_add_up_to_the_published_total():
+    """Cox & Munk (1954): 0.003 + 0.00512 U clean (within their sum's 0.4 %), 0.008 + 0.00156 U with a slick."""
+    assert sum(cox_munk_slopes(8.0)) == pytest.approx(0.003 + 5.12e-3 * 8, rel=0.02)
+    assert sum(cox_munk_slopes(8.0, slick=True)) == pytest.approx(0.008 + 1.56e-3 * 8)
+    assert cox_munk_slopes(8.0)[0] > cox_munk_slopes(8.0)[1]
+    with pytest.warns(PhysicsWarning, match="Cox & Munk.*1 to 14 m/s"):
+        cox_munk_slopes(18.0)
+
+
+def test_the_whole_surface_is_its_parts():
+    """Facets dimmed on each way, plus bubbles; reciprocal together."""
+    law = SurfaceScattering.at_wind(8.0, 40e3)
+    a, b, azimuth = np.radians([30, 70, 85]), np.radians([50, 60, 85]), np.array([0.1, 2.0, np.pi])
+    facets, veil = SurfaceFacets.isotropic(apl_slope_variance(8.0)), Bubbles(8.0, 40e3)
+    parts = facets.cross_section(a, b, azimuth) * veil.transmission(a) * veil.transmission(b)
+    np.testing.assert_allclose(law.cross_section(a, b, azimuth), parts + veil.cross_section(a, b, azimuth))
+    np.testing.assert_allclose(law.cross_section(a, b, azimuth), law.cross_section(b, a, azimuth), rtol=1e-10)
+
+
+@pytest.mark.parametrize("wrong", [0.0, -0.01, float("nan")])
+def test_a_sea_without_slope_is_refused(wrong):
+    """A flat sea has no facets: it mirrors."""
+    with pytest.raises(ValueError, match=r"SurfaceFacets\.along"):
+        SurfaceFacets(wrong, 0.01)
+    with pytest.raises(ValueError, match="wind speed"):
+        cox_munk_slopes(-1.0)
+
+
+def test_nothing_comes_from_behind_the_surface():
+    """A direction above the surface hears nothing, and grazing sound makes no NaN."""
+    assert np.all(SurfaceFacets.isotropic(0.02).cross_section([-0.1, 0.3, 0.0], [0.3, -0.1, 0.0], 0.0) == 0)
+
+
+def test_the_mean_over_gaussian_heights_is_the_coherent_part():
+    """E[-exp(j P x)] over Gaussian x, by Gauss-Hermite (60 nodes), is the coefficient; flat seas mirror at -1."""
+    x, w = np.polynomial.hermite_e.hermegauss(60)
+    parameter = rayleigh_parameter(30e3, 0.01, 0.5)
+    assert parameter == pytest.approx(2 * (2 * np.pi * 20) * 0.01 * np.sin(0.5))
+    mean = -np.sum(w * np.exp(1j * parameter * x)) / np.sum(w)
+    assert coherent_reflection(30e3, 0.01, 0.5) == pytest.approx(mean.real, abs=1e-12)
+    assert coherent_reflection(100e3, 0.0, 0.5) == -1
+    assert coherent_reflection(100e3, 1.0, 1.5) == pytest.approx(0, abs=1e-12)
+
+
+@pytest.mark.parametrize(("grazing_deg", "r1", "r2"), [(30, 80.0, 200.0), (80, 50.0, 50.0), (10, 300.0, 100.0)])
+def test_a_tilted_facet_lies_on_a_longer_path(grazing_deg, r1, r2):
+    """By ray geometry: the mean over two slopes of the detour to the place where each slope is a mirror."""
+    grazing, slope = np.radians(grazing_deg), 1e-3
+    source = np.array([-np.cos(grazing), 0, np.sin(grazing)]) * r1
+    receiver = np.array([np.cos(grazing), 0, np.sin(grazing)]) * r2
+
+    def missed(place, wanted):
+        here = np.array([place[0], place[1], 0.0])
+        middle = (source - here) / np.linalg.norm(source - here) + (receiver - here) / np.linalg.norm(receiver - here)
+        return np.sum((middle[:2] / middle[2] - wanted) ** 2) * 1e8
+
+    detours = []
+    for wanted in ((slope, 0.0), (0.0, slope)):
+        spot = minimize(missed, np.zeros(2), args=(np.array(wanted),), method="Nelder-Mead", options={"xatol": 1e-9})
+        here = np.array([*spot.x, 0.0])
+        detours.append(np.linalg.norm(source - here) + np.linalg.norm(receiver - here) - r1 - r2)
+    # Equal variances in both directions: s^2 / 2 each, and the detour goes as the slope squared.
+    mean = sum(detours) / 2 * (0.02 / slope**2) / 1500
+    assert mean_extra_delay(0.02, grazing, r1, r2) == pytest.approx(mean, rel=0.02)
+
+
+def test_a_rising_mirror_shifts_the_tone():
+    """A surface that moves by w along the vertical shortens each way by w sin(grazing) per second."""
+    assert doppler_spread(100e3, 0.5, np.pi / 6) == pytest.approx(2 * 100e3 * 0.5 * 0.5 / 1500)
