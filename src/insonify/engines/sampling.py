@@ -116,7 +116,9 @@ def tiles_in_view(
     return _joined(found)
 
 
-def _beam_bound(tiles, stance, lattice, boundary_depth, water_depth, families):  # type: ignore[no-untyped-def]
+def _beam_bound(
+    tiles: Tiles, stance: Stance, lattice: Lattice, boundary_depth: float, water_depth: float, families: tuple[str, ...]
+) -> Floats:
     """Upper bound of the two-way gain anywhere in each tile, by any pair of families, shape (n,)."""
     if tiles.level.size == 0:
         return np.zeros(0)

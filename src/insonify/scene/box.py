@@ -10,6 +10,7 @@ from insonify import streams
 from insonify.scene.scatterers import Scatterers, target_place
 from insonify.scene.target import Box
 
+Floats = NDArray[np.float64]
 FACES = ("fore", "aft", "starboard", "port", "top")
 
 
@@ -101,9 +102,11 @@ def box_section(
     return section.take(seen)
 
 
-def _face(face, centre, out, first, second, pitch, seed, label):  # type: ignore[no-untyped-def]
+def _face(
+    face: int, centre: Floats, out: Floats, first: Floats, second: Floats, pitch: float, seed: int, label: str
+) -> tuple[Floats, Floats, Floats, NDArray[np.complex128], NDArray[np.uint64]]:
     """Jittered cells of one face spanned by two edge vectors about centre + out."""
-    spans = [np.linalg.norm(first), np.linalg.norm(second)]
+    spans = [float(np.linalg.norm(first)), float(np.linalg.norm(second))]
     count = [int(np.ceil(span / max(pitch, span / 4095))) for span in spans]
     i, j = (index.ravel() for index in np.indices(count))
     name = zlib.crc32(label.encode())

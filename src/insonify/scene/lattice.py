@@ -14,6 +14,9 @@ from numpy.typing import NDArray
 from insonify import streams
 from insonify.noun import Metres, Noun, Radians
 
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
 BASE_PITCH = 0.01
 """Side of a cell at level 0 [m]."""
 TILE = 32
@@ -103,7 +106,10 @@ def draw(tiles: Tiles, seed: int, stream: int) -> Draw:
 
 
 @njit(cache=True, nogil=True)
-def _draw(level, tile_along, tile_across, stream, k0, k1, along, across, area, phase, place):  # type: ignore[no-untyped-def]
+def _draw(
+    level: Integers, tile_along: Integers, tile_across: Integers, stream: int, k0: int, k1: int, along: Floats,
+    across: Floats, area: Floats, phase: NDArray[np.complex128], place: NDArray[np.uint64],
+) -> None:  # fmt: skip
     """Fill the columns of `Draw`, tile by tile, cell by cell."""
     n = 0
     for t in range(level.size):
