@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from oracles.water import Block, cut, deepest, fold
 
 from insonify.propagation.families import families
 from insonify.propagation.images import image_legs
@@ -11,6 +10,7 @@ from insonify.scattering.point import PointEcho
 from insonify.scene.box import box_scatterers
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
+from oracles.water import Block, cut, deepest, fold
 
 SONAR = np.array([0.0, 0.0, 11.0])
 
@@ -29,8 +29,10 @@ def world(box, depth=20.0):
 
 @pytest.mark.parametrize("seed", range(8))
 def test_a_leg_is_cut_where_a_walk_along_it_enters_the_box(seed):
-    """Random sonars, points, boxes with headings (standing and floating), orders to 4: walking the folded path in
-    steps. Walks that come closer to a face than one step decide nothing, and are fewer than one in ten.
+    """Random sonars, points, boxes with headings (standing and floating), orders to 4.
+
+    Walking the folded path in steps. Walks that come closer to a face than one step decide nothing, and are fewer
+    than one in ten.
     """
     random = np.random.default_rng(seed)
     depth, size = random.uniform(5, 12), random.uniform(1.5, 4, 3)
@@ -92,7 +94,8 @@ def test_the_ground_under_a_box_is_hidden_from_every_family():
     scene = world({"position": (0, 150.5), "size": (2, 1, 1), "heading": 0.4})
     along, across = np.meshgrid(np.linspace(-0.95, 0.95, 9), np.linspace(-0.45, 0.45, 9))
     c, s = np.cos(0.4), np.sin(0.4)
-    place = np.column_stack([(c * along - s * across).ravel(), (150.5 + s * along + c * across).ravel(), np.full(81, 20)])
+    north, east = c * along - s * across, 150.5 + s * along + c * across
+    place = np.column_stack([north.ravel(), east.ravel(), np.full(81, 20)])
     legs = image_legs(scene, SONAR, points(place, "seabed"), families(4), 100e3)
     assert np.all(legs.status == Status.OCCLUDED)
     assert np.all(legs.visibility == 0)
@@ -100,6 +103,7 @@ def test_the_ground_under_a_box_is_hidden_from_every_family():
 
 def test_a_box_shows_the_faces_that_look_at_the_sonar_and_hides_none_of_them():
     """Nominal box, direct: the near face whole and nothing of the far face; the top is seen, being below the sonar.
+
     By surface-bottom bounces of a floating box, the top is seen from above only by paths that come from above.
     """
     scene = world({"position": (0, 150.5), "size": (2, 1, 1)})

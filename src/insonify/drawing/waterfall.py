@@ -20,7 +20,7 @@ def waterfall(sound: Heard) -> Figure:
     """
     channels = sound.level.shape[1]
     figure = style.sheet(10, 1.0 + 4.2 * channels)
-    rows = np.atleast_1d(figure.subplots(channels, 1))
+    rows = figure.subplots(channels, 1, squeeze=False)[:, 0]
     level = sound.strength()
     span = colour_span(level)
     for channel, axes in enumerate(rows):

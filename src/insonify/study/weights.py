@@ -1,4 +1,4 @@
-"""What each arrival weighs in a recording: its amplitude through both beams, at the source's level, with its carrier."""
+"""What each arrival weighs in a recording: its amplitude at the source's level, through both beams, on its carrier."""
 
 import numpy as np
 from numpy.typing import NDArray

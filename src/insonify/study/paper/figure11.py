@@ -130,8 +130,8 @@ def _panels(figure: Figure) -> None:
     heard = simulate(scenario)
     pressure = heard["pressure"].values[0, 0] / 1e3
     time = heard["time"].values * 1e3
-    series.plot(time, pressure.real, color=style.INK, linewidth=0.4)
-    series.plot(time, np.abs(pressure), color=style.CAUSES["target"], linewidth=0.9)
+    series.plot(time, pressure.real, color=style.QUIET, linewidth=0.4)
+    series.plot(time, np.abs(pressure), color=style.INK, linewidth=0.9)
     series.set_title("c  coherent series: in-phase part and envelope")
     series.set_xlabel("time after the start of transmission [ms]")
     series.set_ylabel("rms pressure [mPa]")
