@@ -138,3 +138,29 @@ def test_another_box_stands_in_the_way():
     near = behind.normal[:, 1] < -0.5
     assert np.all(legs.status[0][near] == Status.OCCLUDED)
     assert np.all(legs.occluder[0][near] == 1)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_box_hides_its_own_faces_from_paths_that_went_through_it_before(seed):
+    """A floating box seen from close by: a path may pierce it on the way up and come down on its top.
+
+    Every point of every face that looks at its path, to order 4, against clipping each segment of the walk.
+    """
+    random = np.random.default_rng(seed)
+    size, base = random.uniform(1, 3, 3), random.uniform(5, 7)
+    heading = random.uniform(0, 2 * np.pi)
+    scene = world({"position": (0, 5), "size": tuple(size), "heading": heading, "base_depth": base}, 10.0)
+    block = Block((0, 5), heading, tuple(size[:2] / 2), base - size[2], base)
+    sonar = np.array([random.uniform(-1, 1), 0.0, random.uniform(1, 9)])
+    whole = box_scatterers(scene.boxes[0], 10.0, seed, 0.5, 0)
+    legs = image_legs(scene, sonar, whole, families(4), 100e3)
+    hidden = 0
+    for row, family in enumerate(legs.families):
+        for n, place in enumerate(whole.position):
+            path = fold(sonar, place, family, 10.0)
+            if path.arrival @ whole.normal[n] >= 0:
+                assert legs.status[row, n] == Status.FACING_AWAY
+            else:
+                assert (legs.status[row, n] == Status.OCCLUDED) == cut(path, block)
+                hidden += legs.status[row, n] == Status.OCCLUDED
+    assert hidden > 0

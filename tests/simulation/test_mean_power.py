@@ -66,9 +66,9 @@ def test_the_mean_coherent_power_of_a_flat_bed_is_the_sonar_equation(ensemble):
 
 
 def test_a_flat_bed_speckles_as_rayleigh_said(ensemble):
-    """Scintillation index 2.00 +- 0.1 (24 beds of 1200 cells.
+    """Scintillation index 2.00 +- 0.1; phase uniform, I and Q unrelated.
 
-    0.026 standard error), phase uniform, I and Q unrelated.
+    24 beds of 1200 cells: 0.026 standard error of the index.
     """
     power = np.abs(ensemble) ** 2
     assert np.mean(power**2) / np.mean(power) ** 2 == pytest.approx(2.0, abs=0.1)

@@ -21,7 +21,7 @@ RINGING = 400.0
 """Time kept on each side of the pulse for the filter to ring down [1 / band]; the ringing falls as time^-3."""
 TAIL_ENERGY = 1e-6
 """Share of the energy left outside start..stop [1]."""
-FAINT_ENERGY = 1e-9
+FAINT_ENERGY = 1e-10
 """Share of the energy left outside faint_start..faint_stop [1]: where a window is cut out of a longer recording."""
 
 
