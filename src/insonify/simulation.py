@@ -46,6 +46,10 @@ CITATIONS = (
 class Reading(Protocol):
     """How arrivals are heard: what it keeps while listening, and what it makes of it."""
 
+    @property
+    def even(self) -> bool:
+        """Whether it wants points laid out evenly, or drawn scatterers."""
+
     def silence(self) -> Any:
         """Nothing heard yet."""
 
@@ -162,7 +166,7 @@ def listen(
 
 def hear(listening: Listening, reading: Reading, here: Stance, pool: ThreadPoolExecutor) -> Any:
     """One ping, heard by one reading: blocks are shared into a fixed number of parts, added in a fixed order."""
-    blocks = listening.engine.blocks(here)
+    blocks = listening.engine.blocks(here, even=reading.even)
 
     def part(mine: list[Block]) -> Any:
         heard = reading.silence()
@@ -188,7 +192,7 @@ def arrivals(scenario: Scenario, ping: int = 0, *, window: tuple[float, float] |
     shaken = perturbation(scenario.seed, ping, scenario.paths)
     found: list[Arrivals] = []
     group = 0
-    for pairs in listening.engine.all_pairs(here):
+    for pairs in listening.engine.all_pairs(here, even=scenario.field == "incoherent"):
         factors = {} if shaken.still else {
             names: shaken.factor(pairs.scatterers.place, *names) for names in pairs.names()
         }  # fmt: skip

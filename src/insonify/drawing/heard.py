@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from insonify.processing.level import recorded_level
 from insonify.scenario.load import parse
 from insonify.scenario.scenario import Scenario
+from insonify.units import level_db
 
 Floats = NDArray[np.float64]
 
@@ -47,7 +48,7 @@ class Heard:
             return self.level
         slant = np.maximum(self.time * self.sound_speed / 2, 1.0)
         absorption = float(self.scenario.water.absorption(self.scenario.sonar.pulse.frequency))
-        lost = 40 * np.log10(slant) + 2 * absorption * slant
+        lost = level_db(slant**4) + 2 * absorption * slant
         return np.asarray(self.level - self.scenario.sonar.source_level_db + lost)
 
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from insonify.drawing import style
 from insonify.records.arrivals import Arrivals
+from insonify.units import level_db
 
 NEARLY = {"B": "D", "SB": "S"}
 """Close to the bed a last bounce off it changes the delay by less than a pulse: drawn as the family without it."""
@@ -29,7 +30,7 @@ def spikes(arrivals: Arrivals, path: str | Path) -> Path:
     """
     with style.page():
         figure = style.sheet(9, 4.5)
-        level = 20 * np.log10(np.abs(arrivals.amplitude[:, 0]))
+        level = level_db(np.abs(arrivals.amplitude[:, 0]) ** 2)
         spike_array(figure.subplots(), arrivals, level, "level re the source at 1 m [dB]")
         return style.keep(figure, path)
 

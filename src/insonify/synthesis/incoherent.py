@@ -51,6 +51,11 @@ class Incoherent:
     perturbation: Perturbation
     table: PulseTable
 
+    @property
+    def even(self) -> bool:
+        """Whether it wants evenly laid points, for an expectation."""
+        return True
+
     def silence(self) -> Energies:
         """Nothing heard yet."""
         channels = self.stance.channel_count

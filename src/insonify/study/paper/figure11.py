@@ -20,9 +20,9 @@ from insonify.scenario.scenario import Scenario
 from insonify.simulation import arrivals, levels, prepare, simulate
 from insonify.study.paper.nominal import nominal
 from insonify.study.paper.numbers import Number, write
-from insonify.study.spike_power import spike_power
-from insonify.study.weights import weights
+from insonify.synthesis.arrival_weights import arrival_weights
 from insonify.synthesis.noise import noise_intensity
+from insonify.synthesis.spike_power import spike_power
 from insonify.units import level_db
 
 TITLE = "Energy model, spike array and coherent series about the target"
@@ -125,7 +125,7 @@ def _panels(figure: Figure) -> None:
     energy.set_title("a  energy model, by cause")
     scenario = scene()
     paths, here = arrivals(scenario), prepare(scenario).stance(0)
-    spike_array(stems, _sampled(paths), level_db(np.abs(weights(_sampled(paths), here)) ** 2), "level [dB re 1 uPa]")
+    spike_array(stems, _sampled(paths), level_db(np.abs(arrival_weights(_sampled(paths), here)) ** 2), "level [dB re 1 uPa]")
     stems.set_title("b  spike array: one mark for each path, by the families of its two legs")
     heard = simulate(scenario)
     pressure = heard["pressure"].values[0, 0] / 1e3

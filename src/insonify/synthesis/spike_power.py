@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from insonify.records.arrivals import Arrivals
 from insonify.sonar.stance import Stance
-from insonify.study.weights import weights
+from insonify.synthesis.arrival_weights import arrival_weights
 
 AT_ONCE = 200_000
 """Spikes that are laid down together: their pulses fit in memory."""
@@ -28,7 +28,7 @@ def spike_power(arrivals: Arrivals, stance: Stance, time: Floats, channel: int =
     """
     order = np.lexsort((arrivals.delay, arrivals.group))
     group, delay = arrivals.group[order], arrivals.delay[order]
-    weight = weights(arrivals, stance, channel)[order]
+    weight = arrival_weights(arrivals, stance, channel)[order]
     power = np.zeros(len(time))
     _lay_down(power, time, stance, delay, delay, weight * np.conj(weight))
     longest = stance.pulse.stop - stance.pulse.start

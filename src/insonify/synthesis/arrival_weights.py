@@ -23,7 +23,7 @@ def beam_gains(arrivals: Arrivals, stance: Stance, channel: int) -> tuple[Floats
     return sent[0], heard[0]
 
 
-def weights(arrivals: Arrivals, stance: Stance, channel: int = 0) -> NDArray[np.complex128]:
+def arrival_weights(arrivals: Arrivals, stance: Stance, channel: int = 0) -> NDArray[np.complex128]:
     """Complex pressure of each arrival, had the pulse no shape [uPa], shape (n,).
 
     Args:
