@@ -72,11 +72,11 @@ def mean_power(realisations: int = REALISATIONS) -> tuple[Floats, Floats]:
 
 def binned_spikes() -> tuple[Floats, Floats]:
     """Mean power of the spikes, and of the energy model, in bins of 1 ms [uPa^2], each of shape (bins,)."""
-    scenario = scene()
+    scenario = scene(field="incoherent")
     listening = prepare(scenario)
     counted = spike_power(arrivals(scenario), listening.stance(0), listening.grid.time)
     counted += noise_intensity(listening.pulse, scenario.water.noise_level_db)
-    modelled = simulate(scene(field="incoherent"))["intensity"].values[0, 0]
+    modelled = simulate(scenario)["intensity"].values[0, 0]
     size = round(BIN * listening.grid.sample_rate)
     return counted.reshape(-1, size).mean(axis=1), modelled.reshape(-1, size).mean(axis=1)
 
