@@ -28,6 +28,7 @@ demo: $(READY)  ## simulate the nominal scene and draw it
 	@$(BIN)/insonify show demo/nominal.zarr -o demo/nominal.png
 	@echo "recording: $(CURDIR)/demo/nominal.zarr"
 	@echo "picture:   $(CURDIR)/demo/nominal.png"
+	@echo "next:      source $(VENV)/bin/activate; insonify new harbour"
 
 test: $(READY)  ## run every test but the slow statistics (at most 8 minutes on two cores)
 	$(BIN)/python -m pytest

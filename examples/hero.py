@@ -18,7 +18,7 @@ from insonify.drawing.heard import heard
 HERE = Path(__file__).resolve().parent
 STEERS = np.radians(np.arange(-6, 6.01, 0.125))
 WINDOW = (0.185, 0.2345)
-SPAN = (-58.0, -14.0)
+SPAN = (-72.0, -18.0)
 NIGHT, PALE, DIM = "#0C0F12", "#E9E4DA", "#8F8A80"
 CAUSES = {"seabed": "#E8A33D", "target": "#FF5B3A"}
 
@@ -37,13 +37,13 @@ TARGETS = [
 ]
 
 
-def scene(**changes: object) -> Scenario:
-    """The nominal scene with three boxes, many beams and a window about them."""
+def scene(steers: list[float], reflections: int = 2) -> Scenario:
+    """The nominal scene with three boxes, some beams and a window about the boxes."""
     values = load_scenario(HERE / "nominal.yaml").model_dump(mode="json")
     values["targets"] = TARGETS
     values["track"]["window"] = WINDOW
-    values["sonar"]["receive"]["steer"] = STEERS.tolist()
-    values["paths"].update(changes)
+    values["sonar"]["receive"]["steer"] = steers
+    values["paths"]["reflections"] = reflections
     return Scenario.model_validate(values)
 
 
@@ -51,7 +51,7 @@ def images(figure: Figure) -> None:
     """Two fans side by side: direct paths, and up to two reflections on each leg."""
     panels = figure.subplots(1, 2, sharey=True)
     for axes, reflections, title in zip(panels, (0, 2), ("direct paths only", "with surface and bottom"), strict=True):
-        sound = heard(simulate(scene(reflections=reflections)))
+        sound = heard(simulate(scene(STEERS.tolist(), reflections)))
         slant = sound.time * sound.sound_speed / 2
         mesh = sector(axes, slant, sound.steer, np.maximum(sound.strength()[0], SPAN[0]), SPAN, ink=DIM)
         axes.set_title(title, pad=24, fontsize=13)
@@ -63,14 +63,16 @@ def curves(figure: Figure) -> None:
     """The beam on the middle box: one ping, and what each cause contributes on average."""
     axes = figure.subplots()
     beam = int(np.argmin(np.abs(STEERS - np.radians(0.9))))
-    whole = scene()
+    whole = scene([float(STEERS[beam])])
     ping = simulate(whole)
     time = ping["time"].values * 1e3
-    expected = levels(whole, channel=beam)["level_db"].sel(pair="all")
-    axes.plot(time, 20 * np.log10(np.abs(ping["pressure"].values[0, beam])), color=PALE, linewidth=0.7, label="one ping")
+    expected = levels(whole)["level_db"].sel(pair="all")
+    axes.plot(time, 20 * np.log10(np.abs(ping["pressure"].values[0, 0])), color=PALE, linewidth=0.7, label="one ping")
     for cause, colour in CAUSES.items():
         level = expected.sel(cause=cause).values
-        axes.plot(time, np.where(np.isfinite(level), level, np.nan), color=colour, linewidth=2.2, label=f"{cause}, expected")
+        axes.plot(
+            time, np.where(np.isfinite(level), level, np.nan), color=colour, linewidth=2.2, label=f"{cause}, expected"
+        )
     axes.set_xlim(time[0], time[-1])
     axes.set_ylim(42, 125)
     axes.set_xlabel("time after the start of transmission [ms]")
@@ -83,7 +85,7 @@ def main(path: Path) -> None:
     """Draw it."""
     night = {name: NIGHT for name in ("figure.facecolor", "axes.facecolor", "savefig.facecolor")}
     pale = {name: PALE for name in ("text.color", "axes.labelcolor", "xtick.labelcolor", "ytick.labelcolor")}
-    lines = {"axes.edgecolor": DIM, "xtick.color": DIM, "ytick.color": DIM, "grid.color": "#23282D", "savefig.dpi": 100}
+    lines = {"axes.edgecolor": DIM, "xtick.color": DIM, "ytick.color": DIM, "grid.color": "#23282D", "savefig.dpi": 90}
     with style.page(), matplotlib.rc_context({**night, **pale, **lines}):
         figure = style.sheet(12, 9.6)
         above, below = figure.subfigures(2, 1, height_ratios=(2.2, 1))

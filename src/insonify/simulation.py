@@ -20,6 +20,7 @@ from insonify.formats import zarr_store
 from insonify.records.arrivals import Arrivals, expand, joined
 from insonify.records.pairs import Pairs
 from insonify.records.recording import Layout, dataset
+from insonify.scenario.citations import citations
 from insonify.scenario.scenario import Scenario
 from insonify.scenario.write import to_yaml
 from insonify.sonar.heard import HeardPulse, heard_pulse
@@ -35,16 +36,14 @@ from insonify.synthesis.perturbation import perturbation
 
 CHUNKS = 16
 """Parts that a ping's blocks are shared into: fixed, so that sums do not depend on the number of threads."""
-CITATIONS = (
-    "Francois & Garrison (1982), J. Acoust. Soc. Am. 72, 1879: absorption",
-    "Lambert's law; Mackenzie (1961), J. Acoust. Soc. Am. 33, 1498: its strength for the seabed",
-    "Allen & Berkley (1979), J. Acoust. Soc. Am. 65, 943: image sources",
-    "Salmon et al. (2011), Proc. SC11: random numbers by key (Philox)",
-)
 
 
 class Reading(Protocol):
     """How arrivals are heard: what it keeps while listening, and what it makes of it."""
+
+    @property
+    def even(self) -> bool:
+        """Whether it wants points laid out evenly, or drawn scatterers."""
 
     def silence(self) -> Any:
         """Nothing heard yet."""
@@ -105,8 +104,8 @@ def simulate(scenario: Scenario, *, pings: Iterable[int] | None = None, threads:
     Returns:
         `pressure` complex64 [uPa] (coherent) or `intensity` [uPa^2] (incoherent) over (ping, channel, time).
     """
+    chosen = wanted_pings(scenario, pings)
     listening = prepare(scenario)
-    chosen = list(range(scenario.track.pings)) if pings is None else list(pings)
     data = np.array([series for _, series in listen(listening, chosen, threads)])
     return dataset(layout(listening), attributes(scenario), data, np.array(chosen))
 
@@ -128,9 +127,9 @@ def record(
     Returns:
         The path.
     """
+    wanted = wanted_pings(scenario, pings)
     listening = prepare(scenario)
     zarr_store.create(path, layout(listening), attributes(scenario), overwrite=overwrite)
-    wanted = list(range(scenario.track.pings)) if pings is None else list(pings)
     there = zarr_store.done(path)
     missing = [ping for ping in wanted if not there[ping]]
     done = len(wanted) - len(missing)
@@ -162,7 +161,7 @@ def listen(
 
 def hear(listening: Listening, reading: Reading, here: Stance, pool: ThreadPoolExecutor) -> Any:
     """One ping, heard by one reading: blocks are shared into a fixed number of parts, added in a fixed order."""
-    blocks = listening.engine.blocks(here)
+    blocks = listening.engine.blocks(here, even=reading.even)
 
     def part(mine: list[Block]) -> Any:
         heard = reading.silence()
@@ -181,14 +180,18 @@ def arrivals(scenario: Scenario, ping: int = 0, *, window: tuple[float, float] |
         scenario: What is simulated.
         ping: Number of the ping.
         window: Earliest and latest delay wanted [s]; by default all that touch the recording.
+
+    Raises:
+        ValueError: The track has no such ping.
     """
+    wanted_pings(scenario, [ping])
     listening = prepare(scenario)
     here = listening.stance(ping)
     first, last = window or here.heard_delays
     shaken = perturbation(scenario.seed, ping, scenario.paths)
     found: list[Arrivals] = []
     group = 0
-    for pairs in listening.engine.all_pairs(here):
+    for pairs in listening.engine.all_pairs(here, even=scenario.field == "incoherent"):
         factors = {} if shaken.still else {
             names: shaken.factor(pairs.scatterers.place, *names) for names in pairs.names()
         }  # fmt: skip
@@ -209,13 +212,36 @@ def levels(scenario: Scenario, ping: int = 0, *, channel: int = 0, threads: int 
 
     Returns:
         `level_db` over (cause, pair, time) [dB re 1 uPa], see `insonify.synthesis.levels.level_curves`.
+
+    Raises:
+        ValueError: The track has no such ping, or the sonar no such channel.
     """
+    wanted_pings(scenario, [ping])
+    if not 0 <= channel < scenario.sonar.channel_count:
+        raise ValueError(f"channel is {channel}; the sonar has channels 0 to {scenario.sonar.channel_count - 1}")
     listening = prepare(scenario)
     here = listening.stance(ping)
     with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
         intensity = hear(listening, Levels(listening.incoherent(here)), here, pool)
     floor = noise_intensity(listening.pulse, scenario.water.noise_level_db)
-    return level_curves(intensity, floor, listening.grid, channel)
+    curves = level_curves(intensity, floor, listening.grid, channel)
+    return curves.assign_attrs(**attributes(scenario), ping=ping, channel=channel)
+
+
+def wanted_pings(scenario: Scenario, pings: Iterable[int] | None) -> list[int]:
+    """The pings asked for, all by default.
+
+    Raises:
+        ValueError: The track has no such ping.
+    """
+    if not isinstance(scenario, Scenario):
+        raise TypeError(f"a Scenario is wanted, not a {type(scenario).__name__}; load one with insonify.load_scenario")
+    count = scenario.track.pings
+    chosen = list(range(count)) if pings is None else [int(ping) for ping in pings]
+    for ping in chosen:
+        if not 0 <= ping < count:
+            raise ValueError(f"ping is {ping}; the track has pings 0 to {count - 1}")
+    return chosen
 
 
 def layout(listening: Listening) -> Layout:
@@ -239,5 +265,6 @@ def attributes(scenario: Scenario) -> dict[str, Any]:
         "seed": scenario.seed,
         "version": version("insonify"),
         "centre_frequency": scenario.sonar.pulse.frequency,
-        "citations": list(CITATIONS),
+        "centre_frequency_units": "Hz",
+        "citations": citations(scenario),
     }

@@ -178,6 +178,7 @@ def normals(seed: int, stream: int, ping: int, channel: int, count: int, *, star
 
 @njit(cache=True, nogil=True)
 def _fill_uniforms(counters: NDArray[np.int64], k0: int, k1: int, draws: NDArray[np.float64]) -> None:
+    """Four uniform numbers for each row of counters."""
     for n in range(counters.shape[0]):
         words = philox(counters[n, 0], counters[n, 1], counters[n, 2], counters[n, 3], k0, k1)
         for m in range(4):
@@ -186,6 +187,7 @@ def _fill_uniforms(counters: NDArray[np.int64], k0: int, k1: int, draws: NDArray
 
 @njit(cache=True, nogil=True)
 def _fill_normals(ping: int, channel: int, start: int, k0: int, k1: int, samples: NDArray[np.complex128]) -> None:
+    """Samples start, start + 1, ... of one channel of one ping."""
     # One block of four words serves the two samples 2n and 2n + 1; an odd start wastes half a block.
     stop = start + samples.size
     for block in range(start // 2, (stop + 1) // 2):

@@ -56,7 +56,11 @@ MISTAKES = [
     ("[0 m, 0 m, 11 m]", "[0 m, 0 m, -1 m]", "track.position.2: -1 m "),
     ("band: 20 kHz", "band: 200 kHz", "sonar.receiver.band: "),
     ("pings: 1", "pings: 0", "track.pings: "),
-    ("{law: lambert, strength_db: -27}", "{law: lambert, strength_db: .inf}", "seabed.scattering.strength_db: .inf is not a finite number."),
+    (
+        "{law: lambert, strength_db: -27}",
+        "{law: lambert, strength_db: .inf}",
+        "seabed.scattering.strength_db: .inf is not a finite number.",
+    ),
     ("bearing: 90 deg", "bearing: 90", "sonar.mounting.bearing: 90 rad is out of range"),
 ]
 

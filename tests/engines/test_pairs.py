@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from oracles.scenes import nominal, point
-from oracles.water import fold
 
 from insonify.scattering.lambert import Lambert
 from insonify.scattering.reflection import reflection_coefficient
 from insonify.scattering.sediments import Sediment
 from insonify.scene.scatterers import Scatterers
 from insonify.simulation import arrivals, prepare, simulate
+from oracles.scenes import nominal, point
+from oracles.water import fold
 
 SONAR, TARGET = np.array([0.0, 0.0, 11.0]), np.array([0.0, 150.0, 19.5])
 
@@ -37,7 +37,7 @@ def test_a_seabed_point_counts_no_bounce_on_its_own_ground(order, ordered):
     listening = prepare(nominal(paths={"reflections": order}))
     one = Scatterers("seabed", "seabed", Lambert(), np.array([[0, 150.0, 20]]), np.array([[0, 0, -1.0]]), np.ones(1),
                      np.ones(1, complex), np.ones(1, np.uint64))  # fmt: skip
-    pairs = listening.engine.pairs(listening.stance(0), lambda: one)
+    pairs = listening.engine.meet(listening.stance(0), one)
     assert len(pairs.pair) == ordered
     assert np.all(pairs.strength > 0)
 
@@ -53,7 +53,8 @@ def test_each_pair_has_its_own_sign_phase_and_loss(reflection):
 
     def leg(family):
         path = fold(SONAR, TARGET, family, 20.0)
-        bottom = 0.35 if reflection == 0.35 else reflection_coefficient(Sediment.named(reflection), np.arcsin(path.sine))
+        angle = np.arcsin(path.sine)
+        bottom = 0.35 if reflection == 0.35 else reflection_coefficient(Sediment.named(reflection), angle)
         return (-1.0) ** family.count("S") * bottom ** family.count("B") / path.length * 10 ** (-0.0015 * path.length)
 
     for out, back, amplitude in zip(found.family_out, found.family_back, found.amplitude[:, 0], strict=True):

@@ -1,5 +1,6 @@
-"""What a sonar hears, written out in float64: apertures summed point by point, pulses integrated, echoes added by
-frequency. Shares no code with the project.
+"""What a sonar hears, written out in float64.
+
+Apertures summed point by point, pulses integrated, echoes added by frequency. Shares no code with the project.
 """
 
 import numpy as np

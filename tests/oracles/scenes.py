@@ -52,7 +52,7 @@ def hear_blocks(scenario, blocks, ping=0, field="coherent"):
     reading = getattr(listening, field)(here)
     heard = reading.silence()
     for block in blocks:
-        reading.take_in(heard, listening.engine.pairs(here, lambda block=block: block))
+        reading.take_in(heard, listening.engine.meet(here, block))
     return reading.series(heard)
 
 

@@ -1,6 +1,10 @@
-"""The sonar equation for a flat Lambert bed, direct paths and two equal uniform lines, in closed form and quadrature."""
+"""The sonar equation for a flat Lambert bed.
+
+Direct paths and two equal uniform lines, in closed form and quadrature.
+"""
 
 import numpy as np
+
 from oracles.listening import pulse_spectrum
 
 

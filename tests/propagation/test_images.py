@@ -4,8 +4,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from oracles.scenes import nominal
-from oracles.water import fold, letters
 from scipy.optimize import minimize
 
 from insonify.propagation.families import families, families_for, image_depth
@@ -15,6 +13,9 @@ from insonify.scattering.reflection import reflection_coefficient
 from insonify.scattering.sediments import Sediment
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
+from insonify.simulation import prepare
+from oracles.scenes import nominal
+from oracles.water import fold, letters
 
 SPEED, DEPTH, SOURCE, RANGE = 1500.0, 20.0, 11.0, 150.0
 PAPER = {"a": "D", "b": "S", "c": "B", "d": "SB", "e": "BS"}
@@ -144,8 +145,10 @@ def test_a_walked_path_ends_at_the_point(source, point, north, east, depth):
 
 
 def test_each_bounce_pays_its_coefficient_and_each_metre_its_loss():
-    """-1 per surface bounce, R per bottom bounce (0.35, or Rayleigh's for medium sand at the bounce's own angle),
-    1 / L for spreading, 0.03 dB/m for absorption.
+    """-1 per surface bounce.
+
+    R per bottom bounce (0.35, or Rayleigh's for medium sand at the bounce's own angle), 1 / L for spreading, 0.03
+    dB/m for absorption.
     """
     for reflection in (0.35, "medium sand"):
         found = legs((0, 0, SOURCE), (0, RANGE, 19.0), 4, seabed={"depth": DEPTH, "reflection": reflection})
@@ -176,15 +179,13 @@ def test_a_bounce_on_the_scatterers_own_ground_is_part_of_its_scattering():
 
 def test_the_legs_back_are_the_legs_out_of_the_receiver():
     """Reciprocity: with ends apart, legs out and back are each other's when the ends are exchanged."""
-    from insonify.simulation import prepare
-
     ends = {"transmit": {"offset": (0, 0, -2)}, "receive": {"offset": (1, 0, 3)}}
     swapped = {"transmit": ends["receive"], "receive": ends["transmit"]}
     found = []
     for offsets in (ends, swapped):
         listening = prepare(nominal(**offsets))
         here = listening.stance(0)
-        found.append(listening.engine.pairs(here, lambda: points([(1, 150, 19.5), (3, 80, 4)])))
+        found.append(listening.engine.meet(here, points([(1, 150, 19.5), (3, 80, 4)])))
     np.testing.assert_array_equal(found[0].out.delay, found[1].back.delay)
     np.testing.assert_array_equal(found[0].back.departure, found[1].out.departure)
     assert not np.array_equal(found[0].out.delay, found[0].back.delay)

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from oracles.water import Block, cut, deepest, fold
 
 from insonify.propagation.families import families
 from insonify.propagation.images import image_legs
@@ -11,6 +10,7 @@ from insonify.scattering.point import PointEcho
 from insonify.scene.box import box_scatterers
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
+from oracles.water import Block, cut, deepest, fold
 
 SONAR = np.array([0.0, 0.0, 11.0])
 
@@ -29,8 +29,10 @@ def world(box, depth=20.0):
 
 @pytest.mark.parametrize("seed", range(8))
 def test_a_leg_is_cut_where_a_walk_along_it_enters_the_box(seed):
-    """Random sonars, points, boxes with headings (standing and floating), orders to 4: walking the folded path in
-    steps. Walks that come closer to a face than one step decide nothing, and are fewer than one in ten.
+    """Random sonars, points, boxes with headings (standing and floating), orders to 4.
+
+    Walking the folded path in steps. Walks that come closer to a face than one step decide nothing, and are fewer
+    than one in ten.
     """
     random = np.random.default_rng(seed)
     depth, size = random.uniform(5, 12), random.uniform(1.5, 4, 3)
@@ -92,7 +94,8 @@ def test_the_ground_under_a_box_is_hidden_from_every_family():
     scene = world({"position": (0, 150.5), "size": (2, 1, 1), "heading": 0.4})
     along, across = np.meshgrid(np.linspace(-0.95, 0.95, 9), np.linspace(-0.45, 0.45, 9))
     c, s = np.cos(0.4), np.sin(0.4)
-    place = np.column_stack([(c * along - s * across).ravel(), (150.5 + s * along + c * across).ravel(), np.full(81, 20)])
+    north, east = c * along - s * across, 150.5 + s * along + c * across
+    place = np.column_stack([north.ravel(), east.ravel(), np.full(81, 20)])
     legs = image_legs(scene, SONAR, points(place, "seabed"), families(4), 100e3)
     assert np.all(legs.status == Status.OCCLUDED)
     assert np.all(legs.visibility == 0)
@@ -100,6 +103,7 @@ def test_the_ground_under_a_box_is_hidden_from_every_family():
 
 def test_a_box_shows_the_faces_that_look_at_the_sonar_and_hides_none_of_them():
     """Nominal box, direct: the near face whole and nothing of the far face; the top is seen, being below the sonar.
+
     By surface-bottom bounces of a floating box, the top is seen from above only by paths that come from above.
     """
     scene = world({"position": (0, 150.5), "size": (2, 1, 1)})
@@ -134,3 +138,29 @@ def test_another_box_stands_in_the_way():
     near = behind.normal[:, 1] < -0.5
     assert np.all(legs.status[0][near] == Status.OCCLUDED)
     assert np.all(legs.occluder[0][near] == 1)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_box_hides_its_own_faces_from_paths_that_went_through_it_before(seed):
+    """A floating box seen from close by: a path may pierce it on the way up and come down on its top.
+
+    Every point of every face that looks at its path, to order 4, against clipping each segment of the walk.
+    """
+    random = np.random.default_rng(seed)
+    size, base = random.uniform(1, 3, 3), random.uniform(5, 7)
+    heading = random.uniform(0, 2 * np.pi)
+    scene = world({"position": (0, 5), "size": tuple(size), "heading": heading, "base_depth": base}, 10.0)
+    block = Block((0, 5), heading, tuple(size[:2] / 2), base - size[2], base)
+    sonar = np.array([random.uniform(-1, 1), 0.0, random.uniform(1, 9)])
+    whole = box_scatterers(scene.boxes[0], 10.0, seed, 0.5, 0)
+    legs = image_legs(scene, sonar, whole, families(4), 100e3)
+    hidden = 0
+    for row, family in enumerate(legs.families):
+        for n, place in enumerate(whole.position):
+            path = fold(sonar, place, family, 10.0)
+            if path.arrival @ whole.normal[n] >= 0:
+                assert legs.status[row, n] == Status.FACING_AWAY
+            else:
+                assert (legs.status[row, n] == Status.OCCLUDED) == cut(path, block)
+                hidden += legs.status[row, n] == Status.OCCLUDED
+    assert hidden > 0

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from oracles.scenes import each_ping, nominal
 
 from insonify.simulation import levels, simulate
+from oracles.scenes import each_ping, nominal
 
 SHADOW = {"window": (0.2145, 0.2255)}
 

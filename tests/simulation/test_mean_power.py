@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from oracles.scenes import each_ping, nominal
-from oracles.sonar_equation import bed_reverberation, pulse_energy
 from scipy.stats import kstest
 
 from insonify.simulation import prepare, simulate
+from oracles.scenes import each_ping, nominal
+from oracles.sonar_equation import bed_reverberation, pulse_energy
 
 ALPHA = 0.035
 WATER = {"noise_level_db": None, "absorption_db_per_m": ALPHA}
@@ -46,7 +46,10 @@ def ensemble():
 
 
 def test_the_incoherent_reading_of_a_flat_bed_is_the_sonar_equation():
-    """Direct paths, 38 to 178 m: within 0.1 dB over all and 0.2 dB in each sixth; what is left is the draw of places."""
+    """Direct paths, 38 to 178 m.
+
+    Within 0.1 dB over all and 0.2 dB in each sixth; what is left is the draw of places.
+    """
     time = prepare(bed()).grid.time
     ratio = np.mean([intensity(bed(seed)) / closed_form(time) for seed in range(4)], axis=0)
     assert 10 * np.log10(ratio.mean()) == pytest.approx(0, abs=0.1)
@@ -63,7 +66,10 @@ def test_the_mean_coherent_power_of_a_flat_bed_is_the_sonar_equation(ensemble):
 
 
 def test_a_flat_bed_speckles_as_rayleigh_said(ensemble):
-    """Scintillation index 2.00 +- 0.1 (24 beds of 1200 cells: 0.026 standard error), phase uniform, I and Q unrelated."""
+    """Scintillation index 2.00 +- 0.1; phase uniform, I and Q unrelated.
+
+    24 beds of 1200 cells: 0.026 standard error of the index.
+    """
     power = np.abs(ensemble) ** 2
     assert np.mean(power**2) / np.mean(power) ** 2 == pytest.approx(2.0, abs=0.1)
     turns = np.exp(1j * np.angle(ensemble))
@@ -94,15 +100,20 @@ APART = {"transmit": {"offset": (0.0, 0.0, -0.5)}, "receive": {"offset": (0.0, 0
     ],
 )
 def test_the_mean_coherent_power_is_the_incoherent_reading(name, paths, ends):
-    """198 to 235 ms, 48 beds of 240 cells, N = 11 500: 0.04 dB standard error, 0.15 dB allowed; with the
-    enhancement of reciprocal pairs (4 |A|^2), without it, and with ends too far apart for it.
+    """198 to 235 ms, 48 beds of 240 cells, N = 11 500.
+
+    0.04 dB standard error, 0.15 dB allowed; with the enhancement of reciprocal pairs (4 |A|^2), without it, and
+    with ends too far apart for it.
     """
     scenario = nominal(water=WATER, track=LATE, paths=paths, **ends)
     assert difference_db(scenario, 48) == pytest.approx(0, abs=0.15)
 
 
 def test_reciprocal_pairs_are_worth_what_their_interference_says():
-    """{a, b}: 10 log((1 + s^2 + 4 s) / (1 + s^2 + 2 s)) = 1.30 dB with s = 31/9 over a sum of energies, within 0.1 dB."""
+    """{a, b}.
+
+    10 log((1 + s^2 + 4 s) / (1 + s^2 + 2 s)) = 1.30 dB with s = 31/9 over a sum of energies, within 0.1 dB.
+    """
     s = 31 / 9
     expected = 10 * np.log10((1 + s**2 + 4 * s) / (1 + s**2 + 2 * s))
     still, shaken = (
@@ -116,8 +127,9 @@ def test_reciprocal_pairs_are_worth_what_their_interference_says():
 @pytest.mark.validate
 @pytest.mark.parametrize("apart", [0.0, 0.02, 0.05, 0.10, 0.20, 1.0])
 def test_ends_that_move_apart_lose_the_enhancement(apart):
-    """Transmitter and receiver `apart` metres above one another, {a, b}: 300 beds of 240 cells, N = 72 000, 0.016 dB
-    standard error; coherent mean = incoherent reading within 0.08 dB.
+    """Transmitter and receiver `apart` metres above one another, {a, b}.
+
+    300 beds of 240 cells, N = 72 000, 0.016 dB standard error; coherent mean = incoherent reading within 0.08 dB.
     """
     ends = {"transmit": {"offset": (0, 0, -apart / 2)}, "receive": {"offset": (0, 0, apart / 2)}}
     scenario = nominal(water=WATER, track=LATE, paths={"families": ("D", "S")}, **ends)
@@ -126,8 +138,9 @@ def test_ends_that_move_apart_lose_the_enhancement(apart):
 
 @pytest.mark.validate
 def test_the_distribution_of_a_flat_beds_power_is_exponential():
-    """16 beds, one sample in four: 19 000 nearly independent cells. Kolmogorov-Smirnov distance below 0.02, index
-    2.00 +- 0.1 (0.03 standard error).
+    """16 beds, one sample in four: 19 000 nearly independent cells.
+
+    Kolmogorov-Smirnov distance below 0.02, index 2.00 +- 0.1 (0.03 standard error).
     """
     heard = each_ping([bed(seed) for seed in range(100, 116)], pressure)[:, ::4]
     power = np.abs(heard) ** 2 / closed_form(prepare(bed()).grid.time)[::4]

@@ -28,15 +28,22 @@ app.command("explain")(recordings.explain)
 app.command("paper")(figures.paper)
 
 
-@app.callback()
-def _options(
-    version: Annotated[bool, typer.Option("--version", help="Print the version and stop.", is_eager=True)] = False,
-) -> None:
-    if version:
+def _version(wanted: bool) -> None:
+    if wanted:
         from importlib.metadata import version as installed
 
         typer.echo(installed("insonify"))
         raise typer.Exit
+
+
+@app.callback()
+def _options(
+    # Acts while it is read: a command is not asked for any more.
+    version: Annotated[
+        bool, typer.Option("--version", help="Print the version and stop.", callback=_version, is_eager=True)
+    ] = False,
+) -> None:
+    pass
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

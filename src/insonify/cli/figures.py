@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from insonify.cli.words import InputError
+
 
 def paper(
     figure: Annotated[list[int] | None, typer.Option(help="Only this figure; may be repeated.")] = None,
@@ -18,5 +20,9 @@ def paper(
     """
     from insonify.study import paper as study
 
+    strange = [number for number in figure or [] if number not in study.FIGURES]
+    if strange:
+        there = ", ".join(map(str, study.FIGURES))
+        raise InputError(f"--figure {strange[0]}: not a figure that can be drawn; choose from {there}")
     for path in study.run(figure or None, out):
         typer.echo(path)

@@ -71,6 +71,6 @@ def explain(
         raise InputError(f"--ping {ping}: the recording has pings 0 to {pings - 1}")
     if not first <= when <= last:
         raise InputError(f"--time {time}: the recording holds {first * 1e3:g} to {last * 1e3:g} ms")
-    from insonify.study import explain as study
+    from insonify.study.explain import explain as told
 
-    typer.echo(study.explain(dataset, ping=ping, time=when))
+    typer.echo(told(dataset, ping=ping, time=when))

@@ -24,7 +24,7 @@ def ascan(sound: Heard, row: int) -> Figure:
     near = target_window(sound)
     panels = sound.level.shape[1] + (near is not None)
     figure = style.sheet(10, 1.2 + 2.9 * panels)
-    rows = np.atleast_1d(figure.subplots(panels, 1))
+    rows = figure.subplots(panels, 1, squeeze=False)[:, 0]
     for channel, axes in enumerate(rows[: sound.level.shape[1]]):
         trace(axes, sound, row, channel)
         axes.set_title(_title(sound, channel))

@@ -52,6 +52,8 @@ def sector(axes: Axes, slant: Floats, steer: Floats, level: Floats,
     x, y = np.outer(np.sin(angles), edges), np.outer(np.cos(angles), edges)
     mesh = axes.pcolormesh(x, y, shown, cmap=style.COPPER, vmin=span[0], vmax=span[1], rasterized=True)
     axes.set_aspect("equal")
+    axes.use_sticky_edges = False
+    axes.margins(0.04)
     axes.grid(False)
     for side in axes.spines.values():
         side.set_visible(False)
@@ -64,7 +66,7 @@ def sector(axes: Axes, slant: Floats, steer: Floats, level: Floats,
 def _marks(axes: Axes, farthest: float, steer: Floats, ink: str) -> None:
     """Bearings along the outer edge."""
     for angle in np.linspace(steer[0], steer[-1], LABELS):
-        tip = farthest * 1.004
+        tip = farthest * 1.006
         axes.annotate(
             f"{np.degrees(angle):+.3g}°".replace("+0°", "0°"), (tip * np.sin(angle), tip * np.cos(angle)),
             ha="center", va="bottom", rotation=-np.degrees(angle), fontsize=9, color=ink, annotation_clip=False,

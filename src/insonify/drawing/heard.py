@@ -6,18 +6,17 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from insonify.processing.level import recorded_level
 from insonify.scenario.load import parse
 from insonify.scenario.scenario import Scenario
 from insonify.units import level_db
 
 Floats = NDArray[np.float64]
 
-FAINT = 0.02
-"""Part of an image that may be darker than its darkest colour [1]."""
+BELOW, ABOVE = 20.0, 24.0
+"""How far an image reaches below and at least above its median [dB]: background in middling brown, shadows dark."""
 BRIGHT = 0.9985
-"""Part of an image that may not be brighter than its brightest [1]."""
-WIDEST = 45.0
-"""Largest span of an image's colours [dB]."""
+"""Part of an image that may not be brighter than its brightest colour [1]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +48,7 @@ class Heard:
             return self.level
         slant = np.maximum(self.time * self.sound_speed / 2, 1.0)
         absorption = float(self.scenario.water.absorption(self.scenario.sonar.pulse.frequency))
-        lost = 40 * np.log10(slant) + 2 * absorption * slant
+        lost = level_db(slant**4) + 2 * absorption * slant
         return np.asarray(self.level - self.scenario.sonar.source_level_db + lost)
 
 
@@ -59,12 +58,9 @@ def heard(dataset: xr.Dataset) -> Heard:
     Args:
         dataset: As from `simulate` or `open_recording`: `pressure` or `intensity` over (ping, channel, time).
     """
-    name = "pressure" if "pressure" in dataset else "intensity"
-    values = np.asarray(dataset[name].values)
-    power = np.abs(values.astype(complex)) ** 2 if name == "pressure" else values
     text = dataset.attrs.get("scenario")
     return Heard(
-        level=level_db(power),
+        level=np.asarray(recorded_level(dataset).values),
         time=np.asarray(dataset["time"].values, float),
         steer=np.asarray(dataset["steer"].values, float),
         scenario=parse(Scenario, text) if text else None,
@@ -77,6 +73,5 @@ def colour_span(level: Floats) -> tuple[float, float]:
     there = level[np.isfinite(level)]
     if there.size == 0:
         return -1.0, 0.0
-    low, high = np.quantile(there, [FAINT, BRIGHT])
-    top = 5 * np.ceil(high / 5)
-    return float(max(5 * np.floor(low / 5), top - WIDEST)), float(top)
+    middle, high = np.quantile(there, [0.5, BRIGHT])
+    return float(5 * np.floor((middle - BELOW) / 5)), float(5 * np.ceil(max(high, middle + ABOVE) / 5))

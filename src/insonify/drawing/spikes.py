@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from insonify.drawing import style
 from insonify.records.arrivals import Arrivals
+from insonify.units import level_db
 
 NEARLY = {"B": "D", "SB": "S"}
 """Close to the bed a last bounce off it changes the delay by less than a pulse: drawn as the family without it."""
@@ -29,7 +30,7 @@ def spikes(arrivals: Arrivals, path: str | Path) -> Path:
     """
     with style.page():
         figure = style.sheet(9, 4.5)
-        level = 20 * np.log10(np.abs(arrivals.amplitude[:, 0]))
+        level = level_db(np.abs(arrivals.amplitude[:, 0]) ** 2)
         spike_array(figure.subplots(), arrivals, level, "level re the source at 1 m [dB]")
         return style.keep(figure, path)
 
@@ -48,7 +49,7 @@ def spike_array(axes: Axes, arrivals: Arrivals, level: NDArray[np.float64], labe
     dust = (arrivals.owner == "seabed") | (arrivals.owner == "surface")
     delay = arrivals.delay * 1e3
     stems = _tallest(delay, level, ways, np.flatnonzero(~dust))
-    axes.vlines(delay[stems], floor, level[stems], colors=ways[stems], linewidth=0.7, alpha=0.8)
+    axes.vlines(delay[stems], floor, level[stems], colors=ways[stems].tolist(), linewidth=0.7, alpha=0.8)
     axes.scatter(delay[dust], level[dust], s=1.2, c=ways[dust], alpha=0.45, linewidths=0, rasterized=True)
     axes.scatter(delay[~dust], level[~dust], s=5, c=ways[~dust], linewidths=0)
     for name in (*style.PAIRS, "surface"):
@@ -58,7 +59,8 @@ def spike_array(axes: Axes, arrivals: Arrivals, level: NDArray[np.float64], labe
     axes.set_ylim(floor, floor + BELOW + 8)
     axes.set_xlabel("delay [ms]")
     axes.set_ylabel(label)
-    axes.legend(ncols=7, loc="upper right", handletextpad=0.2, columnspacing=1.0)
+    if level.size:
+        axes.legend(ncols=7, loc="upper right", handletextpad=0.2, columnspacing=1.0)
 
 
 def _tallest(delay: NDArray[np.float64], level: NDArray[np.float64], ways: NDArray[np.str_],

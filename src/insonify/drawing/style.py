@@ -10,9 +10,11 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
+from numpy.typing import ArrayLike, NDArray
 
 CAUSES = {
     "seabed": "#B8720A",
@@ -34,12 +36,14 @@ PAIRS = {
 }
 """Colour of each pair of families that can be told apart by its delay near the seabed."""
 INK = "#1A1A1A"
+EXPECTED = "#009E73"
+"""Colour of what is expected on average, beside one ping in ink."""
 QUIET = "#6B6B6B"
 COPPER = LinearSegmentedColormap.from_list(
     "sonar copper", ["#050302", "#2A1608", "#6B3710", "#B86A1E", "#EBAA4B", "#FBDD97", "#FFFBEA"]
 )
 """Instrument colours of sonar images, dark where it is silent; lightness grows evenly."""
-_RULES: dict[str, Any] = {
+_RULES: Any = {
     "font.size": 10,
     "axes.titlesize": 11,
     "axes.titleweight": "bold",
@@ -110,14 +114,23 @@ def range_axis(axes: Axes, sound_speed: float, altitude: float | None = None) ->
     first = axes.get_xlim()[0] * metres_per_ms
     if altitude is not None and first > 2 * altitude:
         h = altitude
-        top = axes.secondary_xaxis(
-            "top",
-            functions=(
-                lambda t: ((t * metres_per_ms) ** 2 - h * h).clip(min=0) ** 0.5,
-                lambda x: (x * x + h * h) ** 0.5 / metres_per_ms,
-            ),
-        )
+
+        def ground(time: ArrayLike) -> NDArray[np.float64]:
+            slant = np.asarray(time, float) * metres_per_ms
+            return np.sqrt(np.maximum(slant**2 - h**2, 0))
+
+        def back(distance: ArrayLike) -> NDArray[np.float64]:
+            return np.hypot(np.asarray(distance, float), h) / metres_per_ms
+
+        top = axes.secondary_xaxis("top", functions=(ground, back))
         top.set_xlabel("ground range of a direct echo [m]")
     else:
-        top = axes.secondary_xaxis("top", functions=(lambda t: t * metres_per_ms, lambda x: x / metres_per_ms))
+
+        def slant(time: ArrayLike) -> NDArray[np.float64]:
+            return np.asarray(time, float) * metres_per_ms
+
+        def again(distance: ArrayLike) -> NDArray[np.float64]:
+            return np.asarray(distance, float) / metres_per_ms
+
+        top = axes.secondary_xaxis("top", functions=(slant, again))
         top.set_xlabel("slant range of a direct echo [m]")

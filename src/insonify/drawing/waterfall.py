@@ -7,6 +7,7 @@ from matplotlib.image import AxesImage
 
 from insonify.drawing import style
 from insonify.drawing.heard import Floats, Heard, colour_span
+from insonify.units import intensity_ratio, level_db
 
 COLUMNS = 1600
 """Columns of an image: more than a screen shows are averaged as energy, so that no echo falls between two."""
@@ -20,7 +21,7 @@ def waterfall(sound: Heard) -> Figure:
     """
     channels = sound.level.shape[1]
     figure = style.sheet(10, 1.0 + 4.2 * channels)
-    rows = np.atleast_1d(figure.subplots(channels, 1))
+    rows = figure.subplots(channels, 1, squeeze=False)[:, 0]
     level = sound.strength()
     span = colour_span(level)
     for channel, axes in enumerate(rows):
@@ -51,6 +52,5 @@ def thinned(level: Floats) -> Floats:
     if step == 1:
         return level
     kept = level[..., : level.shape[-1] // step * step]
-    power = 10 ** (kept.reshape(*level.shape[:-1], -1, step) / 10)
-    with np.errstate(divide="ignore"):
-        return np.asarray(10 * np.log10(power.mean(axis=-1)))
+    power = intensity_ratio(kept.reshape(*level.shape[:-1], -1, step))
+    return level_db(power.mean(axis=-1))

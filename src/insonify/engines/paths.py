@@ -31,16 +31,17 @@ class Paths:
     choice: PathChoice
     seed: int
 
-    def blocks(self, stance: Stance) -> list[Block]:
+    def blocks(self, stance: Stance, *, even: bool = False) -> list[Block]:
         """The scatterers of one ping, as blocks that are drawn when they are called.
 
         Args:
             stance: The sonar at this ping.
+            even: Points laid out evenly for an expectation, not drawn ones that belong to their places.
 
         Returns:
             Blocks in a fixed order, however many threads will draw them.
         """
-        return view(self.scene, self.choice, self.seed, stance).blocks()
+        return view(self.scene, self.choice, self.seed, stance, even=even).blocks()
 
     def pairs(self, stance: Stance, block: Block) -> Pairs:
         """Legs out and back of one block, and the strength of each ordered pair.
@@ -70,9 +71,9 @@ class Paths:
             strength *= _slice_width(stance, out, back, pair)
         return Pairs(scatterers, out, back, pair, strength)
 
-    def all_pairs(self, stance: Stance) -> Iterator[Pairs]:
+    def all_pairs(self, stance: Stance, *, even: bool = False) -> Iterator[Pairs]:
         """Every block of one ping in turn."""
-        for block in self.blocks(stance):
+        for block in self.blocks(stance, even=even):
             yield self.pairs(stance, block)
 
 
@@ -88,7 +89,9 @@ def _slice_width(stance: Stance, out: Legs, back: Legs, pair: NDArray[np.int64])
 def _cross_section(scatterers: Scatterers, out: Legs, back: Legs, pair: NDArray[np.int64]) -> Floats:
     """Cross section of each ordered pair, (p, n); legs that are not there weigh nothing later."""
     i, j = pair.T
-    azimuth = np.array(np.pi) if out is back else _azimuth(scatterers.normal, out.arrival[i], back.arrival[j])
+    # On a level boundary all legs to and from one place share one bearing.
+    straight_back = out is back and scatterers.boundary != "target"
+    azimuth = np.array(np.pi) if straight_back else _azimuth(scatterers.normal, out.arrival[i], back.arrival[j])
     return np.asarray(scatterers.law.cross_section(np.abs(out.grazing[i]), np.abs(back.grazing[j]), azimuth))
 
 

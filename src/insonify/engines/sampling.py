@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.propagation.families import image_depth
+from insonify.propagation.families import bounces, image_depth
 from insonify.scene.lattice import BASE_PITCH, TILE, Lattice, Tiles
 from insonify.sonar.stance import Stance
 
@@ -39,6 +39,14 @@ class Resolution:
         ground = self.ground(distance, height)
         across = np.hypot(distance, height) * self.width
         return np.minimum(ground * across / self.per_cell, (2 * ground) ** 2)
+
+    def finest(self, nearest: Floats, farthest: Floats, height: float) -> Floats:
+        """Smallest `cell_area` between two horizontal distances [m^2]: at either of them, or where they are `height`.
+
+        Outwards the ground cell gets shorter and the beam wider; their product is least under 45 degrees.
+        """
+        between = np.clip(height, nearest, farthest)
+        return np.minimum.reduce([self.cell_area(distance, height) for distance in (nearest, between, farthest)])
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,28 +116,45 @@ def tiles_in_view(
         distance = np.linalg.norm(tiles.centre - here, axis=-1)
         inside = (distance - half_diagonal <= heard.farthest) & (distance + half_diagonal >= heard.nearest)
         tiles = tiles.take(inside)
-        tiles = tiles.take(_beam_bound(tiles, stance, lattice, boundary_depth, water_depth, families) >= beam_floor)
-        nearest = np.maximum(_distance_to_track(tiles.centre, track) - TILE * tiles.pitch / np.sqrt(2), 0)
-        fine = (tiles.pitch**2 <= resolution.cell_area(nearest, heard.height)) | (tiles.level == 0)
+        centre, half_diagonal = lattice.to_world(*tiles.centre.T), TILE * tiles.pitch / np.sqrt(2)
+        bound = beam_bound(centre, half_diagonal, stance, boundary_depth, water_depth, families)
+        tiles, half_diagonal = tiles.take(bound >= beam_floor), half_diagonal[bound >= beam_floor]
+        nearest = np.maximum(_distance_to_track(tiles.centre, track) - half_diagonal, 0)
+        ends = np.linalg.norm(tiles.centre[:, None] - track[[0, -1]], axis=-1)
+        finest = resolution.finest(nearest, ends.max(axis=1) + half_diagonal, heard.height)
+        fine = (tiles.pitch**2 <= finest) | (tiles.level == 0)
         found.append(tiles.take(fine))
         tiles = tiles.take(~fine).split()
     return _joined(found)
 
 
-def _beam_bound(tiles, stance, lattice, boundary_depth, water_depth, families):  # type: ignore[no-untyped-def]
-    """Upper bound of the two-way gain anywhere in each tile, by any pair of families, shape (n,)."""
-    if tiles.level.size == 0:
-        return np.zeros(0)
-    centre = lattice.to_world(*tiles.centre.T)
-    half_diagonal = TILE * tiles.pitch / np.sqrt(2)
+def beam_bound(
+    centre: Floats, half_diagonal: Floats, stance: Stance, boundary_depth: float, water_depth: float,
+    families: tuple[str, ...],
+) -> Floats:  # fmt: skip
+    """Upper bound of the two-way gain anywhere near some places of a boundary, by any pair of families.
+
+    Args:
+        centre: North and east of the places [m], shape (n, 2).
+        half_diagonal: How far around them the bound must hold [m], shape (n,).
+        stance: The sonar.
+        boundary_depth: Depth of the boundary [m].
+        water_depth: Depth of the bottom [m].
+        families: Families that reach the boundary.
+
+    Returns:
+        Two-way pressure gain [1], shape (n,).
+    """
     transmit, receive = np.zeros(len(centre)), np.zeros(len(centre))
+    if not len(centre):
+        return transmit
     for name in families:
         for place, beams, best in (
             (stance.transmit_place, stance.transmit_beams, transmit),
             (stance.receive_place, stance.receive_beams, receive),
         ):
             climb = boundary_depth - image_depth(name, place[2], water_depth)
-            turned = -climb if name != "D" and len(name) % 2 else climb
+            turned = -climb if len(bounces(name)) % 2 else climb
             ray = np.concatenate([centre - place[:2], np.full((len(centre), 1), turned)], axis=1)
             length = np.linalg.norm(ray, axis=1)
             margin = np.where(half_diagonal < length, np.arcsin(np.minimum(1, half_diagonal / length)), np.pi)

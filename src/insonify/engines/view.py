@@ -1,7 +1,8 @@
 """What of the scene one ping can meet, as blocks of scatterers that are drawn only when they are wanted.
 
 The whole seabed and surface in three dimensions, or in a slice the one line of them under the beam, each
-point standing for its share of the beam's footprint; and every target.
+point standing for its share of the beam's footprint; and every target. For a coherent reading the points are
+drawn and belong to their places; for an expectation they are laid out evenly, and no speckle is left.
 """
 
 from collections.abc import Callable
@@ -12,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify import streams
+from insonify.engines.rings import Rings
 from insonify.engines.sampling import Resolution, reach, tiles_in_view
 from insonify.propagation.choice import PathChoice
 from insonify.propagation.families import families_for
@@ -30,6 +32,8 @@ BLOCK = TILES_PER_BLOCK * TILE * TILE
 """Scatterers in a block: few enough for the cache, enough to keep Python out of the way."""
 FACE_CELLS = 3.0
 """Cells of a target's face per range resolution, in each direction."""
+FRINGE_CELLS = 8.0
+"""Cells up a target's face per fringe between its direct and its bottom path."""
 
 Block = Callable[[], Scatterers]
 
@@ -43,6 +47,8 @@ class View:
     seed: int
     stance: Stance
     resolution: Resolution
+    even: bool
+    """Even points for an expectation, or drawn ones that belong to their places."""
 
     def blocks(self) -> list[Block]:
         """Every scatterer that this ping can meet, in blocks of a fixed order."""
@@ -60,8 +66,9 @@ class View:
         kept = families_for(boundary, self.choice.followed)
         if not kept:
             return []
-        across = self._line if self.choice.geometry == "slice" else self._lattice
-        return across(boundary, depth, law, kept)
+        if self.choice.geometry == "slice":
+            return self._line(boundary, depth, law, kept)
+        return (self._rings if self.even else self._lattice)(boundary, depth, law, kept)
 
     def _lattice(self, boundary: Boundary, depth: float, law: ScatteringLaw, kept: tuple[str, ...]) -> list[Block]:
         """Jittered cells of all tiles in reach of window and beams."""
@@ -78,25 +85,42 @@ class View:
         starts = range(0, len(tiles.level), TILES_PER_BLOCK)
         return [partial(drawn, tiles.take(slice(s, s + TILES_PER_BLOCK))) for s in starts]
 
-    def _line(self, boundary: Boundary, depth: float, law: ScatteringLaw, kept: tuple[str, ...]) -> list[Block]:
-        """Jittered cells along the beam's plane, a few to each range cell."""
+    def _rings(self, boundary: Boundary, depth: float, law: ScatteringLaw, kept: tuple[str, ...]) -> list[Block]:
+        """Even cells of slant range and azimuth about the sonar."""
         heard = reach(self.stance, depth, self.scene.seabed.depth, kept)
         if heard.farthest < 0:
             return []
-        # The finest cell is the farthest: the ground cell shrinks towards the slant resolution.
-        pitch = float(self.resolution.ground(np.array([heard.farthest]), heard.height)[0]) / self.resolution.per_cell
+        rings = Rings(self.stance, depth, heard, self.resolution)
+        tiles = rings.in_view(self.scene.seabed.depth, kept, float(amplitude_ratio(self.choice.beam_floor_db)))
+
+        def laid(part: NDArray[np.int64]) -> Scatterers:
+            place, area, key = rings.points(part)
+            return _on_boundary(boundary, depth, law, place, area, np.ones(len(area), complex), key)
+
+        return [partial(laid, tiles[s : s + TILES_PER_BLOCK]) for s in range(0, len(tiles), TILES_PER_BLOCK)]
+
+    def _line(self, boundary: Boundary, depth: float, law: ScatteringLaw, kept: tuple[str, ...]) -> list[Block]:
+        """Cells along the beam's plane, a few to each cell of slant range: what the farthest ground cell comes to."""
+        heard = reach(self.stance, depth, self.scene.seabed.depth, kept)
+        if heard.farthest < 0:
+            return []
+        pitch = self.resolution.slant / self.resolution.per_cell
         first, last = int(heard.nearest / pitch), int(np.ceil(heard.farthest / pitch))
         ahead = np.array([np.cos(self.stance.bearing), np.sin(self.stance.bearing)])
-        # A place in a slice is a distance from the sonar: one that moves meets another line of the seabed.
         here = self.stance.transmit_place[:2]
-        north, east = np.round(here * 100).astype(int)
-        surface = int(boundary == "surface")
+        # A place in a slice is a distance along one line of the lattice: another line, another seabed.
+        lattice = self.scene.seabed.lattice
+        along, across = np.round(lattice.from_world(here) * 100).astype(int)
+        line = round(float(np.mod(self.stance.bearing - lattice.heading, 2 * np.pi)) * 1e6) * 2 + (
+            boundary == "surface"
+        )
 
         def drawn(start: int, stop: int) -> Scatterers:
             cell = np.arange(start, stop)
-            u = streams.uniforms(self.seed, streams.SLICE, cell, north, east, surface)
-            place = here + ((cell + u[:, 0]) * pitch)[:, None] * ahead
-            key = np.uint64(streams.SLICE << 59 | surface << 58) | cell.astype(np.uint64)
+            u = streams.uniforms(self.seed, streams.SLICE, cell, along, across, line)
+            shift = 0.5 if self.even else u[:, 0]
+            place = here + ((cell + shift) * pitch)[:, None] * ahead
+            key = np.uint64(streams.SLICE << 59 | int(boundary == "surface") << 58) | cell.astype(np.uint64)
             area = np.full(len(cell), pitch)
             return _on_boundary(boundary, depth, law, place, area, np.exp(2j * np.pi * u[:, 1]), key)
 
@@ -112,26 +136,33 @@ class View:
         return made
 
     def _box(self, box: Box) -> Scatterers:
+        depth, here = self.scene.seabed.depth, self.stance.transmit_place
+        distance = float(np.linalg.norm(np.array(box.position) - here[:2]))
         pitch = min(self.resolution.slant, *box.size) / FACE_CELLS
-        whole = box_scatterers(box, self.scene.seabed.depth, self.seed, pitch, self.scene.boxes.index(box))
+        # Direct and bottom paths make fringes up a face; a few points must lie within each.
+        fringe = self.stance.wavelength * max(distance, 1.0) / max(depth - here[2], 0.1)
+        pitch = max(min(pitch, fringe / FRINGE_CELLS), self.stance.wavelength / 4)
+        whole = box_scatterers(box, depth, self.seed, pitch, self.scene.boxes.index(box), even=self.even)
         if self.choice.geometry != "slice":
             return whole
-        distance = float(np.linalg.norm(np.array(box.position) - self.stance.transmit_place[:2]))
-        return box_section(
-            whole, box, self.stance.transmit_place, self.stance.bearing, footprint(self.stance) * distance
-        )
+        return box_section(whole, box, here, self.stance.bearing, lambda width: self._covered(width, distance))
+
+    def _covered(self, width: float, distance: float) -> float:
+        """How much of a width [m], centred on the axis at a distance [m], the two-way beam covers [m]."""
+        half = float(np.arctan2(width / 2, max(distance, 1e-6)))
+        return distance * footprint(self.stance, within=half)
 
 
-def view(scene: Scene, choice: PathChoice, seed: int, stance: Stance) -> View:
-    """The scene as one ping meets it, sampled by what the sonar can resolve."""
-    slant = stance.pulse.range_resolution(stance.sound_speed)
+def view(scene: Scene, choice: PathChoice, seed: int, stance: Stance, *, even: bool = False) -> View:
+    """The scene as one ping meets it, sampled by the finest that can be made of the recording."""
+    slant = stance.pulse.finest_resolution(stance.sound_speed)
     width = two_way_width(stance.transmit_beams, stance.receive_beams)
-    return View(scene, choice, seed, stance, Resolution(slant, width, choice.scatterers_per_cell))
+    return View(scene, choice, seed, stance, Resolution(slant, width, choice.scatterers_per_cell), even)
 
 
-def footprint(stance: Stance) -> float:
-    """Energy width of the one two-way beam of a slice, in sine of azimuth [1]."""
-    return float(two_way_footprint(stance.transmit_beams, stance.receive_beams)[0])
+def footprint(stance: Stance, within: float = np.pi) -> float:
+    """Energy width of the one two-way beam of a slice, up to an azimuth from its axis [rad]."""
+    return float(two_way_footprint(stance.transmit_beams, stance.receive_beams, within=within)[0])
 
 
 def _on_boundary(

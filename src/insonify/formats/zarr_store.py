@@ -10,6 +10,7 @@ import os
 import shutil
 import time as clock
 import uuid
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ import numpy as np
 import xarray as xr
 import zarr
 from numpy.typing import ArrayLike, NDArray
+from zarr.errors import ZarrUserWarning
 from zarr.core.common import JSON
 
 from insonify.records.recording import COLUMNS, FIELDS, Layout
@@ -97,7 +99,7 @@ def open_recording(path: str | Path) -> xr.Dataset:
     """
     if not _is_recording(Path(path)):
         raise StoreError(f"{path} is not a recording. Make one with: insonify run FILE -o {path}")
-    held: xr.Dataset = xr.open_zarr(path, chunks=None, consolidated=False, decode_times=False)
+    held: xr.Dataset = xr.open_zarr(path, chunks=None, consolidated=True, decode_times=False)
     return held
 
 
@@ -119,6 +121,14 @@ def _build(path: Path, layout: Layout, attributes: Mapping[str, Any]) -> None:
         values = np.asarray(getattr(layout, name), dtype=float)
         about: dict[str, JSON] = {"units": unit, "long_name": meaning}
         group.create_array(name, data=values, chunks=values.shape, dimension_names=dims, attributes=about)
+    group.create_array(
+        "ping", data=np.arange(pings), chunks=(pings,), dimension_names=("ping",),
+        attributes={"units": "1", "long_name": "number of the ping"},
+    )  # fmt: skip
+    with warnings.catch_warnings():
+        # One file that names all the arrays: readers look for it, though the format calls it an extension.
+        warnings.simplefilter("ignore", ZarrUserWarning)
+        zarr.consolidate_metadata(group.store)
 
 
 def _is_recording(path: Path) -> bool:

@@ -1,16 +1,24 @@
 """Straight legs from image sources, folded back between surface and bottom. Plain numbers and arrays only."""
 
 import math
+from typing import Any
 
+import numpy as np
 from numba import njit
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Integers = NDArray[Any]
 
 CLEAR, FACING_AWAY, OCCLUDED = 0, 1, 2  # the values of records.legs.Status
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def straight_legs(  # type: ignore[no-untyped-def]
-                  source, image_depths, bounces, first_up, water_depth, speed, points, normals, boxes, own_box,
-                  delay, departure, arrival, grazing, boundary_sine, status, occluder):  # fmt: skip
+def straight_legs(
+    source: Floats, image_depths: Floats, bounces: Integers, first_up: NDArray[np.bool_], water_depth: float,
+    speed: float, points: Floats, normals: Floats, boxes: Floats, own_box: int, delay: Floats, departure: Floats,
+    arrival: Floats, grazing: Floats, boundary_sine: Floats, status: Integers, occluder: Integers,
+) -> None:  # fmt: skip
     """Geometry and hard occlusion of every leg.
 
     Args:
@@ -60,7 +68,10 @@ def straight_legs(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def first_occluder(source, dx, dy, climb, bounces, first_up, water_depth, boxes, own_box):  # type: ignore[no-untyped-def]
+def first_occluder(
+    source: Floats, dx: float, dy: float, climb: float, bounces: int, first_up: bool, water_depth: float,
+    boxes: Floats, own_box: int,
+) -> int:  # fmt: skip
     """Row of the first box that cuts a leg, or -1.
 
     Seen from above a leg is one straight line, whatever it bounces off; only its depth folds. `climb` is
@@ -77,7 +88,7 @@ def first_occluder(source, dx, dy, climb, bounces, first_up, water_depth, boxes,
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def crossing(source, dx, dy, boxes, b):  # type: ignore[no-untyped-def]
+def crossing(source: Floats, dx: float, dy: float, boxes: Floats, b: int) -> tuple[float, float]:
     """Parts of the way, 0 to 1, at which a leg enters and leaves the upright prism over a box's footprint.
 
     Enter exceeds leave where the leg misses it.
@@ -102,7 +113,10 @@ def crossing(source, dx, dy, boxes, b):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def cuts_in_depth(depth, climb, bounces, first_up, water_depth, enter, leave, top, base, own):  # type: ignore[no-untyped-def]
+def cuts_in_depth(
+    depth: float, climb: float, bounces: int, first_up: bool, water_depth: float, enter: float, leave: float,
+    top: float, base: float, own: bool,
+) -> bool:  # fmt: skip
     """True where the folded leg is at a depth of the box while over its footprint.
 
     A leg that ends on the box itself may touch it with its last segment: the box is convex and the

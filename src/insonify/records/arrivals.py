@@ -5,7 +5,6 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.records.legs import Legs
 from insonify.records.pairs import Pairs
 
 Floats = NDArray[np.float64]
@@ -112,7 +111,7 @@ def _rows(pairs: Pairs, row: int, i: int, j: int, group: NDArray[np.int64],
           factor: NDArray[np.complex128] | None) -> Arrivals:  # fmt: skip
     """The paths of one ordered pair of families."""
     out, back, points = pairs.out, pairs.back, pairs.scatterers
-    amplitude = _leg(out, i) * _leg(back, j) * pairs.strength[row] * points.phase
+    amplitude = out.amplitude[i] * back.amplitude[j] * pairs.strength[row] * points.phase
     if factor is not None:
         amplitude = amplitude * factor
     n = len(points)
@@ -124,19 +123,15 @@ def _rows(pairs: Pairs, row: int, i: int, j: int, group: NDArray[np.int64],
         boundary=out.boundary[i] * back.boundary[j],
         scattering=pairs.strength[row],
         group=group,
-        family_out=np.full(n, out.families[i], "<U12"),
-        family_back=np.full(n, back.families[j], "<U12"),
-        owner=np.full(n, points.owner, "<U64"),
+        family_out=np.full(n, out.families[i]),
+        family_back=np.full(n, back.families[j]),
+        owner=np.full(n, points.owner),
         place=points.position,
         departure=out.departure[i],
         arrival=back.departure[j],
         grazing_out=out.grazing[i],
         grazing_back=back.grazing[j],
     )
-
-
-def _leg(legs: Legs, row: int) -> NDArray[np.complex128]:
-    return np.asarray(legs.spreading[row] * legs.absorption[row] * legs.visibility[row] * legs.boundary[row])
 
 
 def joined(parts: list[Arrivals]) -> Arrivals:
@@ -148,8 +143,8 @@ def joined(parts: list[Arrivals]) -> Arrivals:
 
 def nothing() -> Arrivals:
     """No arrivals."""
-    column, vector, name = np.zeros(0), np.zeros((0, 3)), np.zeros(0, "<U12")
+    column, vector, name = np.zeros(0), np.zeros((0, 3)), np.zeros(0, "<U1")
     return Arrivals(
         column, np.zeros((0, 1), np.complex64), column, column, column.astype(complex), column,
-        np.zeros(0, np.int64), name, name, np.zeros(0, "<U64"), vector, vector, vector, column, column,
+        np.zeros(0, np.int64), name, name, name, vector, vector, vector, column, column,
     )  # fmt: skip

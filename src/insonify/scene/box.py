@@ -1,6 +1,7 @@
 """The faces of a box as drawn points, and its body as an occluder."""
 
 import zlib
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +11,10 @@ from insonify import streams
 from insonify.scene.scatterers import Scatterers, target_place
 from insonify.scene.target import Box
 
-FACES = ("fore", "aft", "starboard", "port", "top")
+Floats = NDArray[np.float64]
+FACES = ("fore", "aft", "starboard", "port", "top", "bottom")
+_GOLDEN = 0.6180339887498949
+_STANDING = 1e-6  # a base this close to the bed stands on it [m]
 
 
 def box_axes(box: Box) -> NDArray[np.float64]:
@@ -38,8 +42,10 @@ def inside_box(body: NDArray[np.float64], place: NDArray[np.float64]) -> bool:
     return bool(abs(c * x + s * y) <= half_length and abs(c * y - s * x) <= half_width and top <= place[2] <= base)
 
 
-def box_scatterers(box: Box, seabed_depth: float, seed: int, pitch: float, occluder: int) -> Scatterers:
-    """Points on the five faces of a box that water can reach, one for each jittered cell.
+def box_scatterers(
+    box: Box, seabed_depth: float, seed: int, pitch: float, occluder: int, *, even: bool = False
+) -> Scatterers:
+    """Points on the faces of a box that water can reach, one for each cell, jittered in it.
 
     Args:
         box: The box.
@@ -47,6 +53,7 @@ def box_scatterers(box: Box, seabed_depth: float, seed: int, pitch: float, occlu
         seed: Seed of the scenario.
         pitch: Largest side of a cell [m].
         occluder: Row of this box among the scene's occluders.
+        even: Points laid out evenly instead, for an expectation.
 
     Returns:
         Scatterers whose draws depend on the seed and the box's label, not on the other targets.
@@ -62,8 +69,11 @@ def box_scatterers(box: Box, seabed_depth: float, seed: int, pitch: float, occlu
         "starboard": (across * width / 2, along * length, up * height),
         "port": (-across * width / 2, along * length, up * height),
         "top": (up * height / 2, along * length, across * width),
+        "bottom": (-up * height / 2, along * length, across * width),
     }
-    faces = [_face(f, centre, *spans[name], pitch, seed, box.label) for f, name in enumerate(FACES)]
+    if base >= seabed_depth - _STANDING:
+        del spans["bottom"]
+    faces = [_face(FACES.index(name), centre, *span, pitch, seed, box.label, even) for name, span in spans.items()]
     position, normal, area, phase, place = (np.concatenate(column) for column in zip(*faces, strict=True))
     return Scatterers(
         box.label, "target", box.scattering, position, normal, area, phase, place, drawn=True, occluder=occluder
@@ -71,7 +81,7 @@ def box_scatterers(box: Box, seabed_depth: float, seed: int, pitch: float, occlu
 
 
 def box_section(
-    whole: Scatterers, box: Box, place: NDArray[np.float64], bearing: float, footprint: float
+    whole: Scatterers, box: Box, place: Floats, bearing: float, covered: Callable[[float], float]
 ) -> Scatterers:
     """A box as a slice meets it: its faces squeezed into the plane, standing for the part that the beam covers.
 
@@ -80,7 +90,7 @@ def box_section(
         box: The box.
         place: A point of the slice's vertical plane: north, east, ... [m].
         bearing: Bearing of that plane [rad].
-        footprint: Width of the two-way beam at the box [m].
+        covered: How much of a width across the plane [m], centred on it, the two-way beam covers [m].
 
     Returns:
         The points of the faces that the plane cuts, moved into it; none where it misses the box.
@@ -97,17 +107,29 @@ def box_section(
     missed = abs((np.array(box.position) - place[:2]) @ aside / slant) > extent / 2
     across = np.abs(whole.normal[:, :2] @ axis) < 0.5
     seen = np.zeros(len(whole), bool) if missed else across
-    section = replace(whole, position=position, area=whole.area * min(footprint, extent) / extent)
-    return section.take(seen)
+    width = extent * abs(slant)
+    return replace(whole, position=position, area=whole.area * covered(width) / width).take(seen)
 
 
-def _face(face, centre, out, first, second, pitch, seed, label):  # type: ignore[no-untyped-def]
+def _face(
+    face: int,
+    centre: Floats,
+    out: Floats,
+    first: Floats,
+    second: Floats,
+    pitch: float,
+    seed: int,
+    label: str,
+    even: bool,
+) -> tuple[Floats, Floats, Floats, NDArray[np.complex128], NDArray[np.uint64]]:  # fmt: skip
     """Jittered cells of one face spanned by two edge vectors about centre + out."""
-    spans = [np.linalg.norm(first), np.linalg.norm(second)]
+    spans = [float(np.linalg.norm(first)), float(np.linalg.norm(second))]
     count = [int(np.ceil(span / max(pitch, span / 4095))) for span in spans]
     i, j = (index.ravel() for index in np.indices(count))
     name = zlib.crc32(label.encode())
     u = streams.uniforms(seed, streams.TARGET, i, j, face, name)
+    if even:
+        u[:, 0], u[:, 1] = np.mod(j * _GOLDEN, 1), np.mod(i * _GOLDEN, 1)
     s, t = (i + u[:, 0]) / count[0] - 0.5, (j + u[:, 1]) / count[1] - 0.5
     position = centre + out + s[:, None] * first + t[:, None] * second
     normal = np.broadcast_to(out / np.linalg.norm(out), position.shape)

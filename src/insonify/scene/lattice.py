@@ -13,12 +13,15 @@ from numpy.typing import NDArray
 
 from insonify import streams
 from insonify.noun import Metres, Noun, Radians
+from insonify.scene.scatterers import lattice_place
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
 BASE_PITCH = 0.01
 """Side of a cell at level 0 [m]."""
 TILE = 32
 """Cells along the side of a tile."""
-_HALF = 1 << 26  # cells are counted from -2**26 to 2**26 - 1 in each direction
 
 
 class Lattice(Noun):
@@ -96,14 +99,25 @@ def draw(tiles: Tiles, seed: int, stream: int) -> Draw:
         Lattice coordinates [m], cell area [m^2], unit phasor and key of the place.
     """
     n = len(tiles.level) * TILE * TILE
-    result = Draw(np.empty(n), np.empty(n), np.empty(n), np.empty(n, complex), np.empty(n, np.uint64))
-    k0, k1 = streams.key(seed, stream)
-    _draw(tiles.level, tiles.along, tiles.across, stream, k0, k1, *result)
-    return result
+    along, across, area, phase = np.empty(n), np.empty(n), np.empty(n), np.empty(n, complex)
+    _draw(tiles.level, tiles.along, tiles.across, *streams.key(seed, stream), along, across, area, phase)
+    cell = np.arange(TILE)
+    row, column = (
+        (number[:, None, None] * TILE + cells).repeat(times, axis=axis).ravel()
+        for number, cells, times, axis in (
+            (tiles.along, cell[:, None], TILE, 2),
+            (tiles.across, cell[None, :], TILE, 1),
+        )
+    )
+    place = lattice_place(stream, tiles.level.repeat(TILE * TILE), row, column)
+    return Draw(along, across, area, phase, place)
 
 
 @njit(cache=True, nogil=True)
-def _draw(level, tile_along, tile_across, stream, k0, k1, along, across, area, phase, place):  # type: ignore[no-untyped-def]
+def _draw(
+    level: Integers, tile_along: Integers, tile_across: Integers, k0: int, k1: int, along: Floats, across: Floats,
+    area: Floats, phase: NDArray[np.complex128],
+) -> None:  # fmt: skip
     """Fill the columns of `Draw`, tile by tile, cell by cell."""
     n = 0
     for t in range(level.size):
@@ -116,6 +130,4 @@ def _draw(level, tile_along, tile_across, stream, k0, k1, along, across, area, p
                 area[n] = pitch * pitch
                 angle = 2 * np.pi * streams.unit(w2)
                 phase[n] = complex(np.cos(angle), np.sin(angle))
-                # The same packing as scatterers.lattice_place.
-                place[n] = np.uint64((stream << 59) | (level[t] << 54) | ((a + _HALF) << 27) | (b + _HALF))
                 n += 1

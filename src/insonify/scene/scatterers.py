@@ -57,11 +57,18 @@ class Scatterers:
         )  # fmt: skip
 
 
-def lattice_place(stream: int, level: int, along: NDArray[np.int64], across: NDArray[np.int64]) -> NDArray[np.uint64]:
+def lattice_place(
+    stream: int, level: NDArray[np.int64] | int, along: NDArray[np.int64], across: NDArray[np.int64]
+) -> NDArray[np.uint64]:
     """Keys of lattice cells: stream, level and the two cell numbers (each within +-2**26) packed in 64 bits."""
     half = 1 << 26
     cell = (((along + half) << 27) | (across + half)).astype(np.uint64)
-    return cell | np.uint64((stream << 59) | (level << 54))
+    return cell | np.asarray((stream << 59) | (np.asarray(level, np.int64) << 54)).astype(np.uint64)
+
+
+def even_place(row: NDArray[np.int64], column: NDArray[np.int64]) -> NDArray[np.uint64]:
+    """Keys of cells that were laid out evenly, not drawn: their numbers (each below 2**29) packed in 64 bits."""
+    return np.asarray(((row << 29) | column).astype(np.uint64))
 
 
 def target_place(label: str, face: int, row: NDArray[np.int64], column: NDArray[np.int64]) -> NDArray[np.uint64]:

@@ -16,25 +16,26 @@ NODES = 16
 """Gauss-Legendre nodes per wavelength / aperture."""
 
 
-def two_way_footprint(transmit: Beams, receive: Beams) -> Floats:
+def two_way_footprint(transmit: Beams, receive: Beams, *, within: float = np.pi) -> Floats:
     """Energy width of the two-way beams in azimuth, integral of |bt|^2 |br|^2 d(azimuth) [rad].
 
-    The integral runs over the front half plane at zero elevation. At slant range R a beam that is narrow,
+    The integral runs over the whole circle at zero elevation, or a part of it. At slant range R a beam that is narrow,
     or far enough to graze the seabed, takes in R times this of the ring it meets. For equal uniform lines
     of length L facing ahead it is 2 / 3 wavelength / L; steered, it grows as one over the cosine of the steer.
 
     Args:
         transmit: Transmit beams, one or as many as receive.
         receive: Receive beams, one or as many as transmit.
+        within: Largest azimuth from boresight that counts [rad].
 
     Returns:
         Energy width [rad], shape (channels,).
 
     Source: integral of sinc^4 = 2 / 3; Urick (1983), Principles of Underwater Sound, ch. 8.
     """
-    panels = int(np.ceil(np.pi * _wavelengths(transmit, receive)))
+    panels = max(4, int(np.ceil(2 * within * _wavelengths(transmit, receive) / 4)) * 4)  # an edge where baffles end
     node, weight = np.polynomial.legendre.leggauss(NODES)
-    edges = np.linspace(-np.pi / 2, np.pi / 2, panels + 1)
+    edges = np.linspace(-within, within, panels + 1)
     span = np.diff(edges)[:, None] / 2
     azimuth = (edges[:-1, None] + span * (node + 1)).ravel()
     return np.asarray(_power(transmit, receive, azimuth) @ (span * weight).ravel())

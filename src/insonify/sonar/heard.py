@@ -21,7 +21,7 @@ RINGING = 400.0
 """Time kept on each side of the pulse for the filter to ring down [1 / band]; the ringing falls as time^-3."""
 TAIL_ENERGY = 1e-6
 """Share of the energy left outside start..stop [1]."""
-FAINT_ENERGY = 1e-9
+FAINT_ENERGY = 1e-10
 """Share of the energy left outside faint_start..faint_stop [1]: where a window is cut out of a longer recording."""
 
 
@@ -94,6 +94,15 @@ class HeardPulse:
         """
         # ripples of the filter lift the peak above one, but do not sharpen the pulse
         return self.effective_duration / min(self.peak, 1.0) ** 2
+
+    def finest_resolution(self, sound_speed: float) -> float:
+        """Depth of the finest resolution cell that can be made of the recording, by compressing it later [m].
+
+        Args:
+            sound_speed: Sound speed [m/s].
+        """
+        compressed = 1 / self.pulse.bandwidth if self.pulse.bandwidth > 0 else np.inf
+        return sound_speed / 2 * float(min(self.resolution_time, compressed))
 
     def range_resolution(self, sound_speed: float) -> float:
         """Depth of the resolution cell along the line of sight [m].

@@ -50,6 +50,11 @@ class Stance:
         return self.pulse.pulse.frequency
 
     @property
+    def wavelength(self) -> float:
+        """Wavelength at the centre of the band [m]."""
+        return self.sound_speed / self.frequency
+
+    @property
     def heard_delays(self) -> tuple[float, float]:
         """Earliest and latest delay whose echo, or its ringing, touches the window [s]."""
         return self.window[0] - self.pulse.faint_stop, self.window[1] - self.pulse.faint_start

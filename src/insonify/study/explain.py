@@ -12,7 +12,7 @@ from insonify.records.arrivals import Arrivals
 from insonify.scenario.load import parse
 from insonify.scenario.scenario import Scenario
 from insonify.simulation import Listening, arrivals, prepare
-from insonify.study.weights import beam_gains, weights
+from insonify.synthesis.arrival_weights import arrival_weights, beam_gains
 from insonify.synthesis.levels import pair_name
 from insonify.units import level_db
 
@@ -45,7 +45,7 @@ class Behind:
         window = time - pulse.stop - extra, time - pulse.start + extra
         self.paths: Arrivals = arrivals(scenario, ping, window=window)
         self.shape = pulse.samples(time - self.paths.delay)
-        self.pressure: NDArray[np.complex128] = weights(self.paths, self.stance, channel) * self.shape
+        self.pressure: NDArray[np.complex128] = arrival_weights(self.paths, self.stance, channel) * self.shape
 
     def budget(self) -> NDArray[np.float64]:
         """Terms of each arrival's sonar equation [dB], shape (n, 9), see `TERMS`."""

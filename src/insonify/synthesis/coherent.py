@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from insonify.records.arrivals import Arrivals
 from insonify.records.pairs import Pairs
 from insonify.sonar.stance import Stance
-from insonify.synthesis._spread import spread, spread_carrier
+from insonify.synthesis._spread import spread
+from insonify.synthesis.arrival_weights import arrival_weights
 from insonify.synthesis.grid import TimeGrid, finish
 from insonify.synthesis.perturbation import Perturbation
 from insonify.synthesis.weights import leg_weights
@@ -28,6 +29,11 @@ class Coherent:
     stance: Stance
     grid: TimeGrid
     perturbation: Perturbation
+
+    @property
+    def even(self) -> bool:
+        """Whether it wants drawn scatterers, which belong to their places."""
+        return False
 
     def silence(self) -> Cells:
         """Cells with nothing in them, one row a channel."""
@@ -75,13 +81,7 @@ def hear_arrivals(arrivals: Arrivals, stance: Stance, grid: TimeGrid) -> NDArray
         Complex envelope [uPa], shape (channels, samples).
     """
     cells = grid.cells(stance.channel_count)
-    sent, heard = (
-        stance.transmit_beams.gain(arrivals.departure),
-        stance.receive_beams.gain(arrivals.arrival),
-    )
-    level = float(amplitude_ratio(stance.source_level_db))
     for channel, row in enumerate(cells):
-        gain = level * sent[channel % len(sent)] * heard[channel % len(heard)]
-        weight = (gain * arrivals.amplitude[:, 0]).astype(np.complex64)
-        spread_carrier(row, grid.first_time, grid.cell_rate, arrivals.delay, weight, stance.frequency)
+        weight = arrival_weights(arrivals, stance, channel).astype(np.complex64)
+        spread(row, grid.first_time, grid.cell_rate, arrivals.delay, weight)
     return finish(cells, grid, stance.pulse.spectrum(grid.frequencies))

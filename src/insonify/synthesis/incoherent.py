@@ -21,6 +21,7 @@ from insonify.synthesis.weights import leg_weights
 from insonify.units import amplitude_ratio
 
 Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
 SAME_DELAY = 1e-10
 """Delays this close share one pulse: their carriers are in the weights, and no envelope changes so fast [s]."""
 
@@ -49,6 +50,11 @@ class Incoherent:
     grid: TimeGrid
     perturbation: Perturbation
     table: PulseTable
+
+    @property
+    def even(self) -> bool:
+        """Whether it wants evenly laid points, for an expectation."""
+        return True
 
     def silence(self) -> Energies:
         """Nothing heard yet."""
@@ -80,7 +86,10 @@ class Incoherent:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _sort(delay_out, delay_back, sent, heard, pair, strength, support, kept, apart):  # type: ignore[no-untyped-def]
+def _sort(
+    delay_out: Floats, delay_back: Floats, sent: Complexes, heard: Complexes, pair: NDArray[np.int64],
+    strength: Floats, support: float, kept: float, apart: float,
+) -> tuple[Floats, Floats, NDArray[np.int64], Floats, Complexes]:  # fmt: skip
     """Sort the replicas of every scatterer into those that stand alone in time and those that interfere.
 
     Returns:

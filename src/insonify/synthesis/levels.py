@@ -44,6 +44,11 @@ class Levels:
 
     whole: Incoherent
 
+    @property
+    def even(self) -> bool:
+        """Whether it wants evenly laid points, for an expectation."""
+        return True
+
     def silence(self) -> CurveSet:
         """Nothing heard yet."""
         return CurveSet()

@@ -64,7 +64,10 @@ def _code(family: str) -> int:
 
 
 @njit(cache=True, nogil=True)
-def _factors(place, ping, families, k0, k1, jitter, amplitude, result):  # type: ignore[no-untyped-def]
+def _factors(
+    place: NDArray[np.uint64], ping: int, families: int, k0: int, k1: int, jitter: float, amplitude: float,
+    result: NDArray[np.complex128],
+) -> None:  # fmt: skip
     """Fill `result` with (1 + amplitude (2 u - 1)) exp(-j 2 pi jitter v), u and v uniform."""
     for n in range(place.size):
         low, high = place[n] & np.uint64(0xFFFFFFFF), place[n] >> np.uint64(32)

@@ -8,6 +8,7 @@ from insonify.records.legs import Legs
 from insonify.sonar.beam import Beams
 from insonify.synthesis._fastmath import sincos_cycles
 
+Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 
@@ -30,7 +31,9 @@ def leg_weights(legs: Legs, beams: Beams, frequency: float, level: float = 1.0) 
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _weigh(gain, amplitude, delay, frequency, level, weight):  # type: ignore[no-untyped-def]
+def _weigh(
+    gain: Floats, amplitude: Complexes, delay: Floats, frequency: float, level: float, weight: Complexes
+) -> None:
     """Fill `weight`; the carrier's cycles are counted in float64, for there are thousands of them."""
     for f in range(delay.shape[0]):
         for n in range(delay.shape[1]):

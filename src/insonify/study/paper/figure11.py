@@ -20,9 +20,9 @@ from insonify.scenario.scenario import Scenario
 from insonify.simulation import arrivals, levels, prepare, simulate
 from insonify.study.paper.nominal import nominal
 from insonify.study.paper.numbers import Number, write
-from insonify.study.spike_power import spike_power
-from insonify.study.weights import weights
+from insonify.synthesis.arrival_weights import arrival_weights
 from insonify.synthesis.noise import noise_intensity
+from insonify.synthesis.spike_power import spike_power
 from insonify.units import level_db
 
 TITLE = "Energy model, spike array and coherent series about the target"
@@ -72,11 +72,11 @@ def mean_power(realisations: int = REALISATIONS) -> tuple[Floats, Floats]:
 
 def binned_spikes() -> tuple[Floats, Floats]:
     """Mean power of the spikes, and of the energy model, in bins of 1 ms [uPa^2], each of shape (bins,)."""
-    scenario = scene()
+    scenario = scene(field="incoherent")
     listening = prepare(scenario)
     counted = spike_power(arrivals(scenario), listening.stance(0), listening.grid.time)
     counted += noise_intensity(listening.pulse, scenario.water.noise_level_db)
-    modelled = simulate(scene(field="incoherent"))["intensity"].values[0, 0]
+    modelled = simulate(scenario)["intensity"].values[0, 0]
     size = round(BIN * listening.grid.sample_rate)
     return counted.reshape(-1, size).mean(axis=1), modelled.reshape(-1, size).mean(axis=1)
 
@@ -125,13 +125,13 @@ def _panels(figure: Figure) -> None:
     energy.set_title("a  energy model, by cause")
     scenario = scene()
     paths, here = arrivals(scenario), prepare(scenario).stance(0)
-    spike_array(stems, _sampled(paths), level_db(np.abs(weights(_sampled(paths), here)) ** 2), "level [dB re 1 uPa]")
+    spike_array(stems, _sampled(paths), level_db(np.abs(arrival_weights(_sampled(paths), here)) ** 2), "level [dB re 1 uPa]")
     stems.set_title("b  spike array: one mark for each path, by the families of its two legs")
     heard = simulate(scenario)
     pressure = heard["pressure"].values[0, 0] / 1e3
     time = heard["time"].values * 1e3
-    series.plot(time, pressure.real, color=style.INK, linewidth=0.4)
-    series.plot(time, np.abs(pressure), color=style.CAUSES["target"], linewidth=0.9)
+    series.plot(time, pressure.real, color=style.QUIET, linewidth=0.4)
+    series.plot(time, np.abs(pressure), color=style.INK, linewidth=0.9)
     series.set_title("c  coherent series: in-phase part and envelope")
     series.set_xlabel("time after the start of transmission [ms]")
     series.set_ylabel("rms pressure [mPa]")

@@ -45,10 +45,20 @@ def scene(reflections: int, **changes: Any) -> Scenario:
     return nominal({"paths.reflections": reflections, "track.window": WINDOW, **named})
 
 
+def shadow_scene(reflections: int, length: float) -> Scenario:
+    """The expected intensity of the bed alone, behind a box or without one.
+
+    Args:
+        reflections: Most bounces of one leg.
+        length: Length of the box along the track [m]; 0 for none.
+    """
+    targets = [box(length)] if length else []
+    return scene(reflections, field="incoherent", targets=targets, paths__causes=["seabed"])
+
+
 @lru_cache(maxsize=16)
 def _intensity(reflections: int, length: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    targets = [box(length)] if length else []
-    heard = simulate(scene(reflections, field="incoherent", targets=targets, paths__causes=["seabed"]))
+    heard = simulate(shadow_scene(reflections, length))
     return heard["time"].values, heard["intensity"].values[0, 0]
 
 
@@ -100,7 +110,8 @@ def draw(folder: Path) -> list[Path]:
         rows[0].legend(ncols=4, loc="upper right")
         rows[-1].set_xlabel("time after the start of transmission [ms]")
         picture = style.keep(figure, folder / "figure12.png")
-    return [picture, write(folder / "figure12.json", 12, TITLE, scenarios, numbers())]
+    behind = {f"6 m box, {name}": shadow_scene(n, 6.0) for n, name in enumerate(ORDERS)}
+    return [picture, write(folder / "figure12.json", 12, TITLE, {**scenarios, **behind}, numbers())]
 
 
 def _panel(axes: Axes, scenario: Scenario) -> None:
@@ -113,5 +124,5 @@ def _panel(axes: Axes, scenario: Scenario) -> None:
         first, last = (1e3 * t for t in window)
         axes.axvspan(first, last, color=style.CAUSES[cause], alpha=0.1, linewidth=0, label=name)
     axes.plot(time, level, color=style.INK, linewidth=0.7, label="one ping")
-    axes.plot(time, level_db(mean), color=style.CAUSES["target"], linewidth=1.6, alpha=0.8, label="expected")
+    axes.plot(time, level_db(mean), color=style.EXPECTED, linewidth=1.6, alpha=0.8, label="expected")
     axes.set_ylabel("level [dB re 1 uPa]")

@@ -67,8 +67,8 @@ def point_scene(alone: bool) -> Scenario:
         return scene({"targets": [point], "track.window": DIRECT})
     return scene(
         {
-            "targets": [point], "sonar.receive.steer": FINE.tolist(), "paths.reflections": 0, "paths.causes": ["target"],
-            "track.window": DIRECT,
+            "targets": [point], "sonar.receive.steer": FINE.tolist(), "track.window": DIRECT,
+            "paths.reflections": 0, "paths.causes": ["target"],
         }
     )  # fmt: skip
 
@@ -146,7 +146,7 @@ def draw(folder: Path) -> list[Path]:
 
 
 def _panels(figure: Figure) -> None:
-    left, right = figure.subfigures(1, 2, width_ratios=(1, 1.05))
+    left, right = figure.subfigures(1, 2, width_ratios=(1, 1.05), squeeze=False)[0]
     rows = left.subplots(4, 1)
     image = _image()
     time = image["time"].values * 1e3

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from insonify.records.arrivals import Arrivals
 from insonify.sonar.stance import Stance
-from insonify.study.weights import weights
+from insonify.synthesis.arrival_weights import arrival_weights
 
 AT_ONCE = 200_000
 """Spikes that are laid down together: their pulses fit in memory."""
@@ -28,7 +28,7 @@ def spike_power(arrivals: Arrivals, stance: Stance, time: Floats, channel: int =
     """
     order = np.lexsort((arrivals.delay, arrivals.group))
     group, delay = arrivals.group[order], arrivals.delay[order]
-    weight = weights(arrivals, stance, channel)[order]
+    weight = arrival_weights(arrivals, stance, channel)[order]
     power = np.zeros(len(time))
     _lay_down(power, time, stance, delay, delay, weight * np.conj(weight))
     longest = stance.pulse.stop - stance.pulse.start
@@ -39,9 +39,7 @@ def spike_power(arrivals: Arrivals, stance: Stance, time: Floats, channel: int =
     return power
 
 
-def _lay_down(
-    power: Floats, time: Floats, stance: Stance, first: Floats, second: Floats, product: Complexes
-) -> None:
+def _lay_down(power: Floats, time: Floats, stance: Stance, first: Floats, second: Floats, product: Complexes) -> None:
     """Add Re product p(t - first) p*(t - second) to the samples in which both are heard."""
     step = time[1] - time[0]
     samples = np.arange(int(np.ceil((stance.pulse.stop - stance.pulse.start) / step)) + 1)
@@ -49,6 +47,6 @@ def _lay_down(
         part = slice(start, start + AT_ONCE)
         row = np.ceil((first[part] + stance.pulse.start - time[0]) / step).astype(int)[:, None] + samples
         when = time[0] + row * step
-        pulses = stance.pulse.samples(when - first[part, None]) * np.conj(stance.pulse.samples(when - second[part, None]))
+        one, other = (stance.pulse.samples(when - delay[part, None]) for delay in (first, second))
         inside = (row >= 0) & (row < len(time))
-        power += np.bincount(row[inside], (product[part, None] * pulses).real[inside], len(time))
+        power += np.bincount(row[inside], (product[part, None] * one * np.conj(other)).real[inside], len(time))

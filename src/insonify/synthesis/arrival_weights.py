@@ -1,4 +1,4 @@
-"""What each arrival weighs in a recording: its amplitude through both beams, at the source's level, with its carrier."""
+"""What each arrival weighs in a recording: its amplitude at the source's level, through both beams, on its carrier."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,7 @@ def beam_gains(arrivals: Arrivals, stance: Stance, channel: int) -> tuple[Floats
     return sent[0], heard[0]
 
 
-def weights(arrivals: Arrivals, stance: Stance, channel: int = 0) -> NDArray[np.complex128]:
+def arrival_weights(arrivals: Arrivals, stance: Stance, channel: int = 0) -> NDArray[np.complex128]:
     """Complex pressure of each arrival, had the pulse no shape [uPa], shape (n,).
 
     Args:

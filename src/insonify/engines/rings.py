@@ -1,0 +1,78 @@
+"""Even points of a boundary for the expected intensity: rings of slant range, sectors of azimuth, about the sonar.
+
+An expectation needs no scatterers, only a quadrature over the ground. Cells of equal slant range and azimuth follow
+what a sonar resolves; in each the point is shifted by the golden ratio times the number of the cell across, so that
+any strip along or across the beam meets its points at even distances. Four points a cell then give what hundreds
+thrown at random do.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines.sampling import Reach, Resolution, beam_bound
+from insonify.scene.scatterers import even_place
+from insonify.sonar.stance import Stance
+
+Floats = NDArray[np.float64]
+
+GOLDEN = 0.6180339887498949
+TILE = 32
+"""Cells of a tile in each direction."""
+WIDEST_CELL = 0.02
+"""A cell is never wider than this, however wide the beam, so that shadows keep their edges [rad]."""
+
+
+class Rings:
+    """The cells about one stance on one flat boundary."""
+
+    def __init__(self, stance: Stance, depth: float, reach: Reach, resolution: Resolution) -> None:
+        """Lay out the cells.
+
+        Args:
+            stance: The sonar.
+            depth: Depth of the boundary [m].
+            reach: Distances heard in the window.
+            resolution: What the sonar can tell apart.
+        """
+        self.stance, self.depth, self.height = stance, depth, reach.height
+        across = np.sqrt(resolution.per_cell)
+        self.slant = resolution.slant / across
+        sectors = np.ceil(2 * np.pi * across / min(resolution.width, WIDEST_CELL) / TILE) * TILE
+        self.azimuth = 2 * np.pi / float(sectors)
+        first = int(np.hypot(reach.nearest, reach.height) / self.slant) // TILE
+        last = int(np.hypot(reach.farthest, reach.height) / self.slant) // TILE
+        rows, columns = np.mgrid[first : last + 1, 0 : int(sectors) // TILE]
+        self.tiles = np.stack([rows.ravel(), columns.ravel()], axis=-1)
+
+    def in_view(self, water_depth: float, families: tuple[str, ...], floor: float) -> NDArray[np.int64]:
+        """Tiles that the two-way beam reaches above a floor [1], rows of (ring, sector), shape (n, 2)."""
+        ring, sector = self.tiles.T
+        near, far = (self._ground((ring + side) * TILE * self.slant) for side in (0, 1))
+        middle, width = (near + far) / 2, TILE * self.azimuth
+        centre = self._place(middle, (sector + 0.5) * width)
+        half_diagonal = np.hypot((far - near) / 2, far * width / 2)
+        bound = beam_bound(centre, half_diagonal, self.stance, self.depth, water_depth, families)
+        return np.asarray(self.tiles[(bound >= floor) & (far > 0)])
+
+    def points(self, tiles: NDArray[np.int64]) -> tuple[Floats, Floats, NDArray[np.uint64]]:
+        """North and east [m] (n, 2), area [m^2] and key of the cells of some tiles, but for those above the boundary."""
+        cell = np.arange(TILE)
+        ring = (tiles[:, 0, None, None] * TILE + cell[:, None] + 0 * cell).ravel()
+        sector = (tiles[:, 1, None, None] * TILE + 0 * cell[:, None] + cell).ravel()
+        inner, outer = (np.maximum((ring + side) * self.slant, self.height) for side in (0, 1))
+        there = outer > inner
+        ring, sector, inner, outer = ring[there], sector[there], inner[there], outer[there]
+        slant = inner + (outer - inner) * np.mod(sector * GOLDEN, 1)
+        azimuth = (sector + np.mod(ring * GOLDEN, 1)) * self.azimuth
+        area = (outer**2 - inner**2) / 2 * self.azimuth
+        return self._place(self._ground(slant), azimuth), area, even_place(ring, sector)
+
+    def _ground(self, slant: Floats) -> Floats:
+        """Horizontal distance at a slant range [m]."""
+        return np.asarray(np.sqrt(np.maximum(slant**2 - self.height**2, 0.0)))
+
+    def _place(self, distance: Floats, azimuth: Floats) -> Floats:
+        """North and east [m], azimuth counted from half a turn off boresight, where no seam matters."""
+        bearing = np.arctan2(self.stance.boresight[1], self.stance.boresight[0]) + np.pi + azimuth
+        offset = np.stack([np.cos(bearing), np.sin(bearing)], axis=-1) * distance[..., None]
+        return np.asarray(self.stance.transmit_place[:2] + offset)

@@ -1,0 +1,72 @@
+"""The lattice of drawn scatterers."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from insonify import streams
+from insonify.scene.lattice import BASE_PITCH, TILE, Lattice, Tiles, draw
+from insonify.scene.scatterers import lattice_place
+
+
+def tiles(*rows):
+    """Tiles from (level, along, across)."""
+    return Tiles(*np.array(rows, dtype=np.int64).reshape(-1, 3).T)
+
+
+@given(st.integers(0, 8), st.integers(-2000, 2000), st.integers(-2000, 2000))
+def test_each_cell_holds_one_point_and_the_tile_its_area(level, along, across):
+    """One scatterer in each of 32 x 32 cells, each standing for its cell."""
+    cell = draw(tiles((level, along, across)), 1, streams.SEABED)
+    pitch = BASE_PITCH * 2**level
+    number = np.floor(np.stack([cell.along, cell.across]) / pitch).astype(np.int64)
+    i, j = np.indices((TILE, TILE)).reshape(2, -1)
+    np.testing.assert_array_equal(number, np.stack([along * TILE + i, across * TILE + j]))
+    assert cell.area.sum() == pytest.approx((TILE * pitch) ** 2)
+    np.testing.assert_array_equal(cell.place, lattice_place(streams.SEABED, level, *number))
+
+
+def test_a_tile_is_the_same_alone_and_in_company():
+    """Draws know nothing of order or neighbours."""
+    many = draw(tiles((2, 3, 4), (1, -5, 6), (0, 0, 0)), 7, streams.SEABED)
+    alone = draw(tiles((1, -5, 6)), 7, streams.SEABED)
+    middle = slice(TILE**2, 2 * TILE**2)
+    for name in alone._fields:
+        np.testing.assert_array_equal(getattr(many, name)[middle], getattr(alone, name))
+
+
+def test_seabed_surface_levels_and_seeds_have_scatterers_of_their_own():
+    """No phase of one is a phase of another at the same cell."""
+    base = draw(tiles((2, 3, 4)), 7, streams.SEABED)
+    for other in (draw(tiles((2, 3, 4)), 8, streams.SEABED), draw(tiles((2, 3, 4)), 7, streams.SURFACE),
+                  draw(tiles((1, 3, 4)), 7, streams.SEABED)):  # fmt: skip
+        assert not np.any(base.phase == other.phase)
+
+
+def test_points_are_uniform_in_their_cells_and_their_phases_on_the_circle():
+    """Means of 16 384 draws: places 1/2 +- 0.01, phasors and their squares 0 +- 0.03."""
+    cell = draw(tiles(*((3, n, 2 * n) for n in range(16))), 1, streams.SEABED)
+    for coordinate in (cell.along, cell.across):
+        assert np.mean(coordinate / 0.08 % 1) == pytest.approx(0.5, abs=0.01)
+    assert abs(cell.phase.mean()) < 0.03 and abs((cell.phase**2).mean()) < 0.03
+
+
+@given(st.floats(-1e4, 1e4), st.floats(-1e4, 1e4), st.floats(-6.28, 6.28))
+def test_to_the_world_and_back_is_where_it_was(north, east, heading):
+    """Lattice to world and world to lattice undo one another; distances stay."""
+    lattice = Lattice(origin=(north, east), heading=heading)
+    along, across = np.array([0.0, 30.0, -4.0]), np.array([10.0, -3.0, 500.0])
+    world = lattice.to_world(along, across)
+    np.testing.assert_allclose(lattice.from_world(world), np.stack([along, across], axis=-1), atol=1e-8)
+    np.testing.assert_allclose(np.hypot(*(world - [north, east]).T), np.hypot(along, across), atol=1e-8)
+
+
+def test_a_split_tile_is_covered_by_its_four_parts():
+    """Four tiles of the finer level, same ground."""
+    whole = tiles((3, -2, 5))
+    parts = whole.split()
+    np.testing.assert_array_equal(parts.level, 2)
+    assert (TILE * parts.pitch**2 * TILE).sum() == pytest.approx(float(((TILE * whole.pitch) ** 2)[0]))
+    np.testing.assert_allclose(parts.centre.mean(axis=0), whole.centre[0])
+    assert len({tuple(row) for row in parts.centre}) == 4

@@ -1,0 +1,66 @@
+"""What may stand in the water, and where."""
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from insonify.scattering.point import PointEcho
+from insonify.scene.scatterers import Scatterers
+from insonify.scene.scene import Scene, point_scatterer
+from insonify.scene.target import PointTarget
+
+
+@pytest.mark.parametrize(
+    ("target", "said"),
+    [
+        ({"shape": "point", "position": (0, 50, 21)}, "below the seabed"),
+        ({"shape": "point", "position": (0, 50, 0)}, "at or above the sea surface"),
+        ({"shape": "box", "position": (0, 50), "size": (1, 1, 21)}, "at or above the sea surface"),
+        ({"shape": "box", "position": (0, 50), "size": (1, 1, 1), "base_depth": 25}, "below the seabed"),
+        ({"shape": "box", "position": (0, 50), "size": (1, 1, 1), "label": "seabed"}, "label of its own"),
+    ],
+)
+def test_a_target_stands_in_the_water_with_a_name_of_its_own(target, said):
+    """Anything else is refused in words."""
+    with pytest.raises(ValidationError, match=said):
+        Scene(targets=[target])
+
+
+def test_two_targets_do_not_share_a_label():
+    """Labels tell whose echo it is."""
+    box = {"shape": "box", "position": (0, 50), "size": (1, 1, 1)}
+    with pytest.raises(ValidationError, match="label of its own"):
+        Scene(targets=[box, box])
+
+
+def test_only_boxes_cast_shadows():
+    """A point has no body."""
+    scene = Scene(targets=[
+        {"shape": "point", "position": (0, 40, 10)}, {"shape": "box", "position": (0, 50), "size": (2, 1, 1)},
+    ])  # fmt: skip
+    assert scene.bodies.shape == (1, 8)
+    assert Scene().bodies.shape == (0, 8)
+
+
+def test_the_surface_turns_the_sign_and_the_bed_has_its_coefficient():
+    """-1 at any angle above; the given number, or the sediment's, below."""
+    angle = np.radians([1, 20, 90])
+    np.testing.assert_array_equal(Scene().surface.mirror(angle), -np.ones(3))
+    np.testing.assert_array_equal(Scene().seabed.mirror(angle), np.full(3, 0.35))
+    sand = Scene(seabed={"reflection": "medium sand"}).seabed.mirror(angle)
+    assert abs(sand[0]) > 0.95 and sand[0].real < 0 < sand[2].real
+
+
+def test_a_point_target_is_one_scatterer_that_keeps_its_phase():
+    """No draw, no normal, the target strength as its cross section."""
+    one = point_scatterer(PointTarget(position=(1, 2, 3), target_strength_db=-10))
+    assert len(one) == 1 and not one.drawn
+    angles = np.zeros(1)
+    np.testing.assert_allclose(one.law.cross_section(angles, angles, angles), 0.1)
+
+
+def test_columns_of_unequal_length_are_refused():
+    """At the door, with the guilty column's name."""
+    with pytest.raises(ValueError, match="area"):
+        Scatterers("seabed", "seabed", PointEcho(), np.zeros((2, 3)), np.zeros((2, 3)), np.ones(3),
+                   np.ones(2, complex), np.zeros(2, np.uint64))  # fmt: skip

@@ -1,0 +1,106 @@
+"""The arrivals behind a sample add up to the sample."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from insonify import simulate
+from insonify.scenario.scenario import Scenario
+from insonify.study.explain import Behind, explain
+from insonify.study.paper.nominal import nominal
+
+SLICE: dict[str, Any] = {"paths.geometry": "slice", "track.window": [0.19, 0.23]}
+
+
+def sample(scenario: Scenario, time: float, channel: int = 0, ping: int = 0) -> tuple[Behind, complex, xr.Dataset]:
+    """The arrivals behind a sample, the sample itself, and the recording."""
+    data = simulate(scenario)
+    row = int(np.argmin(np.abs(data["time"].values - time)))
+    name = "pressure" if "pressure" in data else "intensity"
+    return Behind(scenario, ping, float(data["time"][row]), channel), data[name].values[ping, channel, row], data
+
+
+@pytest.mark.parametrize("time", [0.192, 0.2004, 0.2023, 0.208, 0.22])
+@pytest.mark.parametrize("jitter", [0.0, 0.5])
+def test_arrivals_in_phase_are_the_recorded_pressure(time: float, jitter: float) -> None:
+    """Before the target, in its echo, in its ghosts and in its shadow, with and without jitter."""
+    behind, recorded, _ = sample(nominal({**SLICE, "paths.jitter": jitter, "track.pings": 2}), time, ping=1)
+    assert abs(behind.pressure.sum() - recorded) < 1e-3 * abs(recorded)
+
+
+def test_arrivals_in_phase_are_the_recorded_pressure_of_a_steered_beam() -> None:
+    """In three dimensions, each channel through its own beams."""
+    steer = [0.0, 0.005, 0.02]
+    scenario = nominal({"track.window": [0.2, 0.201], "sonar.receive.steer": steer, "paths.reflections": 1})
+    behind, recorded, _ = sample(scenario, 0.2005, channel=1)
+    assert abs(behind.pressure.sum() - recorded) < 1e-3 * abs(recorded)
+
+
+def test_arrivals_in_phase_are_the_compressed_pressure() -> None:
+    """A swept pulse and its matched filter."""
+    pulse = {"sonar.pulse.kind": "lfm", "sonar.pulse.bandwidth": 15e3, "sonar.receiver.compress": True}
+    behind, recorded, _ = sample(nominal({**SLICE, **pulse}), 0.2004)
+    assert abs(behind.pressure.sum() - recorded) < 1e-3 * abs(recorded)
+
+
+def test_groups_as_energies_are_the_expected_intensity() -> None:
+    """The incoherent reading of the same sample."""
+    behind, recorded, _ = sample(nominal({**SLICE, "field": "incoherent"}), 0.2023)
+    assert behind.mean_square() == pytest.approx(float(recorded.real), rel=1e-3)
+
+
+def test_the_terms_add_up_to_the_level() -> None:
+    """Source level, beams, spreading, absorption, bounces, scattering and pulse: decibels add."""
+    behind, _, _ = sample(nominal({**SLICE, "paths.amplitude_perturbation": 0.3}), 0.2023)
+    terms = behind.budget()
+    heard = np.isfinite(terms).all(axis=1)
+    assert heard.sum() > 1000
+    np.testing.assert_allclose(terms[heard, :-1].sum(axis=1), terms[heard, -1], atol=1e-4)
+
+
+def test_the_terms_are_those_of_the_sonar_equation() -> None:
+    """A point on the axis, direct: -20 log10 of both ways, no beam loss, its target strength."""
+    point = {"shape": "point", "label": "point", "position": [0, 150, 11], "target_strength_db": -12.0}
+    changes = {"targets": [point], "paths.causes": ["target"], "paths.reflections": 0, "paths.geometry": "3d"}
+    behind, _, _ = sample(nominal({**SLICE, **changes}), 0.2001)
+    ((source, sent, heard, spread, absorbed, bounced, scattered, pulse, level),) = behind.budget()
+    assert (source, sent, heard) == pytest.approx((220.0, 0.0, 0.0), abs=1e-6)
+    assert spread == pytest.approx(-40 * np.log10(150.0), abs=1e-6)
+    loss = float(behind.listening.scenario.water.absorption(100e3))
+    assert absorbed == pytest.approx(-300 * loss, abs=1e-6)
+    assert bounced == 0.0
+    assert scattered == pytest.approx(-12.0, abs=1e-4)
+    assert level == pytest.approx(220 - 40 * np.log10(150.0) - 300 * loss - 12 + pulse, abs=1e-4)
+
+
+def test_the_page_names_what_is_heard() -> None:
+    """Owner, pair, counts, and both sums, which agree to a tenth of a decibel."""
+    _, _, data = sample(nominal(SLICE), 0.2023)
+    page = explain(data, 0, 0.2023)
+    assert "box D-S: " in page
+    assert "seabed S-S: " in page
+    together, recorded = (next(line for line in page.splitlines() if line.startswith(name)).split()[-5]
+                          for name in ("all arrivals", "recorded"))  # fmt: skip
+    assert together == recorded
+
+
+def test_noise_is_told_apart() -> None:
+    """With noise the difference is named so, and is about as strong as the noise."""
+    _, _, data = sample(nominal({**SLICE, "water.noise_level_db": 20.0}), 0.2)
+    (line,) = (line for line in explain(data, 0, 0.2).splitlines() if line.startswith("difference"))
+    assert "noise" in line
+    assert float(line.split()[-5]) == pytest.approx(20 + 10 * np.log10(21e3), abs=12)
+
+
+def test_nothing_heard_has_a_page_too() -> None:
+    """A sample before all echoes."""
+    quiet = simulate(nominal({**SLICE, "targets": [], "paths.causes": ["target"]}))
+    assert "0 arrivals" in explain(quiet, 0, 0.2)
+
+
+def test_a_recording_without_its_scenario_cannot_be_explained() -> None:
+    """The message says why."""
+    with pytest.raises(ValueError, match="does not carry its scenario"):
+        explain(xr.Dataset(attrs={"scenario": ""}), 0, 0.2)

@@ -1,0 +1,134 @@
+"""The paper's figures 10-14 show the numbers that they must show."""
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from insonify.study import paper
+from insonify.study.paper import figure10, figure11, figure12, figure13, figure14
+from insonify.study.paper.nominal import nominal
+from insonify.study.paper.numbers import Number
+
+PUBLISHED = Path(__file__).parents[1] / "published" / "paper_delays.csv"
+
+
+def printed() -> list[dict[str, str]]:
+    """The table of two-way delays."""
+    lines = [line for line in PUBLISHED.read_text(encoding="utf-8").splitlines() if not line.startswith("#")]
+    return list(csv.DictReader(lines))
+
+
+def test_the_five_legs_take_the_time_that_images_say() -> None:
+    """Figure 10: delays of a-e equal sqrt(r^2 + (z - z_image)^2) / c within 1e-9 s."""
+    np.testing.assert_allclose(figure10.legs().delay, figure10.expected_delays(), rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("row", printed(), ids=lambda row: row["pair"])
+def test_the_fifteen_two_way_delays_are_those_printed(row: dict[str, str]) -> None:
+    """Figure 10: each pair of legs to the seabed, and to the target's middle and top, to the printed microsecond."""
+    delay = dict(zip("abcde", figure10.legs().delay * 1e3, strict=True))
+    direct = 2 * delay["a"]
+    there = delay[row["pair"][0]] + delay[row["pair"][1]]
+    for column, point in enumerate(("seabed", "middle", "top")):
+        measured = there[column] if row["pair"] == "aa" else there[column] - direct[column]
+        assert measured == pytest.approx(float(row[point]), abs=0.6e-3)
+
+
+def test_every_number_of_figure_10_holds() -> None:
+    """Lengths, angles, one-way and two-way delays of three points."""
+    rows = figure10.numbers()
+    assert len(rows) == 3 * (5 * 3 + 15)
+    assert all(row.holds is not False for row in rows)
+
+
+def test_spikes_energy_model_and_series_agree() -> None:
+    """Figure 11: 100 seeds of 175 cells each; 0.2 dB is six standard errors of the mean level, 4.34/sqrt(17500) dB."""
+    rows = {row.name: row for row in figure11.numbers(realisations=100)}
+    for name, row in rows.items():
+        assert row.holds is not False, (name, row.value)
+
+
+@pytest.mark.parametrize("row", figure12.EXPECTED)
+def test_reflections_fill_the_shadow(row: tuple[int, tuple[float, float]]) -> None:
+    """Figure 12: contrast of a 6 m box with 0, 1 and 2 reflections, in both windows behind it."""
+    expected, tolerance = figure12.EXPECTED[row]
+    contrast = figure12.contrast(row[0], 6.0, row[1])
+    assert contrast > expected if tolerance is None else contrast == pytest.approx(expected, abs=tolerance)
+
+
+def test_sound_leaks_round_a_narrow_target() -> None:
+    """Figure 12: direct paths behind the paper's 2 m box, 20.8 dB down: what the two-way beam hears beside it."""
+    assert figure12.contrast(0, 2.0, figure12.LATE) == pytest.approx(20.8, abs=1.0)
+
+
+def test_jitter_decorrelates_as_sinc_squared() -> None:
+    """Figure 13: 40 seeds of 825 cells; the error of the correlation is 0.886/sqrt(33000) = 0.005."""
+    for row in figure13.numbers():
+        assert row.holds, (row.name, row.value)
+
+
+def test_the_echo_follows_the_two_way_beam() -> None:
+    """Figure 14: main lobe within 0.2 dB and first sidelobe within 1 dB of sinc^4; image at the target's place."""
+    for row in figure14.numbers():
+        assert row.holds is not False, (row.name, row.value)
+
+
+def test_run_writes_a_picture_and_its_numbers(tmp_path: Path) -> None:
+    """Each figure is a PNG and a JSON whose numbers have units, and expected values have sources."""
+    picture, numbers = paper.run([10], tmp_path / "new" / "folder")
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    content = json.loads(numbers.read_text(encoding="utf-8"))
+    assert content["figure"] == 10
+    assert len(content["scenarios"]["nominal"]["sha256"]) == 64
+    for row in content["numbers"]:
+        assert row["unit"]
+        assert row["expected"] is None or (row["source"] and row["holds"] is True)
+
+
+def test_a_figure_that_there_is_not_is_refused(tmp_path: Path) -> None:
+    """The message says what can be had, and nothing is written."""
+    with pytest.raises(ValueError, match=r"figure 3, 99 is not available; choose from 10, 11, 12, 13, 14"):
+        paper.run([10, 3, 99], tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.slow
+def test_all_figures_can_be_drawn(tmp_path: Path) -> None:
+    """Without a choice, all of them."""
+    written = paper.run(None, tmp_path)
+    assert [path.name for path in written] == [
+        f"figure{n}{suffix}" for n in (10, 11, 12, 13, 14) for suffix in (".png", ".json")
+    ]
+
+
+def test_a_change_must_name_a_value() -> None:
+    """A figure cannot change what is not in the nominal scene."""
+    with pytest.raises(KeyError, match=r"paths\.reflexions"):
+        nominal({"paths.reflexions": 1})
+
+
+@pytest.mark.parametrize(
+    ("number", "holds"),
+    [
+        (Number("x", 1.0, "m"), None),
+        (Number("x", 1.0, "m", 1.05, 0.1), True),
+        (Number("x", 1.0, "m", 1.2, 0.1), False),
+        (Number("x", 31.0, "dB", 30.0), True),
+        (Number("x", 29.0, "dB", 30.0), False),
+    ],
+)
+def test_a_number_knows_whether_it_holds(number: Number, holds: bool | None) -> None:
+    """Within the tolerance, or above a lower bound."""
+    assert number.holds is holds
+
+
+def test_the_example_is_the_template() -> None:
+    """What `insonify new` writes is what the examples show."""
+    from importlib.resources import files
+
+    template = (files("insonify.scenario") / "templates" / "nominal.yaml").read_text(encoding="utf-8")
+    example = Path(__file__).parents[2] / "examples" / "nominal.yaml"
+    assert example.read_text(encoding="utf-8") == template
