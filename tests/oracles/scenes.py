@@ -7,6 +7,7 @@ import numpy as np
 from insonify.scenario.scenario import Scenario
 from insonify.simulation import prepare
 
+BED = {"depth": 20.0, "scattering": {"law": "lambert", "strength_db": -27.0}, "reflection": 0.35}
 BOX = {"shape": "box", "position": (0.0, 150.5), "size": (2.0, 1.0, 1.0)}
 PULSE = {"kind": "cw", "frequency": 100e3, "duration": 0.2e-3, "taper": "tukey", "taper_fraction": 0.2}
 
@@ -31,6 +32,7 @@ def nominal(*, box=None, line=None, transmit=None, receive=None, paths=None, tra
     }
     described = {
         "water": {"noise_level_db": None},
+        "seabed": BED,
         "targets": [] if box is None else [{**BOX, **box}],
         "sonar": {"source_level_db": 220, "pulse": PULSE, **ends, **(sonar or {})},
         "track": {"kind": "static", "position": (0.0, 0.0, 11.0), **(track or {})},

@@ -1,6 +1,5 @@
 """The waterfall: ping after ping, each a line of the image, the way a sidescan is read."""
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage

@@ -16,6 +16,7 @@ from insonify.propagation.choice import PathChoice
 from insonify.propagation.images import image_legs
 from insonify.records.legs import Legs
 from insonify.records.pairs import Pairs
+from insonify.scattering.fast import FastLaw
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
 from insonify.sonar.stance import Stance
@@ -89,10 +90,14 @@ def _slice_width(stance: Stance, out: Legs, back: Legs, pair: NDArray[np.int64])
 def _cross_section(scatterers: Scatterers, out: Legs, back: Legs, pair: NDArray[np.int64]) -> Floats:
     """Cross section of each ordered pair, (p, n); legs that are not there weigh nothing later."""
     i, j = pair.T
+    law = scatterers.law
+    if isinstance(law, FastLaw):
+        normal = scatterers.normal.T
+        return np.array([law.cross_section(out.arrival[a].T, -back.arrival[b].T, normal) for a, b in pair], float)
     # On a level boundary all legs to and from one place share one bearing.
     straight_back = out is back and scatterers.boundary != "target"
     azimuth = np.array(np.pi) if straight_back else _azimuth(scatterers.normal, out.arrival[i], back.arrival[j])
-    return np.asarray(scatterers.law.cross_section(np.abs(out.grazing[i]), np.abs(back.grazing[j]), azimuth))
+    return np.asarray(law.cross_section(np.abs(out.grazing[i]), np.abs(back.grazing[j]), azimuth))
 
 
 def _azimuth(normal: Floats, arriving: Floats, leaving: Floats) -> Floats:

@@ -17,10 +17,9 @@ from insonify.engines.rings import Rings
 from insonify.engines.sampling import Resolution, reach, tiles_in_view
 from insonify.propagation.choice import PathChoice
 from insonify.propagation.families import families_for
-from insonify.scattering.law import ScatteringLaw
 from insonify.scene.box import box_scatterers, box_section
 from insonify.scene.lattice import TILE, Tiles, draw
-from insonify.scene.scatterers import Boundary, Scatterers
+from insonify.scene.scatterers import Boundary, Law, Scatterers
 from insonify.scene.scene import Scene, point_scatterer
 from insonify.scene.target import Box
 from insonify.sonar.footprint import two_way_footprint, two_way_width
@@ -56,13 +55,15 @@ class View:
         made: list[Block] = []
         if "target" in self.choice.causes:
             made += self._targets()
-        if "seabed" in self.choice.causes and seabed.scattering is not None:
-            made += self._boundary("seabed", seabed.depth, seabed.scattering)
-        if "surface" in self.choice.causes and surface.scattering is not None:
-            made += self._boundary("surface", 0.0, surface.scattering)
+        bed_law = seabed.law(self.stance.frequency, self.stance.sound_speed)
+        if "seabed" in self.choice.causes and bed_law is not None:
+            made += self._boundary("seabed", seabed.depth, bed_law)
+        surface_law = surface.law(self.stance.frequency)
+        if "surface" in self.choice.causes and surface_law is not None:
+            made += self._boundary("surface", 0.0, surface_law)
         return made
 
-    def _boundary(self, boundary: Boundary, depth: float, law: ScatteringLaw) -> list[Block]:
+    def _boundary(self, boundary: Boundary, depth: float, law: Law) -> list[Block]:
         kept = families_for(boundary, self.choice.followed)
         if not kept:
             return []
@@ -70,7 +71,7 @@ class View:
             return self._line(boundary, depth, law, kept)
         return (self._rings if self.even else self._lattice)(boundary, depth, law, kept)
 
-    def _lattice(self, boundary: Boundary, depth: float, law: ScatteringLaw, kept: tuple[str, ...]) -> list[Block]:
+    def _lattice(self, boundary: Boundary, depth: float, law: Law, kept: tuple[str, ...]) -> list[Block]:
         """Jittered cells of all tiles in reach of window and beams."""
         lattice = self.scene.seabed.lattice
         floor = float(amplitude_ratio(self.choice.beam_floor_db))
@@ -85,7 +86,7 @@ class View:
         starts = range(0, len(tiles.level), TILES_PER_BLOCK)
         return [partial(drawn, tiles.take(slice(s, s + TILES_PER_BLOCK))) for s in starts]
 
-    def _rings(self, boundary: Boundary, depth: float, law: ScatteringLaw, kept: tuple[str, ...]) -> list[Block]:
+    def _rings(self, boundary: Boundary, depth: float, law: Law, kept: tuple[str, ...]) -> list[Block]:
         """Even cells of slant range and azimuth about the sonar."""
         heard = reach(self.stance, depth, self.scene.seabed.depth, kept)
         if heard.farthest < 0:
@@ -99,7 +100,7 @@ class View:
 
         return [partial(laid, tiles[s : s + TILES_PER_BLOCK]) for s in range(0, len(tiles), TILES_PER_BLOCK)]
 
-    def _line(self, boundary: Boundary, depth: float, law: ScatteringLaw, kept: tuple[str, ...]) -> list[Block]:
+    def _line(self, boundary: Boundary, depth: float, law: Law, kept: tuple[str, ...]) -> list[Block]:
         """Cells along the beam's plane, a few to each cell of slant range: what the farthest ground cell comes to."""
         heard = reach(self.stance, depth, self.scene.seabed.depth, kept)
         if heard.farthest < 0:
@@ -166,7 +167,7 @@ def footprint(stance: Stance, within: float = np.pi) -> float:
 
 
 def _on_boundary(
-    boundary: Boundary, depth: float, law: ScatteringLaw, place: NDArray[np.float64], area: NDArray[np.float64],
+    boundary: Boundary, depth: float, law: Law, place: NDArray[np.float64], area: NDArray[np.float64],
     phase: NDArray[np.complex128], key: NDArray[np.uint64],
 ) -> Scatterers:  # fmt: skip
     """Points of a flat boundary, facing the water."""

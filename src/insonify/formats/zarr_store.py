@@ -19,8 +19,8 @@ import numpy as np
 import xarray as xr
 import zarr
 from numpy.typing import ArrayLike, NDArray
-from zarr.errors import ZarrUserWarning
 from zarr.core.common import JSON
+from zarr.errors import ZarrUserWarning
 
 from insonify.records.recording import COLUMNS, FIELDS, Layout
 

@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify import streams
+from insonify.scattering.fast import FastLaw
 from insonify.scattering.law import ScatteringLaw
 
+Law = ScatteringLaw | FastLaw
 Boundary = Literal["seabed", "surface", "target"]
 
 
@@ -21,7 +23,7 @@ class Scatterers:
     """Who they belong to: "seabed", "surface" or a target's label."""
     boundary: Boundary
     """What they lie on; bounces on that very boundary are not legs of theirs."""
-    law: ScatteringLaw
+    law: Law
     """How they answer."""
     position: NDArray[np.float64]
     """North, east, depth [m], shape (n, 3)."""

@@ -1,18 +1,19 @@
 """The seabed: where it lies, how it scatters and how it mirrors sound."""
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from insonify.noun import Metres, Noun
+from insonify.scattering.fast import FastLaw
 from insonify.scattering.lambert import Lambert
 from insonify.scattering.reflection import reflection_coefficient
-from insonify.scattering.sediments import Sediment
+from insonify.scene.bottom_law import SedimentLaw, known_sediment, sediment
 from insonify.scene.lattice import Lattice
 
-SEDIMENTS = Literal["medium sand"]
+Reflection = Annotated[float, Field(ge=-1, le=1)] | Annotated[str, AfterValidator(known_sediment)]
 
 
 class Seabed(Noun):
@@ -20,13 +21,19 @@ class Seabed(Noun):
 
     depth: Annotated[Metres, Field(ge=0.1, le=12_000)] = 20.0
     """Depth of the flat bed below the mean surface, positive down [m]."""
-    scattering: Lambert | None = Lambert(strength_db=-27.0)
+    scattering: Annotated[Lambert | SedimentLaw, Field(discriminator="law")] | None = SedimentLaw()
     """Law of diffuse scattering; None for a bed that only mirrors."""
-    reflection: Annotated[float, Field(ge=-1, le=1)] | SEDIMENTS = 0.35
+    reflection: Reflection = "medium sand"
     """Pressure reflection coefficient [1], or the sediment whose Rayleigh coefficient is used."""
 
     lattice: Lattice = Lattice()
     """Frame of the drawn scatterers, of the seabed and of the surface alike."""
+
+    def law(self, frequency: float, sound_speed: float) -> Lambert | FastLaw | None:
+        """The law of diffuse scattering at one frequency [Hz], under water of one sound speed [m/s]."""
+        if isinstance(self.scattering, SedimentLaw):
+            return self.scattering.at(frequency, sound_speed)
+        return self.scattering
 
     def mirror(self, grazing: NDArray[np.float64]) -> NDArray[np.complex128]:
         """Pressure reflection coefficient of one bottom bounce [1].
@@ -38,5 +45,5 @@ class Seabed(Noun):
             Complex coefficient for exp(+j omega t), shape of `grazing`.
         """
         if isinstance(self.reflection, str):
-            return reflection_coefficient(Sediment.named(self.reflection), grazing)
+            return reflection_coefficient(sediment(self.reflection), grazing)
         return np.full(np.shape(grazing), complex(self.reflection))

@@ -1,12 +1,27 @@
 """The sea surface: a mirror for bounces, and a scatterer of its own."""
 
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 
-from insonify.noun import Noun
+from insonify.noun import MetresPerSecond, Noun
+from insonify.scattering.apl_surface import AplSurface
 from insonify.scattering.lambert import Lambert
+
+
+class WindLaw(Noun):
+    """What the surface echoes under a wind: facets, ripples and bubbles of APL-UW TR 9407."""
+
+    law: Literal["apl-surface"] = "apl-surface"
+    """Name of the law."""
+    wind_speed: Annotated[MetresPerSecond, Field(ge=0, le=30)]
+    """Wind at a height of 10 m [m/s]."""
+
+    def at(self, frequency: float) -> AplSurface:
+        """The law at one frequency [Hz]."""
+        return AplSurface(self.wind_speed, frequency)
 
 
 class Surface(Noun):
@@ -14,8 +29,12 @@ class Surface(Noun):
 
     bounce: Literal["mirror"] = "mirror"
     """How a path bounces: a mirror returns all the sound, with its sign turned."""
-    scattering: Lambert | None = None
+    scattering: Annotated[Lambert | WindLaw, Field(discriminator="law")] | None = None
     """Law of the surface's own reverberation; None for a surface that only mirrors."""
+
+    def law(self, frequency: float) -> Lambert | AplSurface | None:
+        """The law of the surface's own reverberation at one frequency [Hz]."""
+        return self.scattering.at(frequency) if isinstance(self.scattering, WindLaw) else self.scattering
 
     def mirror(self, grazing: NDArray[np.float64]) -> NDArray[np.complex128]:
         """Pressure reflection coefficient of one surface bounce: -1 at any grazing angle [rad]."""
