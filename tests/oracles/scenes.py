@@ -32,12 +32,12 @@ def nominal(*, box=None, line=None, transmit=None, receive=None, paths=None, tra
     }
     described = {
         "water": {"noise_level_db": None},
-        "seabed": BED,
         "targets": [] if box is None else [{**BOX, **box}],
         "sonar": {"source_level_db": 220, "pulse": PULSE, **ends, **(sonar or {})},
         "track": {"kind": "static", "position": (0.0, 0.0, 11.0), **(track or {})},
         "paths": paths or {},
         **top,
+        "seabed": {**BED, **top.get("seabed", {})},
     }
     return Scenario(**described)
 

@@ -24,7 +24,7 @@ def test_the_template_shows_the_defaults() -> None:
     scenario = parse(Scenario, NOMINAL)
     sonar = "sonar:" + NOMINAL.split("\nsonar:")[1].split("  receiver:")[0]
     short = parse(Scenario, sonar + "\ntrack: {kind: static, position: [0, 0, 11]}")
-    for name in ("seed", "water", "seabed", "surface", "track", "paths", "field", "output"):
+    for name in ("seed", "water", "surface", "track", "paths", "field", "output"):
         assert getattr(short, name) == getattr(scenario, name), name
     assert short.sonar == scenario.sonar
 

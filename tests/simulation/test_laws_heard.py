@@ -22,7 +22,7 @@ def direct_level(cause: str, **scene: Any) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize("name", ["medium sand", "silty clay"])
 def test_reverberation_rises_by_what_the_law_rises(name: str) -> None:
-    """Jackson's bed over Lambert's, at one delay and so one grazing angle: 10 log of the two cross sections, to 0.15 dB.
+    """Jackson's bed over Lambert's, at one delay and so one grazing angle: 10 log of their cross sections, to 0.15 dB.
 
     From 30 to 200 ms; both beds are heard through the same geometry, so only the laws differ. The tolerance is the
     change of the law over one pulse.

@@ -30,6 +30,14 @@ def sediment(name: str | float) -> Sediment:
     return Sediment.named(name) if isinstance(name, str) else Sediment.from_grain_size(name)
 
 
+def law_by_its_numbers(value: object) -> object:
+    """A law told without its name, known by what it asks for: a strength, a sediment or a wind."""
+    if isinstance(value, dict) and "law" not in value:
+        known = {"sediment": "jackson", "wind_speed": "apl-surface"}
+        return {**value, "law": next((law for key, law in known.items() if key in value), "lambert")}
+    return value
+
+
 class SedimentLaw(Noun):
     """A law that follows from what the seabed is made of."""
 

@@ -4,13 +4,13 @@ from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Field
 
 from insonify.noun import Metres, Noun
 from insonify.scattering.fast import FastLaw
 from insonify.scattering.lambert import Lambert
 from insonify.scattering.reflection import reflection_coefficient
-from insonify.scene.bottom_law import SedimentLaw, known_sediment, sediment
+from insonify.scene.bottom_law import SedimentLaw, known_sediment, law_by_its_numbers, sediment
 from insonify.scene.lattice import Lattice
 
 Reflection = Annotated[float, Field(ge=-1, le=1)] | Annotated[str, AfterValidator(known_sediment)]
@@ -21,7 +21,9 @@ class Seabed(Noun):
 
     depth: Annotated[Metres, Field(ge=0.1, le=12_000)] = 20.0
     """Depth of the flat bed below the mean surface, positive down [m]."""
-    scattering: Annotated[Lambert | SedimentLaw, Field(discriminator="law")] | None = SedimentLaw()
+    scattering: Annotated[
+        Annotated[Lambert | SedimentLaw, Field(discriminator="law")] | None, BeforeValidator(law_by_its_numbers)
+    ] = SedimentLaw()
     """Law of diffuse scattering; None for a bed that only mirrors."""
     reflection: Reflection = "medium sand"
     """Pressure reflection coefficient [1], or the sediment whose Rayleigh coefficient is used."""

@@ -4,11 +4,12 @@ from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from insonify.noun import MetresPerSecond, Noun
 from insonify.scattering.apl_surface import AplSurface
 from insonify.scattering.lambert import Lambert
+from insonify.scene.bottom_law import law_by_its_numbers
 
 
 class WindLaw(Noun):
@@ -29,7 +30,9 @@ class Surface(Noun):
 
     bounce: Literal["mirror"] = "mirror"
     """How a path bounces: a mirror returns all the sound, with its sign turned."""
-    scattering: Annotated[Lambert | WindLaw, Field(discriminator="law")] | None = None
+    scattering: Annotated[
+        Annotated[Lambert | WindLaw, Field(discriminator="law")] | None, BeforeValidator(law_by_its_numbers)
+    ] = None
     """Law of the surface's own reverberation; None for a surface that only mirrors."""
 
     def law(self, frequency: float) -> Lambert | AplSurface | None:

@@ -1,0 +1,141 @@
+"""Pictures of physics by name: a sediment, a sound-speed profile, the sea, the absorption of sea water."""
+
+import math
+import re
+from difflib import get_close_matches
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from insonify.cli.words import InputError
+
+if TYPE_CHECKING:
+    from insonify.scattering.sediments import Sediment
+
+_PHI = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+))\s*(?:phi)?")
+
+
+def show_physics(what: str, out: Path, *, frequency: float = 100e3, wind: float = 7.0) -> bool:
+    """Draw a piece of physics, if that is what was asked for.
+
+    Args:
+        what: "medium sand", "sediment:1.5 phi", "sand, silt" for several; a file of a sound-speed profile (.csv);
+            "sea" or "sea:7 m/s"; "absorption".
+        out: Picture to write.
+        frequency: Frequency of the sound, where one is needed [Hz].
+        wind: Wind where the sea does not name its own [m/s].
+
+    Returns:
+        Whether it was physics; if not, nothing is drawn.
+
+    Raises:
+        InputError: It was physics, and there is no such thing; with the way out.
+    """
+    kind, _, detail = (part.strip() for part in what.partition(":"))
+    if Path(what).suffix.lower() == ".csv":
+        _profile(Path(what), out)
+        return True
+    if Path(what).exists():
+        return False
+    if not (math.isfinite(frequency) and frequency > 0):
+        raise InputError(f"--frequency {frequency:g}: not a frequency; give one above 0, such as '100 kHz'")
+    if kind.lower() == "sea":
+        _sea(_wind(detail) if detail else wind, frequency, out)
+    elif kind.lower() == "absorption" and not detail:
+        from insonify.drawing.absorption import absorption
+
+        absorption(out)
+    elif kind.lower() == "sediment" or _like_a_sediment(what):
+        _sediments(detail if kind.lower() == "sediment" else what, frequency, out)
+    else:
+        return False
+    return True
+
+
+def _profile(file: Path, out: Path) -> None:
+    from insonify.ocean.profile_file import read_profile
+
+    try:
+        column = read_profile(file)
+    except FileNotFoundError:
+        raise InputError(f"{file}: there is no such file") from None
+    except OSError as error:
+        raise InputError(f"{file} cannot be read: {error.strerror}") from None
+    except ValueError as error:
+        message = str(error)
+        raise InputError(message if str(file) in message else f"{file}: {message}") from None
+    from insonify.drawing.profile import profile
+
+    measured = _probe(file, column.depth.size)
+    profile(
+        column, out, temperature=measured.get("temperature"), salinity=measured.get("salinity"), title=file.name
+    )
+
+
+def _probe(file: Path, knots: int) -> dict[str, list[float]]:
+    """Temperature and salinity in a file that holds a good profile, where it has them at every knot."""
+    import csv
+
+    lines = file.read_text(encoding="utf-8-sig").splitlines()
+    said = [line for line in lines if line.strip(" \t,;") and not line.lstrip().startswith("#")]
+    delimiter = next((mark for mark in ";\t" if mark in said[0]), ",")
+    header, *rows = csv.reader(said, delimiter=delimiter)
+    found: dict[str, list[float]] = {}
+    for place, title in enumerate(header):
+        name = re.split(r"[\[(]", title)[0].strip().lower()
+        if name in ("temperature", "salinity"):
+            try:
+                # the last rows are the knots: a row of units may stand before them
+                found[name] = [float(row[place]) for row in rows[-knots:]]
+            except (ValueError, IndexError):
+                continue
+    return found
+
+
+def _wind(text: str) -> float:
+    from insonify.units import si
+
+    try:
+        return float(str(si(text, "speed")))
+    except ValueError as error:
+        raise InputError(f"sea:{text}: {error}") from None
+
+
+def _sea(wind: float, frequency: float, out: Path) -> None:
+    if not 0 < wind <= 60:
+        raise InputError(f"sea:{wind:g} m/s: no sea to draw; give a wind above 0 and up to 60 m/s, such as sea:'7 m/s'")
+    from insonify.drawing.sea import sea
+
+    sea(out, wind_speed=wind, frequency=frequency)
+
+
+def _like_a_sediment(what: str) -> bool:
+    """Whether each word between commas is a sediment, or a sediment misspelt, rather than a path."""
+    if any(mark in what for mark in "/\\") or Path(what).suffix:
+        return False
+    from insonify.scattering.sediments import GRAIN_SIZE, STONES
+
+    known = [*GRAIN_SIZE, *STONES]
+    return all(get_close_matches(word.strip().lower(), known, n=1, cutoff=0.55) for word in what.split(","))
+
+
+def _sediments(names: str, frequency: float, out: Path) -> None:
+    from insonify.drawing.laws import laws, sediment
+
+    beds = [_sediment(name.strip()) for name in names.split(",")]
+    try:
+        if len(beds) == 1:
+            sediment(beds[0], out, frequency=frequency)
+        else:
+            laws(beds, out, frequency=frequency)
+    except ValueError as error:
+        raise InputError(f"{names}: {error}") from None
+
+
+def _sediment(name: str) -> "Sediment":
+    from insonify.scattering.sediments import Sediment
+
+    size = _PHI.fullmatch(name)
+    try:
+        return Sediment.from_grain_size(float(size[1])) if size else Sediment.named(name)
+    except ValueError as error:
+        raise InputError(str(error)) from None
