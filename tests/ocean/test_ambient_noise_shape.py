@@ -34,7 +34,7 @@ def test_ships_are_loudest_at_23_hertz():
 
 
 def test_the_peaks_are_as_loud_as_printed():
-    """At 0.4 kHz wind is 50 - 20 log 1.6 and 7.5 dB per root of the wind; at 30 Hz ships are 40 + 26 log .03 - 60 log .06."""
+    """At 0.4 kHz wind is 50 - 20 log 1.6 + 7.5 sqrt(w) dB; at 30 Hz ships are 40 + 26 log .03 - 60 log .06."""
     assert wind_noise_db(400.0, 0.0) == pytest.approx(50 - 20 * np.log10(1.6))
     assert wind_noise_db(400.0, 16.0) - wind_noise_db(400.0, 4.0) == pytest.approx(15)
     assert shipping_noise_db(30.0, 0.5) == pytest.approx(40 + 26 * np.log10(0.03) - 60 * np.log10(0.06))

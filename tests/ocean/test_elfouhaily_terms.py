@@ -39,7 +39,7 @@ def test_two_programs_agree(wind, omega):
 
 
 def test_very_near_the_shore_waves_age_as_the_fetch_to_the_minus_three_tenths():
-    """tanh is its argument there: Omega = 0.84 (g X / 2.2e4 U^2)^(-0.4 x 0.75)."""
+    """Tanh is its argument there: Omega = 0.84 (g X / 2.2e4 U^2)^(-0.4 x 0.75)."""
     one, ten = (Elfouhaily.from_fetch(10.0, x).inverse_age for x in (10.0, 100.0))
     assert one / ten == pytest.approx(10**0.3, rel=1e-3)
     assert one == pytest.approx(0.84 * (9.81 * 10 / (2.2e4 * 100)) ** -0.3, rel=1e-3)

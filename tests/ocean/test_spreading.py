@@ -19,7 +19,7 @@ def _mean(fan, function, k=1.0):
 
 
 def test_without_an_exponent_every_direction_is_alike():
-    """s = 0: the density is 1 / 2 pi and the quantiles are spread evenly."""
+    """S = 0: the density is 1 / 2 pi and the quantiles are spread evenly."""
     fan = CosinePower(0.0)
     np.testing.assert_allclose(fan.density(ROUND, 1.0), 1 / (2 * np.pi))
     np.testing.assert_allclose(
@@ -28,7 +28,7 @@ def test_without_an_exponent_every_direction_is_alike():
 
 
 def test_the_first_power_is_a_cardioid():
-    """s = 1: (1 + cos) / 2 pi."""
+    """S = 1: (1 + cos) / 2 pi."""
     np.testing.assert_allclose(CosinePower(1.0).density(ROUND, 1.0), (1 + np.cos(ROUND)) / (2 * np.pi), atol=1e-15)
 
 
@@ -113,7 +113,7 @@ def test_wind_waves_are_narrow_at_the_peak_and_again_as_ripples(wind):
 
 @pytest.mark.parametrize("inverse_age", [0.84, 2.0])
 def test_at_the_peak_the_fan_is_four_and_a_sixth(inverse_age):
-    """x = ln 2 / 4 + 4 where c = cp, whatever the age of the sea; ripples add less than a hundredth there."""
+    """X = ln 2 / 4 + 4 where c = cp, whatever the age of the sea; ripples add less than a hundredth there."""
     sea = Elfouhaily(12.0, inverse_age)
     assert np.arctanh(ElfouhailySpreading(sea).anisotropy(sea.peak)) == pytest.approx(math.log(2) / 4 + 4, abs=0.01)
 

@@ -25,7 +25,12 @@ def _by_hand(sea, place, time):
     (kn, ke), omega = sea.wavenumber, sea.frequency
     phase = kn * place[0][:, None] + ke * place[1][:, None] - omega * time[:, None] + 2 * np.pi * sea.phase
     wave = sea.amplitude * np.exp(1j * phase)
-    return wave.real.sum(1), (1j * kn * wave).real.sum(1), (1j * ke * wave).real.sum(1), (-1j * omega * wave).real.sum(1)
+    return (
+        wave.real.sum(1),
+        (1j * kn * wave).real.sum(1),
+        (1j * ke * wave).real.sum(1),
+        (-1j * omega * wave).real.sum(1),
+    )
 
 
 @pytest.mark.parametrize("sea", [SEA, SHALLOW], ids=["deep", "shallow"])
@@ -100,7 +105,7 @@ def test_the_sea_heaves_and_leans_as_its_spectrum_says():
 
 
 def test_crests_lie_across_the_wind():
-    """Slopes in the direction of travel exceed those across it, the more the narrower the fan: <cos^2> of its angles."""
+    """Slopes along the travel exceed those across it, the more the narrower the fan: <cos^2> of its angles."""
     place = np.random.default_rng(6).uniform(-1e4, 1e4, (2, 40_000))
     motion = SeaSurface(WIND, CosinePower(30.0), seed=4, going_to=np.pi / 2, shortest=2.0).motion(*place, 0.0)
     # <cos^2 phi> = (1 + s (s - 1) / ((s + 1) (s + 2))) / 2 for cos^(2s)(phi / 2)
@@ -195,3 +200,19 @@ def test_a_swell_has_no_height_beyond_its_peak_enhancement():
         ratio = sharp.frequency_density(side * peak) / flat.frequency_density(side * peak)
         assert ratio == pytest.approx(5 ** math.exp(-0.5))
     assert sharp.frequency_density(3 * peak) == pytest.approx(float(flat.frequency_density(3 * peak)))
+
+
+@given(st.floats(0.3, 5))
+def test_without_enhancement_a_growing_sea_has_the_shape_of_a_developed_one(part):
+    """JONSWAP with gamma = 1 is alpha g^2 omega^-5 exp(-1.25 (omega_p / omega)^4), and its maximum lies at omega_p."""
+    sea = Jonswap(10.0, 1e5, 1.0)
+    omega = part * sea.peak_frequency
+    alpha = 0.076 * (100 / (1e5 * 9.81)) ** 0.22
+    expected = alpha * 9.81**2 * omega**-5 * math.exp(-1.25 * part**-4)
+    assert sea.frequency_density(omega) == pytest.approx(expected, rel=1e-9)
+    assert sea.frequency_density(omega) <= sea.frequency_density(sea.peak_frequency)
+
+
+def test_a_developed_sea_outruns_its_wind():
+    """Its dominant waves run at 1.14 of the wind at 19.5 m and 1.17 of that at 10 m (Stewart 2008, section 16.4)."""
+    assert math.sqrt(9.81 / PiersonMoskowitz(10.0).peak) / 10 == pytest.approx(1.17, abs=0.005)

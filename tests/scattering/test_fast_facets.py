@@ -1,4 +1,4 @@
-"""Claims about fast laws on facets of any attitude: the slow law's answer, symmetries, and how questions are grouped."""
+"""Claims about fast laws on facets of any attitude: the slow law's answer, symmetries, groups of questions."""
 
 import numpy as np
 import pytest
@@ -102,7 +102,9 @@ def test_groups_leave_no_seam(name):
     into, out, up = _questions(GROUP + 1)
     law = compiled(LAWS[name])
     whole = law.cross_section(into, out, up)
-    halves = [law.cross_section(into[:, part], out[:, part], up[:, part]) for part in (slice(0, 4001), slice(4001, None))]
+    halves = [
+        law.cross_section(into[:, part], out[:, part], up[:, part]) for part in (slice(0, 4001), slice(4001, None))
+    ]
     np.testing.assert_allclose(whole, np.concatenate(halves), rtol=1e-4)
     for n in (0, GROUP - 1, GROUP):
         alone = law.cross_section(into[:, n : n + 1], out[:, n : n + 1], up[:, n : n + 1])

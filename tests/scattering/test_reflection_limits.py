@@ -47,7 +47,7 @@ def test_a_lossless_solid_divides_the_energy_and_keeps_none(solid, grazing_deg):
 
 @given(st.floats(0.01, 0.995))
 def test_below_both_critical_angles_rock_reflects_everything(part):
-    """Granite: neither wave can travel below acos(1 / 2.0), 60 degrees from grazing; all comes back, turned in phase."""
+    """Granite: neither wave can travel below acos(1 / 2.0), 60 degrees; all comes back, turned in phase."""
     r = elastic_reflection_coefficient(GRANITE, part * np.arccos(1 / GRANITE.shear_ratio))
     assert abs(r) == pytest.approx(1, abs=1e-12)
     assert abs(r.imag) > 0
@@ -65,7 +65,7 @@ def test_between_the_critical_angles_shear_takes_its_share(part):
 
 @given(st.floats(0.05, 0.9))
 def test_slow_shear_leaks_where_a_fluid_would_not(part):
-    """Chalk carries shear slower than water carries sound: below its critical angle of 51 degrees it still lets some in."""
+    """Chalk carries shear slower than water carries sound: below its critical 51 degrees it still lets some in."""
     grazing = part * np.arccos(1 / CHALK.speed_ratio)
     assert abs(elastic_reflection_coefficient(CHALK, grazing)) < 0.999
 

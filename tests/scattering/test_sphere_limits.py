@@ -127,7 +127,7 @@ def test_a_plate_is_silent_where_its_ends_are_half_a_wave_apart():
 
 
 def test_a_disc_is_silent_at_airys_first_zero():
-    """x = 2 k a sin(tilt) = 3.8317 for a disc of 0.2 m at 100 kHz."""
+    """X = 2 k a sin(tilt) = 3.8317 for a disc of 0.2 m at 100 kHz."""
     tilt = np.linspace(0.005, 0.03, 30_001)
     deepest = tilt[np.argmin(disc_strength_db(0.2, 100e3, tilt=tilt))]
     assert 2 * (2 * np.pi / 0.015) * 0.2 * np.sin(deepest) == pytest.approx(3.8317, rel=1e-3)

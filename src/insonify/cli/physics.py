@@ -41,9 +41,9 @@ def show_physics(what: str, out: Path, *, frequency: float = 100e3, wind: float 
     if kind.lower() == "sea":
         _sea(_wind(detail) if detail else wind, frequency, out)
     elif kind.lower() == "absorption" and not detail:
-        from insonify.drawing.absorption import absorption
+        from insonify import drawing
 
-        absorption(out)
+        drawing.absorption(out)
     elif kind.lower() == "sediment" or _like_a_sediment(what):
         _sediments(detail if kind.lower() == "sediment" else what, frequency, out)
     else:
@@ -63,10 +63,10 @@ def _profile(file: Path, out: Path) -> None:
     except ValueError as error:
         message = str(error)
         raise InputError(message if str(file) in message else f"{file}: {message}") from None
-    from insonify.drawing.profile import profile
+    from insonify import drawing
 
     measured = _probe(file, column.depth.size)
-    profile(
+    drawing.profile(
         column, out, temperature=measured.get("temperature"), salinity=measured.get("salinity"), title=file.name
     )
 
@@ -103,9 +103,9 @@ def _wind(text: str) -> float:
 def _sea(wind: float, frequency: float, out: Path) -> None:
     if not 0 < wind <= 60:
         raise InputError(f"sea:{wind:g} m/s: no sea to draw; give a wind above 0 and up to 60 m/s, such as sea:'7 m/s'")
-    from insonify.drawing.sea import sea
+    from insonify import drawing
 
-    sea(out, wind_speed=wind, frequency=frequency)
+    drawing.sea(out, wind_speed=wind, frequency=frequency)
 
 
 def _like_a_sediment(what: str) -> bool:
@@ -119,14 +119,14 @@ def _like_a_sediment(what: str) -> bool:
 
 
 def _sediments(names: str, frequency: float, out: Path) -> None:
-    from insonify.drawing.laws import laws, sediment
+    from insonify import drawing
 
     beds = [_sediment(name.strip()) for name in names.split(",")]
     try:
         if len(beds) == 1:
-            sediment(beds[0], out, frequency=frequency)
+            drawing.sediment(beds[0], out, frequency=frequency)
         else:
-            laws(beds, out, frequency=frequency)
+            drawing.laws(beds, out, frequency=frequency)
     except ValueError as error:
         raise InputError(f"{names}: {error}") from None
 

@@ -3,9 +3,26 @@
 Everything is drawn with matplotlib onto figures of our own; no display and no global state is needed.
 """
 
+from insonify.drawing.absorption import absorption
 from insonify.drawing.geometry import geometry
+from insonify.drawing.laws import laws, lobe, sediment
 from insonify.drawing.levels import levels
+from insonify.drawing.profile import profile
 from insonify.drawing.recording import recording
+from insonify.drawing.relief import relief
+from insonify.drawing.sea import sea
 from insonify.drawing.spikes import spikes
 
-__all__ = ["geometry", "levels", "recording", "spikes"]
+__all__ = [
+    "absorption",
+    "geometry",
+    "laws",
+    "levels",
+    "lobe",
+    "profile",
+    "recording",
+    "relief",
+    "sea",
+    "sediment",
+    "spikes",
+]

@@ -31,11 +31,12 @@ FREQUENCIES = (30e3, 100e3, 300e3)
 """Frequencies at which a sediment is shown [Hz]."""
 INCIDENCE = np.radians(20.0)
 """Grazing angle of the sound whose lobe is drawn [rad]."""
-WEAKEST = 55.0
+WEAKEST = 45.0
 """Strengths this far below the strongest of a lobe are not told apart [dB]."""
 COLOURS = ("#1A1A1A", "#D55E00", "#E69F00", "#009E73", "#56B4E9", "#0072B2", "#CC79A7", "#8A8A8A")
 """Colours of several sediments on one axis, Okabe & Ito (2008)."""
 GRAZING = np.radians(np.concatenate([np.linspace(0.5, 10, 39), np.linspace(10.5, 90, 319)]))
+HANDBOOK = "APL-UW TR 9407"
 STRENGTH = "scattering strength [dB re 1 m$^2$/m$^2$]"
 
 
@@ -53,18 +54,19 @@ def sediment(bed: Sediment, path: str | Path, *, frequency: float = 100e3, seed:
     """
     with style.page():
         figure = style.sheet(13, 13)
-        rows = figure.subfigures(3, 1)
+        grid = figure.add_gridspec(3, 1)
+        upper, middle, lower = (figure.add_subfigure(grid[row]) for row in range(3))
         doubts: list[str] = []
-        echoes = rows[0].subplots(1, len(FREQUENCIES), sharey=True)
+        echoes = upper.subplots(1, len(FREQUENCIES), sharey=True)
         for axes, tone in zip(echoes, FREQUENCIES, strict=True):
             doubts += straight_back(axes, bed, tone)
             axes.label_outer()
             axes.set_xlabel("grazing angle [deg]")
-        echoes[0].legend(loc="lower right")
-        panels = rows[1].subplot_mosaic("ABC", per_subplot_kw={"C": {"projection": "polar"}})
+        echoes[0].legend(loc="upper left", ncols=2, fontsize=8)
+        panels = middle.subplot_mosaic("ABC", per_subplot_kw={"C": {"projection": "polar"}})
         mirror(panels["A"], panels["B"], bed)
         doubts += sky(panels["C"], lambda: Jackson(bed, frequency), INCIDENCE, title=f"Lobe at {frequency / 1e3:g} kHz")
-        left, right = rows[2].subplots(1, 2)
+        left, right = lower.subplots(1, 2)
         ground(left, bed, seed=seed)
         ground_spectrum(right, bed, seed=seed, frequency=frequency)
         figure.suptitle(_facts(bed), ha="left", x=0.01, fontsize=11)
@@ -132,7 +134,8 @@ def straight_back(axes: Axes, bed: Sediment, frequency: float) -> Doubts:
         curve(axes, degrees, answer, colour, label)
     handbook = ask(lambda: apl_bottom_strength_db(bed, frequency, GRAZING))
     if not handbook.doubts:  # the handbook's level is shown where the handbook stands behind it
-        curve(axes, degrees, handbook, style.EXPECTED, "APL-UW TR 9407")
+        # broad and pale, so that Jackson's law is seen where it lies on it
+        axes.plot(degrees, handbook.values, color=style.EXPECTED, linewidth=4, alpha=0.45, zorder=1.5, label=HANDBOOK)
     lambert = backscatter_db(Lambert(), GRAZING)
     axes.plot(degrees, lambert, color=style.QUIET, linestyle=":", label="Lambert, -27 dB")
     axes.set_title(f"Straight back at {frequency / 1e3:g} kHz")
@@ -164,7 +167,7 @@ def several(axes: Axes, beds: Sequence[Sediment], frequency: float) -> Doubts:
     axes.set_title(f"Straight back at {frequency / 1e3:g} kHz, Jackson's law")
     _grazing_axis(axes)
     _strength_axis(axes)
-    axes.legend(loc="lower right", ncols=2)
+    axes.legend(loc="upper left", ncols=3)
     return doubts
 
 
@@ -217,7 +220,7 @@ def sky(axes: Axes, make: Callable[[], ScatteringLaw], grazing_in: float, *, tit
     mesh = _lobe_mesh(axes, azimuth, zenith, answer.values)
     axes.figure.colorbar(mesh, ax=axes, label=STRENGTH, shrink=0.8, pad=0.12)
     for where, mark, name in ((0.0, "o", "mirror direction"), (np.pi, "x", "straight back")):
-        axes.plot([where], [90 - np.degrees(grazing_in)], mark, fillstyle="none", color=style.FAMILIES["S"], label=name)
+        axes.plot([where], [90 - np.degrees(grazing_in)], mark, fillstyle="none", color=style.PAIRS["S-S"], label=name)
     axes.legend(loc="upper left", bbox_to_anchor=(-0.25, 0.02), fontsize=8)
     axes.set_title(f"{title}, sound comes in at {np.degrees(grazing_in):.3g}°".removeprefix(", "))
     return answer.doubts
@@ -229,7 +232,7 @@ def backscatter_db(law: ScatteringLaw, grazing: Floats) -> Floats:
 
 
 def _lobe_mesh(axes: PolarAxes, azimuth: Floats, zenith: Floats, strength: Floats) -> QuadMesh:
-    top = float(5 * np.ceil(np.quantile(strength, 0.999) / 5))
+    top = float(5 * np.ceil(np.quantile(strength, 0.9995) / 5))
     axes.set_theta_zero_location("N")
     axes.set_theta_direction(-1)
     axes.grid(False)
@@ -238,10 +241,10 @@ def _lobe_mesh(axes: PolarAxes, azimuth: Floats, zenith: Floats, strength: Float
     )
     axes.set_axisbelow(False)
     axes.set_rlim(0, 90)
-    axes.set_rgrids([30, 60], ["60° grazing", "30°"], angle=55, color="white", fontsize=8)
-    ticks = np.arange(0, 360, 45)
-    names = {0: "forward", 180: "back"}
-    axes.set_thetagrids(ticks, [names.get(t, f"{t if t <= 180 else t - 360}°") for t in ticks], fontsize=9)
+    plate = {"facecolor": "white", "alpha": 0.6, "linewidth": 0, "pad": 1}
+    axes.set_rgrids([30, 60], ["60° grazing", "30°"], angle=68, fontsize=8, bbox=plate)
+    ticks = ("forward", "45°", "90°", "135°", "back", "-135°", "-90°", "-45°")
+    axes.set_thetagrids(np.arange(0, 360, 45), list(ticks), fontsize=9)
     axes.grid(True, color="white", alpha=0.25, linewidth=0.5)
     return mesh
 
@@ -262,12 +265,14 @@ def _grazing_axis(axes: Axes) -> None:
 
 
 def _strength_axis(axes: Axes) -> None:
-    axes.set_ylim(-70, 10)
+    axes.set_ylim(-70, 25)
     axes.set_ylabel(STRENGTH)
 
 
 def _facts(bed: Sediment) -> str:
-    facts = f"density x {bed.density_ratio:.3f}, sound speed x {bed.speed_ratio:.3f} of the water's, loss {bed.loss:.4f}"
+    facts = (
+        f"{bed.density_ratio:.3f} x the density of water, {bed.speed_ratio:.3f} x its sound speed, loss {bed.loss:.4f}"
+    )
     rough = f"relief exponent {bed.spectral_exponent:g}, strength {bed.spectral_strength:.3g} m$^{{4-\\gamma}}$"
     inside = f"volume parameter {bed.volume_parameter:g}"
     return f"{bed.name[:1].upper() + bed.name[1:] or 'Sediment'}: {facts},\n{rough}, {inside}"

@@ -72,8 +72,8 @@ def gradients(axes: Axes, column: SoundSpeedProfile) -> None:
     axes.axvline(0, color=style.QUIET, linewidth=0.8)
     widest = max(float(np.abs(slope).max()) * 1.1, 0.02)
     axes.set_xlim(-widest, widest)
-    for share, word, colour in ((0.03, "bends down", style.CAUSES["seabed"]), (0.97, "bends up", style.CAUSES["surface"])):
-        side = "left" if share < 0.5 else "right"
+    words = (("left", 0.03, "bends down", style.CAUSES["seabed"]), ("right", 0.97, "bends up", style.CAUSES["surface"]))
+    for side, share, word, colour in words:
         axes.annotate(word, (share, 0.02), xycoords="axes fraction", ha=side, color=colour, fontsize=9)
     axes.set_title("Change with depth")
     axes.set_xlabel("gradient [1/s]")

@@ -160,7 +160,7 @@ def coherence(axes: Axes, kinds: dict[str, WaveSpectrum], frequency: float) -> N
     axes.set_title(f"Coherent mirror at {frequency / 1e3:g} kHz")
     axes.set_xlabel("grazing angle [deg]")
     axes.set_ylabel("coherent reflection, 20 log |R| [dB]")
-    axes.legend(loc="lower left")
+    axes.legend(loc="upper right")
 
 
 def echo(axes: Axes, wind_speed: float, frequency: float) -> Doubts:
@@ -199,8 +199,8 @@ def winds(axes: Axes, wind_speed: float, frequency: float) -> Doubts:
         The doubts of the law.
     """
     doubts: Doubts = ()
-    others = [(2.0, "#56B4E9"), (5.0, "#009E73"), (10.0, "#E69F00"), (15.0, "#D55E00")]
-    for wind, colour in sorted([*((w, c) for w, c in others if w != wind_speed), (wind_speed, style.CAUSES["surface"])]):
+    colours = {2.0: "#56B4E9", 5.0: "#009E73", 10.0: "#E69F00", 15.0: "#D55E00"}
+    for wind, colour in sorted({**colours, wind_speed: style.CAUSES["surface"]}.items()):
         answer = ask(partial(apl_surface_strength_db, wind, frequency, GRAZING))
         curve(axes, np.degrees(GRAZING), answer, colour, f"{wind:g} m/s")
         doubts += answer.doubts

@@ -71,7 +71,8 @@ class FastLaw:
         section = np.empty(count, np.float32)
         for start in range(0, count, GROUP):
             part = slice(start, start + GROUP)
-            into, out, up = (np.ascontiguousarray(column[:, part], dtype=np.float32) for column in whole)
+            # Copies: a read-only view of single precision would be a type of its own, compiled anew.
+            into, out, up = (np.array(column[:, part], dtype=np.float32, order="C") for column in whole)
             self.fill(into, out, up, section[part])
         return section
 
