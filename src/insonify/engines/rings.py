@@ -55,7 +55,7 @@ class Rings:
         return np.asarray(self.tiles[(bound >= floor) & (far > 0)])
 
     def points(self, tiles: NDArray[np.int64]) -> tuple[Floats, Floats, NDArray[np.uint64]]:
-        """North and east [m] (n, 2), area [m^2] and key of the cells of some tiles, but for those above the boundary."""
+        """North and east [m] (n, 2), area [m^2] and key of the cells of some tiles, but none above the boundary."""
         cell = np.arange(TILE)
         ring = (tiles[:, 0, None, None] * TILE + cell[:, None] + 0 * cell).ravel()
         sector = (tiles[:, 1, None, None] * TILE + 0 * cell[:, None] + cell).ravel()
