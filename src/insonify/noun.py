@@ -12,9 +12,11 @@ a scenario file can point at the line of the guilty value::
             raise located("targets.0.position", "25 m", "is below the seabed (20 m). Write a depth of 20 m or less.")
         return self
 
+Where several things can be wrong together, ``refuse([...])`` raises all of them at once.
 The path starts at the noun whose validator raises it.
 """
 
+from collections.abc import Iterable, Sequence
 from typing import Annotated
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
@@ -35,8 +37,35 @@ def located(path: str, value: object, advice: str) -> PydanticCustomError:
         An error for a model validator to raise; in Python it reads "path: value advice".
     """
     shown = advice if value is None else f"{value} {advice}"
-    context = {"path": path, "shown": shown}
-    return PydanticCustomError("located", "{path}: {shown}", context)
+    return _error([(path, shown)])
+
+
+def located_all(faults: Sequence[PydanticCustomError]) -> PydanticCustomError:
+    """Several errors of `located` as the one error that a validator can raise, one line each.
+
+    Args:
+        faults: Errors of `located`, at least one.
+    """
+    return _error([pair for fault in faults for pair in (fault.context or {})["faults"]])
+
+
+def _error(faults: list[tuple[str, str]]) -> PydanticCustomError:
+    said = "\n".join(f"{path}: {shown}" for path, shown in faults)
+    return PydanticCustomError("located", "{said}", {"said": said, "faults": faults})
+
+
+def refuse(faults: Iterable[PydanticCustomError]) -> None:
+    """Raise all faults at once, so that nobody is corrected one word at a time; without a fault do nothing.
+
+    Args:
+        faults: Errors of `located`.
+
+    Raises:
+        PydanticCustomError: All of them in one, for a validator to raise.
+    """
+    found = list(faults)
+    if found:
+        raise located_all(found)
 
 
 class Noun(BaseModel):

@@ -2,13 +2,14 @@
 
 import json
 import re
+import shlex
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from insonify.cli import main
-from insonify.cli.progress import progress
+from insonify.cli.progress import pace, progress
 from insonify.formats.zarr_store import done, open_recording
 from insonify.scenario.load import load_scenario
 from insonify.simulation import simulate
@@ -168,7 +169,7 @@ def test_a_warning_is_one_line_and_no_failure(
     capsys.readouterr()
     assert main(["check", "bay.yaml"]) == 0
     out, err = capsys.readouterr()
-    assert out == "bay.yaml: nothing wrong\n"
+    assert out == "bay.yaml: nothing wrong but the warning above\n"
     (line,) = err.splitlines()
     assert line.startswith("warning: ") and "earlier pings are ignored" in line
 
@@ -198,3 +199,65 @@ def test_the_version_is_the_packages(capsys: Captured) -> None:
 
     assert main(["--version"]) == 0
     assert capsys.readouterr().out == f"{__version__}\n"
+
+
+def test_a_rerun_says_what_was_there(there: Path, capsys: Captured) -> None:
+    """One line on stderr: of a recording begun, how much; of a finished one, that nothing is left. Quiet: none."""
+    assert main(["run", "bay.yaml", "-o", "again.zarr", "--pings", "0"]) == 0
+    assert capsys.readouterr().err == ""
+    assert main(["run", "bay.yaml", "-o", "again.zarr"]) == 0
+    assert capsys.readouterr().err == "1 of 3 pings were there already\n"
+    assert main(["run", "bay.yaml", "-o", "again.zarr"]) == 0
+    assert capsys.readouterr().err.startswith("all 3 pings were there already, so nothing was left to do")
+    assert main(["run", "bay.yaml", "-o", "again.zarr", "--quiet"]) == 0
+    assert capsys.readouterr() == ("again.zarr\n", "")
+
+
+@pytest.mark.parametrize(
+    ("steps", "seconds", "told"),
+    [(0, 3.0, "starting"), (2, 34.0, "17 s/ping"), (10, 4.0, "2.5 pings/s"), (3, 3.0, "1 pings/s")],
+)
+def test_a_pace_is_told_in_the_unit_that_fits(steps: int, seconds: float, told: str) -> None:
+    """Slow work in seconds a ping, fast work in pings a second, and none before the first ping."""
+    assert pace(steps, seconds, "ping") == told
+
+
+def test_a_ping_that_is_not_there_is_refused(there: Path, capsys: Captured) -> None:
+    """Pictures and explanations of it: exit code 2, the command that would simulate it, and nothing on stdout."""
+    assert main(["run", "bay.yaml", "-o", "begun.zarr", "--pings", "1"]) == 0
+    capsys.readouterr()
+    for words in (["explain", "begun.zarr", "--time", "202 ms"], ["show", "begun.zarr", "-o", "x.png", "--ping", "0"]):
+        assert main(words) == 2
+        out, err = capsys.readouterr()
+        assert out == "" and "--ping 0: not simulated yet" in err and "insonify run FILE -o begun.zarr --pings 0" in err
+    assert main(["show", "begun.zarr", "-o", "x.png", "--ping", "1", "--beam", "0"]) == 0
+
+
+@pytest.mark.parametrize("command", [["explain", "bay.zarr", "--time", "202 ms"], ["show", "bay.zarr", "-o", "x.png"]])
+def test_a_beam_that_is_not_there_is_refused(there: Path, capsys: Captured, command: list[str]) -> None:
+    """Exit code 2 and the beams there are."""
+    assert main([*command, "--beam", "1"]) == 2
+    assert "--beam 1: the recording has only beam 0" in capsys.readouterr().err
+
+
+def test_milliseconds_without_a_unit_are_guessed(there: Path, capsys: Captured) -> None:
+    """A bare number is read as seconds; where milliseconds would fit, they are offered."""
+    assert main(["explain", "bay.zarr", "--time", "202.5"]) == 2
+    assert "read as 202.5 s, and the recording holds 199 to " in (err := capsys.readouterr().err)
+    assert "did you mean 202.5 ms?" in err
+    assert main(["explain", "bay.zarr", "--time", "94 ms"]) == 2
+    assert "did you mean" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["harbour", "yes", "it's", "12"])
+def test_a_new_file_speaks_of_itself(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured, name: str
+) -> None:
+    """Its title is its name, whatever YAML might read into that, and its comments name its own files."""
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", name]) == 0
+    path = tmp_path / f"{name}.yaml"
+    assert load_scenario(path).title == name
+    text = path.read_text(encoding="utf-8")
+    assert "nominal" not in text.lower()
+    assert f"insonify show {shlex.quote(name + '.zarr')} -o {shlex.quote(name + '.png')}" in text

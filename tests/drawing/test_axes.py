@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from insonify import arrivals, drawing, levels, simulate
 from insonify.drawing import style
-from insonify.drawing.ascan import ascan, envelope, target_window, trace
+from insonify.drawing.ascan import ascan, closer_look, envelope, trace
 from insonify.drawing.fan import fan, sector
 from insonify.drawing.geometry import LETTERS, section
 from insonify.drawing.heard import heard
@@ -182,11 +182,11 @@ def test_a_closer_look_is_in_millipascals() -> None:
     """The linear panel shows the rms pressure of the samples in its window: 10^(L/20) uPa, as mPa."""
     sound = heard(simulate(scenario()))
     axes = style.sheet().subplots()
-    window = target_window(sound)
-    assert window is not None
-    envelope(axes, sound, 0, window)
+    look = closer_look(sound, 0)
+    assert look is not None
+    envelope(axes, sound, 0, look)
     x, y = (np.asarray(data) for data in axes.lines[0].get_data())
-    inside = (sound.time * 1e3 >= window[0]) & (sound.time * 1e3 <= window[1])
+    inside = (sound.time * 1e3 >= look.window[0]) & (sound.time * 1e3 <= look.window[1])
     np.testing.assert_allclose(x, sound.time[inside] * 1e3)
     np.testing.assert_allclose(y * 1e3, 10 ** (sound.level[0, 0, inside] / 20))
     assert axes.get_ylim()[0] == 0
@@ -211,7 +211,7 @@ def test_two_beams_say_where_they_look() -> None:
 def test_a_fans_bearings_are_written_on_its_rim() -> None:
     """Five bearings from the first to the last steer angle, straight ahead among them."""
     texts = [text.get_text() for text in fan_figure().axes[0].texts]
-    assert texts == ["-3°", "-1.5°", "0°", "+1.5°", "+3°"]
+    assert [text for text in texts if text.endswith("°")] == ["-3°", "-1.5°", "0°", "+1.5°", "+3°"]
 
 
 def test_a_sector_is_drawn_to_scale() -> None:
@@ -231,7 +231,7 @@ def test_pictures_do_not_care_about_a_scenario_that_is_not_known() -> None:
     sound = heard(strange)
     assert sound.scenario is None and sound.sound_speed == 1500.0
     np.testing.assert_array_equal(sound.strength(), sound.level)
-    assert target_window(sound) is None
+    assert closer_look(sound, 0) is None
     figure = waterfall(sound)
     assert figure.axes[-1].get_ylabel() == "level [dB re 1 uPa]"
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.colors import rgb_to_hsv, to_rgb
 
 from insonify import arrivals, drawing, levels
 from insonify.drawing import style
@@ -82,3 +83,13 @@ def test_sonar_colours_grow_lighter_all_the_way() -> None:
     """Relative luminance of the copper scale rises with the level, so that it reads in grey as well."""
     luminance = style.COPPER(np.linspace(0, 1, 256))[:, :3] @ [0.2126, 0.7152, 0.0722]
     assert np.all(np.diff(luminance) >= 0)
+
+
+def test_pairs_have_the_hue_of_their_longer_leg() -> None:
+    """By way of the surface: blue like S; by way of both boundaries: pink like BS; no other leg's colour is used."""
+    hue = {name: rgb_to_hsv(to_rgb(colour))[0] for name, colour in (style.PAIRS | style.FAMILIES).items()}
+    assert hue["D-S"] == pytest.approx(hue["S"], abs=0.03) and hue["S-S"] == pytest.approx(hue["S"], abs=0.03)
+    for pair in ("D-BS", "S-BS", "BS-BS"):
+        assert hue[pair] == pytest.approx(hue["BS"], abs=0.03)
+    assert not {style.FAMILIES["B"], style.FAMILIES["SB"]} & set(style.PAIRS.values())
+    assert not set(style.CAUSES.values()) & {style.FAMILIES[name] for name in ("S", "B", "SB", "BS")}

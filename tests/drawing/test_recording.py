@@ -7,13 +7,15 @@ import matplotlib
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.axes import Axes
 
-from insonify import drawing, simulate
-from insonify.drawing.ascan import ascan, target_window
+from insonify import arrivals, drawing, simulate
+from insonify.drawing.ascan import ascan, closer_look
 from insonify.drawing.fan import fan
 from insonify.drawing.heard import colour_span, heard
+from insonify.drawing.targets import echo_window
 from insonify.drawing.waterfall import COLUMNS, thinned, waterfall
-from insonify.study.paper.nominal import nominal
+from insonify.study.paper.nominal import box, nominal
 
 
 def ping(changes: dict[str, Any] | None = None) -> xr.Dataset:
@@ -59,9 +61,9 @@ def test_a_lone_ping_is_a_trace_and_its_target_is_looked_at_closer() -> None:
 
 def test_the_closer_look_contains_the_echo() -> None:
     """The target's direct echo comes at twice its slant range over the speed of sound."""
-    window = target_window(heard(ping()))
-    assert window is not None
-    assert window[0] < 2e3 * np.hypot(150.0, 9.0) / 1500 < window[1]
+    look = closer_look(heard(ping()), 0)
+    assert look is not None
+    assert look.window[0] < 2e3 * np.hypot(150.0, 9.0) / 1500 < look.window[1]
 
 
 def test_many_pings_are_a_waterfall() -> None:
@@ -129,3 +131,91 @@ def test_colours_span_what_there_is() -> None:
     assert low < np.median(level) < high
     assert (low, high) == colour_span(level)
     assert high - low < 60
+
+
+def title(axes: Axes) -> str:
+    """What stands above a panel."""
+    return axes.get_title(loc="left") or axes.get_title()
+
+
+def two_targets() -> dict[str, Any]:
+    """A box to the right of boresight and a buoy to the left, nearer, with as many bounces as the paper's."""
+    buoy = {"shape": "point", "label": "buoy", "position": [8.0, 130.0, 15.0], "target_strength_db": -10.0}
+    return {
+        "targets": [buoy, {**box(2.0), "position": [-5.5, 150.5]}], "paths.geometry": "3d", "paths.reflections": 2,
+        "paths.causes": ["target"], "track.window": [0.165, 0.24],
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(("steer", "label"), [(-3.52, "buoy"), (2.09, "box")])
+def test_the_closer_look_is_at_the_target_in_the_beam(steer: float, label: str) -> None:
+    """Of two targets the one that the beam points at, and its name in the title."""
+    sound = heard(ping({**two_targets(), "sonar.receive.steer": [float(np.radians(steer))]}))
+    look = closer_look(sound, 0)
+    assert look is not None and look.label == label and look.channel == 0
+    assert label in title(ascan(sound, 0).axes[-1])
+
+
+def test_of_several_beams_the_closer_look_takes_the_loudest() -> None:
+    """A beam alone keeps its number, and what is loudest in it is looked at."""
+    steers = np.radians([0.5, 2.09, -3.0]).tolist()
+    sound = heard(ping({**two_targets(), "sonar.receive.steer": steers}))
+    look = closer_look(sound, 0)
+    assert look is not None and (look.label, look.channel) == ("box", 1)
+    alone = closer_look(sound.only(2), 0)
+    assert alone is not None and (alone.label, alone.channel) == ("buoy", 0)
+    assert sound.only(2).named(channel=0).endswith("beam 2 steered -3.00 deg")
+
+
+def test_the_closer_look_lasts_to_the_last_family() -> None:
+    """Every arrival of the target, up to two bounces out and two back, lies in the window: 200 to 212 ms."""
+    scenario = nominal({"paths.causes": ["target"], "paths.geometry": "slice"})
+    delay = arrivals(scenario).delay * 1e3
+    first, last = (1e3 * when for when in echo_window(scenario, 0, scenario.targets[0]))
+    assert first <= delay.min() < first + 2
+    assert delay.max() <= last < delay.max() + 2
+    look = closer_look(heard(simulate(scenario)), 0)
+    assert look is not None and look.window[0] < first and look.window[1] > last
+
+
+def test_a_target_nobody_hears_is_not_looked_at() -> None:
+    """Outside the window there is no closer look."""
+    assert closer_look(heard(ping({"track.window": [0.1, 0.12]})), 0) is None
+
+
+def test_a_fan_names_its_targets_where_they_are() -> None:
+    """Each label stands at the near side of its target: bearing and slant range of the geometry."""
+    steer = np.radians(np.linspace(-6, 6, 13)).tolist()
+    axes = fan(heard(ping({**two_targets(), "sonar.receive.steer": steer})), 0).axes[0]
+    place = {text.get_text(): text.xy for text in axes.texts if text.get_text() in ("box", "buoy")}
+    assert place["buoy"] == pytest.approx((-8.0, np.sqrt(130.0**2 + 4.0**2)), abs=1e-6)
+    assert place["box"][0] == pytest.approx(5.5, abs=0.1)
+    assert place["box"][1] == pytest.approx(150.5, abs=2)
+
+
+@pytest.mark.parametrize("half", [1.0, 6.0, 60.0])
+def test_a_page_is_as_large_as_its_sector(half: float) -> None:
+    """The axes hug the sector, with at most 2 inches for a needle; both scales are alike; the title is over it."""
+    steer = np.radians(np.linspace(-half, half, 9)).tolist()
+    figure = fan(heard(ping({"paths.geometry": "3d", "paths.causes": ["target"], "sonar.receive.steer": steer})), 0)
+    axes = figure.axes[0]
+    box_of_axes = axes.get_position().transformed(figure.transFigure)
+    metres_per_dot = np.ptp(axes.get_xlim()) / box_of_axes.width, np.ptp(axes.get_ylim()) / box_of_axes.height
+    assert metres_per_dot[0] == pytest.approx(metres_per_dot[1], rel=1e-6)
+    wide = axes.collections[0].get_coordinates()[..., 0]
+    assert box_of_axes.width <= max(2.0 * figure.dpi, 1.5 * np.ptp(wide) / metres_per_dot[0])
+    assert axes.get_title(loc="center") and not axes.get_title(loc="left")
+
+
+def test_expectations_are_called_so() -> None:
+    """A picture of expected levels says it in its title, and one of a ping among many says which."""
+    sound = heard(ping({"field": "incoherent", "track.pings": 2}))
+    assert title(ascan(sound, 1).axes[0]) == "Nominal scene, expected level, ping 1"
+    assert "expected" in title(waterfall(sound).axes[0])
+    assert "expected" not in heard(ping()).named()
+
+
+def test_silence_does_not_stretch_the_colours() -> None:
+    """Echoes in an empty sea: the darkest colour is at most 90 dB below the brightest."""
+    low, high = colour_span(np.append(np.full(900, -300.0), np.linspace(-60, -20, 100)))
+    assert high - low <= 90

@@ -61,6 +61,26 @@ def test_records_refuse_columns_of_unequal_length():
 def test_the_page_of_a_lab_notebook():
     """One line an arrival, in order, and how many are left over."""
     page = repr(arrivals(nominal(**TOLD))).splitlines()
-    assert page[0] == "Arrivals: 25 paths, 200.3-210.2 ms"
+    assert page[0] == "Arrivals: 25 paths, 200.3-210.2 ms; levels in dB re the source at 1 m, before beams"
     assert page[2].split()[:3] == ["1", "200.321", "ms"] and page[2].endswith("D")
     assert len(page) == 23
+
+
+def test_a_long_list_is_told_by_kind():
+    """Past forty rows: who, legs, how many, when and how loud; then the ten strongest, in order of arrival."""
+    both = {**TOLD, "targets": [point(0, 150, 19.5), point(3, 150.2, 15, label="buoy")]}
+    paths = arrivals(nominal(**both))
+    page = repr(paths).splitlines()
+    assert page[0].startswith(f"Arrivals: {len(paths)} paths") and len(paths) == 50
+    assert page[0].endswith("dB re the source at 1 m, before beams")
+    kinds = [line.split() for line in page[2 : next(n for n, line in enumerate(page) if "strongest, in" in line)]]
+    row = next(row for row in kinds if row[:2] == ["buoy", "D-S"])
+    legs = np.char.add(paths.family_out, paths.family_back)
+    these = np.isin(legs, ("DS", "SD")) & (paths.owner == "buoy")
+    level = 20 * np.log10(np.abs(paths.amplitude[:, 0]))
+    assert int(row[2]) == these.sum() == 2
+    assert row[3] == f"{paths.delay[these].min() * 1e3:.2f}-{paths.delay[these].max() * 1e3:.2f}"
+    assert float(row[5]) == pytest.approx(level[these].max(), abs=0.051)
+    told = [line.split() for line in page[-10:]]
+    assert sorted(float(row[3]) for row in told) == pytest.approx(np.sort(level)[-10:], abs=0.051)
+    assert [float(row[1]) for row in told] == sorted(float(row[1]) for row in told)

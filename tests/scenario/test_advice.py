@@ -1,5 +1,6 @@
 """A person who mistypes a scenario is told where, what, the limits and the way out."""
 
+import re
 from typing import Annotated, Literal, Self
 
 import pytest
@@ -17,6 +18,7 @@ class Bed(Noun):
 
 class Crate(Noun):
     shape: Literal["box"] = "box"
+    label: str = ""
     size: tuple[Metres, Metres, Metres]
     base_depth: Metres | None = None
 
@@ -60,9 +62,9 @@ MISTAKES = {
     "seabed: {depth: 20 km}": "1: seabed.depth: 20 km is out of range (0.0001 to 12 km).",
     "seabed:\n\n  dept: 20": "3: seabed.dept: unknown key 'dept'; did you mean 'depth'?",
     "seabed: {depth: deep}": "1: seabed.depth: deep is not a length; use m, km, cm, mm, ft.",
-    "seabed: {depth: .nan}": "1: seabed.depth: .nan is not a finite number.",
-    "seabed: {depth: -.inf}": "1: seabed.depth: -.inf is not a finite number.",
-    "seabed: {depth: 1e999 m}": "1: seabed.depth: 1e999 m is not a finite number.",
+    "seabed: {depth: .nan}": "1: seabed.depth: .nan is not a finite number (0.1 to 12000 m).",
+    "seabed: {depth: -.inf}": "1: seabed.depth: -.inf is not a finite number (0.1 to 12000 m).",
+    "seabed: {depth: 1e999 m}": "1: seabed.depth: 1e999 m is not a finite number (0.1 to 12000 m).",
     "seabed: {depth: no}": "1: seabed.depth: no means false in YAML; it should be a length in m.",
     "seabed: {depth: }": "1: seabed.depth: has no value; it should be a length in m.",
     "seabed: {depth: [20]}": "1: seabed.depth: [20] where a length in m should be.",
@@ -86,6 +88,10 @@ MISTAKES = {
     "(below 100 dB).",
     GOOD + "targets:\n- shape: box\n  size: [1, 2, 3]\n  base_depth: 25 m": "5: targets.0.base_depth: 25 m is below "
     "the seabed (20 m). Write 20 m or less.",
+    GOOD + "targets:\n- {shape: box, label: pier, size: [1, 2, 3 s]}": "3: targets.0.size.2 (pier): 3 s is not "
+    "a length; use m, km, cm, mm, ft.",
+    GOOD + "targets:\n- {shape: box, label: 3, size: [1, 2, 3]}": "3: targets.0.label: 3 is read as a number. "
+    'Write "3", with quotes.',
     GOOD + "targets: {a: 1}": "2: targets: {a: 1} where a list should be.",
     GOOD + "band: 0": "2: band: 0 Hz is out of range (above 0 Hz).",
     GOOD + "bearing: 90": "2: bearing: 90 rad is out of range (-6.3 to 6.3 rad). Did you mean 90 deg?",
@@ -93,6 +99,8 @@ MISTAKES = {
     GOOD + "steer: [1 deg, 2 m]": "2: steer.1: 2 m is not an angle; use rad, deg, mrad.",
     GOOD + "window: [2 ms, 1 ms]": "1: window stops before it starts. Swap its values.",
     GOOD + "pings: 0": "2: pings: 0 is out of range (1 or more).",
+    GOOD + "pings: .nan": "2: pings: .nan is not a finite number (1 or more).",
+    GOOD + "title: .inf": "2: title: .inf is not a finite number.",
     GOOD + "pings: 1.5": "2: pings: 1.5 where a whole number should be.",
     GOOD + "compress: 3": "2: compress: 3 where true or false should be.",
     GOOD + "field: coherant": "2: field: 'coherant' is not known here (one of coherent, incoherent). "
@@ -164,7 +172,7 @@ def test_a_file_that_cannot_be_read_is_advice_too(tmp_path) -> None:
     binary = tmp_path / "picture.yaml"
     binary.write_bytes(b"\x89PNG\xff")
     for path, problem in ((tmp_path / "no.yaml", "no such file"), (tmp_path, "cannot be read"), (binary, "not text")):
-        with pytest.raises(ScenarioError, match=problem):
+        with pytest.raises(ScenarioError, match=f"^{re.escape(str(path))}: .*{problem}"):
             load(Harbour, path)
 
 

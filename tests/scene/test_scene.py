@@ -15,7 +15,15 @@ from insonify.scene.target import PointTarget
     [
         ({"shape": "point", "position": (0, 50, 21)}, "below the seabed"),
         ({"shape": "point", "position": (0, 50, 0)}, "at or above the sea surface"),
-        ({"shape": "box", "position": (0, 50), "size": (1, 1, 21)}, "at or above the sea surface"),
+        ({"shape": "box", "position": (0, 50), "size": (1, 1, 21)}, r"size.2: 21 m high .* under 20 m\."),
+        (
+            {"shape": "box", "position": (0, 50), "size": (1, 1, 6), "base_depth": 5},
+            r"size.2: 6 m high on a base at 5 m .* under 5 m, or a deeper base",
+        ),
+        (
+            {"shape": "box", "position": (0, 50), "size": (1, 1, 1), "base_depth": -5},
+            "base_depth: -5 m is at or above the sea surface",
+        ),
         ({"shape": "box", "position": (0, 50), "size": (1, 1, 1), "base_depth": 25}, "below the seabed"),
         ({"shape": "box", "position": (0, 50), "size": (1, 1, 1), "label": "seabed"}, "label of its own"),
     ],
@@ -31,6 +39,22 @@ def test_two_targets_do_not_share_a_label():
     box = {"shape": "box", "position": (0, 50), "size": (1, 1, 1)}
     with pytest.raises(ValidationError, match="label of its own"):
         Scene(targets=[box, box])
+
+
+@pytest.mark.parametrize(
+    ("place", "heard"),
+    [((0, 50, 19.5), False), ((0.9, 50.4, 19.1), False), ((0, 50, 20), False), ((0, 50, 18.9), True),
+     ((1.1, 50, 19.5), True), ((0, 50.6, 19.5), True), ((0, 50, 19), True), ((1, 50, 19.5), True)],
+)  # fmt: skip
+def test_a_point_inside_a_box_is_never_heard_and_is_refused(place, heard):
+    """Outside it is heard, and on its faces, but not under its foot."""
+    box = {"shape": "box", "position": (0, 50), "size": (2, 1, 1)}
+    point = {"shape": "point", "position": place}
+    if heard:
+        Scene(targets=[point, box])
+    else:
+        with pytest.raises(ValidationError, match=r"targets\.0\.position: the point is inside box"):
+            Scene(targets=[point, box])
 
 
 def test_only_boxes_cast_shadows():

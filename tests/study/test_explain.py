@@ -97,10 +97,37 @@ def test_noise_is_told_apart() -> None:
 def test_nothing_heard_has_a_page_too() -> None:
     """A sample before all echoes."""
     quiet = simulate(nominal({**SLICE, "targets": [], "paths.causes": ["target"]}))
-    assert "0 arrivals" in explain(quiet, 0, 0.2)
+    page = explain(quiet, 0, 0.2)
+    assert "no arrivals" in page and "recorded: " in page
+    assert "inf" not in page
 
 
 def test_a_recording_without_its_scenario_cannot_be_explained() -> None:
     """The message says why."""
     with pytest.raises(ValueError, match="does not carry its scenario"):
         explain(xr.Dataset(attrs={"scenario": ""}), 0, 0.2)
+
+
+def test_a_ping_that_is_not_there_cannot_be_explained() -> None:
+    """The message says so, before any path is looked for."""
+    data = simulate(nominal(SLICE))
+    data["pressure"][:] = np.nan
+    with pytest.raises(ValueError, match="not simulated yet"):
+        explain(data, 0, 0.2)
+
+
+def test_the_page_says_why_it_speaks_of_a_beam() -> None:
+    """The loudest of several; asked for by number, no reason is given."""
+    steer = [0.0, 0.02]
+    data = simulate(nominal({"track.window": [0.2, 0.201], "sonar.receive.steer": steer, "paths.reflections": 0}))
+    assert "beam 0 (+0 deg, the loudest of 2)" in explain(data, 0, 0.2005)
+    assert "beam 1 (+1.14592 deg)" in explain(data, 0, 0.2005, channel=1)
+
+
+def test_the_page_says_what_its_distances_are() -> None:
+    """Of a box 150 m away: its first corner straight from the receiver, and in words."""
+    _, _, data = sample(nominal(SLICE), 0.2005)
+    page = explain(data, 0, 0.2005)
+    assert "distance: straight from the receiver" in page
+    row = next(line for line in page.splitlines() if " D   D " in line).split()
+    assert float(row[3]) == pytest.approx(750 * float(row[0]) / 1e3, abs=0.01)

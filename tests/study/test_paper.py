@@ -6,11 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from insonify.study import paper
 from insonify.study.paper import figure10, figure11, figure12, figure13, figure14
 from insonify.study.paper.nominal import nominal
-from insonify.study.paper.numbers import Number
+from insonify.study.paper.numbers import Number, write
 
 PUBLISHED = Path(__file__).parents[1] / "published" / "paper_delays.csv"
 
@@ -132,3 +133,30 @@ def test_the_example_is_the_template() -> None:
     template = (files("insonify.scenario") / "templates" / "nominal.yaml").read_text(encoding="utf-8")
     example = Path(__file__).parents[2] / "examples" / "nominal.yaml"
     assert example.read_text(encoding="utf-8") == template
+
+
+@pytest.mark.parametrize(
+    ("number", "relation"),
+    [(Number("x", 1.0, "m"), None), (Number("x", 1.0, "m", 1.0, 0.1), "="), (Number("x", 31.0, "dB", 30.0), ">=")],
+)
+def test_a_number_says_how_it_stands_to_what_is_expected(number: Number, relation: str | None, tmp_path: Path) -> None:
+    """A lower bound is told from an equality, in the file as well."""
+    assert number.relation == relation
+    path = write(tmp_path / "x.json", 1, "x", {}, [number])
+    assert json.loads(path.read_text(encoding="utf-8"))["numbers"][0]["relation"] == relation
+
+
+def test_figures_are_counted_while_they_are_drawn(tmp_path: Path) -> None:
+    """Told none of two before the first, then each."""
+    told: list[tuple[int, int]] = []
+    paper.run([10, 10], tmp_path, on_figure=lambda done, total: told.append((done, total)))
+    assert told == [(0, 2), (1, 2), (2, 2)]
+
+
+def test_the_shadows_numbers_stand_in_their_windows(tmp_path: Path) -> None:
+    """Figure 12: each panel says the contrasts of the whole scene, for both boxes and both windows."""
+    axes = Figure().subplots()
+    figure12._contrasts(axes, 0)
+    texts = [text.get_text() for text in axes.texts]
+    assert texts[0].startswith("6 m box: ≥ 30 dB\n2 m box: 20.8")
+    assert len(texts) == 2

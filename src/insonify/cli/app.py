@@ -15,6 +15,7 @@ INTERRUPTED = "interrupted; the same command goes on where this one stopped"
 
 app = typer.Typer(
     help="What would this sonar record, in this water, over this seabed, with these targets, and why?",
+    epilog="Example: insonify new harbour; insonify run harbour.yaml -o harbour.zarr",
     add_completion=False,
     no_args_is_help=True,
     rich_markup_mode=None,
@@ -57,6 +58,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     command = typer.main.get_command(app)
     words = None if arguments is None else list(arguments)
+    _said.clear()
     with warnings.catch_warnings():
         warnings.showwarning = _warn
         try:
@@ -68,9 +70,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return result if isinstance(result, int) else DONE
 
 
+_said: set[str] = set()  # Python forgets what it has warned of whenever a module changes the filters
+
+
 def _warn(message: Warning | str, *_: Any, **__: Any) -> None:
-    """A warning as a person reads it: one line, without the place in our code."""
-    typer.echo(f"warning: {' '.join(str(message).split())}", err=True)
+    """A warning as a person reads it: one line, once in a run, without the place in our code."""
+    line = " ".join(str(message).split())
+    if line not in _said:
+        typer.echo(f"warning: {line}", err=True)
+    _said.add(line)
 
 
 def _verdict(error: Exception) -> int:

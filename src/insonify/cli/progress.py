@@ -1,35 +1,86 @@
-"""How far a long run has come, for a person who watches; silent for everybody else."""
+"""How far a long job has come, for a person who watches; nearly silent for everybody else."""
 
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-OnPing = Callable[[int, int], None]
-"""Told the pings done and the pings wanted, once before the first ping and after each."""
+import typer
+
+OnStep = Callable[[int, int], None]
+"""Told what is done and what is wanted, once before the first step and after each."""
 
 
 @contextmanager
-def progress(quiet: bool) -> Iterator[OnPing]:
-    """A bar on stderr with pings per second and the time left, where stderr is a terminal.
+def progress(quiet: bool, step: str = "ping") -> Iterator[OnStep]:
+    """A bar on stderr with the pace and the time left, where stderr is a terminal.
+
+    Anywhere on stderr, one line says what an earlier run has left done.
 
     Args:
-        quiet: Whether to stay silent there too.
+        quiet: Whether to stay silent in any case.
+        step: What is counted, in the singular.
     """
     if quiet or not sys.stderr.isatty():
-        yield lambda done, total: None
+        yield _told_once(quiet, step)
         return
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-    speed = TextColumn("{task.fields[rate]}")
-    columns = (TextColumn("pings"), BarColumn(), MofNCompleteColumn(), speed, TimeRemainingColumn())
+    columns = (
+        TextColumn(f"{step}s"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[pace]}"),
+        TimeRemainingColumn(),
+    )  # fmt: skip
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("pings", total=None, rate="")
-        there: list[int] = []  # pings that an earlier run has left do not count for the rate
+        task = bar.add_task(step, total=None, pace="")
+        there: list[int] = []  # what an earlier run has left does not count for the pace
 
-        def on_ping(done: int, total: int) -> None:
-            there.append(done) if not there else None
-            rate = (done - there[0]) / (bar.tasks[0].elapsed or 1e-9)
-            bar.update(task, completed=done, total=total, rate=f"{rate:.3g} pings/s")
+        def on_step(done: int, total: int) -> None:
+            if not there:
+                there.append(done)
+                bar.reset(task, total=total, completed=done, pace="starting")
+                if done:
+                    bar.console.print(already_there(done, total, step), highlight=False)
+            else:
+                bar.update(task, completed=done, pace=pace(done - there[0], bar.tasks[0].elapsed or 0.0, step))
 
-        yield on_ping
+        yield on_step
+
+
+def pace(steps: int, seconds: float, step: str) -> str:
+    """How fast it goes, in the unit in which the number is not small.
+
+    Args:
+        steps: Steps done.
+        seconds: Time they took [s].
+        step: What is counted, in the singular.
+    """
+    if steps == 0:
+        return "starting"
+    if seconds > steps:
+        return f"{seconds / steps:.3g} s/{step}"
+    return f"{steps / max(seconds, 1e-9):.3g} {step}s/s"
+
+
+def already_there(done: int, total: int, step: str) -> str:
+    """What is said of the work of an earlier run.
+
+    Args:
+        done: Steps that were done when this run began.
+        total: Steps wanted.
+        step: What is counted, in the singular.
+    """
+    if done < total:
+        return f"{done} of {total} {step}s were there already"
+    what = f"all {total} {step}s were" if total > 1 else f"the {step} was"
+    return f"{what} there already, so nothing was left to do; --overwrite starts anew"
+
+
+def _told_once(quiet: bool, step: str) -> OnStep:
+    """No bar, but a line on stderr where an earlier run has left something."""
+    first = [not quiet]
+
+    def on_step(done: int, total: int) -> None:
+        if first and first.pop() and done:
+            typer.echo(already_there(done, total, step), err=True)
+
+    return on_step

@@ -1,21 +1,32 @@
 """Commands about recordings: run, show, explain."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from insonify.cli import words
 from insonify.cli.words import InputError
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 Recording = Annotated[Path, typer.Argument(metavar="OUT", help="Recording made by `insonify run`.")]
+Beam = Annotated[int | None, typer.Option(metavar="B", min=0, help="Which beam, from 0.")]
 
 
 def run(
-    file: Annotated[Path, typer.Argument(help="Scenario file (YAML).")],
-    out: Annotated[Path, typer.Option("-o", "--out", help="Folder of the recording, such as harbour.zarr.")],
-    pings: Annotated[str | None, typer.Option(help="Only these pings: first:end, end not included.")] = None,
-    threads: Annotated[int | None, typer.Option(min=1, help="How many cores to use. [default: all]")] = None,
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Scenario file (YAML).")],
+    out: Annotated[
+        Path, typer.Option("-o", "--out", metavar="OUT", help="Folder of the recording, such as harbour.zarr.")
+    ],
+    pings: Annotated[
+        str | None,
+        typer.Option(metavar="RANGE", help="Only these pings: 10:20 (20 not included), 10: (to the end) or just 7."),
+    ] = None,
+    threads: Annotated[
+        int | None, typer.Option(metavar="N", min=1, help="How many cores to use. [default: all]")
+    ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a recording that is there.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress on the terminal.")] = False,
 ) -> None:
@@ -37,7 +48,14 @@ def run(
 
 def show(
     recording: Recording,
-    out: Annotated[Path, typer.Option("-o", "--out", help="Picture to write, such as harbour.png.")],
+    out: Annotated[
+        Path, typer.Option("-o", "--out", metavar="PNG", help="Picture to write, such as harbour.png, .pdf or .svg.")
+    ],
+    ping: Annotated[
+        int | None,
+        typer.Option(metavar="P", min=0, help="Only this ping, from 0. [default: all; of a fan the first]"),
+    ] = None,
+    beam: Beam = None,
 ) -> None:
     """Draw a recording.
 
@@ -47,16 +65,24 @@ def show(
 
     words.check_picture(out, "-o")
     dataset = open_recording(recording)
+    if ping is not None:
+        _check_ping(dataset, recording, ping)
+    elif not dataset["done"].values.any():
+        raise InputError(f"{recording} holds no ping yet. Simulate one: insonify run FILE -o {recording} --pings 0")
+    _check_beam(dataset, beam)
     from insonify import drawing
 
-    drawing.recording(dataset, out)
+    drawing.recording(dataset, out, ping=ping, beam=beam)
     typer.echo(out)
 
 
 def explain(
     recording: Recording,
-    time: Annotated[str, typer.Option(help='When: "201.9 ms" after the start of transmission.')],
-    ping: Annotated[int, typer.Option(min=0, help="Which ping, from 0.")] = 0,
+    time: Annotated[str, typer.Option(metavar="TIME", help='When: "201.9 ms" after the start of transmission.')],
+    ping: Annotated[int, typer.Option(metavar="P", min=0, help="Which ping, from 0.")] = 0,
+    beam: Annotated[
+        int | None, typer.Option(metavar="B", min=0, help="Which beam, from 0. [default: the loudest then]")
+    ] = None,
 ) -> None:
     """List the arrivals behind one sample, with their losses in dB.
 
@@ -66,11 +92,30 @@ def explain(
 
     when = words.seconds(time, "--time")
     dataset = open_recording(recording)
-    pings, first, last = dataset.sizes["ping"], float(dataset["time"][0]), float(dataset["time"][-1])
-    if ping >= pings:
-        raise InputError(f"--ping {ping}: the recording has pings 0 to {pings - 1}")
-    if not first <= when <= last:
-        raise InputError(f"--time {time}: the recording holds {first * 1e3:g} to {last * 1e3:g} ms")
+    _check_ping(dataset, recording, ping)
+    _check_beam(dataset, beam)
+    words.check_time(time, when, (float(dataset["time"][0]), float(dataset["time"][-1])), "--time")
     from insonify.study.explain import explain as told
 
-    typer.echo(told(dataset, ping=ping, time=when))
+    typer.echo(told(dataset, ping=ping, time=when, channel=beam))
+
+
+def _check_ping(dataset: "xr.Dataset", recording: Path, ping: int) -> None:
+    """Refuse a ping that the recording does not have, or not yet."""
+    pings = dataset.sizes["ping"]
+    if ping >= pings:
+        raise InputError(f"--ping {ping}: the recording has {_numbered('ping', pings)}")
+    if not dataset["done"].values[ping]:
+        way_out = f"Simulate it first: insonify run FILE -o {recording} --pings {ping}"
+        raise InputError(f"--ping {ping}: not simulated yet. {way_out}")
+
+
+def _check_beam(dataset: "xr.Dataset", beam: int | None) -> None:
+    """Refuse a beam that the recording does not have."""
+    beams = dataset.sizes["channel"]
+    if beam is not None and beam >= beams:
+        raise InputError(f"--beam {beam}: the recording has {_numbered('beam', beams)}")
+
+
+def _numbered(what: str, count: int) -> str:
+    return f"{what}s 0 to {count - 1}" if count > 1 else f"only {what} 0"

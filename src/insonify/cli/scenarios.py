@@ -1,7 +1,8 @@
 """Commands about scenario files: new, check."""
 
+import warnings
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -9,15 +10,15 @@ from insonify.cli.words import InputError
 
 
 def new(
-    name: Annotated[str, typer.Argument(help="Name of the scenario; the file will be NAME.yaml.")],
-    template: Annotated[str, typer.Option(help="Which scenario to start from.")] = "nominal",
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the scenario; the file will be NAME.yaml.")],
+    template: Annotated[str, typer.Option(metavar="TEMPLATE", help="Which scenario to start from.")] = "nominal",
 ) -> None:
     """Write a commented scenario to edit.
 
     Example: insonify new harbour
     """
     target = Path(name if name.endswith((".yaml", ".yml")) else f"{name}.yaml")
-    text = _template(template)
+    text = _renamed(_template(template), template, target)
     try:
         with target.open("x", encoding="utf-8") as file:
             file.write(text)
@@ -28,15 +29,38 @@ def new(
     typer.echo(target)
 
 
-def check(file: Annotated[Path, typer.Argument(help="Scenario file (YAML).")]) -> None:
+def check(file: Annotated[Path, typer.Argument(metavar="FILE", help="Scenario file (YAML).")]) -> None:
     """Say what is wrong with a scenario, line by line.
 
     Example: insonify check harbour.yaml
     """
     from insonify.scenario.load import load_scenario
 
-    load_scenario(file)
-    typer.echo(f"{file}: nothing wrong")
+    with warnings.catch_warnings():
+        show, told = warnings.showwarning, []
+
+        def show_and_count(*words: Any, **named: Any) -> None:
+            told.append(words)
+            show(*words, **named)
+
+        warnings.showwarning = show_and_count
+        load_scenario(file)
+    but = "" if not told else " but the warning above" if len(told) == 1 else f" but the {len(told)} warnings above"
+    typer.echo(f"{file}: nothing wrong{but}")
+
+
+def _renamed(text: str, template: str, target: Path) -> str:
+    """A template whose title and comments speak of the file that it becomes."""
+    import json
+    import re
+    import shlex
+
+    title = f"title: {json.dumps(target.stem, ensure_ascii=False)}"  # a name such as yes or 12 stays a name
+    text = re.sub(r"^title:[^#\n]*$", lambda _: title, text, count=1, flags=re.MULTILINE)
+    for suffix in (".yaml", ".zarr", ".png"):
+        name = str(target) if suffix == ".yaml" else str(target.with_suffix(suffix))
+        text = text.replace(f"{template}{suffix}", shlex.quote(name))
+    return text
 
 
 def _template(name: str) -> str:

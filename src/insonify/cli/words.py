@@ -26,6 +26,25 @@ def seconds(text: str, option: str) -> float:
         raise InputError(f"{option} {text}: {error}") from None
 
 
+def check_time(text: str, when: float, held: tuple[float, float], option: str) -> None:
+    """Refuse a time outside a recording; a bare number that would fit in milliseconds was probably meant so.
+
+    Args:
+        text: The time as typed.
+        when: The same time [s].
+        held: First and last time of the recording [s].
+        option: The option it was typed for, as messages name it.
+    """
+    first, last = held
+    if first <= when <= last:
+        return
+    window = f"the recording holds {first * 1e3:g} to {last * 1e3:g} ms"
+    if re.search(r"[A-Za-z]\s*$", text):
+        raise InputError(f"{option} {text}: {window}")
+    hint = f"; did you mean {when:g} ms?" if first <= when / 1e3 <= last else ""
+    raise InputError(f"{option} {text}: read as {when:g} s, and {window}{hint}")
+
+
 def pings(text: str | None, count: int) -> range:
     """The pings meant by 10:20 (the last one not included), 10: or 7.
 

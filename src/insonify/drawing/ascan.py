@@ -1,33 +1,50 @@
 """The A-scan: what one ping brings back, as level over time, with a closer look at what lies in the water."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from insonify.drawing import style
 from insonify.drawing.heard import Heard
-from insonify.scene.target import Box
+from insonify.drawing.targets import echo_window, loudest
+from insonify.units import amplitude_ratio
 
-NEAR = (5.0, 30.0)
-"""Time before and after the first target's echo that is drawn larger [ms]."""
+BEFORE, AFTER = 0.2, 0.8
+"""How far the closer look reaches before and after a target's echoes, as a part of their span [1]."""
+LEAST = 3.0
+"""How far it reaches at least [ms]."""
 DEEPEST = 120.0
 """Levels this far below the loudest part of what is seen are not drawn [dB]."""
 
 
+@dataclass(frozen=True, slots=True)
+class CloserLook:
+    """What is drawn larger."""
+
+    label: str
+    """Of the target."""
+    channel: int
+    """Row of the beam in which it is loudest."""
+    window: tuple[float, float]
+    """Start and stop [ms]."""
+
+
 def ascan(sound: Heard, row: int) -> Figure:
-    """One ping: the whole window in decibels, and beneath it the first target's neighbourhood in linear units.
+    """One ping: the whole window in decibels, and beneath it the loudest target's neighbourhood in linear units.
 
     Args:
         sound: The recording.
         row: Which ping.
     """
-    near = target_window(sound)
+    near = closer_look(sound, row)
     panels = sound.level.shape[1] + (near is not None)
     figure = style.sheet(10, 1.2 + 2.9 * panels)
     rows = figure.subplots(panels, 1, squeeze=False)[:, 0]
     for channel, axes in enumerate(rows[: sound.level.shape[1]]):
         trace(axes, sound, row, channel)
-        axes.set_title(_title(sound, channel))
+        axes.set_title(sound.named(ping=row, channel=channel))
     if near is not None:
         envelope(rows[-1], sound, row, near)
     return figure
@@ -56,40 +73,50 @@ def trace(axes: Axes, sound: Heard, row: int, channel: int, window: tuple[float,
     style.range_axis(axes, sound.sound_speed, _altitude(sound))
 
 
-def envelope(axes: Axes, sound: Heard, row: int, window: tuple[float, float]) -> None:
-    """Rms pressure over time in linear units, in a window about the target.
+def envelope(axes: Axes, sound: Heard, row: int, look: CloserLook) -> None:
+    """Rms pressure over time in linear units, in a window about a target.
 
     Args:
         axes: Where to draw.
         sound: The recording.
         row: Which ping.
-        window: Start and stop [ms].
+        look: The target, its beam and the window.
     """
     time = sound.time * 1e3
-    inside = (time >= window[0]) & (time <= window[1])
-    pressure = 10 ** (sound.level[row, 0, inside] / 20) / 1e3
+    inside = (time >= look.window[0]) & (time <= look.window[1])
+    pressure = amplitude_ratio(sound.level[row, look.channel, inside]) / 1e3
     axes.fill_between(time[inside], pressure, color=style.CAUSES["target"], alpha=0.25, linewidth=0)
     axes.plot(time[inside], pressure, color=style.CAUSES["target"], linewidth=0.9)
-    axes.set_xlim(*window)
+    axes.set_xlim(*look.window)
     axes.set_ylim(0)
-    axes.set_title("About the target")
+    beam = f", beam {look.channel}, where it is loudest" if len(sound.steer) > 1 else ""
+    axes.set_title(f"About the target {look.label!r}{beam}")
     axes.set_xlabel("time after the start of transmission [ms]")
     axes.set_ylabel("rms pressure [mPa]")
     style.range_axis(axes, sound.sound_speed, _altitude(sound))
 
 
-def target_window(sound: Heard) -> tuple[float, float] | None:
-    """Time about the direct echo of the first target [ms]; None without one in the recording."""
+def closer_look(sound: Heard, row: int) -> CloserLook | None:
+    """The target that is loudest in the beams shown, and the time of all its echoes; None where none is heard.
+
+    Args:
+        sound: The recording.
+        row: Which ping.
+    """
     scenario = sound.scenario
     if scenario is None or not scenario.targets:
         return None
-    target = scenario.targets[0]
-    place = np.array([*target.position[:2], scenario.seabed.depth if isinstance(target, Box) else target.position[2]])
-    start = getattr(scenario.track, "position", None) or getattr(scenario.track, "start", (0.0, 0.0, 0.0))
-    echo = 2e3 * float(np.linalg.norm(place - np.array(start))) / sound.sound_speed
-    first, last = sound.time[0] * 1e3, sound.time[-1] * 1e3
-    window = max(first, echo - NEAR[0]), min(last, echo + NEAR[1])
-    return window if window[0] < echo < window[1] else None
+    held = [sound.beam] if sound.beam is not None else list(range(len(sound.steer)))
+    found = loudest(scenario, row, held) if len(scenario.targets) > 1 or len(held) > 1 else (0, held[0])
+    if found is None:
+        return None
+    target = scenario.targets[found[0]]
+    first, last = (1e3 * when for when in echo_window(scenario, row, target))
+    span, start, stop = last - first, sound.time[0] * 1e3, sound.time[-1] * 1e3
+    if not start < first < stop:
+        return None
+    window = max(start, first - max(LEAST, BEFORE * span)), min(stop, last + max(LEAST, AFTER * span))
+    return CloserLook(target.label, held.index(found[1]), window)
 
 
 def _altitude(sound: Heard) -> float | None:
@@ -98,9 +125,3 @@ def _altitude(sound: Heard) -> float | None:
         return None
     start = getattr(scenario.track, "position", None) or getattr(scenario.track, "start", None)
     return None if start is None else scenario.seabed.depth - start[2]
-
-
-def _title(sound: Heard, channel: int) -> str:
-    if len(sound.steer) == 1:
-        return sound.title
-    return f"{sound.title}: beam steered {np.degrees(sound.steer[channel]):+.2f} deg".lstrip(": ")

@@ -1,6 +1,6 @@
 """What a recording holds, as levels that can be drawn, and the scenario it came from."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
@@ -15,6 +15,8 @@ Floats = NDArray[np.float64]
 
 BELOW, ABOVE = 20.0, 24.0
 """How far an image reaches below and at least above its median [dB]: background in middling brown, shadows dark."""
+DEEPEST = 60.0
+"""How far the middling brown may be below the brightest colour [dB]."""
 BRIGHT = 0.9985
 """Part of an image that may not be brighter than its brightest colour [1]."""
 
@@ -32,11 +34,35 @@ class Heard:
     scenario: Scenario | None
     """What was simulated, where the recording says so."""
     title: str
+    expected: bool = False
+    """Whether these are expected levels, free of speckle."""
+    beam: int | None = None
+    """Number of the only beam that is held; None: all of them."""
 
     @property
     def sound_speed(self) -> float:
         """Sound speed [m/s]; 1500 where the recording does not say."""
         return 1500.0 if self.scenario is None else self.scenario.water.sound_speed
+
+    def only(self, beam: int) -> "Heard":
+        """One beam alone, which keeps its number."""
+        row = slice(beam, beam + 1)
+        return replace(self, level=self.level[:, row], steer=self.steer[row], beam=beam)
+
+    def named(self, *, ping: int | None = None, channel: int | None = None) -> str:
+        """What a picture of one ping, or of one channel, is called.
+
+        Args:
+            ping: Number of the ping; left out where there is but one.
+            channel: Row of the beam; left out where the recording has but one.
+        """
+        parts = [self.title, "expected level" if self.expected else ""]
+        if ping is not None and len(self.level) > 1:
+            parts.append(f"ping {ping}")
+        if channel is not None and (len(self.steer) > 1 or self.beam is not None):
+            number = channel if self.beam is None else self.beam
+            parts.append(f"beam {number} steered {np.degrees(self.steer[channel]):+.2f} deg")
+        return ", ".join(part for part in parts if part)
 
     def strength(self) -> Floats:
         """Level with the way out and back undone: an apparent target strength [dB re 1 m^2], shape of `level`.
@@ -65,6 +91,7 @@ def heard(dataset: xr.Dataset) -> Heard:
         steer=np.asarray(dataset["steer"].values, float),
         scenario=parse(Scenario, text) if text else None,
         title=str(dataset.attrs.get("title", "")),
+        expected="intensity" in dataset,
     )
 
 
@@ -74,4 +101,5 @@ def colour_span(level: Floats) -> tuple[float, float]:
     if there.size == 0:
         return -1.0, 0.0
     middle, high = np.quantile(there, [0.5, BRIGHT])
+    middle = max(middle, high - DEEPEST)  # where the median is silence, echoes alone make the image
     return float(5 * np.floor((middle - BELOW) / 5)), float(5 * np.ceil(max(high, middle + ABOVE) / 5))

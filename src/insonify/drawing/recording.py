@@ -15,7 +15,7 @@ FAN = 5
 """Beams from which on a ping is drawn as a fan."""
 
 
-def recording(dataset: xr.Dataset, path: str | Path, *, ping: int | None = None) -> Path:
+def recording(dataset: xr.Dataset, path: str | Path, *, ping: int | None = None, beam: int | None = None) -> Path:
     """Draw a recording.
 
     Many beams make a fan of one ping, many pings a waterfall, everything else traces of level over time.
@@ -24,11 +24,12 @@ def recording(dataset: xr.Dataset, path: str | Path, *, ping: int | None = None)
         dataset: `pressure` [uPa] or `intensity` [uPa^2] over (ping, channel, time).
         path: Picture to write, .png, .pdf or .svg.
         ping: Row of the only ping wanted; by default all, or for a fan the first that is there.
+        beam: Row of the only beam wanted; all by default.
 
     Returns:
         The path.
     """
-    sound = heard(dataset)
+    sound = heard(dataset) if beam is None else heard(dataset).only(beam)
     there = np.flatnonzero(np.isfinite(sound.level).any(axis=(1, 2)) | np.isneginf(sound.level).any(axis=(1, 2)))
     if there.size == 0:
         raise ValueError("the recording holds no ping yet. Run the scenario to the end, or at least one ping of it.")

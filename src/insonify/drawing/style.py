@@ -1,7 +1,7 @@
 """One look for all pictures: what has a colour has it everywhere.
 
-Colours of causes and families are those of Okabe & Ito (2008), "Color Universal Design", which readers with
-any kind of colour vision can tell apart.
+Hues are those of Okabe & Ito (2008), "Color Universal Design", which readers with any kind of colour vision can
+tell apart; legs are lighter than the boundaries that they meet, and pairs of legs have the hue of the longer one.
 """
 
 from collections.abc import Iterator
@@ -18,23 +18,23 @@ from numpy.typing import ArrayLike, NDArray
 
 CAUSES = {
     "seabed": "#B8720A",
-    "surface": "#0072B2",
+    "surface": "#0B3F73",
     "target": "#D5350E",
     "noise": "#8A8A8A",
     "total": "#1A1A1A",
 }
 """Colour of each cause of sound."""
-FAMILIES = {"D": "#1A1A1A", "S": "#0072B2", "B": "#E69F00", "SB": "#009E73", "BS": "#CC79A7"}
+FAMILIES = {"D": "#1A1A1A", "S": "#1E8FD5", "B": "#E69F00", "SB": "#009E73", "BS": "#CC79A7"}
 """Colour of each family of legs."""
 PAIRS = {
     "D-D": "#1A1A1A",
-    "D-S": "#0072B2",
-    "S-S": "#56B4E9",
-    "D-BS": "#D55E00",
-    "S-BS": "#E69F00",
-    "BS-BS": "#CC79A7",
+    "D-S": "#1E8FD5",
+    "S-S": "#7CC4EE",
+    "D-BS": "#8E2F66",
+    "S-BS": "#CC79A7",
+    "BS-BS": "#E3A9C9",
 }
-"""Colour of each pair of families that can be told apart by its delay near the seabed."""
+"""Colour of each pair of families that can be told apart by its delay near the seabed: in the hue of the longer leg."""
 INK = "#1A1A1A"
 EXPECTED = "#009E73"
 """Colour of what is expected on average, beside one ping in ink."""

@@ -25,7 +25,7 @@ def waterfall(sound: Heard) -> Figure:
     span = colour_span(level)
     for channel, axes in enumerate(rows):
         image = _lines(axes, sound, level[:, channel], span)
-        axes.set_title(sound.title if channel == 0 else f"beam {channel}")
+        axes.set_title(sound.named(channel=channel))
     unit = "dB re 1 uPa" if sound.scenario is None else "dB re 1 m$^2$"
     name = "level" if sound.scenario is None else "apparent target strength"
     figure.colorbar(image, ax=list(rows), label=f"{name} [{unit}]", pad=0.01)

@@ -1,4 +1,9 @@
-"""Which paths are followed, and how they are perturbed: the knobs of the paper."""
+"""Which paths are followed, and how they are perturbed: the knobs of the paper.
+
+The choice lies down here, below the stages that obey it, because two of them read it that must
+not know each other: the engine follows paths and draws scatterers by it, synthesis perturbs their
+replicas. The scenario only holds it.
+"""
 
 from typing import Annotated, Literal, Self
 
@@ -24,7 +29,7 @@ class PathChoice(Noun):
     edges: Literal["hard"] = "hard"
     """How a shadow ends."""
     jitter: Annotated[float, Field(ge=0, le=100)] = 0.0
-    """Largest random delay of each pulse replica, uniform from 0 [wavelengths]."""
+    """Largest random phase of each pulse replica, uniform from 0 [wavelengths]; its envelope stays in place."""
     amplitude_perturbation: Annotated[float, Field(ge=0, le=1)] = 0.0
     """Largest random change of each replica's amplitude, uniform, as a part of it [1]."""
     scatterers_per_cell: Annotated[float, Field(ge=0.1, le=1000)] = 5.0

@@ -6,8 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.records.pairs import Pairs
+from insonify.units import level_db
 
 Floats = NDArray[np.float64]
+
+SHORT = 40
+"""Paths up to which a printed list goes row by row."""
+FIRST, STRONGEST, KINDS = 20, 10, 20
+"""Rows printed of a short list, rows of a long one, and its kinds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,26 +73,59 @@ class Arrivals:
         return Arrivals(*(getattr(self, column.name)[rows] for column in fields(self)))
 
     def __repr__(self) -> str:
-        """A page of a lab notebook: the first twenty paths in order of arrival."""
+        """A page of a lab notebook: a short list row by row, a long one by kind, with its strongest rows."""
         if not len(self):
             return "Arrivals: no paths"
-        order = np.argsort(self.delay, kind="stable")
         span = f"{self.delay.min() * 1e3:.1f}-{self.delay.max() * 1e3:.1f} ms"
-        lines = [
-            f"Arrivals: {len(self)} paths, {span}",
-            "  row       delay      level    phase  who            out    back",
-        ]
-        with np.errstate(divide="ignore"):
-            level = 20 * np.log10(np.abs(self.amplitude[:, 0]))
-        phase = np.degrees(np.angle(self.amplitude[:, 0]))
-        for n, row in enumerate(order[:20], start=1):
+        head = f"Arrivals: {len(self)} paths, {span}; levels in dB re the source at 1 m, before beams"
+        order = np.argsort(self.delay, kind="stable")
+        if len(self) <= SHORT:
+            more = [f"  ... and {len(self) - FIRST} more"] if len(self) > FIRST else []
+            return "\n".join([head, *self._lines(order, np.arange(len(self))[:FIRST]), *more])
+        strongest = np.argsort(-self._level()[order], kind="stable")[:STRONGEST]
+        told = [f"  the {STRONGEST} strongest, in order of arrival:", *self._lines(order, np.sort(strongest))]
+        return "\n".join([head, *self._kinds(), *told])
+
+    def _level(self) -> Floats:
+        """Level of each path [dB re the source at 1 m]."""
+        return level_db(np.abs(self.amplitude[:, 0]) ** 2)
+
+    def _lines(self, order: NDArray[np.int64], ranks: NDArray[np.int64]) -> list[str]:
+        """Some paths line by line, by their ranks in the order of arrival."""
+        level, phase = self._level(), np.degrees(np.angle(self.amplitude[:, 0]))
+        lines = ["  row       delay      level    phase  who            out    back"]
+        for rank, row in zip(ranks, order[ranks], strict=True):
             lines.append(
-                f"{n:5d} {self.delay[row] * 1e3:9.3f} ms {level[row]:7.1f} dB {phase[row]:5.0f} deg  "
+                f"{rank + 1:5d} {self.delay[row] * 1e3:9.3f} ms {level[row]:7.1f} dB {phase[row]:5.0f} deg  "
                 f"{self.owner[row]:<14s} {self.family_out[row]:<6s} {self.family_back[row]}"
             )
-        if len(self) > 20:
-            lines.append(f"  ... and {len(self) - 20} more")
-        return "\n".join(lines)
+        return lines
+
+    def _kinds(self) -> list[str]:
+        """Who echoed by which pair of families, in either order: how often, when, how loud; the loudest kind first."""
+        legs = np.stack([self.family_out, self.family_back])
+        names, leg = np.unique(legs, return_inverse=True)
+        owners, owner = np.unique(self.owner, return_inverse=True)
+        low, high = np.sort(leg.reshape(legs.shape), axis=0)
+        kinds, kind = np.unique((owner * len(names) + low) * len(names) + high, return_inverse=True)
+        count = np.bincount(kind)
+        first, last, loudest = np.full(kinds.size, np.inf), np.full(kinds.size, -np.inf), np.full(kinds.size, -np.inf)
+        np.minimum.at(first, kind, self.delay * 1e3)
+        np.maximum.at(last, kind, self.delay * 1e3)
+        np.maximum.at(loudest, kind, self._level())
+        lines = [f"  {'who':<14s} {'legs':<9s} {'paths':>8s} {'delays':>20s} {'strongest':>12s}"]
+        for row in np.argsort(-loudest, kind="stable")[:KINDS]:
+            code, b = divmod(int(kinds[row]), len(names))
+            who, a = divmod(code, len(names))
+            legs_told = "-".join(sorted((str(names[a]), str(names[b])), key=_fewest_bounces))
+            span = f"{first[row]:.2f}-{last[row]:.2f} ms"
+            lines.append(f"  {owners[who]:<14s} {legs_told:<9s} {count[row]:8d} {span:>20s} {loudest[row]:9.1f} dB")
+        return lines + ([f"  ... and {kinds.size - KINDS} fainter kinds"] if kinds.size > KINDS else [])
+
+
+def _fewest_bounces(family: str) -> tuple[bool, int, bool]:
+    """Order of the two names of a pair: direct, then few bounces, then surface first."""
+    return family != "D", len(family), not family.startswith("S")
 
 
 def expand(pairs: Pairs, first_group: int, factors: dict[tuple[str, str], NDArray[np.complex128]]) -> Arrivals:

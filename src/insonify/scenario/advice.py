@@ -15,7 +15,7 @@ class Advice:
     file: str
     """Name of the file, as the author gave it."""
     line: int
-    """Line of the guilty value, or of what it is missing from, counted from 1."""
+    """Line of the guilty value, or of what it is missing from, counted from 1; 0 for a file without lines."""
     field: str
     """Keys and list indices joined by dots: targets.0.position; empty for the file as a whole."""
     problem: str
@@ -24,13 +24,17 @@ class Advice:
     """The allowed range or choices, where they are known."""
     fix: str = ""
     """What to write instead, where that can be guessed."""
+    label: str = ""
+    """What the author calls the thing that the field belongs to, such as a target's label."""
 
     def __str__(self) -> str:
         """The advice as it is printed, one line, like a compiler's."""
-        field = f" {self.field}:" if self.field else ""
+        place = f"{self.file}:{self.line}:" if self.line else f"{self.file}:"
+        label = f" ({self.label})" if self.label else ""
+        field = f" {self.field}{label}:" if self.field else ""
         allowed = f" ({self.allowed})" if self.allowed else ""
         fix = f" {self.fix}" if self.fix else ""
-        text = f"{self.file}:{self.line}:{field} {_ended(self.problem + allowed)}{_ended(fix)}"
+        text = f"{place}{field} {_ended(self.problem + allowed)}{_ended(fix)}"
         return " ".join(text.split())
 
 

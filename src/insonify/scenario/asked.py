@@ -28,11 +28,12 @@ class Asked:
     @property
     def units(self) -> str:
         """Name of its SI unit; empty for a bare number."""
-        for note in self.notes:
-            extra = getattr(note, "json_schema_extra", None)
-            if isinstance(extra, dict) and "units" in extra:
-                return str(extra["units"])
-        return ""
+        return self._said("units")
+
+    @property
+    def fix(self) -> str:
+        """What to write instead of a longer list; empty where its noun has no advice."""
+        return self._said("fix")
 
     @property
     def dimension(self) -> str:
@@ -56,6 +57,10 @@ class Asked:
             hints = get_type_hints(self.kind, include_extras=True)
             return {f.name: list(self.unfold(hints[f.name])) for f in dataclasses.fields(self.kind) if f.init}
         return {}
+
+    def _said(self, word: str) -> str:
+        extras = (getattr(note, "json_schema_extra", None) for note in self.notes)
+        return next((str(extra[word]) for extra in extras if isinstance(extra, dict) and word in extra), "")
 
     def item(self, index: int) -> list[Self]:
         """What one place of a list asks for; empty where it is not a list."""

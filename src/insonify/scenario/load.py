@@ -9,7 +9,7 @@ from pydantic import BaseModel, ValidationError
 
 from insonify.scenario.advice import Advice, ScenarioError
 from insonify.scenario.source import Source, read
-from insonify.scenario.verdict import advise, stray_truths
+from insonify.scenario.verdict import advise, strays
 
 if TYPE_CHECKING:
     from insonify.scenario.scenario import Scenario
@@ -58,7 +58,7 @@ def parse(model: type[Model], text: str, *, name: str = "scenario") -> Model:
     source = read(text, name)
     if source.values is None:
         raise ScenarioError(source.faults)
-    source.faults += stray_truths(model, source)
+    source.faults += strays(model, source)
     noun, faults = _validated(model, source)
     if noun is None or source.faults:
         raise ScenarioError([*source.faults, *faults])
@@ -76,9 +76,9 @@ def _text(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
-        fault = Advice(str(path), 1, "", f"not text: byte {error.start} is not UTF-8", fix="Save it as UTF-8 text")
+        fault = Advice(str(path), 0, "", f"not text: byte {error.start} is not UTF-8", fix="Save it as UTF-8 text")
     except FileNotFoundError:
-        fault = Advice(str(path), 1, "", "there is no such file", fix="Start from a template: insonify new NAME")
+        fault = Advice(str(path), 0, "", "there is no such file", fix="Start from a template: insonify new NAME")
     except OSError as error:
-        fault = Advice(str(path), 1, "", f"cannot be read: {error.strerror}")
+        fault = Advice(str(path), 0, "", f"cannot be read: {error.strerror}")
     raise ScenarioError([fault])

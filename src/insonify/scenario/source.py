@@ -116,11 +116,7 @@ def _value(node: yaml.Node, path: Path, source: Source) -> Any:
     if node.tag.startswith("!"):
         fault = Advice(source.name, source.line(path), dotted(path), f"the tag {node.tag} has no meaning here")
         source.faults.append(fault)
-    value = _scalar(node)
-    if isinstance(value, float) and not math.isfinite(value):
-        problem = f"{node.value} is not a finite number"
-        source.faults.append(Advice(source.name, source.line(path), dotted(path), problem))
-    return value
+    return _scalar(node)
 
 
 def _entries(node: yaml.MappingNode, path: Path, source: Source) -> Iterator[tuple[str, Any]]:

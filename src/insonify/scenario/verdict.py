@@ -5,7 +5,9 @@ line per mistake: the value as it was typed, the range in the unit that was type
 the word that was probably meant.
 """
 
+import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -47,7 +49,8 @@ def advise(error: ValidationError, model: type[BaseModel], source: Source) -> li
         model: The noun that the file describes.
         source: The file.
     """
-    findings = [_finding(item, model, source) for item in error.errors(include_url=False)]
+    items = [single for item in error.errors(include_url=False) for single in _unfolded(item)]
+    findings = [_finding(item, model, source) for item in items]
     said = {(fault.field, fault.line) for fault in source.faults}
     advice = []
     for path in dict.fromkeys(finding.path for finding in findings):
@@ -60,10 +63,11 @@ def advise(error: ValidationError, model: type[BaseModel], source: Source) -> li
     return advice
 
 
-def stray_truths(model: type[BaseModel], source: Source) -> list[Advice]:
-    """Every yes, no, on or off that stands where a number or a word is wanted.
+def strays(model: type[BaseModel], source: Source) -> list[Advice]:
+    """Every yes, no, on or off that stands where a number or a word is wanted, and every .nan and .inf.
 
-    Python counts them as 1 and 0, so the validator alone would let them pass.
+    Python counts truths as 1 and 0, and some nouns hold text or laws of their own: the validator
+    alone would let them pass.
 
     Args:
         model: The noun that the file describes.
@@ -73,12 +77,22 @@ def stray_truths(model: type[BaseModel], source: Source) -> list[Advice]:
     for path in source.written:
         value = source.value(path)
         _, asked = find(model, source.values, path)
-        if isinstance(value, bool) and asked and all(choice.kind is not bool for choice in asked):
+        if isinstance(value, float) and not math.isfinite(value):
+            problem = f"{source.written[path]} is not a finite number"
+            advice.append(_advice(path, source, problem, _allowed(asked)))
+        elif isinstance(value, bool) and asked and all(choice.kind is not bool for choice in asked):
             wanted = " or ".join(dict.fromkeys(choice.words() for choice in asked))
             problem = f"{source.written[path]} means {str(value).lower()} in YAML; it should be {wanted}"
             fix = "Put quotes around it" if any(choice.kind is str for choice in asked) else ""
             advice.append(_advice(path, source, problem, fix=fix))
     return advice
+
+
+def _unfolded(item: Any) -> list[Any]:
+    """A complaint that holds several located faults, as one complaint for each of them."""
+    if item["type"] != "located":
+        return [item]
+    return [item | {"ctx": {"path": path, "shown": shown}} for path, shown in item["ctx"]["faults"]]
 
 
 def _finding(item: Any, model: type[BaseModel], source: Source) -> _Finding:
@@ -112,7 +126,16 @@ def _one_line(here: list[_Finding], findings: list[_Finding], source: Source) ->
 
 
 def _advice(path: Path, source: Source, problem: str, allowed: str = "", fix: str = "") -> Advice:
-    return Advice(source.name, source.line(path), dotted(path), problem, allowed, fix)
+    return Advice(source.name, source.line(path), dotted(path), problem, allowed, fix, _label(path, source))
+
+
+def _label(path: Path, source: Source) -> str:
+    """The label that the author gave to the thing that a value belongs to; empty where there is none."""
+    for end in range(len(path), 0, -1):
+        label = source.written.get((*path[:end], "label"), "")
+        if label and path[end:] != ("label",):
+            return label
+    return ""
 
 
 def _say(finding: _Finding, source: Source) -> Advice:
@@ -127,9 +150,10 @@ def _say(finding: _Finding, source: Source) -> Advice:
     if kind in ("literal_error", "enum", "union_tag_invalid", "union_tag_not_found"):
         return _unknown_choice(finding, source)
     if kind == "finite_number":
-        return _advice(path, source, f"{typed} is not a finite number")
+        return _advice(path, source, f"{typed} is not a finite number", _allowed(finding.asked))
     if kind in ("too_short", "too_long"):
-        return _advice(path, source, f"{typed} has {len(finding.value)} values", _wanted([finding]))
+        fix = next((asked.fix for asked in finding.asked if asked.fix), "") if kind == "too_long" else ""
+        return _advice(path, source, f"{typed} has {len(finding.value)} values", _wanted([finding]), fix)
     if kind == "value_error":
         return _refused(finding, source)
     return _advice(path, source, f"{typed}: {finding.message}")
@@ -222,15 +246,25 @@ def _out_of_range(finding: _Finding, source: Source) -> Advice:
     return _advice(finding.path, source, f"{shown} is out of range", _range(limits, unit or asked.units), fix)
 
 
+def _allowed(asked: Sequence[Asked]) -> str:
+    """The range of a number in its SI unit; empty where none is known."""
+    return next((_range(choice.limits, choice.units) for choice in asked if choice.limits), "")
+
+
 def _range(limits: dict[str, float], unit: str) -> str:
-    low = limits.get("ge", limits.get("gt"))
-    high = limits.get("le", limits.get("lt"))
+    shown = {name: _plain(bound) for name, bound in limits.items()}
+    low, high = shown.get("ge", shown.get("gt")), shown.get("le", shown.get("lt"))
     tail = f" {unit}" if unit else ""
     if low is not None and high is not None:
-        return f"{low:.6g} to {high:.6g}{tail}"
+        return f"{low} to {high}{tail}"
     if low is not None:
-        return f"{low:.6g}{tail} or more" if "ge" in limits else f"above {low:.6g}{tail}"
-    return f"{high:.6g}{tail} or less" if "le" in limits else f"below {high:.6g}{tail}"
+        return f"{low}{tail} or more" if "ge" in limits else f"above {low}{tail}"
+    return f"{high}{tail} or less" if "le" in limits else f"below {high}{tail}"
+
+
+def _plain(bound: float) -> str:
+    """A limit without an exponent, where it is a whole number that a person would write out."""
+    return f"{bound:.0f}" if bound == round(bound) and abs(bound) < 1e9 else f"{bound:.6g}"
 
 
 def _fits(value: float, limits: dict[str, float]) -> bool:

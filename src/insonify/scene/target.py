@@ -15,7 +15,9 @@ class Box(Noun):
 
     shape: Literal["box"] = "box"
     label: str = "box"
-    position: tuple[Metres, Metres]
+    position: tuple[Metres, Metres] = Field(
+        json_schema_extra={"fix": "Write north and east; the depth of a box is its base_depth"}
+    )
     """North and east of the centre of its base [m]."""
     size: tuple[Size, Size, Size]
     """Length along its heading, width across it, height [m]."""

@@ -10,6 +10,7 @@ from typing import Annotated, Literal, Self
 from pydantic import AfterValidator, BeforeValidator, Field
 
 from insonify.noun import Metres, Noun, Radians
+from insonify.sonar.even_steps import even_steps
 
 Shading = Literal["uniform", "cosine", "hann", "hamming", "taylor"]
 Element = Literal["omni", "baffled", "cosine", "piston"]
@@ -19,6 +20,8 @@ RIGHT_ANGLE = math.pi / 2
 
 
 def _as_tuple(value: object) -> object:
+    if isinstance(value, dict):
+        return even_steps(value)
     return value if value is None or isinstance(value, list | tuple) else (value,)
 
 
@@ -34,7 +37,7 @@ def _in_front(angles: tuple[float, ...] | None) -> tuple[float, ...] | None:
     return angles
 
 
-# One angle or several; a bare number stands for a list of one.
+# One angle, several, or {from: ..., to: ..., step: ...}; a bare number stands for a list of one.
 Steers = Annotated[tuple[Radians, ...] | None, BeforeValidator(_as_tuple), AfterValidator(_in_front)]
 
 

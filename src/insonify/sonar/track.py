@@ -15,10 +15,13 @@ from insonify.validity import PhysicsWarning
 Place = tuple[Metres, Metres, Metres]
 Floats = NDArray[np.float64]
 
+MOST_PINGS = 1_000_000
+"""More than any survey line has [1]."""
+
 
 def _not_empty(pings: int) -> int:
     if pings < 1:
-        raise ValueError(f"pings is {pings}: an empty track. Give at least 1.")
+        raise ValueError(f"{pings} pings are an empty track. Give 1 to {MOST_PINGS}.")
     return pings
 
 
@@ -31,7 +34,7 @@ class _Pinging(Noun):
     """Bow up, positive [rad]."""
     roll: Radians = Field(default=0.0, ge=-np.pi, le=np.pi)
     """Starboard down, positive [rad]."""
-    pings: Annotated[int, Field(le=1_000_000), AfterValidator(_not_empty)] = 1
+    pings: Annotated[int, AfterValidator(_not_empty), Field(ge=1, le=MOST_PINGS)] = 1
     """Number of pings."""
     interval: Seconds = Field(default=0.3, gt=0)
     """Time from one ping to the next [s]."""

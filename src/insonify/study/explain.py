@@ -24,6 +24,7 @@ STRONGEST = 3
 """Arrivals of each kind that are written out."""
 TERMS = ("source", "t beam", "r beam", "spread", "absorb", "bounce", "scatter", "pulse", "level")
 """Columns that add up: all but the last, to the last."""
+NOTE = "distance: straight from the receiver to the scatterer; level: the sum of the columns before it"
 
 
 class Behind:
@@ -43,9 +44,13 @@ class Behind:
         self.channel = channel
         pulse, extra = self.stance.pulse, RINGING / scenario.sonar.receiver.band
         window = time - pulse.stop - extra, time - pulse.start + extra
-        self.paths: Arrivals = arrivals(scenario, ping, window=window)
-        self.shape = pulse.samples(time - self.paths.delay)
-        self.pressure: NDArray[np.complex128] = arrival_weights(self.paths, self.stance, channel) * self.shape
+        near: Arrivals = arrivals(scenario, ping, window=window)
+        shape = pulse.samples(time - near.delay)
+        pressure = arrival_weights(near, self.stance, channel) * shape
+        heard = pressure != 0  # the rest is behind the array, or its pulse has ended
+        self.paths = near.take(heard)
+        self.shape: NDArray[np.complex128] = shape[heard]
+        self.pressure: NDArray[np.complex128] = pressure[heard]
 
     def budget(self) -> NDArray[np.float64]:
         """Terms of each arrival's sonar equation [dB], shape (n, 9), see `TERMS`."""
@@ -59,7 +64,7 @@ class Behind:
         return np.stack([*terms, level_db(np.abs(self.pressure) ** 2)], axis=1)
 
     def mean_square(self) -> float:
-        """Expected square of the pressure [uPa^2]: arrivals of one group add in phase, groups as energies."""
+        """Expected square of the pressure [uPa^2]: a coherent sum in each group, an incoherent one over the groups."""
         _, group = np.unique(self.paths.group, return_inverse=True)
         count = int(group.max()) + 1 if group.size else 0
         real, imaginary = (np.bincount(group, part, count) for part in (self.pressure.real, self.pressure.imag))
@@ -77,6 +82,9 @@ def explain(dataset: xr.Dataset, ping: int, time: float, *, channel: int | None 
 
     Returns:
         A table of the strongest arrivals, their groups, and how they add up to the sample.
+
+    Raises:
+        ValueError: The recording does not carry its scenario, or that ping is not simulated yet.
     """
     if not dataset.attrs.get("scenario"):
         raise ValueError("the recording does not carry its scenario, so nothing can be said about it")
@@ -85,15 +93,16 @@ def explain(dataset: xr.Dataset, ping: int, time: float, *, channel: int | None 
     sample = dataset[name].sel(ping=ping) if "ping" in dataset.coords else dataset[name].isel(ping=ping)
     values = np.asarray(sample.sel(time=time, method="nearest").values)
     chosen = int(np.argmax(np.abs(np.nan_to_num(values)))) if channel is None else channel
-    when = float(dataset["time"].sel(time=time, method="nearest"))
-    behind = Behind(scenario, ping, when, chosen)
-    head = f"ping {ping}, beam {chosen} ({np.degrees(float(dataset['steer'][chosen])):+g} deg), {when * 1e3:.3f} ms: "
-    head += f"{len(behind.paths)} arrivals\n"
     recorded = values[chosen]
     if not np.isfinite(recorded):
-        return head + "the ping is not simulated yet"
-    parts = [head, _table(behind), "", _verdict(behind, recorded, name)]
-    return "\n".join(parts)
+        raise ValueError(f"ping {ping} is not simulated yet, so nothing can be said about it")
+    when = float(dataset["time"].sel(time=time, method="nearest"))
+    behind = Behind(scenario, ping, when, chosen)
+    why = f", the loudest of {len(values)}" if channel is None and len(values) > 1 else ""
+    beam = f"beam {chosen} ({np.degrees(float(dataset['steer'][chosen])):+g} deg{why})"
+    count = len(behind.paths)
+    head = f"ping {ping}, {beam}, {when * 1e3:.3f} ms: {count or 'no'} arrival{'s' * (count != 1)}\n"
+    return "\n".join([head, *([_table(behind), "", NOTE, ""] if count else []), _verdict(behind, recorded, name)])
 
 
 def _kinds(behind: Behind) -> dict[tuple[str, str], NDArray[np.int64]]:
@@ -114,27 +123,29 @@ def _table(behind: Behind) -> str:
     """Each kind of arrival with its count and levels, and the strongest of them line by line."""
     kinds, terms = _kinds(behind), behind.budget()
     strength = np.abs(behind.pressure)
-    widest = f"{'delay':>9s} {'out':<4s}{'back':<4s}{'range':>8s}" + "".join(f"{term:>8s}" for term in TERMS)
-    lines = [widest + f"{'phase':>7s}", f"{'ms':>9s}{'m':>17s}" + f"{'dB':>8s}" * len(TERMS) + f"{'deg':>7s}"]
+    widest = f"{'delay':>9s} {'out':<4s}{'back':<4s}{'distance':>9s}" + "".join(f"{term:>8s}" for term in TERMS)
+    lines = [widest + f"{'phase':>7s}", f"{'ms':>9s}{'m':>18s}" + f"{'dB':>8s}" * len(TERMS) + f"{'deg':>7s}"]
     for (owner, pair), rows in list(kinds.items())[:SHOWN]:
-        energy, phased = float(np.sum(strength[rows] ** 2)), float(abs(behind.pressure[rows].sum()) ** 2)
+        apart, together = float(np.sum(strength[rows] ** 2)), float(abs(behind.pressure[rows].sum()) ** 2)
         count = f"{len(rows)} arrival{'s' * (len(rows) != 1)}"
-        lines.append(f"{owner} {pair}: {count}, energy {_db(energy)} dB, in phase {_db(phased)} dB re 1 uPa")
+        sums = f"incoherent sum {_db(apart)} dB, coherent sum {_db(together)} dB re 1 uPa"
+        lines.append(f"{owner} {pair}: {count}, {sums}")
         strongest = rows[np.argsort(-strength[rows], kind="stable")[:STRONGEST]]
         lines += [_line(behind, int(row), terms[row]) for row in strongest]
     if len(kinds) > SHOWN:
         rest = np.concatenate(list(kinds.values())[SHOWN:])
-        lines.append(f"others: {len(rest)} arrivals, energy {_db(float(np.sum(strength[rest] ** 2)))} dB re 1 uPa")
+        apart = float(np.sum(strength[rest] ** 2))
+        lines.append(f"others: {len(rest)} arrivals, incoherent sum {_db(apart)} dB re 1 uPa")
     return "\n".join(lines)
 
 
 def _line(behind: Behind, row: int, terms: NDArray[np.float64]) -> str:
-    """One arrival: delay, families, slant range, its sonar equation, phase."""
+    """One arrival: delay, families, distance, its sonar equation, phase."""
     p = behind.paths
     away = float(np.linalg.norm(p.place[row] - behind.stance.receive_place))
     cells = "".join(f"{round(float(value), 1) + 0.0:8.1f}" for value in terms)
     phase = round(float(np.degrees(np.angle(behind.pressure[row])))) + 0
-    where = f"{p.family_out[row]!s:<4s}{p.family_back[row]!s:<4s}{away:8.2f}"
+    where = f"{p.family_out[row]!s:<4s}{p.family_back[row]!s:<4s}{away:9.2f}"
     return f"{p.delay[row] * 1e3:9.4f} {where}{cells}{phase:7d}"
 
 
@@ -146,8 +157,12 @@ def _verdict(behind: Behind, recorded: complex, name: str) -> str:
     else:
         together = complex(behind.pressure.sum())
         rest = abs(complex(recorded) - together) ** 2
-        lines = [("all arrivals, in phase", abs(together) ** 2), ("recorded", abs(recorded) ** 2)]
-    lines.append((f"difference: {_leftover(behind.listening.scenario, name)}", max(rest, 0.0)))
+        lines = [("all arrivals, coherent sum", abs(together) ** 2), ("recorded", abs(recorded) ** 2)]
+    leftover = _leftover(behind.listening.scenario, name)
+    if not len(behind.paths):
+        lines = [(f"recorded: {leftover}", abs(recorded) ** 2 if name == "pressure" else float(np.real(recorded)))]
+    else:
+        lines.append((f"difference: {leftover}", max(rest, 0.0)))
     return "\n".join(f"{text:<32s}{_db(power):>8s} dB re 1 uPa" for text, power in lines)
 
 
@@ -160,4 +175,4 @@ def _leftover(scenario: Scenario, name: str) -> str:
 
 
 def _db(power: float) -> str:
-    return f"{float(level_db(power)):.1f}"
+    return f"{float(level_db(power)):.1f}" if power > 0 else "below any"

@@ -1,9 +1,10 @@
-"""The paper's random jitter of each pulse replica: in delay, and in amplitude.
+"""The paper's random jitter of each pulse replica: in phase, and in amplitude.
 
-Each ordered pair of families at each place is a replica of its own; its draw is keyed by seed, ping,
-place and families, and is shared by all channels. In the mean a jitter of up to J wavelengths, uniform,
-leaves sinc^2(J) of the interference between replicas; an amplitude changed by up to a part e, uniform,
-adds e^2 / 3 to the energy of each.
+The jitter is given in wavelengths, as a delay would be, but turns the phase only: the envelope stays
+where the path's own delay puts it. Each ordered pair of families at each place is a replica of its own;
+its draw is keyed by seed, ping, place and families, and is shared by all channels. In the mean a jitter
+of up to J wavelengths, uniform, leaves sinc^2(J) of the interference between replicas; an amplitude
+changed by up to a part e, uniform, adds e^2 / 3 to the energy of each.
 """
 
 from dataclasses import dataclass
@@ -24,7 +25,7 @@ class Perturbation:
     seed: int
     ping: int
     jitter: float
-    """Largest random delay [wavelengths]."""
+    """Largest random phase, one turn for each wavelength [wavelengths]."""
     amplitude: float
     """Largest random change of amplitude, as a part of it [1]."""
 

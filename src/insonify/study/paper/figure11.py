@@ -124,17 +124,18 @@ def _panels(figure: Figure) -> None:
     curves(energy, levels(scene()), WINDOW)
     energy.set_title("a  energy model, by cause")
     scenario = scene()
-    paths, here = arrivals(scenario), prepare(scenario).stance(0)
-    spike_array(stems, _sampled(paths), level_db(np.abs(arrival_weights(_sampled(paths), here)) ** 2), "level [dB re 1 uPa]")
-    stems.set_title("b  spike array: one mark for each path, by the families of its two legs")
+    paths, here = _sampled(arrivals(scenario)), prepare(scenario).stance(0)
+    spike_array(stems, paths, level_db(np.abs(arrival_weights(paths, here)) ** 2), "level [dB re 1 uPa]")
+    stems.set_title("b  spike array: one mark for each path, in the hue of the longer of its two legs")
     heard = simulate(scenario)
     pressure = heard["pressure"].values[0, 0] / 1e3
     time = heard["time"].values * 1e3
-    series.plot(time, pressure.real, color=style.QUIET, linewidth=0.4)
-    series.plot(time, np.abs(pressure), color=style.INK, linewidth=0.9)
-    series.set_title("c  coherent series: in-phase part and envelope")
+    series.plot(time, np.abs(pressure), color=style.INK, linewidth=0.9, label="envelope")
+    series.plot(time, pressure.real, color=style.EXPECTED, linewidth=0.5, label="in-phase part")
+    series.set_title("c  coherent series, rms scale")
+    series.legend(ncols=2, loc="upper right")
     series.set_xlabel("time after the start of transmission [ms]")
-    series.set_ylabel("rms pressure [mPa]")
+    series.set_ylabel("pressure [mPa]")
     for axes in (energy, stems):
         axes.set_xlabel("")
 

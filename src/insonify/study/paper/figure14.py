@@ -15,8 +15,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from insonify.drawing import style
-from insonify.drawing.fan import sector
+from insonify.drawing.fan import name_targets, sector
 from insonify.drawing.heard import colour_span, heard
+from insonify.drawing.targets import in_view
 from insonify.scenario.scenario import Scenario
 from insonify.simulation import simulate
 from insonify.study.paper.nominal import box, nominal
@@ -150,17 +151,18 @@ def _panels(figure: Figure) -> None:
     rows = left.subplots(4, 1)
     image = _image()
     time = image["time"].values * 1e3
-    for axes, angle in zip(rows[:3], (2.0, 2.5, -3.0), strict=True):
+    for axes, letter, angle in zip(rows[:3], "abc", (2.0, 2.5, -3.0), strict=True):
         beam = int(np.argmin(np.abs(STEERS - np.radians(angle))))
         axes.plot(time, level_db(np.abs(image["pressure"].values[0, beam]) ** 2), color=style.INK, linewidth=0.6)
         axes.set_ylim(35, 124)
         axes.set_xlim(time[0], time[-1])
-        axes.set_title(f"{'a  ' if angle == 2 else ''}beam at {angle:+g}°, target at +2.1°")
+        axes.set_title(f"{letter}  beam at {angle:+g}°, target at +2.1°")
         axes.set_ylabel("dB re 1 uPa")
     rows[2].set_xlabel("time after the start of transmission [ms]")
     energy, expected = pattern()
     rows[3].plot(np.degrees(FINE), expected, color=style.CAUSES["surface"], linewidth=3, alpha=0.4, label="sinc$^4$")
-    rows[3].plot(np.degrees(FINE), energy, color=style.INK, linewidth=0.9, label="point at +2.1°")
+    rows[3].plot(np.degrees(FINE), energy, color=style.INK, linewidth=0.9, label="echo")
+    rows[3].set_title("d  echo of a point at +2.1° over steer angle")
     rows[3].set_ylim(-60, 4)
     rows[3].set_xlabel("steer angle [deg]")
     rows[3].set_ylabel("echo [dB re peak]")
@@ -169,5 +171,6 @@ def _panels(figure: Figure) -> None:
     axes = right.subplots()
     level = sound.strength()[0]
     mesh = sector(axes, sound.time * sound.sound_speed / 2, sound.steer, level, colour_span(level))
-    axes.set_title("b  image of 49 beams", pad=26)
+    name_targets(axes, in_view(scene(), 0), sound.time * sound.sound_speed / 2, sound.steer)
+    axes.set_title("e  image of 49 beams", loc="center", pad=26)
     right.colorbar(mesh, ax=axes, label="apparent target strength [dB re 1 m$^2$]", shrink=0.7)

@@ -26,12 +26,19 @@ class Number:
     """Where the expected value comes from."""
 
     @property
+    def relation(self) -> str | None:
+        """How the value should stand to the expected one: ">=" to a lower bound, "=" within the tolerance."""
+        if self.expected is None:
+            return None
+        return ">=" if self.tolerance is None else "="
+
+    @property
     def holds(self) -> bool | None:
         """Whether it is what it should be; None where nothing is expected."""
         if self.expected is None:
             return None
         if self.tolerance is None:
-            return bool(self.value > self.expected)
+            return bool(self.value >= self.expected)
         return bool(abs(self.value - self.expected) <= self.tolerance)
 
 
@@ -52,7 +59,7 @@ def write(path: Path, figure: int, title: str, scenarios: dict[str, Scenario], n
         name: {"seed": scenario.seed, "sha256": hashlib.sha256(to_yaml(scenario).encode()).hexdigest()}
         for name, scenario in scenarios.items()
     }
-    rows = [{**asdict(number), "holds": number.holds} for number in numbers]
+    rows = [{**asdict(number), "relation": number.relation, "holds": number.holds} for number in numbers]
     content = {"figure": figure, "title": title, "version": version("insonify"), "scenarios": told, "numbers": rows}
     path.write_text(json.dumps(content, indent=1, default=float) + "\n", encoding="utf-8")
     return path

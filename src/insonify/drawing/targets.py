@@ -1,0 +1,111 @@
+"""Where the targets of a scenario are, as one ping hears them: when their echoes come, and how loud in which beam."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.propagation.families import families, image_depth
+from insonify.scenario.scenario import Scenario
+from insonify.scene.target import Box, PointTarget
+from insonify.simulation import arrivals, prepare
+from insonify.sonar.stance import Stance
+from insonify.synthesis.arrival_weights import arrival_weights
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """A target as the beams see it."""
+
+    label: str
+    slant: float
+    """Distance from the receiver [m]."""
+    bearing: float
+    """To the right of boresight, as beams are steered [rad]; nan behind the array."""
+    half_extent: float
+    """Half its horizontal diagonal [m]; 0 for a point."""
+
+
+def loudest(scenario: Scenario, ping: int, channels: list[int]) -> tuple[int, int] | None:
+    """The target that is heard best over direct paths, and the channel in which it is.
+
+    Args:
+        scenario: What was simulated.
+        ping: Number of the ping.
+        channels: Beams to choose from.
+
+    Returns:
+        Row of the target and number of the channel; None where no target is heard in the window.
+    """
+    direct = scenario.paths.model_copy(update={"reflections": 0, "families": None, "causes": ("target",)})
+    paths = arrivals(scenario.model_copy(update={"paths": direct}), ping)
+    here = prepare(scenario).stance(ping)
+    best, found = 0.0, None
+    for channel in channels:
+        energy = np.abs(arrival_weights(paths, here, channel)) ** 2
+        for row, target in enumerate(scenario.targets):
+            heard = float(energy[paths.owner == target.label].sum())
+            if heard > best:
+                best, found = heard, (row, channel)
+    return found
+
+
+def echo_window(scenario: Scenario, ping: int, target: Box | PointTarget) -> tuple[float, float]:
+    """Time between the start of a target's first echo and the end of its last [s].
+
+    Every family is followed to the far and the near side of the target, over image sources.
+
+    Args:
+        scenario: What was simulated.
+        ping: Number of the ping.
+        target: One of its targets.
+    """
+    here, floor = prepare(scenario).stance(ping), scenario.seabed.depth
+    chosen = scenario.paths.families or families(scenario.paths.reflections)
+    place, half = middle(target, floor), half_extent(target)
+    reach = np.zeros((2, len(chosen), 2))  # transmitter and receiver, family, near and far side [m]
+    for end, source in enumerate((here.transmit_place, here.receive_place)):
+        across = float(np.hypot(*(place - source)[:2]))
+        for row, family in enumerate(chosen):
+            down = place[2] - image_depth(family, float(source[2]), floor)
+            reach[end, row] = np.hypot(np.maximum(across + np.array([-half, half]), 0), down)
+    first, last = (of(reach, axis=(1, 2)).sum() / scenario.water.sound_speed for of in (np.min, np.max))
+    return float(first + here.pulse.start), float(last + here.pulse.stop)
+
+
+def middle(target: Box | PointTarget, floor: float) -> Floats:
+    """North, east, depth of the middle of a target [m], shape (3,).
+
+    Args:
+        target: The target.
+        floor: Depth of the seabed [m].
+    """
+    if isinstance(target, PointTarget):
+        return np.array(target.position)
+    base = floor if target.base_depth is None else target.base_depth
+    return np.array([*target.position, base - target.size[2] / 2])
+
+
+def half_extent(target: Box | PointTarget) -> float:
+    """Half the horizontal diagonal of a target [m]; 0 for a point."""
+    return float(np.hypot(*target.size[:2])) / 2 if isinstance(target, Box) else 0.0
+
+
+def in_view(scenario: Scenario, ping: int) -> list[Seen]:
+    """All targets as the beams of one ping see them.
+
+    Args:
+        scenario: What was simulated.
+        ping: Number of the ping.
+    """
+    here: Stance = prepare(scenario).stance(ping)
+    ahead, right, _ = here.receive_beams.axes
+    seen = []
+    for target in scenario.targets:
+        away = middle(target, scenario.seabed.depth) - here.receive_place
+        slant = float(np.linalg.norm(away))
+        bearing = float(np.arcsin(np.clip(away @ right / slant, -1, 1))) if away @ ahead > 0 else np.nan
+        seen.append(Seen(target.label, slant, bearing, half_extent(target)))
+    return seen

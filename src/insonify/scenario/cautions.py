@@ -1,0 +1,73 @@
+"""What can be simulated as it stands, but may not be what was meant: each said once, with its numbers."""
+
+from __future__ import annotations
+
+import warnings
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
+from insonify.sonar.beam import grating_lobes
+from insonify.sonar.heard import heard_pulse
+from insonify.validity import PhysicsWarning
+
+if TYPE_CHECKING:
+    from insonify.scenario.scenario import Scenario
+
+Floats = NDArray[np.float64]
+Transducers = LineArray | PlanarArray | PointTransducer
+
+MOST_LOST = 0.1
+"""Share of the pulse's energy that a receiver may leave out without a word [1]."""
+
+
+def cautions(scenario: Scenario) -> None:
+    """Warn of laws outside their range, of a receiver too narrow for its pulse, and of grating lobes.
+
+    Args:
+        scenario: A scenario without faults.
+    """
+    sonar, water = scenario.sonar, scenario.water
+    water.absorption(sonar.pulse.frequency)  # for the warning that its law gives of itself
+    said = [_narrow_receiver(scenario)]
+    for end, array in zip(("transmit", "receive"), sonar.arrays, strict=True):
+        said.append(_grating_lobes(end, array, sonar.pulse.frequency, water.sound_speed))
+    for sentence in filter(None, said):
+        warnings.warn(sentence, PhysicsWarning, stacklevel=2)
+
+
+def _narrow_receiver(scenario: Scenario) -> str:
+    """A word on a receiver that leaves out more than a tenth of the pulse; empty otherwise."""
+    pulse, band = scenario.sonar.pulse, scenario.sonar.receiver.band
+    lost = heard_pulse(scenario.sonar).out_of_band_energy
+    if lost <= MOST_LOST:
+        return ""
+    width = f"{pulse.bandwidth / 1e3:g} kHz" if pulse.bandwidth > 0 else f"{2e-3 / pulse.duration:g} kHz (2 / duration)"
+    return (
+        f"sonar.receiver.band: {band / 1e3:g} kHz is narrow for a pulse with a band of {width}; "
+        f"{100 * lost:.0f} % of its energy is not recorded, and levels are lower by as much. Give a wider band."
+    )
+
+
+def _grating_lobes(end: str, array: Transducers, frequency: float, sound_speed: float) -> str:
+    """A word on elements so far apart that beams also look elsewhere; empty where they do not."""
+    if not len(grating_lobes(array, frequency, sound_speed)):
+        return ""
+    steers = array.steers
+    lobes = [grating_lobes(array.steered((steer,)), frequency, sound_speed) for steer in steers]
+    asides = [_nearest(steer, replicas) for steer, replicas in zip(steers, lobes, strict=True) if len(replicas)]
+    return (
+        f"sonar.{end}: grating lobes in {len(asides)} of {len(steers)} beams; the nearest stands "
+        f"{np.degrees(min(asides)):.1f} deg from its beam. The elements are more than half a wavelength apart: "
+        "give more elements, or steer less."
+    )
+
+
+def _nearest(steer: tuple[float, float], replicas: Floats) -> float:
+    """Angle from a beam to the nearest of its replicas [rad], given by cosines to right and down, shape (n, 2)."""
+    right, down = steer
+    axis = np.array([np.cos(down) * np.cos(right), np.cos(down) * np.sin(right), np.sin(down)])
+    front = np.sqrt(np.clip(1 - np.sum(replicas**2, axis=1), 0, None))
+    return float(np.arccos(np.clip(np.column_stack([front, replicas]) @ axis, -1, 1)).min())
