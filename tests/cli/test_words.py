@@ -2,7 +2,7 @@
 
 import pytest
 
-from insonify.cli.words import InputError, pings, seconds
+from insonify.cli.words import InputError, pings, quantity
 
 
 @pytest.mark.parametrize(
@@ -30,7 +30,7 @@ def test_a_range_that_the_track_does_not_have(typed: str) -> None:
 
 def test_times_with_units() -> None:
     """A bare number is seconds."""
-    assert seconds("201.9 ms", "--time") == pytest.approx(0.2019, rel=1e-15)
-    assert seconds("0.2", "--time") == 0.2
+    assert quantity("201.9 ms", "time", "--time") == pytest.approx(0.2019, rel=1e-15)
+    assert quantity("0.2", "time", "--time") == 0.2
     with pytest.raises(InputError, match="--time 3 m: 'm' is not a unit of time"):
-        seconds("3 m", "--time")
+        quantity("3 m", "time", "--time")

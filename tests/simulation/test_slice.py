@@ -107,8 +107,12 @@ def test_the_shadow_of_a_wide_wall_is_as_long_in_a_slice() -> None:
 
 def test_a_slice_follows_its_beam() -> None:
     """Mounted 110 degrees clockwise from the bow of a ship heading north, the plane points at 110."""
-    told = nominal(water=WATER, sonar={"mounting": {"bearing": np.radians(110)}}, paths={"geometry": "slice", "causes": ["seabed"]},
-                   track={"window": (0.1, 0.102)})  # fmt: skip
+    told = nominal(
+        water=WATER,
+        sonar={"mounting": {"bearing": np.radians(110)}},
+        paths={"geometry": "slice", "causes": ["seabed"]},
+        track={"window": (0.1, 0.102)},
+    )
     found = arrivals(told)
     bearing = np.degrees(np.arctan2(found.place[:, 1], found.place[:, 0]))
     np.testing.assert_allclose(bearing, 110.0, atol=1e-6)

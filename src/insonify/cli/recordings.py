@@ -47,7 +47,9 @@ def run(
 
 
 def show(
-    recording: Recording,
+    what: Annotated[
+        str, typer.Argument(metavar="WHAT", help="A recording; or a sediment, a profile (.csv), sea, absorption.")
+    ],
     out: Annotated[
         Path, typer.Option("-o", "--out", metavar="PNG", help="Picture to write, such as harbour.png, .pdf or .svg.")
     ],
@@ -56,14 +58,26 @@ def show(
         typer.Option(metavar="P", min=0, help="Only this ping, from 0. [default: all; of a fan the first]"),
     ] = None,
     beam: Beam = None,
+    frequency: Annotated[str, typer.Option(metavar="F", help="Of a sediment or the sea.")] = "100 kHz",
+    wind: Annotated[str, typer.Option(metavar="SPEED", help="Over the sea.")] = "7 m/s",
 ) -> None:
-    """Draw a recording.
+    """Draw a recording, or the physics of a sediment, a sound-speed profile, the sea or absorption.
 
     Example: insonify show harbour.zarr -o harbour.png
+    Example: insonify show "medium sand" -o sand.png --frequency "300 kHz"
     """
-    from insonify.formats.zarr_store import open_recording
+    from insonify.cli.physics import show_physics
 
     words.check_picture(out, "-o")
+    heard = words.quantity(frequency, "frequency", "--frequency"), words.quantity(wind, "speed", "--wind")
+    if not show_physics(what, out, frequency=heard[0], wind=heard[1]):
+        _show_recording(Path(what), out, ping, beam)
+    typer.echo(out)
+
+
+def _show_recording(recording: Path, out: Path, ping: int | None, beam: int | None) -> None:
+    from insonify.formats.zarr_store import open_recording
+
     dataset = open_recording(recording)
     if ping is not None:
         _check_ping(dataset, recording, ping)
@@ -73,7 +87,6 @@ def show(
     from insonify import drawing
 
     drawing.recording(dataset, out, ping=ping, beam=beam)
-    typer.echo(out)
 
 
 def explain(
@@ -90,7 +103,7 @@ def explain(
     """
     from insonify.formats.zarr_store import open_recording
 
-    when = words.seconds(time, "--time")
+    when = words.quantity(time, "time", "--time")
     dataset = open_recording(recording)
     _check_ping(dataset, recording, ping)
     _check_beam(dataset, beam)

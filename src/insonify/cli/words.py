@@ -11,17 +11,18 @@ class InputError(ValueError):
     """Something typed on the command line that cannot be meant, with the way out."""
 
 
-def seconds(text: str, option: str) -> float:
-    """A time such as "201.9 ms" in seconds [s].
+def quantity(text: str, dimension: str, option: str) -> float:
+    """A quantity such as "201.9 ms" or "100 kHz" in SI.
 
     Args:
-        text: Number and unit, or a bare number of seconds.
+        text: Number and unit, or a bare number in SI.
+        dimension: Its dimension, such as "time" or "frequency".
         option: The option it was typed for, as messages name it.
     """
     from insonify.units import si  # brings numpy, for which --help does not wait
 
     try:
-        return float(str(si(text, "time")))
+        return float(str(si(text, dimension)))
     except ValueError as error:
         raise InputError(f"{option} {text}: {error}") from None
 

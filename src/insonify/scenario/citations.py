@@ -10,9 +10,7 @@ DRAWS = "Salmon, Moraes, Dror & Shaw (2011), Proc. SC11: random numbers by key (
 GRIDDING = "Greengard & Lee (2004), SIAM Review 46, 443: sums of echoes on a time grid"
 ABSORPTION = "Francois & Garrison (1982), J. Acoust. Soc. Am. 72, 1879: absorption"
 LAMBERT = "Mackenzie (1961), J. Acoust. Soc. Am. 33, 1498: Lambert's law for the seabed"
-JACKSON = (
-    "Williams & Jackson (1998), J. Acoust. Soc. Am. 103, 169: scattering by a sediment's surface and inside"
-)
+JACKSON = "Williams & Jackson (1998), J. Acoust. Soc. Am. 103, 169: scattering by a sediment's surface and inside"
 WINDY = "APL-UW TR 9407 (1994), section II: backscatter of a windy sea surface"
 SEDIMENT = "APL-UW TR 9407 (1994): geoacoustics of sediments and their reflection"
 
