@@ -130,13 +130,13 @@ def record(
     wanted = wanted_pings(scenario, pings)
     listening = prepare(scenario)
     zarr_store.create(path, layout(listening), attributes(scenario), overwrite=overwrite)
-    there = zarr_store.done(path)
+    mine, there = zarr_store.identity(path), zarr_store.done(path)
     missing = [ping for ping in wanted if not there[ping]]
     done = len(wanted) - len(missing)
     tell = on_ping or (lambda *_: None)
     tell(done, len(wanted))
     for ping, series in listen(listening, missing, threads):
-        zarr_store.write_ping(path, ping, series)
+        zarr_store.write_ping(path, ping, series, into=mine)
         done += 1
         tell(done, len(wanted))
     return Path(path)

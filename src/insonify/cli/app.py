@@ -11,6 +11,7 @@ from insonify.cli import figures, recordings, scenarios
 from insonify.cli.words import InputError
 
 DONE, FAILED, WRONG_INPUT = 0, 1, 2
+STOPPED_BY_KEY = 130  # what typer makes of Ctrl-C
 INTERRUPTED = "interrupted; the same command goes on where this one stopped"
 
 app = typer.Typer(
@@ -67,6 +68,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return _say(INTERRUPTED, FAILED)
         except Exception as error:
             return _verdict(error)
+    if result == STOPPED_BY_KEY:
+        return _say(INTERRUPTED, FAILED)
     return result if isinstance(result, int) else DONE
 
 

@@ -62,8 +62,8 @@ class Rings:
         inner, outer = (np.maximum((ring + side) * self.slant, self.height) for side in (0, 1))
         there = outer > inner
         ring, sector, inner, outer = ring[there], sector[there], inner[there], outer[there]
-        slant = inner + (outer - inner) * np.mod(sector * GOLDEN, 1)
-        azimuth = (sector + np.mod(ring * GOLDEN, 1)) * self.azimuth
+        slant = inner + (outer - inner) * np.mod((sector + 0.5) * GOLDEN, 1)
+        azimuth = (sector + np.mod((ring + 0.5) * GOLDEN, 1)) * self.azimuth
         area = (outer**2 - inner**2) / 2 * self.azimuth
         return self._place(self._ground(slant), azimuth), area, even_place(ring, sector)
 

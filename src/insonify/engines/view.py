@@ -31,6 +31,8 @@ BLOCK = TILES_PER_BLOCK * TILE * TILE
 """Scatterers in a block: few enough for the cache, enough to keep Python out of the way."""
 FACE_CELLS = 3.0
 """Cells of a target's face per range resolution, in each direction."""
+LONGEST_CELL = 0.05
+"""Longest cell of slant range, as a part of the sonar's distance from the nearer boundary [1]."""
 FRINGE_CELLS = 8.0
 """Cells up a target's face per fringe between its direct and its bottom path."""
 
@@ -142,8 +144,9 @@ class View:
         pitch = min(self.resolution.slant, *box.size) / FACE_CELLS
         # Direct and bottom paths make fringes up a face; a few points must lie within each.
         fringe = self.stance.wavelength * max(distance, 1.0) / max(depth - here[2], 0.1)
-        pitch = max(min(pitch, fringe / FRINGE_CELLS), self.stance.wavelength / 4)
-        whole = box_scatterers(box, depth, self.seed, pitch, self.scene.boxes.index(box), even=self.even)
+        rise = max(min(pitch, fringe / FRINGE_CELLS), self.stance.wavelength / 4)
+        occluder = self.scene.boxes.index(box)
+        whole = box_scatterers(box, depth, self.seed, pitch, occluder, rise=rise, even=self.even)
         if self.choice.geometry != "slice":
             return whole
         return box_section(whole, box, here, self.stance.bearing, lambda width: self._covered(width, distance))
@@ -156,7 +159,9 @@ class View:
 
 def view(scene: Scene, choice: PathChoice, seed: int, stance: Stance, *, even: bool = False) -> View:
     """The scene as one ping meets it, sampled by the finest that can be made of the recording."""
-    slant = stance.pulse.finest_resolution(stance.sound_speed)
+    # A pulse longer than the scene is deep would blur what the legs still tell apart: spreading, grazing, shadows.
+    height = max(0.1, min(stance.transmit_place[2], scene.seabed.depth - stance.transmit_place[2]))
+    slant = min(stance.pulse.finest_resolution(stance.sound_speed), LONGEST_CELL * height)
     width = two_way_width(stance.transmit_beams, stance.receive_beams)
     return View(scene, choice, seed, stance, Resolution(slant, width, choice.scatterers_per_cell), even)
 

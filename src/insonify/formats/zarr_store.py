@@ -25,6 +25,7 @@ from zarr.errors import ZarrUserWarning
 from insonify.records.recording import COLUMNS, FIELDS, Layout
 
 _MUST_AGREE = ("scenario", "seed", "version")
+_IDENTITY = "insonify_recording"
 _STALE = 600.0  # seconds: nobody needs that long to create an empty store
 
 
@@ -60,14 +61,26 @@ def create(path: str | Path, layout: Layout, attributes: Mapping[str, Any], *, o
     return _insist_on_the_same(target, attributes)
 
 
-def write_ping(path: str | Path, ping: int, data: ArrayLike) -> None:
+def identity(path: str | Path) -> str:
+    """What tells this recording from any other that ever stood at the same place."""
+    return str(zarr.open_group(Path(path), mode="r").attrs[_IDENTITY])
+
+
+def write_ping(path: str | Path, ping: int, data: ArrayLike, *, into: str | None = None) -> None:
     """Put one ping in its place, then into the mask of pings done.
 
     Args:
         path: Folder of the recording.
         ping: Number of the ping, from 0.
         data: Pressure [uPa] or intensity [uPa^2], shape (channel, time).
+        into: Identity of the recording that is meant; by default whichever stands there.
+
+    Raises:
+        StoreError: Another run has replaced the recording meanwhile.
+        ValueError: The data do not fit, or are not finite.
     """
+    if into is not None and identity(path) != into:
+        raise StoreError(f"{path} was replaced by another run while this one went on. Choose another name")
     field = next(name for name in FIELDS if (Path(path) / name).is_dir())
     sound = zarr.open_array(Path(path) / field, mode="r+")
     values = np.asarray(data, dtype=sound.dtype)
@@ -75,6 +88,8 @@ def write_ping(path: str | Path, ping: int, data: ArrayLike) -> None:
         raise ValueError(f"a ping of {path} has shape {sound.shape[1:]}; these data have {values.shape}")
     if not 0 <= ping < sound.shape[0]:
         raise ValueError(f"{path} has pings 0 to {sound.shape[0] - 1}; there is no ping {ping}")
+    if not np.isfinite(values).all():
+        raise ValueError(f"ping {ping} has values that are not finite: a level in the scenario is beyond all bounds")
     sound[ping] = values
     zarr.open_array(Path(path) / "done", mode="r+")[ping] = True
 
@@ -105,7 +120,7 @@ def open_recording(path: str | Path) -> xr.Dataset:
 
 def _build(path: Path, layout: Layout, attributes: Mapping[str, Any]) -> None:
     group = zarr.open_group(path, mode="w", zarr_format=3)
-    group.attrs.update({**attributes, "insonify_recording": 1})
+    group.attrs.update({**attributes, _IDENTITY: uuid.uuid4().hex})
     pings, channels, samples = layout.ping_time.size, layout.steer.size, layout.time.size
     dtype, units, long_name = FIELDS[layout.field]
     group.create_array(
@@ -134,7 +149,7 @@ def _build(path: Path, layout: Layout, attributes: Mapping[str, Any]) -> None:
 def _is_recording(path: Path) -> bool:
     if not (path / "zarr.json").is_file():
         return False
-    return "insonify_recording" in zarr.open_group(path, mode="r").attrs
+    return _IDENTITY in zarr.open_group(path, mode="r").attrs
 
 
 def _is_taken(target: Path) -> bool:

@@ -139,8 +139,11 @@ def _entries(node: yaml.MappingNode, path: Path, source: Source) -> Iterator[tup
 def _scalar(node: yaml.ScalarNode) -> object:
     """Text, unless it was typed bare and is a decimal number or one of YAML's few words."""
     text = str(node.value)
-    if node.style in ("'", '"', "|", ">"):
-        return text
+    return text if node.style in ("'", '"', "|", ">") else plain_value(text)
+
+
+def plain_value(text: str) -> object:
+    """What a bare word of a scenario file means: a number, one of YAML's few words, or itself."""
     if text.lower() in _WORDS:
         return _WORDS[text.lower()]
     if not _NUMBER.fullmatch(text):

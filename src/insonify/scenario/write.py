@@ -3,6 +3,8 @@
 import yaml
 from pydantic import BaseModel
 
+from insonify.scenario.source import plain_value
+
 
 def to_yaml(scenario: BaseModel) -> str:
     """A scenario as YAML, every value in SI; reading it back gives an equal scenario.
@@ -13,4 +15,18 @@ def to_yaml(scenario: BaseModel) -> str:
         scenario: Any noun.
     """
     values = scenario.model_dump(mode="json")
-    return str(yaml.safe_dump(values, sort_keys=False, default_flow_style=None, allow_unicode=True, width=120))
+    return str(
+        yaml.dump(values, Dumper=_Quoting, sort_keys=False, default_flow_style=None, allow_unicode=True, width=120)
+    )
+
+
+class _Quoting(yaml.SafeDumper):
+    """Quotes every text that our reader would take for a number or a word of YAML, such as a label 1e3."""
+
+    def represent_text(self, text: str) -> yaml.ScalarNode:
+        """A text as a scalar, in double quotes where it could be mistaken."""
+        mistaken = not text.isprintable() or not isinstance(plain_value(text), str)
+        return self.represent_scalar("tag:yaml.org,2002:str", text, style='"' if mistaken else None)
+
+
+_Quoting.add_representer(str, _Quoting.represent_text)

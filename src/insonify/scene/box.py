@@ -13,6 +13,7 @@ from insonify.scene.target import Box
 
 Floats = NDArray[np.float64]
 FACES = ("fore", "aft", "starboard", "port", "top", "bottom")
+LEVEL = ("top", "bottom")
 _GOLDEN = 0.6180339887498949
 _STANDING = 1e-6  # a base this close to the bed stands on it [m]
 
@@ -43,7 +44,7 @@ def inside_box(body: NDArray[np.float64], place: NDArray[np.float64]) -> bool:
 
 
 def box_scatterers(
-    box: Box, seabed_depth: float, seed: int, pitch: float, occluder: int, *, even: bool = False
+    box: Box, seabed_depth: float, seed: int, pitch: float, occluder: int, *, rise: float = np.inf, even: bool = False
 ) -> Scatterers:
     """Points on the faces of a box that water can reach, one for each cell, jittered in it.
 
@@ -53,6 +54,7 @@ def box_scatterers(
         seed: Seed of the scenario.
         pitch: Largest side of a cell [m].
         occluder: Row of this box among the scene's occluders.
+        rise: Largest height of a cell on the upright faces [m]; by default the pitch.
         even: Points laid out evenly instead, for an expectation.
 
     Returns:
@@ -73,7 +75,12 @@ def box_scatterers(
     }
     if base >= seabed_depth - _STANDING:
         del spans["bottom"]
-    faces = [_face(FACES.index(name), centre, *span, pitch, seed, box.label, even) for name, span in spans.items()]
+    upright = (pitch, min(pitch, rise))
+    faces = [
+        _face(f, centre, *spans[name], (pitch, pitch) if name in LEVEL else upright, seed, box.label, even)
+        for f, name in enumerate(FACES)
+        if name in spans
+    ]
     position, normal, area, phase, place = (np.concatenate(column) for column in zip(*faces, strict=True))
     return Scatterers(
         box.label, "target", box.scattering, position, normal, area, phase, place, drawn=True, occluder=occluder
@@ -117,19 +124,19 @@ def _face(
     out: Floats,
     first: Floats,
     second: Floats,
-    pitch: float,
+    pitch: tuple[float, float],
     seed: int,
     label: str,
     even: bool,
 ) -> tuple[Floats, Floats, Floats, NDArray[np.complex128], NDArray[np.uint64]]:  # fmt: skip
     """Jittered cells of one face spanned by two edge vectors about centre + out."""
     spans = [float(np.linalg.norm(first)), float(np.linalg.norm(second))]
-    count = [int(np.ceil(span / max(pitch, span / 4095))) for span in spans]
+    count = [int(np.ceil(span / max(side, span / 4095))) for span, side in zip(spans, pitch, strict=True)]
     i, j = (index.ravel() for index in np.indices(count))
     name = zlib.crc32(label.encode())
     u = streams.uniforms(seed, streams.TARGET, i, j, face, name)
     if even:
-        u[:, 0], u[:, 1] = np.mod(j * _GOLDEN, 1), np.mod(i * _GOLDEN, 1)
+        u[:, 0], u[:, 1] = np.mod((j + 0.5) * _GOLDEN, 1), np.mod((i + 0.5) * _GOLDEN, 1)
     s, t = (i + u[:, 0]) / count[0] - 0.5, (j + u[:, 1]) / count[1] - 0.5
     position = centre + out + s[:, None] * first + t[:, None] * second
     normal = np.broadcast_to(out / np.linalg.norm(out), position.shape)

@@ -5,11 +5,12 @@ TILE x TILE cells. Position and phase come from the key (seed, stream, level, ce
 cell can be drawn at any time by any worker, and a world moved as a whole keeps its scatterers.
 """
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from pydantic import Field
 
 from insonify import streams
 from insonify.noun import Metres, Noun, Radians
@@ -24,10 +25,13 @@ TILE = 32
 """Cells along the side of a tile."""
 
 
+Coordinate = Annotated[Metres, Field(ge=-1e7, le=1e7)]
+
+
 class Lattice(Noun):
     """Frame in which scatterers are drawn: moving it with the world changes no echo."""
 
-    origin: tuple[Metres, Metres] = (0.0, 0.0)
+    origin: tuple[Coordinate, Coordinate] = (0.0, 0.0)
     """North and east of the lattice's origin [m]."""
     heading: Radians = 0.0
     """Compass heading of the lattice's first axis [rad]."""

@@ -36,7 +36,7 @@ class PointTarget(Noun):
     label: str = "point"
     position: tuple[Metres, Metres, Metres]
     """North, east and depth [m]."""
-    target_strength_db: Decibels = 0.0
+    target_strength_db: Annotated[Decibels, Field(ge=-200, le=100)] = 0.0
     """Target strength [dB re 1 m^2]."""
 
 

@@ -12,7 +12,10 @@ from insonify.frames import pose_rotation
 from insonify.noun import Metres, MetresPerSecond, Noun, Radians, Seconds, located
 from insonify.validity import PhysicsWarning
 
-Place = tuple[Metres, Metres, Metres]
+LONGEST_WINDOW = 100.0
+"""Latest stop of a recording [s]."""
+Coordinate = Annotated[Metres, Field(ge=-1e7, le=1e7)]
+Place = tuple[Coordinate, Coordinate, Coordinate]
 Floats = NDArray[np.float64]
 
 MOST_PINGS = 1_000_000
@@ -36,7 +39,7 @@ class _Pinging(Noun):
     """Starboard down, positive [rad]."""
     pings: Annotated[int, AfterValidator(_not_empty), Field(ge=1, le=MOST_PINGS)] = 1
     """Number of pings."""
-    interval: Seconds = Field(default=0.3, gt=0)
+    interval: Seconds = Field(default=0.3, gt=0, le=1e6)
     """Time from one ping to the next [s]."""
     window: tuple[Seconds, Seconds] = (0.0, 0.24)
     """Start and stop of the recording after each transmission [s]."""
@@ -46,6 +49,8 @@ class _Pinging(Noun):
         start, stop = self.window
         if start < 0:
             raise located("window.0", f"{start:g} s", "is before the transmission. Give 0 s or later.")
+        if stop > LONGEST_WINDOW:
+            raise ValueError(f"window stops at {stop:g} s; {LONGEST_WINDOW:g} s, 75 km of range, is the longest.")
         if stop <= start:
             raise located(
                 "window.1", f"{stop:g} s", f"is not after the window's start, {start:g} s. Give a later stop."

@@ -33,7 +33,9 @@ def noise_intensity(pulse: HeardPulse, level_db: float | None) -> float:
     """
     if level_db is None:
         return 0.0
-    offset = np.linspace(-0.5, 0.5, 20_001) * pulse.receiver.sample_rate
+    rate = pulse.receiver.sample_rate
+    points = max(20_001, 8 * int(pulse.pulse.duration * rate) + 1)  # a few on each lobe of the pulse's spectrum
+    offset = np.linspace(-0.5, 0.5, points) * rate
     power = np.abs(receiver_filter(pulse, offset)) ** 2
     return float(intensity_ratio(level_db) * np.trapezoid(power, offset))
 
