@@ -103,7 +103,9 @@ def _is_about_the_input(error: Exception) -> bool:
     from insonify.formats.zarr_store import StoreError
     from insonify.scenario.advice import ScenarioError
 
-    return isinstance(error, ScenarioError | StoreError | InputError)
+    # A place where nothing can be read or written is what was typed; a full disk is not.
+    places = (PermissionError, NotADirectoryError, IsADirectoryError, FileExistsError)
+    return isinstance(error, (ScenarioError, StoreError, InputError, *places))
 
 
 def _say(message: str, code: int) -> int:

@@ -67,7 +67,7 @@ class Incoherent:
         sent = leg_weights(pairs.out, self.stance.transmit_beams, self.stance.frequency, level)
         heard = leg_weights(pairs.back, self.stance.receive_beams, self.stance.frequency)
         kept, mean = self.perturbation.kept_interference, self.perturbation.mean_energy
-        support = self.stance.pulse.stop - self.stance.pulse.start
+        support = len(self.table.samples) / self.table.rate
         for channel in range(self.stance.channel_count):
             delay, energy, first, late, weight = _sort(
                 pairs.out.delay, pairs.back.delay, sent[channel % len(sent)], heard[channel % len(heard)],
