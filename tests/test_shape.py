@@ -62,7 +62,7 @@ def test_a_long_explanation_does_not_make_a_function_long(tmp_path):
     assert shape.broken(_tree(tmp_path, source)) == []
 
 
-def test_private_helpers_need_no_page_in_the_manual(tmp_path):
+def test_private_functions_need_no_page_in_the_manual(tmp_path):
     """A name with an underscore owes neither docstring nor return type."""
     assert shape.broken(_tree(tmp_path, WELL + "\n\ndef _help():\n    return 1\n")) == []
 
