@@ -4,6 +4,8 @@ A scenario may say 100000 or "100 kHz", 0.61 or "35 deg"; inside there is only S
 The one exception is recorded pressure, which the trade measures in micropascal.
 """
 
+from __future__ import annotations
+
 import re
 
 import numpy as np

@@ -1,13 +1,19 @@
-"""Where a published law stops being trustworthy, said aloud.
+"""Where a published law stops being trustworthy, said aloud; and what no law can be asked at all.
 
 A law outside the conditions it was measured in still gives a number. It is given, with
-one warning that names the law, the quantity and the range.
+one warning that names the law, the quantity and the range. A quantity that means nothing
+(a negative frequency, a word, an infinite depth) is refused where it enters.
 """
 
+from __future__ import annotations
+
+import math
 import warnings
+from numbers import Real
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 
 class PhysicsWarning(UserWarning):
@@ -42,3 +48,129 @@ def warn_outside(law: str, quantity: str, value: ArrayLike, low: float, high: fl
         stacklevel=2,
     )
     return True
+
+
+def numbers(
+    name: str,
+    value: ArrayLike,
+    unit: str,
+    low: float = -math.inf,
+    high: float = math.inf,
+    *,
+    above: bool = False,
+    gaps: bool = True,
+    such_as: str = "",
+) -> NDArray[np.float64]:
+    """A quantity as numbers, refused where it means nothing.
+
+    Args:
+        name: Of the quantity, as its owner knows it: "frequency", "Sediment.loss".
+        value: What was given.
+        unit: Unit of the numbers, "" for a ratio.
+        low: Smallest number that means something, in `unit`.
+        high: Largest, in `unit`.
+        above: Whether `low` itself means nothing.
+        gaps: Whether NaN and masked values may pass: gaps in a measurement, which stay gaps (NaN), as does
+            what is computed of them.
+        such_as: Example, for the advice.
+
+    Returns:
+        The numbers, in the shape in which they were given.
+
+    Raises:
+        ValueError: Something is no number, infinite, or beyond the limits; with what to give instead.
+    """
+    given = as_floats(value)
+    if given is None:
+        raise _refusal(name, _shown(value), unit, low, high, above, such_as)
+    meant = np.isfinite(given) & (given <= high) & (given > low if above else given >= low)
+    strange = given[~(meant | np.isnan(given))] if gaps else given[~meant]
+    if strange.size:
+        raise _refusal(name, f"{strange[0]:g} {unit}".rstrip(), unit, low, high, above, such_as)
+    return given
+
+
+def number(
+    name: str,
+    value: object,
+    unit: str,
+    low: float = -math.inf,
+    high: float = math.inf,
+    *,
+    above: bool = False,
+    such_as: str = "",
+) -> float:
+    """One number, refused where it means nothing; arguments and errors as `numbers`, and a gap is refused too.
+
+    Args:
+        name: Of the quantity, as its owner knows it.
+        value: What was given.
+        unit: Unit of the number, "" for a ratio.
+        low: Smallest number that means something, in `unit`.
+        high: Largest, in `unit`.
+        above: Whether `low` itself means nothing.
+        such_as: Example, for the advice.
+    """
+    given = as_floats(value)
+    if given is None or given.ndim:
+        raise _refusal(name, _shown(value), unit, low, high, above, such_as)
+    return float(numbers(name, given, unit, low, high, above=above, gaps=False, such_as=such_as))
+
+
+def grazing_angle(name: str, value: ArrayLike, *, gaps: bool = True) -> NDArray[np.float64]:
+    """A grazing angle in front of an interface, 0 to pi/2 [rad], any shape; others are refused as by `numbers`.
+
+    Args:
+        name: Of the angle.
+        value: What was given.
+        gaps: Whether NaN may pass.
+    """
+    given = numbers(name, value, "rad", -_ROUNDING, math.pi / 2 + _ROUNDING, gaps=gaps, such_as="np.radians(20)")
+    return np.clip(given, 0, math.pi / 2)
+
+
+def water_speed(name: str, value: ArrayLike, *, gaps: bool = True) -> NDArray[np.float64]:
+    """A sound speed that some liquid has [m/s], any shape; others are refused as by `numbers`.
+
+    Args:
+        name: Of the speed.
+        value: What was given.
+        gaps: Whether NaN may pass.
+    """
+    return numbers(name, value, "m/s", 300.0, 5000.0, gaps=gaps, such_as="1500")
+
+
+_ROUNDING = 1e-9  # rad: angles come out of arcsines
+
+
+def as_floats(value: Any) -> NDArray[np.float64] | None:
+    """What was given as numbers, of any kind; None if it is none: words, truth values and nothing are not.
+
+    Args:
+        value: Whatever was given; masked values become NaN.
+    """
+    if isinstance(value, np.ma.MaskedArray):
+        return np.asarray(np.ma.filled(value.astype(float), np.nan)) if value.dtype.kind in "fiu" else None
+    try:
+        given = np.asarray(value)
+    except ValueError:  # rows of unequal length
+        return None
+    if given.dtype.kind == "O" and all(isinstance(x, Real) and not isinstance(x, bool) for x in given.flat):
+        return given.astype(float)  # fractions and the like
+    return given.astype(float, copy=False) if given.dtype.kind in "fiu" else None
+
+
+def _shown(value: object) -> str:
+    words = " ".join(repr(value).split())
+    return words if len(words) <= 60 else f"{words[:57]}..."
+
+
+def _refusal(name: str, shown: str, unit: str, low: float, high: float, above: bool, such_as: str) -> ValueError:
+    """What was wrong and what to give instead."""
+    limit = ""
+    if math.isfinite(high):
+        limit = f", {'above ' if above else ''}{low if low != -_ROUNDING else 0.0:.6g} to {high:.6g}"
+    elif math.isfinite(low):
+        limit = f", above {low:g}" if above else f", {low:g} or more"
+    of_unit, example = f" ({unit})" if unit else "", f", such as {such_as}" if such_as else ""
+    return ValueError(f"{name} is {shown}; give a finite number{of_unit}{limit}{example}")

@@ -55,11 +55,34 @@ def test_absorption_goes_by_its_name(drawn: list) -> None:
     assert [call[0] for call in drawn] == ["absorption"]
 
 
-@pytest.mark.parametrize("what", ["harbour.zarr", "out/sand", "no such thing at all", "run-7", "folder/sea"])
+@pytest.mark.parametrize("what", ["harbour.zarr", "out/sand", "run.7", "folder/sea"])
 def test_everything_else_may_be_a_recording(drawn: list, what: str) -> None:
-    """Names with a folder or a suffix, and words like no sediment, are left to recordings."""
+    """Names with a folder or a suffix are left to recordings."""
     assert not show(what)
     assert drawn == []
+
+
+@pytest.mark.parametrize(
+    ("what", "answer"),
+    [
+        ("absorbtion", "did you mean absorption"),
+        ("nonsense", r"did you mean .*silt"),
+        ("no such thing at all", r"medium sand.*sea or absorption"),
+        ("sand", r"fine sand.* or .*\?"),
+    ],
+)
+def test_a_word_that_is_nothing_is_answered_with_the_nearest(drawn: list, what: str, answer: str) -> None:
+    """Somebody who misspells a picture is told what there is."""
+    with pytest.raises(InputError, match=answer):
+        show(what)
+    assert drawn == []
+
+
+def test_a_grain_size_needs_no_keyword(drawn: list) -> None:
+    """The words 1.5 phi can only be a grain size, alone or among names."""
+    assert show("1.5 phi")
+    assert show("clay, 2 phi")
+    assert [call[0] for call in drawn] == ["sediment", "laws"]
 
 
 def test_what_lies_on_disk_is_a_recording(drawn: list, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -75,7 +98,7 @@ def test_what_lies_on_disk_is_a_recording(drawn: list, tmp_path: Path, monkeypat
     [
         ("medum sand", "did you mean medium sand"),
         ("sand", "did you mean"),
-        ("sediment:xyzzy", "not a known sediment; did you mean"),
+        ("sediment:xyzzy", "not a known sediment; the known ones are rough rock"),
         ("sediment:99 phi", "grain size is 99"),
         ("rock, medum sand", "did you mean medium sand"),
         ("sea:12 kHz", "sea:12 kHz: 'kHz' is not a unit of speed"),

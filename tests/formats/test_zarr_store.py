@@ -1,6 +1,7 @@
 """A recording on disk can be stopped and taken up again at any moment."""
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 import zarr
 
-from insonify.formats.zarr_store import StoreError, create, done, open_recording, write_ping
+from insonify.formats.zarr_store import StoreError, create, done, open_recording, reading, write_ping
 from insonify.records.recording import Layout
 
 PINGS, CHANNELS, SAMPLES = 5, 2, 40
@@ -165,3 +166,45 @@ def test_killed_at_any_moment_what_the_mask_says_is_there(tmp_path: Path) -> Non
     create(path, layout(), SAME)
     write_ping(path, 0, sound(0))
     assert done(path)[0]
+
+
+@pytest.mark.parametrize(
+    ("file", "content", "said"),
+    [
+        ("zarr.json", b"{", r"zarr\.json, line 1, column 2: damaged"),
+        ("zarr.json", b"", r"zarr\.json, line 1, column 1: damaged"),
+        ("zarr.json", b"\xff\xfe\x00", r"zarr\.json is damaged: not text"),
+        ("zarr.json", b"[]", r"zarr\.json is damaged"),
+        ("pressure/zarr.json", b"{", r"pressure.zarr\.json, line 1, column 2: damaged"),
+        ("done/zarr.json", None, r"done.zarr\.json is missing"),
+        ("time/c", None, r"time.c is missing"),
+        ("pressure", None, "neither pressure nor intensity"),
+    ],
+)
+def test_a_damaged_recording_is_named_file_by_file(tmp_path: Path, file: str, content: bytes | None, said: str) -> None:
+    """Whoever opens it, or would go on with it, is told which file is broken and what to do."""
+    path = tmp_path / "harbour.zarr"
+    create(path, layout(), SAME)
+    write_ping(path, 0, sound(0))
+    if content is not None:
+        (path / file).write_bytes(content)
+    elif (path / file).is_dir():
+        shutil.rmtree(path / file)
+    else:
+        (path / file).unlink()
+    for ask in (lambda: open_recording(path), lambda: create(path, layout(), SAME)):
+        with pytest.raises(StoreError, match=said + r".*simulate again"):
+            ask()
+
+
+def test_a_chunk_that_cannot_be_unpacked_is_the_recordings_fault(tmp_path: Path) -> None:
+    """Half a chunk, as a full disk leaves it, is damage and no failure of the program."""
+    path = tmp_path / "harbour.zarr"
+    create(path, layout(), SAME)
+    write_ping(path, 0, sound(0))
+    chunk = next(file for file in (path / "pressure" / "c").rglob("*") if file.is_file())
+    chunk.write_bytes(chunk.read_bytes()[:20])
+    with pytest.raises(StoreError, match="damaged: a chunk"), reading(path):
+        open_recording(path)["pressure"].load()
+    with pytest.raises(RuntimeError, match="another"), reading(path):
+        raise RuntimeError("another")

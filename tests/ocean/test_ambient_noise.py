@@ -1,5 +1,7 @@
 """Claims about the noise of the sea."""
 
+import warnings
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -152,3 +154,13 @@ def test_what_no_sea_has_is_refused(ask, said):
 def test_arguments_broadcast():
     """Frequencies against winds give a table."""
     assert noise_level_db([[1e3], [1e4], [5e4]], wind_speed=[2.0, 10.0]).shape == (3, 2)
+
+
+@pytest.mark.parametrize("cause", [turbulence_noise_db, shipping_noise_db, wind_noise_db])
+def test_a_cause_asked_alone_names_its_range(cause):
+    """At 1 MHz none of the fits to Wenz's curves was measured; beside the others it is not heard, and silent."""
+    with pytest.warns(PhysicsWarning, match=r"The fit of .* noise is trusted for frequency"):
+        cause(1e6)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        noise_components_db(1e6)

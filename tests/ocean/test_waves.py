@@ -54,6 +54,7 @@ def test_a_developed_sea_has_its_closed_form(wind):
     assert height_variance(PiersonMoskowitz(wind)) == pytest.approx(wanted, rel=1e-5)
 
 
+@pytest.mark.filterwarnings("ignore::insonify.validity.PhysicsWarning")  # the norm holds for a sea past its age too
 @given(winds, st.floats(1e3, 1e6), st.floats(1, 6))
 def test_a_growing_sea_has_the_published_norm(wind, fetch, enhancement):
     """JONSWAP's variance is alpha g^2 / (5 omega_p^4 (1 - 0.287 ln gamma)) within 3 %, the norm of DNV-RP-C205."""
@@ -220,3 +221,17 @@ def test_inside_its_range_the_law_is_silent():
         Elfouhaily(9.0)
     with pytest.warns(PhysicsWarning, match=r"Elfouhaily.*0\.83 to 5"):
         Elfouhaily(9.0, 6.0)
+
+
+@pytest.mark.parametrize(
+    ("sea", "said"),
+    [
+        (lambda: PiersonMoskowitz(30.0), r"Pierson & Moskowitz.* 3 to 20 m/s; 30 m/s"),
+        (lambda: Jonswap(5.0, 1e6), r"JONSWAP.*U\^2/g 0\.1 to 22000"),
+        (lambda: Elfouhaily(30.0), r"Elfouhaily.* 3 to 21 m/s"),
+    ],
+)
+def test_a_sea_outside_its_law_is_warned_of(sea, said):
+    """Each spectrum names its range of winds, or of fetches: past 2.2e4 U^2/g a sea is grown, and grows no more."""
+    with pytest.warns(PhysicsWarning, match=said):
+        sea()

@@ -107,7 +107,7 @@ def test_nothing_comes_from_behind_the_surface():
 @pytest.mark.parametrize(("wind", "frequency", "grazing"), [(-1, 5e4, 0.3), (7, -5e4, 0.3), (7, 5e4, 2.0)])
 def test_what_means_nothing_is_refused(wind, frequency, grazing):
     """Negative winds and tones, and angles past the vertical."""
-    with pytest.raises(ValueError, match=r"wind speed|frequency|grazing"):
+    with pytest.raises(ValueError, match=r"wind_speed|frequency|grazing"):
         apl_surface_strength_db(wind, frequency, grazing)
 
 

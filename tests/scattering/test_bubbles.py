@@ -100,7 +100,7 @@ def test_nothing_comes_from_behind_the_surface():
 
 @pytest.mark.parametrize(
     ("wind", "frequency", "message"),
-    [(-1, 5e4, "wind speed is -1"), (float("nan"), 5e4, "wind speed"), (7, 0, "frequency is 0.* Hz")],
+    [(-1, 5e4, "wind_speed is -1"), (float("nan"), 5e4, "wind_speed"), (7, 0, "frequency is 0.* Hz")],
 )
 def test_what_means_nothing_is_refused(wind, frequency, message):
     """A negative wind and a tone of 0 Hz have no veil."""
@@ -112,7 +112,7 @@ def test_what_means_nothing_is_refused(wind, frequency, message):
 
 def test_an_angle_that_is_none_is_refused():
     """A grazing angle of 95 degrees is a mistake of units or of plane; so is a cone of no width."""
-    with pytest.raises(ValueError, match="grazing angle"):
+    with pytest.raises(ValueError, match="grazing is"):
         bubble_loss_db(7, 5e4, np.radians(95))
     with pytest.raises(ValueError, match=r"Bubbles\.cone is 0"):
         Bubbles(7, 5e4, cone=0)

@@ -1,8 +1,10 @@
 """Claims about sediments: the printed table, and advice for names."""
 
 import csv
+import dataclasses
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -89,7 +91,7 @@ def test_a_misspelt_name_is_answered_with_the_nearest(said, meant):
 
 def test_a_name_like_no_other_is_answered_with_all():
     """Where nothing is near, the list is the advice."""
-    with pytest.raises(ValueError, match=r"sandy gravel or .*clay"):
+    with pytest.raises(ValueError, match=r"known ones are .*sandy gravel, .* or clay"):
         Sediment.named("zzz")
 
 
@@ -135,3 +137,65 @@ def test_a_scenario_may_describe_its_own_sediment():
     assert TypeAdapter(Sediment).validate_python(own) == Sediment(1.9, 1.15, 0.01)
     with pytest.raises(ValidationError, match="los"):
         TypeAdapter(Sediment).validate_python({**own, "los": 0.02})
+
+
+NAMES_PRINTED = """
+-1 sandy gravel, -0.5 very coarse sand, 0 muddy sandy gravel, 0.5 coarse sand, 0.5 gravelly sand,
+1 gravelly muddy sand, 1.5 medium sand, 2 muddy gravel, 2.5 fine sand, 2.5 silty sand, 3 muddy sand,
+3.5 very fine sand, 4 clayey sand, 4.5 coarse silt, 5 sandy silt, 5 gravelly mud, 5.5 medium silt,
+5.5 sand-silt-clay, 6 sandy mud, 6.5 fine silt, 6.5 clayey silt, 7 sandy clay, 7.5 very fine silt,
+8 silty clay, 9 clay
+"""
+
+
+@pytest.mark.parametrize("entry", [entry.strip() for entry in NAMES_PRINTED.split(",")])
+def test_a_name_is_its_printed_grain_size(entry):
+    """TR 9407, Table 2: each name stands for a mean grain size, and for nothing else."""
+    size, name = entry.split(" ", 1)
+    named = Sediment.named(name)
+    assert dataclasses.replace(named, name="") == dataclasses.replace(Sediment.from_grain_size(float(size)), name="")
+
+
+def test_two_programs_of_the_regressions_agree():
+    """TR 9407, eqs. 2-10, as one table of pieces: every hundredth of a phi, both sides of each break, to 1e-12."""
+    z = np.unique(np.concatenate([np.arange(-100, 901) / 100, [b - 1e-9 for b in (0, 1, 2.6, 4.5, 5, 5.3, 5.5, 6)]]))
+    three = [z < 1, z < 5.3, z >= 5.3]
+    cubic = np.polynomial.polynomial.polyval
+    density = np.select(
+        three,
+        [
+            cubic(z, [2.3139, -0.17057, 0.007797]),
+            cubic(z, [3.0455, -1.1069031, 0.2290201, -0.0165406]),
+            1.1565 - 0.0012973 * z,
+        ],
+    )
+    speed = np.select(
+        three,
+        [
+            cubic(z, [1.2778, -0.056452, 0.002709]),
+            cubic(z, [1.3425, -0.1382798, 0.0213937, -0.0014881]),
+            1.0019 - 0.0024324 * z,
+        ],
+    )
+    per_khz = np.select(
+        [z < 0, z < 2.6, z < 4.5, z < 6, z < 9.5],
+        [
+            0.4556 + 0 * z,
+            0.4556 + 0.0245 * z,
+            0.1978 + 0.1245 * z,
+            cubic(z, [8.0399, -2.5228, 0.20098]),
+            cubic(z, [0.9431, -0.2041, 0.0117]),
+        ],
+    )
+    height = np.where(z < 5, (2.03846 - 0.26923 * z) / (1 + 0.076923 * z), 0.5)
+    beds = [Sediment.from_grain_size(float(size)) for size in z]
+    loss = per_khz * speed * 1.528 * np.log(10) / (40 * np.pi)
+    strength = 0.00207 * height**2 * 1e-8 * 0.01**-3.25
+    for field, expected in {
+        "density_ratio": density,
+        "speed_ratio": speed,
+        "loss": loss,
+        "spectral_strength": strength,
+        "volume_parameter": np.where(z < 5.5, 0.002, 0.001),
+    }.items():
+        np.testing.assert_allclose([getattr(bed, field) for bed in beds], expected, rtol=1e-12)

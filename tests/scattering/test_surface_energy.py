@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from insonify.scattering import AplSurface, Bubbles, SurfaceFacets, SurfaceScattering, albedo, bubble_loss_db
 from insonify.scattering.bubbles import bubble_extinction
 from insonify.scattering.surface_coherence import doppler_spread, mean_extra_delay
-from insonify.scattering.surface_facets import apl_slope_variance, cox_munk_slopes
+from insonify.scattering.surface_facets import apl_slope_variance, cox_munk_slopes, facing_excess
 
 steep = st.floats(0.05, np.pi / 2)
 winds = st.floats(2, 20)
@@ -25,11 +25,18 @@ def test_bubbles_send_out_less_than_they_take(wind, frequency):
     assert np.all(albedo(Bubbles(wind, frequency), GRAZING) <= share)
 
 
-@pytest.mark.parametrize("wind", [5.0, 10.0, 20.0])
-def test_a_bubbly_sea_never_returns_more_than_it_got(wind):
-    """Facets behind their veil plus the veil, from 10 degrees up: what is missing became heat."""
-    returned = albedo(SurfaceScattering.at_wind(wind, 50e3), np.radians([10, 30, 60, 90]))
-    assert np.all(returned <= 1)
+@pytest.mark.parametrize(
+    ("law", "most"), [(SurfaceScattering.at_wind, 1.0), (AplSurface, 1.08)], ids=["facets and veil", "report"]
+)
+@pytest.mark.parametrize("wind", [0.5, 3.0, 5.0, 10.0, 20.0])
+@pytest.mark.parametrize("frequency", [10e3, 50e3])
+def test_a_bubbly_sea_never_returns_more_than_it_got(law, most, wind, frequency):
+    """Facets behind their veil plus the veil, from half a degree up: what is missing became heat, or met twice.
+
+    The report's own terms, fitted to backscatter one by one, add up to 1.07 at 10 kHz in a gale, seen steeply.
+    """
+    returned = albedo(law(wind, frequency), np.radians([0.5, 2, 5, 10, 30, 60, 90]), points=96)
+    assert np.all(returned <= most)
     assert np.all(returned > 0.01)
 
 
@@ -92,9 +99,10 @@ def test_exchanged_variances_are_a_turned_wind(a, b, azimuth, heading):
 
 @given(st.floats(0.001, 0.05), steep)
 def test_the_mirror_direction_sees_the_flat_facets(mean_square, grazing):
-    """Forward at the mirror's angle only the density at slope 0 counts: 1 / (4 pi s^2) at every grazing angle."""
+    """Forward at the mirror's angle only the density at slope 0 counts, 1 / (4 pi s^2), and what of it is lit."""
     found = SurfaceFacets.isotropic(mean_square).cross_section(grazing, grazing, 0.0)
-    assert found == pytest.approx(1 / (4 * np.pi * mean_square))
+    lit = 1 / (1 + facing_excess(grazing, mean_square / 2))
+    assert found == pytest.approx(float(lit) / (4 * np.pi * mean_square))
 
 
 def test_heading_unless_told_is_with_the_wind():

@@ -40,7 +40,7 @@ def test_a_file_may_hold_it(tmp_path):
         ("grazing_deg,strength_db\n1,-20\n2\n", r"line 3, column strength_db"),
         ("grazing_deg,strength_db\n20,-20\n10,-30\n", r"line 3: .*10 deg does not exceed"),
         ("grazing_deg,strength_db\n20,-20\n\n110,-30\n", r"line 4: .*110 deg.*0 and 90"),
-        ("grazing_deg,strength_db\n20,-20\n30,nan\n", r"line 3: not a finite number"),
+        ("grazing_deg,strength_db\n20,-20\n30,nan\n", r"line 3: column strength_db: not a finite number"),
         ("grazing_deg,strength_db\n20,-20\n", r"at least two rows"),
         ("grazing_deg,strength_db\n", r"at least two rows"),
     ],
@@ -66,3 +66,20 @@ def test_columns_that_are_no_table_are_refused(grazing, strength):
 def test_equal_tables_are_equal():
     """A law is a value: it can be compared and be a key."""
     assert hash(UserTable([0.1, 1], [-30, -20])) == hash(UserTable(np.array([0.1, 1.0]), (-30.0, -20.0)))
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (b"grazing_deg,strength_db\n1,-3\n\xff,-3\n", "line 3: not text"),
+        (b"grazing_deg,strength_db\n1\n2,-3\n", "line 2, column strength_db: nothing stands there"),
+        (b"grazing_deg,strength_db\n5,-3\n1,-3\n", "line 3: column grazing: 1 deg does not exceed"),
+        (b"grazing_deg,strength_db\n5,-inf\n6,-3\n", "line 2: column strength_db: not a finite"),
+    ],
+)
+def test_a_broken_file_is_answered_with_its_place(tmp_path, content, said):
+    """Bytes that are no text, a cell that is missing, angles in disorder: file, line and column are named."""
+    file = tmp_path / "measured.csv"
+    file.write_bytes(content)
+    with pytest.raises(ValueError, match=f"measured.csv, {said}"):
+        UserTable.from_csv(file)

@@ -46,9 +46,24 @@ def show_physics(what: str, out: Path, *, frequency: float = 100e3, wind: float 
         drawing.absorption(out)
     elif kind.lower() == "sediment" or _like_a_sediment(what):
         _sediments(detail if kind.lower() == "sediment" else what, frequency, out)
-    else:
+    elif any(mark in what for mark in "/\\") or Path(what).suffix:
         return False
+    else:
+        raise InputError(_unknown(what))
     return True
+
+
+def _unknown(what: str) -> str:
+    """What to write instead of a word that is nothing."""
+    from insonify.scattering.sediments import GRAIN_SIZE, STONES
+
+    known = ["sea", "absorption", *GRAIN_SIZE, *STONES]
+    near = get_close_matches(what.lower(), known, n=3, cutoff=0.4)
+    meant = f"; did you mean {' or '.join(near)}?" if near else "."
+    return (
+        f"{what!r} is no recording, and nothing else that can be drawn{meant} Give a folder made by insonify run, "
+        "a sediment such as 'medium sand' or '1.5 phi', a sound-speed profile (.csv), sea or absorption"
+    )
 
 
 def _profile(file: Path, out: Path) -> None:
@@ -110,12 +125,22 @@ def _sea(wind: float, frequency: float, out: Path) -> None:
 
 def _like_a_sediment(what: str) -> bool:
     """Whether each word between commas is a sediment, or a sediment misspelt, rather than a path."""
-    if any(mark in what for mark in "/\\") or Path(what).suffix:
+    if any(mark in what for mark in "/\\"):
         return False
     from insonify.scattering.sediments import GRAIN_SIZE, STONES
 
     known = [*GRAIN_SIZE, *STONES]
-    return all(get_close_matches(word.strip().lower(), known, n=1, cutoff=0.55) for word in what.split(","))
+    return all(_named_size(word) or _resembles(word, known) for word in what.split(","))
+
+
+def _named_size(word: str) -> bool:
+    """Whether a word is a grain size that says so, such as "1.5 phi"."""
+    return bool(_PHI.fullmatch(word.strip())) and word.strip().endswith("phi")
+
+
+def _resembles(word: str, known: list[str]) -> bool:
+    plain = word.strip().lower().replace("_", " ")
+    return any(plain in name.split() for name in known) or bool(get_close_matches(plain, known, n=1, cutoff=0.6))
 
 
 def _sediments(names: str, frequency: float, out: Path) -> None:

@@ -1,5 +1,7 @@
 """Commands about recordings: run, show, explain."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -64,7 +66,10 @@ def show(
     """Draw a recording, or the physics of a sediment, a sound-speed profile, the sea or absorption.
 
     Example: insonify show harbour.zarr -o harbour.png
+
     Example: insonify show "medium sand" -o sand.png --frequency "300 kHz"
+
+    Example: insonify show "sandy gravel, 1.5 phi, clay" -o beds.png
     """
     from insonify.cli.physics import show_physics
 
@@ -86,7 +91,8 @@ def _show_recording(recording: Path, out: Path, ping: int | None, beam: int | No
     _check_beam(dataset, beam)
     from insonify import drawing
 
-    drawing.recording(dataset, out, ping=ping, beam=beam)
+    with _reading(recording):
+        drawing.recording(dataset, out, ping=ping, beam=beam)
 
 
 def explain(
@@ -110,7 +116,21 @@ def explain(
     words.check_time(time, when, (float(dataset["time"][0]), float(dataset["time"][-1])), "--time")
     from insonify.study.explain import explain as told
 
-    typer.echo(told(dataset, ping=ping, time=when, channel=beam))
+    with _reading(recording):
+        typer.echo(told(dataset, ping=ping, time=when, channel=beam))
+
+
+@contextmanager
+def _reading(recording: Path) -> Iterator[None]:
+    """Faults of what stands in a recording are said with its name."""
+    from insonify.formats.zarr_store import reading
+    from insonify.scenario.advice import ScenarioError
+
+    try:
+        with reading(recording):
+            yield
+    except ScenarioError as error:
+        raise InputError(f"{recording}, the scenario in zarr.json: {error}") from None
 
 
 def _check_ping(dataset: "xr.Dataset", recording: Path, ping: int) -> None:

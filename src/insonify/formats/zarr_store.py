@@ -6,12 +6,14 @@ enters the mask after its data has arrived, and zarr puts each chunk in place wh
 not at all. What the mask says is there, is there.
 """
 
+import json
 import os
 import shutil
 import time as clock
 import uuid
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +28,7 @@ from insonify.records.recording import COLUMNS, FIELDS, Layout
 
 _MUST_AGREE = ("scenario", "seed", "version")
 _IDENTITY = "insonify_recording"
+_MEND = "Restore it from a copy, or delete the folder and simulate again"
 _STALE = 600.0  # seconds: nobody needs that long to create an empty store
 
 
@@ -114,8 +117,27 @@ def open_recording(path: str | Path) -> xr.Dataset:
     """
     if not _is_recording(Path(path)):
         raise StoreError(f"{path} is not a recording. Make one with: insonify run FILE -o {path}")
+    _insist_on_whole(Path(path))
     held: xr.Dataset = xr.open_zarr(path, chunks=None, consolidated=True, decode_times=False)
     return held
+
+
+@contextmanager
+def reading(path: str | Path) -> Iterator[None]:
+    """While sound is read from a recording: a chunk that cannot be unpacked is said to be the recording's fault.
+
+    Args:
+        path: Folder of the recording.
+
+    Raises:
+        StoreError: A chunk is damaged.
+    """
+    try:
+        yield
+    except RuntimeError as error:
+        if "compression" not in str(error):
+            raise
+        raise StoreError(f"{path} is damaged: a chunk of it cannot be unpacked ({error}). {_MEND}") from None
 
 
 def _build(path: Path, layout: Layout, attributes: Mapping[str, Any]) -> None:
@@ -149,7 +171,37 @@ def _build(path: Path, layout: Layout, attributes: Mapping[str, Any]) -> None:
 def _is_recording(path: Path) -> bool:
     if not (path / "zarr.json").is_file():
         return False
-    return _IDENTITY in zarr.open_group(path, mode="r").attrs
+    attributes = _description(path).get("attributes")
+    return isinstance(attributes, dict) and _IDENTITY in attributes
+
+
+def _description(folder: Path) -> dict[str, Any]:
+    """What zarr wrote about a group or an array; a file that says nothing of the kind is named."""
+    file = folder / "zarr.json"
+    try:
+        said = json.loads(file.read_text(encoding="utf-8"))
+    except UnicodeDecodeError:
+        raise StoreError(f"{file} is damaged: not text. {_MEND}") from None
+    except json.JSONDecodeError as fault:
+        where = f"line {fault.lineno}, column {fault.colno}"
+        raise StoreError(f"{file}, {where}: damaged, not JSON ({fault.msg}). {_MEND}") from None
+    except FileNotFoundError:
+        raise StoreError(f"{file} is missing from the recording. {_MEND}") from None
+    if not isinstance(said, dict):
+        raise StoreError(f"{file} is damaged: it describes nothing. {_MEND}")
+    return said
+
+
+def _insist_on_whole(path: Path) -> None:
+    """Names the first file without which a recording cannot be read."""
+    fields = [name for name in FIELDS if (path / name).is_dir()]
+    if not fields:
+        raise StoreError(f"{path} is damaged: it has neither {' nor '.join(FIELDS)}. {_MEND}")
+    for name in (*fields, "done", "ping", *COLUMNS):
+        _description(path / name)
+    # A column of zeros has no chunk; time is one only where there is a single sample.
+    if _description(path / "time").get("shape") != [1] and not (path / "time" / "c").exists():
+        raise StoreError(f"{path / 'time' / 'c'} is missing from the recording. {_MEND}")
 
 
 def _is_taken(target: Path) -> bool:
@@ -164,6 +216,7 @@ def _is_taken(target: Path) -> bool:
 
 
 def _insist_on_the_same(target: Path, attributes: Mapping[str, Any]) -> None:
+    _insist_on_whole(target)
     stored = zarr.open_group(target, mode="r").attrs.asdict()
     differ = [name for name in _MUST_AGREE if stored.get(name) != attributes.get(name)]
     if differ:

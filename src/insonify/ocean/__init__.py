@@ -1,4 +1,10 @@
-"""The water between the sonar and everything it can hear."""
+"""The water between the sonar and everything it can hear.
+
+Sound speed, absorption and pressure of sea water; profiles; noise; what scatters in the
+water; waves, and a surface that moves. Arguments broadcast. NaN and masked values are gaps in a
+measurement and stay gaps (NaN); what no water can have is refused, and a law used outside its range
+warns with `insonify.validity.PhysicsWarning`, which names law and range.
+"""
 
 from insonify.ocean.absorption import absorption_db_per_m, absorption_filter
 from insonify.ocean.ambient_noise import (

@@ -5,6 +5,8 @@ magnesium sulphate up to about 500 kHz; above that, water itself is viscous. Eac
 published law of these three has a file of its own; this one asks the law by name.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 
 import numpy as np
@@ -12,7 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from insonify.ocean.ainslie_mccolm import ainslie_mccolm_db_per_km
 from insonify.ocean.francois_garrison import francois_garrison_db_per_km
+from insonify.ocean.sea_water import depth_in_water, temperature_and_salinity
 from insonify.units import amplitude_ratio
+from insonify.validity import numbers
 
 MODELS: dict[str, Callable[..., NDArray[np.float64]]] = {
     "francois-garrison": francois_garrison_db_per_km,
@@ -44,14 +48,13 @@ def absorption_db_per_m(
         One-way loss per metre [dB/m], broadcast shape of the arguments.
 
     Raises:
-        ValueError: There is no law of that name, or salinity is negative.
+        ValueError: There is no law of that name, or something is no number or no water has it.
     """
     if model not in MODELS:
         raise ValueError(f"model is {model!r}; the absorption laws available are: {', '.join(MODELS)}")
-    lowest = np.min(np.asarray(salinity, dtype=float), initial=0.0)
-    if lowest < 0:
-        raise ValueError(f"salinity is {lowest:g} g/kg; water cannot hold less than no salt. Give 0 or more.")
-    return np.asarray(MODELS[model](frequency, temperature, salinity, depth, ph) / 1e3)
+    tone, acidity = numbers("frequency", frequency, "Hz", 0.0), numbers("ph", ph, "", 0.0, 14.0)
+    (t, s), z = temperature_and_salinity(temperature, salinity), depth_in_water(depth)
+    return np.asarray(MODELS[model](tone, t, s, z, acidity) / 1e3)
 
 
 def absorption_filter(
@@ -86,8 +89,10 @@ def absorption_filter(
         Factor on the pressure spectrum, real and positive, broadcast shape of the arguments.
         No phase: the two relaxations also change the sound speed, by 0.03 m/s in all.
     """
+    way = numbers("path_length", path_length, "m", 0.0)
     water = {"temperature": temperature, "salinity": salinity, "depth": depth, "ph": ph}
     loss = absorption_db_per_m(frequency, model=model, **water)
     if centre_frequency is not None:
         loss = loss - absorption_db_per_m(centre_frequency, model=model, **water)
-    return amplitude_ratio(-loss * np.asarray(path_length, dtype=float))
+    with np.errstate(over="ignore"):  # far below the centre frequency the factor may have no bounds
+        return amplitude_ratio(-loss * way)

@@ -3,6 +3,8 @@
 The data are Francois and Garrison's; the three causes are the same, each in its fewest terms.
 """
 
+from __future__ import annotations
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 

@@ -8,14 +8,17 @@ Levels are spectrum levels of mean-square pressure, dB re 1 uPa^2/Hz, at an omni
 hydrophone near the surface.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from insonify.ocean.wind import STRONGEST
 from insonify.units import intensity_ratio, level_db
-from insonify.validity import warn_outside
+from insonify.validity import numbers, warn_outside
 
 Floats = NDArray[np.float64]
 
@@ -23,6 +26,10 @@ FIT_RANGE = (1.0, 100e3)
 """Frequencies at which the fits to Wenz's curves are in use [Hz]; his data end at 20 kHz."""
 RAIN_RANGE = (1e3, 50e3)
 """Frequencies at which rain has been listened to widely enough [Hz]."""
+TURBULENT = (1.0, 100.0)
+"""Frequencies at which eddies are heard [Hz]."""
+SHIPPING = (10.0, 1e3)
+"""Frequencies at which distant ships are heard [Hz]."""
 AUDIBLE = 0.1
 """Share of the total power below which nobody needs to hear that a fit is outside its range [1]."""
 
@@ -39,12 +46,28 @@ class NoiseSpectrum:
     def __post_init__(self) -> None:
         """Refuses spectra that cannot be read."""
         for name in ("frequency", "spectrum_level_db"):
-            object.__setattr__(self, name, np.array(getattr(self, name), dtype=float))
+            column = numbers(f"NoiseSpectrum.{name}", getattr(self, name), "", gaps=False).copy()
+            column.setflags(write=False)
+            object.__setattr__(self, name, column)
         f, level = self.frequency, self.spectrum_level_db
         if f.ndim != 1 or f.shape != level.shape or f.size == 0:
             raise ValueError(f"NoiseSpectrum has {f.shape} frequencies and {level.shape} levels; give one for each.")
         if not (np.all(np.isfinite(f)) and np.all(f > 0) and np.all(np.diff(f) > 0) and np.all(np.isfinite(level))):
             raise ValueError("NoiseSpectrum.frequency must be positive and increase, and every level be a number.")
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, NoiseSpectrum):
+            return NotImplemented
+        mine, theirs = (np.stack((s.frequency, s.spectrum_level_db)) for s in (self, other))
+        return np.array_equal(mine, theirs)
+
+    def __hash__(self) -> int:
+        return hash((self.frequency.tobytes(), self.spectrum_level_db.tobytes()))
+
+    def __repr__(self) -> str:
+        f, level = self.frequency, self.spectrum_level_db
+        span = f"{f[0] / 1e3:g}-{f[-1] / 1e3:g} kHz"
+        return f"NoiseSpectrum: {f.size} frequencies, {span}, {level.min():.1f} to {level.max():.1f} dB re 1 uPa^2/Hz"
 
     def level_db(self, frequency: ArrayLike) -> Floats:
         """Measured level at frequencies [dB re 1 uPa^2/Hz]; outside the measured band, its end's, with a warning.
@@ -80,6 +103,11 @@ def turbulence_noise_db(frequency: ArrayLike) -> Floats:
     1936-1956, as quoted by Stojanovic (2007): 17 - 30 log10 f[kHz].
     Valid: 1 to 100 Hz; nothing above.
     """
+    warn_outside("The fit of turbulence noise", "frequency", _positive(frequency), *TURBULENT, "Hz")
+    return _turbulence_db(frequency)
+
+
+def _turbulence_db(frequency: ArrayLike) -> Floats:
     return _log(frequency, 17.0, -30.0)
 
 
@@ -93,9 +121,12 @@ def shipping_noise_db(frequency: ArrayLike, shipping: ArrayLike = 0.5) -> Floats
     Source: Coates (1989), as `turbulence_noise_db`: 40 + 20 (s - 0.5) + 26 log10 f - 60 log10(f + 0.03), f in kHz.
     Valid: 10 Hz to 1 kHz; s spans 20 dB, and a ship near by exceeds it.
     """
-    s = np.asarray(shipping, dtype=float)
-    if np.any((s < 0) | (s > 1)):
-        raise ValueError(f"shipping is {s[(s < 0) | (s > 1)].flat[0]:g}; it runs from 0 (remote) to 1 (heavy traffic).")
+    warn_outside("The fit of shipping noise", "frequency", _positive(frequency), *SHIPPING, "Hz")
+    return _shipping_db(frequency, shipping)
+
+
+def _shipping_db(frequency: ArrayLike, shipping: ArrayLike) -> Floats:
+    s = numbers("shipping", shipping, "", 0.0, 1.0)
     return np.asarray(_log(frequency, 40.0, 26.0) + 20 * (s - 0.5) - 60 * np.log10(_positive(frequency) / 1e3 + 0.03))
 
 
@@ -110,9 +141,12 @@ def wind_noise_db(frequency: ArrayLike, wind_speed: ArrayLike = 5.0) -> Floats:
     Valid: 0..20 m/s, 50 Hz to 20 kHz, extended at -20 dB a decade. Other fits to the same curves differ by 5 dB
     from 10 to 50 kHz, and so do days. Above 10 m/s bubbles damp what this fit keeps beyond 20 kHz.
     """
-    w = np.asarray(wind_speed, dtype=float)
-    if np.any(w < 0):
-        raise ValueError(f"wind_speed is {np.min(w):g} m/s; give 0 or more.")
+    warn_outside("The fit of wind noise", "frequency", _positive(frequency), *FIT_RANGE, "Hz")
+    return _wind_db(frequency, wind_speed)
+
+
+def _wind_db(frequency: ArrayLike, wind_speed: ArrayLike) -> Floats:
+    w = numbers("wind_speed", wind_speed, "m/s", 0.0, STRONGEST)
     warn_outside("The fit of wind noise", "wind", w, 0.0, 20.0, "m/s")
     return np.asarray(_log(frequency, 50.0, 20.0) + 7.5 * np.sqrt(w) - 40 * np.log10(_positive(frequency) / 1e3 + 0.4))
 
@@ -129,9 +163,12 @@ def rain_noise_db(frequency: ArrayLike, rain_rate: ArrayLike) -> Floats:
     ours: level up to 20 kHz, then -20 dB a decade. The peak of light rain at 13 to 25 kHz, 5 to 10 dB, is not in it.
     Valid: 2 to 200 mm/h, 1 to 50 kHz, +-10 dB away from 5 kHz; rather give a measured spectrum.
     """
-    rate = np.asarray(rain_rate, dtype=float)
-    if np.any(rate < 0):
-        raise ValueError(f"rain_rate is {np.min(rate):g} mm/h; give 0 or more.")
+    warn_outside("The fit of rain noise", "frequency", _positive(frequency), *RAIN_RANGE, "Hz")
+    return _rain_db(frequency, rain_rate)
+
+
+def _rain_db(frequency: ArrayLike, rain_rate: ArrayLike) -> Floats:
+    rate = numbers("rain_rate", rain_rate, "mm/h", 0.0)
     warn_outside("The fit of rain noise", "rain", rate, 0.0, 200.0, "mm/h")
     fall = -20 * np.log10(np.maximum(_positive(frequency) / 20e3, 1.0))
     return np.asarray(42.4 + 1.54 * level_db(rate) + fall)
@@ -159,10 +196,10 @@ def noise_components_db(
     """
     causes: dict[str, Callable[[], Floats]] = {
         "thermal": lambda: thermal_noise_db(frequency),
-        "turbulence": lambda: turbulence_noise_db(frequency),
-        "shipping": lambda: shipping_noise_db(frequency, shipping),
-        "wind": lambda: wind_noise_db(frequency, wind_speed),
-        "rain": lambda: rain_noise_db(frequency, rain_rate),
+        "turbulence": lambda: _turbulence_db(frequency),
+        "shipping": lambda: _shipping_db(frequency, shipping),
+        "wind": lambda: _wind_db(frequency, wind_speed),
+        "rain": lambda: _rain_db(frequency, rain_rate),
     }
     if spectrum is not None:
         causes["measured"] = lambda: spectrum.level_db(frequency)
@@ -206,7 +243,4 @@ def _log(frequency: ArrayLike, at_1_khz: float, per_decade: float) -> Floats:
 
 
 def _positive(frequency: ArrayLike) -> Floats:
-    f = np.asarray(frequency, dtype=float)
-    if np.any(f <= 0):
-        raise ValueError(f"frequency is {np.min(f):g} Hz; noise spectra are asked for at positive frequencies.")
-    return f
+    return numbers("frequency", frequency, "Hz", 0.0, above=True)

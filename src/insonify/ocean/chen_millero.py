@@ -4,6 +4,8 @@ A polynomial in temperature and pressure for pure water, and three more that say
 each power of salinity adds.
 """
 
+from __future__ import annotations
+
 import numpy as np
 from numpy.polynomial.polynomial import polyval2d
 from numpy.typing import ArrayLike, NDArray

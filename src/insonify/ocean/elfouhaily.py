@@ -4,6 +4,8 @@ Two populations share the surface. Long waves remember how far the wind has blow
 ones answer to the wind's grip on the water, and are the steeper.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 
@@ -12,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from insonify.ocean.wave_spectrum import GRAVITY, Floats
 from insonify.ocean.wind import checked_wind
-from insonify.validity import warn_outside
+from insonify.validity import number, numbers, warn_outside
 
 LAW = "Elfouhaily et al. (1997) wave spectrum"
 DEVELOPED = 0.84
@@ -43,21 +45,22 @@ class Elfouhaily:
 
     def __post_init__(self) -> None:
         """Refuse what is no sea, and say where the law was not fitted."""
-        checked_wind("Elfouhaily", self.wind_speed)
-        if not (math.isfinite(self.inverse_age) and self.inverse_age > 0):
-            raise ValueError(f"Elfouhaily.inverse_age is {self.inverse_age}; give 0.84 (developed) to 5 (very young)")
+        object.__setattr__(self, "wind_speed", checked_wind("Elfouhaily", self.wind_speed))
+        ages = "0.84 (developed) or 5 (very young)"
+        age = number("Elfouhaily.inverse_age", self.inverse_age, "", 0.0, above=True, such_as=ages)
+        object.__setattr__(self, "inverse_age", age)
         warn_outside(LAW, "wind speed", self.wind_speed, 3.0, 21.0, "m/s")
         warn_outside(LAW, "inverse wave age", self.inverse_age, 0.83, 5.0, "")
 
     @classmethod
-    def from_fetch(cls, wind_speed: float, fetch: float) -> "Elfouhaily":
+    def from_fetch(cls, wind_speed: float, fetch: float) -> Elfouhaily:
         """The sea at a given distance [m] from the upwind shore, for a wind [m/s].
 
         Source: Elfouhaily et al. (1997): Omega = 0.84 tanh((g X / (2.2e4 U^2))^0.4)^-0.75.
         """
-        checked_wind("Elfouhaily", wind_speed)
-        if not fetch > 0:
-            raise ValueError(f"fetch is {fetch} m; give a distance to the upwind shore, above 0")
+        wind_speed = checked_wind("Elfouhaily", wind_speed)
+        if not (isinstance(fetch, float) and math.isinf(fetch) and fetch > 0):  # an open ocean has no shore
+            fetch = number("fetch", fetch, "m", 0.0, above=True, such_as="50e3 to the upwind shore")
         grown = GRAVITY * fetch / wind_speed**2 / GROWN
         return cls(wind_speed, DEVELOPED * math.tanh(grown**0.4) ** -0.75)
 
@@ -73,7 +76,7 @@ class Elfouhaily:
 
     def density(self, wavenumber: ArrayLike) -> Floats:
         """Variance of the height per wavenumber [m^3], at wavenumbers above 0 [rad/m], any shape."""
-        k = np.asarray(wavenumber, dtype=float)
+        k = numbers("wavenumber", wavenumber, "rad/m", 0.0, above=True)
         return np.asarray((self._long_waves(k) + self._short_waves(k)) * self._peak_shape(k) / k**3)
 
     def _long_waves(self, k: Floats) -> Floats:
@@ -103,5 +106,5 @@ class Elfouhaily:
 
 def phase_speed(wavenumber: ArrayLike) -> Floats:
     """Speed of a wave's crests in deep water, as Elfouhaily writes it [m/s], at wavenumbers above 0 [rad/m]."""
-    k = np.asarray(wavenumber, dtype=float)
+    k = numbers("wavenumber", wavenumber, "rad/m", 0.0, above=True)
     return np.asarray(np.sqrt(GRAVITY / k * (1 + (k / RIPPLE) ** 2)))

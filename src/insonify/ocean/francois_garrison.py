@@ -4,6 +4,8 @@ The sum of three causes, each with its strength A, its pressure correction P and
 two salts, the frequency at which the ion can no longer follow the wave.
 """
 
+from __future__ import annotations
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 

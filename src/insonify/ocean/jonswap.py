@@ -4,7 +4,8 @@ Near an upwind shore the waves are young: shorter than the wind could make them,
 bunched around one length more sharply than in an old sea.
 """
 
-import math
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,11 @@ from numpy.typing import ArrayLike
 
 from insonify.ocean.wave_spectrum import GRAVITY, Floats
 from insonify.ocean.wind import checked_wind
+from insonify.validity import number, numbers, warn_outside
+
+LAW = "JONSWAP (1973) wave spectrum"
+YOUNGEST, OLDEST = 0.1, 2.2e4
+"""Fetches in units of U^2 / g: the shortest that was measured (from memory), and that of a fully grown sea [1]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +27,8 @@ class Jonswap:
     Source: Hasselmann et al. (1973), Dtsch. Hydrogr. Z. Suppl. A 8(12); constants checked
     against three public implementations, the paper itself was not at hand. The width on
     either side of the peak is 0.07 and 0.09.
-    Valid: fetch-limited wind seas in deep water; gravity waves, longer than some decimetres.
+    Valid: fetch-limited wind seas in deep water, 0.1 to 2.2e4 U^2/g from the shore (beyond, the sea is grown:
+    `PiersonMoskowitz`); gravity waves, longer than some decimetres.
     """
 
     wind_speed: float
@@ -33,11 +40,14 @@ class Jonswap:
 
     def __post_init__(self) -> None:
         """Refuse a wind, a shore or a peak that could not be."""
-        checked_wind("Jonswap", self.wind_speed)
-        if not (math.isfinite(self.fetch) and self.fetch > 0):
-            raise ValueError(f"Jonswap.fetch is {self.fetch} m; give a finite distance to the upwind shore, above 0")
-        if not 1 <= self.enhancement <= 10:
-            raise ValueError(f"Jonswap.enhancement is {self.enhancement}; give 1 (no peak) to 10, 3.3 on average")
+        for name, value in (
+            ("wind_speed", checked_wind("Jonswap", self.wind_speed)),
+            ("fetch", number("Jonswap.fetch", self.fetch, "m", 0.0, above=True, such_as="50e3 to the upwind shore")),
+            ("enhancement", number("Jonswap.enhancement", self.enhancement, "", 1.0, 10.0, such_as="3.3")),
+        ):
+            object.__setattr__(self, name, value)
+        fetch = GRAVITY * self.fetch / self.wind_speed**2
+        warn_outside(LAW, "fetch in units of U^2/g", fetch, YOUNGEST, OLDEST, "")
 
     @property
     def peak_frequency(self) -> float:
@@ -51,7 +61,7 @@ class Jonswap:
 
     def frequency_density(self, angular_frequency: ArrayLike) -> Floats:
         """Variance of the height per angular frequency [m^2 s], at frequencies above 0 [rad/s], any shape."""
-        omega = np.asarray(angular_frequency, dtype=float)
+        omega = numbers("angular_frequency", angular_frequency, "rad/s", 0.0, above=True)
         peak = self.peak_frequency
         strength = 0.076 * (self.wind_speed**2 / (self.fetch * GRAVITY)) ** 0.22
         width = np.where(omega <= peak, 0.07, 0.09)
@@ -63,5 +73,5 @@ class Jonswap:
 
         The frequency spectrum carried over by omega^2 = g k.
         """
-        omega = np.sqrt(GRAVITY * np.asarray(wavenumber, dtype=float))
+        omega = np.sqrt(GRAVITY * numbers("wavenumber", wavenumber, "rad/m", 0.0, above=True))
         return np.asarray(self.frequency_density(omega) * GRAVITY / (2 * omega))

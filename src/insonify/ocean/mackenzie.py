@@ -1,5 +1,7 @@
 """Sound speed of the open ocean in nine terms: Mackenzie's law of 1981."""
 
+from __future__ import annotations
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 

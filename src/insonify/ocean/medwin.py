@@ -1,5 +1,7 @@
 """Sound speed on the back of an envelope: Medwin's law of 1975."""
 
+from __future__ import annotations
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 

@@ -4,6 +4,8 @@ Wind that blows long enough over water wide enough builds waves that run as fast
 does, and no higher.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,11 +13,15 @@ from numpy.typing import ArrayLike
 
 from insonify.ocean.wave_spectrum import GRAVITY, Floats
 from insonify.ocean.wind import checked_wind
+from insonify.validity import numbers, warn_outside
 
+LAW = "Pierson & Moskowitz (1964) wave spectrum"
 PHILLIPS = 8.1e-3
 """Strength of the saturated range, Phillips' alpha [1]."""
 SHAPE = 0.74
 """Pierson and Moskowitz's beta [1]."""
+MEASURED = (3.0, 20.0)
+"""Winds for which the spectrum is in use [m/s]; the data behind it have 10 to 20."""
 MAST = 1.026
 """Wind at the weather ships' 19.5 m over wind at 10 m, for a drag coefficient of 1.3e-3 [1]."""
 
@@ -26,7 +32,7 @@ class PiersonMoskowitz:
 
     Source: Pierson & Moskowitz (1964), J. Geophys. Res. 69, 5181; constants as given, with the
     step from 10 m to 19.5 m, by Stewart (2008), Introduction to Physical Oceanography, eqs. 16.28-16.33.
-    Valid: wind 10 to 20 m/s in the data behind it; gravity waves, longer than some decimetres.
+    Valid: wind 10 to 20 m/s in the data behind it, in use down to 3 m/s; gravity waves, longer than some decimetres.
     """
 
     wind_speed: float
@@ -34,7 +40,8 @@ class PiersonMoskowitz:
 
     def __post_init__(self) -> None:
         """Refuse a wind that could not raise a sea."""
-        checked_wind("PiersonMoskowitz", self.wind_speed)
+        object.__setattr__(self, "wind_speed", checked_wind("PiersonMoskowitz", self.wind_speed))
+        warn_outside(LAW, "wind speed", self.wind_speed, *MEASURED, "m/s")
 
     @property
     def peak(self) -> float:
@@ -43,7 +50,7 @@ class PiersonMoskowitz:
 
     def frequency_density(self, angular_frequency: ArrayLike) -> Floats:
         """Variance of the height per angular frequency [m^2 s], at frequencies above 0 [rad/s], any shape."""
-        omega = np.asarray(angular_frequency, dtype=float)
+        omega = numbers("angular_frequency", angular_frequency, "rad/s", 0.0, above=True)
         slowness = GRAVITY / (MAST * self.wind_speed * omega)
         return np.asarray(PHILLIPS * GRAVITY**2 / omega**5 * np.exp(-SHAPE * slowness**4))
 
@@ -52,5 +59,5 @@ class PiersonMoskowitz:
 
         The frequency spectrum carried over by omega^2 = g k.
         """
-        omega = np.sqrt(GRAVITY * np.asarray(wavenumber, dtype=float))
+        omega = np.sqrt(GRAVITY * numbers("wavenumber", wavenumber, "rad/m", 0.0, above=True))
         return np.asarray(self.frequency_density(omega) * GRAVITY / (2 * omega))

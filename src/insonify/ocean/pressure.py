@@ -4,11 +4,14 @@ Instruments feel pressure, sonar lives at depths. Both directions are one formul
 second found by Newton's steps, so that a way there and back ends where it began.
 """
 
+from __future__ import annotations
+
 import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import ArrayLike, NDArray
 
-from insonify.validity import warn_outside
+from insonify.ocean.sea_water import depth_in_water, pressure_in_water
+from insonify.validity import numbers, warn_outside
 
 Floats = NDArray[np.float64]
 
@@ -33,8 +36,9 @@ def pressure_dbar(depth: ArrayLike, latitude: ArrayLike = 45.0) -> Floats:
     (0 degC, 35), without the paper's corrections for single seas.
     Valid: 0..12000 m. In real seas within about 0.1 %: 0.02 m/s of sound speed at 1 km.
     """
-    warn_outside(LAW, "depth", depth, 0.0, 12e3, "m")
-    return _pressure(np.asarray(depth, dtype=float), np.asarray(latitude, dtype=float))
+    z, north = depth_in_water(depth), numbers("latitude", latitude, "degrees", -90.0, 90.0)
+    warn_outside(LAW, "depth", z, 0.0, 12e3, "m")
+    return _pressure(z, north)
 
 
 def depth(pressure_dbar: ArrayLike, latitude: ArrayLike = 45.0) -> Floats:
@@ -49,7 +53,10 @@ def depth(pressure_dbar: ArrayLike, latitude: ArrayLike = 45.0) -> Floats:
 
     Source and validity: as `pressure_dbar`, inverted.
     """
-    pressure, north = np.broadcast_arrays(np.asarray(pressure_dbar, dtype=float), np.asarray(latitude, dtype=float))
+    pressure, north = np.broadcast_arrays(
+        pressure_in_water(pressure_dbar),
+        numbers("latitude", latitude, "degrees", -90.0, 90.0),
+    )
     z = pressure * 0.99
     for _ in range(NEWTON_STEPS):
         # How gravity grows with depth changes the slope by less than 1/400: each step still gains two digits.

@@ -8,6 +8,8 @@ seeds has exactly the asked correlation in space and time. As the wavenumbers ha
 divisor the sea never repeats: it has no period and no edge.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass, field
 
@@ -18,7 +20,10 @@ from insonify.ocean._wave_kernels import add_heights, add_motion
 from insonify.ocean.spreading import CosinePower, Spreading
 from insonify.ocean.wave_spectrum import Floats, WaveSpectrum, angular_frequency
 from insonify.streams import SEA, uniforms
+from insonify.validity import number, numbers
 
+MOST_WAVES = 1_000_000
+"""Waves beyond which a sea would be a mistake, or the end of the memory [1]."""
 _GRID = 8192
 """Wavenumbers of the table in which the shares are looked up [1]."""
 
@@ -39,7 +44,7 @@ class SurfaceMotion:
     @property
     def depth(self) -> Floats:
         """Where the surface is in the world's z, down positive [m]."""
-        return -self.elevation
+        return np.asarray(-self.elevation)
 
     @property
     def normal(self) -> Floats:
@@ -48,7 +53,7 @@ class SurfaceMotion:
         return np.asarray(down / np.linalg.norm(down, axis=-1, keepdims=True))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True)
 class SeaSurface:
     """The surface of the sea at any place and time, of unlimited extent.
 
@@ -72,23 +77,23 @@ class SeaSurface:
     """Bands of wavenumber [1]; it is part of the draw, as is the next: another number is another sea."""
     directions: int = 16
     """Waves of different direction in each band [1]."""
-    amplitude: Floats = field(init=False, repr=False)
+    amplitude: Floats = field(init=False, repr=False, compare=False)
     """Amplitude of each wave [m], shape (bands * directions,)."""
-    wavenumber: Floats = field(init=False, repr=False)
+    wavenumber: Floats = field(init=False, repr=False, compare=False)
     """Wavenumber of each wave, north and east [rad/m], shape (2, bands * directions)."""
-    phase: Floats = field(init=False, repr=False)
+    phase: Floats = field(init=False, repr=False, compare=False)
     """Phase of each wave at the origin at time 0 [cycles], shape (bands * directions,)."""
 
     def __post_init__(self) -> None:
         """Check what was asked, then draw the waves."""
-        if not (self.bands >= 1 and self.directions >= 1):
-            raise ValueError(
-                f"SeaSurface has {self.bands} bands of {self.directions} directions; give 1 of each or more"
-            )
-        if not self.water_depth > 0:
-            raise ValueError(f"SeaSurface.water_depth is {self.water_depth} m; give a depth above 0")
+        _check_counts(self.bands, self.directions, self.seed)
+        object.__setattr__(self, "going_to", number("SeaSurface.going_to", self.going_to, "rad"))
+        if not (isinstance(self.water_depth, float) and self.water_depth == math.inf):
+            depth = number("SeaSurface.water_depth", self.water_depth, "m", 0.0, above=True)
+            object.__setattr__(self, "water_depth", depth)
+        object.__setattr__(self, "shortest", number("SeaSurface.shortest", self.shortest, "m", 0.0, above=True))
         longest = 2 * math.pi / self.spectrum.peak
-        if not 0 < self.shortest < longest:
+        if self.shortest >= longest:
             raise ValueError(
                 f"SeaSurface.shortest is {self.shortest} m; the dominant waves are {longest:.3g} m long. "
                 "Give a length well below that, such as a tenth of it"
@@ -100,9 +105,13 @@ class SeaSurface:
         draws = uniforms(self.seed, SEA, band, sector)
         k, variance = self._lengths(band, draws[:, 0])
         angle = self.going_to + self.spreading.quantile((sector + draws[:, 1]) / self.directions, k)
-        object.__setattr__(self, "amplitude", np.sqrt(2 * variance / self.directions))
-        object.__setattr__(self, "wavenumber", np.stack((k * np.cos(angle), k * np.sin(angle))))
-        object.__setattr__(self, "phase", draws[:, 2].copy())
+        for name, column in (
+            ("amplitude", np.sqrt(2 * variance / self.directions)),
+            ("wavenumber", np.stack((k * np.cos(angle), k * np.sin(angle)))),
+            ("phase", draws[:, 2].copy()),
+        ):
+            column.setflags(write=False)  # frozen means frozen
+            object.__setattr__(self, name, column)
 
     def _lengths(self, band: NDArray[np.int64], share: Floats) -> tuple[Floats, Floats]:
         """A wavenumber for each draw, in proportion to the spectrum within its band, and the band's variance."""
@@ -137,12 +146,12 @@ class SeaSurface:
         """
         places, shape = _columns(north, east, time)
         height = np.empty(places.shape[1])
-        add_heights(places, self._cycles(), self.amplitude, height)
+        add_heights(places, self._cycles(), self.amplitude.copy(), height)
         return height.reshape(shape)
 
     def depth(self, north: ArrayLike, east: ArrayLike, time: ArrayLike) -> Floats:
         """Where the surface is in the world's z, down positive: minus the elevation [m], arguments likewise."""
-        return -self.elevation(north, east, time)
+        return np.asarray(-self.elevation(north, east, time))
 
     def motion(self, north: ArrayLike, east: ArrayLike, time: ArrayLike) -> SurfaceMotion:
         """Height, slopes and vertical speed of the surface together.
@@ -157,12 +166,20 @@ class SeaSurface:
         """
         places, shape = _columns(north, east, time)
         columns = np.empty((4, places.shape[1]))
-        add_motion(places, self._cycles(), self.amplitude, columns)
+        add_motion(places, self._cycles(), self.amplitude.copy(), columns)
         return SurfaceMotion(*(c.reshape(shape) for c in columns))
 
     def _cycles(self) -> Floats:
         """Each wave for the kernels: cycles per metre north and east, per second, and at the origin."""
         return np.stack((*self.wavenumber, -self.frequency, 2 * math.pi * self.phase)) / (2 * math.pi)
+
+
+def _check_counts(bands: int, directions: int, seed: int) -> None:
+    for name, count, least in (("bands", bands, 1), ("directions", directions, 1), ("seed", seed, 0)):
+        if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < least:
+            raise ValueError(f"SeaSurface.{name} is {count!r}; give a whole number, {least} or more")
+    if bands * directions > MOST_WAVES:
+        raise ValueError(f"SeaSurface has {bands} bands of {directions} directions; give {MOST_WAVES} waves at most")
 
 
 def _running(k: Floats, density: Floats) -> Floats:
@@ -172,5 +189,6 @@ def _running(k: Floats, density: Floats) -> Floats:
 
 
 def _columns(north: ArrayLike, east: ArrayLike, time: ArrayLike) -> tuple[Floats, tuple[int, ...]]:
-    columns = np.broadcast_arrays(*(np.asarray(c, dtype=float) for c in (north, east, time)))
+    asked = (("north", north, "m"), ("east", east, "m"), ("time", time, "s"))
+    columns = np.broadcast_arrays(*(numbers(name, value, unit) for name, value, unit in asked))
     return np.stack([c.ravel() for c in columns]), columns[0].shape

@@ -5,6 +5,8 @@ per gram of salt, 1.6 m/s per hundred metres. Each published law has a file of i
 this one asks the law by name, and turns depth into pressure where the law wants it.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 
 import numpy as np
@@ -14,6 +16,7 @@ from insonify.ocean.chen_millero import chen_millero_speed
 from insonify.ocean.mackenzie import mackenzie_speed
 from insonify.ocean.medwin import medwin_speed
 from insonify.ocean.pressure import pressure_dbar as pressure_at
+from insonify.ocean.sea_water import depth_in_water, pressure_in_water, temperature_and_salinity
 from insonify.ocean.teos10 import teos10_speed
 from insonify.ocean.unesco import unesco_speed
 
@@ -42,13 +45,13 @@ def sound_speed(
         of the standard ocean at 45 degrees latitude: elsewhere within 0.03 % of depth's share at 1 km.
 
     Raises:
-        ValueError: There is no law of that name, or salinity is negative.
+        ValueError: There is no law of that name, or something is no number or no water has it.
     """
-    _check_salinity(salinity)
+    (t, s), z = temperature_and_salinity(temperature, salinity), depth_in_water(depth)
     if model in DEPTH_MODELS:
-        return DEPTH_MODELS[model](temperature, salinity, depth)
+        return DEPTH_MODELS[model](t, s, z)
     if model in PRESSURE_MODELS:
-        return PRESSURE_MODELS[model](temperature, salinity, pressure_at(depth))
+        return PRESSURE_MODELS[model](t, s, pressure_at(z))
     known = ", ".join([*PRESSURE_MODELS, *DEPTH_MODELS])
     raise ValueError(f"model is {model!r}; the sound-speed laws available are: {known}")
 
@@ -69,17 +72,12 @@ def sound_speed_at_pressure(
         Sound speed [m/s], broadcast shape of the arguments.
 
     Raises:
-        ValueError: There is no law of that name that works from pressure, or salinity is negative.
+        ValueError: There is no law of that name that works from pressure, or something is no number or no
+            water has it.
     """
-    _check_salinity(salinity)
+    (t, s), p = temperature_and_salinity(temperature, salinity), pressure_in_water(pressure_dbar)
     if model in PRESSURE_MODELS:
-        return PRESSURE_MODELS[model](temperature, salinity, pressure_dbar)
+        return PRESSURE_MODELS[model](t, s, p)
     known = ", ".join(PRESSURE_MODELS)
     hint = f"; {model} works from depth: sound_speed(..., depth(pressure_dbar))" if model in DEPTH_MODELS else ""
     raise ValueError(f"model is {model!r}; the sound-speed laws that work from pressure are: {known}{hint}")
-
-
-def _check_salinity(salinity: ArrayLike) -> None:
-    lowest = np.min(np.asarray(salinity, dtype=float), initial=0.0)
-    if lowest < 0:
-        raise ValueError(f"salinity is {lowest:g} g/kg; water cannot hold less than no salt. Give 0 or more.")

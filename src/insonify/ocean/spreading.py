@@ -5,6 +5,8 @@ spectrum measured on photographs is two-sided. A sea that moves needs one that i
 every wave goes somewhere, most of them downwind.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 from typing import Protocol
@@ -15,6 +17,7 @@ from scipy.special import betaincinv, gammaln
 
 from insonify.ocean.elfouhaily import SLOWEST, Elfouhaily, phase_speed
 from insonify.ocean.wave_spectrum import Floats
+from insonify.validity import number, numbers
 
 
 class Spreading(Protocol):
@@ -58,16 +61,18 @@ class CosinePower:
 
     def __post_init__(self) -> None:
         """Refuse a fan that cannot be."""
-        if not 0 <= self.exponent < math.inf:
-            raise ValueError(f"CosinePower.exponent is {self.exponent}; give 0 (all around) or more, such as 10")
+        sharpness = number("CosinePower.exponent", self.exponent, "", 0.0, such_as="10 (0 is all around)")
+        object.__setattr__(self, "exponent", sharpness)
 
     def density(self, angle: ArrayLike, wavenumber: ArrayLike) -> Floats:
         """Share of the variance per angle [1/rad], see `Spreading`."""
-        return _cosine_density(angle, np.broadcast_to(self.exponent, np.shape(wavenumber)))
+        k = numbers("wavenumber", wavenumber, "rad/m", 0.0)
+        return _cosine_density(angle, np.full(k.shape, self.exponent))
 
     def quantile(self, probability: ArrayLike, wavenumber: ArrayLike) -> Floats:
         """Angle below which a share of the variance lies [rad], see `Spreading`."""
-        return _cosine_quantile(probability, np.broadcast_to(self.exponent, np.shape(wavenumber)))
+        k = numbers("wavenumber", wavenumber, "rad/m", 0.0)
+        return _cosine_quantile(probability, np.full(k.shape, self.exponent))
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,10 +120,10 @@ def _cosine_density(angle: ArrayLike, s: ArrayLike) -> Floats:
     """Normalised cos^(2s)(angle / 2) [1/rad]."""
     s = np.asarray(s, dtype=float)
     norm = np.exp(gammaln(s + 1) - gammaln(s + 0.5)) / (2 * math.sqrt(math.pi))
-    return np.asarray(norm * np.abs(np.cos(np.asarray(angle, dtype=float) / 2)) ** (2 * s))
+    return np.asarray(norm * np.abs(np.cos(numbers("angle", angle, "rad") / 2)) ** (2 * s))
 
 
 def _cosine_quantile(probability: ArrayLike, s: ArrayLike) -> Floats:
     """Angle with that share below it [rad]: sin^2(angle / 2) follows a beta law of 1/2 and s + 1/2."""
-    signed = 2 * np.asarray(probability, dtype=float) - 1
+    signed = 2 * numbers("probability", probability, "", 0.0, 1.0) - 1
     return np.asarray(np.sign(signed) * 2 * np.arcsin(np.sqrt(betaincinv(0.5, np.asarray(s) + 0.5, np.abs(signed)))))

@@ -4,6 +4,8 @@ Sound speed is not fitted here by itself: it follows from how the volume of wate
 pressure, in the equation of state that oceanographers share since 2010.
 """
 
+from __future__ import annotations
+
 import gsw
 import numpy as np
 from numpy.typing import ArrayLike, NDArray

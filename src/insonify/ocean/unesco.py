@@ -4,6 +4,8 @@ The same law as `chen_millero`, before its coefficients were refitted: for compa
 data and programs of that time. The two agree within 0.01 m/s.
 """
 
+from __future__ import annotations
+
 import numpy as np
 from numpy.typing import ArrayLike
 

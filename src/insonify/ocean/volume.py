@@ -5,6 +5,9 @@ Life is patchy; a layer's strength is the mean over many patches, and a day's va
 volume, s_v [1/m]; S_v = 10 log10 s_v [dB re 1/m].
 """
 
+from __future__ import annotations
+
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -14,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from insonify.units import intensity_ratio, level_db
-from insonify.validity import warn_outside
+from insonify.validity import number, numbers, warn_outside
 
 Floats = NDArray[np.float64]
 
@@ -42,7 +45,12 @@ class ScatteringLayer:
     """Volume scattering strength [dB re 1/m]."""
 
     def __post_init__(self) -> None:
-        """Refuses layers that are upside down."""
+        """Refuses layers that are upside down, and strengths that are none."""
+        object.__setattr__(self, "strength_db", number("ScatteringLayer.strength_db", self.strength_db, "dB"))
+        for name in ("top", "bottom"):
+            value = getattr(self, name)
+            if not (isinstance(value, float) and math.isinf(value)):  # a layer may go on for ever
+                object.__setattr__(self, name, number(f"ScatteringLayer.{name}", value, "m"))
         if not self.top < self.bottom:
             raise ValueError(
                 f"ScatteringLayer.top is {self.top} m, bottom {self.bottom} m; depth grows downward. Exchange them."
@@ -66,19 +74,19 @@ class ScatteringLayer:
         return cls(top, bottom, TYPICAL_STRENGTH_DB[name])
 
 
-def volume_strength_db(depth: ArrayLike, layers: Iterable[ScatteringLayer]) -> Floats:
+def volume_strength_db(depth: ArrayLike, layers: Iterable[ScatteringLayer] | ScatteringLayer) -> Floats:
     """Volume scattering strength at depths, where several layers may overlap [dB re 1/m].
 
     Args:
         depth: Depth [m], any shape.
-        layers: Layers of the water; each holds its top and not its bottom, and they add as powers.
+        layers: Layers of the water, or one alone; each holds its top and not its bottom, and they add as powers.
 
     Returns:
-        Strength [dB re 1/m], same shape; -inf in clear water.
+        Strength [dB re 1/m], same shape; -inf in clear water, NaN where no depth was given.
     """
-    z = np.asarray(depth, dtype=float)
-    total = np.zeros(z.shape)
-    for layer in layers:
+    z = numbers("depth", depth, "m")
+    total = np.where(np.isnan(z), np.nan, 0.0)
+    for layer in [layers] if isinstance(layers, ScatteringLayer) else layers:
         total = total + np.where((z >= layer.top) & (z < layer.bottom), intensity_ratio(layer.strength_db), 0.0)
     return level_db(total)
 
@@ -97,16 +105,18 @@ def sv(density: ArrayLike, mean_backscatter: ArrayLike) -> Floats:
     Source: MacLennan, Fernandes & Dalen (2002), ICES J. Mar. Sci. 59, 365-369.
     Valid: single scattering, scatterers independent of one another; no shadowing within a school.
     """
-    return np.asarray(np.asarray(density, dtype=float) * np.asarray(mean_backscatter, dtype=float))
+    return np.asarray(
+        numbers("density", density, "1/m^3", 0.0) * numbers("mean_backscatter", mean_backscatter, "m^2", 0.0)
+    )
 
 
-def bubble_resonance_frequency(radius: ArrayLike, depth: ArrayLike = 0.0, *, density: float = 1025.0) -> Floats:
+def bubble_resonance_frequency(radius: ArrayLike, depth: ArrayLike = 0.0, *, density: ArrayLike = 1025.0) -> Floats:
     """Frequency at which a bubble of air rings [Hz].
 
     Args:
         radius: Radius of the bubble [m], any shape.
         depth: Depth [m], broadcast.
-        density: Density of the water [kg/m^3].
+        density: Density of the water [kg/m^3], broadcast.
 
     Returns:
         Resonance frequency [Hz], broadcast shape of the arguments.
@@ -115,30 +125,29 @@ def bubble_resonance_frequency(radius: ArrayLike, depth: ArrayLike = 0.0, *, den
     surface about 3.25 m/s sqrt(1 + z / 10 m).
     Valid: 30 um to 3 mm; smaller bubbles lose heat to the water and feel surface tension, some per cent.
     """
-    a = np.asarray(radius, dtype=float)
-    if np.any(a <= 0):
-        raise ValueError(f"radius is {np.min(a):g} m; a bubble needs a positive one.")
+    a = numbers("radius", radius, "m", 0.0, above=True)
     warn_outside("Minnaert (1933) resonance", "radius", a, 30e-6, 3e-3, "m")
     return np.asarray(_ringing(depth, density) / a)
 
 
-def resonant_bubble_radius(frequency: ArrayLike, depth: ArrayLike = 0.0, *, density: float = 1025.0) -> Floats:
+def resonant_bubble_radius(frequency: ArrayLike, depth: ArrayLike = 0.0, *, density: ArrayLike = 1025.0) -> Floats:
     """Radius of the bubble that answers a sonar most loudly [m].
 
     Args:
         frequency: Frequency of the sonar [Hz], any shape.
         depth: Depth [m], broadcast.
-        density: Density of the water [kg/m^3].
+        density: Density of the water [kg/m^3], broadcast.
 
     Returns:
         Radius [m], broadcast shape of the arguments; source and validity as `bubble_resonance_frequency`.
     """
-    a = _ringing(depth, density) / np.asarray(frequency, dtype=float)
+    a = _ringing(depth, density) / numbers("frequency", frequency, "Hz", 0.0, above=True)
     warn_outside("Minnaert (1933) resonance", "radius", a, 30e-6, 3e-3, "m")
     return np.asarray(a)
 
 
-def _ringing(depth: ArrayLike, density: float) -> Floats:
+def _ringing(depth: ArrayLike, density: ArrayLike) -> Floats:
     """Resonance frequency times radius [m/s]."""
-    pressure = ATMOSPHERE + density * 9.81 * np.asarray(depth, dtype=float)
-    return np.asarray(np.sqrt(3 * HEAT_RATIO * pressure / density) / (2 * np.pi))
+    rho = numbers("density", density, "kg/m^3", 0.0, above=True)
+    pressure = ATMOSPHERE + rho * 9.81 * numbers("depth", depth, "m", 0.0)
+    return np.asarray(np.sqrt(3 * HEAT_RATIO * pressure / rho) / (2 * np.pi))

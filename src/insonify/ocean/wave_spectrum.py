@@ -9,10 +9,14 @@ its height. The published spectra are those of deep water: a finite depth change
 each wave runs, not how high it is.
 """
 
+from __future__ import annotations
+
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from insonify.validity import as_floats, number, numbers
 
 Floats = NDArray[np.float64]
 
@@ -46,23 +50,27 @@ class WaveSpectrum(Protocol):
         ...
 
 
-def angular_frequency(wavenumber: ArrayLike, *, water_depth: float = np.inf) -> Floats:
+def angular_frequency(wavenumber: ArrayLike, *, water_depth: ArrayLike = np.inf) -> Floats:
     """How fast a wave of a given length swings: the dispersion of water waves [rad/s].
 
     Args:
         wavenumber: Wavenumber, 0 or more [rad/m], any shape.
-        water_depth: Mean depth of the water [m]; infinite by default.
+        water_depth: Mean depth of the water [m], broadcast; infinite by default.
 
     Returns:
-        Angular frequency [rad/s], shape of wavenumber.
+        Angular frequency [rad/s], broadcast shape.
 
     Source: Airy's linear theory with surface tension, omega^2 = (g k + T k^3) tanh(k D), as in
     Lamb (1932), Hydrodynamics, ch. IX (chapter quoted from memory).
     Valid: waves much lower than they are long, no current.
     """
-    k = np.asarray(wavenumber, dtype=float)
+    k = numbers("wavenumber", wavenumber, "rad/m", 0.0)
     # An infinitely deep sea answers for k = 0 too, where 0 times infinity would not be a number.
-    shallowness = 1.0 if np.isinf(water_depth) else np.tanh(k * water_depth)
+    given = as_floats(water_depth)
+    bottomless = given is not None and np.isposinf(given)
+    finite = water_depth if given is None else np.where(bottomless, 1.0, given)
+    deep = numbers("water_depth", finite, "m", 0.0, above=True)
+    shallowness = np.where(bottomless, 1.0, np.tanh(k * deep))
     return np.asarray(np.sqrt((GRAVITY * k + TENSION * k**3) * shallowness))
 
 
@@ -129,7 +137,9 @@ def vertical_speed_rms(spectrum: WaveSpectrum, shortest: float, *, water_depth: 
 
 def _band(spectrum: WaveSpectrum, longest: float, shortest: float) -> tuple[Floats, Floats]:
     """Wavenumbers and their weights for an integral over a band, by Gauss in each sixth of an e-fold."""
-    low, high = max(longest, spectrum.peak / 8), min(shortest, FINEST)
+    low = max(number("longest", longest, "rad/m", 0.0), spectrum.peak / 8)
+    endless = isinstance(shortest, float) and shortest == np.inf
+    high = FINEST if endless else min(number("shortest", shortest, "rad/m", 0.0, above=True), FINEST)
     if not low < high:
         return np.ones(1), np.zeros(1)
     panels = int(np.ceil(6 * np.log(high / low)))

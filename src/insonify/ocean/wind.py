@@ -1,19 +1,23 @@
 """The wind, checked before it raises a sea."""
 
-import math
+from insonify.validity import number
+
+STRONGEST = 120.0
+"""Wind that no storm exceeds [m/s]."""
 
 
-def checked_wind(owner: str, wind_speed: float) -> None:
+def checked_wind(owner: str, wind_speed: float) -> float:
     """Refuse a wind that has no sea to it.
 
     Args:
         owner: Name of the thing that was given the wind.
         wind_speed: Wind 10 m above the sea [m/s].
 
+    Returns:
+        The same wind, as a number [m/s].
+
     Raises:
         ValueError: The wind is not a finite number above 0.
     """
-    if not (math.isfinite(wind_speed) and wind_speed > 0):
-        raise ValueError(
-            f"{owner}.wind_speed is {wind_speed} m/s; give a finite wind above 0, such as 7 (a flat sea needs no waves)"
-        )
+    such_as = "7 (a flat sea needs no waves)"
+    return number(f"{owner}.wind_speed", wind_speed, "m/s", 0.0, STRONGEST, above=True, such_as=such_as)

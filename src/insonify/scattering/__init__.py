@@ -1,4 +1,10 @@
-"""How an interface answers sound: what it scatters, and what it reflects."""
+"""How an interface answers sound: what it scatters, and what it reflects.
+
+`Sediment.named("medium sand")` or `Sediment.from_grain_size(1.5)`, then a law of it: `Jackson(sediment, 100e3)`
+is the default seabed. Every law has `cross_section(grazing_in, grazing_out, azimuth)`, radians from the plane of
+the interface, azimuth 0 forward and pi straight back; `insonify.units.level_db` of it is the scattering strength.
+Arguments broadcast; a law used outside its range warns with `insonify.validity.PhysicsWarning`.
+"""
 
 from insonify.scattering.albedo import albedo
 from insonify.scattering.apl_bottom import apl_bottom_strength_db

@@ -5,6 +5,8 @@ lowered by the excess; by the same factor for both directions of a pair, so that
 changes nothing.
 """
 
+from __future__ import annotations
+
 from functools import lru_cache
 from typing import Any
 
@@ -12,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from insonify.scattering.law import Floats, ScatteringLaw
+from insonify.validity import grazing_angle
 
 NEAREST_MIRROR = 1e-6
 """Closest approach to the mirror direction in the integral [1]."""
@@ -32,7 +35,11 @@ def albedo(law: ScatteringLaw, grazing_in: ArrayLike, *, points: int = 64) -> Fl
     Returns:
         Integral of the cross section over the hemisphere, over the sine of the grazing angle [1], shape of grazing_in.
     """
-    angles = np.asarray(grazing_in, dtype=float)
+    angles = grazing_angle("grazing_in", grazing_in, gaps=False)
+    if np.any(angles == 0):
+        raise ValueError("grazing_in is 0; no sound reaches a patch along its own plane. Give angles above 0")
+    if isinstance(points, bool) or not isinstance(points, int) or points < 2:
+        raise ValueError(f"points is {points!r}; give a whole number, 2 or more, such as 64")
     return np.array([_albedo_at(law, float(a), points) for a in angles.ravel()]).reshape(angles.shape)
 
 

@@ -6,6 +6,8 @@ everywhere; and smooth steps between them. It knows backscatter only. On relief 
 Jackson instead: here slopes and shadows are already averaged in.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,9 +19,9 @@ from scipy.special import erfc, gamma
 from insonify.scattering.law import Floats
 from insonify.scattering.reflection import reflection_coefficient, vertical_wavenumber
 from insonify.scattering.roughness import growth_exponent, rms_slope, roughness_spectrum, structure_constant
-from insonify.scattering.sediments import Sediment, si_spectral_strength
+from insonify.scattering.sediments import Sediment, checked_sediment, si_spectral_strength
 from insonify.units import level_db
-from insonify.validity import warn_outside
+from insonify.validity import grazing_angle, numbers, warn_outside, water_speed
 
 LAW = "APL-UW TR 9407 (1994) bottom backscatter"
 LEAST_GRAZING = math.radians(1e-3)
@@ -30,18 +32,18 @@ SLOPE_NODES, SLOPE_WEIGHTS = (1.224745, 0.0, -1.224745), (0.295410, 1.181636, 0.
 
 
 def apl_bottom_strength_db(
-    sediment: Sediment, frequency: float, grazing: ArrayLike, *, sound_speed: float = 1500.0
+    sediment: Sediment, frequency: ArrayLike, grazing: ArrayLike, *, sound_speed: ArrayLike = 1500.0
 ) -> Floats:
     """Backscattering strength of a flat seabed, the full model of the APL-UW handbook [dB re 1 m^2 per m^2].
 
     Args:
         sediment: What lies below the water.
-        frequency: Frequency [Hz].
-        grazing: Grazing angle, 0 to pi/2 [rad], any shape.
-        sound_speed: In the water [m/s].
+        frequency: Frequency [Hz], any shape.
+        grazing: Grazing angle, 0 to pi/2 [rad], broadcast.
+        sound_speed: In the water [m/s], broadcast.
 
     Returns:
-        10 log10 of the backscattering cross section per unit area per unit solid angle [dB], shape of grazing.
+        10 log10 of the backscattering cross section per unit area per unit solid angle [dB], broadcast shape.
 
     Raises:
         ValueError: An angle is not a grazing angle, or the frequency or the sound speed are none.
@@ -51,16 +53,17 @@ def apl_bottom_strength_db(
     1410 and Mourad & Jackson (1989), Proc. Oceans '89, 1168.
     Valid: 10 to 100 kHz; about 3 dB for sand and silt whose properties are known above 5 degrees, 5 to 10 dB else.
     """
-    angle = np.asarray(grazing, dtype=float)
-    if not np.all((angle >= 0) & (angle <= math.pi / 2 + 1e-9)):
-        raise ValueError(f"{LAW}: grazing angles lie between 0 and pi/2 rad; one is outside, or not a number")
-    for quantity, value in (("frequency", frequency), ("sound_speed", sound_speed)):
-        if not (math.isfinite(value) and value > 0):
-            raise ValueError(f"{LAW}: {quantity} is {value}; give a finite number above 0")
-    _warn(sediment, frequency)
-    bed = _Bed(sediment, 2 * math.pi * frequency / sound_speed)
-    clipped = np.clip(angle, LEAST_GRAZING, math.pi / 2)
-    return level_db(bed.rough(clipped) + bed.average(bed.volume, clipped))
+    checked_sediment(sediment)
+    tone = numbers("frequency", frequency, "Hz", 0.0, above=True, gaps=False, such_as="100e3")
+    speed = water_speed("sound_speed", sound_speed, gaps=False)
+    angle = np.maximum(grazing_angle("grazing", grazing, gaps=False), LEAST_GRAZING)
+    _warn(sediment, tone)
+    wavenumber, angle = np.broadcast_arrays(2 * math.pi * tone / speed, angle)
+    section = np.empty(angle.shape)
+    for k in np.unique(wavenumber):
+        bed, mine = _Bed(sediment, float(k)), wavenumber == k
+        section[mine] = bed.rough(angle[mine]) + bed.average(bed.volume, angle[mine])
+    return level_db(section)
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,7 +158,7 @@ def _step(x: ArrayLike) -> Floats:
     return np.asarray(1 / (1 + np.exp(np.clip(x, -40, 40))))
 
 
-def _warn(sediment: Sediment, frequency: float) -> None:
+def _warn(sediment: Sediment, frequency: Floats) -> None:
     warn_outside(LAW, "frequency", frequency / 1e3, 10.0, 100.0, "kHz")
     warn_outside(LAW, "density ratio", sediment.density_ratio, 1.0, 3.0, "")
     warn_outside(LAW, "speed ratio", sediment.speed_ratio, 0.8, 3.0, "")

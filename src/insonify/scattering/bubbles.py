@@ -4,6 +4,8 @@ It takes sound twice on the way to the surface and back, and sends some of it ho
 grazing angles the echo of the sea is that of its bubbles.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 
@@ -11,8 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from insonify.scattering.facet_geometry import SHALLOWEST, across_and_along, lit
-from insonify.scattering.law import Floats
-from insonify.validity import warn_outside
+from insonify.scattering.law import Floats, asked_angles
+from insonify.validity import grazing_angle, number, numbers, warn_outside
 
 LAW = "APL-UW TR 9407 (1994) surface bubbles"
 DAMPING_BY_RADIATION = 0.0136
@@ -88,9 +90,11 @@ class Bubbles:
 
     def __post_init__(self) -> None:
         """Refuse what has no bubbles."""
+        object.__setattr__(self, "wind_speed", number("Bubbles.wind_speed", self.wind_speed, "m/s", 0.0, such_as="7"))
+        tone = number("Bubbles.frequency", self.frequency, "Hz", 0.0, above=True, such_as="100e3")
+        object.__setattr__(self, "frequency", tone)
+        object.__setattr__(self, "cone", number("Bubbles.cone", self.cone, "rad", 0.0, above=True, such_as="0.02"))
         _checked(self.wind_speed, self.frequency, 0.0)
-        if not self.cone > 0:
-            raise ValueError(f"Bubbles.cone is {self.cone} rad; give an angle above 0, such as 0.02")
 
     def cross_section(self, grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> Floats:
         """Bistatic cross section per unit area per unit solid angle [1].
@@ -103,6 +107,7 @@ class Bubbles:
         Returns:
             Cross section [1], broadcast shape; 0 where either direction is behind the surface.
         """
+        grazing_in, grazing_out, azimuth = asked_angles(grazing_in, grazing_out, azimuth)
         depth = bubble_extinction(self.wind_speed, self.frequency)
         way_in, way_out = (depth / np.maximum(np.sin(g), SHALLOWEST) for g in (grazing_in, grazing_out))
         both, apart = way_in + way_out, np.abs(way_in - way_out)
@@ -133,13 +138,9 @@ class Bubbles:
 
 def _checked(wind_speed: ArrayLike, frequency: ArrayLike, grazing: ArrayLike) -> tuple[Floats, Floats, Floats]:
     """The three as arrays; refused where they mean nothing, warned of where the law was not measured."""
-    u, f, angle = (np.asarray(a, dtype=float) for a in (wind_speed, frequency, grazing))
-    if not np.all(np.isfinite(u) & (u >= 0)):
-        raise ValueError(f"wind speed is {u} m/s; give 0 or more, such as 7")
-    if not np.all(np.isfinite(f) & (f > 0)):
-        raise ValueError(f"frequency is {f} Hz; give more than 0, such as 100e3")
-    if not np.all((angle >= 0) & (angle <= math.pi / 2 + 1e-12)):
-        raise ValueError(f"grazing angle is {angle} rad; give 0 to pi/2, from the plane of the surface")
+    u = numbers("wind_speed", wind_speed, "m/s", 0.0, gaps=False, such_as="7")
+    f = numbers("frequency", frequency, "Hz", 0.0, above=True, gaps=False, such_as="100e3")
+    angle = grazing_angle("grazing", grazing, gaps=False)
     warn_outside(LAW, "frequency", f, 1e4, 1e5, "Hz")
     warn_outside(LAW, "wind speed", u, 0.0, 20.0, "m/s")
     return u, f, angle

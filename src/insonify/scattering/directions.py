@@ -4,10 +4,15 @@ A law depends on the directions only through the change that the patch makes to 
 it lies in the plane (transverse) and how much across it (vertical). Jackson's formulas are written in these two.
 """
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from insonify.scattering.law import asked_angles
+from insonify.validity import numbers
 
 Floats = NDArray[np.float64]
 
@@ -53,12 +58,12 @@ def directions(grazing_in: ArrayLike, grazing_out: ArrayLike, azimuth: ArrayLike
     Source: Jackson & Richardson (2007), High-Frequency Seafloor Acoustics; Williams & Jackson (1998), J. Acoust. Soc.
     Am. 103, 169. Symmetric in the two grazing angles, to the bit.
     """
-    a, b, azimuth = np.broadcast_arrays(*(np.asarray(x, dtype=float) for x in (grazing_in, grazing_out, azimuth)))
+    a, b, azimuth = np.broadcast_arrays(*asked_angles(grazing_in, grazing_out, azimuth))
     sine_in, sine_out = np.maximum(np.sin(a), _LEAST_SINE), np.maximum(np.sin(b), _LEAST_SINE)
     both = np.cos(a) * np.cos(b)
     # ((cos a - cos b)^2 + 4 cos a cos b sin^2(azimuth/2)) / 4: no cancellation near the mirror direction.
     transverse2 = 0.25 * (np.cos(a) - np.cos(b)) ** 2 + both * np.sin(azimuth / 2) ** 2
-    lit = ~((np.sin(a) <= 0) | (np.sin(b) <= 0))
+    lit = ~((np.sin(a) <= 0) | (np.sin(b) <= 0))  # a gap stays one
     vertical = 0.5 * (sine_in + sine_out)
     return Directions(sine_in, sine_out, both * np.cos(azimuth), transverse2 + SPECULAR_BLUR2, vertical, lit)
 
@@ -73,11 +78,27 @@ def local_angles(incoming: ArrayLike, outgoing: ArrayLike, normal: ArrayLike) ->
 
     Returns:
         Grazing in, grazing out (negative behind the facet) and azimuth, 0 forward to pi back [rad], shape (...).
+
+    Raises:
+        ValueError: Something is no vector of three components, or not of unit length.
     """
-    into, out, up = (np.asarray(v, dtype=float) for v in (incoming, outgoing, normal))
+    named = (("incoming", incoming), ("outgoing", outgoing), ("normal", normal))
+    into, out, up = np.broadcast_arrays(*(_unit_vectors(name, value) for name, value in named))
     sine_in, sine_out = -np.sum(into * up, axis=-1), np.sum(out * up, axis=-1)
     flat_in = into + sine_in[..., None] * up
     flat_out = out - sine_out[..., None] * up
     forward, sideways = np.sum(flat_in * flat_out, axis=-1), np.sum(np.cross(flat_in, flat_out) * up, axis=-1)
     azimuth = np.abs(np.arctan2(sideways, forward))
     return np.arcsin(np.clip(sine_in, -1, 1)), np.arcsin(np.clip(sine_out, -1, 1)), azimuth
+
+
+def _unit_vectors(name: str, value: ArrayLike) -> Floats:
+    """Vectors of length 1, to a thousandth, or gaps."""
+    vectors = numbers(name, value, "")
+    if vectors.ndim == 0 or vectors.shape[-1] != 3:
+        raise ValueError(f"{name} has shape {vectors.shape}; give vectors of 3 components along the last axis")
+    length = np.linalg.norm(vectors, axis=-1)
+    strange = length[np.abs(length - 1) > 1e-3]
+    if strange.size:
+        raise ValueError(f"{name} has a vector of length {strange[0]:g}; give unit vectors")
+    return vectors

@@ -4,6 +4,8 @@ The engine asks a law about every pair of paths at every scatterer. Here a law i
 one-dimensional tables; a compiled loop then answers from unit vectors, without angles and without integrals.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import singledispatch
@@ -39,7 +41,7 @@ OfSediment = Kirchhoff | Perturbation | SmallSlope | SedimentVolume | Jackson
 NO_NUMBERS = kernels.SurfaceNumbers(*np.zeros(7, np.float32))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class FastLaw:
     """A scattering law as numbers and tables, answered by a compiled loop."""
 
@@ -51,6 +53,10 @@ class FastLaw:
     """Table that the loop needs: of log2 of Kirchhoff's integral, or of one direction's factor."""
     cap: Singles
     """Factors that keep the albedo at 1, at evenly spaced sines of the grazing angle; one entry for none."""
+
+    def __repr__(self) -> str:
+        kind = getattr(self.loop, "__name__", "loop").replace("_", " ")
+        return f"FastLaw: {kind}, {self.table.size} table entries, {'no cap' if self.cap.size == 1 else 'capped'}"
 
     def cross_section(self, incoming: ArrayLike, outgoing: ArrayLike, normal: ArrayLike) -> Singles:
         """Bistatic cross section per unit area per unit solid angle, from unit vectors [1].
@@ -65,8 +71,9 @@ class FastLaw:
             Cross section [1], float32, shape (n,); 0 where either direction is behind the interface. Within 0.05 dB
             of the law's own wherever that exceeds -80 dB.
         """
-        columns = [np.asarray(v) for v in (incoming, outgoing, normal)]
-        count = max(column.shape[1] for column in columns)
+        named = (("incoming", incoming), ("outgoing", outgoing), ("normal", normal))
+        columns = [_three_rows(name, value) for name, value in named]
+        count = np.broadcast_shapes(*(column.shape for column in columns))[1]
         whole = [np.broadcast_to(column, (3, count)) for column in columns]
         section = np.empty(count, np.float32)
         for start in range(0, count, GROUP):
@@ -88,6 +95,14 @@ class FastLaw:
         self.loop(self.numbers, self.table, incoming, outgoing, normal, section)
         if self.cap.size > 1:
             kernels.apply_cap(self.cap, incoming, outgoing, normal, section)
+
+
+def _three_rows(name: str, value: ArrayLike) -> NDArray[np.floating]:
+    """Vectors as three rows; their length is not looked at, for that would cost as much as the answer."""
+    rows = np.asarray(value)
+    if rows.ndim != 2 or rows.shape[0] != 3 or rows.dtype.kind not in "fiu":
+        raise ValueError(f"{name} has shape {rows.shape}; give numbers of shape (3, n), a row for each component")
+    return rows
 
 
 @singledispatch

@@ -9,9 +9,9 @@ import numpy as np
 
 from insonify.noun import Hertz, MetresPerSecond
 from insonify.scattering.albedo import symmetric_cap
-from insonify.scattering.law import Floats
-from insonify.scattering.roughness import warn_of_steep_slopes
-from insonify.scattering.sediment_volume import SedimentVolume, UnevenInside, Unevenness
+from insonify.scattering.law import Floats, asked_angles
+from insonify.scattering.roughness import settle_sound, warn_of_steep_slopes
+from insonify.scattering.sediment_volume import UnevenInside, Unevenness, check_inside
 from insonify.scattering.sediments import Sediment
 from insonify.scattering.small_slope import RoughSurface
 
@@ -32,8 +32,8 @@ class Jackson:
 
     def __post_init__(self) -> None:
         """Refuse what its parts refuse; warn outside the measured band and of steep slopes."""
-        SedimentVolume(self.sediment, self.frequency, sound_speed=self.sound_speed, unevenness=self.unevenness)
-        warn_of_steep_slopes(self.sediment, 2 * np.pi * self.frequency / self.sound_speed)
+        warn_of_steep_slopes(self.sediment, settle_sound(self))
+        check_inside("Jackson", self.sediment, self.unevenness)
 
     def cross_section(self, grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> Floats:
         """Bistatic cross section per unit area per unit solid angle [1].
@@ -52,8 +52,9 @@ class Jackson:
         Valid: as its two parts; the relief was measured for 10 to 100 kHz.
         """
         free = RoughSediment(self.sediment, self.frequency, self.sound_speed, self.unevenness)
-        sines = np.sin(np.asarray(grazing_in, dtype=float)), np.sin(np.asarray(grazing_out, dtype=float))
-        return np.asarray(symmetric_cap(free, *sines) * free.cross_section(grazing_in, grazing_out, azimuth))
+        grazing_in, grazing_out, azimuth = asked_angles(grazing_in, grazing_out, azimuth)
+        cap = symmetric_cap(free, np.sin(grazing_in), np.sin(grazing_out))
+        return np.asarray(cap * free.cross_section(grazing_in, grazing_out, azimuth))
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,8 +15,8 @@ from insonify.scattering.reflection import reflection_coefficient
 from insonify.scattering.roughness import (
     growth_exponent,
     kirchhoff_integral,
+    settle_sound,
     structure_constant,
-    wavenumber_in_band,
 )
 from insonify.scattering.sediments import Sediment
 
@@ -40,7 +40,7 @@ class Kirchhoff:
 
     def __post_init__(self) -> None:
         """Refuse what is no sound; warn outside the band in which relief was measured."""
-        wavenumber_in_band("Kirchhoff", self.frequency, self.sound_speed)
+        settle_sound(self)
 
     def cross_section(self, grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> Floats:
         """Bistatic cross section per unit area per unit solid angle [1].

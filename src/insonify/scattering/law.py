@@ -1,9 +1,13 @@
 """What every scattering law has in common: one question."""
 
+from __future__ import annotations
+
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+
+from insonify.validity import numbers
 
 Floats = NDArray[np.float64]
 
@@ -23,3 +27,25 @@ class ScatteringLaw(Protocol):
             Scattered intensity at 1 m per unit incident intensity and unit area [1], broadcast shape.
         """
         ...
+
+
+def asked_angles(grazing_in: ArrayLike, grazing_out: ArrayLike, azimuth: ArrayLike) -> tuple[Floats, Floats, Floats]:
+    """The three angles that a law is asked with, as numbers.
+
+    Args:
+        grazing_in: From -pi/2 (behind the interface) to pi/2 [rad], any shape; NaN is a gap and stays one.
+        grazing_out: Likewise [rad], any shape.
+        azimuth: Any [rad], any shape.
+
+    Returns:
+        The three, each in its own shape.
+
+    Raises:
+        ValueError: Something is no number or no angle; 20 degrees are np.radians(20).
+    """
+    right = np.pi / 2 + 1e-9  # angles come out of arcsines, rounded
+    into, out = (
+        numbers(name, value, "rad", -right, right, such_as="np.radians(20)")
+        for name, value in (("grazing_in", grazing_in), ("grazing_out", grazing_out))
+    )
+    return into, out, numbers("azimuth", azimuth, "rad")

@@ -12,7 +12,7 @@ from insonify.noun import Hertz, MetresPerSecond
 from insonify.scattering.directions import Directions, directions
 from insonify.scattering.law import Floats
 from insonify.scattering.reflection import vertical_wavenumber
-from insonify.scattering.roughness import roughness_spectrum, wavenumber_in_band
+from insonify.scattering.roughness import roughness_spectrum, settle_sound
 from insonify.scattering.sediments import Sediment
 
 
@@ -34,7 +34,7 @@ class Perturbation:
 
     def __post_init__(self) -> None:
         """Refuse what is no sound; warn outside the band in which relief was measured."""
-        wavenumber_in_band("Perturbation", self.frequency, self.sound_speed)
+        settle_sound(self)
 
     def cross_section(self, grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> Floats:
         """Bistatic cross section per unit area per unit solid angle [1].

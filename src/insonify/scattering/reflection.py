@@ -5,15 +5,20 @@ wave's phase on the way: from a full reversal at grazing to nothing at the criti
 Rock also carries shear, and may let sound in where its compressional wave alone would not.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from insonify.scattering.sediments import Sediment
+from insonify.scattering.sediments import Sediment, checked_sediment
+from insonify.validity import grazing_angle, number, numbers, water_speed
 
 Complexes = NDArray[np.complex128]
+LEAST_SINE = 1e-12
+"""Sine of a grazing angle below which the limit stands for 0 divided by 0 [1]."""
 
 
 def reflection_coefficient(sediment: Sediment, grazing: ArrayLike) -> Complexes:
@@ -31,10 +36,11 @@ def reflection_coefficient(sediment: Sediment, grazing: ArrayLike) -> Complexes:
     conjugated from the report's exp(-i omega t).
     Valid: a half space smooth to a fraction of the wavelength, without layers or shear.
     """
-    sine = np.sin(np.asarray(grazing, dtype=float))
+    sediment, sine = checked_sediment(sediment), np.maximum(np.sin(grazing_angle("grazing", grazing)), LEAST_SINE)
     vertical = vertical_wavenumber(sediment, sine)
     from_above = sediment.density_ratio * sine
-    return np.asarray(np.conj((from_above - vertical) / (from_above + vertical)))
+    with np.errstate(invalid="ignore"):  # a gap stays a gap
+        return np.asarray(np.conj((from_above - vertical) / (from_above + vertical)))
 
 
 def vertical_wavenumber(sediment: Sediment, sine: ArrayLike) -> Complexes:
@@ -72,9 +78,8 @@ class ElasticSolid:
     def __post_init__(self) -> None:
         """Refuse a solid that would not keep its shape."""
         for field in ("density_ratio", "speed_ratio", "shear_ratio", "loss", "shear_loss"):
-            value, may_be_zero = getattr(self, field), field.endswith("loss")
-            if not math.isfinite(value) or value < 0 or (value == 0 and not may_be_zero):
-                raise ValueError(f"ElasticSolid.{field} is {value}; give a finite number above 0 (a loss may be 0)")
+            above = not field.endswith("loss")
+            object.__setattr__(self, field, number(f"ElasticSolid.{field}", getattr(self, field), "", 0.0, above=above))
         limit = math.sqrt(3) / 2 * self.speed_ratio
         if self.shear_ratio >= limit:
             raise ValueError(
@@ -98,23 +103,26 @@ def elastic_reflection_coefficient(solid: ElasticSolid, grazing: ArrayLike) -> C
     conditions themselves.
     Valid: a smooth half space without layers; the shear wave in sand and mud is slow enough to be left out.
     """
-    angle = np.asarray(grazing, dtype=float)
-    cosine2 = np.cos(angle) ** 2
+    if not isinstance(solid, ElasticSolid):
+        raise ValueError(f"solid is {solid!r}; give an ElasticSolid, or take reflection_coefficient for a sediment")
+    sine = np.maximum(np.sin(grazing_angle("grazing", grazing)), LEAST_SINE)
     compression = solid.speed_ratio / (1 + 1j * solid.loss)
     shear = solid.shear_ratio / (1 + 1j * solid.shear_loss)
-    compression_down = np.sqrt(compression**-2 - cosine2 + 0j)
-    shear_down = np.sqrt(shear**-2 - cosine2 + 0j)
-    into_compression = (2 * shear**2 * cosine2 - 1) ** 2
+    # 1 - cos^2 from the sine itself: a wave as fast as the water's would lose it at grazing 0.
+    compression_down = np.sqrt(compression**-2 - 1 + sine**2 + 0j)
+    shear_down = np.sqrt(shear**-2 - 1 + sine**2 + 0j)
+    into_compression = (2 * shear**2 * (1 - sine**2) - 1) ** 2
     # Pressure and velocity share the work: cos^2 2t of it in compression, sin^2 2t in shear. Multiplied out, so
     # that a wave that runs along the boundary divides by nothing.
-    load = solid.density_ratio * np.sin(angle)
+    load = solid.density_ratio * sine
     downwards = compression_down * shear_down
     impedance = load * (into_compression * shear_down + (1 - into_compression) * compression_down)
-    return np.asarray(np.conj((impedance - downwards) / (impedance + downwards)))
+    with np.errstate(invalid="ignore"):  # a gap stays a gap
+        return np.asarray(np.conj((impedance - downwards) / (impedance + downwards)))
 
 
 def coherent_loss(
-    frequency: ArrayLike, rms_height: ArrayLike, grazing: ArrayLike, *, sound_speed: float = 1500.0
+    frequency: ArrayLike, rms_height: ArrayLike, grazing: ArrayLike, *, sound_speed: ArrayLike = 1500.0
 ) -> NDArray[np.float64]:
     """Share of the mirrored pressure that roughness leaves in step.
 
@@ -122,7 +130,7 @@ def coherent_loss(
         frequency: Frequency [Hz], any shape.
         rms_height: Height of the roughness that the geometry does not resolve, rms [m], broadcast.
         grazing: Angle from the mean plane [rad], broadcast.
-        sound_speed: In the water [m/s].
+        sound_speed: In the water [m/s], broadcast.
 
     Returns:
         Factor of the flat boundary's pressure reflection coefficient, 0 to 1 [1], broadcast shape. The energy left
@@ -131,6 +139,7 @@ def coherent_loss(
     Source: Eckart (1953), J. Acoust. Soc. Am. 25, 566: exp(-2 k^2 h^2 sin^2) of Gaussian heights; equation number
     not checked. Valid: gentle slopes, no shadows (grazing above the slopes).
     """
-    wavenumber = 2 * np.pi * np.asarray(frequency, dtype=float) / sound_speed
-    roughness = wavenumber * np.asarray(rms_height, dtype=float) * np.sin(np.asarray(grazing, dtype=float))
-    return np.asarray(np.exp(-2 * roughness**2))
+    speed = water_speed("sound_speed", sound_speed)
+    wavenumber = 2 * np.pi * numbers("frequency", frequency, "Hz", 0.0) / speed
+    height, angle = numbers("rms_height", rms_height, "m", 0.0), grazing_angle("grazing", grazing)
+    return np.asarray(np.exp(-2 * (wavenumber * height * np.sin(angle)) ** 2))

@@ -6,17 +6,20 @@ alpha = gamma/2 - 1. What such a surface scatters in the Kirchhoff and the small
 integral over that growth, a function of one number q; it is made once per alpha and then looked up.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
 from scipy.special import expm1, gamma, hankel1
 
-from insonify.scattering.sediments import Sediment
-from insonify.validity import warn_outside
+from insonify.scattering.sediments import Sediment, checked_sediment
+from insonify.validity import number, numbers, warn_outside
 
 Floats = NDArray[np.float64]
 
@@ -43,7 +46,8 @@ def roughness_spectrum(sediment: Sediment, wavenumber: ArrayLike) -> Floats:
 
     Source: APL-UW TR 9407 (1994), section IV.A. Valid: measured for relief of about 1 cm to 1 m.
     """
-    return np.asarray(sediment.spectral_strength * np.asarray(wavenumber, dtype=float) ** -sediment.spectral_exponent)
+    bed, k = checked_sediment(sediment), numbers("wavenumber", wavenumber, "rad/m", 0.0, above=True)
+    return np.asarray(bed.spectral_strength * k**-bed.spectral_exponent)
 
 
 def structure_constant(sediment: Sediment) -> float:
@@ -58,7 +62,7 @@ def structure_constant(sediment: Sediment) -> float:
     Source: Jackson, Winebrenner & Ishimaru (1986), J. Acoust. Soc. Am. 79, 1410; as in APL-UW TR 9407 (1994), eq. 36
     (equation number from a public transcription).
     """
-    a = growth_exponent(sediment)
+    a = growth_exponent(checked_sediment(sediment))
     return 2 * math.pi * sediment.spectral_strength * gamma(2 - a) * 4**-a / (a * (1 - a) * gamma(1 + a))
 
 
@@ -123,26 +127,43 @@ def _integrals(alpha: float, q: Floats) -> Floats:
     return np.array([(weight * (expm1(-x * power) if x < 1 else np.exp(-x * power))).sum().real for x in q])
 
 
-def wavenumber_in_band(law: str, frequency: float, sound_speed: float) -> float:
-    """Wavenumber of the sound in the water, with a warning where the seabed was not measured.
+class LawOfSediment(Protocol):
+    """A law of a seabed, at one frequency."""
+
+    @property
+    def sediment(self) -> Sediment:
+        """What lies below the water."""
+        ...
+
+    @property
+    def frequency(self) -> float:
+        """Frequency [Hz]."""
+        ...
+
+    @property
+    def sound_speed(self) -> float:
+        """In the water [m/s]."""
+        ...
+
+
+def settle_sound(law: LawOfSediment) -> float:
+    """Checks a law's sediment, frequency and sound speed, with a warning where the seabed was not measured.
 
     Args:
-        law: Who asks, for the error message.
-        frequency: Frequency [Hz].
-        sound_speed: In the water [m/s].
+        law: A frozen law that is being made; its two numbers become plain ones.
 
     Returns:
-        2 pi f / c [rad/m].
+        Wavenumber of the sound in the water, 2 pi f / c [rad/m].
 
     Raises:
-        ValueError: There is no such sound.
+        ValueError: There is no such sediment or no such sound.
     """
-    for quantity, value, example in (
-        ("frequency", frequency, "100e3 (Hz)"),
-        ("sound_speed", sound_speed, "1500 (m/s)"),
-    ):
-        if not (math.isfinite(value) and value > 0):
-            raise ValueError(f"{law}.{quantity} is {value}; give a finite number above 0, such as {example}")
+    owner = type(law).__name__
+    checked_sediment(law.sediment, f"{owner}.sediment")
+    frequency = number(f"{owner}.frequency", law.frequency, "Hz", 0.0, above=True, such_as="100e3")
+    sound_speed = number(f"{owner}.sound_speed", law.sound_speed, "m/s", 300.0, 5000.0, such_as="1500")
+    object.__setattr__(law, "frequency", frequency)
+    object.__setattr__(law, "sound_speed", sound_speed)
     warn_outside(SPECTRUM_LAW, "frequency", frequency / 1e3, 10.0, 100.0, "kHz")
     return 2 * math.pi * frequency / sound_speed
 

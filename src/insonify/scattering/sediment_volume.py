@@ -5,17 +5,17 @@ In mud, where the surface is smooth and the sound enters easily, this is nearly 
 
 import math
 from dataclasses import KW_ONLY, dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
 from insonify.noun import Hertz, MetresPerSecond
 from insonify.scattering.albedo import symmetric_cap
 from insonify.scattering.directions import directions
-from insonify.scattering.law import Floats
+from insonify.scattering.law import Floats, asked_angles
 from insonify.scattering.perturbation import transmission
 from insonify.scattering.reflection import vertical_wavenumber
-from insonify.scattering.roughness import wavenumber_in_band
+from insonify.scattering.roughness import settle_sound
 from insonify.scattering.sediments import Sediment
 
 Unevenness = Literal["isotropic", "power-law"]
@@ -38,14 +38,8 @@ class SedimentVolume:
 
     def __post_init__(self) -> None:
         """Refuse what is no sound and a sediment that never ends; warn outside the measured band."""
-        wavenumber_in_band("SedimentVolume", self.frequency, self.sound_speed)
-        if self.unevenness not in ("isotropic", "power-law"):
-            raise ValueError(f"SedimentVolume.unevenness is {self.unevenness!r}; give 'isotropic' or 'power-law'")
-        if self.sediment.loss == 0 and self.sediment.volume_parameter > 0:
-            raise ValueError(
-                "SedimentVolume.sediment has loss 0; sound would return from any depth. Give a loss above 0, "
-                "such as 0.01"
-            )
+        settle_sound(self)
+        check_inside("SedimentVolume", self.sediment, self.unevenness)
 
     def cross_section(self, grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> Floats:
         """Bistatic cross section per unit area per unit solid angle [1].
@@ -65,8 +59,9 @@ class SedimentVolume:
         Valid: 10 to 100 kHz; the volume parameter was found to vary by a factor of 10 either way.
         """
         free = UnevenInside(self.sediment, self.frequency, self.sound_speed, self.unevenness)
-        sines = np.sin(np.asarray(grazing_in, dtype=float)), np.sin(np.asarray(grazing_out, dtype=float))
-        return np.asarray(symmetric_cap(free, *sines) * free.cross_section(grazing_in, grazing_out, azimuth))
+        grazing_in, grazing_out, azimuth = asked_angles(grazing_in, grazing_out, azimuth)
+        cap = symmetric_cap(free, np.sin(grazing_in), np.sin(grazing_out))
+        return np.asarray(cap * free.cross_section(grazing_in, grazing_out, azimuth))
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,6 +92,22 @@ class UnevenInside:
             strength = strength * 2 * self.sediment.speed_ratio * contrast / change**3
         rho, depth = self.sediment.density_ratio, (p_in + p_out).imag
         return d.where_lit(8 * rho**2 * transmission(self.sediment, d) * strength / depth)
+
+
+def check_inside(law: str, sediment: Sediment, unevenness: str) -> None:
+    """Refuses an inside that nobody described, and one from which sound would return for ever.
+
+    Args:
+        law: Who asks, for the error message.
+        sediment: What lies below the water.
+        unevenness: How its inside scatters.
+    """
+    if unevenness not in get_args(Unevenness):
+        raise ValueError(f"{law}.unevenness is {unevenness!r}; give 'isotropic' or 'power-law'")
+    if sediment.loss == 0 and sediment.volume_parameter > 0:
+        raise ValueError(
+            f"{law}.sediment has loss 0; sound would return from any depth. Give a loss above 0, such as 0.01"
+        )
 
 
 def isotropic_strength(sediment: Sediment) -> float:

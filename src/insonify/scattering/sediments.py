@@ -12,7 +12,7 @@ from typing import ClassVar
 
 from pydantic import ConfigDict
 
-from insonify.validity import warn_outside
+from insonify.validity import number, warn_outside
 
 LAW = "APL-UW TR 9407 (1994) grain-size regression"
 REFERENCE_SPEED = 1528.0
@@ -102,15 +102,22 @@ class Sediment:
     def __post_init__(self) -> None:
         """Refuse a medium that no sound could enter, or that would make sound, and relief that is none."""
         for field in ("density_ratio", "speed_ratio", "loss", "volume_parameter", "spectral_strength"):
-            value, may_be_zero = getattr(self, field), field in ("loss", "volume_parameter")
-            if not math.isfinite(value) or value < 0 or (value == 0 and not may_be_zero):
-                lowest = "0 or more" if may_be_zero else "above 0"
-                raise ValueError(f"Sediment.{field} is {value}; give a finite number, {lowest}")
+            above = field not in ("loss", "volume_parameter")
+            object.__setattr__(self, field, number(f"Sediment.{field}", getattr(self, field), "", 0.0, above=above))
+        exponent = number("Sediment.spectral_exponent", self.spectral_exponent, "", such_as="3.25")
+        object.__setattr__(self, "spectral_exponent", exponent)
         if not 2 < self.spectral_exponent < 4:
             raise ValueError(
                 f"Sediment.spectral_exponent is {self.spectral_exponent}; a power-law relief needs an exponent "
                 f"between 2 (no finite roughness) and 4 (no roughness at short scales), such as 3.25"
             )
+
+    def __str__(self) -> str:
+        return (
+            f"{self.name or 'sediment'}: {self.density_ratio:.4g} x the density of the water, "
+            f"{self.speed_ratio:.4g} x its sound speed, loss {self.loss:.4g}; volume parameter "
+            f"{self.volume_parameter:g} 1/dB; relief {self.spectral_strength:.3g} K^-{self.spectral_exponent:g} [m^4]"
+        )
 
     @classmethod
     def named(cls, name: str) -> "Sediment":
@@ -127,15 +134,21 @@ class Sediment:
 
         Source: APL-UW TR 9407 (1994), Table 2.
         """
-        plain = " ".join(name.lower().split())
+        if not isinstance(name, str):
+            raise ValueError(f"{name!r} is not the name of a sediment; give one such as 'medium sand'")
+        plain = " ".join(name.lower().replace("_", " ").split())
         if plain in GRAIN_SIZE:
             return cls._of_grain_size(GRAIN_SIZE[plain], plain)
         if plain in STONES:
             density, speed, strength = STONES[plain]
             return cls(density, speed, STONE_LOSS, spectral_strength=si_spectral_strength(strength), name=plain)
         known = [*STONES, *GRAIN_SIZE]
-        nearest = get_close_matches(plain, known, n=3, cutoff=0.5) or known
-        raise ValueError(f"{name!r} is not a known sediment; did you mean {' or '.join(nearest)}?")
+        kinds = [other for other in known if plain in other.split()]  # "sand" may be of many sizes
+        nearest = kinds or get_close_matches(plain, known, n=3, cutoff=0.5)
+        *others, last = nearest or known
+        either = f"{', '.join(others)} or {last}" if others else last
+        hint = f"did you mean {either}?" if nearest else f"the known ones are {either}"
+        raise ValueError(f"{name!r} is not a known sediment; {hint}")
 
     @classmethod
     def from_grain_size(cls, phi: float) -> "Sediment":
@@ -154,7 +167,8 @@ class Sediment:
         Geophysics 37, 620. Valid: -1 to 9 phi; sound speed and density are for 10 to 100 kHz.
         Roughness and volume parameter are the least certain: a factor of 10 either way was observed.
         """
-        return cls._of_grain_size(phi, f"grain size {phi:g} phi")
+        size = number("grain size", phi, "phi", such_as="1.5 for medium sand")
+        return cls._of_grain_size(size, f"grain size {size:g} phi")
 
     @classmethod
     def _of_grain_size(cls, phi: float, name: str) -> "Sediment":
@@ -166,6 +180,22 @@ class Sediment:
         strength = si_spectral_strength(0.00207 * _relief_cm(phi) ** 2)
         loss = _loss(phi, speed_ratio)
         return cls(_density_ratio(phi), speed_ratio, loss, volume_parameter, SPECTRAL_EXPONENT, strength, name)
+
+
+def checked_sediment(sediment: Sediment, owner: str = "sediment") -> Sediment:
+    """The same sediment, if it is one.
+
+    Args:
+        sediment: What was given.
+        owner: What it was given for, for the error message.
+
+    Raises:
+        ValueError: It is something else, such as a name.
+    """
+    if isinstance(sediment, Sediment):
+        return sediment
+    name = sediment if isinstance(sediment, str) else "medium sand"
+    raise ValueError(f"{owner} is {sediment!r}; give a Sediment, such as Sediment.named({name!r})")
 
 
 def _density_ratio(phi: float) -> float:

@@ -12,9 +12,9 @@ from insonify.noun import Hertz, MetresPerSecond
 from insonify.scattering.albedo import symmetric_cap
 from insonify.scattering.directions import directions
 from insonify.scattering.kirchhoff import mirror_integral
-from insonify.scattering.law import Floats
+from insonify.scattering.law import Floats, asked_angles
 from insonify.scattering.perturbation import grating_strength
-from insonify.scattering.roughness import warn_of_steep_slopes, wavenumber_in_band
+from insonify.scattering.roughness import settle_sound, warn_of_steep_slopes
 from insonify.scattering.sediments import Sediment
 
 
@@ -32,7 +32,7 @@ class SmallSlope:
 
     def __post_init__(self) -> None:
         """Refuse what is no sound; warn outside the measured band and of steep slopes."""
-        warn_of_steep_slopes(self.sediment, wavenumber_in_band("SmallSlope", self.frequency, self.sound_speed))
+        warn_of_steep_slopes(self.sediment, settle_sound(self))
 
     def cross_section(self, grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> Floats:
         """Bistatic cross section per unit area per unit solid angle [1].
@@ -53,7 +53,8 @@ class SmallSlope:
         for rough rock. A warning says so; apl_bottom_strength_db knows better there, straight back.
         """
         free = RoughSurface(self.sediment, self.frequency, self.sound_speed)
-        cap = symmetric_cap(free, *_sines(grazing_in, grazing_out))
+        grazing_in, grazing_out, azimuth = asked_angles(grazing_in, grazing_out, azimuth)
+        cap = symmetric_cap(free, np.sin(grazing_in), np.sin(grazing_out))
         return np.asarray(cap * free.cross_section(grazing_in, grazing_out, azimuth))
 
 
@@ -75,7 +76,3 @@ class RoughSurface:
         integral = mirror_integral(self.sediment, k, d)
         shape = integral / (32 * np.pi * d.transverse2 * d.vertical**2)
         return d.where_lit(grating_strength(self.sediment, d) * shape)
-
-
-def _sines(grazing_in: Floats, grazing_out: Floats) -> tuple[Floats, Floats]:
-    return np.sin(np.asarray(grazing_in, dtype=float)), np.sin(np.asarray(grazing_out, dtype=float))

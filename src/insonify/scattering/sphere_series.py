@@ -3,14 +3,16 @@
 The incident plane wave is a sum of spherical waves, and each is sent back by the sphere on its own.
 """
 
-from typing import Literal
+from __future__ import annotations
+
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.polynomial.legendre import legval
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import spherical_jn, spherical_yn
 
-from insonify.validity import warn_outside
+from insonify.validity import numbers, warn_outside, water_speed
 
 Floats = NDArray[np.float64]
 Boundary = Literal["rigid", "soft"]
@@ -23,8 +25,8 @@ def sphere_series_strength_db(
     frequency: ArrayLike,
     *,
     boundary: Boundary = "rigid",
-    angle: float = np.pi,
-    sound_speed: float = 1500.0,
+    angle: ArrayLike = np.pi,
+    sound_speed: ArrayLike = 1500.0,
 ) -> Floats:
     """Target strength of a sphere by its partial waves [dB re 1 m^2].
 
@@ -32,17 +34,20 @@ def sphere_series_strength_db(
         radius: Radius [m], any shape.
         frequency: Frequency [Hz], broadcast.
         boundary: "rigid" (nothing moves) or "soft" (no pressure, such as a large bubble).
-        angle: Between the directions of incidence and scattering, 0 forward, pi back [rad].
-        sound_speed: In the water [m/s].
+        angle: Between the directions of incidence and scattering, 0 forward, pi back [rad], broadcast.
+        sound_speed: In the water [m/s], broadcast.
 
     Returns:
         20 log10 |F|, broadcast shape; F as in `sphere_amplitude`.
     """
-    a, k = np.broadcast_arrays(np.asarray(radius, float), 2 * np.pi * np.asarray(frequency, float) / sound_speed)
-    if not np.all((a > 0) & (k > 0) & np.isfinite(a * k)):
-        raise ValueError(f"radius {radius!r}, frequency {frequency!r} and sound_speed {sound_speed} must be above 0")
-    amplitude = [sphere_amplitude(ka, angle, boundary=boundary) for ka in np.ravel(k * a)]
-    return np.asarray(20 * np.log10(np.abs(np.reshape(amplitude, a.shape)) * a))
+    tone = numbers("frequency", frequency, "Hz", 0.0, above=True, gaps=False)
+    k = 2 * np.pi * tone / water_speed("sound_speed", sound_speed, gaps=False)
+    a, k, turn = np.broadcast_arrays(
+        numbers("radius", radius, "m", 0.0, above=True, gaps=False), k, numbers("angle", angle, "rad", gaps=False)
+    )
+    pairs = zip((k * a).flat, turn.flat, strict=True)
+    amplitude = np.array([sphere_amplitude(ka, at, boundary=boundary) for ka, at in pairs], complex)
+    return np.asarray(20 * np.log10(np.abs(amplitude.reshape(a.shape)) * a))
 
 
 def sphere_amplitude(ka: float, angle: ArrayLike = np.pi, *, boundary: Boundary = "rigid") -> NDArray[np.complex128]:
@@ -61,13 +66,15 @@ def sphere_amplitude(ka: float, angle: ArrayLike = np.pi, *, boundary: Boundary 
     h_n = j_n + i y_n, in exp(-i omega t), and conjugated. Checked against the benchmark of Jech et al. (2015).
     Valid: 0 < ka <= 5000.
     """
+    if boundary not in get_args(Boundary):
+        raise ValueError(f"boundary is {boundary!r}; give 'rigid' or 'soft'")
     if not 0 < ka <= LARGEST_KA:
         raise ValueError(f"ka is {ka:g}; the series is summed for 0 < ka <= {LARGEST_KA:g}. "
                          "For a larger sphere take sphere_strength_db.")  # fmt: skip
     eta = partial_waves(ka, boundary)
     n = np.arange(eta.size)
     # eta is written for exp(-i omega t), where F = (i/k) sum: conjugated here.
-    series = legval(np.cos(np.asarray(angle, float)), (2 * n + 1) * eta)
+    series = legval(np.cos(numbers("angle", angle, "rad")), (2 * n + 1) * eta)
     return np.asarray(np.conj(1j * series / ka))
 
 

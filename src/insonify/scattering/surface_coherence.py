@@ -5,16 +5,19 @@ echo with a phase of its own shrinks, the rest comes from a patch around the mir
 later and shifted in frequency.
 """
 
+from __future__ import annotations
+
 import math
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from insonify.scattering.law import Floats
+from insonify.validity import grazing_angle, numbers, water_speed
 
 
 def rayleigh_parameter(
-    frequency: ArrayLike, rms_height: ArrayLike, grazing: ArrayLike, *, sound_speed: float = 1500.0
+    frequency: ArrayLike, rms_height: ArrayLike, grazing: ArrayLike, *, sound_speed: ArrayLike = 1500.0
 ) -> Floats:
     """Rms phase that the surface's height gives to the sound it mirrors, 2 k h sin(grazing) [rad].
 
@@ -22,17 +25,18 @@ def rayleigh_parameter(
         frequency: Frequency [Hz], any shape.
         rms_height: Rms height of the surface, a quarter of the significant height [m], broadcast.
         grazing: Grazing angle [rad], broadcast.
-        sound_speed: In the water at the surface [m/s].
+        sound_speed: In the water at the surface [m/s], broadcast.
 
     Returns:
         Rayleigh's parameter [rad], broadcast shape: smooth well below 1, rough well above.
     """
-    k = 2 * math.pi * np.asarray(frequency, dtype=float) / sound_speed
-    return np.asarray(2 * k * np.asarray(rms_height, dtype=float) * np.sin(grazing))
+    k = 2 * math.pi * numbers("frequency", frequency, "Hz", 0.0) / water_speed("sound_speed", sound_speed)
+    height, angle = numbers("rms_height", rms_height, "m", 0.0), grazing_angle("grazing", grazing)
+    return np.asarray(2 * k * height * np.sin(angle))
 
 
 def coherent_reflection(
-    frequency: ArrayLike, rms_height: ArrayLike, grazing: ArrayLike, *, sound_speed: float = 1500.0
+    frequency: ArrayLike, rms_height: ArrayLike, grazing: ArrayLike, *, sound_speed: ArrayLike = 1500.0
 ) -> Floats:
     """Mean pressure that a rough sea mirrors, per unit incident pressure [1].
 
@@ -40,7 +44,7 @@ def coherent_reflection(
         frequency: Frequency [Hz], any shape.
         rms_height: Rms height of the surface [m], broadcast.
         grazing: Grazing angle [rad], broadcast.
-        sound_speed: In the water at the surface [m/s].
+        sound_speed: In the water at the surface [m/s], broadcast.
 
     Returns:
         -exp(-P^2 / 2) with Rayleigh's parameter P [1], broadcast shape: -1 for a flat sea.
@@ -58,7 +62,7 @@ def mean_extra_delay(
     range_in: ArrayLike,
     range_out: ArrayLike,
     *,
-    sound_speed: float = 1500.0,
+    sound_speed: ArrayLike = 1500.0,
 ) -> Floats:
     """How much later than the mirror's the echo of the glistening patch comes, on the mean [s].
 
@@ -67,7 +71,7 @@ def mean_extra_delay(
         grazing: Grazing angle at the mirror point [rad], broadcast.
         range_in: Distance from the source to the mirror point [m], broadcast.
         range_out: Distance from there to the receiver [m], broadcast.
-        sound_speed: In the water [m/s].
+        sound_speed: In the water [m/s], broadcast.
 
     Returns:
         s^2 (1 + sin^2 grazing) r1 r2 / ((r1 + r2) c) [s], broadcast shape. Where the patch is
@@ -76,13 +80,16 @@ def mean_extra_delay(
     Source: derived here from the facet picture to second order in slope. Valid: rms slope well
     below the grazing angle, isotropic slopes.
     """
-    r1, r2 = np.asarray(range_in, dtype=float), np.asarray(range_out, dtype=float)
-    lengthening = np.asarray(mean_square_slope, dtype=float) * (1 + np.sin(grazing) ** 2)
-    return np.asarray(lengthening * r1 * r2 / (r1 + r2) / sound_speed)
+    r1, r2 = (
+        numbers(name, value, "m", 0.0, above=True) for name, value in (("range_in", range_in), ("range_out", range_out))
+    )
+    slopes, angle = numbers("mean_square_slope", mean_square_slope, "", 0.0), grazing_angle("grazing", grazing)
+    lengthening = slopes * (1 + np.sin(angle) ** 2)
+    return np.asarray(lengthening * r1 * r2 / (r1 + r2) / water_speed("sound_speed", sound_speed))
 
 
 def doppler_spread(
-    frequency: ArrayLike, vertical_speed_rms: ArrayLike, grazing: ArrayLike, *, sound_speed: float = 1500.0
+    frequency: ArrayLike, vertical_speed_rms: ArrayLike, grazing: ArrayLike, *, sound_speed: ArrayLike = 1500.0
 ) -> Floats:
     """Rms shift in frequency of the echo of a heaving sea, 2 f sin(grazing) w / c [Hz].
 
@@ -90,9 +97,10 @@ def doppler_spread(
         frequency: Frequency [Hz], any shape.
         vertical_speed_rms: Rms speed at which the surface rises and falls [m/s], broadcast.
         grazing: Grazing angle [rad], broadcast.
-        sound_speed: In the water [m/s].
+        sound_speed: In the water [m/s], broadcast.
 
     Source: Doppler's law for a mirror that moves along its normal. Valid: near the mirror direction.
     """
-    rate = np.asarray(vertical_speed_rms, dtype=float) * np.sin(grazing) / sound_speed
-    return np.asarray(2 * np.asarray(frequency, dtype=float) * rate)
+    heave, angle = numbers("vertical_speed_rms", vertical_speed_rms, "m/s", 0.0), grazing_angle("grazing", grazing)
+    rate = heave * np.sin(angle) / water_speed("sound_speed", sound_speed)
+    return np.asarray(2 * numbers("frequency", frequency, "Hz", 0.0) * rate)

@@ -9,10 +9,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import erfcx
 
 from insonify.scattering.facet_geometry import SHALLOWEST, across_and_along, lit
-from insonify.scattering.law import Floats
-from insonify.validity import warn_outside
+from insonify.scattering.law import Floats, asked_angles
+from insonify.validity import number, numbers, warn_outside
 
 
 def cox_munk_slopes(wind_speed: float, *, slick: bool = False) -> tuple[float, float]:
@@ -29,8 +30,7 @@ def cox_munk_slopes(wind_speed: float, *, slick: bool = False) -> tuple[float, f
     With a slick the paper's total, 0.008 + 0.00156 U, is shared equally here.
     Valid: 1 to 14 m/s. Light sees every ripple: sound below a few hundred kHz sees less slope.
     """
-    if not wind_speed >= 0:
-        raise ValueError(f"wind speed is {wind_speed} m/s; give 0 or more")
+    wind_speed = number("wind_speed", wind_speed, "m/s", 0.0, such_as="7")
     warn_outside("Cox & Munk (1954) slopes", "wind speed", wind_speed, 1.0, 14.0, "m/s")
     if slick:
         half = (0.008 + 1.56e-3 * wind_speed) / 2
@@ -50,16 +50,39 @@ def apl_slope_variance(wind_speed: float) -> float:
     return 4.6e-3 * math.log(2.1 * wind_speed**2) if wind_speed >= 1 else 0.0034
 
 
+def facing_excess(grazing: Floats, slope_variance: Floats | float) -> Floats:
+    """By how much the facets that face the sound would catch more than arrives, were none in shadow.
+
+    Args:
+        grazing: Grazing angle, above 0 to pi/2 [rad], any shape.
+        slope_variance: Of the slope along the sound's bearing [1], broadcast.
+
+    Returns:
+        Smith's Lambda [1], broadcast shape; the share of that catch which is not in shadow is 1 / (1 + Lambda).
+
+    Source: Smith (1967), IEEE Trans. Antennas Propag. 15, 668 (paper not at hand; derived here from the balance of
+    energy: what is lit must catch what arrives). Valid: Gaussian slopes. That the steepest
+    facets are in shadow as often as the flat ones is an approximation.
+    """
+    # Not the tangent, which rounding at the vertical may turn over.
+    steepness = np.maximum(np.sin(grazing), SHALLOWEST) / np.maximum(np.abs(np.cos(grazing)), SHALLOWEST)
+    v = np.minimum(steepness / np.sqrt(2 * np.asarray(slope_variance, dtype=float)), 25.0)  # nothing is left beyond
+    return np.asarray(0.5 * np.exp(-(v**2)) * (1 / (v * math.sqrt(math.pi)) - erfcx(v)))
+
+
 @dataclass(frozen=True, slots=True)
 class SurfaceFacets:
     """A perfectly reflecting sea of Gaussian slopes, in the limit of high frequency.
 
-    It keeps no account of shadows and second bounces, so it sends out all it receives while
-    the surface is seen from above a few times its rms slope, and too much below that.
+    Facets in shadow from either side are left out. So it sends out all it receives while the surface is seen from
+    above a few times its rms slope, and less below that: there some sound meets the surface twice, and the second
+    bounce is not followed.
 
     Source: Kirchhoff's approximation at high frequency, sigma = (Delta / Delta_z)^4 p(slope) / 4,
     as used by Dahl (1999), J. Acoust. Soc. Am. 105, 2155 (derived independently; form of the
-    paper not checked). In backscatter it is the facet term of APL-UW TR 9407 (1994).
+    paper not checked), times the smaller of both directions' shares in Smith's `facing_excess`: symmetric, exact
+    straight back, and no more energy leaves than arrives at any angle. In backscatter above twice the rms slope it
+    is the facet term of APL-UW TR 9407 (1994).
     Valid: 2 k times rms height times sin(grazing) well above 1, slopes below about 0.3.
     """
 
@@ -71,14 +94,14 @@ class SurfaceFacets:
     def __post_init__(self) -> None:
         """Refuse slopes that are none."""
         for name in ("along", "across"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0):
-                raise ValueError(f"SurfaceFacets.{name} is {value}; give a variance of slope above 0, such as 0.02")
+            value = number(f"SurfaceFacets.{name}", getattr(self, name), "", 0.0, above=True, such_as="0.02")
+            object.__setattr__(self, name, value)
 
     @classmethod
     def isotropic(cls, mean_square_slope: float) -> "SurfaceFacets":
         """A sea without direction, from the variance of its slope in both directions together [1]."""
-        return cls(mean_square_slope / 2, mean_square_slope / 2)
+        slopes = number("mean_square_slope", mean_square_slope, "", 0.0, above=True, such_as="0.02")
+        return cls(slopes / 2, slopes / 2)
 
     def cross_section(
         self, grazing_in: Floats, grazing_out: Floats, azimuth: Floats, heading: Floats | float = 0.0
@@ -96,13 +119,23 @@ class SurfaceFacets:
         Returns:
             Cross section [1], broadcast shape; 0 where either direction is behind the surface.
         """
+        grazing_in, grazing_out, azimuth = asked_angles(grazing_in, grazing_out, azimuth)
+        heading = numbers("heading", heading, "rad")
         across, along = across_and_along(grazing_in, grazing_out, azimuth)
         # Grazing both ways no slope would do; the floor keeps the ratio finite there, and `lit` makes it 0.
         tilt = across / np.maximum(along, SHALLOWEST)
         bearing = self._bearing(grazing_in, grazing_out, azimuth) + np.asarray(heading)
         exponent = tilt**2 * (np.cos(bearing) ** 2 / self.along + np.sin(bearing) ** 2 / self.across) / 2
         density = np.exp(-np.minimum(exponent, 700.0)) / (2 * math.pi * math.sqrt(self.along * self.across))
-        return np.asarray((1 + tilt**2) ** 2 / 4 * density * lit(grazing_in, grazing_out))
+        shadowed = np.maximum(
+            self._excess(grazing_in, np.asarray(heading)), self._excess(grazing_out, np.asarray(heading) + azimuth)
+        )
+        return np.asarray((1 + tilt**2) ** 2 / 4 * density * lit(grazing_in, grazing_out) / (1 + shadowed))
+
+    def _excess(self, grazing: Floats, bearing: Floats) -> Floats:
+        """Smith's Lambda in a direction of travel, its bearing counted from the wind's [1]."""
+        variance = self.along * np.cos(bearing) ** 2 + self.across * np.sin(bearing) ** 2
+        return facing_excess(grazing, variance)
 
     @staticmethod
     def _bearing(grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> Floats:

@@ -8,11 +8,13 @@ For spheres of any size see `insonify.scattering.sphere_series`.
 Far field begins at about (largest side)^2 / wavelength: 270 m for a plate of 2 m at 100 kHz.
 """
 
+from __future__ import annotations
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import j1
 
-from insonify.validity import warn_outside
+from insonify.validity import numbers, warn_outside, water_speed
 
 Floats = NDArray[np.float64]
 _FLOOR = 1e-300  # a null of a pattern in decibels: -3000 dB, not minus infinity
@@ -54,7 +56,12 @@ def curved_strength_db(radius_one: ArrayLike, radius_two: ArrayLike) -> Floats:
 
 
 def cylinder_strength_db(
-    radius: ArrayLike, length: ArrayLike, frequency: ArrayLike, *, tilt: ArrayLike = 0.0, sound_speed: float = 1500.0
+    radius: ArrayLike,
+    length: ArrayLike,
+    frequency: ArrayLike,
+    *,
+    tilt: ArrayLike = 0.0,
+    sound_speed: ArrayLike = 1500.0,
 ) -> Floats:
     """Target strength of the side of a cylinder [dB re 1 m^2].
 
@@ -63,7 +70,7 @@ def cylinder_strength_db(
         length: Length [m], broadcast.
         frequency: Frequency [Hz], broadcast.
         tilt: Angle of the line of sight from broadside, towards an end, -pi/2 to pi/2 [rad], broadcast.
-        sound_speed: In the water [m/s].
+        sound_speed: In the water [m/s], broadcast.
 
     Returns:
         10 log10(a L^2 / (2 lambda) cos(tilt) [sin(x) / x]^2), x = k L sin(tilt); the ends are left out.
@@ -81,7 +88,12 @@ def cylinder_strength_db(
 
 
 def plate_strength_db(
-    side: ArrayLike, other_side: ArrayLike, frequency: ArrayLike, *, tilt: ArrayLike = 0.0, sound_speed: float = 1500.0
+    side: ArrayLike,
+    other_side: ArrayLike,
+    frequency: ArrayLike,
+    *,
+    tilt: ArrayLike = 0.0,
+    sound_speed: ArrayLike = 1500.0,
 ) -> Floats:
     """Target strength of a flat rectangular plate [dB re 1 m^2].
 
@@ -90,7 +102,7 @@ def plate_strength_db(
         other_side: Side across it [m], broadcast.
         frequency: Frequency [Hz], broadcast.
         tilt: Angle of the line of sight from the normal, -pi/2 to pi/2 [rad], broadcast.
-        sound_speed: In the water [m/s].
+        sound_speed: In the water [m/s], broadcast.
 
     Returns:
         20 log10(A / lambda cos(tilt) |sin(x) / x|), x = k side sin(tilt).
@@ -98,14 +110,14 @@ def plate_strength_db(
     Source: Kirchhoff's integral over the plate (Urick 1983, table of simple forms).
     Valid: sides much larger than the wavelength, tilts up to about 45 deg, in the far field.
     """
-    b, across, k = _positive("side", side), _positive("side", other_side), _wavenumber(frequency, sound_speed)
+    b, across, k = _positive("side", side), _positive("other_side", other_side), _wavenumber(frequency, sound_speed)
     beta = _within_a_right_angle(tilt)
     warn_outside("Kirchhoff plate", "k times the smaller side", k * np.minimum(b, across), SMALLEST_KA, np.inf, "")
     return _db((b * across * k / (2 * np.pi) * np.cos(beta) * _sinc(k * b * np.sin(beta))) ** 2)
 
 
 def disc_strength_db(
-    radius: ArrayLike, frequency: ArrayLike, *, tilt: ArrayLike = 0.0, sound_speed: float = 1500.0
+    radius: ArrayLike, frequency: ArrayLike, *, tilt: ArrayLike = 0.0, sound_speed: ArrayLike = 1500.0
 ) -> Floats:
     """Target strength of a flat circular disc [dB re 1 m^2].
 
@@ -113,7 +125,7 @@ def disc_strength_db(
         radius: Radius [m], any shape.
         frequency: Frequency [Hz], broadcast.
         tilt: Angle of the line of sight from the normal, -pi/2 to pi/2 [rad], broadcast.
-        sound_speed: In the water [m/s].
+        sound_speed: In the water [m/s], broadcast.
 
     Returns:
         20 log10(pi a^2 / lambda cos(tilt) |2 J1(x) / x|), x = 2 k a sin(tilt).
@@ -130,26 +142,17 @@ def disc_strength_db(
 
 
 def _positive(name: str, value: ArrayLike) -> Floats:
-    given = np.asarray(value, float)
-    if not np.all(np.isfinite(given) & (given > 0)):
-        raise ValueError(f"{name} is {value!r}; give finite numbers of metres, above 0")
-    return given
+    return numbers(name, value, "m", 0.0, above=True, gaps=False)
 
 
-def _wavenumber(frequency: ArrayLike, sound_speed: float) -> Floats:
-    f = np.asarray(frequency, float)
-    if not np.all(np.isfinite(f) & (f > 0)):
-        raise ValueError(f"frequency is {frequency!r}; give finite numbers of hertz, above 0")
-    if not (np.isfinite(sound_speed) and sound_speed > 0):
-        raise ValueError(f"sound_speed is {sound_speed}; give metres per second, above 0, such as 1500")
-    return np.asarray(2 * np.pi * f / sound_speed)
+def _wavenumber(frequency: ArrayLike, sound_speed: ArrayLike) -> Floats:
+    tone = numbers("frequency", frequency, "Hz", 0.0, above=True, gaps=False)
+    return np.asarray(2 * np.pi * tone / water_speed("sound_speed", sound_speed, gaps=False))
 
 
 def _within_a_right_angle(tilt: ArrayLike) -> Floats:
-    beta = np.asarray(tilt, float)
-    if not np.all(np.abs(beta) <= np.pi / 2 + 1e-12):
-        raise ValueError(f"tilt is {tilt!r}; give radians from -pi/2 to pi/2, 0 where the body is seen face on")
-    return beta
+    right = np.pi / 2 + 1e-12
+    return numbers("tilt", tilt, "rad", -right, right, gaps=False, such_as="0 where the body is seen face on")
 
 
 def _sinc(x: Floats) -> Floats:

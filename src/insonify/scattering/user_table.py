@@ -1,5 +1,7 @@
 """A law that somebody measured: backscattering strength against grazing angle, as numbers."""
 
+from __future__ import annotations
+
 import csv
 import math
 from dataclasses import dataclass
@@ -8,8 +10,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from insonify.scattering.law import Floats
+from insonify.scattering.law import Floats, asked_angles
 from insonify.units import intensity_ratio
+from insonify.validity import as_floats
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,14 +39,18 @@ class UserTable:
         Raises:
             ValueError: The columns are of unequal length, not finite, or not in order.
         """
-        angles, strengths = (np.atleast_1d(np.asarray(x, dtype=float)) for x in (grazing, strength_db))
+        columns = [as_floats(column) for column in (grazing, strength_db)]
+        for given, floats in zip((grazing, strength_db), columns, strict=True):
+            if floats is None:
+                raise ValueError(f"UserTable, row 1: {given!r} is no column of numbers; give lists of equal length")
+        angles, strengths = (np.atleast_1d(np.asarray(column)) for column in columns)
         for row, problem in _problems(angles, strengths):
             raise ValueError(f"UserTable, row {row}: {problem}")
         object.__setattr__(self, "grazing", tuple(angles.tolist()))
         object.__setattr__(self, "strength_db", tuple(strengths.tolist()))
 
     @classmethod
-    def from_csv(cls, path: str | Path) -> "UserTable":
+    def from_csv(cls, path: str | Path) -> UserTable:
         """The law in a file of two columns, grazing_deg and strength_db, under a line with these names.
 
         Args:
@@ -54,15 +61,14 @@ class UserTable:
         """
         columns: dict[str, list[float]] = {"grazing_deg": [], "strength_db": []}
         lines: list[int] = []
-        with Path(path).open(newline="", encoding="utf-8-sig") as file:
-            reader = csv.DictReader(file, skipinitialspace=True)
-            for name in columns:
-                if name not in (reader.fieldnames or []):
-                    raise ValueError(f"{path}, line 1: no column {name}; name the columns grazing_deg,strength_db")
-            for cells in reader:
-                lines.append(reader.line_num)
-                for name, values in columns.items():
-                    values.append(_number(cells[name], f"{path}, line {reader.line_num}, column {name}"))
+        reader = csv.DictReader(_text(Path(path)), skipinitialspace=True)
+        for name in columns:
+            if name not in (reader.fieldnames or []):
+                raise ValueError(f"{path}, line 1: no column {name}; name the columns grazing_deg,strength_db")
+        for cells in reader:
+            lines.append(reader.line_num)
+            for name, values in columns.items():
+                values.append(_number(cells[name], f"{path}, line {reader.line_num}, column {name}"))
         angles, strengths = np.radians(columns["grazing_deg"]), np.array(columns["strength_db"])
         for row, problem in _problems(angles, strengths):
             raise ValueError(f"{path}, line {lines[row - 1] if lines else 1}: {problem}")
@@ -80,7 +86,7 @@ class UserTable:
             Cross section [1], broadcast shape; 0 where either direction is behind the interface. Below the first
             angle of the table it falls as Lambert's law does, above the last it stays.
         """
-        a, b, _ = np.broadcast_arrays(*(np.asarray(x, dtype=float) for x in (grazing_in, grazing_out, azimuth)))
+        a, b, _ = np.broadcast_arrays(*asked_angles(grazing_in, grazing_out, azimuth))
         return np.asarray(self.share(a) * self.share(b))
 
     def share(self, grazing: Floats) -> Floats:
@@ -92,9 +98,19 @@ class UserTable:
         return np.asarray(intensity_ratio(within) * np.minimum(np.sin(angle) / first, 1.0))
 
 
-def _number(cell: str | None, where: str) -> float:
+def _text(path: Path) -> list[str]:
     try:
-        return float(cell or "")
+        return path.read_text(encoding="utf-8-sig").splitlines()
+    except UnicodeDecodeError as fault:
+        line = fault.object[: fault.start].count(b"\n") + 1
+        raise ValueError(f"{path}, line {line}: not text. Save the table as CSV in UTF-8") from None
+
+
+def _number(cell: str | None, where: str) -> float:
+    if cell is None:
+        raise ValueError(f"{where}: nothing stands there. Is a value missing?")
+    try:
+        return float(cell)
     except ValueError:
         raise ValueError(f"{where}: {cell!r} is not a number") from None
 
@@ -108,9 +124,12 @@ def _problems(angles: Floats, strengths: Floats) -> list[tuple[int, str]]:
     found = []
     for row, (angle, strength) in enumerate(zip(angles, strengths, strict=True), start=1):
         if not (math.isfinite(angle) and math.isfinite(strength)):
-            found.append((row, "not a finite number"))
+            column = "strength_db" if math.isfinite(angle) else "grazing"
+            found.append((row, f"column {column}: not a finite number"))
         elif not 0 <= angle <= math.pi / 2 + 1e-9:
-            found.append((row, f"grazing angle {math.degrees(angle):g} deg; it lies between 0 and 90 deg"))
+            found.append(
+                (row, f"column grazing: {math.degrees(angle):g} deg; a grazing angle lies between 0 and 90 deg")
+            )
         elif row > 1 and angle <= angles[row - 2]:
-            found.append((row, f"grazing angle {math.degrees(angle):g} deg does not exceed the one before"))
+            found.append((row, f"column grazing: {math.degrees(angle):g} deg does not exceed the one before"))
     return found

@@ -1,5 +1,7 @@
 """The ground of a scene: its reliefs, cut once by the split into terrain and roughness."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -11,6 +13,7 @@ from insonify.scene.terrain.power_law import PowerLaw
 from insonify.scene.terrain.relief import Relief, Sum, Survey
 from insonify.scene.terrain.ripples import Ripples
 from insonify.scene.terrain.split import Split
+from insonify.validity import numbers
 
 Floats = NDArray[np.float64]
 _LAYERS = 4  # streams a relief may use
@@ -27,6 +30,10 @@ class Ground(Relief):
     split: Split
     """What divides the two."""
 
+    def __repr__(self) -> str:
+        kinds = ", ".join(map(repr, self.kinds)) or "flat"
+        return f"Ground: {kinds}; split at {self.split.wavelength:g} m"
+
     def survey(self, north: ArrayLike, east: ArrayLike) -> Survey:
         """Height and gradient of the resolved ground, see `Relief.survey`."""
         return self.terrain.survey(north, east)
@@ -41,7 +48,7 @@ class Ground(Relief):
             What was asked, less the share that the terrain has of it; shape of the wavenumbers. Ripples below the
             split are lines, not a spectrum: they count in `residual_rms` only.
         """
-        K = np.asarray(wavenumber, float)
+        K = numbers("wavenumber", wavenumber, "rad/m", 0.0)
         left = np.zeros(K.shape)
         for kind in self.kinds:
             if isinstance(kind, PowerLaw):
@@ -99,6 +106,8 @@ def grow(
         layer = row * _LAYERS
         if isinstance(kind, PowerLaw):
             parts.append(kind.grow(seed=seed, layer=layer, split=split))
+        elif not isinstance(kind, Ripples):
+            raise ValueError(f"kinds has {kind!r}; give reliefs, such as [PowerLaw(hurst=0.6, rms=0.05), Ripples()]")
         else:
             field = kind.grow(seed=seed, layer=layer, split=split, heading=lattice.heading)
             parts.extend([field] if field is not None else [])

@@ -6,6 +6,8 @@ lattice its spectrum is W(K) = (A p / 2 pi)^2 [sinc(p Ka / 2) sinc(p Kb / 2)]^8,
 nearly the Gaussian exp(-p^2 K^2 / 3), which is why octaves add up to a power law.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import cache
 
@@ -15,7 +17,8 @@ from scipy.special import ndtri
 
 from insonify import streams
 from insonify.scene.terrain import _kernels
-from insonify.scene.terrain.relief import Relief, Survey
+from insonify.scene.terrain.relief import Relief, Survey, places
+from insonify.validity import numbers
 
 Floats = NDArray[np.float64]
 
@@ -26,7 +29,7 @@ SPLINE_SLOPE_ENERGY = 2 / 3
 _PLACEMENT = 1  # streams counter of an octave's turn and shift; its nodes have 0
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Octaves(Relief):
     """A sum of octaves of noise, without end and without memory."""
 
@@ -41,9 +44,30 @@ class Octaves(Relief):
     level: NDArray[np.int64]
     """Name of each octave in the keys, shape (n,); below 2^31."""
 
+    def __post_init__(self) -> None:
+        """Frozen means frozen."""
+        for name in ("pitch", "amplitude", "level"):
+            column = np.array(getattr(self, name))
+            column.setflags(write=False)
+            object.__setattr__(self, name, column)
+
+    def __eq__(self, other: object) -> bool:
+        return self._bits() == other._bits() if isinstance(other, Octaves) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self._bits())
+
+    def __repr__(self) -> str:
+        span = f"{self.pitch.max():g} to {self.pitch.min():g} m" if self.pitch.size else "none"
+        return f"Octaves: {self.pitch.size} ({span}), {self.variance**0.5:.3g} m rms, seed {self.seed}"
+
+    def _bits(self) -> tuple[object, ...]:
+        """All that tells these octaves from others."""
+        return (self.pitch.tobytes(), self.amplitude.tobytes(), self.level.tobytes(), self.seed, self.layer)
+
     def survey(self, north: ArrayLike, east: ArrayLike) -> Survey:
         """Height and gradient, see `Relief.survey`; exact derivatives of the spline."""
-        x, y = np.broadcast_arrays(np.asarray(north, float), np.asarray(east, float))
+        x, y = places(north, east)
         out = np.zeros((x.size, 3))
         k0, k1 = streams.key(self.seed, streams.TERRAIN)
         flat_x, flat_y = np.ascontiguousarray(x.ravel()), np.ascontiguousarray(y.ravel())
@@ -71,7 +95,7 @@ class Octaves(Relief):
         Args:
             wavenumber: Magnitude [rad/m], any shape.
         """
-        K = np.asarray(wavenumber, float)[..., None]
+        K = numbers("wavenumber", wavenumber, "rad/m", 0.0)[..., None]
         power = (self.amplitude * self.pitch / (2 * np.pi)) ** 2
         return np.asarray(np.sum(power * spline_spectrum(K * self.pitch), axis=-1))
 

@@ -16,10 +16,10 @@ from scipy.special import gamma as gamma_function
 from scipy.special import kv
 
 from insonify.noun import Metres, Noun, located
-from insonify.scattering.sediments import Sediment
+from insonify.scattering.sediments import Sediment, checked_sediment
 from insonify.scene.terrain.octaves import SPLINE_ENERGY, SPLINE_SLOPE_ENERGY, Octaves, spline_spectrum
 from insonify.scene.terrain.split import Split
-from insonify.validity import warn_outside
+from insonify.validity import numbers, warn_outside
 
 Floats = NDArray[np.float64]
 
@@ -63,7 +63,14 @@ class PowerLaw(Noun):
             sediment: Its spectral exponent and strength are used.
             outer_scale: See the field [m]. Roughness measured at centimetres is too rough beyond
                 tens of metres.
+
+        Valid: with the split of `Split.of_sediment`, and Jackson's law on the facets, the ground has the composite
+        level of APL-UW TR 9407 within 2 dB from 5 to 40 degrees, where rms slopes stay below some 20 degrees: every
+        sediment with a grain size up to 100 kHz, rock and stones up to 30 kHz. The full handbook turns from its
+        composite level to an empirical one beyond slopes of 7 degrees: there coarse sand and gravel come out up to
+        6 dB above it, rock 6 dB and rough rock 10 to 15 dB below (docs/explanation/relief-and-roughness.md).
         """
+        checked_sediment(sediment)
         return cls(exponent=sediment.spectral_exponent, strength=sediment.spectral_strength, outer_scale=outer_scale)
 
     @property
@@ -85,7 +92,7 @@ class PowerLaw(Noun):
 
     def spectrum(self, wavenumber: ArrayLike) -> Floats:
         """Asked two-sided 2-D spectrum [m^4] at wavenumbers [rad/m], any shape; whole, as if nothing were split."""
-        K = np.asarray(wavenumber, float)
+        K = numbers("wavenumber", wavenumber, "rad/m", 0.0)
         return np.asarray(self.w2 * (K**2 + self.outer_wavenumber**2) ** (-self.gamma / 2))
 
     def structure(self, lag: ArrayLike) -> Floats:
@@ -98,10 +105,10 @@ class PowerLaw(Noun):
             2 rms^2 (1 - 2^(1-H)/Gamma(H) (K0 r)^H K_H(K0 r)), H = gamma/2 - 1; C^2 r^(2H) well below the
             outer scale. Whole, as if nothing were split.
         """
-        x, H = self.outer_wavenumber * np.asarray(lag, float), self.gamma / 2 - 1
+        x, H = self.outer_wavenumber * numbers("lag", lag, "m", 0.0), self.gamma / 2 - 1
         safe = np.maximum(x, 1e-12)
         correlation = 2 ** (1 - H) / gamma_function(H) * safe**H * kv(H, safe)
-        return np.asarray(np.where(x > 0, 2 * self.band_variance() * (1 - correlation), 0.0))
+        return np.asarray(np.where(x == 0, 0.0, 2 * self.band_variance() * (1 - correlation)))
 
     def band_variance(self, low: float = 0.0, high: float = math.inf) -> float:
         """Mean square height [m^2] between two wavenumbers [rad/m]; of everything by default."""

@@ -5,6 +5,8 @@ slopes of the depth are minus those of the height. The normal that points from t
 the water is (-dh/dnorth, -dh/deast, -1) / norm in north, east, down.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol
 
@@ -12,8 +14,28 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from insonify.scene.lattice import Lattice
+from insonify.validity import numbers
 
 Floats = NDArray[np.float64]
+
+FARTHEST = 1e9
+"""Distance from the origin beyond which a place has too few digits left for centimetres [m]."""
+
+
+def places(north: ArrayLike, east: ArrayLike, *, gaps: bool = True) -> tuple[Floats, Floats]:
+    """Where the ground is asked for, as numbers of one shape.
+
+    Args:
+        north: Place [m], any shape.
+        east: Place [m], broadcast.
+        gaps: Whether NaN may pass; the ground there is NaN.
+
+    Raises:
+        ValueError: Something is no place.
+    """
+    n, e = (numbers(name, x, "m", -FARTHEST, FARTHEST, gaps=gaps) for name, x in (("north", north), ("east", east)))
+    n, e = np.broadcast_arrays(n, e)
+    return n, e
 
 
 class Survey(NamedTuple):
@@ -61,7 +83,7 @@ class Sum(Relief):
 
     def survey(self, north: ArrayLike, east: ArrayLike) -> Survey:
         """Height and gradient of all parts together, see `Relief.survey`."""
-        place = np.stack(np.broadcast_arrays(np.asarray(north, float), np.asarray(east, float)), axis=-1)
+        place = np.stack(places(north, east), axis=-1)
         own = self.lattice.from_world(place)
         height, slope = np.zeros(own.shape[:-1]), np.zeros(own.shape)
         for part in self.parts:
@@ -73,7 +95,7 @@ class Sum(Relief):
         return Survey(height, np.stack([c * along - s * across, s * along + c * across], axis=-1))
 
 
-def upward_normal(slope: Floats) -> Floats:
+def upward_normal(slope: ArrayLike) -> Floats:
     """Unit normal of the ground, from the bed into the water, in north, east, down.
 
     Args:
@@ -82,5 +104,8 @@ def upward_normal(slope: Floats) -> Floats:
     Returns:
         Unit vectors, shape (..., 3); (0, 0, -1) on flat ground.
     """
+    slope = numbers("slope", slope, "")
+    if slope.ndim == 0 or slope.shape[-1] != 2:
+        raise ValueError(f"slope has shape {slope.shape}; give the gradient to the north and the east, shape (..., 2)")
     normal = np.concatenate([-slope, np.full((*slope.shape[:-1], 1), -1.0)], axis=-1)
     return np.asarray(normal / np.linalg.norm(normal, axis=-1, keepdims=True))

@@ -14,7 +14,7 @@ from pydantic import Field, model_validator
 
 from insonify.noun import Metres, Noun, Radians
 from insonify.scene.terrain.octaves import Octaves, single
-from insonify.scene.terrain.relief import Relief, Survey
+from insonify.scene.terrain.relief import Relief, Survey, places
 from insonify.scene.terrain.split import Split
 from insonify.validity import warn_outside
 
@@ -89,7 +89,7 @@ class RippleField(Relief):
     def survey(self, north: ArrayLike, east: ArrayLike) -> Survey:
         """Height and gradient, see `Relief.survey`; the gradient includes the wander."""
         r = self.ripples
-        north, east = np.broadcast_arrays(np.asarray(north, float), np.asarray(east, float))
+        north, east = places(north, east)
         across = np.array([np.cos(self.bearing), np.sin(self.bearing)])
         bend, growth = self.bend.survey(north, east), self.growth.survey(north, east)
         # cycles first: the phase far from the origin keeps its digits

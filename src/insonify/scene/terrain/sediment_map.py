@@ -13,6 +13,7 @@ from insonify.noun import Metres, Noun, located
 from insonify.scattering.sediments import Sediment
 from insonify.scene.lattice import Lattice
 from insonify.scene.terrain.octaves import Octaves, single
+from insonify.scene.terrain.relief import places
 
 Floats = NDArray[np.float64]
 Place = tuple[Metres, Metres]
@@ -155,7 +156,7 @@ class SedimentCover:
         Returns:
             Row numbers, broadcast shape; the same for the same place, whatever else is asked.
         """
-        n, e = np.broadcast_arrays(np.asarray(north, float), np.asarray(east, float))
+        n, e = places(north, east, gaps=False)
         rows = np.zeros(n.shape, np.intp)
         if isinstance(self.map.base, Patches):
             bed = self._patches(self.map.base, n, e)
