@@ -1,7 +1,10 @@
 """insonify: what would this sonar record, in this water, over this seabed, with these targets, and why?"""
 
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING
+
+from insonify.stale_kernels import forget_stale_kernels
 
 if TYPE_CHECKING:
     from insonify.scenario.load import load_scenario as load_scenario
@@ -9,6 +12,8 @@ if TYPE_CHECKING:
     from insonify.simulation import arrivals as arrivals
     from insonify.simulation import levels as levels
     from insonify.simulation import simulate as simulate
+
+forget_stale_kernels(Path(__file__).parent)  # before any of them can be loaded
 
 # Numba and friends take a second to import: nothing is loaded before it is asked for.
 _HOMES = {
