@@ -50,7 +50,7 @@ def located_all(faults: Sequence[PydanticCustomError]) -> PydanticCustomError:
 
 
 def _error(faults: list[tuple[str, str]]) -> PydanticCustomError:
-    said = "\n".join(f"{path}: {shown}" for path, shown in faults)
+    said = "\n".join(f"{path}: {shown}" if path else shown for path, shown in faults)
     return PydanticCustomError("located", "{said}", {"said": said, "faults": faults})
 
 

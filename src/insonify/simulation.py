@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 from insonify.engines.paths import Paths
 from insonify.engines.view import Block
 from insonify.formats import zarr_store
+from insonify.propagation.medium import rays_in
+from insonify.propagation.rays import FEW_DEPTHS, Domain
 from insonify.records.arrivals import Arrivals, expand, joined
 from insonify.records.pairs import Pairs
 from insonify.records.recording import Layout, dataset
@@ -24,7 +26,7 @@ from insonify.scenario.citations import citations
 from insonify.scenario.scenario import Scenario
 from insonify.scenario.write import to_yaml
 from insonify.sonar.heard import HeardPulse, heard_pulse
-from insonify.sonar.stance import Stance, stance
+from insonify.sonar.stance import Stance, end_depths, stance
 from insonify.sonar.track import Poses, poses
 from insonify.synthesis._groups import pulse_table
 from insonify.synthesis.coherent import Coherent
@@ -70,7 +72,7 @@ class Listening:
         track = self.scenario.track
         return stance(
             self.scenario.sonar, self.poses, ping, window=track.window, pulse=self.pulse,
-            sound_speed=self.scenario.water.sound_speed,
+            water=self.scenario.water,
         )  # fmt: skip
 
     def incoherent(self, here: Stance) -> Incoherent:
@@ -91,8 +93,27 @@ def prepare(scenario: Scenario) -> Listening:
     pulse = heard_pulse(scenario.sonar)
     rate = scenario.sonar.receiver.sample_rate
     grid = time_grid(*scenario.track.window, rate, *pulse.ringing)
-    engine = Paths(scenario.scene, scenario.paths, scenario.seed)
-    return Listening(scenario, engine, poses(scenario.track), pulse, grid)
+    track = poses(scenario.track)
+    rays = rays_in(scenario.scene, domain(scenario, track, pulse))
+    engine = Paths(scenario.scene, scenario.paths, scenario.seed, rays)
+    return Listening(scenario, engine, track, pulse, grid)
+
+
+def domain(scenario: Scenario, track: Poses, pulse: HeardPulse) -> Domain:
+    """Where the pings of a scenario ask for rays.
+
+    Args:
+        scenario: What is simulated.
+        track: Poses of the platform.
+        pulse: The sonar's pulse as heard.
+    """
+    scene, stop = scenario.scene, scenario.track.window[1] - pulse.faint_start
+    # Ends apart by this much can hear a little beyond half of the way.
+    apart = 2 * max(float(np.linalg.norm(array.offset)) for array in scenario.sonar.arrays)
+    farthest = scenario.water.fastest * max(stop, 0.0) / 2 + apart
+    depths = [float(depth) for depth in end_depths(scenario.sonar, track)]
+    spanned = len(depths) > FEW_DEPTHS
+    return Domain((depths[0], depths[-1]) if spanned else tuple(depths), spanned, scene.body_depths, farthest)
 
 
 def simulate(scenario: Scenario, *, pings: Iterable[int] | None = None, threads: int | None = None) -> xr.Dataset:
@@ -195,7 +216,7 @@ def arrivals(scenario: Scenario, ping: int = 0, *, window: tuple[float, float] |
     group = 0
     for pairs in listening.engine.all_pairs(here, even=scenario.field == "incoherent"):
         factors = {} if shaken.still else {
-            names: shaken.factor(pairs.scatterers.place, *names) for names in pairs.names()
+            names: shaken.factor(pairs.scatterers.place, *names) for names in pairs.rays()
         }  # fmt: skip
         block = expand(pairs, group, factors)
         found.append(block.take((block.delay >= first) & (block.delay <= last)))

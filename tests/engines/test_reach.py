@@ -30,11 +30,11 @@ def tiles(scenario: Scenario, boundary: str) -> tuple[Tiles, Stance, tuple[str, 
     """The tiles of one boundary that the first ping visits."""
     listening = prepare(scenario)
     here = listening.stance(0)
-    seen = view(scenario.scene, scenario.paths, scenario.seed, here)
+    seen = view(scenario.scene, scenario.paths, scenario.seed, here, listening.engine.rays)
     kept = families_for(boundary, scenario.paths.followed)
     depth = scenario.seabed.depth if boundary == "seabed" else 0.0
     floor = 10 ** (scenario.paths.beam_floor_db / 20)
-    found = tiles_in_view(here, scenario.seabed.lattice, depth, scenario.seabed.depth, kept, seen.resolution, floor)
+    found = tiles_in_view(here, scenario.seabed.lattice, depth, seen.rays, kept, seen.resolution, floor)
     return found, here, kept
 
 
@@ -102,7 +102,7 @@ def test_the_ring_that_one_family_hears_is_the_ring_in_reach(name: str) -> None:
     scenario = nominal(paths={"families": (name,)}, track={"window": (0.1, 0.12)})
     here = prepare(scenario).stance(0)
     height = {"D": 9.0, "S": 31.0, "BS": 49.0}[name]
-    found = reach(here, 20.0, 20.0, (name,))
+    found = reach(here, 20.0, prepare(scenario).engine.rays, (name,))
     first, last = here.heard_delays
     for radius, delay in ((found.nearest, first), (found.farthest, last)):
         assert np.hypot(radius, height) == pytest.approx(750 * delay, rel=1e-9)
@@ -130,7 +130,7 @@ def test_every_resolution_cell_holds_what_was_asked_for(window: tuple[float, flo
                        track={"window": window})  # fmt: skip
     listening = prepare(scenario)
     here = listening.stance(0)
-    seen = view(scenario.scene, scenario.paths, scenario.seed, here)
+    seen = view(scenario.scene, scenario.paths, scenario.seed, here, listening.engine.rays)
     for block in listening.engine.blocks(here):
         points = block()
         away = np.linalg.norm(points.position[:, :2], axis=1)

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from scipy.stats import chisquare, kstest
 
 from insonify import streams
-from insonify.engines.view import view
 from insonify.scene.box import box_scatterers
 from insonify.scene.lattice import BASE_PITCH, TILE, Tiles, draw
 from insonify.scene.scatterers import lattice_place, target_place
@@ -159,8 +158,8 @@ def test_a_slice_has_keys_of_its_own_for_bed_and_surface() -> None:
     told = nominal(
         surface={"scattering": {"strength_db": -30}}, track={"window": (0.1, 0.12)}, paths={"geometry": "slice"}
     )
-    here = prepare(told).stance(0)
-    blocks = [block() for block in view(told.scene, told.paths, told.seed, here).blocks()]
+    listening = prepare(told)
+    blocks = [block() for block in listening.engine.blocks(listening.stance(0))]
     keys = np.concatenate([block.place for block in blocks])
     assert np.unique(keys).size == keys.size
     assert set((keys >> np.uint64(59)).tolist()) == {streams.SLICE}

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from insonify.cli.words import InputError
 
 if TYPE_CHECKING:
+    from insonify.ocean.profile import SoundSpeedProfile
     from insonify.scattering.sediments import Sediment
 
 _PHI = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+))\s*(?:phi)?")
@@ -66,11 +67,19 @@ def _unknown(what: str) -> str:
     )
 
 
-def _profile(file: Path, out: Path) -> None:
+def profile_in(file: Path) -> "SoundSpeedProfile":
+    """The sound-speed profile in a table.
+
+    Args:
+        file: The table.
+
+    Raises:
+        InputError: It is not there, or cannot be read; with file, line and column.
+    """
     from insonify.ocean.profile_file import read_profile
 
     try:
-        column = read_profile(file)
+        return read_profile(file)
     except FileNotFoundError:
         raise InputError(f"{file}: there is no such file") from None
     except OSError as error:
@@ -78,6 +87,10 @@ def _profile(file: Path, out: Path) -> None:
     except ValueError as error:
         message = str(error)
         raise InputError(message if str(file) in message else f"{file}: {message}") from None
+
+
+def _profile(file: Path, out: Path) -> None:
+    column = profile_in(file)
     from insonify import drawing
 
     measured = _probe(file, column.depth.size)

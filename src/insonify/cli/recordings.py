@@ -62,6 +62,16 @@ def show(
     beam: Beam = None,
     frequency: Annotated[str, typer.Option(metavar="F", help="Of a sediment or the sea.")] = "100 kHz",
     wind: Annotated[str, typer.Option(metavar="SPEED", help="Over the sea.")] = "7 m/s",
+    rays: Annotated[
+        bool, typer.Option("--rays", help="Of a profile (.csv) or a scenario (.yaml): where its sound goes.")
+    ] = False,
+    source_depth: Annotated[
+        str | None, typer.Option(metavar="DEPTH", help="Where rays start. [default: at the scenario's sonar]")
+    ] = None,
+    reach: Annotated[
+        str | None,
+        typer.Option("--range", metavar="RANGE", help="How far rays go. [default: as heard; of a profile 200 m]"),
+    ] = None,
 ) -> None:
     """Draw a recording, or the physics of a sediment, a sound-speed profile, the sea or absorption.
 
@@ -70,10 +80,24 @@ def show(
     Example: insonify show "medium sand" -o sand.png --frequency "300 kHz"
 
     Example: insonify show "sandy gravel, 1.5 phi, clay" -o beds.png
+
+    Example: insonify show cast.csv --rays --source-depth "11 m" -o rays.png
     """
     from insonify.cli.physics import show_physics
 
     words.check_picture(out, "-o")
+    if rays:
+        from insonify.cli.rays import show_rays
+
+        show_rays(what, out, source_depth=source_depth, farthest=reach)
+        typer.echo(out)
+        return
+    if source_depth is not None or reach is not None:
+        raise InputError(f"{'--source-depth' if source_depth else '--range'} is for rays; add --rays, or leave it out")
+    if Path(what).suffix.lower() in (".yaml", ".yml"):
+        name = Path(what).stem
+        raise InputError(f"{what} is a scenario, not a recording. Make one: insonify run {what} -o {name}.zarr; "
+                         "or draw where its sound goes: add --rays")  # fmt: skip
     heard = words.quantity(frequency, "frequency", "--frequency"), words.quantity(wind, "speed", "--wind")
     if not show_physics(what, out, frequency=heard[0], wind=heard[1]):
         _show_recording(Path(what), out, ping, beam)

@@ -8,6 +8,7 @@ from insonify.drawing.geometry import geometry
 from insonify.drawing.laws import laws, lobe, sediment
 from insonify.drawing.levels import levels
 from insonify.drawing.profile import profile
+from insonify.drawing.rays import rays
 from insonify.drawing.recording import recording
 from insonify.drawing.relief import relief
 from insonify.drawing.sea import sea
@@ -20,6 +21,7 @@ __all__ = [
     "levels",
     "lobe",
     "profile",
+    "rays",
     "recording",
     "relief",
     "sea",

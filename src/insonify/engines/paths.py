@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from insonify.engines.view import Block, footprint, view
 from insonify.propagation.choice import PathChoice
-from insonify.propagation.images import image_legs
+from insonify.propagation.rays import Rays
 from insonify.records.legs import Legs
 from insonify.records.pairs import Pairs
 from insonify.scattering.fast import FastLaw
@@ -31,6 +31,8 @@ class Paths:
     scene: Scene
     choice: PathChoice
     seed: int
+    rays: Rays
+    """How sound travels in the scene."""
 
     def blocks(self, stance: Stance, *, even: bool = False) -> list[Block]:
         """The scatterers of one ping, as blocks that are drawn when they are called.
@@ -42,7 +44,7 @@ class Paths:
         Returns:
             Blocks in a fixed order, however many threads will draw them.
         """
-        return view(self.scene, self.choice, self.seed, stance, even=even).blocks()
+        return view(self.scene, self.choice, self.seed, stance, self.rays, even=even).blocks()
 
     def pairs(self, stance: Stance, block: Block) -> Pairs:
         """Legs out and back of one block, and the strength of each ordered pair.
@@ -61,10 +63,10 @@ class Paths:
             scatterers: The points to reach.
         """
         followed = self.choice.followed
-        out = image_legs(self.scene, stance.transmit_place, scatterers, followed, stance.frequency)
+        out = self.rays.legs(stance.transmit_place, scatterers, followed, stance.frequency)
         back = out
         if not stance.together:
-            back = image_legs(self.scene, stance.receive_place, scatterers, followed, stance.frequency)
+            back = self.rays.legs(stance.receive_place, scatterers, followed, stance.frequency)
         pair = np.array([(i, j) for i in range(len(out.families)) for j in range(len(back.families))], np.int64)
         pair = pair.reshape(-1, 2)
         strength = np.sqrt(_cross_section(scatterers, out, back, pair) * scatterers.area)
@@ -83,7 +85,7 @@ def _slice_width(stance: Stance, out: Legs, back: Legs, pair: NDArray[np.int64])
 
     The footprint at the geometric mean of both legs: exact where they are alike.
     """
-    reach = 1 / (out.spreading[pair[:, 0]] * back.spreading[pair[:, 1]])
+    reach = out.length[pair[:, 0]] * back.length[pair[:, 1]]
     return np.asarray(np.sqrt(footprint(stance)) * reach**0.25)
 
 

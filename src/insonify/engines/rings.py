@@ -9,7 +9,8 @@ thrown at random do.
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines.sampling import Reach, Resolution, beam_bound
+from insonify.engines.sampling import Resolution, beam_bound
+from insonify.propagation.rays import Rays, Reach
 from insonify.scene.scatterers import even_place
 from insonify.sonar.stance import Stance
 
@@ -44,14 +45,14 @@ class Rings:
         rows, columns = np.mgrid[first : last + 1, 0 : int(sectors) // TILE]
         self.tiles = np.stack([rows.ravel(), columns.ravel()], axis=-1)
 
-    def in_view(self, water_depth: float, families: tuple[str, ...], floor: float) -> NDArray[np.int64]:
+    def in_view(self, rays: Rays, families: tuple[str, ...], floor: float) -> NDArray[np.int64]:
         """Tiles that the two-way beam reaches above a floor [1], rows of (ring, sector), shape (n, 2)."""
         ring, sector = self.tiles.T
         near, far = (self._ground((ring + side) * TILE * self.slant) for side in (0, 1))
         middle, width = (near + far) / 2, TILE * self.azimuth
         centre = self._place(middle, (sector + 0.5) * width)
         half_diagonal = np.hypot((far - near) / 2, far * width / 2)
-        bound = beam_bound(centre, half_diagonal, self.stance, self.depth, water_depth, families)
+        bound = beam_bound(centre, half_diagonal, self.stance, self.depth, rays, families)
         return np.asarray(self.tiles[(bound >= floor) & (far > 0)])
 
     def points(self, tiles: NDArray[np.int64]) -> tuple[Floats, Floats, NDArray[np.uint64]]:

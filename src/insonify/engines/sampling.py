@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.propagation.families import bounces, image_depth
+from insonify.propagation.rays import Rays, Reach
 from insonify.scene.lattice import BASE_PITCH, TILE, Lattice, Tiles
 from insonify.sonar.stance import Stance
 
@@ -49,40 +49,26 @@ class Resolution:
         return np.minimum.reduce([self.cell_area(distance, height) for distance in (nearest, between, farthest)])
 
 
-@dataclass(frozen=True, slots=True)
-class Reach:
-    """Horizontal distances from which one boundary can be heard in the window."""
-
-    height: float
-    """Vertical distance from the sonar to the boundary [m]."""
-    nearest: float
-    farthest: float
-
-
-def reach(stance: Stance, boundary_depth: float, water_depth: float, families: tuple[str, ...]) -> Reach:
+def reach(stance: Stance, boundary_depth: float, rays: Rays, families: tuple[str, ...]) -> Reach:
     """Distances whose earliest or latest pair of legs falls into the window.
 
     Args:
         stance: The sonar at this ping.
         boundary_depth: Depth of the boundary [m].
-        water_depth: Depth of the bottom [m].
+        rays: How sound travels in the scene.
         families: Families that reach the boundary.
 
     Returns:
         Horizontal distances [m]; farthest is negative where nothing is heard.
     """
-    source = stance.transmit_place[2]
-    climbs = [abs(boundary_depth - image_depth(name, source, water_depth)) for name in families]
-    apart = float(np.linalg.norm(stance.transmit_place - stance.receive_place))
     first, last = stance.heard_delays
-    shortest, longest = (stance.sound_speed * t / 2 for t in (first, last))
-    nearest = np.sqrt(max(0.0, max(0.0, shortest - apart) ** 2 - max(climbs) ** 2))
-    beyond = (longest + apart) ** 2 - min(climbs) ** 2
-    return Reach(min(climbs), float(nearest), float(np.sqrt(beyond)) if beyond > 0 else -1.0)
+    apart = float(np.linalg.norm(stance.transmit_place - stance.receive_place))
+    depths = float(stance.transmit_place[2]), float(stance.receive_place[2])
+    return rays.reach(depths, boundary_depth, families, (first / 2, last / 2), apart)
 
 
 def tiles_in_view(
-    stance: Stance, lattice: Lattice, boundary_depth: float, water_depth: float, families: tuple[str, ...],
+    stance: Stance, lattice: Lattice, boundary_depth: float, rays: Rays, families: tuple[str, ...],
     resolution: Resolution, beam_floor: float,
 ) -> Tiles:  # fmt: skip
     """The tiles of a boundary that one ping can hear, each at the level that the whole track asks for.
@@ -91,7 +77,7 @@ def tiles_in_view(
         stance: The sonar at this ping.
         lattice: Frame of the tiles.
         boundary_depth: Depth of the boundary [m].
-        water_depth: Depth of the bottom [m].
+        rays: How sound travels in the scene.
         families: Families that reach the boundary.
         resolution: What the sonar can tell apart.
         beam_floor: Two-way pressure gain below which a tile is left out [1].
@@ -99,7 +85,7 @@ def tiles_in_view(
     Returns:
         Tiles in a fixed order.
     """
-    heard = reach(stance, boundary_depth, water_depth, families)
+    heard = reach(stance, boundary_depth, rays, families)
     found: list[Tiles] = []
     if heard.farthest < 0:
         return _joined(found)
@@ -117,7 +103,7 @@ def tiles_in_view(
         inside = (distance - half_diagonal <= heard.farthest) & (distance + half_diagonal >= heard.nearest)
         tiles = tiles.take(inside)
         centre, half_diagonal = lattice.to_world(*tiles.centre.T), TILE * tiles.pitch / np.sqrt(2)
-        bound = beam_bound(centre, half_diagonal, stance, boundary_depth, water_depth, families)
+        bound = beam_bound(centre, half_diagonal, stance, boundary_depth, rays, families)
         tiles, half_diagonal = tiles.take(bound >= beam_floor), half_diagonal[bound >= beam_floor]
         nearest = np.maximum(_distance_to_track(tiles.centre, track) - half_diagonal, 0)
         ends = np.linalg.norm(tiles.centre[:, None] - track[[0, -1]], axis=-1)
@@ -129,7 +115,7 @@ def tiles_in_view(
 
 
 def beam_bound(
-    centre: Floats, half_diagonal: Floats, stance: Stance, boundary_depth: float, water_depth: float,
+    centre: Floats, half_diagonal: Floats, stance: Stance, boundary_depth: float, rays: Rays,
     families: tuple[str, ...],
 ) -> Floats:  # fmt: skip
     """Upper bound of the two-way gain anywhere near some places of a boundary, by any pair of families.
@@ -139,7 +125,7 @@ def beam_bound(
         half_diagonal: How far around them the bound must hold [m], shape (n,).
         stance: The sonar.
         boundary_depth: Depth of the boundary [m].
-        water_depth: Depth of the bottom [m].
+        rays: How sound travels in the scene.
         families: Families that reach the boundary.
 
     Returns:
@@ -153,12 +139,8 @@ def beam_bound(
             (stance.transmit_place, stance.transmit_beams, transmit),
             (stance.receive_place, stance.receive_beams, receive),
         ):
-            climb = boundary_depth - image_depth(name, place[2], water_depth)
-            turned = -climb if len(bounces(name)) % 2 else climb
-            ray = np.concatenate([centre - place[:2], np.full((len(centre), 1), turned)], axis=1)
-            length = np.linalg.norm(ray, axis=1)
-            margin = np.where(half_diagonal < length, np.arcsin(np.minimum(1, half_diagonal / length)), np.pi)
-            np.maximum(best, beams.bound(ray / length[:, None], margin), out=best)
+            cones = rays.cones(name, place, centre, half_diagonal, boundary_depth)
+            np.maximum(best, np.where(cones.there, beams.bound(cones.way, cones.margin), 0.0), out=best)
     return transmit * receive
 
 

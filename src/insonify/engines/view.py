@@ -17,6 +17,7 @@ from insonify.engines.rings import Rings
 from insonify.engines.sampling import Resolution, reach, tiles_in_view
 from insonify.propagation.choice import PathChoice
 from insonify.propagation.families import families_for
+from insonify.propagation.rays import Rays
 from insonify.scene.box import box_scatterers, box_section
 from insonify.scene.lattice import TILE, Tiles, draw
 from insonify.scene.scatterers import Boundary, Law, Scatterers
@@ -47,6 +48,7 @@ class View:
     choice: PathChoice
     seed: int
     stance: Stance
+    rays: Rays
     resolution: Resolution
     even: bool
     """Even points for an expectation, or drawn ones that belong to their places."""
@@ -57,7 +59,7 @@ class View:
         made: list[Block] = []
         if "target" in self.choice.causes:
             made += self._targets()
-        bed_law = seabed.law(self.stance.frequency, self.stance.sound_speed)
+        bed_law = seabed.law(self.stance.frequency, float(self.scene.water.speed_at(seabed.depth)))
         if "seabed" in self.choice.causes and bed_law is not None:
             made += self._boundary("seabed", seabed.depth, bed_law)
         surface_law = surface.law(self.stance.frequency)
@@ -77,7 +79,7 @@ class View:
         """Jittered cells of all tiles in reach of window and beams."""
         lattice = self.scene.seabed.lattice
         floor = float(amplitude_ratio(self.choice.beam_floor_db))
-        tiles = tiles_in_view(self.stance, lattice, depth, self.scene.seabed.depth, kept, self.resolution, floor)
+        tiles = tiles_in_view(self.stance, lattice, depth, self.rays, kept, self.resolution, floor)
         stream = streams.SEABED if boundary == "seabed" else streams.SURFACE
 
         def drawn(part: Tiles) -> Scatterers:
@@ -90,11 +92,11 @@ class View:
 
     def _rings(self, boundary: Boundary, depth: float, law: Law, kept: tuple[str, ...]) -> list[Block]:
         """Even cells of slant range and azimuth about the sonar."""
-        heard = reach(self.stance, depth, self.scene.seabed.depth, kept)
+        heard = reach(self.stance, depth, self.rays, kept)
         if heard.farthest < 0:
             return []
         rings = Rings(self.stance, depth, heard, self.resolution)
-        tiles = rings.in_view(self.scene.seabed.depth, kept, float(amplitude_ratio(self.choice.beam_floor_db)))
+        tiles = rings.in_view(self.rays, kept, float(amplitude_ratio(self.choice.beam_floor_db)))
 
         def laid(part: NDArray[np.int64]) -> Scatterers:
             place, area, key = rings.points(part)
@@ -104,7 +106,7 @@ class View:
 
     def _line(self, boundary: Boundary, depth: float, law: Law, kept: tuple[str, ...]) -> list[Block]:
         """Cells along the beam's plane, a few to each cell of slant range: what the farthest ground cell comes to."""
-        heard = reach(self.stance, depth, self.scene.seabed.depth, kept)
+        heard = reach(self.stance, depth, self.rays, kept)
         if heard.farthest < 0:
             return []
         pitch = self.resolution.slant / self.resolution.per_cell
@@ -157,13 +159,13 @@ class View:
         return distance * footprint(self.stance, within=half)
 
 
-def view(scene: Scene, choice: PathChoice, seed: int, stance: Stance, *, even: bool = False) -> View:
+def view(scene: Scene, choice: PathChoice, seed: int, stance: Stance, rays: Rays, *, even: bool = False) -> View:
     """The scene as one ping meets it, sampled by the finest that can be made of the recording."""
     # A pulse longer than the scene is deep would blur what the legs still tell apart: spreading, grazing, shadows.
     height = max(0.1, min(stance.transmit_place[2], scene.seabed.depth - stance.transmit_place[2]))
     slant = min(stance.pulse.finest_resolution(stance.sound_speed), LONGEST_CELL * height)
     width = two_way_width(stance.transmit_beams, stance.receive_beams)
-    return View(scene, choice, seed, stance, Resolution(slant, width, choice.scatterers_per_cell), even)
+    return View(scene, choice, seed, stance, rays, Resolution(slant, width, choice.scatterers_per_cell), even)
 
 
 def footprint(stance: Stance, within: float = np.pi) -> float:

@@ -20,6 +20,9 @@ COLUMNS: dict[str, tuple[str, str]] = {
     "group": ("", "arrivals of one group interfere in the mean"),
     "family_out": ("", "family of the leg out"),
     "family_back": ("", "family of the leg back, named from the sonar outward"),
+    "branch_out": ("", "which of the family's rays to that place, leg out"),
+    "branch_back": ("", "which of the family's rays to that place, leg back"),
+    "caustics": ("", "caustics touched, out and back"),
     "owner": ("", "what echoed"),
     "north": ("m", "place of the scatterer"),
     "east": ("m", "place of the scatterer"),
@@ -33,7 +36,7 @@ COLUMNS: dict[str, tuple[str, str]] = {
     "grazing_out": ("rad", "grazing angle at the scatterer, leg out"),
     "grazing_back": ("rad", "grazing angle at the scatterer, leg back"),
 }
-"""Unit and meaning of each column; no unit for names and numbers of groups."""
+"""Unit and meaning of each column; no unit for names, counts and numbers of groups."""
 
 
 def arrivals_dataset(arrivals: Arrivals) -> xr.Dataset:
@@ -49,8 +52,8 @@ def arrivals_dataset(arrivals: Arrivals) -> xr.Dataset:
     amplitude = p.amplitude[:, 0]
     columns = (
         p.delay, amplitude.real, amplitude.imag, p.spreading, p.absorption, p.boundary.real, p.boundary.imag,
-        p.scattering, p.group, p.family_out, p.family_back, p.owner, *p.place.T, *p.departure.T, *p.arrival.T,
-        p.grazing_out, p.grazing_back,
+        p.scattering, p.group, p.family_out, p.family_back, p.branch_out, p.branch_back, p.caustics, p.owner,
+        *p.place.T, *p.departure.T, *p.arrival.T, p.grazing_out, p.grazing_back,
     )  # fmt: skip
     return xr.Dataset(
         {

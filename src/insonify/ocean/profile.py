@@ -10,6 +10,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from insonify.ocean.rounding import rounded
 from insonify.ocean.sound_speed import sound_speed
 
 Floats = NDArray[np.float64]
@@ -113,6 +114,22 @@ class SoundSpeedProfile:
         if z[-1] < water_depth:
             z = np.concatenate([z, [water_depth]])
         return self if z.size == self.depth.size else type(self)(z, self.at(z))
+
+    def smoothed(self, length: float) -> Self:
+        """The same water with its corners rounded, so that no ray meets a jump of the gradient.
+
+        Each corner becomes a parabola, cut into thin layers; see `insonify.ocean.rounding.rounded`.
+
+        Args:
+            length: Depth within which each corner is rounded, half above and half below it [m], above 0.
+
+        Returns:
+            A profile with the same ends, and the same speed farther than length / 2 from every knot.
+
+        Raises:
+            ValueError: The length is not a number above 0 m and up to 1000 m.
+        """
+        return type(self)(*rounded(self.depth, self.speed, length))
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, SoundSpeedProfile):

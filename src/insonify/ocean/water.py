@@ -1,13 +1,17 @@
 """The water itself: how fast it carries sound, how much it takes, how loud it is."""
 
-from typing import Annotated
+from functools import lru_cache
+from typing import Annotated, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
-from insonify.noun import Celsius, Decibels, MetresPerSecond, Noun
+from insonify.noun import Celsius, Decibels, Metres, MetresPerSecond, Noun, located
 from insonify.ocean.absorption import absorption_db_per_m
+from insonify.ocean.profile import SoundSpeedProfile
+from insonify.ocean.rounding import LONGEST
+from insonify.ocean.written_profile import WrittenProfile
 from insonify.units import decibels
 
 
@@ -23,10 +27,14 @@ def _loss_per_metre(value: object) -> object:
 
 
 class Water(Noun):
-    """Sea water of one sound speed, the same at every depth."""
+    """Sea water of one sound speed, or of a sound speed that changes with depth."""
 
     sound_speed: Annotated[MetresPerSecond, Field(ge=1300, le=1700)] = 1500.0
-    """Speed of sound [m/s]."""
+    """Speed of sound [m/s]; where a profile is given, the mean speed of a vertical ray through all of it."""
+    profile: Annotated[WrittenProfile | None, Field(json_schema_extra={"words": "a sound-speed profile"})] = None
+    """Sound speed against depth, instead of `sound_speed`: a table's name, rows or columns."""
+    smoothing: Annotated[Metres, Field(gt=0, le=LONGEST)] | None = None
+    """Depth within which each corner of the profile is rounded [m]; None leaves straight lines."""
     temperature: Annotated[Celsius, Field(ge=-5, le=45)] = 10.0
     """Temperature, for the absorption only [degC]."""
     salinity: Annotated[float, Field(ge=0, le=45, json_schema_extra={"units": "g/kg"})] = 35.0
@@ -39,6 +47,79 @@ class Water(Noun):
         Annotated[float, BeforeValidator(_loss_per_metre), Field(ge=0, json_schema_extra={"units": "dB/m"})] | None
     ) = None
     """Measured absorption, the same at every frequency [dB/m]; None asks Francois & Garrison."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _one_of_both(cls, value: Any) -> Any:
+        if not isinstance(value, dict):
+            return value
+        if value.get("profile") is not None and value.get("sound_speed") is not None:
+            raise located(
+                "profile", None, "sound_speed stands here as well, and one of the two must go. "
+                "Delete the line 'sound_speed: ...' for layered water, or 'profile: ...' for water of one speed.",
+            )  # fmt: skip
+        if value.get("smoothing") is not None and value.get("profile") is None:
+            raise located("smoothing", None, "rounds the corners of a profile, and there is none. Delete the line.")
+        if value.get("profile") is not None:  # a speed of nothing is none
+            return {key: one for key, one in value.items() if key != "sound_speed"}
+        return value
+
+    @model_validator(mode="after")
+    def _speed_of_the_profile(self) -> Self:
+        if self.profile is not None:
+            self.__dict__["sound_speed"] = _mean_speed(self.profile)  # frozen, and not yet out of the door
+        return self
+
+    @model_serializer(mode="wrap")
+    def _as_written(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """What was written: a speed or a profile, never both."""
+        values: dict[str, Any] = dump(self)
+        if self.profile is not None:
+            values.pop("sound_speed", None)
+        return values
+
+    @property
+    def layered(self) -> bool:
+        """Whether sound speed changes with depth, so that rays bend."""
+        return self.profile is not None and min(self.profile.speed) < max(self.profile.speed)
+
+    @property
+    def slowest(self) -> float:
+        """Smallest sound speed at any depth [m/s]."""
+        return self.sound_speed if self.profile is None else min(self.profile.speed)
+
+    @property
+    def fastest(self) -> float:
+        """Largest sound speed at any depth [m/s]."""
+        return self.sound_speed if self.profile is None else max(self.profile.speed)
+
+    def profile_to(self, water_depth: float) -> SoundSpeedProfile:
+        """Sound speed from the surface to the seabed, or deeper, its corners rounded if that is asked for.
+
+        Args:
+            water_depth: Deepest water of the scene [m].
+
+        Raises:
+            ValueError: The profile begins below the surface or ends above the seabed; with the way out.
+        """
+        if self.profile is None:
+            return SoundSpeedProfile(np.array([0.0, water_depth]), np.full(2, self.sound_speed))
+        found = _profile(self.profile, self.smoothing)
+        found.covers(water_depth)
+        return found
+
+    def speed_at(self, depth: ArrayLike) -> NDArray[np.float64]:
+        """Speed of sound at depths [m/s]; above the first and below the last knot, that knot's.
+
+        Args:
+            depth: Depth [m], any shape.
+
+        Returns:
+            Sound speed [m/s], same shape.
+        """
+        if self.profile is None:
+            return np.full(np.shape(depth), self.sound_speed)
+        return _profile(self.profile, self.smoothing).at(depth)
 
     def absorption(self, frequency: ArrayLike, *, depth: ArrayLike = 0.0) -> NDArray[np.float64]:
         """Energy that this water takes from the wave along each metre of its way [dB/m].
@@ -56,3 +137,21 @@ class Water(Noun):
         return absorption_db_per_m(
             frequency, temperature=self.temperature, salinity=self.salinity, depth=depth, ph=self.ph
         )
+
+
+@lru_cache(maxsize=64)
+def _profile(written: WrittenProfile, smoothing: float | None) -> SoundSpeedProfile:
+    """The profile behind what was written, made once."""
+    profile = written.profile()
+    return profile if smoothing is None else profile.smoothed(smoothing)
+
+
+def _mean_speed(written: WrittenProfile) -> float:
+    """Depth over travel time of a vertical ray through a profile [m/s]; exact for straight lines."""
+    speed = np.array(written.speed)
+    if speed.min() == speed.max():
+        return float(speed[0])
+    growth = np.diff(speed) / speed[:-1]
+    layer = np.where(growth == 0, 1.0, np.log1p(growth) / np.where(growth == 0, 1.0, growth))
+    thickness = np.diff(written.depth)
+    return float(thickness.sum() / np.sum(thickness / speed[:-1] * layer))

@@ -5,14 +5,19 @@ the sonar (Allen & Berkley 1979, J. Acoust. Soc. Am. 65, 943, for the idea; the 
 for the geometry), so delay, directions and spreading are exact.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.propagation._image_kernel import straight_legs
 from insonify.propagation.families import bounces, families_for, image_depth
+from insonify.propagation.rays import Cones, Reach
 from insonify.records.legs import Legs, Status
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
+
+Floats = NDArray[np.float64]
 
 
 def image_legs(
@@ -48,10 +53,13 @@ def image_legs(
     boundary_grazing = np.arcsin(np.minimum(boundary_sine, 1.0))
     return Legs(
         families=kept,
+        branch=(0,) * f,
         delay=delay,
+        length=length,
         spreading=1 / length,
         absorption=10 ** (-scene.water.absorption(frequency) * length / 20),
         boundary=_boundary(scene, strings, boundary_grazing),
+        caustics=np.zeros((f, n), np.uint8),
         visibility=(status == Status.CLEAR).astype(float),
         departure=departure,
         arrival=arrival,
@@ -70,3 +78,34 @@ def _boundary(scene: Scene, strings: list[str], grazing: NDArray[np.float64]) ->
         if "B" in string:
             product[row] *= scene.seabed.mirror(grazing[row]) ** string.count("B")
     return product
+
+
+@dataclass(frozen=True)
+class StraightRays:
+    """Rays in water of one sound speed."""
+
+    scene: Scene
+
+    def legs(self, place: Floats, scatterers: Scatterers, families: tuple[str, ...], frequency: float) -> Legs:
+        """Legs from image sources; see `Rays.legs`."""
+        return image_legs(self.scene, place, scatterers, families, frequency)
+
+    def reach(
+        self, depths: tuple[float, float], boundary_depth: float, families: tuple[str, ...],
+        delays: tuple[float, float], apart: float,
+    ) -> Reach:  # fmt: skip
+        """Distances heard, by Pythagoras from the nearest and the farthest image; see `Rays.reach`."""
+        climbs = [abs(boundary_depth - image_depth(name, depths[0], self.scene.seabed.depth)) for name in families]
+        shortest, longest = (self.scene.water.sound_speed * delay for delay in delays)
+        nearest = np.sqrt(max(0.0, max(0.0, shortest - apart) ** 2 - max(climbs) ** 2))
+        beyond = (longest + apart) ** 2 - min(climbs) ** 2
+        return Reach(min(climbs), float(nearest), float(np.sqrt(beyond)) if beyond > 0 else -1.0)
+
+    def cones(self, family: str, place: Floats, centre: Floats, radius: Floats, boundary_depth: float) -> Cones:
+        """Cones about the straight lines to the centres; see `Rays.cones`."""
+        climb = boundary_depth - image_depth(family, place[2], self.scene.seabed.depth)
+        turned = -climb if len(bounces(family)) % 2 else climb
+        ray = np.concatenate([centre - place[:2], np.full((len(centre), 1), turned)], axis=1)
+        length = np.linalg.norm(ray, axis=1)
+        margin = np.where(radius < length, np.arcsin(np.minimum(1, radius / length)), np.pi)
+        return Cones(ray / length[:, None], margin, np.ones(len(centre), bool))

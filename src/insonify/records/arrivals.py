@@ -5,6 +5,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.records.legs import ray_name
 from insonify.records.pairs import Pairs
 from insonify.units import level_db
 
@@ -38,6 +39,12 @@ class Arrivals:
     """Family of the leg out, shape (n,)."""
     family_back: NDArray[np.str_]
     """Family of the leg back, named from the sonar outward too, shape (n,)."""
+    branch_out: NDArray[np.uint8]
+    """Which of the family's rays to that place the leg out is, from 0, by launch angle, shape (n,)."""
+    branch_back: NDArray[np.uint8]
+    """Which of them the leg back is, shape (n,)."""
+    caustics: NDArray[np.uint8]
+    """Caustics touched, out and back; each turns the phase by +90 degrees, shape (n,)."""
     owner: NDArray[np.str_]
     """What echoed: "seabed", "surface" or a target's label, shape (n,)."""
     place: Floats
@@ -68,6 +75,11 @@ class Arrivals:
         names = np.char.replace(self.family_out, "D", ""), np.char.replace(self.family_back, "D", "")
         return np.asarray(np.char.str_len(names[0]) + np.char.str_len(names[1]))
 
+    def rays(self, row: int) -> tuple[str, str]:
+        """Names of the rays out and back of one path: their families, and numbers where a family has several."""
+        out = ray_name(str(self.family_out[row]), int(self.branch_out[row]))
+        return out, ray_name(str(self.family_back[row]), int(self.branch_back[row]))
+
     def take(self, rows: NDArray[np.bool_] | NDArray[np.int64] | slice) -> "Arrivals":
         """The arrivals of some rows."""
         return Arrivals(*(getattr(self, column.name)[rows] for column in fields(self)))
@@ -95,9 +107,10 @@ class Arrivals:
         level, phase = self._level(), np.degrees(np.angle(self.amplitude[:, 0]))
         lines = ["  row       delay      level    phase  who            out    back"]
         for rank, row in zip(ranks, order[ranks], strict=True):
+            out, back = self.rays(row)
             lines.append(
                 f"{rank + 1:5d} {self.delay[row] * 1e3:9.3f} ms {level[row]:7.1f} dB {phase[row]:5.0f} deg  "
-                f"{self.owner[row]:<14s} {self.family_out[row]:<6s} {self.family_back[row]}"
+                f"{self.owner[row]:<14s} {out:<6s} {back}"
             )
         return lines
 
@@ -134,13 +147,13 @@ def expand(pairs: Pairs, first_group: int, factors: dict[tuple[str, str], NDArra
     Args:
         pairs: The block.
         first_group: Number of the block's first group.
-        factors: Perturbation of each ordered pair of families, where there is one, each of shape (n,).
+        factors: Perturbation of each ordered pair of rays (`Pairs.rays`), where there is one, each of shape (n,).
     """
     n = len(pairs.scatterers)
     group = np.arange(first_group, first_group + n) if pairs.scatterers.drawn else np.full(n, first_group)
     rows = [
-        _rows(pairs, row, int(i), int(j), group, factors.get((pairs.out.families[i], pairs.back.families[j])))
-        for row, (i, j) in enumerate(pairs.pair)
+        _rows(pairs, row, int(i), int(j), group, factors.get(names))
+        for row, ((i, j), names) in enumerate(zip(pairs.pair, pairs.rays(), strict=True))
     ]
     whole = joined(rows) if rows else nothing()
     return whole.take(np.abs(whole.amplitude[:, 0]) > 0)
@@ -164,6 +177,9 @@ def _rows(pairs: Pairs, row: int, i: int, j: int, group: NDArray[np.int64],
         group=group,
         family_out=np.full(n, out.families[i]),
         family_back=np.full(n, back.families[j]),
+        branch_out=np.full(n, out.branch[i], np.uint8),
+        branch_back=np.full(n, back.branch[j], np.uint8),
+        caustics=out.caustics[i] + back.caustics[j],
         owner=np.full(n, points.owner),
         place=points.position,
         departure=out.departure[i],
@@ -182,8 +198,8 @@ def joined(parts: list[Arrivals]) -> Arrivals:
 
 def nothing() -> Arrivals:
     """No arrivals."""
-    column, vector, name = np.zeros(0), np.zeros((0, 3)), np.zeros(0, "<U1")
+    column, vector, name, few = np.zeros(0), np.zeros((0, 3)), np.zeros(0, "<U1"), np.zeros(0, np.uint8)
     return Arrivals(
         column, np.zeros((0, 1), np.complex64), column, column, column.astype(complex), column,
-        np.zeros(0, np.int64), name, name, name, vector, vector, vector, column, column,
+        np.zeros(0, np.int64), name, name, few, few, few, name, vector, vector, vector, column, column,
     )  # fmt: skip

@@ -7,6 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+_COLUMNS = (
+    "delay", "length", "spreading", "absorption", "boundary", "caustics", "visibility", "grazing", "status", "occluder",
+)  # fmt: skip
 
 
 class Status(IntEnum):
@@ -15,25 +18,44 @@ class Status(IntEnum):
     CLEAR = 0
     FACING_AWAY = 1
     OCCLUDED = 2
+    SHADOW = 3
+    """No ray of the family gets there: refraction bends them all away."""
+    TURNED = 4
+    """The rays of the family turn before they have met all their boundaries, or that depth."""
+    BEYOND_CRITICAL = 5
+    """Between rays that pass a layer and rays that turn in it, none arrives."""
+
+
+SEABED = -2
+"""Occluder of a leg that the ground itself cuts."""
 
 
 @dataclass(frozen=True, slots=True)
 class Legs:
     """Paths between one end (transmitter or receiver) and n points, by f families; columns of shape (f, n).
 
+    A family of which several rays reach some point has a row for each: the rays to a point are numbered by launch
+    angle, from the steepest up to the steepest down, and a point with fewer of them has no path in the last rows.
+    What is not there has visibility 0 and its reason in `status`; its other numbers mean nothing.
     Every column is as seen when going away from the sonar; by reciprocity the leg back is the same path.
     """
 
     families: tuple[str, ...]
-    """Name of each family: D direct, S surface, B bottom, SB surface then bottom, ..."""
+    """Name of each row's family: D direct, S surface, B bottom, SB surface then bottom, ..."""
+    branch: tuple[int, ...]
+    """Which of the family's rays each row holds, from 0."""
     delay: Floats
     """One-way travel time [s]."""
+    length: Floats
+    """Length of the path [m]."""
     spreading: Floats
-    """Pressure ratio by spreading, re 1 m [1]."""
+    """Pressure ratio by spreading, re 1 m [1]; where rays cross it is limited by diffraction."""
     absorption: Floats
     """Pressure ratio by absorption [1]."""
     boundary: NDArray[np.complex128]
     """Product of the reflection coefficients of all bounces [1]."""
+    caustics: NDArray[np.uint8]
+    """Caustics touched on the way."""
     visibility: Floats
     """Pressure ratio by occlusion: 1 clear, 0 shadow [1]."""
     departure: Floats
@@ -45,16 +67,33 @@ class Legs:
     status: NDArray[np.uint8]
     """One of `Status`."""
     occluder: NDArray[np.int16]
-    """Row of the box that cuts the leg, -1 for none."""
+    """Row of the box that cuts the leg, -1 for none, -2 (`SEABED`) for the ground."""
+    caustic: NDArray[np.complex128] | None = None
+    """Phasor of unit modulus: +90 degrees for each caustic, and how rays merge near one; None for ones throughout."""
 
     def __post_init__(self) -> None:
         """Refuse columns whose shape is not (families, points)."""
+        if len(self.branch) != len(self.families):
+            raise ValueError(f"Legs.branch has {len(self.branch)} rows; there are {len(self.families)} families")
         shape = (len(self.families), self.delay.shape[-1])
-        for name in ("delay", "spreading", "absorption", "boundary", "visibility", "grazing", "status", "occluder"):
+        for name in _COLUMNS:
             if getattr(self, name).shape != shape:
                 raise ValueError(f"Legs.{name} has shape {getattr(self, name).shape}; families and points are {shape}")
+        if self.caustic is not None and self.caustic.shape != shape:
+            raise ValueError(f"Legs.caustic has shape {self.caustic.shape}; families and points are {shape}")
+
+    @property
+    def rays(self) -> tuple[str, ...]:
+        """Name of each row: its family, and for further rays of it their number, as in D, D2, D3."""
+        return tuple(ray_name(family, branch) for family, branch in zip(self.families, self.branch, strict=True))
 
     @property
     def amplitude(self) -> NDArray[np.complex128]:
         """Pressure at the point re 1 m from the source, phase of reflections only [1], shape (f, n)."""
-        return np.asarray(self.spreading * self.absorption * self.visibility * self.boundary)
+        product = np.asarray(self.spreading * self.absorption * self.visibility * self.boundary)
+        return product if self.caustic is None else product * self.caustic
+
+
+def ray_name(family: str, branch: int) -> str:
+    """Name of one ray of a family: D for the first, D2 for the second, by launch angle."""
+    return f"{family}{branch + 1}" if branch else family

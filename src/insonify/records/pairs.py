@@ -31,6 +31,11 @@ class Pairs:
         """Families out and back of each ordered pair."""
         return [(self.out.families[i], self.back.families[j]) for i, j in self.pair]
 
+    def rays(self) -> list[tuple[str, str]]:
+        """Rays out and back of each ordered pair: their families, and numbers where a family has several."""
+        out, back = self.out.rays, self.back.rays
+        return [(out[i], back[j]) for i, j in self.pair]
+
     def only(self, pairs: NDArray[np.int64]) -> "Pairs":
         """The same block with some of its ordered pairs, given by their rows."""
         return Pairs(self.scatterers, self.out, self.back, self.pair[pairs], self.strength[pairs])

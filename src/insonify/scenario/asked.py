@@ -92,6 +92,8 @@ class Asked:
     def words(self) -> str:
         """The kind of value in words: "a length in m", "a list of 3", "one of box, point"."""
         inner = get_args(self.kind)
+        if self.kind is not type(None) and self._said("words"):
+            return self._said("words")
         if get_origin(self.kind) is Literal:
             return f"one of {', '.join(str(choice) for choice in inner)}"
         if get_origin(self.kind) in (tuple, list):

@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.ocean.kinks import kinks
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
 from insonify.sonar.beam import grating_lobes
 from insonify.sonar.heard import heard_pulse
+from insonify.sonar.track import poses
 from insonify.validity import PhysicsWarning
 
 if TYPE_CHECKING:
@@ -24,16 +26,17 @@ MOST_LOST = 0.1
 
 
 def cautions(scenario: Scenario) -> None:
-    """Warn of laws outside their range, of a receiver too narrow for its pulse, and of grating lobes.
+    """Warn of laws outside their range, a receiver too narrow for its pulse, grating lobes, and sharp profiles.
 
     Args:
         scenario: A scenario without faults.
     """
     sonar, water = scenario.sonar, scenario.water
     water.absorption(sonar.pulse.frequency)  # for the warning that its law gives of itself
-    said = [_narrow_receiver(scenario)]
+    depth = float(poses(scenario.track).position[0, 2])  # the same at every ping
+    said = [_narrow_receiver(scenario), _kinks(scenario, depth)]
     for end, array in zip(("transmit", "receive"), sonar.arrays, strict=True):
-        said.append(_grating_lobes(end, array, sonar.pulse.frequency, water.sound_speed))
+        said.append(_grating_lobes(end, array, sonar.pulse.frequency, float(water.speed_at(depth))))
     for sentence in filter(None, said):
         warnings.warn(sentence, PhysicsWarning, stacklevel=2)
 
@@ -48,6 +51,24 @@ def _narrow_receiver(scenario: Scenario) -> str:
     return (
         f"sonar.receiver.band: {band / 1e3:g} kHz is narrow for a pulse with a band of {width}; "
         f"{100 * lost:.0f} % of its energy is not recorded, and levels are lower by as much. Give a wider band."
+    )
+
+
+def _kinks(scenario: Scenario, sonar_depth: float) -> str:
+    """A word on corners of the profile that make caustics; empty where there is none within the window's range."""
+    water, bed = scenario.water, scenario.seabed.depth
+    if not water.layered:
+        return ""
+    farthest = water.fastest * scenario.track.window[1] / 2
+    found = [kink for kink in kinks(water.profile_to(bed), sonar_depth, farthest) if 0 < kink.depth < bed]
+    if not found:
+        return ""
+    first = found[0]
+    depths = " and ".join(f"{kink.depth:g} m" for kink in found)
+    return (
+        f"water.profile: the gradient jumps by {first.jump:.3g} 1/s at {depths}, which gathers rays to a caustic from "
+        f"{first.reach:.0f} m on that smooth water would have elsewhere or not at all. "
+        "Give water.smoothing, such as 1 m, to round the corners, or a finer profile."
     )
 
 

@@ -38,12 +38,30 @@ def scenario_faults(scenario: Scenario) -> Iterator[PydanticCustomError]:
         Errors of `located`, each at the guilty value, with its limit and the way out.
     """
     yield from scene_faults(scenario.seabed, scenario.targets)
+    yield from _profile_short_of_the_water(scenario)
     places = _places(scenario)
     yield from _arrays_out_of_the_water(scenario, places)
     yield from _sonar_in_a_box(scenario, places)
     yield from _deaf_beams(scenario)
     if scenario.paths.geometry == "slice":
         yield from _out_of_the_slice(scenario)
+
+
+def _profile_short_of_the_water(scenario: Scenario) -> Iterator[PydanticCustomError]:
+    written, bed = scenario.water.profile, scenario.seabed.depth
+    if written is None:
+        return
+    first, last = written.depth[0], written.depth[-1]
+    if first > 0:
+        yield located(
+            "water.profile", None, f"begins at {first:g} m; sound speed must be known from the surface (0 m) "
+            f"to the seabed ({bed:g} m). Add a row for 0 m, or move the first one there.",
+        )  # fmt: skip
+    if last < bed:
+        yield located(
+            "water.profile", None, f"ends at {last:g} m, above the seabed ({bed:g} m). "
+            f"Add a row for {bed:g} m or deeper, such as [{bed:g}, {written.speed[-1]:g}].",
+        )  # fmt: skip
 
 
 def _places(scenario: Scenario) -> dict[str, Floats]:
@@ -96,9 +114,14 @@ def _deaf_beams(scenario: Scenario) -> Iterator[PydanticCustomError]:
     # Whether a steered beam exists depends on the wavelength, which no array knows by itself.
     for end, array in zip(ENDS, scenario.sonar.arrays, strict=True):
         try:
-            beams(array, scenario.sonar.pulse.frequency, scenario.water.sound_speed)
+            beams(array, scenario.sonar.pulse.frequency, _speed_at_the_sonar(scenario))
         except ValueError as fault:
             yield located(f"sonar.{end}.steer", None, str(fault))
+
+
+def _speed_at_the_sonar(scenario: Scenario) -> float:
+    """Sound speed at the platform [m/s]; its depth is the same at every ping."""
+    return float(scenario.water.speed_at(poses(scenario.track).position[0, 2]))
 
 
 def _out_of_the_slice(scenario: Scenario) -> Iterator[PydanticCustomError]:

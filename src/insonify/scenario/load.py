@@ -41,16 +41,17 @@ def load(model: type[Model], path: str | Path) -> Model:
     Raises:
         ScenarioError: Every fault found in the file, one line each.
     """
-    return parse(model, _text(Path(path)), name=str(path))
+    return parse(model, _text(Path(path)), name=str(path), folder=Path(path).parent)
 
 
-def parse(model: type[Model], text: str, *, name: str = "scenario") -> Model:
+def parse(model: type[Model], text: str, *, name: str = "scenario", folder: Path | None = None) -> Model:
     """A noun from a YAML text.
 
     Args:
         model: The noun's class.
         text: The YAML.
         name: What messages call the text.
+        folder: Where the files that it names are looked for; None is where the program runs.
 
     Raises:
         ScenarioError: Every fault found in the text, one line each.
@@ -59,15 +60,15 @@ def parse(model: type[Model], text: str, *, name: str = "scenario") -> Model:
     if source.values is None:
         raise ScenarioError(source.faults)
     source.faults += strays(model, source)
-    noun, faults = _validated(model, source)
+    noun, faults = _validated(model, source, folder or Path())
     if noun is None or source.faults:
         raise ScenarioError([*source.faults, *faults])
     return noun
 
 
-def _validated(model: type[Model], source: Source) -> tuple[Model | None, list[Advice]]:
+def _validated(model: type[Model], source: Source, folder: Path) -> tuple[Model | None, list[Advice]]:
     try:
-        return model.model_validate(source.values), []
+        return model.model_validate(source.values, context={"folder": folder}), []
     except ValidationError as error:
         return None, advise(error, model, source)
 

@@ -45,6 +45,13 @@ class Scene(Noun):
         """Occluding bodies as numbers for kernels, shape (boxes, 8), see `box_body`."""
         return np.array([box_body(box, self.seabed.depth) for box in self.boxes]).reshape(-1, 8)
 
+    @property
+    def body_depths(self) -> tuple[float, float]:
+        """Depths of the highest top and of the deepest base of all bodies [m]; those of the seabed without any."""
+        top, base = self.bodies[:, 6:8].T
+        bed = self.seabed.depth
+        return float(top.min(initial=bed)), min(float(base.max(initial=0.0)), bed) if len(base) else bed
+
 
 def scene_faults(seabed: Seabed, targets: tuple[Target, ...]) -> Iterator[PydanticCustomError]:
     """Everything that keeps targets from standing in the water, each with a label of its own.

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.ocean.water import Water
 from insonify.sonar.beam import Beams, beams
 from insonify.sonar.heard import HeardPulse
 from insonify.sonar.sonar import Sonar, array_position, array_rotation
@@ -23,7 +24,7 @@ class Stance:
     ping: int
     """Number of the ping."""
     sound_speed: float
-    """Speed of sound [m/s]."""
+    """Speed of sound at the transmitter [m/s]."""
     transmit_place: Floats
     """North, east, depth of the transmitter [m], shape (3,)."""
     receive_place: Floats
@@ -66,7 +67,7 @@ class Stance:
 
 
 def stance(sonar: Sonar, poses: Poses, ping: int, *, window: tuple[float, float], pulse: HeardPulse,
-           sound_speed: float) -> Stance:  # fmt: skip
+           water: Water) -> Stance:  # fmt: skip
     """The sonar as it stands at one ping.
 
     Args:
@@ -75,20 +76,22 @@ def stance(sonar: Sonar, poses: Poses, ping: int, *, window: tuple[float, float]
         ping: Number of the ping.
         window: Start and stop of the recording [s].
         pulse: The sonar's heard pulse, made once for all pings.
-        sound_speed: Speed of sound [m/s].
+        water: What the arrays stand in: a beam is as wide as the sound speed at its own array makes it.
     """
     body = poses.rotation(ping)
     rotation = array_rotation(sonar, body)
     transmit, receive = sonar.arrays
     frequency = sonar.pulse.frequency
+    places = [array_position(array, poses.position[ping], body) for array in (transmit, receive)]
+    speeds = [float(water.speed_at(place[2])) for place in places]
     facing = rotation[0] * np.cos(sonar.steers[0]) + rotation[1] * np.sin(sonar.steers[0])
     return Stance(
         ping=ping,
-        sound_speed=sound_speed,
-        transmit_place=array_position(transmit, poses.position[ping], body),
-        receive_place=array_position(receive, poses.position[ping], body),
-        transmit_beams=beams(transmit, frequency, sound_speed, rotation),
-        receive_beams=beams(receive, frequency, sound_speed, rotation),
+        sound_speed=speeds[0],
+        transmit_place=places[0],
+        receive_place=places[1],
+        transmit_beams=beams(transmit, frequency, speeds[0], rotation),
+        receive_beams=beams(receive, frequency, speeds[1], rotation),
         boresight=rotation[0],
         bearing=float(np.arctan2(facing[1], facing[0])),
         track=poses.position,
@@ -97,3 +100,17 @@ def stance(sonar: Sonar, poses: Poses, ping: int, *, window: tuple[float, float]
         source_level_db=sonar.source_level_db,
         channel_count=sonar.channel_count,
     )
+
+
+def end_depths(sonar: Sonar, poses: Poses) -> Floats:
+    """Depths that transmitter or receiver have on a track [m], increasing, each once.
+
+    Args:
+        sonar: The sonar.
+        poses: Poses of its platform.
+    """
+    # The third row of the rotation from body to world, for every ping at once.
+    level = np.cos(poses.pitch)
+    down = np.stack([-np.sin(poses.pitch), level * np.sin(poses.roll), level * np.cos(poses.roll)], axis=-1)
+    depths = [poses.position[:, 2] + down @ np.asarray(array.offset) for array in sonar.arrays]
+    return np.unique(np.round(depths, 9))  # rounding would make one depth many

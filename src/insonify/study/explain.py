@@ -145,7 +145,8 @@ def _line(behind: Behind, row: int, terms: NDArray[np.float64]) -> str:
     away = float(np.linalg.norm(p.place[row] - behind.stance.receive_place))
     cells = "".join(f"{round(float(value), 1) + 0.0:8.1f}" for value in terms)
     phase = round(float(np.degrees(np.angle(behind.pressure[row])))) + 0
-    where = f"{p.family_out[row]!s:<4s}{p.family_back[row]!s:<4s}{away:9.2f}"
+    out, back = p.rays(row)
+    where = f"{out:<4s}{back:<4s}{away:9.2f}"
     return f"{p.delay[row] * 1e3:9.4f} {where}{cells}{phase:7d}"
 
 

@@ -46,15 +46,14 @@ class Coherent:
         heard = leg_weights(pairs.back, self.stance.receive_beams, self.stance.frequency)
         merge = pairs.out is pairs.back and self.perturbation.still
         rows = {(int(i), int(j)): row for row, (i, j) in enumerate(pairs.pair)}
+        names = pairs.rays()
         for (i, j), row in rows.items():
             twin = merge and i != j and (j, i) in rows
             if twin and i > j:
                 continue
             strength = pairs.strength[row] * pairs.scatterers.phase
             if not self.perturbation.still:
-                strength = strength * self.perturbation.factor(
-                    pairs.scatterers.place, pairs.out.families[i], pairs.back.families[j]
-                )
+                strength = strength * self.perturbation.factor(pairs.scatterers.place, *names[row])
             delay = pairs.out.delay[i] + pairs.back.delay[j]
             for channel, row_of_cells in enumerate(cells):
                 s, h = sent[channel % len(sent)], heard[channel % len(heard)]

@@ -45,7 +45,13 @@ class Perturbation:
         return 1 + self.amplitude**2 / 3
 
     def factor(self, place: NDArray[np.uint64], out: str, back: str) -> NDArray[np.complex128]:
-        """Complex factor of the replicas of some places, for one ordered pair of families [1], shape (n,)."""
+        """Complex factor of the replicas of some places, for one ordered pair of rays [1], shape (n,).
+
+        Args:
+            place: Keys of the places, shape (n,).
+            out: Family of the leg out, with a number where it is a further ray of it, such as D2.
+            back: Family of the leg back, likewise.
+        """
         result = np.empty(len(place), complex)
         families = (_code(out) << 8) | _code(back)
         k0, k1 = streams.key(self.seed, streams.JITTER)
@@ -58,10 +64,11 @@ def perturbation(seed: int, ping: int, choice: PathChoice) -> Perturbation:
     return Perturbation(seed, ping, choice.jitter, choice.amplitude_perturbation)
 
 
-def _code(family: str) -> int:
-    """A number of its own for each family: twice its bounces, plus one where the bottom comes first."""
+def _code(ray: str) -> int:
+    """A number below 256 for each ray: twice its bounces, plus one if bottom first, plus 32 for each ray before it."""
+    family = ray.rstrip("12345678")
     string = bounces(family)
-    return 2 * len(string) + string.startswith("B")
+    return 32 * (int(ray[len(family) :] or 1) - 1) + 2 * len(string) + string.startswith("B")
 
 
 @njit(cache=True, nogil=True)

@@ -1,0 +1,46 @@
+"""How many rays a second the solver finds: from a sonar at 11 m to points in 20 m of water, one family at a time."""
+
+import numpy as np
+
+from insonify.propagation._eigenray_kernel import COLUMNS, MOST, solve_points
+from measure import Result, best_seconds
+
+COLUMNS_OF_WATER = {
+    "one gradient": ([0, 20], [1510, 1500]),
+    "thermocline": ([0, 8, 14, 20], [1510, 1510, 1490, 1490]),
+    "8 layers": (np.linspace(0, 20, 9), 1510 - 20 / (1 + np.exp((8 - np.linspace(0, 20, 9)) / 2))),
+}
+FAMILIES = {"D": (0, False), "S": (1, True), "BS": (2, False)}
+AT_ONCE = 1024  # points of one call: their rays fit the cache
+CALLS = 32
+UNIT = "M rays/s, 1 core"
+
+
+def exact_at_one_depth() -> list[Result]:
+    """Points at random ranges to 150 m, 1 m above the seabed."""
+    random = np.random.default_rng(1)
+    return _rates("exact rays at one depth", np.full(AT_ONCE, 19.0), random.uniform(1, 150, AT_ONCE), "goal 5")
+
+
+def exact_anywhere() -> list[Result]:
+    """Points that share neither range nor depth."""
+    random = np.random.default_rng(2)
+    return _rates("exact rays anywhere", random.uniform(0, 20, AT_ONCE), random.uniform(1, 150, AT_ONCE), "")
+
+
+def _rates(what: str, depth: np.ndarray, ranges: np.ndarray, note: str) -> list[Result]:
+    rays, count = np.zeros((AT_ONCE, MOST, COLUMNS)), np.zeros(AT_ONCE, np.int64)
+    status = np.zeros(AT_ONCE, np.uint8)
+    runs, found = {}, {}
+    for water, (z, c) in COLUMNS_OF_WATER.items():
+        for family, (bounces, up) in FAMILIES.items():
+            asked = (np.asarray(z, float), np.asarray(c, float), 11.0, bounces, up, depth, ranges, rays, count, status)
+            solve_points(*asked)
+            name = f"{what}, {water}, {family}"
+            found[name] = count.sum()
+            runs[name] = lambda asked=asked: [solve_points(*asked) for _ in range(CALLS)]
+    seconds = best_seconds(runs)
+    return [Result(name, CALLS * found[name] / best / 1e6, UNIT, note) for name, best in seconds.items()]
+
+
+BENCHES = [exact_at_one_depth, exact_anywhere]

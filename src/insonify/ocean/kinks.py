@@ -1,0 +1,78 @@
+"""Corners of a profile at which rays gather that real water would let pass.
+
+A ray that is level where it meets a corner, and bends back faster beyond it, comes down nearer than
+the rays that turn just before: range has a maximum there, and the ray tube closes to a caustic. With
+the gradient that jumps, the caustic stands at the corner's own ray, however weak the layers are; with
+a rounded corner it lies elsewhere, or nowhere.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.ocean.profile import SoundSpeedProfile
+
+Floats = NDArray[np.float64]
+
+SHARP = 0.5
+"""Jump of the gradient below which a corner passes without a word [1/s]."""
+_RAYS = 200  # that turn in the layer beyond a corner
+
+
+@dataclass(frozen=True, slots=True)
+class Kink:
+    """One corner, and where its caustic begins."""
+
+    depth: float
+    """Depth of the corner [m]."""
+    jump: float
+    """How much more the gradient bends rays back beyond the corner [1/s]."""
+    reach: float
+    """Horizontal distance from the source to the nearest ray that turns beyond the corner [m]."""
+
+
+def kinks(profile: SoundSpeedProfile, source_depth: float, farthest: float) -> Iterator[Kink]:
+    """Corners that make a caustic within reach of a source.
+
+    Args:
+        profile: Speed of sound against depth.
+        source_depth: Depth of the source, within the profile [m].
+        farthest: Farthest horizontal distance of interest [m].
+
+    Yields:
+        The corners above the source, nearest first, then those below.
+    """
+    for sign in (-1.0, 1.0):
+        distance, speed = _away(profile, source_depth, sign)
+        for i in range(1, distance.size - 1):
+            before, beyond = np.diff(speed[i - 1 : i + 2]) / np.diff(distance[i - 1 : i + 2])
+            if speed[i] < speed[: i + 1].max() or beyond - before <= SHARP:
+                continue  # no ray is level here, or it does not bend back faster
+            reach = _nearest_turn(distance[: i + 2], speed[: i + 2])
+            if reach <= farthest:
+                yield Kink(source_depth + sign * float(distance[i]), float(beyond - before), reach)
+
+
+def _away(profile: SoundSpeedProfile, source_depth: float, sign: float) -> tuple[Floats, Floats]:
+    """Distances from the source to itself and the knots on one side [m], and the speeds there [m/s]."""
+    distance = sign * (profile.depth - source_depth)
+    ahead = np.sort(distance[distance > 0])
+    distance = np.concatenate([[0.0], ahead])
+    return distance, profile.at(source_depth + sign * distance)
+
+
+def _nearest_turn(distance: Floats, speed: Floats) -> float:
+    """Smallest horizontal distance to the turn of a ray that turns in the last layer [m].
+
+    Arcs of circles: over a layer from speed c1 to c2 a ray of slowness p runs
+    p (c1 + c2) dz / (s1 + s2), s the sine of its elevation (Snell's law).
+    """
+    turn = np.linspace(speed[-2], speed[-1], _RAYS + 1)[1:, None]
+    last = distance[-2] + (turn - speed[-2]) / (speed[-1] - speed[-2]) * (distance[-1] - distance[-2])
+    z = np.concatenate([np.broadcast_to(distance[:-1], (_RAYS, distance.size - 1)), last], axis=1)
+    c = np.concatenate([np.broadcast_to(speed[:-1], (_RAYS, speed.size - 1)), turn], axis=1)
+    sine = np.sqrt((1 - c / turn) * (1 + c / turn))
+    run = (c[:, 1:] + c[:, :-1]) / turn * np.diff(z, axis=1) / (sine[:, 1:] + sine[:, :-1])
+    return float(run.sum(axis=1).min())

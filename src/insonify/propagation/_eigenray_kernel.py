@@ -1,0 +1,373 @@
+"""All rays of one path family from a source to points. Plain numbers and arrays only.
+
+For each route of the family (`_route_kernel`) the rays that may follow it form lanes (`_lane_kernel`); a lane is cut
+into pieces where the distance is monotone, so that each piece holds one ray to a point or none, and none is missed.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from insonify.propagation._finish_kernel import (
+    AMPLITUDE,
+    AT_END,
+    B_FAR,
+    B_PINNED,
+    B_V,
+    BLOCK,
+    BLOCK_ROWS,
+    CAUSTICS,
+    COLUMNS,
+    DELAY,
+    FOLD,
+    FOLD_BEND,
+    FOLD_SHARE,
+    LENGTH,
+    LOUDEST,
+    SIN_ARRIVAL,
+    SIN_LAUNCH,
+    SLOWNESS,
+    TURNS,
+    approach,
+    describe,
+    finish,
+)
+from insonify.propagation._lane_kernel import (
+    LEVEL,
+    reach,
+    root,
+)
+from insonify.propagation._piece_kernel import GUESSES, MOST, ROUNDING, lane_rays
+from insonify.propagation._route_kernel import (
+    GRADIENT,
+    HALF_TURNS,
+    KAPPA,
+    LANE_ROWS,
+    NEAR,
+    NODES,
+    POINT,
+    ROUTE,
+    ROUTE_COLUMNS,
+    SOURCE,
+    SPEED,
+    STRETCH,
+    TURN_FAST,
+    TURN_NODE,
+    TURN_SLOW,
+    cross,
+    end_route,
+    fastest,
+    lay_nodes,
+    start_route,
+    turning_slabs,
+)
+
+Floats = NDArray[np.float64]
+Integers = NDArray[Any]
+
+__all__ = [
+    "AMPLITUDE", "AT_END", "CAUSTICS", "COLUMNS", "DELAY", "FOLD", "FOLD_BEND", "FOLD_SHARE", "LENGTH", "MOST",
+    "SIN_ARRIVAL", "SIN_LAUNCH", "SLOWNESS", "TURNS", "solve_points",
+]  # fmt: skip
+
+MOST_TURNS = 64
+CLEAR, SHADOW, TURNED, BEYOND_CRITICAL = 0, 3, 4, 5  # the values of records.legs.Status
+MOST_PIECES = 62
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def solve_points(
+    depth: Floats, speed: Floats, source_depth: float, bounces: int, first_up: bool, point_depth: Floats,
+    ranges: Floats, rays: Floats, count: Integers, status: Integers,
+) -> None:  # fmt: skip
+    """All rays of one family to each point. Points of one depth that follow each other share the work on it.
+
+    Args:
+        depth: Knots of the column, from 0 to the seabed [m], (m,).
+        speed: Sound speed there [m/s], (m,).
+        source_depth: Depth of the source [m], in the water.
+        bounces: Bounces off the boundaries in turn.
+        first_up: Whether the first is off the surface; without bounces it plays no part.
+        point_depth: Depths of the points [m], in the water, (n,).
+        ranges: Their horizontal distances [m], 0 or more, (n,).
+        rays: Result, (n, MOST, COLUMNS); the first `count` rows of each point, by launch angle, upward first.
+        count: Result, rays found, (n,).
+        status: Result, CLEAR, or why there is none: SHADOW (no ray of the family gets there), TURNED (its rays
+            turn before the bounce or before the depth), BEYOND_CRITICAL (in a gap between rays that turn at a kink
+            of the profile and rays that pass it), (n,).
+    """
+    lane = np.zeros((LANE_ROWS, max(depth.size + 2, ROUTE_COLUMNS)))
+    slabs, edges = np.empty((2, 3, depth.size + 2)), np.empty((2, MOST_PIECES + 2))
+    block, pick = np.empty((BLOCK_ROWS, BLOCK)), np.empty(BLOCK, np.int64)
+    guesses = np.empty((3, GUESSES))
+    work = (block, pick, guesses, edges)
+    here = np.zeros(2, np.int64)
+    out = (here, ranges, rays, count)
+    count[:] = 0
+    begin = 0
+    while begin < ranges.size:
+        end = begin + 1
+        low = high = ranges[begin]
+        while end < ranges.size and end - begin < BLOCK and point_depth[end] == point_depth[begin]:
+            low, high = min(low, ranges[end]), max(high, ranges[end])
+            end += 1
+        lay_nodes(depth, speed, source_depth, point_depth[begin], lane)
+        here[0], here[1] = begin, end
+        limit = direct_rays(lane, bounces, first_up, work, out)
+        farthest = limit
+        if bounces == 0:
+            farthest = ducted_rays(lane, slabs, low, high, limit, work, out)
+        elif bounces == 1:
+            farthest = bounced_rays(lane, first_up, slabs, low, high, limit, work, out)
+        for i in range(begin, end):
+            if count[i] > 0:
+                status[i] = CLEAR
+                if count[i] > 1:
+                    by_launch(rays[i], count[i])
+            elif ranges[i] <= farthest:
+                status[i] = BEYOND_CRITICAL
+            else:
+                status[i] = TURNED if farthest == limit else SHADOW
+        begin = end
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def direct_rays(lane: Floats, bounces: int, first_up: bool, work: Any, out: Any) -> float:
+    """Rays that never turn: at most one to each point.
+
+    Args:
+        lane: Nodes, see `_route_kernel`; its route changes.
+        bounces: See `solve_points`.
+        first_up: See `solve_points`.
+        work: Room for a block of rays, their points, guesses, and ends of pieces.
+        out: First and last + 1 of points at one depth; ranges, rays and their count of all, see `solve_points`.
+
+    Returns:
+        Distance that no such ray exceeds [m].
+    """
+    here, ranges, rays, count = out
+    block, pick = work[0], work[1]
+    s, r, nodes = int(lane[ROUTE, SOURCE]), int(lane[ROUTE, POINT]), int(lane[ROUTE, NODES])
+    start_route(lane)
+    at, up, first, last = s, first_up, min(s, r), max(s, r)
+    for _ in range(bounces):
+        at = cross(lane, at, 0 if up else nodes - 1)
+        first, last, up = min(first, at), max(last, at), not up
+    cross(lane, at, r)
+    launch = -1.0 if (first_up if bounces else r < s) else 1.0
+    arrival = launch if bounces % 2 == 0 else -launch
+    if first == last:
+        return level_rays(lane, s, out)
+    end_route(lane, first, last)
+    limit = reach(LEVEL, lane)[0]
+    straight, slower = 0.0, 0.0
+    for j in range(first, last):
+        straight += 0.5 * lane[STRETCH, j]
+        slower += 0.25 * lane[STRETCH, j] * (lane[KAPPA, j] + lane[KAPPA, j + 1])
+    slower /= straight
+    found = 0
+    for i in range(here[0], here[1]):
+        if ranges[i] > limit * (1 + ROUNDING):
+            continue
+        ratio = straight / ranges[i]  # v in water of one speed
+        block[B_FAR, found], block[B_PINNED, found] = ranges[i], 0.0
+        block[B_V, found] = math.sqrt(max(ratio * ratio - slower, 0.05 * ratio * ratio))
+        if ranges[i] >= limit * (1 - ROUNDING):
+            block[B_V, found], block[B_PINNED, found] = LEVEL, 1.0
+        elif ratio > 1e9:
+            block[B_V, found], block[B_PINNED, found] = min(ratio, 1e300), 2.0
+        pick[found] = i
+        found += 1
+    approach(lane, block, found, LEVEL, math.inf, True)
+    for i in range(found):
+        if block[B_PINNED, i] == 0:
+            block[B_V, i] = root(block[B_FAR, i], LEVEL, 2 * straight / block[B_FAR, i], True, lane)
+    finish(lane, block, found)
+    for i in range(found):
+        k = pick[i]
+        describe(lane, block, i, launch, arrival, 0, rays, k, count[k])
+        count[k] += 1
+    return limit
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def level_rays(lane: Floats, s: int, out: Any) -> float:
+    """Straight rays along the source's own depth, where the speed of sound does not change.
+
+    Args:
+        lane: Nodes.
+        s: Node of the source, and of the points.
+        out: See `direct_rays`.
+
+    Returns:
+        Distance that no such ray exceeds [m].
+    """
+    here, ranges, rays, count = out
+    nodes, c = int(lane[ROUTE, NODES]), lane[SPEED, s]
+    above = s > 0 and lane[GRADIENT, s - 1] == 0
+    below = s + 1 < nodes and lane[GRADIENT, s] == 0
+    inside = (above or s == 0) and (below or s + 1 == nodes)
+    for i in range(here[0], here[1]):
+        if not (above or below) and ranges[i] > 0:
+            continue
+        row = rays[i, count[i]]
+        row[:] = 0.0
+        row[DELAY], row[SLOWNESS], row[LENGTH] = ranges[i] / c, 1 / c, ranges[i]
+        row[AMPLITUDE] = min(LOUDEST, 1 / ranges[i]) if ranges[i] > 0 else LOUDEST
+        row[AT_END] = 0.0 if inside else 1.0
+        row[FOLD], row[FOLD_BEND] = math.inf, 1.0
+        count[i] += 1
+    return math.inf if above or below else 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def ducted_rays(
+    lane: Floats, slabs: Floats, low: float, high: float, limit: float, work: Any, out: Any
+) -> float:  # fmt: skip
+    """Rays that turn without meeting a boundary, those with the fewest turns first.
+
+    Args:
+        lane: Nodes; its route changes.
+        slabs: Room for turning slabs, above and below, (2, 3, nodes).
+        low: Distance of the nearest point [m].
+        high: Distance of the farthest point [m].
+        limit: Distance that no ray without turn exceeds [m].
+        work: See `direct_rays`.
+        out: See `direct_rays`.
+
+    Returns:
+        Distance that no ray of the family exceeds [m], unless it turns more often than needed here.
+    """
+    s, r, nodes = int(lane[ROUTE, SOURCE]), int(lane[ROUTE, POINT]), int(lane[ROUTE, NODES])
+    so_far = fastest(lane, min(s, r), max(s, r))
+    above = turning_slabs(lane, min(s, r), 0, so_far, slabs[0])
+    below = turning_slabs(lane, max(s, r), nodes - 1, so_far, slabs[1])
+    farthest = limit
+    for turns in range(1, MOST_TURNS + 1):
+        nearest = math.inf
+        for first in range(2):  # the side of the first turn: 0 above, 1 below
+            turns_above = (turns + 1 - first) // 2
+            for i in range(above if turns_above > 0 else 1):
+                for k in range(below if turns > turns_above else 1):
+                    fast = ducted_route(lane, s, r, turns, first, i, k, so_far, slabs)
+                    if fast > 0:
+                        launch = -1.0 if first == 0 else 1.0
+                        arrival = launch if turns % 2 == 0 else -launch
+                        least, most = lane_rays(lane, fast, launch, arrival, low, high, work, out)
+                        nearest, farthest = min(nearest, least), max(farthest, most)
+        if nearest > high or full(out):
+            break
+    return farthest
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def full(out: Any) -> bool:
+    """Whether no point can take another ray; `out` as in `direct_rays`."""
+    here, _, _, count = out
+    least = MOST
+    for i in range(here[0], here[1]):
+        least = min(least, count[i])
+    return least >= MOST
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def ducted_route(
+    lane: Floats, s: int, r: int, turns: int, first: int, i: int, k: int, so_far: float, slabs: Floats
+) -> float:
+    """Lays the route of rays that turn some times.
+
+    Args:
+        lane: Nodes; its route changes.
+        s: Node of the source.
+        r: Node of the point.
+        turns: How often they turn.
+        first: Side of the first turn: 0 above, 1 below.
+        i: Which of the turning slabs above.
+        k: Which of those below.
+        so_far: Highest speed between source and point [m/s].
+        slabs: Turning slabs, above and below.
+
+    Returns:
+        Highest turning speed of the lane [m/s]; 0 where there is no such ray, and the route is as it was.
+    """
+    half_turns = (2 * ((turns + 1 - first) // 2), 2 * ((turns + first) // 2))
+    slow, fast = so_far, math.inf
+    upper, lower = min(s, r), max(s, r)
+    if half_turns[0] > 0:
+        upper = int(slabs[0, TURN_NODE, i])
+        slow, fast = max(slow, slabs[0, TURN_SLOW, i]), slabs[0, TURN_FAST, i]
+    if half_turns[1] > 0:
+        lower = int(slabs[1, TURN_NODE, k])
+        slow, fast = max(slow, slabs[1, TURN_SLOW, k]), min(fast, slabs[1, TURN_FAST, k])
+    if slow >= fast:
+        return 0.0
+    start_route(lane)
+    lane[ROUTE, HALF_TURNS], lane[ROUTE, HALF_TURNS + 1] = half_turns[0], half_turns[1]
+    lane[ROUTE, NEAR], lane[ROUTE, NEAR + 1] = upper, lower
+    at, side = s, first
+    for _ in range(turns):
+        at = cross(lane, at, upper if side == 0 else lower)
+        side = 1 - side
+    cross(lane, at, r)
+    end_route(lane, upper, lower)
+    return fast
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def bounced_rays(
+    lane: Floats, first_up: bool, slabs: Floats, low: float, high: float, limit: float, work: Any, out: Any
+) -> float:
+    """Rays with one bounce that turn before it, after it, or both: away from the boundary and back.
+
+    Args:
+        lane: Nodes; its route changes.
+        first_up: Whether the bounce is off the surface.
+        slabs: See `ducted_rays`.
+        low: See `ducted_rays`.
+        high: See `ducted_rays`.
+        limit: See `ducted_rays`.
+        work: See `direct_rays`.
+        out: See `direct_rays`.
+
+    Returns:
+        Distance that no ray of the family exceeds [m].
+    """
+    s, r, nodes = int(lane[ROUTE, SOURCE]), int(lane[ROUTE, POINT]), int(lane[ROUTE, NODES])
+    side, wall, stop = (1, 0, nodes - 1) if first_up else (0, nodes - 1, 0)  # side of the turns
+    start = max(s, r) if first_up else min(s, r)
+    so_far = fastest(lane, min(wall, start), max(wall, start))
+    found = turning_slabs(lane, start, stop, so_far, slabs[side])
+    away = 1.0 if first_up else -1.0  # from the wall
+    farthest = limit
+    for way in range(1, 4):
+        before, after = way != 2, way != 1
+        for k in range(found):
+            near = int(slabs[side, TURN_NODE, k])
+            start_route(lane)
+            at = s
+            if before:
+                at = cross(lane, at, near)
+            at = cross(lane, at, wall)
+            if after:
+                at = cross(lane, at, near)
+            cross(lane, at, r)
+            lane[ROUTE, NEAR + side], lane[ROUTE, HALF_TURNS + side] = near, (4 if way == 3 else 2)
+            end_route(lane, min(wall, near), max(wall, near))
+            launch, arrival = (away if before else -away), (-away if after else away)
+            fast = slabs[side, TURN_FAST, k]
+            farthest = max(farthest, lane_rays(lane, fast, launch, arrival, low, high, work, out)[1])
+    return farthest
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def by_launch(rows: Floats, count: int) -> None:
+    """Sorts the first rows by launch angle, upward first."""
+    for k in range(1, count):
+        j = k
+        while j > 0 and rows[j, SIN_LAUNCH] < rows[j - 1, SIN_LAUNCH]:
+            for column in range(COLUMNS):
+                rows[j, column], rows[j - 1, column] = rows[j - 1, column], rows[j, column]
+            j -= 1

@@ -1,0 +1,153 @@
+"""Which layers a ray crosses, how often, and where it may turn. Plain numbers and arrays only.
+
+The knots of the column, the source and the point together are the nodes; between two of them lies a slab of
+one gradient. A ray of given slowness that reaches the point crosses every slab between its highest and its
+lowest visited node a whole number of times, and turns inside at most one slab above and one below these.
+
+Nodes and route stand together in one array, the lane.
+"""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Integers = NDArray[Any]
+
+# Rows of a lane. A column each for every node, or for the slab below it.
+DEPTH = 0  # of the node [m]
+SPEED = 1  # of sound there [m/s]
+GRADIENT = 2  # of the slab [1/s]
+KAPPA = 3  # 1 - (c / c_m)^2, c_m the speed at the fastest node visited [1]
+STRETCH = 4  # passages (c_j + c_j+1) dz / c_m of the slab [m]
+PASSAGES = 5  # how often the slab is crossed
+ROUTE = 6  # the numbers below
+LANE_ROWS = 7
+
+# Columns of the row ROUTE.
+NODES = 0  # how many there are
+SOURCE = 1  # node of the source
+POINT = 2  # node of the point
+FIRST = 3  # highest node visited
+LAST = 4  # lowest node visited
+TOP = 5  # speed at the fastest node visited [m/s]
+HALF_TURNS = 6  # half turns above (6) and below (7)
+NEAR = 8  # node at which the ray gets into the slab where it turns, above (8) and below (9)
+BEND = 10  # half turns x c_m / |g| of that slab [m], 0 without a turn, above (10) and below (11)
+ROUTE_COLUMNS = 12
+
+# Rows of the slabs in which a ray may turn.
+TURN_NODE = 0  # node at which it gets in
+TURN_SLOW = 1  # turning speed above which it does so, and turns there [m/s]
+TURN_FAST = 2  # turning speed at which it would reach the far side [m/s]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def lay_nodes(depth: Floats, speed: Floats, source: float, point: float, lane: Floats) -> None:
+    """Nodes and slabs of a column with a source and a point in it.
+
+    Args:
+        depth: Depths of the knots [m], (m,).
+        speed: Sound speed there [m/s], (m,).
+        source: Depth of the source [m], in the water.
+        point: Depth of the point [m], in the water.
+        lane: Result, (LANE_ROWS, at least m + 2).
+    """
+    nodes = 0
+    upper, lower = min(source, point), max(source, point)
+    for j in range(depth.size):
+        lane[DEPTH, nodes], lane[SPEED, nodes] = depth[j], speed[j]
+        nodes += 1
+        if j + 1 == depth.size:
+            break
+        thick, change = depth[j + 1] - depth[j], speed[j + 1] - speed[j]
+        lane[GRADIENT, nodes - 1] = change / thick
+        for turn in range(2):
+            extra = upper if turn == 0 else lower
+            if depth[j] < extra < depth[j + 1] and extra > lane[DEPTH, nodes - 1]:
+                inside = speed[j] + (extra - depth[j]) / thick * change
+                lane[DEPTH, nodes] = extra
+                lane[SPEED, nodes] = min(max(speed[j], speed[j + 1]), max(min(speed[j], speed[j + 1]), inside))
+                lane[GRADIENT, nodes] = change / thick
+                nodes += 1
+    lane[ROUTE, NODES] = nodes
+    for i in range(nodes):
+        if lane[DEPTH, i] == source:
+            lane[ROUTE, SOURCE] = i
+        if lane[DEPTH, i] == point:
+            lane[ROUTE, POINT] = i
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def start_route(lane: Floats) -> None:
+    """Forgets the route before this one."""
+    lane[PASSAGES, :] = 0.0
+    for k in range(HALF_TURNS, ROUTE_COLUMNS):
+        lane[ROUTE, k] = 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def cross(lane: Floats, start: int, stop: int) -> int:
+    """Counts one passage from one node to another; returns the other."""
+    for j in range(min(start, stop), max(start, stop)):
+        lane[PASSAGES, j] += 1.0
+    return stop
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def end_route(lane: Floats, first: int, last: int) -> None:
+    """Notes what is the same for all rays of a route whose passages, half turns and turning slabs are known.
+
+    Args:
+        lane: The lane, changed.
+        first: Highest node visited.
+        last: Lowest node visited.
+    """
+    top = fastest(lane, first, last)
+    lane[ROUTE, FIRST], lane[ROUTE, LAST], lane[ROUTE, TOP] = first, last, top
+    for i in range(first, last + 1):
+        lane[KAPPA, i] = (top - lane[SPEED, i]) / top * ((top + lane[SPEED, i]) / top)
+    for j in range(first, last):
+        both = (lane[SPEED, j] + lane[SPEED, j + 1]) / top
+        lane[STRETCH, j] = lane[PASSAGES, j] * both * (lane[DEPTH, j + 1] - lane[DEPTH, j])
+    for side in range(2):
+        if lane[ROUTE, HALF_TURNS + side] > 0:
+            slab = int(lane[ROUTE, NEAR + side]) - 1 + side
+            lane[ROUTE, BEND + side] = lane[ROUTE, HALF_TURNS + side] * top / abs(lane[GRADIENT, slab])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def fastest(lane: Floats, first: int, last: int) -> float:
+    """Highest sound speed among the nodes first..last, both included [m/s]."""
+    top = lane[SPEED, first]
+    for i in range(first + 1, last + 1):
+        top = max(top, lane[SPEED, i])
+    return top
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def turning_slabs(lane: Floats, start: int, stop: int, so_far: float, slabs: Floats) -> int:
+    """Slabs in which a ray may turn as it goes on from a node, nearest first.
+
+    Args:
+        lane: The lane.
+        start: Node from which it goes on.
+        stop: Node of the boundary ahead.
+        so_far: Highest speed that it has met [m/s].
+        slabs: Result, (3, nodes).
+
+    Returns:
+        How many there are.
+    """
+    count, step = 0, (1 if stop > start else -1)
+    i = start
+    while i != stop:
+        ahead = lane[SPEED, i + step]
+        if ahead > so_far:
+            slabs[TURN_NODE, count], slabs[TURN_SLOW, count], slabs[TURN_FAST, count] = i, so_far, ahead
+            so_far = ahead
+            count += 1
+        i += step
+    return count
