@@ -31,7 +31,7 @@ demo: $(READY)  ## simulate the nominal scene and draw it
 	@echo "next:      source $(VENV)/bin/activate; insonify new harbour"
 
 test: $(READY)  ## run every test but the slow statistics (at most 8 minutes on two cores)
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n 2 --dist worksteal
 
 check: format-check lint types contract shape fast  ## what a reviewer would check (at most 90 seconds)
 
@@ -51,13 +51,13 @@ shape: $(READY)
 	$(BIN)/python tools/shape.py
 
 fast: $(READY)
-	$(BIN)/python -m pytest -q -m 'not validate and not slow'
+	$(BIN)/python -m pytest -q -n 2 --dist worksteal -m 'not validate and not slow'
 
 bench: $(READY)  ## measure speed on this machine
 	$(BIN)/python benchmarks/run.py
 
 validate: $(READY)  ## statistics over many draws (long)
-	$(BIN)/python -m pytest -m validate
+	$(BIN)/python -m pytest -n 2 --dist worksteal -m validate
 
 format: $(READY)  ## put the code into its one format
 	$(BIN)/ruff format $(wildcard $(SHOWN))

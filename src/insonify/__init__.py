@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from insonify.scenario.load import load_scenario as load_scenario
     from insonify.scenario.scenario import Scenario as Scenario
     from insonify.simulation import arrivals as arrivals
+    from insonify.simulation import labels as labels
     from insonify.simulation import levels as levels
     from insonify.simulation import simulate as simulate
 
@@ -21,11 +22,12 @@ _HOMES = {
     "Scenario": "insonify.scenario.scenario",
     "simulate": "insonify.simulation",
     "arrivals": "insonify.simulation",
+    "labels": "insonify.simulation",
     "levels": "insonify.simulation",
 }
 _PACKAGES = ("ocean", "scattering", "scene", "sonar", "records", "propagation", "processing", "drawing", "study")
 
-__all__ = ["Scenario", "arrivals", "levels", "load_scenario", "simulate"]
+__all__ = ["Scenario", "arrivals", "labels", "levels", "load_scenario", "simulate"]
 
 
 def __getattr__(name: str) -> object:

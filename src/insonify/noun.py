@@ -17,9 +17,10 @@ The path starts at the noun whose validator raises it.
 """
 
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import Annotated
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo
 from pydantic_core import PydanticCustomError
 
 from insonify.units import decibels, si
@@ -91,7 +92,17 @@ Seconds = Annotated[float, _quantity("time"), Field(json_schema_extra={"units": 
 Hertz = Annotated[float, _quantity("frequency"), Field(json_schema_extra={"units": "Hz"})]
 Radians = Annotated[float, _quantity("angle"), Field(json_schema_extra={"units": "rad"})]
 MetresPerSecond = Annotated[float, _quantity("speed"), Field(json_schema_extra={"units": "m/s"})]
+RadiansPerSecond = Annotated[float, _quantity("turn rate"), Field(json_schema_extra={"units": "rad/s"})]
 Celsius = Annotated[float, _quantity("temperature"), Field(json_schema_extra={"units": "degC"})]
 Decibels = Annotated[
     float, BeforeValidator(lambda value: decibels(_number(value))), Field(json_schema_extra={"units": "dB"})
 ]
+
+
+def _beside(value: str, info: ValidationInfo) -> str:
+    folder = (info.context or {}).get("folder", "")
+    return str(Path(folder, value).expanduser().absolute())
+
+
+DataFile = Annotated[str, AfterValidator(_beside)]
+"""A file that a scenario names: beside the scenario file (validation context `folder`), else beside the caller."""

@@ -3,8 +3,8 @@
 import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
-from functools import reduce
+from dataclasses import dataclass, replace
+from functools import cached_property, reduce
 from importlib.metadata import version
 from operator import iadd
 from pathlib import Path
@@ -15,26 +15,30 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from insonify.engines.paths import Paths
-from insonify.engines.view import Block
-from insonify.formats import zarr_store
+from insonify.engines.swath import SwathView, swath_of
+from insonify.formats import label_store, zarr_store
 from insonify.propagation.medium import rays_in
 from insonify.propagation.rays import FEW_DEPTHS, Domain
 from insonify.records.arrivals import Arrivals, expand, joined
-from insonify.records.pairs import Pairs
+from insonify.records.labels import LabelNames, Labels, beside, label_dataset
 from insonify.records.recording import Layout, dataset
+from insonify.records.swath import Swath
 from insonify.scenario.citations import citations
 from insonify.scenario.scenario import Scenario
 from insonify.scenario.write import to_yaml
 from insonify.sonar.heard import HeardPulse, heard_pulse
 from insonify.sonar.stance import Stance, end_depths, stance
-from insonify.sonar.track import Poses, poses
-from insonify.synthesis._groups import pulse_table
+from insonify.sonar.survey import Survey, survey
+from insonify.sonar.track import Poses, logged_poses, poses
+from insonify.synthesis._groups import PulseTable, pulse_table
 from insonify.synthesis.coherent import Coherent
 from insonify.synthesis.grid import TimeGrid, time_grid
 from insonify.synthesis.incoherent import Incoherent
+from insonify.synthesis.labels import Labelling, label_names
 from insonify.synthesis.levels import Levels, level_curves
 from insonify.synthesis.noise import noise, noise_intensity
 from insonify.synthesis.perturbation import perturbation
+from insonify.synthesis.traced import Traced, TracedLevels
 
 CHUNKS = 16
 """Parts that a ping's blocks are shared into: fixed, so that sums do not depend on the number of threads."""
@@ -50,8 +54,8 @@ class Reading(Protocol):
     def silence(self) -> Any:
         """Nothing heard yet."""
 
-    def take_in(self, heard: Any, pairs: Pairs) -> None:
-        """Add one block of scatterers."""
+    def take_in(self, heard: Any, pairs: Any) -> None:
+        """Add what the engine makes of one block."""
 
     def series(self, heard: Any) -> Any:
         """What was heard, over time."""
@@ -64,24 +68,60 @@ class Listening:
     scenario: Scenario
     engine: Paths
     poses: Poses
+    survey: Survey
     pulse: HeardPulse
     grid: TimeGrid
+    tracer: Any = None
+    """The engine that is heard instead, where the scenario asks for it."""
 
-    def stance(self, ping: int) -> Stance:
-        """The sonar as it stands at one ping."""
-        track = self.scenario.track
-        return stance(
-            self.scenario.sonar, self.poses, ping, window=track.window, pulse=self.pulse,
-            water=self.scenario.water,
-        )  # fmt: skip
+    def stance(self, ping: int, *, channel: int = 0) -> Stance:
+        """The sonar as it stands at one ping: the side that a channel belongs to."""
+        return self.stances(ping)[channel // self.scenario.sonar.beam_count]
+
+    def stances(self, ping: int) -> list[Stance]:
+        """The sonar's sides as they stand at one ping, in the order of their channels."""
+        return [
+            stance(
+                side, self.poses, ping, window=self.scenario.track.window, pulse=self.pulse,
+                water=self.scenario.water, whole=self.survey,
+            )
+            for side in self.scenario.sonar.one_sided
+        ]  # fmt: skip
+
+    def expectation(self, here: Stance) -> Incoherent | Traced:
+        """The incoherent reading of one ping, by the engine that the scenario asks for."""
+        if self.tracer is None:
+            return self.incoherent(here)
+        return Traced(here, self.grid, perturbation(self.scenario.seed, here.ping, self.scenario.paths))
 
     def incoherent(self, here: Stance) -> Incoherent:
         """The incoherent reading of one ping."""
         scenario = self.scenario
+        return Incoherent(here, self.grid, perturbation(scenario.seed, here.ping, scenario.paths), self._table)
+
+    def ground(self, here: Stance) -> SwathView | None:
+        """The quick way to the seabed of one ping, where there is one."""
+        bed = self.engine.scene.seabed.bed
+        if self.tracer is not None or bed is None or bed.span[0] == bed.span[1]:
+            return None
+        return swath_of(self.engine.scene, self.engine.choice, here, self.engine.rays)
+
+    def labelling(self, here: Stance) -> Labelling:
+        """The reading that labels one ping."""
+        floor = noise_intensity(self.pulse, self.scenario.water.noise_level_db)
+        cutters = tuple(target.label for target in self.scenario.scene.occluders)
+        return Labelling(self.incoherent(here), self.label_names, cutters, floor)
+
+    @property
+    def label_names(self) -> LabelNames:
+        """The axes of labels."""
+        return label_names(tuple(target.label for target in self.scenario.targets), self.scenario.paths.followed)
+
+    @cached_property
+    def _table(self) -> PulseTable:
         # A quarter more on each side: the pulse's ringing interferes too, though only a millionth of its energy.
         more = (self.pulse.stop - self.pulse.start) / 4
-        table = pulse_table(self.pulse.samples, self.pulse.start - more, self.pulse.stop + more, self.grid.sample_rate)
-        return Incoherent(here, self.grid, perturbation(scenario.seed, here.ping, scenario.paths), table)
+        return pulse_table(self.pulse.samples, self.pulse.start - more, self.pulse.stop + more, self.grid.sample_rate)
 
     def coherent(self, here: Stance) -> Coherent:
         """The coherent reading of one ping."""
@@ -93,10 +133,15 @@ def prepare(scenario: Scenario) -> Listening:
     pulse = heard_pulse(scenario.sonar)
     rate = scenario.sonar.receiver.sample_rate
     grid = time_grid(*scenario.track.window, rate, *pulse.ringing)
-    track = poses(scenario.track)
+    track = poses(scenario.track, seed=scenario.seed)
     rays = rays_in(scenario.scene, domain(scenario, track, pulse))
     engine = Paths(scenario.scene, scenario.paths, scenario.seed, rays)
-    return Listening(scenario, engine, track, pulse, grid)
+    tracer = None
+    if scenario.paths.engine == "tracer":
+        from insonify.engines.tracer import Tracer  # kernels of its own, which few runs ask for
+
+        tracer = Tracer(scenario.scene, scenario.paths, scenario.seed)
+    return Listening(scenario, engine, track, survey(scenario.sonar, track), pulse, grid, tracer)
 
 
 def domain(scenario: Scenario, track: Poses, pulse: HeardPulse) -> Domain:
@@ -129,13 +174,14 @@ def simulate(scenario: Scenario, *, pings: Iterable[int] | None = None, threads:
     """
     chosen = wanted_pings(scenario, pings)
     listening = prepare(scenario)
-    data = np.array([series for _, series in listen(listening, chosen, threads)])
-    return dataset(layout(listening), attributes(scenario), data, np.array(chosen))
+    shape = len(chosen), scenario.sonar.channel_count, listening.grid.count  # also of no pings at all
+    data = np.array([series for _, series in listen(listening, chosen, threads)]).reshape(shape)
+    return dataset(layout(listening), attributes(scenario), data, np.array(chosen, np.int64))
 
 
 def record(
     scenario: Scenario, path: str | Path, *, pings: Iterable[int] | None = None, threads: int | None = None,
-    overwrite: bool = False, on_ping: Callable[[int, int], None] | None = None,
+    overwrite: bool = False, on_ping: Callable[[int, int], None] | None = None, with_labels: bool | None = None,
 ) -> Path:  # fmt: skip
     """Simulate to disk, ping by ping; a run that was stopped goes on where it was.
 
@@ -146,6 +192,7 @@ def record(
         threads: How many cores to use.
         overwrite: Whether to replace another recording that is there.
         on_ping: Told the pings done and the pings wanted, before the first and after each.
+        with_labels: Whether labels are stored beside the sound; None: as the scenario's `output` says.
 
     Returns:
         The path.
@@ -154,11 +201,23 @@ def record(
     listening = prepare(scenario)
     zarr_store.create(path, layout(listening), attributes(scenario), overwrite=overwrite)
     mine, there = zarr_store.identity(path), zarr_store.done(path)
+    labelled = scenario.output.labels if with_labels is None else with_labels
+    if labelled:
+        label_store.create(path, listening.label_names, layout(listening), attributes(scenario))
+    told = label_store.done(path) if labelled else np.ones(len(there), bool)
     missing = [ping for ping in wanted if not there[ping]]
-    done = len(wanted) - len(missing)
+    unlabelled = [ping for ping in wanted if there[ping] and not told[ping]]
+    done = len(wanted) - len(missing) - len(unlabelled)
     tell = on_ping or (lambda *_: None)
     tell(done, len(wanted))
+    for ping in unlabelled:
+        label_store.write_ping(path, ping, label_ping(listening, ping, threads))
+        done += 1
+        tell(done, len(wanted))
     for ping, series in listen(listening, missing, threads):
+        # labels first: a ping whose sound is there is whole
+        if not told[ping]:
+            label_store.write_ping(path, ping, label_ping(listening, ping, threads))
         zarr_store.write_ping(path, ping, series, into=mine)
         done += 1
         tell(done, len(wanted))
@@ -173,43 +232,88 @@ def listen(
     level = scenario.water.noise_level_db
     with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
         for ping in pings:
-            here = listening.stance(ping)
+            sides = listening.stances(ping)
             if scenario.field == "coherent":
-                sound = hear(listening, listening.coherent(here), here, pool)
-                yield ping, sound + noise(listening.pulse, level, scenario.seed, ping, here.channel_count, count)
+                sound = np.concatenate([hear(listening, listening.coherent(here), here, pool) for here in sides])
+                yield ping, sound + noise(listening.pulse, level, scenario.seed, ping, len(sound), count)
             else:
-                intensity = hear(listening, listening.incoherent(here), here, pool)
+                intensity = np.concatenate([hear(listening, listening.expectation(here), here, pool) for here in sides])
                 yield ping, intensity + noise_intensity(listening.pulse, level)
 
 
 def hear(listening: Listening, reading: Reading, here: Stance, pool: ThreadPoolExecutor) -> Any:
     """One ping, heard by one reading: blocks are shared into a fixed number of parts, added in a fixed order."""
-    blocks = listening.engine.blocks(here, even=reading.even)
+    engine = listening.tracer if isinstance(reading, Traced | TracedLevels) else listening.engine
+    quick = reading if type(reading) is Incoherent and reading.brief else None
+    ground = listening.ground(here) if quick is not None else None
+    if ground is not None:
+        engine = replace(listening.engine, choice=ground.rest)
+    blocks = engine.blocks(here, even=reading.even)
 
-    def part(mine: list[Block]) -> Any:
+    def part(mine: list[Any]) -> Any:
         heard = reading.silence()
         for block in mine:
-            reading.take_in(heard, listening.engine.pairs(here, block))
+            reading.take_in(heard, engine.pairs(here, block))
         return heard
 
-    parts = [blocks[k::CHUNKS] for k in range(CHUNKS)]
-    return reading.series(reduce(iadd, pool.map(part, parts)))
+    def swathed(swath: Swath) -> Any:
+        assert quick is not None
+        heard = quick.silence()
+        quick.take_in_swath(heard, swath)
+        return heard
+
+    parts = [blocks[k::CHUNKS] for k in range(CHUNKS)] if blocks else [[]]
+    swaths = ground.gather(pool.map, swathed) if ground is not None else []
+    return reading.series(reduce(iadd, [*pool.map(part, parts), *swaths]))
 
 
-def arrivals(scenario: Scenario, ping: int = 0, *, window: tuple[float, float] | None = None) -> Arrivals:
-    """The paths of one ping, out and back, row by row.
+def label_ping(listening: Listening, ping: int, threads: int | None = None) -> Labels:
+    """The labels of one ping, all its sides."""
+    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+        return beside([hear(listening, listening.labelling(here), here, pool) for here in listening.stances(ping)])
+
+
+def labels(scenario: Scenario, ping: int = 0, *, threads: int | None = None) -> xr.Dataset:
+    """What each sample of one ping really is: whose echo, by which paths, from where; highlight, shadow or ghost.
 
     Args:
         scenario: What is simulated.
         ping: Number of the ping.
-        window: Earliest and latest delay wanted [s]; by default all that touch the recording.
+        threads: How many cores to use.
+
+    Returns:
+        The variables of `insonify.records.labels.COLUMNS` for that ping, over (channel, time).
 
     Raises:
         ValueError: The track has no such ping.
     """
     wanted_pings(scenario, [ping])
     listening = prepare(scenario)
-    here = listening.stance(ping)
+    made = label_ping(listening, ping, threads)
+    held = label_dataset([made], listening.label_names, listening.grid.time, np.array([ping]))
+    return held.isel(ping=0).assign_attrs(attributes(scenario))
+
+
+def arrivals(
+    scenario: Scenario, ping: int = 0, *, window: tuple[float, float] | None = None, channel: int = 0
+) -> Arrivals:
+    """The paths of one ping, out and back, row by row.
+
+    Args:
+        scenario: What is simulated.
+        ping: Number of the ping.
+        window: Earliest and latest delay wanted [s]; by default all that touch the recording.
+        channel: Which beam: of a sonar with two sides, the paths to and from the side that it belongs to.
+
+    Raises:
+        ValueError: The track has no such ping, or the sonar no such channel.
+    """
+    wanted_pings(scenario, [ping])
+    _insist_on_channel(scenario, channel)
+    if scenario.paths.engine == "tracer":
+        raise ValueError("paths.engine is tracer, and rays are energies, not paths. For arrivals write engine: paths.")
+    listening = prepare(scenario)
+    here = listening.stance(ping, channel=channel)
     first, last = window or here.heard_delays
     shaken = perturbation(scenario.seed, ping, scenario.paths)
     found: list[Arrivals] = []
@@ -240,15 +344,20 @@ def levels(scenario: Scenario, ping: int = 0, *, channel: int = 0, threads: int 
         ValueError: The track has no such ping, or the sonar no such channel.
     """
     wanted_pings(scenario, [ping])
+    _insist_on_channel(scenario, channel)
+    listening = prepare(scenario)
+    here = listening.stance(ping, channel=channel)
+    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+        whole = listening.expectation(here)
+        intensity = hear(listening, TracedLevels(whole) if isinstance(whole, Traced) else Levels(whole), here, pool)
+    floor = noise_intensity(listening.pulse, scenario.water.noise_level_db)
+    curves = level_curves(intensity, floor, listening.grid, channel % scenario.sonar.beam_count)
+    return curves.assign_attrs(**attributes(scenario), ping=ping, channel=channel)
+
+
+def _insist_on_channel(scenario: Scenario, channel: int) -> None:
     if not 0 <= channel < scenario.sonar.channel_count:
         raise ValueError(f"channel is {channel}; the sonar has channels 0 to {scenario.sonar.channel_count - 1}")
-    listening = prepare(scenario)
-    here = listening.stance(ping)
-    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
-        intensity = hear(listening, Levels(listening.incoherent(here)), here, pool)
-    floor = noise_intensity(listening.pulse, scenario.water.noise_level_db)
-    curves = level_curves(intensity, floor, listening.grid, channel)
-    return curves.assign_attrs(**attributes(scenario), ping=ping, channel=channel)
 
 
 def wanted_pings(scenario: Scenario, pings: Iterable[int] | None) -> list[int]:
@@ -259,7 +368,7 @@ def wanted_pings(scenario: Scenario, pings: Iterable[int] | None) -> list[int]:
     """
     if not isinstance(scenario, Scenario):
         raise TypeError(f"a Scenario is wanted, not a {type(scenario).__name__}; load one with insonify.load_scenario")
-    count = scenario.track.pings
+    count = scenario.track.ping_count
     chosen = list(range(count)) if pings is None else [int(ping) for ping in pings]
     for ping in chosen:
         if not 0 <= ping < count:
@@ -269,14 +378,18 @@ def wanted_pings(scenario: Scenario, pings: Iterable[int] | None) -> list[int]:
 
 def layout(listening: Listening) -> Layout:
     """What a recording of this scenario holds, but for the sound."""
-    track = listening.poses
+    scenario, true = listening.scenario, listening.poses
+    logged = logged_poses(scenario.track.logged, true, scenario.seed)
     return Layout(
-        field="pressure" if listening.scenario.field == "coherent" else "intensity",
+        field="pressure" if scenario.field == "coherent" else "intensity",
         time=listening.grid.time,
-        ping_time=track.time,
-        steer=np.array(listening.scenario.sonar.steers),
-        position=track.position,
-        attitude=np.stack([track.heading, track.pitch, track.roll], axis=-1),
+        ping_time=true.time,
+        steer=np.array(scenario.sonar.steers),
+        side=np.array(scenario.sonar.channel_sides, dtype=float),
+        position=true.position,
+        attitude=true.attitude,
+        logged_position=logged.position,
+        logged_attitude=logged.attitude,
     )
 
 

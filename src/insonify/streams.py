@@ -34,6 +34,14 @@ SEA = 9
 """Stream of the waves on the sea: wavenumber, direction and phase of each."""
 TERRAIN = 10
 """Stream of the relief: heights of lattice nodes, turns and shifts of octaves, sediment patches."""
+MOTION = 12
+"""Stream of the platform's motion: frequency and phase of each wave in each of its six freedoms."""
+NAVIGATION = 13
+"""Stream of the errors of the logged navigation, one draw per column and ping."""
+TRACER = 16
+"""Stream of the directions of traced rays, one draw per ray and ping."""
+GLINT = 17
+"""Stream of the glints of the sea surface: the waves that make them, one draw per place, family and bounce."""
 
 _WORD = np.uint64(0xFFFFFFFF)
 _SHIFT = np.uint64(32)

@@ -20,6 +20,7 @@ UNITS: dict[str, dict[str, float]] = {
     "frequency": {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6},
     "angle": {"rad": 1.0, "deg": np.pi / 180, "mrad": 1e-3},
     "speed": {"m/s": 1.0, "km/h": 1 / 3.6, "kn": 1852 / 3600},
+    "turn rate": {"rad/s": 1.0, "deg/s": np.pi / 180, "deg/h": np.pi / 180 / 3600},
     "temperature": {"degC": 1.0, "C": 1.0},
 }
 """Accepted units of each dimension and their size in SI (temperature: degC)."""

@@ -156,7 +156,10 @@ def as_floats(value: Any) -> NDArray[np.float64] | None:
     except ValueError:  # rows of unequal length
         return None
     if given.dtype.kind == "O" and all(isinstance(x, Real) and not isinstance(x, bool) for x in given.flat):
-        return given.astype(float)  # fractions and the like
+        try:
+            return given.astype(float)  # fractions and the like
+        except OverflowError:  # a whole number beyond all that a float can hold
+            return None
     return given.astype(float, copy=False) if given.dtype.kind in "fiu" else None
 
 

@@ -85,6 +85,19 @@ def test_the_same_scenario_goes_on_and_another_one_does_not(tmp_path: Path) -> N
     assert [entry.name for entry in tmp_path.iterdir()] == ["a.zarr"]
 
 
+def test_the_first_line_in_which_two_scenarios_differ_is_shown(tmp_path: Path) -> None:
+    """What was changed since, as it stands in both; a line that is new stands against the one in its place."""
+    text = "title: there\nwater:\n  smoothing: 1.0\n"
+    create(tmp_path / "a.zarr", layout(), {**SAME, "scenario": text})
+    changed = {**SAME, "scenario": text.replace("1.0", "2.0")}
+    with pytest.raises(StoreError, match=r"differs: there 'smoothing: 1\.0', now 'smoothing: 2\.0'\)\. Choose"):
+        create(tmp_path / "a.zarr", layout(), changed)
+    with pytest.raises(StoreError, match=r"there 'nothing', now 'ph: 7'"):
+        create(tmp_path / "a.zarr", layout(), {**SAME, "scenario": text + "  ph: 7\n"})
+    with pytest.raises(StoreError, match=r"another seed\. Choose"):
+        create(tmp_path / "a.zarr", layout(), {**SAME, "scenario": text, "seed": 9})
+
+
 def test_nothing_but_a_recording_is_ever_replaced(tmp_path: Path) -> None:
     """A folder of photographs is safe, even from --overwrite; an empty folder is a fine place."""
     album, empty = tmp_path / "album", tmp_path / "empty"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from insonify.ocean import SoundSpeedProfile
-from insonify.ocean.kinks import kinks
+from insonify.ocean.kinks import MOST_TOLD, kinks
 
 
 def found(depth, speed, source, farthest=300.0):
@@ -46,3 +46,18 @@ def test_rounding_takes_the_corner_away():
 def test_weak_corners_pass():
     """Half a metre per second per metre more is what any cast has."""
     assert found([0, 5, 20], [1507.4, 1505, 1505], 11.0) == []
+
+
+def test_of_a_rough_cast_the_sharpest_corners_are_told():
+    """Ten thousand rows with noise have thousands of corners: the sharpest are enough, nearest first."""
+    depth = np.linspace(0, 20, 2001)
+    speed = 1500 - 10 * np.tanh((depth - 9) / 2) + 0.005 * np.random.default_rng(1).standard_normal(depth.size)
+    told = list(kinks(SoundSpeedProfile(depth, speed), 11.0, 300.0))
+    assert 1 < len(told) <= 2 * MOST_TOLD
+    above = [kink.depth for kink in told if kink.depth < 11]
+    assert above == sorted(above, reverse=True)
+
+
+def test_knots_that_only_the_last_bits_part_divide_by_nothing():
+    """Seen from a source, two depths closer than rounding are one."""
+    assert list(kinks(SoundSpeedProfile([0, 1e-300, 20], [1500, 1400, 1490]), 11.0, 300.0)) == []

@@ -76,3 +76,36 @@ def test_an_impossible_length_is_refused(length):
     """With what to give instead."""
     with pytest.raises(ValueError, match=r"smoothing is .*above 0 to 1000, such as 1"):
         SUMMER.smoothed(length)
+
+
+def test_corners_that_stand_close_are_rounded_together():
+    """Rows a tenth of a metre apart, rounded over one: every depth has the mean of the metre about it."""
+    depth = np.linspace(0, 20, 201)
+    cast = SoundSpeedProfile(depth, 1500 - 10 * np.tanh((depth - 9) / 2) + 0.05 * (-1.0) ** np.arange(201))
+    smooth = cast.smoothed(1.0)
+    for z in (0.3, 7.03, 9.55, 19.9):
+        half = min(0.5, z, 20 - z)
+        fine = np.linspace(z - half, z + half, 20001)
+        mean = np.trapezoid(cast.at(fine), fine) / (2 * half)
+        assert smooth.at(z) == pytest.approx(mean, abs=5e-3)  # straight pieces between means
+    assert np.abs(np.diff(cast.gradient(depth))).max() > 1.9
+    assert np.abs(np.diff(np.diff(smooth.speed) / np.diff(smooth.depth)))[1:-1].max() < 2 * STEP
+    assert smooth.depth.size < 700
+
+
+@pytest.mark.parametrize("rows", [50, 1000, 10_000])
+def test_many_rows_make_no_layer_of_nothing(rows):
+    """Where roundings touch, no layer a few last bits thick is left, whose gradient would be noise."""
+    depth = np.linspace(0, 20, rows)
+    for length in (1.0, 0.4, 20 / (rows - 1), 1e-3):
+        smooth = SoundSpeedProfile(depth, 1500 - 10 * np.tanh((depth - 9) / 2)).smoothed(length)
+        assert np.diff(smooth.depth).min() > 1e-6
+        assert np.abs(np.diff(smooth.speed) / np.diff(smooth.depth)).max() < 5.01
+
+
+def test_a_lone_corner_and_crowded_ones_are_rounded_alike():
+    """Where a corner of nothing stands beside it, the parabola is the same."""
+    lone = SoundSpeedProfile([0.0, 8.0, 20.0], [1510.0, 1510.0, 1490.0]).smoothed(2.0)
+    crowded = SoundSpeedProfile([0.0, 7.7, 8.0, 20.0], [1510.0, 1510.0, 1510.0, 1490.0]).smoothed(2.0)
+    z = np.linspace(0, 20, 2001)
+    np.testing.assert_allclose(crowded.at(z), lone.at(z), rtol=0, atol=1e-2)  # pieces begin elsewhere

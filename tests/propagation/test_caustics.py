@@ -34,7 +34,7 @@ def turned_rays(ranges, depth=SOURCE):
         np.zeros(ranges.size, int),
         np.zeros(ranges.size, np.uint8),
     )
-    solve_points(KNOTS, SPEEDS, SOURCE, 0, False, np.full(ranges.size, depth), ranges, rays, count, why)
+    solve_points(KNOTS, SPEEDS, np.inf, SOURCE, 0, False, np.full(ranges.size, depth), ranges, rays, count, why)
     there = np.arange(MOST) < count[:, None]
     return np.stack([point[is_ray & (point[:, TURNS] == 1)] for point, is_ray in zip(rays, there, strict=True)])
 
@@ -107,7 +107,7 @@ def rays_and_wave(ranges, depth, frequency):
         np.zeros(ranges.size, int),
         np.zeros(ranges.size, np.uint8),
     )
-    solve_points(KNOTS, SPEEDS, SOURCE, 0, False, np.full(ranges.size, depth), ranges, rays, count, why)
+    solve_points(KNOTS, SPEEDS, np.inf, SOURCE, 0, False, np.full(ranges.size, depth), ranges, rays, count, why)
     rays = rays[:, :3]
     assert np.all(count == 3)  # the straight one, and two that turn
     wave = direct_field(KNOTS[1:3], SPEEDS[1:3], SOURCE, depth, ranges, frequency)

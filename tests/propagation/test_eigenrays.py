@@ -38,7 +38,9 @@ def solved(profile, source, point, distances):
     water, n = column(profile, 20.0), np.size(distances)
     rays, count, status = np.zeros((n, MOST, COLUMNS)), np.zeros(n, np.int64), np.zeros(n, np.uint8)
     depths = np.full(n, float(point))
-    solve_points(water.depth, water.speed, source, 0, False, depths, np.asarray(distances, float), rays, count, status)
+    solve_points(
+        water.depth, water.speed, np.inf, source, 0, False, depths, np.asarray(distances, float), rays, count, status
+    )
     return rays, count
 
 
@@ -58,6 +60,20 @@ def test_straight_up_and_down_the_delay_is_depth_over_speed():
         spread = np.sqrt(1500 * 1490) / sum(fast(a, b) for a, b in way)
         assert rows.amplitude[k] == pytest.approx(spread, rel=1e-9)
     np.testing.assert_allclose(np.abs(rows.launch), np.pi / 2)
+
+
+def test_minus_nothing_is_straight_up_and_down_too():
+    """A range of -0.0, as a subtraction may leave it, is a range of 0."""
+    for method in ("exact", "table"):
+        rows = eigenrays(
+            THERMO, water_depth=20.0, source_depth=11.0, point_depth=[17.0, -0.0], range=[-0.0, 60.0], method=method
+        )
+        plain = eigenrays(
+            THERMO, water_depth=20.0, source_depth=11.0, point_depth=[17.0, 0.0], range=[0.0, 60.0], method=method
+        )
+        assert np.all(np.isfinite(rows.delay[rows.status == "ok"]))
+        np.testing.assert_array_equal(rows.delay, plain.delay)
+        np.testing.assert_array_equal(rows.amplitude, plain.amplitude)
 
 
 @pytest.mark.parametrize("depth", [0.0, 11.0, 20.0])

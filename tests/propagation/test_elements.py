@@ -76,8 +76,8 @@ def rays_from(column, family, end, points):
     rays, count, status = np.zeros((n, MOST, COLUMNS)), np.zeros(n, np.int64), np.zeros(n, np.uint8)
     away = np.hypot(*(points[:, :2] - end[:2]).T)
     solve_points(
-        column.depth, column.speed, end[2], len(string), string.startswith("S"), points[:, 2].copy(), away, rays,
-        count, status,
+        column.depth, column.speed, np.inf, end[2], len(string), string.startswith("S"), points[:, 2].copy(), away,
+        rays, count, status,
     )  # fmt: skip
     return np.where(np.arange(MOST) < count[:, None], rays[:, :, DELAY], np.inf)
 

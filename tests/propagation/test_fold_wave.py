@@ -21,7 +21,17 @@ def rays(profile, distance):
     count, status = np.zeros(distance.size, np.int64), np.zeros(distance.size, np.uint8)
     depth = np.full(distance.size, POINT)
     kernel.solve_points(
-        np.array(profile.depth), np.array(profile.speed), SOURCE, 0, False, depth, distance, found, count, status
+        np.array(profile.depth),
+        np.array(profile.speed),
+        np.inf,
+        SOURCE,
+        0,
+        False,
+        depth,
+        distance,
+        found,
+        count,
+        status,
     )
     for row, n in zip(found, count, strict=True):
         row[n:], row[n:, kernel.FOLD], row[n:, kernel.FOLD_BEND] = 0, np.inf, 1

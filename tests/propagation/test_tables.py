@@ -53,8 +53,8 @@ def exact(here, family, source, depth, ranges):
     )
     letters = FAMILIES[family]
     solve_points(
-        here.depth, here.speed, source, len(letters), letters.startswith("S"), depth[order], ranges[order], rays,
-        count, why,
+        here.depth, here.speed, np.inf, source, len(letters), letters.startswith("S"), depth[order], ranges[order],
+        rays, count, why,
     )  # fmt: skip
     back = np.argsort(order)
     return rays[back], count[back], why[back]

@@ -67,5 +67,5 @@ def test_what_is_not_finite_is_never_recorded(tmp_path: Path) -> None:
 )
 def test_numbers_beyond_the_sea_are_refused(track: dict[str, object]) -> None:
     """Windows past 100 s, places past 10 000 km: told at the door, not found as silence later."""
-    with pytest.raises(ValueError, match=r"longest|less than or equal"):
+    with pytest.raises(ValueError, match=r"latest stop|longest|less than or equal"):
         nominal(track=track)

@@ -31,6 +31,9 @@ def run(
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a recording that is there.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress on the terminal.")] = False,
+    labels: Annotated[
+        bool, typer.Option("--labels", help="Say of every sample what it is: owner, paths, shadow. As output.labels.")
+    ] = False,
 ) -> None:
     """Simulate a scenario; a run that was stopped goes on where it was.
 
@@ -40,11 +43,17 @@ def run(
     from insonify.scenario.load import load_scenario
 
     scenario = load_scenario(file)
-    wanted = words.pings(pings, scenario.track.pings)
+    wanted = words.pings(pings, scenario.track.ping_count)
     from insonify.simulation import record
+    from insonify.study.cost import cost, too_big
 
+    if trouble := too_big(cost(scenario)):
+        raise InputError(f"{file}: {trouble}")
     with progress(quiet) as on_ping:
-        record(scenario, out, pings=wanted, threads=threads, overwrite=overwrite, on_ping=on_ping)
+        record(
+            scenario, out, pings=wanted, threads=threads, overwrite=overwrite, on_ping=on_ping,
+            with_labels=True if labels else None,
+        )  # fmt: skip
     typer.echo(out)
 
 
@@ -60,6 +69,20 @@ def show(
         typer.Option(metavar="P", min=0, help="Only this ping, from 0. [default: all; of a fan the first]"),
     ] = None,
     beam: Beam = None,
+    ground: Annotated[
+        bool, typer.Option("--ground", help="Of many pings: distance on a level bed instead of slant range.")
+    ] = False,
+    gain: Annotated[
+        str | None,
+        typer.Option(
+            metavar="GAIN",
+            help="Of many pings: none, tvg20, tvg30, tvg40, lambert (a level bed is uniform) "
+            "or learnt (the usual level at each range is uniform).",
+        ),
+    ] = None,
+    labels: Annotated[
+        bool, typer.Option("--labels", help="Of a recording made with --labels: highlights, shadows, ghosts.")
+    ] = False,
     frequency: Annotated[str, typer.Option(metavar="F", help="Of a sediment or the sea.")] = "100 kHz",
     wind: Annotated[str, typer.Option(metavar="SPEED", help="Over the sea.")] = "7 m/s",
     rays: Annotated[
@@ -76,6 +99,10 @@ def show(
     """Draw a recording, or the physics of a sediment, a sound-speed profile, the sea or absorption.
 
     Example: insonify show harbour.zarr -o harbour.png
+
+    Example: insonify show harbour.zarr -o harbour.png --ground --gain learnt
+
+    Example: insonify show harbour.zarr -o harbour-labels.png --labels
 
     Example: insonify show "medium sand" -o sand.png --frequency "300 kHz"
 
@@ -99,14 +126,25 @@ def show(
         raise InputError(f"{what} is a scenario, not a recording. Make one: insonify run {what} -o {name}.zarr; "
                          "or draw where its sound goes: add --rays")  # fmt: skip
     heard = words.quantity(frequency, "frequency", "--frequency"), words.quantity(wind, "speed", "--wind")
-    if not show_physics(what, out, frequency=heard[0], wind=heard[1]):
-        _show_recording(Path(what), out, ping, beam)
+    if labels:
+        if ground or gain:
+            raise InputError("--labels: drawn over slant range, as they are. Leave --ground and --gain out.")
+        _show_labels(Path(what), out, ping, beam)
+    elif not show_physics(what, out, frequency=heard[0], wind=heard[1]):
+        _show_recording(Path(what), out, ping, beam, ground, gain)
     typer.echo(out)
 
 
-def _show_recording(recording: Path, out: Path, ping: int | None, beam: int | None) -> None:
+def _show_recording(
+    recording: Path, out: Path, ping: int | None, beam: int | None, ground: bool, gain: str | None
+) -> None:
     from insonify.formats.zarr_store import open_recording
+    from insonify.processing.sidescan import GAINS
 
+    if gain is not None:
+        words.check_choice(gain, GAINS, "--gain")
+    if ping is not None and (ground or gain):
+        raise InputError(f"--ping {ping}: --ground and --gain make an image of many pings. Leave one or the other out.")
     dataset = open_recording(recording)
     if ping is not None:
         _check_ping(dataset, recording, ping)
@@ -116,7 +154,25 @@ def _show_recording(recording: Path, out: Path, ping: int | None, beam: int | No
     from insonify import drawing
 
     with _reading(recording):
-        drawing.recording(dataset, out, ping=ping, beam=beam)
+        drawing.recording(dataset, out, ping=ping, beam=beam, ground=ground, gain=gain)
+
+
+def _show_labels(recording: Path, out: Path, ping: int | None, beam: int | None) -> None:
+    from insonify.formats.label_store import open_labels
+    from insonify.formats.zarr_store import open_recording
+
+    dataset, said = open_recording(recording), open_labels(recording)
+    if ping is not None:
+        _check_ping(dataset, recording, ping)
+    _check_beam(dataset, beam)
+    labelled = said["done"].values & dataset["done"].values
+    if not (labelled.any() if ping is None else labelled[ping]):
+        which = "no ping" if ping is None else f"ping {ping} not"
+        raise InputError(f"{recording} has {which} labelled yet. Label it: insonify run FILE -o {recording} --labels")
+    from insonify import drawing
+
+    with _reading(recording):
+        drawing.labels(dataset, said, out, ping=ping, beam=beam or 0)
 
 
 def explain(

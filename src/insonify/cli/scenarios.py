@@ -8,10 +8,15 @@ import typer
 
 from insonify.cli.words import InputError
 
+WORTH_TELLING = 60.0
+"""A run that takes longer is worth a word beforehand [s of one core]."""
+
 
 def new(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the scenario; the file will be NAME.yaml.")],
-    template: Annotated[str, typer.Option(metavar="TEMPLATE", help="Which scenario to start from.")] = "nominal",
+    template: Annotated[
+        str, typer.Option(metavar="TEMPLATE", help="What to start from: nominal or sidescan.")
+    ] = "nominal",
 ) -> None:
     """Write a commented scenario to edit.
 
@@ -44,9 +49,16 @@ def check(file: Annotated[Path, typer.Argument(metavar="FILE", help="Scenario fi
             show(*words, **named)
 
         warnings.showwarning = show_and_count
-        load_scenario(file)
+        scenario = load_scenario(file)
+    from insonify.study.cost import cost, too_big
+
+    whole = cost(scenario)
+    if trouble := too_big(whole):
+        raise InputError(f"{file}: {trouble}")
     but = "" if not told else " but the warning above" if len(told) == 1 else f" but the {len(told)} warnings above"
     typer.echo(f"{file}: nothing wrong{but}")
+    if whole.seconds > WORTH_TELLING:
+        typer.echo(whole.words())
 
 
 def _renamed(text: str, template: str, target: Path) -> str:

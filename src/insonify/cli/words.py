@@ -1,6 +1,8 @@
 """What a person types on the command line, and what it means."""
 
+import difflib
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 PICTURES = (".png", ".pdf", ".svg")
@@ -65,6 +67,20 @@ def pings(text: str | None, count: int) -> range:
         problem = "the range is empty" if start >= stop and start < count else "the track does not have them all"
         raise InputError(f"--pings {text}: {problem}; there are pings 0 to {count - 1}")
     return range(start, stop)
+
+
+def check_choice(text: str, known: Sequence[str], option: str) -> None:
+    """Refuse a word that is none of those known.
+
+    Args:
+        text: The word as typed.
+        known: Words that mean something.
+        option: The option it was typed for, as messages name it.
+    """
+    if text not in known:
+        near = difflib.get_close_matches(text.lower(), known, n=1)
+        hint = f"Did you mean {near[0]}?" if near else f"Choose one of {', '.join(known)}"
+        raise InputError(f"{option} {text}: there is no such choice. {hint}")
 
 
 def check_picture(path: Path, option: str) -> None:

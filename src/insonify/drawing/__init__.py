@@ -5,6 +5,7 @@ Everything is drawn with matplotlib onto figures of our own; no display and no g
 
 from insonify.drawing.absorption import absorption
 from insonify.drawing.geometry import geometry
+from insonify.drawing.labels import labels
 from insonify.drawing.laws import laws, lobe, sediment
 from insonify.drawing.levels import levels
 from insonify.drawing.profile import profile
@@ -17,6 +18,7 @@ from insonify.drawing.spikes import spikes
 __all__ = [
     "absorption",
     "geometry",
+    "labels",
     "laws",
     "levels",
     "lobe",

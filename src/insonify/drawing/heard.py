@@ -1,5 +1,6 @@
 """What a recording holds, as levels that can be drawn, and the scenario it came from."""
 
+import warnings
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -7,6 +8,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from insonify.processing.level import recorded_level
+from insonify.scenario.advice import ScenarioError
 from insonify.scenario.load import parse
 from insonify.scenario.scenario import Scenario
 from insonify.units import level_db
@@ -61,8 +63,13 @@ class Heard:
             parts.append(f"ping {ping}")
         if channel is not None and (len(self.steer) > 1 or self.beam is not None):
             number = channel if self.beam is None else self.beam
-            parts.append(f"beam {number} steered {np.degrees(self.steer[channel]):+.2f} deg")
+            parts.append(f"{self._side(number)}beam {number} steered {np.degrees(self.steer[channel]):+.2f} deg")
         return ", ".join(part for part in parts if part)
+
+    def _side(self, channel: int) -> str:
+        """The side of a channel, to be followed by a comma; empty where the sonar has none."""
+        side = 0 if self.scenario is None else self.scenario.sonar.channel_sides[channel]
+        return {-1: "port, ", 0: "", 1: "starboard, "}[side]
 
     def strength(self) -> Floats:
         """Level with the way out and back undone: an apparent target strength [dB re 1 m^2], shape of `level`.
@@ -89,10 +96,21 @@ def heard(dataset: xr.Dataset) -> Heard:
         level=np.asarray(recorded_level(dataset).values),
         time=np.asarray(dataset["time"].values, float),
         steer=np.asarray(dataset["steer"].values, float),
-        scenario=parse(Scenario, text) if text else None,
+        scenario=_scenario(text) if text else None,
         title=str(dataset.attrs.get("title", "")),
         expected="intensity" in dataset,
     )
+
+
+def _scenario(text: str) -> Scenario | None:
+    """The scenario of a recording; None, with a warning, where only a file that it names is no longer there."""
+    try:
+        return parse(Scenario, text)
+    except ScenarioError as error:
+        if not all(fault.field.endswith("file") for fault in error.faults):
+            raise
+        warnings.warn(f"drawn without its scenario, for a file is not what it was: {error}", stacklevel=3)
+        return None
 
 
 def colour_span(level: Floats) -> tuple[float, float]:

@@ -9,22 +9,29 @@ from insonify.drawing import style
 from insonify.drawing.ascan import ascan
 from insonify.drawing.fan import fan
 from insonify.drawing.heard import heard
+from insonify.drawing.sidescan import has_sides, waterfall_of_sides
 from insonify.drawing.waterfall import waterfall
 
 FAN = 5
 """Beams from which on a ping is drawn as a fan."""
 
 
-def recording(dataset: xr.Dataset, path: str | Path, *, ping: int | None = None, beam: int | None = None) -> Path:
+def recording(
+    dataset: xr.Dataset, path: str | Path, *, ping: int | None = None, beam: int | None = None, ground: bool = False,
+    gain: str | None = None,
+) -> Path:  # fmt: skip
     """Draw a recording.
 
-    Many beams make a fan of one ping, many pings a waterfall, everything else traces of level over time.
+    Many beams make a fan of one ping, many pings a waterfall (port and starboard side by side where the sonar has
+    both), everything else traces of level over time.
 
     Args:
         dataset: `pressure` [uPa] or `intensity` [uPa^2] over (ping, channel, time).
         path: Picture to write, .png, .pdf or .svg.
         ping: Row of the only ping wanted; by default all, or for a fan the first that is there.
         beam: Row of the only beam wanted; all by default.
+        ground: A waterfall over distance on a level bed, instead of slant range.
+        gain: Of a waterfall: one of `insonify.processing.GAINS`.
 
     Returns:
         The path.
@@ -35,8 +42,11 @@ def recording(dataset: xr.Dataset, path: str | Path, *, ping: int | None = None,
         raise ValueError("the recording holds no ping yet. Run the scenario to the end, or at least one ping of it.")
     pings, channels, _ = sound.level.shape
     row = int(there[0]) if ping is None else ping
+    asked = ground or gain is not None
     with style.page():
-        if channels >= FAN:
+        if (ping is None and beam is None and pings > 1 and has_sides(dataset) and channels < 2 * FAN) or asked:
+            figure = waterfall_of_sides(dataset, sound, ground=ground, gain=gain, beam=beam)
+        elif channels >= FAN:
             figure = fan(sound, row)
         elif pings > 1 and ping is None:
             figure = waterfall(sound)

@@ -7,7 +7,9 @@ from numpy.typing import NDArray
 
 from insonify.propagation.families import families, image_depth
 from insonify.scenario.scenario import Scenario
-from insonify.scene.target import Box, PointTarget
+from insonify.scene.scene import Scene
+from insonify.scene.solid import world_triangles
+from insonify.scene.target import Box, PointTarget, Solid
 from insonify.simulation import arrivals, prepare
 from insonify.sonar.stance import Stance
 from insonify.synthesis.arrival_weights import arrival_weights
@@ -40,11 +42,12 @@ def loudest(scenario: Scenario, ping: int, channels: list[int]) -> tuple[int, in
         Row of the target and number of the channel; None where no target is heard in the window.
     """
     direct = scenario.paths.model_copy(update={"reflections": 0, "families": None, "causes": ("target",)})
-    paths = arrivals(scenario.model_copy(update={"paths": direct}), ping)
-    here = prepare(scenario).stance(ping)
+    only, listening, beams = scenario.model_copy(update={"paths": direct}), prepare(scenario), scenario.sonar.beam_count
+    sides = {channel // beams: arrivals(only, ping, channel=channel) for channel in channels}
     best, found = 0.0, None
     for channel in channels:
-        energy = np.abs(arrival_weights(paths, here, channel)) ** 2
+        paths, here = sides[channel // beams], listening.stance(ping, channel=channel)
+        energy = np.abs(arrival_weights(paths, here, channel % beams)) ** 2
         for row, target in enumerate(scenario.targets):
             heard = float(energy[paths.owner == target.label].sum())
             if heard > best:
@@ -52,7 +55,7 @@ def loudest(scenario: Scenario, ping: int, channels: list[int]) -> tuple[int, in
     return found
 
 
-def echo_window(scenario: Scenario, ping: int, target: Box | PointTarget) -> tuple[float, float]:
+def echo_window(scenario: Scenario, ping: int, target: Solid | PointTarget) -> tuple[float, float]:
     """Time between the start of a target's first echo and the end of its last [s].
 
     Every family is followed to the far and the near side of the target, over image sources.
@@ -64,7 +67,7 @@ def echo_window(scenario: Scenario, ping: int, target: Box | PointTarget) -> tup
     """
     here, floor = prepare(scenario).stance(ping), scenario.seabed.depth
     chosen = scenario.paths.families or families(scenario.paths.reflections)
-    place, half = middle(target, floor), half_extent(target)
+    place, half = middle(target, scenario.scene), half_extent(target, scenario.scene)
     reach = np.zeros((2, len(chosen), 2))  # transmitter and receiver, family, near and far side [m]
     for end, source in enumerate((here.transmit_place, here.receive_place)):
         across = float(np.hypot(*(place - source)[:2]))
@@ -75,22 +78,35 @@ def echo_window(scenario: Scenario, ping: int, target: Box | PointTarget) -> tup
     return float(first + here.pulse.start), float(last + here.pulse.stop)
 
 
-def middle(target: Box | PointTarget, floor: float) -> Floats:
+def middle(target: Solid | PointTarget, scene: Scene) -> Floats:
     """North, east, depth of the middle of a target [m], shape (3,).
 
     Args:
         target: The target.
-        floor: Depth of the seabed [m].
+        scene: Where it lies.
     """
     if isinstance(target, PointTarget):
         return np.array(target.position)
-    base = floor if target.base_depth is None else target.base_depth
-    return np.array([*target.position, base - target.size[2] / 2])
+    if isinstance(target, Box) and target.upright:
+        base = scene.depth_under(target) if target.base_depth is None else target.base_depth
+        return np.array([*target.position, base - target.size[2] / 2])
+    surface = world_triangles(target, scene.seabed)
+    return (surface.low + surface.high) / 2
 
 
-def half_extent(target: Box | PointTarget) -> float:
-    """Half the horizontal diagonal of a target [m]; 0 for a point."""
-    return float(np.hypot(*target.size[:2])) / 2 if isinstance(target, Box) else 0.0
+def half_extent(target: Solid | PointTarget, scene: Scene) -> float:
+    """Half the horizontal diagonal of a target [m]; 0 for a point.
+
+    Args:
+        target: The target.
+        scene: Where it lies.
+    """
+    if isinstance(target, PointTarget):
+        return 0.0
+    if isinstance(target, Box) and target.upright:
+        return float(np.hypot(*target.size[:2])) / 2
+    surface = world_triangles(target, scene.seabed)
+    return float(np.hypot(*(surface.high - surface.low)[:2])) / 2
 
 
 def in_view(scenario: Scenario, ping: int) -> list[Seen]:
@@ -102,10 +118,10 @@ def in_view(scenario: Scenario, ping: int) -> list[Seen]:
     """
     here: Stance = prepare(scenario).stance(ping)
     ahead, right, _ = here.receive_beams.axes
-    seen = []
+    seen, scene = [], scenario.scene
     for target in scenario.targets:
-        away = middle(target, scenario.seabed.depth) - here.receive_place
+        away = middle(target, scene) - here.receive_place
         slant = float(np.linalg.norm(away))
         bearing = float(np.arcsin(np.clip(away @ right / slant, -1, 1))) if away @ ahead > 0 else np.nan
-        seen.append(Seen(target.label, slant, bearing, half_extent(target)))
+        seen.append(Seen(target.label, slant, bearing, half_extent(target, scene)))
     return seen

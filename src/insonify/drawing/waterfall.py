@@ -45,9 +45,9 @@ def _lines(axes: Axes, sound: Heard, level: Floats, span: tuple[float, float]) -
     return image
 
 
-def thinned(level: Floats) -> Floats:
-    """Levels [dB] with neighbours along the last axis averaged as energy, until at most `COLUMNS` are left."""
-    step = -(-level.shape[-1] // COLUMNS)
+def thinned(level: Floats, columns: int = COLUMNS) -> Floats:
+    """Levels [dB] with neighbours along the last axis averaged as energy, until at most `columns` are left."""
+    step = -(-level.shape[-1] // columns)
     if step == 1:
         return level
     kept = level[..., : level.shape[-1] // step * step]

@@ -6,19 +6,25 @@ heard by synthesis.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines.rings import WIDEST_CELL
+from insonify.engines.skyline import Remembered, Skylines, over_ground
 from insonify.engines.view import Block, footprint, view
 from insonify.propagation.choice import PathChoice
+from insonify.propagation.knife_edge import soft_edges
+from insonify.propagation.moving import End, met_twice, moving_legs
 from insonify.propagation.rays import Rays
 from insonify.records.legs import Legs
 from insonify.records.pairs import Pairs
 from insonify.scattering.fast import FastLaw
+from insonify.scattering.lambert import Lambert
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
+from insonify.sonar.footprint import two_way_width
 from insonify.sonar.stance import Stance
 
 Floats = NDArray[np.float64]
@@ -33,6 +39,8 @@ class Paths:
     seed: int
     rays: Rays
     """How sound travels in the scene."""
+    skylines: Remembered = field(default_factory=lambda: Remembered(4), compare=False, repr=False)
+    """What the ground hides from the last few places."""
 
     def blocks(self, stance: Stance, *, even: bool = False) -> list[Block]:
         """The scatterers of one ping, as blocks that are drawn when they are called.
@@ -64,15 +72,62 @@ class Paths:
         """
         followed = self.choice.followed
         out = self.rays.legs(stance.transmit_place, scatterers, followed, stance.frequency)
+        out = self._over_ground(out, scatterers, stance, stance.transmit_place)
         back = out
         if not stance.together:
             back = self.rays.legs(stance.receive_place, scatterers, followed, stance.frequency)
+            back = self._over_ground(back, scatterers, stance, stance.receive_place)
+        if self.scene.surface.bounce != "mirror":
+            out, back = self._off_waves(out, back, scatterers, stance)
+        if self.choice.edges == "fresnel":
+            out, back = self._bent(out, back, scatterers, stance)
         pair = np.array([(i, j) for i in range(len(out.families)) for j in range(len(back.families))], np.int64)
         pair = pair.reshape(-1, 2)
+        weight = met_twice(out, back, pair)
+        pair, weight = pair[weight > 0], weight[weight > 0]
         strength = np.sqrt(_cross_section(scatterers, out, back, pair) * scatterers.area)
+        strength *= weight[:, None]
         if self.choice.geometry == "slice" and scatterers.boundary != "target":
             strength *= _slice_width(stance, out, back, pair)
         return Pairs(scatterers, out, back, pair, strength)
+
+    def _off_waves(self, out: Legs, back: Legs, scatterers: Scatterers, stance: Stance) -> tuple[Legs, Legs]:
+        """The legs as a moving surface leaves them, each end's at its own times."""
+
+        def moved(legs: Legs, place: Floats) -> tuple[Legs, Legs]:
+            end = End(place, stance.time)
+            return moving_legs(legs, self.scene, self.seed, scatterers, stance.frequency, end)
+
+        first = moved(out, stance.transmit_place)
+        return first[0], (first if out is back else moved(back, stance.receive_place))[1]
+
+    def _bent(self, out: Legs, back: Legs, scatterers: Scatterers, stance: Stance) -> tuple[Legs, Legs]:
+        """The legs with what bends around the edges of boxes."""
+
+        def bent(legs: Legs, place: Floats) -> Legs:
+            wide = self.choice.geometry == "slice"
+            return soft_edges(legs, scatterers, place, self.scene, stance.wavelength, wide=wide)
+
+        first = bent(out, stance.transmit_place)
+        return first, (first if out is back else bent(back, stance.receive_place))
+
+    def _over_ground(self, legs: Legs, scatterers: Scatterers, stance: Stance, place: Floats) -> Legs:
+        """The legs as relief leaves them; over a flat bed, as they are."""
+        bed = self.scene.seabed.bed
+        if bed is None:
+            return legs
+
+        def walked() -> Skylines:
+            apart = float(np.linalg.norm(stance.transmit_place - stance.receive_place))
+            farthest = stance.sound_speed * stance.heard_delays[1] / 2 + apart
+            width = min(two_way_width(stance.transmit_beams, stance.receive_beams), WIDEST_CELL)
+            launches = self.rays.launches(float(place[2]))
+            return Skylines(
+                bed, place, launches, farthest=farthest, wavelength=stance.wavelength, finest_slice=width / 4
+            )
+
+        key = (stance.ping, place.tobytes(), stance.bearing)
+        return over_ground(legs, scatterers, place, self.skylines.get(key, walked))
 
     def all_pairs(self, stance: Stance, *, even: bool = False) -> Iterator[Pairs]:
         """Every block of one ping in turn."""
@@ -97,7 +152,8 @@ def _cross_section(scatterers: Scatterers, out: Legs, back: Legs, pair: NDArray[
         normal = scatterers.normal.T
         return np.array([law.cross_section(out.arrival[a].T, -back.arrival[b].T, normal) for a, b in pair], float)
     # On a level boundary all legs to and from one place share one bearing.
-    straight_back = out is back and scatterers.boundary != "target"
+    level = scatterers.boundary != "target" and bool(np.all(scatterers.normal[:, :2] == 0))
+    straight_back = isinstance(law, Lambert) or (out is back and level)
     azimuth = np.array(np.pi) if straight_back else _azimuth(scatterers.normal, out.arrival[i], back.arrival[j])
     return np.asarray(law.cross_section(np.abs(out.grazing[i]), np.abs(back.grazing[j]), azimuth))
 

@@ -26,7 +26,9 @@ WIDEST_CELL = 0.02
 class Rings:
     """The cells about one stance on one flat boundary."""
 
-    def __init__(self, stance: Stance, depth: float, reach: Reach, resolution: Resolution) -> None:
+    def __init__(
+        self, stance: Stance, depth: float, reach: Reach, resolution: Resolution, *, rise: float = 0.0
+    ) -> None:
         """Lay out the cells.
 
         Args:
@@ -34,8 +36,9 @@ class Rings:
             depth: Depth of the boundary [m].
             reach: Distances heard in the window.
             resolution: What the sonar can tell apart.
+            rise: How far the boundary may stand above or lie below its depth [m].
         """
-        self.stance, self.depth, self.height = stance, depth, reach.height
+        self.stance, self.depth, self.height, self.rise = stance, depth, reach.height, rise
         across = np.sqrt(resolution.per_cell)
         self.slant = resolution.slant / across
         sectors = np.ceil(2 * np.pi * across / min(resolution.width, WIDEST_CELL) / TILE) * TILE
@@ -52,7 +55,7 @@ class Rings:
         middle, width = (near + far) / 2, TILE * self.azimuth
         centre = self._place(middle, (sector + 0.5) * width)
         half_diagonal = np.hypot((far - near) / 2, far * width / 2)
-        bound = beam_bound(centre, half_diagonal, self.stance, self.depth, rays, families)
+        bound = beam_bound(centre, half_diagonal, self.stance, self.depth, rays, families, rise=self.rise)
         return np.asarray(self.tiles[(bound >= floor) & (far > 0)])
 
     def points(self, tiles: NDArray[np.int64]) -> tuple[Floats, Floats, NDArray[np.uint64]]:

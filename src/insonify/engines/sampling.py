@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 
 from insonify.propagation.rays import Rays, Reach
 from insonify.scene.lattice import BASE_PITCH, TILE, Lattice, Tiles
+from insonify.scene.scene import Scene
 from insonify.sonar.stance import Stance
+from insonify.sonar.survey import distance_to_runs
 
 Floats = NDArray[np.float64]
 
@@ -49,7 +51,30 @@ class Resolution:
         return np.minimum.reduce([self.cell_area(distance, height) for distance in (nearest, between, farthest)])
 
 
-def reach(stance: Stance, boundary_depth: float, rays: Rays, families: tuple[str, ...]) -> Reach:
+def survey_speed(scene: Scene, stance: Stance) -> float:
+    """Smaller one of the sound speeds at the least and the greatest depth of the sonar on its whole track [m/s].
+
+    The same at every ping, where the speed at the sonar's own depth is not: in layered water a sonar that heaves
+    would find other cells at each.
+
+    Args:
+        scene: Whose water.
+        stance: The sonar at any ping.
+    """
+    return float(np.min(scene.water.speed_at(np.array(stance.survey.depths))))
+
+
+def survey_height(stance: Stance, boundary_depth: float) -> float:
+    """Least height of the sonar above a boundary, or depth below it, on the whole track [m].
+
+    Args:
+        stance: The sonar at any ping.
+        boundary_depth: Depth of the boundary [m].
+    """
+    return min(abs(boundary_depth - source) for source in stance.survey.depths)
+
+
+def reach(stance: Stance, boundary_depth: float, rays: Rays, families: tuple[str, ...], *, rise: float = 0.0) -> Reach:
     """Distances whose earliest or latest pair of legs falls into the window.
 
     Args:
@@ -57,6 +82,7 @@ def reach(stance: Stance, boundary_depth: float, rays: Rays, families: tuple[str
         boundary_depth: Depth of the boundary [m].
         rays: How sound travels in the scene.
         families: Families that reach the boundary.
+        rise: How far the boundary may stand above or lie below its depth [m].
 
     Returns:
         Horizontal distances [m]; farthest is negative where nothing is heard.
@@ -64,12 +90,12 @@ def reach(stance: Stance, boundary_depth: float, rays: Rays, families: tuple[str
     first, last = stance.heard_delays
     apart = float(np.linalg.norm(stance.transmit_place - stance.receive_place))
     depths = float(stance.transmit_place[2]), float(stance.receive_place[2])
-    return rays.reach(depths, boundary_depth, families, (first / 2, last / 2), apart)
+    return rays.reach(depths, boundary_depth, families, (first / 2, last / 2), apart, rise=rise)
 
 
 def tiles_in_view(
     stance: Stance, lattice: Lattice, boundary_depth: float, rays: Rays, families: tuple[str, ...],
-    resolution: Resolution, beam_floor: float,
+    resolution: Resolution, beam_floor: float, *, rise: float = 0.0,
 ) -> Tiles:  # fmt: skip
     """The tiles of a boundary that one ping can hear, each at the level that the whole track asks for.
 
@@ -81,18 +107,21 @@ def tiles_in_view(
         families: Families that reach the boundary.
         resolution: What the sonar can tell apart.
         beam_floor: Two-way pressure gain below which a tile is left out [1].
+        rise: How far the boundary may stand above or lie below its depth [m].
 
     Returns:
         Tiles in a fixed order.
     """
-    heard = reach(stance, boundary_depth, rays, families)
+    heard = reach(stance, boundary_depth, rays, families, rise=rise)
     found: list[Tiles] = []
     if heard.farthest < 0:
         return _joined(found)
     here = lattice.from_world(stance.transmit_place[:2])
-    track = lattice.from_world(stance.track[:, :2])
+    height = survey_height(stance, boundary_depth)
     level = max(0, int(np.ceil(np.log2(heard.farthest / (TILE * BASE_PITCH)))) + 1)
     side = TILE * BASE_PITCH * 2.0**level
+    outermost = lattice.from_world(stance.survey.outermost)
+    runs = lattice.from_world(stance.survey.near(stance.transmit_place[:2], heard.farthest + side))
     corner = np.floor((here - heard.farthest) / side).astype(np.int64)
     last = np.floor((here + heard.farthest) / side).astype(np.int64)
     grid = np.mgrid[corner[0] : last[0] + 1, corner[1] : last[1] + 1].reshape(2, -1)
@@ -103,11 +132,11 @@ def tiles_in_view(
         inside = (distance - half_diagonal <= heard.farthest) & (distance + half_diagonal >= heard.nearest)
         tiles = tiles.take(inside)
         centre, half_diagonal = lattice.to_world(*tiles.centre.T), TILE * tiles.pitch / np.sqrt(2)
-        bound = beam_bound(centre, half_diagonal, stance, boundary_depth, rays, families)
+        bound = beam_bound(centre, half_diagonal, stance, boundary_depth, rays, families, rise=rise)
         tiles, half_diagonal = tiles.take(bound >= beam_floor), half_diagonal[bound >= beam_floor]
-        nearest = np.maximum(_distance_to_track(tiles.centre, track) - half_diagonal, 0)
-        ends = np.linalg.norm(tiles.centre[:, None] - track[[0, -1]], axis=-1)
-        finest = resolution.finest(nearest, ends.max(axis=1) + half_diagonal, heard.height)
+        nearest = np.maximum(distance_to_runs(tiles.centre, runs) - half_diagonal - stance.survey.wander, 0)
+        ends = np.linalg.norm(tiles.centre[:, None] - outermost, axis=-1)
+        finest = resolution.finest(nearest, ends.max(axis=1) + half_diagonal + stance.survey.wander, height)
         fine = (tiles.pitch**2 <= finest) | (tiles.level == 0)
         found.append(tiles.take(fine))
         tiles = tiles.take(~fine).split()
@@ -116,7 +145,7 @@ def tiles_in_view(
 
 def beam_bound(
     centre: Floats, half_diagonal: Floats, stance: Stance, boundary_depth: float, rays: Rays,
-    families: tuple[str, ...],
+    families: tuple[str, ...], *, rise: float = 0.0,
 ) -> Floats:  # fmt: skip
     """Upper bound of the two-way gain anywhere near some places of a boundary, by any pair of families.
 
@@ -127,6 +156,7 @@ def beam_bound(
         boundary_depth: Depth of the boundary [m].
         rays: How sound travels in the scene.
         families: Families that reach the boundary.
+        rise: How far the boundary may stand above or lie below its depth [m].
 
     Returns:
         Two-way pressure gain [1], shape (n,).
@@ -139,17 +169,9 @@ def beam_bound(
             (stance.transmit_place, stance.transmit_beams, transmit),
             (stance.receive_place, stance.receive_beams, receive),
         ):
-            cones = rays.cones(name, place, centre, half_diagonal, boundary_depth)
+            cones = rays.cones(name, place, centre, half_diagonal, boundary_depth, rise=rise)
             np.maximum(best, np.where(cones.there, beams.bound(cones.way, cones.margin), 0.0), out=best)
     return transmit * receive
-
-
-def _distance_to_track(place: Floats, track: Floats) -> Floats:
-    """Distance of places from the straight line between the first and the last pose [m], shape (n,)."""
-    start, along = track[0], track[-1] - track[0]
-    square = float(along @ along)
-    part = np.clip((place - start) @ along / square, 0, 1) if square > 0 else np.zeros(len(place))
-    return np.asarray(np.linalg.norm(place - start - part[:, None] * along, axis=-1))
 
 
 def _joined(found: list[Tiles]) -> Tiles:

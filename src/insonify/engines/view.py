@@ -14,15 +14,17 @@ from numpy.typing import NDArray
 
 from insonify import streams
 from insonify.engines.rings import Rings
-from insonify.engines.sampling import Resolution, reach, tiles_in_view
+from insonify.engines.sampling import Resolution, reach, survey_speed, tiles_in_view
+from insonify.engines.targets import target_points
 from insonify.propagation.choice import PathChoice
 from insonify.propagation.families import families_for
-from insonify.propagation.rays import Rays
-from insonify.scene.box import box_scatterers, box_section
-from insonify.scene.lattice import TILE, Tiles, draw
+from insonify.propagation.rays import Rays, Reach
+from insonify.scene.bed import Bed
+from insonify.scene.facets import facets
+from insonify.scene.lattice import TILE, Draw, Tiles, draw
 from insonify.scene.scatterers import Boundary, Law, Scatterers
-from insonify.scene.scene import Scene, point_scatterer
-from insonify.scene.target import Box
+from insonify.scene.scene import Scene
+from insonify.scene.terrain.relief import Survey
 from insonify.sonar.footprint import two_way_footprint, two_way_width
 from insonify.sonar.stance import Stance
 from insonify.units import amplitude_ratio
@@ -30,12 +32,8 @@ from insonify.units import amplitude_ratio
 TILES_PER_BLOCK = 4
 BLOCK = TILES_PER_BLOCK * TILE * TILE
 """Scatterers in a block: few enough for the cache, enough to keep Python out of the way."""
-FACE_CELLS = 3.0
-"""Cells of a target's face per range resolution, in each direction."""
 LONGEST_CELL = 0.05
 """Longest cell of slant range, as a part of the sonar's distance from the nearer boundary [1]."""
-FRINGE_CELLS = 8.0
-"""Cells up a target's face per fringe between its direct and its bottom path."""
 
 Block = Callable[[], Scatterers]
 
@@ -79,12 +77,17 @@ class View:
         """Jittered cells of all tiles in reach of window and beams."""
         lattice = self.scene.seabed.lattice
         floor = float(amplitude_ratio(self.choice.beam_floor_db))
-        tiles = tiles_in_view(self.stance, lattice, depth, self.rays, kept, self.resolution, floor)
+        tiles = tiles_in_view(
+            self.stance, lattice, depth, self.rays, kept, self.resolution, floor, rise=self._rise(boundary)
+        )
         stream = streams.SEABED if boundary == "seabed" else streams.SURFACE
 
         def drawn(part: Tiles) -> Scatterers:
             cell = draw(part, self.seed, stream)
             place = lattice.to_world(cell.along, cell.across)
+            if boundary == "seabed" and self.bed is not None:
+                ground = survey_tiles(self.bed, part, self.seed, cell)
+                return facets(depth, ground, law, place, cell.area, cell.phase, cell.place)
             return _on_boundary(boundary, depth, law, place, cell.area, cell.phase, cell.place)
 
         starts = range(0, len(tiles.level), TILES_PER_BLOCK)
@@ -92,21 +95,21 @@ class View:
 
     def _rings(self, boundary: Boundary, depth: float, law: Law, kept: tuple[str, ...]) -> list[Block]:
         """Even cells of slant range and azimuth about the sonar."""
-        heard = reach(self.stance, depth, self.rays, kept)
+        heard = self._reach(boundary, depth, kept)
         if heard.farthest < 0:
             return []
-        rings = Rings(self.stance, depth, heard, self.resolution)
+        rings = Rings(self.stance, depth, heard, self.resolution, rise=self._rise(boundary))
         tiles = rings.in_view(self.rays, kept, float(amplitude_ratio(self.choice.beam_floor_db)))
 
         def laid(part: NDArray[np.int64]) -> Scatterers:
             place, area, key = rings.points(part)
-            return _on_boundary(boundary, depth, law, place, area, np.ones(len(area), complex), key)
+            return self._lie(boundary, depth, law, place, area, np.ones(len(area), complex), key)
 
         return [partial(laid, tiles[s : s + TILES_PER_BLOCK]) for s in range(0, len(tiles), TILES_PER_BLOCK)]
 
     def _line(self, boundary: Boundary, depth: float, law: Law, kept: tuple[str, ...]) -> list[Block]:
         """Cells along the beam's plane, a few to each cell of slant range: what the farthest ground cell comes to."""
-        heard = reach(self.stance, depth, self.rays, kept)
+        heard = self._reach(boundary, depth, kept)
         if heard.farthest < 0:
             return []
         pitch = self.resolution.slant / self.resolution.per_cell
@@ -127,50 +130,78 @@ class View:
             place = here + ((cell + shift) * pitch)[:, None] * ahead
             key = np.uint64(streams.SLICE << 59 | int(boundary == "surface") << 58) | cell.astype(np.uint64)
             area = np.full(len(cell), pitch)
-            return _on_boundary(boundary, depth, law, place, area, np.exp(2j * np.pi * u[:, 1]), key)
+            return self._lie(boundary, depth, law, place, area, np.exp(2j * np.pi * u[:, 1]), key)
 
         starts = range(first, last, BLOCK)
         return [partial(drawn, s, min(s + BLOCK, last)) for s in starts]
 
+    @property
+    def bed(self) -> Bed | None:
+        """The ground under the mean plane's points; None for a flat bed."""
+        return self.scene.seabed.bed
+
+    def _reach(self, boundary: Boundary, depth: float, kept: tuple[str, ...]) -> Reach:
+        """Distances of a boundary that are heard."""
+        return reach(self.stance, depth, self.rays, kept, rise=self._rise(boundary))
+
+    def _rise(self, boundary: Boundary) -> float:
+        """How far a boundary stands above its mean plane, or lies below it [m]."""
+        if boundary != "seabed" or self.bed is None:
+            return 0.0
+        return max(self.bed.depth - self.bed.span[0], self.bed.span[1] - self.bed.depth)
+
+    def _lie(
+        self, boundary: Boundary, depth: float, law: Law, place: NDArray[np.float64], area: NDArray[np.float64],
+        phase: NDArray[np.complex128], key: NDArray[np.uint64],
+    ) -> Scatterers:  # fmt: skip
+        """Points of a boundary at places that do not come again: on the ground, or on the plane."""
+        if boundary == "seabed" and self.bed is not None:
+            ground = self.bed.ground.survey(place[:, 0], place[:, 1])
+            return facets(depth, ground, law, place, area, phase, key)
+        return _on_boundary(boundary, depth, law, place, area, phase, key)
+
     def _targets(self) -> list[Block]:
         made: list[Block] = []
-        for target in self.scene.targets:
-            points = self._box(target) if isinstance(target, Box) else point_scatterer(target)
+        for points in target_points(
+            self.scene, self.choice, self.seed, self.stance, self.resolution.slant, even=self.even
+        ):
             starts = range(0, len(points), BLOCK)
             made += [partial(points.take, slice(s, s + BLOCK)) for s in starts]
         return made
-
-    def _box(self, box: Box) -> Scatterers:
-        depth, here = self.scene.seabed.depth, self.stance.transmit_place
-        distance = float(np.linalg.norm(np.array(box.position) - here[:2]))
-        pitch = min(self.resolution.slant, *box.size) / FACE_CELLS
-        # Direct and bottom paths make fringes up a face; a few points must lie within each.
-        fringe = self.stance.wavelength * max(distance, 1.0) / max(depth - here[2], 0.1)
-        rise = max(min(pitch, fringe / FRINGE_CELLS), self.stance.wavelength / 4)
-        occluder = self.scene.boxes.index(box)
-        whole = box_scatterers(box, depth, self.seed, pitch, occluder, rise=rise, even=self.even)
-        if self.choice.geometry != "slice":
-            return whole
-        return box_section(whole, box, here, self.stance.bearing, lambda width: self._covered(width, distance))
-
-    def _covered(self, width: float, distance: float) -> float:
-        """How much of a width [m], centred on the axis at a distance [m], the two-way beam covers [m]."""
-        half = float(np.arctan2(width / 2, max(distance, 1e-6)))
-        return distance * footprint(self.stance, within=half)
 
 
 def view(scene: Scene, choice: PathChoice, seed: int, stance: Stance, rays: Rays, *, even: bool = False) -> View:
     """The scene as one ping meets it, sampled by the finest that can be made of the recording."""
     # A pulse longer than the scene is deep would blur what the legs still tell apart: spreading, grazing, shadows.
-    height = max(0.1, min(stance.transmit_place[2], scene.seabed.depth - stance.transmit_place[2]))
-    slant = min(stance.pulse.finest_resolution(stance.sound_speed), LONGEST_CELL * height)
+    shallowest, deepest = stance.survey.depths
+    height = max(0.1, min(shallowest, scene.seabed.depth - deepest))
+    speed = survey_speed(scene, stance)
+    slant = min(stance.pulse.finest_resolution(speed), LONGEST_CELL * height)
     width = two_way_width(stance.transmit_beams, stance.receive_beams)
+    if speed != stance.sound_speed:
+        width = round(width * speed / stance.sound_speed, ndigits=9)
     return View(scene, choice, seed, stance, rays, Resolution(slant, width, choice.scatterers_per_cell), even)
 
 
 def footprint(stance: Stance, within: float = np.pi) -> float:
     """Energy width of the one two-way beam of a slice, up to an azimuth from its axis [rad]."""
     return float(two_way_footprint(stance.transmit_beams, stance.receive_beams, within=within)[0])
+
+
+def survey_tiles(bed: Bed, tiles: Tiles, seed: int, cell: Draw) -> Survey:
+    """The ground under the scatterers of some tiles, tile by tile: each is kept for the pings to come.
+
+    Args:
+        bed: The ground.
+        tiles: The tiles.
+        seed: Seed of the scatterers.
+        cell: What was drawn in the tiles, in their order.
+    """
+    heights, slopes = np.empty(len(cell.along)), np.empty((len(cell.along), 2))
+    for row, key in enumerate(zip(tiles.level.tolist(), tiles.along.tolist(), tiles.across.tolist(), strict=True)):
+        part = slice(row * TILE * TILE, (row + 1) * TILE * TILE)
+        heights[part], slopes[part] = bed.survey_points((seed, *key), cell.along[part], cell.across[part])
+    return Survey(heights, slopes)
 
 
 def _on_boundary(

@@ -14,6 +14,8 @@ import uuid
 import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from functools import lru_cache
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 from zarr.core.common import JSON
 from zarr.errors import ZarrUserWarning
 
-from insonify.records.recording import COLUMNS, FIELDS, Layout
+from insonify.records.recording import COLUMNS, COORDINATES, FIELDS, LATER, Layout
 
 _MUST_AGREE = ("scenario", "seed", "version")
 _IDENTITY = "insonify_recording"
@@ -66,7 +68,8 @@ def create(path: str | Path, layout: Layout, attributes: Mapping[str, Any], *, o
 
 def identity(path: str | Path) -> str:
     """What tells this recording from any other that ever stood at the same place."""
-    return str(zarr.open_group(Path(path), mode="r").attrs[_IDENTITY])
+    described = json.loads((Path(path) / "zarr.json").read_text(encoding="utf-8"))
+    return str(described["attributes"][_IDENTITY])
 
 
 def write_ping(path: str | Path, ping: int, data: ArrayLike, *, into: str | None = None) -> None:
@@ -82,10 +85,10 @@ def write_ping(path: str | Path, ping: int, data: ArrayLike, *, into: str | None
         StoreError: Another run has replaced the recording meanwhile.
         ValueError: The data do not fit, or are not finite.
     """
-    if into is not None and identity(path) != into:
+    mine = identity(path)
+    if into is not None and mine != into:
         raise StoreError(f"{path} was replaced by another run while this one went on. Choose another name")
-    field = next(name for name in FIELDS if (Path(path) / name).is_dir())
-    sound = zarr.open_array(Path(path) / field, mode="r+")
+    sound, done = _arrays(str(path), mine)
     values = np.asarray(data, dtype=sound.dtype)
     if values.shape != sound.shape[1:]:
         raise ValueError(f"a ping of {path} has shape {sound.shape[1:]}; these data have {values.shape}")
@@ -94,7 +97,14 @@ def write_ping(path: str | Path, ping: int, data: ArrayLike, *, into: str | None
     if not np.isfinite(values).all():
         raise ValueError(f"ping {ping} has values that are not finite: a level in the scenario is beyond all bounds")
     sound[ping] = values
-    zarr.open_array(Path(path) / "done", mode="r+")[ping] = True
+    done[ping] = True
+
+
+@lru_cache(maxsize=4)
+def _arrays(path: str, mine: str) -> tuple[Any, Any]:
+    """Sound, and the mask of pings done, of the recording of one identity: to open them takes as long as a ping."""
+    field = next(name for name in FIELDS if (Path(path) / name).is_dir())
+    return zarr.open_array(Path(path) / field, mode="r+"), zarr.open_array(Path(path) / "done", mode="r+")
 
 
 def done(path: str | Path) -> NDArray[np.bool_]:
@@ -148,7 +158,7 @@ def _build(path: Path, layout: Layout, attributes: Mapping[str, Any]) -> None:
     group.create_array(
         layout.field, shape=(pings, channels, samples), chunks=(1, channels, samples), dtype=dtype, fill_value=np.nan,
         dimension_names=("ping", "channel", "time"),
-        attributes={"units": units, "long_name": long_name, "coordinates": "ping_time steer"},
+        attributes={"units": units, "long_name": long_name, "coordinates": " ".join(COORDINATES)},
     )  # fmt: skip
     group.create_array(
         "done", shape=(pings,), chunks=(1,), dtype=bool, fill_value=False, dimension_names=("ping",),
@@ -198,7 +208,8 @@ def _insist_on_whole(path: Path) -> None:
     if not fields:
         raise StoreError(f"{path} is damaged: it has neither {' nor '.join(FIELDS)}. {_MEND}")
     for name in (*fields, "done", "ping", *COLUMNS):
-        _description(path / name)
+        if name not in LATER or (path / name).is_dir():
+            _description(path / name)
     # A column of zeros has no chunk; time is one only where there is a single sample.
     if _description(path / "time").get("shape") != [1] and not (path / "time" / "c").exists():
         raise StoreError(f"{path / 'time' / 'c'} is missing from the recording. {_MEND}")
@@ -221,9 +232,21 @@ def _insist_on_the_same(target: Path, attributes: Mapping[str, Any]) -> None:
     differ = [name for name in _MUST_AGREE if stored.get(name) != attributes.get(name)]
     if differ:
         raise StoreError(
-            f"{target} holds a recording of another {' and '.join(differ)}. "
+            f"{target} holds a recording of another {' and '.join(differ)}{_first_difference(stored, attributes)}. "
             "Choose another name, or replace it with --overwrite"
         )
+
+
+def _first_difference(stored: Mapping[str, Any], attributes: Mapping[str, Any]) -> str:
+    """Where the texts of two scenarios part, in brackets; empty where they are no texts or the same."""
+    texts = [one.get("scenario") for one in (stored, attributes)]
+    if not all(isinstance(text, str) for text in texts):
+        return ""
+    for there, here in zip_longest(*(str(text).splitlines() for text in texts), fillvalue=""):
+        if there != here:
+            then, now = (" ".join(line.split()[:6]) or "nothing" for line in (there, here))
+            return f" (the first line that differs: there {then!r}, now {now!r})"
+    return ""
 
 
 def _move(aside: Path, target: Path, *, overwrite: bool) -> None:

@@ -18,6 +18,8 @@ Floats = NDArray[np.float64]
 
 SHARP = 0.5
 """Jump of the gradient below which a corner passes without a word [1/s]."""
+MOST_TOLD = 8
+"""Corners on one side of a source that are looked into, the sharpest: a measured cast may have thousands."""
 _RAYS = 200  # that turn in the layer beyond a corner
 
 
@@ -34,7 +36,7 @@ class Kink:
 
 
 def kinks(profile: SoundSpeedProfile, source_depth: float, farthest: float) -> Iterator[Kink]:
-    """Corners that make a caustic within reach of a source.
+    """Corners that make a caustic within reach of a source; of many on one side the sharpest `MOST_TOLD`.
 
     Args:
         profile: Speed of sound against depth.
@@ -46,19 +48,21 @@ def kinks(profile: SoundSpeedProfile, source_depth: float, farthest: float) -> I
     """
     for sign in (-1.0, 1.0):
         distance, speed = _away(profile, source_depth, sign)
-        for i in range(1, distance.size - 1):
-            before, beyond = np.diff(speed[i - 1 : i + 2]) / np.diff(distance[i - 1 : i + 2])
-            if speed[i] < speed[: i + 1].max() or beyond - before <= SHARP:
-                continue  # no ray is level here, or it does not bend back faster
+        gradient = np.diff(speed) / np.diff(distance)
+        jump = np.diff(gradient)
+        level = speed[1:-1] >= np.maximum.accumulate(speed)[1:-1]  # a ray may be level here, and bends back faster
+        sharp = 1 + np.flatnonzero(level & (jump > SHARP))
+        sharpest = np.sort(sharp[np.argsort(-jump[sharp - 1], kind="stable")[:MOST_TOLD]])
+        for i in sharpest:
             reach = _nearest_turn(distance[: i + 2], speed[: i + 2])
             if reach <= farthest:
-                yield Kink(source_depth + sign * float(distance[i]), float(beyond - before), reach)
+                yield Kink(source_depth + sign * float(distance[i]), float(jump[i - 1]), reach)
 
 
 def _away(profile: SoundSpeedProfile, source_depth: float, sign: float) -> tuple[Floats, Floats]:
     """Distances from the source to itself and the knots on one side [m], and the speeds there [m/s]."""
     distance = sign * (profile.depth - source_depth)
-    ahead = np.sort(distance[distance > 0])
+    ahead = np.unique(distance[distance > 0])  # knots within the last bits of each other are one
     distance = np.concatenate([[0.0], ahead])
     return distance, profile.at(source_depth + sign * distance)
 

@@ -1,7 +1,7 @@
 """A sound-speed profile as people write it down: a table with a header.
 
 Depth and speed, or depth, temperature and salinity; commas, semicolons or tabs; a row of
-units or units in the header; comments behind #. Every fault is answered with its place.
+units or units in the header; lines that begin with # are comments. Every fault is answered with its place.
 """
 
 import csv
@@ -39,7 +39,10 @@ class _Column:
         try:
             number = float(text)
         except ValueError:
-            raise ValueError(f"{spot}: {text!r} is not a number. Write a plain number, such as 12.5.") from None
+            point = text.replace(",", ".")
+            hint = f" The decimal mark is a point: {point}." if text.count(",") == 1 and _is_number(point) else ""
+            advice = hint or " Write a plain number, such as 12.5."
+            raise ValueError(f"{spot}: {text!r} is not a number.{advice}") from None
         number *= units[self.unit]
         if not low <= number <= high:
             raise ValueError(f"{spot}: {text} {self.unit} is not possible; natural water has {low:g} to {high:g}.")
@@ -77,7 +80,7 @@ def read_profile(path: str | Path, *, model: str = "teos10") -> SoundSpeedProfil
         if len(table) > 1 and table[-1][0] <= table[-2][0]:
             spot = f"{where}, column {columns[0].place + 1} (depth)"
             raise ValueError(
-                f"{spot}: {table[-1][0]:g} m after {table[-2][0]:g} m; depths must increase. Sort the rows."
+                f"{spot}: {table[-1][0]:g} m after {table[-2][0]:g} m; depths must increase. {_way_out(*table[-2:])}"
             )
     if len(table) < 2:
         raise ValueError(f"{path}, line {line}: the file ends after {len(table)} row(s) of values; give at least two.")
@@ -85,6 +88,15 @@ def read_profile(path: str | Path, *, model: str = "teos10") -> SoundSpeedProfil
     if len(columns) == 2:
         return SoundSpeedProfile(*values)
     return SoundSpeedProfile.from_temperature_salinity(*values, model=model)
+
+
+def _way_out(before: list[float], row: list[float]) -> str:
+    """What to do about a depth that does not increase."""
+    if row[0] == before[0]:
+        return "Keep one row of each depth."
+    if row[0] < 0:
+        return "They are positive downwards: leave out the minus."
+    return "Sort the rows."
 
 
 def _rows(path: Path) -> Iterator[tuple[int, list[str]]]:

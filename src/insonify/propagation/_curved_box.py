@@ -18,8 +18,8 @@ MOST_PIECES = 100_000
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def cuts_box(
-    knots: Floats, speeds: Floats, source_depth: float, slowness: float, sine: float, bounces: int, away: float,
-    point_depth: float, enter: float, leave: float, top: float, base: float, own: bool,
+    knots: Floats, speeds: Floats, plane: float, source_depth: float, slowness: float, sine: float, bounces: int,
+    first_up: bool, away: float, point_depth: float, enter: float, leave: float, top: float, base: float, own: bool,
 ) -> bool:  # fmt: skip
     """True where a ray is at a depth of the box while over its footprint.
 
@@ -29,10 +29,12 @@ def cuts_box(
     Args:
         knots: Depths of the column [m], (m,).
         speeds: Speeds there [m/s], (m,).
+        plane: Depth of the knot that mirrors sound [m]; infinite for the last one.
         source_depth: Depth of the sonar [m].
         slowness: Horizontal slowness of the ray [s/m].
         sine: Sine of the launch angle, + down [1].
         bounces: Reflections of the ray before it ends.
+        first_up: Whether the first is off the surface.
         away: Horizontal distance at which it ends [m].
         point_depth: Depth at which it ends [m].
         enter: Horizontal distance at which it comes over the footprint [m].
@@ -67,7 +69,7 @@ def cuts_box(
             if high >= top and low <= base:
                 return True
         x, z, s = x + step, goal, s_end
-        if (s > 0 and layer + 2 == knots.size and z == knots[-1]) or (s < 0 and layer == 0 and z == knots[0]):
+        if meets_mirror(knots, plane, layer, z, s, met, bounces, first_up):
             if met == bounces:
                 return False
             met += 1
@@ -77,6 +79,76 @@ def cuts_box(
         else:
             layer = max(layer - 1, 0) if z == knots[layer] else layer
     return False
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def meets_mirror(
+    knots: Floats, plane: float, layer: int, depth: float, sine: float, met: int, bounces: int, first_up: bool
+) -> bool:
+    """Whether a ray that has crossed a layer is at a boundary that it cannot pass; arguments of `cuts_box`.
+
+    Below the mirroring plane there is water for rays that do not bounce off it: it stands over deeper ground.
+    """
+    if sine > 0:
+        bottom_next = met < bounces and (met % 2 == 0) != first_up
+        below = layer + 1
+        return depth == knots[below] and (below + 1 == knots.size or (bottom_next and depth == plane))
+    return sine < 0 and layer == 0 and depth == knots[0]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def depths_along(
+    knots: Floats, speeds: Floats, plane: float, source_depth: float, slowness: Floats, sines: Floats, bounces: int,
+    first_up: bool, start: Floats, stop: Floats, depths: Floats,
+) -> None:  # fmt: skip
+    """Depths of rays at even distances.
+
+    Args:
+        knots: As of `cuts_box`.
+        speeds: As of `cuts_box`.
+        plane: As of `cuts_box`.
+        source_depth: As of `cuts_box`.
+        slowness: Horizontal slowness of the rays [s/m], (n,).
+        sines: Sines of their launch angles, + down, (n,).
+        bounces: As of `cuts_box`.
+        first_up: As of `cuts_box`.
+        start: Horizontal distance of the first depth [m], (n,).
+        stop: Of the last one [m], (n,).
+        depths: Result [m], NaN beyond a ray's end, (n, k).
+    """
+    count = depths.shape[1]
+    for n in range(sines.size):
+        x, z, s, met, row = 0.0, source_depth, sines[n], 0, 0
+        layer = _layer(knots, z, s, speeds)
+        p = slowness[n]
+        for _ in range(MOST_PIECES):
+            if row == count:
+                break
+            if s == 0:
+                layer = _layer(knots, z, s, speeds)
+            g = (speeds[layer + 1] - speeds[layer]) / (knots[layer + 1] - knots[layer])
+            c = speeds[layer] + g * (z - knots[layer])
+            down = s > 0 or (s == 0 and g < 0)
+            goal = knots[layer + 1] if down else knots[layer]
+            step, goal, s_end = _piece(z, s, c, g, p, goal, knots[layer], knots[layer + 1], down)
+            while row < count:
+                there = start[n] + (stop[n] - start[n]) * row / max(count - 1, 1)
+                if there > x + step:
+                    break
+                depths[n, row] = z + _drop(there - x, s, c, g, p)
+                row += 1
+            x, z, s = x + step, goal, s_end
+            if meets_mirror(knots, plane, layer, z, s, met, bounces, first_up):
+                if met == bounces:
+                    break
+                met += 1
+                s = -s
+            elif s > 0 or (s == 0 and down):
+                layer = min(layer + 1, knots.size - 2) if z == knots[layer + 1] else layer
+            else:
+                layer = max(layer - 1, 0) if z == knots[layer] else layer
+        for rest in range(row, count):
+            depths[n, rest] = np.nan
 
 
 @njit(inline="always")

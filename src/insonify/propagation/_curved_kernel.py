@@ -110,18 +110,21 @@ def curved_row(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def cut_row(
-    knots: Floats, speeds: Floats, place: Floats, points: Floats, shared: Floats, bounces: int, slowness: Floats,
-    departure: Floats, boxes: Floats, own_box: int, status: Integers, occluder: Integers,
+    knots: Floats, speeds: Floats, plane: float, place: Floats, points: Floats, shared: Floats, bounces: int,
+    first_up: bool, slowness: Floats, departure: Floats, boxes: Floats, own_box: int, status: Integers,
+    occluder: Integers,
 ) -> None:  # fmt: skip
     """Mark the clear legs of one row that a box cuts. Seen from above a leg is straight, however it bends.
 
     Args:
         knots: Depths of the column [m], (m,).
         speeds: Speeds there [m/s], (m,).
+        plane: Depth of the knot that mirrors sound [m]; infinite for the last one.
         place: North, east, depth of the sonar [m], (3,).
         points: Scatterers [m], (n, 3).
         shared: See `bearings`, (5, n).
         bounces: Number of bounces of the family.
+        first_up: Whether the first is off the surface.
         slowness: Horizontal slowness of the rays [s/m], (n,).
         departure: Their directions at the sonar, (n, 3).
         boxes: Occluding bodies, (b, 8), see `insonify.scene.box.box_body`.
@@ -135,8 +138,59 @@ def cut_row(
         dx, dy, away = points[n, 0] - place[0], points[n, 1] - place[1], shared[RANGE, n]
         for b in range(boxes.shape[0]):
             enter, leave = crossing(place, dx, dy, boxes, b)
-            if enter <= leave and cuts_box(knots, speeds, place[2], slowness[n], departure[n, 2], bounces, away,
-                                           shared[DEPTH, n], enter * away, leave * away, boxes[b, 6], boxes[b, 7],
-                                           b == own_box):  # fmt: skip
+            if enter <= leave and cuts_box(knots, speeds, plane, place[2], slowness[n], departure[n, 2], bounces,
+                                           first_up, away, shared[DEPTH, n], enter * away, leave * away, boxes[b, 6],
+                                           boxes[b, 7], b == own_box):  # fmt: skip
                 status[n], occluder[n] = OCCLUDED, b
                 break
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def crossed_bodies(
+    place: Floats, ends: Floats, bounds: Floats, status: Integers
+) -> tuple[NDArray[np.int64], NDArray[np.int64], Floats, Floats]:
+    """Which clear legs pass over which bodies, seen from above.
+
+    Args:
+        place: North, east, depth of the sonar [m], (3,).
+        ends: Where the legs end [m], (n, 3).
+        bounds: Least and greatest coordinates of the bodies [m], (b, 6).
+        status: Of the legs, (n,).
+
+    Returns:
+        Rows of legs and of bodies, and the parts of the leg at which it comes over the body and leaves it, all (m,).
+    """
+    total = 0
+    for fill in range(2):
+        legs, bodies = np.empty(total, np.int64), np.empty(total, np.int64)
+        enter, leave = np.empty(total), np.empty(total)
+        row = 0
+        for n in range(ends.shape[0]):
+            if status[n] != CLEAR:
+                continue
+            x, y = ends[n, 0] - place[0], ends[n, 1] - place[1]
+            square = x * x + y * y
+            for b in range(bounds.shape[0]):
+                # the circle around a body first: most legs miss it
+                u, v = (bounds[b, 0] + bounds[b, 3]) / 2 - place[0], (bounds[b, 1] + bounds[b, 4]) / 2 - place[1]
+                reach = (bounds[b, 3] - bounds[b, 0]) ** 2 + (bounds[b, 4] - bounds[b, 1]) ** 2
+                aside = x * v - y * u
+                if 4 * aside * aside > reach * square:
+                    continue
+                near, far = 0.0, 1.0
+                for axis in range(2):
+                    step, start = (x, place[0]) if axis == 0 else (y, place[1])
+                    low, high = bounds[b, axis] - start, bounds[b, axis + 3] - start
+                    if abs(step) < 1e-12:
+                        if low > 0 or high < 0:
+                            near, far = 1.0, 0.0
+                    else:
+                        near = max(near, min(low / step, high / step))
+                        far = min(far, max(low / step, high / step))
+                if near > far:
+                    continue
+                if fill == 1:
+                    legs[row], bodies[row], enter[row], leave[row] = n, b, near, far
+                row += 1
+        total = row
+    return legs, bodies, enter, leave

@@ -57,6 +57,7 @@ from insonify.propagation._route_kernel import (
     TURN_FAST,
     TURN_NODE,
     TURN_SLOW,
+    WALL,
     cross,
     end_route,
     fastest,
@@ -80,14 +81,15 @@ MOST_PIECES = 62
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def solve_points(
-    depth: Floats, speed: Floats, source_depth: float, bounces: int, first_up: bool, point_depth: Floats,
-    ranges: Floats, rays: Floats, count: Integers, status: Integers,
+    depth: Floats, speed: Floats, plane: float, source_depth: float, bounces: int, first_up: bool,
+    point_depth: Floats, ranges: Floats, rays: Floats, count: Integers, status: Integers,
 ) -> None:  # fmt: skip
     """All rays of one family to each point. Points of one depth that follow each other share the work on it.
 
     Args:
-        depth: Knots of the column, from 0 to the seabed [m], (m,).
+        depth: Knots of the column, from 0 to the seabed or the deepest ground [m], (m,).
         speed: Sound speed there [m/s], (m,).
+        plane: Depth of the knot that mirrors sound [m]; infinite for the last one.
         source_depth: Depth of the source [m], in the water.
         bounces: Bounces off the boundaries in turn.
         first_up: Whether the first is off the surface; without bounces it plays no part.
@@ -114,7 +116,7 @@ def solve_points(
         while end < ranges.size and end - begin < BLOCK and point_depth[end] == point_depth[begin]:
             low, high = min(low, ranges[end]), max(high, ranges[end])
             end += 1
-        lay_nodes(depth, speed, source_depth, point_depth[begin], lane)
+        lay_nodes(depth, speed, plane, source_depth, point_depth[begin], lane)
         here[0], here[1] = begin, end
         limit = direct_rays(lane, bounces, first_up, work, out)
         farthest = limit
@@ -150,11 +152,13 @@ def direct_rays(lane: Floats, bounces: int, first_up: bool, work: Any, out: Any)
     """
     here, ranges, rays, count = out
     block, pick = work[0], work[1]
-    s, r, nodes = int(lane[ROUTE, SOURCE]), int(lane[ROUTE, POINT]), int(lane[ROUTE, NODES])
+    s, r, wall = int(lane[ROUTE, SOURCE]), int(lane[ROUTE, POINT]), int(lane[ROUTE, WALL])
+    if bounces and first_up == (bounces % 2 == 0) and r > wall:
+        return 0.0  # nothing that rises from the plane gets below it
     start_route(lane)
     at, up, first, last = s, first_up, min(s, r), max(s, r)
     for _ in range(bounces):
-        at = cross(lane, at, 0 if up else nodes - 1)
+        at = cross(lane, at, 0 if up else wall)
         first, last, up = min(first, at), max(last, at), not up
     cross(lane, at, r)
     launch = -1.0 if (first_up if bounces else r < s) else 1.0
@@ -336,7 +340,10 @@ def bounced_rays(
         Distance that no ray of the family exceeds [m].
     """
     s, r, nodes = int(lane[ROUTE, SOURCE]), int(lane[ROUTE, POINT]), int(lane[ROUTE, NODES])
-    side, wall, stop = (1, 0, nodes - 1) if first_up else (0, nodes - 1, 0)  # side of the turns
+    floor = int(lane[ROUTE, WALL])
+    if not first_up and r > floor:
+        return limit
+    side, wall, stop = (1, 0, nodes - 1) if first_up else (0, floor, 0)  # side of the turns
     start = max(s, r) if first_up else min(s, r)
     so_far = fastest(lane, min(wall, start), max(wall, start))
     found = turning_slabs(lane, start, stop, so_far, slabs[side])

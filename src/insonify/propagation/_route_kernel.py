@@ -33,10 +33,11 @@ POINT = 2  # node of the point
 FIRST = 3  # highest node visited
 LAST = 4  # lowest node visited
 TOP = 5  # speed at the fastest node visited [m/s]
-HALF_TURNS = 6  # half turns above (6) and below (7)
-NEAR = 8  # node at which the ray gets into the slab where it turns, above (8) and below (9)
-BEND = 10  # half turns x c_m / |g| of that slab [m], 0 without a turn, above (10) and below (11)
-ROUTE_COLUMNS = 12
+WALL = 6  # node of the plane that mirrors sound at the bottom
+HALF_TURNS = 7  # half turns above (7) and below (8)
+NEAR = 9  # node at which the ray gets into the slab where it turns, above (9) and below (10)
+BEND = 11  # half turns x c_m / |g| of that slab [m], 0 without a turn, above (11) and below (12)
+ROUTE_COLUMNS = 13
 
 # Rows of the slabs in which a ray may turn.
 TURN_NODE = 0  # node at which it gets in
@@ -45,12 +46,13 @@ TURN_FAST = 2  # turning speed at which it would reach the far side [m/s]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def lay_nodes(depth: Floats, speed: Floats, source: float, point: float, lane: Floats) -> None:
+def lay_nodes(depth: Floats, speed: Floats, plane: float, source: float, point: float, lane: Floats) -> None:
     """Nodes and slabs of a column with a source and a point in it.
 
     Args:
         depth: Depths of the knots [m], (m,).
         speed: Sound speed there [m/s], (m,).
+        plane: Depth of the knot that mirrors sound [m]; the last one where no knot lies there.
         source: Depth of the source [m], in the water.
         point: Depth of the point [m], in the water.
         lane: Result, (LANE_ROWS, at least m + 2).
@@ -72,8 +74,10 @@ def lay_nodes(depth: Floats, speed: Floats, source: float, point: float, lane: F
                 lane[SPEED, nodes] = min(max(speed[j], speed[j + 1]), max(min(speed[j], speed[j + 1]), inside))
                 lane[GRADIENT, nodes] = change / thick
                 nodes += 1
-    lane[ROUTE, NODES] = nodes
+    lane[ROUTE, NODES], lane[ROUTE, WALL] = nodes, nodes - 1
     for i in range(nodes):
+        if lane[DEPTH, i] == plane:
+            lane[ROUTE, WALL] = i
         if lane[DEPTH, i] == source:
             lane[ROUTE, SOURCE] = i
         if lane[DEPTH, i] == point:

@@ -167,8 +167,8 @@ def build_plane(task: Task, source_depth: float) -> Plane:
     nodes, mean_speed = np.zeros((BRANCHES, *shape, 8)), np.zeros((BRANCHES, *shape), np.float32)
     kind, count, status = np.zeros((BRANCHES, *shape), np.int64), np.zeros(shape, np.uint8), np.zeros(shape, np.uint8)
     solve_lines(
-        water.depth, water.speed, source_depth, task.bounces, task.first_up, where.lines, where.stations, nodes,
-        mean_speed, kind, count, status,
+        water.depth, water.speed, water.plane, source_depth, task.bounces, task.first_up, where.lines, where.stations,
+        nodes, mean_speed, kind, count, status,
     )  # fmt: skip
     state, why = np.empty(cells, np.uint8), np.empty(cells, np.uint8)
     history = np.zeros((BRANCHES, *cells, 2), np.uint8)
@@ -255,8 +255,8 @@ def compare(plane: Plane, depth: Floats, ranges: Floats) -> Floats:
     task, errors = plane.task, np.empty((2, depth.size))
     rays, cell, paths = plane.read(depth, ranges)
     compare_points(
-        task.water.depth, task.water.speed, plane.source_depth, task.bounces, task.first_up, depth, ranges, cell,
-        paths, rays, LATE, LOUD, plane.state, errors,
+        task.water.depth, task.water.speed, task.water.plane, plane.source_depth, task.bounces, task.first_up, depth,
+        ranges, cell, paths, rays, LATE, LOUD, plane.state, errors,
     )  # fmt: skip
     return errors
 

@@ -52,14 +52,15 @@ TURN, LAYER, UPWARD = 100, 10_000, 10**13  # what a kind counts in: caustics bel
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def solve_lines(
-    depth: Floats, speed: Floats, source_depth: float, bounces: int, first_up: bool, lines: Floats, stations: Floats,
-    nodes: Floats, mean_speed: NDArray[np.float32], kind: Integers, count: Bytes, status: Bytes,
+    depth: Floats, speed: Floats, plane: float, source_depth: float, bounces: int, first_up: bool, lines: Floats,
+    stations: Floats, nodes: Floats, mean_speed: NDArray[np.float32], kind: Integers, count: Bytes, status: Bytes,
 ) -> None:  # fmt: skip
     """Exact numbers at all nodes, for one source depth.
 
     Args:
         depth: Knots of the column [m], (m,).
         speed: Speed there [m/s], (m,).
+        plane: See `solve_points`.
         source_depth: Depth of the source [m].
         bounces: Bounces of the family.
         first_up: Whether the first is off the surface.
@@ -78,7 +79,7 @@ def solve_lines(
     source_speed = np.interp(source_depth, depth, speed)
     for i in range(lines.size):
         at_depth[:] = lines[i]
-        solve_points(depth, speed, source_depth, bounces, first_up, at_depth, stations, rays, found, why)
+        solve_points(depth, speed, plane, source_depth, bounces, first_up, at_depth, stations, rays, found, why)
         here_speed = np.interp(lines[i], depth, speed)
         for k in range(n):
             count[i, k], status[i, k] = found[k], why[k]
@@ -239,15 +240,16 @@ def beside_exact(state: Bytes, chosen: NDArray[np.bool_]) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def compare_points(
-    depth: Floats, speed: Floats, source_depth: float, bounces: int, first_up: bool, point_depth: Floats,
-    ranges: Floats, cell: NDArray[np.int32], paths: Bytes, read: Floats, tolerance: float, relative: float,
-    state: Bytes, errors: Floats,
+    depth: Floats, speed: Floats, plane: float, source_depth: float, bounces: int, first_up: bool,
+    point_depth: Floats, ranges: Floats, cell: NDArray[np.int32], paths: Bytes, read: Floats, tolerance: float,
+    relative: float, state: Bytes, errors: Floats,
 ) -> None:  # fmt: skip
     """Holds what was read from a table against the exact solver, and gives the cells that fail to the latter.
 
     Args:
         depth: Knots of the column [m].
         speed: Speed there [m/s].
+        plane: See `solve_points`.
         source_depth: Depth of the source [m].
         bounces: Bounces of the family.
         first_up: Whether the first is off the surface.
@@ -263,7 +265,7 @@ def compare_points(
     """
     n = ranges.size
     rays, found, why = np.zeros((n, MOST, COLUMNS)), np.zeros(n, np.int64), np.zeros(n, np.uint8)
-    solve_points(depth, speed, source_depth, bounces, first_up, point_depth, ranges, rays, found, why)
+    solve_points(depth, speed, plane, source_depth, bounces, first_up, point_depth, ranges, rays, found, why)
     for i in range(n):
         errors[0, i] = errors[1, i] = 0.0
         if paths[i] == EXACT:

@@ -18,6 +18,16 @@ Cause = Literal["seabed", "surface", "target"]
 class PathChoice(Noun):
     """Settings of the engine: geometry, reflections, edges, jitter and sampling."""
 
+    engine: Literal["paths", "tracer"] = "paths"
+    """Every path between sonar and scatterers; or rays thrown and followed, which also find echoes between targets and
+    the seabed: for expected intensities, in water of one sound speed."""
+    rays: Annotated[int, Field(ge=100, le=100_000_000)] = 200_000
+    """Rays that the tracer throws from each side at each ping [1]."""
+    target_mirror: Annotated[float, Field(ge=0, le=1)] | None = None
+    """Share of the energy that targets' faces mirror for the tracer [1]; None: all that their law does not scatter.
+
+    Where families are named, echoes by a mirror on a target are followed only if this is given.
+    """
     geometry: Literal["3d", "slice"] = "3d"
     """The whole scene, or the vertical plane of one beam, each point standing for its share of the footprint."""
     reflections: Annotated[int, Field(ge=0, le=12)] = 2
@@ -26,8 +36,8 @@ class PathChoice(Noun):
     """Families followed, such as [D, S, BS]; None: all up to `reflections`."""
     causes: tuple[Cause, ...] = ("seabed", "surface", "target")
     """Whose echoes are heard; whatever is left out still casts its shadows."""
-    edges: Literal["hard"] = "hard"
-    """How a shadow ends."""
+    edges: Literal["hard", "fresnel"] = "hard"
+    """How the shadow of a target ends: at once, or as sound bends around its edges. That of the ground ends at once."""
     jitter: Annotated[float, Field(ge=0, le=100)] = 0.0
     """Largest random phase of each pulse replica, uniform from 0 [wavelengths]; its envelope stays in place."""
     amplitude_perturbation: Annotated[float, Field(ge=0, le=1)] = 0.0
@@ -62,6 +72,13 @@ class PathChoice(Noun):
                 "families", longest, f"has {len(bounces(longest))} bounces, but reflections is {self.reflections}. "
                 f"Write reflections: {len(bounces(longest))}, or leave the family out.",
             )  # fmt: skip
+        return self
+
+    @model_validator(mode="after")
+    def _tracer_sees_the_whole_scene(self) -> Self:
+        if self.engine == "tracer" and self.geometry == "slice":
+            raise located("geometry", "slice", "is one plane, but the tracer throws its rays all round. Write "
+                          "geometry: 3d, or engine: paths.")  # fmt: skip
         return self
 
     @property

@@ -17,10 +17,13 @@ from insonify.propagation._eigenray_kernel import (
     FOLD_BEND,
     FOLD_SHARE,
 )
+from insonify.propagation._table_nodes import LOWEST_FREQUENCY
 from insonify.propagation.caustic import fold_factor
-from insonify.propagation.curved_reach import Sweep, heard, sweep
+from insonify.propagation.curved_launches import CurvedLaunches
+from insonify.propagation.curved_reach import Sweep, cones, heard, sweep
+from insonify.propagation.curved_solids import shade_bent_row, solid_bounds
 from insonify.propagation.families import bounces, families_for, image_depth
-from insonify.propagation.found import Found, Tables
+from insonify.propagation.found import Found, Tables, exact_rays
 from insonify.propagation.layers import Column, column
 from insonify.propagation.rays import Cones, Domain, Reach
 from insonify.records.legs import Legs, Status
@@ -38,14 +41,21 @@ class CurvedRays:
     domain: Domain
     column: Column
     sweeps: dict[tuple[str, float, float], Sweep] = field(default_factory=dict, repr=False)
+    launched: dict[float, CurvedLaunches] = field(default_factory=dict, repr=False)
     tables: Tables = field(init=False, repr=False)
     bodies: Floats = field(init=False, repr=False)
-    """Occluding bodies, shape (boxes, 8), see `insonify.scene.box.box_body`."""
+    """Occluding boxes, shape (boxes, 8), see `insonify.scene.box.box_body`."""
+    solids: Floats = field(init=False, repr=False)
+    """Bounds of all other occluding bodies, see `solid_bounds`."""
 
     def __post_init__(self) -> None:
         """Begin without any table: each is made when it is first asked for."""
         object.__setattr__(self, "bodies", self.scene.bodies)
-        object.__setattr__(self, "tables", Tables(self.column, self.domain, len(self.bodies) > 0))
+        object.__setattr__(self, "solids", solid_bounds(self.scene))
+        ground = self.scene.seabed.bed
+        span = (self.column.mirror_depth,) * 2 if ground is None else (max(ground.span[0], 0.0), ground.span[1])
+        bodies = len(self.bodies) + len(self.solids) > 0
+        object.__setattr__(self, "tables", Tables(self.column, self.domain, bodies, span))
 
     def legs(self, place: Floats, scatterers: Scatterers, families: tuple[str, ...], frequency: float) -> Legs:
         """Legs of every ray; see `Rays.legs`."""
@@ -53,23 +63,51 @@ class CurvedRays:
         shared = np.empty((5, len(scatterers)))
         bearings(self.column.depth, self.column.speed, place, scatterers.position, shared)
         depth, ranges = shared[DEPTH], shared[RANGE]
-        found = [self.tables.rays(f, scatterers.boundary, float(place[2]), depth, ranges) for f in kept]
+        if frequency >= LOWEST_FREQUENCY:
+            found = [self.tables.rays(f, scatterers.boundary, float(place[2]), depth, ranges) for f in kept]
+        else:  # folds reach further than tables know of
+            found = [exact_rays(self.column, f, float(place[2]), depth, ranges) for f in kept]
         return self._assemble(place, scatterers, shared, found, frequency)
 
     def reach(
         self, depths: tuple[float, float], boundary_depth: float, families: tuple[str, ...],
-        delays: tuple[float, float], apart: float,
+        delays: tuple[float, float], apart: float, *, rise: float = 0.0,
     ) -> Reach:  # fmt: skip
         """Distances heard, from rays to all distances; see `Rays.reach`."""
-        sweeps = [self._sweep(name, depth, boundary_depth) for name in families for depth in dict.fromkeys(depths)]
+        levels = self._levels(boundary_depth, rise)
+        ends = dict.fromkeys(depths)
+        sweeps = [self._sweep(name, depth, level) for name in families for depth in ends for level in levels]
         nearest, farthest = heard(sweeps, delays, apart / self.scene.water.slowest)
         # The ground is sampled as under straight rays: the same places, whatever the water.
-        images = [image_depth(name, depths[0], self.column.water_depth) for name in families]
+        images = [image_depth(name, depths[0], self.column.mirror_depth) for name in families]
         return Reach(min(abs(boundary_depth - image) for image in images), nearest, farthest)
 
-    def cones(self, family: str, place: Floats, centre: Floats, radius: Floats, boundary_depth: float) -> Cones:
+    def cones(
+        self, family: str, place: Floats, centre: Floats, radius: Floats, boundary_depth: float, *, rise: float = 0.0
+    ) -> Cones:
         """Cones about all rays between the nearest and the farthest of each neighbourhood; see `Rays.cones`."""
-        return self._sweep(family, float(place[2]), boundary_depth).cones(centre - place[:2], radius)
+        levels = self._levels(boundary_depth, rise)
+        sweeps = [self._sweep(family, float(place[2]), level) for level in levels]
+        return cones(sweeps, centre - place[:2], radius)
+
+    def launches(self, source_depth: float) -> CurvedLaunches:
+        """Bent ones, kept for the pings that share the sonar's depth; see `Rays.launches`."""
+        found = self.launched.get(source_depth)
+        if found is None:  # threads may both make it, and get the same
+            if len(self.launched) > MOST_LAUNCHED:
+                self.launched.clear()
+            highest = min(self.tables.ground[0], *self.domain.point_depths)
+            farthest = max(self.domain.farthest, 1.0)
+            found = CurvedLaunches(self.column, source_depth, farthest, (highest, self.tables.ground[1]))
+            self.launched[source_depth] = found
+        return found
+
+    def _levels(self, boundary_depth: float, rise: float) -> list[float]:
+        """Depths between which a boundary lies, all in the water of the profile [m]."""
+        if rise == 0:
+            return [boundary_depth]
+        bottom = self.column.water_depth
+        return sorted({min(max(boundary_depth + side * rise, 0.0), bottom) for side in (-1, -0.5, 0, 0.5, 1)})
 
     def _sweep(self, family: str, depth: float, boundary_depth: float) -> Sweep:
         """The family's rays to all distances on a boundary, kept for the pings that share the sonar's depth."""
@@ -99,9 +137,16 @@ class CurvedRays:
                 status[row],
             )  # fmt: skip
             if len(self.bodies):
+                string = bounces(one.family)
                 cut_row(
-                    water.depth, water.speed, place, scatterers.position, shared, len(bounces(one.family)),
-                    slowness[row], departure[row], self.bodies, scatterers.occluder, status[row], occluder[row],
+                    water.depth, water.speed, water.plane, place, scatterers.position, shared, len(string),
+                    string.startswith("S"), slowness[row], departure[row], self.bodies, scatterers.occluder,
+                    status[row], occluder[row],
+                )  # fmt: skip
+            if len(self.solids):
+                shade_bent_row(
+                    self.scene, water, self.solids, place, scatterers, shared, one.family, slowness[row],
+                    departure[row], status[row], occluder[row],
                 )  # fmt: skip
         caustic = _at_caustics(rows, caustics, spreading, frequency)
         families = tuple(one.family for one, _ in rows)
@@ -126,7 +171,8 @@ class CurvedRays:
     def _boundary(self, families: tuple[str, ...], slowness: Floats) -> NDArray[np.complex128]:
         """Product of the mirrors' coefficients of each row, at the grazing angle that its slowness has there."""
         product = np.ones(slowness.shape, complex)
-        top, bottom = self.column.speed[[0, -1]]
+        top = self.column.speed[0]
+        bottom = float(np.interp(self.column.mirror_depth, self.column.depth, self.column.speed))
         for row, family in enumerate(families):
             string = bounces(family)
             if "S" in string:
@@ -136,6 +182,8 @@ class CurvedRays:
         return product
 
 
+MOST_LAUNCHED = 8
+"""Depths of the sonar whose launches are kept."""
 MOST_SWEEPS = 256
 """Sweeps that are kept: a platform that heaves makes new ones with every ping."""
 
@@ -150,8 +198,11 @@ def curved_rays(scene: Scene, domain: Domain) -> CurvedRays:
     Raises:
         ValueError: The profile does not reach from the surface to the seabed.
     """
-    depth = scene.seabed.depth
-    return CurvedRays(scene, domain, column(scene.water.profile_to(depth), depth))
+    depth, bed = scene.seabed.depth, scene.seabed.bed
+    profile = scene.water.profile_to(depth)
+    deepest = depth if bed is None else max(depth, bed.span[1])
+    # below what was measured the water is as it was there, as for all else that asks for its speed
+    return CurvedRays(scene, domain, column(profile.extended(deepest), deepest, plane=depth))
 
 
 def _grazing(slowness: Floats, speed: float) -> Floats:

@@ -37,14 +37,13 @@ class Sweep:
     steepest_down: list[Floats]
     """Greatest launch angle, likewise."""
 
-    def cones(self, offset: Floats, radius: Floats) -> Cones:
-        """Bounds of the launch directions to neighbourhoods.
+    def launches(self, away: Floats, radius: Floats) -> tuple[Floats, Floats]:
+        """Least and greatest launch angle to stretches of the boundary [rad]; infinite, the wrong way round, for none.
 
         Args:
-            offset: North and east of their middles from the sonar [m], (n, 2).
+            away: Distances of their middles [m], (n,).
             radius: How far they extend [m], (n,).
         """
-        away = np.hypot(offset[:, 0], offset[:, 1])
         last = len(self.earliest) - 1
         # A column more on each side: rays between two columns are bounded by both.
         first = np.clip(np.floor((away - radius) / self.step) - 1, 0, last).astype(int)
@@ -56,16 +55,31 @@ class Sweep:
             one, other = first[rows], stop[rows] - 2**k + 1
             low[rows] = np.minimum(self.steepest_up[k][one], self.steepest_up[k][other])
             high[rows] = np.maximum(self.steepest_down[k][one], self.steepest_down[k][other])
-        there = low <= high
-        low, high = np.where(there, low, 0.0), np.where(there, high, 0.0)
-        middle = (low + high) / 2
-        ahead = offset / np.maximum(away, 1e-300)[:, None]
-        ahead[away == 0] = [1.0, 0.0]
-        way = np.column_stack([np.cos(middle)[:, None] * ahead, np.sin(middle)])
-        aside = np.where(radius < away, np.arcsin(np.minimum(1, radius / np.maximum(away, radius))), np.pi)
-        level_part = np.cos(np.where(low * high <= 0, 0.0, np.minimum(np.abs(low), np.abs(high))))
-        margin = np.minimum(np.hypot((high - low) / 2, aside * level_part), np.pi)
-        return Cones(way, margin, there)
+        return low, high
+
+
+def cones(sweeps: list[Sweep], offset: Floats, radius: Floats) -> Cones:
+    """Bounds of the directions in which rays leave for neighbourhoods.
+
+    Args:
+        sweeps: The family's rays to the depths between which the neighbourhoods lie.
+        offset: North and east of their middles from the sonar [m], (n, 2).
+        radius: How far they extend [m], (n,).
+    """
+    away = np.hypot(offset[:, 0], offset[:, 1])
+    spans = [one.launches(away, radius) for one in sweeps]
+    low = np.min([span[0] for span in spans], axis=0)
+    high = np.max([span[1] for span in spans], axis=0)
+    there = low <= high
+    low, high = np.where(there, low, 0.0), np.where(there, high, 0.0)
+    middle = (low + high) / 2
+    ahead = offset / np.maximum(away, 1e-300)[:, None]
+    ahead[away == 0] = [1.0, 0.0]
+    way = np.column_stack([np.cos(middle)[:, None] * ahead, np.sin(middle)])
+    aside = np.where(radius < away, np.arcsin(np.minimum(1, radius / np.maximum(away, radius))), np.pi)
+    level_part = np.cos(np.where(low * high <= 0, 0.0, np.minimum(np.abs(low), np.abs(high))))
+    margin = np.minimum(np.hypot((high - low) / 2, aside * level_part), np.pi)
+    return Cones(way, margin, there)
 
 
 def sweep(water: Column, family: str, depth: float, boundary_depth: float, farthest: float) -> Sweep:
@@ -84,8 +98,8 @@ def sweep(water: Column, family: str, depth: float, boundary_depth: float, farth
     rays, count, missing = np.zeros((steps, MOST, COLUMNS)), np.zeros(steps, np.int64), np.zeros(steps, np.uint8)
     string = bounces(family)
     solve_points(
-        water.depth, water.speed, depth, len(string), string.startswith("S"), np.full(steps, boundary_depth), ranges,
-        rays, count, missing,
+        water.depth, water.speed, water.plane, depth, len(string), string.startswith("S"),
+        np.full(steps, boundary_depth), ranges, rays, count, missing,
     )  # fmt: skip
     there = np.arange(MOST) < count[:, None]
     angle = np.arcsin(np.clip(rays[:, :, SIN_LAUNCH], -1, 1))

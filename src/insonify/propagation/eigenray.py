@@ -135,7 +135,7 @@ def eigenrays(
     source = number("source_depth", source_depth, "m", 0.0, depth, such_as=f"{depth / 2:g}")
     z = numbers("point_depth", point_depth, "m", 0.0, depth, gaps=False, such_as=f"{depth:g}")
     far = numbers("range", range, "m", 0.0, _FARTHEST, gaps=False, such_as="150")
-    z, far = (np.array(values, float).ravel() for values in _together(z, far))
+    z, far = (np.array(values, float).ravel() + 0.0 for values in _together(z, far))  # minus nothing is nothing
     chosen = _checked(families)
     if method == "table":
         from insonify.propagation.table_eigenray import table_eigenrays  # built on this file
@@ -216,7 +216,8 @@ def _solved(water: Column, source: float, z: Floats, far: Floats, family: str) -
     rays = np.zeros((far.size, MOST, COLUMNS))
     count, status = np.zeros(far.size, np.int64), np.zeros(far.size, np.uint8)
     letters = bounces(family)
-    solve_points(water.depth, water.speed, source, len(letters), letters[:1] == "S", z, far, rays, count, status)
+    first_up = letters[:1] == "S"
+    solve_points(water.depth, water.speed, water.plane, source, len(letters), first_up, z, far, rays, count, status)
     return rays, count, status
 
 

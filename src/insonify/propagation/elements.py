@@ -129,8 +129,8 @@ def _solve(
     ranges = np.hypot(points[:, 0] - place[0], points[:, 1] - place[1])
     rays, count, status = np.zeros((n, MOST, COLUMNS)), np.zeros(n, np.int64), np.zeros(n, np.uint8)
     solve_points(
-        water.depth, water.speed, float(place[2]), len(string), string.startswith("S"), depths, ranges, rays, count,
-        status,
+        water.depth, water.speed, water.plane, float(place[2]), len(string), string.startswith("S"), depths, ranges,
+        rays, count, status,
     )  # fmt: skip
     return rays, count
 

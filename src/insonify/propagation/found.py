@@ -1,10 +1,11 @@
 """The rays that a survey asks for: from tables where they are asked for often, else each solved for.
 
-Seabed and surface are flat, so for each of them a family needs one line of a table. The faces of bodies have thousands
-of points over a span of depths, and get a table of that span; a few point targets are solved for. The choice follows
-the scene alone, never what of a survey is run, so that a run in parts gives the bits of a run in one.
+Where seabed and surface are flat, a family needs one line of a table for each of them. Relief and the faces of bodies
+have thousands of points over a span of depths, and get a table of that span; a few point targets are solved for. The
+choice follows the scene alone, never what of a survey is run, so that a run in parts gives the bits of a run in one.
 """
 
+import math
 import threading
 import warnings
 from dataclasses import dataclass, field
@@ -20,6 +21,11 @@ from insonify.propagation.tables import LegTable, TableError, TableWarning, leg_
 from insonify.scene.scatterers import Boundary
 
 Floats = NDArray[np.float64]
+
+SPAN = 2.0
+"""Depths that one table spans where the sonar can be anywhere between its least and its greatest [m], at most."""
+KEPT = 4
+"""Such tables of one family and boundary that are kept: a sonar that dives leaves the others behind."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +59,8 @@ class Tables:
     domain: Domain
     bodies: bool
     """Whether there are targets with faces, or point targets at most."""
+    ground: tuple[float, float]
+    """Depth of the highest and of the deepest ground [m]; alike for a flat bed."""
     made: dict[tuple[str, Boundary, int], LegTable | None] = field(default_factory=dict, repr=False)
     """None where a table failed its test."""
     making: threading.Lock = field(default_factory=threading.Lock, repr=False)
@@ -77,18 +85,29 @@ class Tables:
         """The table of a family for points on a boundary; None where the exact solver answers."""
         if boundary == "target" and not self.bodies:
             return None
-        depths = self.domain.source_depths
-        nearest = 0 if self.domain.spanned else int(np.argmin(np.abs(np.array(depths) - source_depth)))
-        key = (family, boundary, nearest)
+        which, span = self._part(source_depth)
+        key = (family, boundary, which)
         with self.making:
-            if key not in self.made:
-                span = depths if self.domain.spanned else (depths[nearest],) * 2
-                self.made[key] = self._make(family, boundary, (span[0], span[-1]))
-        return self.made[key]
+            table = self.made.pop(key) if key in self.made else self._make(family, boundary, span)
+            self.made[key] = table  # the last is the one used last
+            alike = [one for one in self.made if one[:2] == key[:2]] if self.domain.spanned else []
+            if len(alike) > KEPT:
+                del self.made[alike[0]]
+        return table
+
+    def _part(self, source_depth: float) -> tuple[int, tuple[float, float]]:
+        """Which of the tables holds a depth of the sonar, and the depths that it is made for [m]."""
+        depths = self.domain.source_depths
+        if not self.domain.spanned:
+            nearest = int(np.argmin(np.abs(np.array(depths) - source_depth)))
+            return nearest, (depths[nearest],) * 2
+        parts = max(1, math.ceil((depths[-1] - depths[0]) / SPAN))
+        edges = np.linspace(depths[0], depths[-1], parts + 1)
+        which = min(max(int(np.searchsorted(edges, source_depth, side="right")) - 1, 0), parts - 1)
+        return which, (float(edges[which]), float(edges[which + 1]))
 
     def _make(self, family: str, boundary: Boundary, source_depths: tuple[float, float]) -> LegTable | None:
-        bed = self.column.water_depth
-        span = {"seabed": (bed, bed), "surface": (0.0, 0.0)}.get(boundary, self.domain.point_depths)
+        span = {"seabed": self.ground, "surface": (0.0, 0.0)}.get(boundary, self.domain.point_depths)
         try:
             return leg_table(
                 self.column, family, source_depths=source_depths, point_depths=span,
@@ -117,6 +136,7 @@ def exact_rays(water: Column, family: str, source_depth: float, depths: Floats, 
     solve_points(
         water.depth,
         water.speed,
+        water.plane,
         source_depth,
         len(string),
         string.startswith("S"),

@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 
 from insonify.propagation._image_kernel import straight_legs
 from insonify.propagation.families import bounces, families_for, image_depth
+from insonify.propagation.launches import StraightLaunches
 from insonify.propagation.rays import Cones, Reach
+from insonify.propagation.solids import shade_by_solids
 from insonify.records.legs import Legs, Status
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
@@ -49,6 +51,7 @@ def image_legs(
         place, images, count, starts_up, depth, scene.water.sound_speed, scatterers.position, scatterers.normal,
         scene.bodies, scatterers.occluder, delay, departure, arrival, grazing, boundary_sine, status, occluder,
     )  # fmt: skip
+    shade_by_solids(scene, place, scatterers, images, count, starts_up, status, occluder)
     length = delay * scene.water.sound_speed
     boundary_grazing = np.arcsin(np.minimum(boundary_sine, 1.0))
     return Legs(
@@ -92,20 +95,27 @@ class StraightRays:
 
     def reach(
         self, depths: tuple[float, float], boundary_depth: float, families: tuple[str, ...],
-        delays: tuple[float, float], apart: float,
+        delays: tuple[float, float], apart: float, *, rise: float = 0.0,
     ) -> Reach:  # fmt: skip
         """Distances heard, by Pythagoras from the nearest and the farthest image; see `Rays.reach`."""
         climbs = [abs(boundary_depth - image_depth(name, depths[0], self.scene.seabed.depth)) for name in families]
         shortest, longest = (self.scene.water.sound_speed * delay for delay in delays)
-        nearest = np.sqrt(max(0.0, max(0.0, shortest - apart) ** 2 - max(climbs) ** 2))
-        beyond = (longest + apart) ** 2 - min(climbs) ** 2
+        nearest = np.sqrt(max(0.0, max(0.0, shortest - apart) ** 2 - (max(climbs) + rise) ** 2))
+        beyond = (longest + apart) ** 2 - max(0.0, min(climbs) - rise) ** 2
         return Reach(min(climbs), float(nearest), float(np.sqrt(beyond)) if beyond > 0 else -1.0)
 
-    def cones(self, family: str, place: Floats, centre: Floats, radius: Floats, boundary_depth: float) -> Cones:
+    def launches(self, source_depth: float) -> StraightLaunches:
+        """Straight ones; see `Rays.launches`."""
+        return StraightLaunches(source_depth, self.scene.seabed.depth)
+
+    def cones(
+        self, family: str, place: Floats, centre: Floats, radius: Floats, boundary_depth: float, *, rise: float = 0.0
+    ) -> Cones:
         """Cones about the straight lines to the centres; see `Rays.cones`."""
         climb = boundary_depth - image_depth(family, place[2], self.scene.seabed.depth)
         turned = -climb if len(bounces(family)) % 2 else climb
         ray = np.concatenate([centre - place[:2], np.full((len(centre), 1), turned)], axis=1)
         length = np.linalg.norm(ray, axis=1)
-        margin = np.where(radius < length, np.arcsin(np.minimum(1, radius / length)), np.pi)
+        around = radius + rise
+        margin = np.where(around < length, np.arcsin(np.minimum(1, around / length)), np.pi)
         return Cones(ray / length[:, None], margin, np.ones(len(centre), bool))

@@ -1,5 +1,9 @@
-"""The water as the ray solvers take it: from the surface exactly to the seabed, in layers of one gradient."""
+"""The water as the ray solvers take it: from the surface exactly to the seabed, in layers of one gradient.
 
+Over uneven ground there are two depths: that of the level plane that mirrors sound, and that of the deepest ground.
+"""
+
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,11 +22,18 @@ class Column:
     """Depths of the knots, from exactly 0 to exactly the seabed, strictly increasing [m], shape (m,), m >= 2."""
     speed: Floats
     """Sound speed at the knots [m/s], shape (m,)."""
+    plane: float = math.inf
+    """Depth of the plane that mirrors sound at the bottom, one of the knots [m]; infinite for the last knot."""
 
     @property
     def water_depth(self) -> float:
-        """Depth of the seabed [m]."""
+        """Depth of the seabed, where it is deepest [m]."""
         return float(self.depth[-1])
+
+    @property
+    def mirror_depth(self) -> float:
+        """Depth of the plane that mirrors sound at the bottom [m]."""
+        return min(self.plane, self.water_depth)
 
     @property
     def constant(self) -> bool:
@@ -34,12 +45,13 @@ class Column:
         return f"Column: {self.depth.size - 1} layers, {self.water_depth:g} m deep, {speeds}"
 
 
-def column(profile: SoundSpeedProfile, water_depth: float) -> Column:
+def column(profile: SoundSpeedProfile, water_depth: float, *, plane: float = math.inf) -> Column:
     """The part of a profile that lies in the water.
 
     Args:
         profile: Sound speed; must cover the water. Knots below the seabed play no part.
-        water_depth: Depth of the seabed [m].
+        water_depth: Depth of the seabed, where it is deepest [m].
+        plane: Depth of the plane that mirrors sound, where that is higher [m].
 
     Returns:
         Layers from the surface to the seabed; every knot of the profile between them is kept.
@@ -53,6 +65,9 @@ def column(profile: SoundSpeedProfile, water_depth: float) -> Column:
     inside = (profile.depth > 0) & (profile.depth < water_depth)
     depth = np.concatenate([[0.0], profile.depth[inside], [float(water_depth)]])
     speed = np.concatenate([profile.at([0.0]), profile.speed[inside], profile.at([water_depth])])
+    if plane < water_depth and plane not in depth:
+        row = int(np.searchsorted(depth, plane))
+        depth, speed = np.insert(depth, row, plane), np.insert(speed, row, profile.at([plane]))
     for values in (depth, speed):
         values.setflags(write=False)
-    return Column(depth, speed)
+    return Column(depth, speed, plane if plane < water_depth else math.inf)

@@ -10,6 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.propagation.launches import Launches
 from insonify.records.legs import Legs
 from insonify.scene.scatterers import Scatterers
 
@@ -75,7 +76,7 @@ class Rays(Protocol):
 
     def reach(
         self, depths: tuple[float, float], boundary_depth: float, families: tuple[str, ...],
-        delays: tuple[float, float], apart: float,
+        delays: tuple[float, float], apart: float, *, rise: float = 0.0,
     ) -> Reach:  # fmt: skip
         """Distances on a boundary whose earliest or latest pair of legs can be heard.
 
@@ -85,12 +86,15 @@ class Rays(Protocol):
             families: Families that reach the boundary.
             delays: Half of the earliest and of the latest two-way delay heard [s].
             apart: Distance between transmitter and receiver [m].
+            rise: How far the boundary may stand above or lie below its depth [m].
 
         Returns:
             Horizontal distances; farthest is negative where nothing is heard.
         """
 
-    def cones(self, family: str, place: Floats, centre: Floats, radius: Floats, boundary_depth: float) -> Cones:
+    def cones(
+        self, family: str, place: Floats, centre: Floats, radius: Floats, boundary_depth: float, *, rise: float = 0.0
+    ) -> Cones:
         """Bounds of the directions in which one family leaves for neighbourhoods on a boundary.
 
         Args:
@@ -99,4 +103,8 @@ class Rays(Protocol):
             centre: North and east of the neighbourhoods [m], shape (n, 2).
             radius: How far they extend [m], shape (n,).
             boundary_depth: Depth of the boundary [m].
+            rise: How far the boundary may stand above or lie below its depth [m].
         """
+
+    def launches(self, source_depth: float) -> Launches:
+        """How rays leave one depth of the sonar [m], for the skylines of uneven ground."""

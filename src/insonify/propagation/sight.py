@@ -129,7 +129,17 @@ class _Sight:
         rays = np.empty((points.size, MOST, COLUMNS))
         count, status = np.zeros(points.size, np.int64), np.zeros(points.size, np.uint8)
         solve_points(
-            water.depth, water.speed, self.source, len(string), string.startswith("S"), points, far, rays, count, status
+            water.depth,
+            water.speed,
+            water.plane,
+            self.source,
+            len(string),
+            string.startswith("S"),
+            points,
+            far,
+            rays,
+            count,
+            status,
         )
         turns = np.where(rays[:, :, CAUSTICS] == 0, rays[:, :, TURNS], np.inf)
         turns[np.arange(MOST) >= count[:, None]] = np.inf

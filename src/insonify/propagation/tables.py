@@ -211,7 +211,17 @@ def _exact(task: Task, source_depth: float, depth: Floats, ranges: Floats) -> tu
     water, rays = task.water, np.zeros((ranges.size, MOST, COLUMNS))
     count, status = np.zeros(ranges.size, np.int64), np.zeros(ranges.size, np.uint8)
     solve_points(
-        water.depth, water.speed, source_depth, task.bounces, task.first_up, depth, ranges, rays, count, status
+        water.depth,
+        water.speed,
+        water.plane,
+        source_depth,
+        task.bounces,
+        task.first_up,
+        depth,
+        ranges,
+        rays,
+        count,
+        status,
     )
     return rays, count, status
 

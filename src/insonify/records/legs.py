@@ -31,12 +31,23 @@ SEABED = -2
 
 
 @dataclass(frozen=True, slots=True)
+class Glints:
+    """What is random about legs off a moving surface: rows as in `Legs`, n points."""
+
+    label: tuple[int, ...]
+    """Which random bounce each row has met: rows out and back of one label meet the same; -1 for none."""
+    phasor: NDArray[np.complex128]
+    """Phasor of the bounce at its own time, of unit modulus; 1 where nothing is random [1], shape (f, n)."""
+
+
+@dataclass(frozen=True, slots=True)
 class Legs:
     """Paths between one end (transmitter or receiver) and n points, by f families; columns of shape (f, n).
 
     A family of which several rays reach some point has a row for each: the rays to a point are numbered by launch
     angle, from the steepest up to the steepest down, and a point with fewer of them has no path in the last rows.
-    What is not there has visibility 0 and its reason in `status`; its other numbers mean nothing.
+    What is not there has visibility 0 and its reason in `status`; its other numbers mean nothing. Only behind soft
+    edges a leg that is cut is not quite silent.
     Every column is as seen when going away from the sonar; by reciprocity the leg back is the same path.
     """
 
@@ -56,8 +67,8 @@ class Legs:
     """Product of the reflection coefficients of all bounces [1]."""
     caustics: NDArray[np.uint8]
     """Caustics touched on the way."""
-    visibility: Floats
-    """Pressure ratio by occlusion: 1 clear, 0 shadow [1]."""
+    visibility: Floats | NDArray[np.complex128]
+    """Pressure ratio by occlusion: 1 clear, 0 shadow; complex where edges are soft [1]."""
     departure: Floats
     """Unit vector of travel at the sonar, away from it, in the world, shape (f, n, 3)."""
     arrival: Floats
@@ -67,9 +78,11 @@ class Legs:
     status: NDArray[np.uint8]
     """One of `Status`."""
     occluder: NDArray[np.int16]
-    """Row of the box that cuts the leg, -1 for none, -2 (`SEABED`) for the ground."""
+    """Row of the target that cuts the leg among the scene's occluders, -1 for none, -2 (`SEABED`) for the ground."""
     caustic: NDArray[np.complex128] | None = None
     """Phasor of unit modulus: +90 degrees for each caustic, and how rays merge near one; None for ones throughout."""
+    glints: Glints | None = None
+    """What a moving surface makes of some rows; None where nothing is random."""
 
     def __post_init__(self) -> None:
         """Refuse columns whose shape is not (families, points)."""
@@ -91,7 +104,8 @@ class Legs:
     def amplitude(self) -> NDArray[np.complex128]:
         """Pressure at the point re 1 m from the source, phase of reflections only [1], shape (f, n)."""
         product = np.asarray(self.spreading * self.absorption * self.visibility * self.boundary)
-        return product if self.caustic is None else product * self.caustic
+        product = product if self.caustic is None else product * self.caustic
+        return product if self.glints is None else product * self.glints.phasor
 
 
 def ray_name(family: str, branch: int) -> str:

@@ -1,5 +1,6 @@
 """Recording: what the sonar writes down, over ping, channel and time, as a labelled dataset."""
 
+import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -18,10 +19,17 @@ COLUMNS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "time": (("time",), "s", "time after the start of transmission"),
     "ping_time": (("ping",), "s", "start of transmission after the start of the track"),
     "steer": (("channel",), "rad", "steering of the beam, to the right of boresight"),
+    "side": (("channel",), "1", "side of the platform: -1 port, 1 starboard, 0 where the sonar has no sides"),
     "position": (("ping", "axis"), "m", "platform position: north, east, down"),
     "attitude": (("ping", "axis"), "rad", "platform heading, pitch, roll"),
+    "logged_position": (("ping", "axis"), "m", "platform position as its navigation system logged it"),
+    "logged_attitude": (("ping", "axis"), "rad", "platform heading, pitch, roll as its navigation system logged them"),
 }
 """Dimensions, units and long name of what stands beside it."""
+COORDINATES = ("ping_time", "steer", "side")
+"""Columns that label pings and channels."""
+LATER = ("side", "logged_position", "logged_attitude")
+"""Columns that recordings of earlier versions do not have: no side, and a log that tells the truth."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,17 +45,28 @@ class Layout:
     steer: NDArray[np.float64]
     """Steering of each channel, to the right of boresight [rad], shape (channel,)."""
     position: NDArray[np.float64]
-    """Platform at the start of each ping: north, east, down [m], shape (ping, 3)."""
+    """True place of the platform at the start of each ping: north, east, down [m], shape (ping, 3)."""
     attitude: NDArray[np.float64]
-    """Platform's heading, pitch, roll at the start of each ping [rad], shape (ping, 3)."""
+    """Platform's true heading, pitch, roll at the start of each ping [rad], shape (ping, 3)."""
+    logged_position: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.empty(0))
+    """What the navigation system says of the position [m], shape (ping, 3); left out: the truth."""
+    logged_attitude: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.empty(0))
+    """What the navigation system says of the attitude [rad], shape (ping, 3); left out: the truth."""
+    side: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.empty(0))
+    """Side of each channel: -1 port, 1 starboard, 0 none [1], shape (channel,); left out: none."""
 
     def __post_init__(self) -> None:
-        """Refuse columns of unequal length."""
-        rows = (self.ping_time.size, 3)
-        for name in ("position", "attitude"):
-            shape = getattr(self, name).shape
-            if shape != rows:
-                raise ValueError(f"Layout.{name} has shape {shape}; {self.ping_time.size} pings want {rows}")
+        """Fill in what was left out; refuse columns of unequal length."""
+        plain = {"logged_position": self.position, "logged_attitude": self.attitude, "side": np.zeros(self.steer.shape)}
+        for name, values in plain.items():
+            if not getattr(self, name).size:
+                object.__setattr__(self, name, values)
+        rows, beams = (self.ping_time.size, 3), self.steer.shape
+        wanted = {name: rows for name in ("position", "attitude", "logged_position", "logged_attitude")}
+        for name, shape in (wanted | {"side": beams}).items():
+            found = getattr(self, name).shape
+            if found != shape:
+                raise ValueError(f"Layout.{name} has shape {found}; it should be {shape}")
 
 
 def dataset(
@@ -71,4 +90,4 @@ def dataset(
         values = getattr(layout, name)
         variables[name] = (dims, values[pings] if dims[0] == "ping" else values, {"units": unit, "long_name": meaning})
     held = xr.Dataset(variables, coords={"ping": ("ping", pings, {"units": "1", "long_name": "number of the ping"})})
-    return held.set_coords(["ping_time", "steer"]).assign_attrs(dict(attributes))
+    return held.set_coords(list(COORDINATES)).assign_attrs(dict(attributes))

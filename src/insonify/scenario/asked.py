@@ -125,9 +125,12 @@ def find(model: type[BaseModel], values: Any, loc: Path) -> tuple[Path, list[Ask
     """
     path: Path = ()
     asked = [Asked(model)]
-    for step in loc:
+    for step, ahead in zip(loc, (*loc[1:], None), strict=False):
         nouns = [choice for choice in asked if choice.keys]
         chosen = [choice for choice in nouns if step in choice.tags()]
+        # Where a word names an alternative and a key of it alike, the step after tells which is meant.
+        if any(step in choice.keys and ahead not in choice.keys for choice in chosen):
+            chosen = []
         if isinstance(step, int):
             asked = [inner for choice in asked for inner in choice.item(step)]
             if not isinstance(values, list):  # one value, standing for a list of one

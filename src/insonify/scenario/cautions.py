@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.ocean.kinks import kinks
+from insonify.ocean.kinks import Kink, kinks
+from insonify.scenario.ground_faults import unknown_ground
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
 from insonify.sonar.beam import grating_lobes
 from insonify.sonar.heard import heard_pulse
+from insonify.sonar.stance import end_depths
 from insonify.sonar.track import poses
 from insonify.validity import PhysicsWarning
 
@@ -21,22 +23,27 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Transducers = LineArray | PlanarArray | PointTransducer
 
+ASKED = 9
+"""Depths of the sonar, from its shallowest to its deepest, that corners of a profile are tried for."""
 MOST_LOST = 0.1
 """Share of the pulse's energy that a receiver may leave out without a word [1]."""
 
 
 def cautions(scenario: Scenario) -> None:
-    """Warn of laws outside their range, a receiver too narrow for its pulse, grating lobes, and sharp profiles.
+    """Warn of laws outside their range, a narrow receiver, grating lobes, sharp profiles and ground not surveyed.
 
     Args:
         scenario: A scenario without faults.
     """
     sonar, water = scenario.sonar, scenario.water
     water.absorption(sonar.pulse.frequency)  # for the warning that its law gives of itself
-    depth = float(poses(scenario.track).position[0, 2])  # the same at every ping
-    said = [_narrow_receiver(scenario), _kinks(scenario, depth)]
+    track = poses(scenario.track, seed=scenario.seed)
+    depths = end_depths(sonar, track)
+    slowest = float(np.min(water.speed_at(depths)))  # where waves are shortest, lobes are nearest
+    said = [_narrow_receiver(scenario), _kinks(scenario, np.linspace(depths[0], depths[-1], ASKED))]
     for end, array in zip(("transmit", "receive"), sonar.arrays, strict=True):
-        said.append(_grating_lobes(end, array, sonar.pulse.frequency, float(water.speed_at(depth))))
+        said.append(_grating_lobes(end, array, sonar.pulse.frequency, slowest))
+    said.append(unknown_ground(scenario, track.position))
     for sentence in filter(None, said):
         warnings.warn(sentence, PhysicsWarning, stacklevel=2)
 
@@ -54,17 +61,22 @@ def _narrow_receiver(scenario: Scenario) -> str:
     )
 
 
-def _kinks(scenario: Scenario, sonar_depth: float) -> str:
+def _kinks(scenario: Scenario, sonar_depths: Floats) -> str:
     """A word on corners of the profile that make caustics; empty where there is none within the window's range."""
     water, bed = scenario.water, scenario.seabed.depth
     if not water.layered:
         return ""
     farthest = water.fastest * scenario.track.window[1] / 2
-    found = [kink for kink in kinks(water.profile_to(bed), sonar_depth, farthest) if 0 < kink.depth < bed]
+    profile, found = water.profile_to(bed), dict[float, Kink]()
+    for depth in np.unique(sonar_depths):
+        for kink in kinks(profile, float(depth), farthest):
+            nearest = found.get(kink.depth)
+            if 0 < kink.depth < bed and (nearest is None or kink.reach < nearest.reach):
+                found[kink.depth] = kink
     if not found:
         return ""
-    first = found[0]
-    depths = " and ".join(f"{kink.depth:g} m" for kink in found)
+    first = next(iter(found.values()))
+    depths = " and ".join(f"{depth:g} m" for depth in found)
     return (
         f"water.profile: the gradient jumps by {first.jump:.3g} 1/s at {depths}, which gathers rays to a caustic from "
         f"{first.reach:.0f} m on that smooth water would have elsewhere or not at all. "

@@ -1,5 +1,7 @@
 """What a simulation rests on: the sources of what actually runs in a scenario."""
 
+from pathlib import Path
+
 from insonify.scattering.lambert import Lambert
 from insonify.scenario.scenario import Scenario
 from insonify.scene.bottom_law import SedimentLaw
@@ -11,7 +13,10 @@ GRIDDING = "Greengard & Lee (2004), SIAM Review 46, 443: sums of echoes on a tim
 ABSORPTION = "Francois & Garrison (1982), J. Acoust. Soc. Am. 72, 1879: absorption"
 LAMBERT = "Mackenzie (1961), J. Acoust. Soc. Am. 33, 1498: Lambert's law for the seabed"
 JACKSON = "Williams & Jackson (1998), J. Acoust. Soc. Am. 103, 169: scattering by a sediment's surface and inside"
+SEA = "Elfouhaily, Chapron, Katsaros & Vandemark (1997), J. Geophys. Res. 102, 15781: waves of a wind sea"
+ROUGH = "Eckart (1953), J. Acoust. Soc. Am. 25, 566: coherent reflection from a rough sea"
 WINDY = "APL-UW TR 9407 (1994), section II: backscatter of a windy sea surface"
+FRACTAL = "APL-UW TR 9407 (1994), section IV: power-law relief of the seabed"
 SEDIMENT = "APL-UW TR 9407 (1994): geoacoustics of sediments and their reflection"
 
 
@@ -23,12 +28,19 @@ def citations(scenario: Scenario) -> list[str]:
     if scenario.water.absorption_db_per_m is None:
         found.append(ABSORPTION)
     laws = [scenario.seabed.scattering, scenario.surface.scattering]
-    if any(isinstance(law, Lambert) for law in laws) or scenario.scene.boxes:
+    if any(isinstance(law, Lambert) for law in laws) or scenario.scene.occluders:
         found.append(LAMBERT)
     if isinstance(scenario.seabed.scattering, SedimentLaw):
         found.append(JACKSON)
     if isinstance(scenario.surface.scattering, WindLaw):
         found.append(WINDY)
+    if scenario.surface.bounce == "statistical":
+        found += [ROUGH, SEA]
     if not isinstance(scenario.seabed.reflection, float):
         found.append(SEDIMENT)
+    found += [
+        f"Bathymetry {Path(kind.file).name}: {kind.told}" for kind in scenario.seabed.relief if kind.kind == "grid"
+    ]
+    if any(kind.kind == "power-law" for kind in scenario.seabed.relief):
+        found.append(FRACTAL)
     return found

@@ -13,19 +13,19 @@ from numpy.typing import NDArray
 from pydantic_core import PydanticCustomError
 
 from insonify.noun import located
-from insonify.scene.box import box_body, inside_box
-from insonify.scene.scene import scene_faults
-from insonify.scene.target import Box
+from insonify.scenario.ground_faults import ground_faults
+from insonify.scenario.track_faults import ENDS, out_of_the_water, places
+from insonify.scene.scene import inside_body, scene_faults
+from insonify.scene.target import PointTarget, is_solid
 from insonify.sonar.array import PointTransducer
 from insonify.sonar.beam import beams
-from insonify.sonar.sonar import array_position
-from insonify.sonar.track import StaticTrack, poses
+from insonify.sonar.stance import end_depths
+from insonify.sonar.track import LineTrack, StaticTrack, poses
 
 if TYPE_CHECKING:
     from insonify.scenario.scenario import Scenario
 
 Floats = NDArray[np.float64]
-ENDS = ("transmit", "receive")
 
 
 def scenario_faults(scenario: Scenario) -> Iterator[PydanticCustomError]:
@@ -37,14 +37,30 @@ def scenario_faults(scenario: Scenario) -> Iterator[PydanticCustomError]:
     Yields:
         Errors of `located`, each at the guilty value, with its limit and the way out.
     """
-    yield from scene_faults(scenario.seabed, scenario.targets)
+    yield from scene_faults(scenario.settled_seabed, scenario.targets)
     yield from _profile_short_of_the_water(scenario)
-    places = _places(scenario)
-    yield from _arrays_out_of_the_water(scenario, places)
-    yield from _sonar_in_a_box(scenario, places)
+    found = places(scenario)
+    yield from out_of_the_water(scenario, found)
+    yield from ground_faults(scenario, found)
+    yield from _sonar_in_a_body(scenario, found)
     yield from _deaf_beams(scenario)
     if scenario.paths.geometry == "slice":
         yield from _out_of_the_slice(scenario)
+    if scenario.paths.engine == "tracer":
+        yield from _beyond_the_tracer(scenario)
+
+
+def _beyond_the_tracer(scenario: Scenario) -> Iterator[PydanticCustomError]:
+    """What rays that are straight, and energies, cannot tell."""
+    if scenario.field == "coherent":
+        yield located("field", "coherent", "needs phases, and the tracer's rays have none. Write field: incoherent, or "
+                      "engine: paths under paths.")  # fmt: skip
+    if scenario.water.layered:
+        yield located("water.profile", None, "bends rays, and those of the tracer are straight. Give the water one "
+                      "sound_speed, or write engine: paths under paths.")  # fmt: skip
+    if scenario.surface.bounce != "mirror":
+        yield located("surface.bounce", scenario.surface.bounce, "is not for the tracer, whose surface is a mirror. "
+                      "Write bounce: mirror, or engine: paths under paths.")  # fmt: skip
 
 
 def _profile_short_of_the_water(scenario: Scenario) -> Iterator[PydanticCustomError]:
@@ -64,38 +80,14 @@ def _profile_short_of_the_water(scenario: Scenario) -> Iterator[PydanticCustomEr
         )  # fmt: skip
 
 
-def _places(scenario: Scenario) -> dict[str, Floats]:
-    """Where the platform and its two arrays are at every ping: north, east, depth [m], each of shape (pings, 3)."""
-    stances = poses(scenario.track)
-    body = stances.rotation(0)  # a platform does not change its attitude
-    ends = zip(ENDS, (scenario.sonar.transmit, scenario.sonar.receive), strict=True)
-    arrays = {f"the {end} array": array_position(array, stances.position, body) for end, array in ends}
-    return {"the platform": stances.position} | arrays
-
-
-def _arrays_out_of_the_water(scenario: Scenario, places: dict[str, Floats]) -> Iterator[PydanticCustomError]:
-    where = "position" if isinstance(scenario.track, StaticTrack) else "start"
-    depth, bed = float(places["the platform"][0, 2]), scenario.seabed.depth
-    depths = {end: float(places[f"the {end} array"][0, 2]) for end in ENDS}  # the same at every ping: tracks are level
-    for end, lies in depths.items():
-        if not 0 < lies < bed:
-            low, high = depth - min(depths.values()), bed + depth - max(depths.values())
-            side = "at or above the sea surface (0 m)" if lies <= 0 else f"at or below the seabed ({bed:g} m)"
-            yield located(
-                f"track.{where}.2", f"{depth:g} m", f"puts the {end} array {side}, at {lies:g} m. "
-                f"Depths are positive downwards; write a depth between {low:g} and {high:g} m.",
-            )  # fmt: skip
-            return  # the other array hangs on the same depth
-
-
-def _sonar_in_a_box(scenario: Scenario, places: dict[str, Floats]) -> Iterator[PydanticCustomError]:
+def _sonar_in_a_body(scenario: Scenario, places: dict[str, Floats]) -> Iterator[PydanticCustomError]:
+    seabed = scenario.settled_seabed
     for row, target in enumerate(scenario.targets):
-        if not isinstance(target, Box):
+        if isinstance(target, PointTarget):
             continue
-        body = box_body(target, scenario.seabed.depth)
         for name, place in places.items():
-            pings = _pings_inside(body, place)
-            if pings:
+            pings = np.flatnonzero(inside_body(target, seabed, place))
+            if len(pings):
                 when = f"at ping {pings[0]}" if len(pings) == 1 else f"from ping {pings[0]} to {pings[-1]}"
                 yield located(
                     f"targets.{row}.position", None, f"{name} is inside {target.label} {when}. "
@@ -104,34 +96,41 @@ def _sonar_in_a_box(scenario: Scenario, places: dict[str, Floats]) -> Iterator[P
                 break
 
 
-def _pings_inside(body: Floats, place: Floats) -> list[int]:
-    """Numbers of the pings at which a place lies in a body of `box_body`."""
-    near = np.hypot(*(place[:, :2] - body[:2]).T) <= np.hypot(body[4], body[5])
-    return [int(ping) for ping in np.flatnonzero(near) if inside_box(body, place[ping])]
-
-
 def _deaf_beams(scenario: Scenario) -> Iterator[PydanticCustomError]:
     # Whether a steered beam exists depends on the wavelength, which no array knows by itself.
+    depths = end_depths(scenario.sonar, poses(scenario.track, seed=scenario.seed))
+    speeds = scenario.water.speed_at(depths)
     for end, array in zip(ENDS, scenario.sonar.arrays, strict=True):
-        try:
-            beams(array, scenario.sonar.pulse.frequency, _speed_at_the_sonar(scenario))
-        except ValueError as fault:
-            yield located(f"sonar.{end}.steer", None, str(fault))
-
-
-def _speed_at_the_sonar(scenario: Scenario) -> float:
-    """Sound speed at the platform [m/s]; its depth is the same at every ping."""
-    return float(scenario.water.speed_at(poses(scenario.track).position[0, 2]))
+        for speed in sorted({float(speeds.min()), float(speeds.max())}):
+            try:
+                beams(array, scenario.sonar.pulse.frequency, speed)
+            except ValueError as fault:
+                yield located(f"sonar.{end}.steer", None, str(fault))
+                break
 
 
 def _out_of_the_slice(scenario: Scenario) -> Iterator[PydanticCustomError]:
     """A slice is the vertical plane of one beam, which must not lean and must look along boresight."""
     sonar, track = scenario.sonar, scenario.track
-    if sonar.channel_count > 1:
+    if not isinstance(track, StaticTrack | LineTrack) or not track.motion.still:
+        path, shown = ("track.kind", track.kind) if track.motion.still else ("track.motion", None)
         yield located(
-            "paths.geometry", "slice", f"has one beam, but the sonar steers {sonar.channel_count}. "
+            path, shown, "takes the beam out of the one vertical plane of a slice. Write paths.geometry: 3d, or a "
+            "static or line track without motion.",
+        )  # fmt: skip
+        return
+    if sonar.channel_count > 1:
+        has = f"steers {sonar.channel_count}" if sonar.sides is None else f"has {sonar.channel_count} on its sides"
+        yield located(
+            "paths.geometry", "slice", f"has one beam, but the sonar {has}. "
             "Write 3d, for a bearing needs the third dimension, or give one steer angle.",
         )  # fmt: skip
+    for row, target in enumerate(scenario.targets):
+        if is_solid(target):
+            yield located(
+                f"targets.{row}.shape", target.shape, "is not known to a slice, which cuts upright boxes and points "
+                "only. Write shape: box, or paths.geometry: 3d.",
+            )  # fmt: skip
     ways = {"track.pitch": track.pitch, "track.roll": track.roll}
     for end, array in zip(ENDS, (sonar.transmit, sonar.receive), strict=True):
         if not isinstance(array, PointTransducer) and len(array.steers) == 1:

@@ -44,14 +44,14 @@ def load(model: type[Model], path: str | Path) -> Model:
     return parse(model, _text(Path(path)), name=str(path), folder=Path(path).parent)
 
 
-def parse(model: type[Model], text: str, *, name: str = "scenario", folder: Path | None = None) -> Model:
+def parse(model: type[Model], text: str, *, name: str = "scenario", folder: str | Path = "") -> Model:
     """A noun from a YAML text.
 
     Args:
         model: The noun's class.
         text: The YAML.
         name: What messages call the text.
-        folder: Where the files that it names are looked for; None is where the program runs.
+        folder: Where the files stand that it names by relative paths; the working directory by default.
 
     Raises:
         ScenarioError: Every fault found in the text, one line each.
@@ -60,7 +60,7 @@ def parse(model: type[Model], text: str, *, name: str = "scenario", folder: Path
     if source.values is None:
         raise ScenarioError(source.faults)
     source.faults += strays(model, source)
-    noun, faults = _validated(model, source, folder or Path())
+    noun, faults = _validated(model, source, Path(folder))
     if noun is None or source.faults:
         raise ScenarioError([*source.faults, *faults])
     return noun

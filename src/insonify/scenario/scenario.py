@@ -14,13 +14,14 @@ from insonify.scene.seabed import Seabed
 from insonify.scene.surface import Surface
 from insonify.scene.target import Target
 from insonify.sonar.sonar import Sonar
-from insonify.sonar.track import LineTrack, StaticTrack
-
-Track = Annotated[StaticTrack | LineTrack, Field(discriminator="kind")]
+from insonify.sonar.track import Track
 
 
 class Output(Noun):
     """What a run leaves on disk beside the recording."""
+
+    labels: bool = False
+    """Whether every sample is labelled: owner, paths, place, highlight, shadow, ghost; a run takes longer by it."""
 
 
 class Scenario(Noun):
@@ -44,7 +45,12 @@ class Scenario(Noun):
     @property
     def scene(self) -> Scene:
         """Water, boundaries and targets."""
-        return Scene(water=self.water, seabed=self.seabed, surface=self.surface, targets=self.targets)
+        return Scene(water=self.water, seabed=self.settled_seabed, surface=self.surface, targets=self.targets)
+
+    @property
+    def settled_seabed(self) -> Seabed:
+        """The seabed with the relief that this seed, sonar and water give it."""
+        return self.seabed.settled(self.seed, self.sonar.pulse.frequency, float(self.water.speed_at(self.seabed.depth)))
 
     @model_validator(mode="after")
     def _everything_fits(self) -> Self:

@@ -38,7 +38,7 @@ class Scatterers:
     drawn: bool = True
     """True: random phases, so only paths of one place interfere in the mean; False: the whole target does."""
     occluder: int = -1
-    """Row of the box these points lie on, -1 for none."""
+    """Row of the target these points lie on among the scene's occluders, -1 for none."""
 
     def __post_init__(self) -> None:
         """Refuse columns of unequal length."""
@@ -74,7 +74,7 @@ def even_place(row: NDArray[np.int64], column: NDArray[np.int64]) -> NDArray[np.
 
 
 def target_place(label: str, face: int, row: NDArray[np.int64], column: NDArray[np.int64]) -> NDArray[np.uint64]:
-    """Keys of points on a target: its label, face (0-7) and cell numbers (below 4096) packed in 64 bits."""
+    """Keys of points on a target: its label, face (0-7; 6 is a solid) and cell numbers (below 4096) in 64 bits."""
     name = zlib.crc32(label.encode())
     cell = ((row << 12) | column).astype(np.uint64)
     return cell | np.uint64((streams.TARGET << 59) | (name << 27) | (face << 24))

@@ -1,6 +1,7 @@
 """The scene: water between seabed and surface, with targets in it."""
 
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import Self
 
 import numpy as np
@@ -14,8 +15,9 @@ from insonify.scattering.point import PointEcho
 from insonify.scene.box import box_body, inside_box
 from insonify.scene.scatterers import Scatterers, target_place
 from insonify.scene.seabed import Seabed
+from insonify.scene.solid import ground_depth, inside_solid, solid_faults, world_triangles
 from insonify.scene.surface import Surface
-from insonify.scene.target import Box, PointTarget, Target
+from insonify.scene.target import Box, PointTarget, Solid, Target, is_solid
 
 RESERVED = ("seabed", "surface", "target", "noise", "total")
 _ROUNDING = 1e-9  # what is left when a depth is summed up [m]
@@ -37,20 +39,39 @@ class Scene(Noun):
 
     @property
     def boxes(self) -> tuple[Box, ...]:
-        """The targets that cast shadows, in the order of `bodies`."""
-        return tuple(target for target in self.targets if isinstance(target, Box))
+        """The upright boxes, in the order of `bodies`."""
+        return tuple(target for target in self.targets if isinstance(target, Box) and target.upright)
+
+    @property
+    def solids(self) -> tuple[Solid, ...]:
+        """The targets that are made of triangles: all but points and upright boxes."""
+        return tuple(target for target in self.targets if is_solid(target))
+
+    @property
+    def occluders(self) -> tuple[Solid, ...]:
+        """The targets that cast shadows, in the order of their rows in `Legs.occluder`: boxes, then solids."""
+        return (*self.boxes, *self.solids)
 
     @property
     def bodies(self) -> NDArray[np.float64]:
         """Occluding bodies as numbers for kernels, shape (boxes, 8), see `box_body`."""
-        return np.array([box_body(box, self.seabed.depth) for box in self.boxes]).reshape(-1, 8)
+        return np.array([box_body(box, self.depth_under(box)) for box in self.boxes]).reshape(-1, 8)
+
+    def depth_under(self, target: Solid) -> float:
+        """Depth of the bed under the middle of a target [m]."""
+        return depth_under(target, self.seabed)
 
     @property
     def body_depths(self) -> tuple[float, float]:
-        """Depths of the highest top and of the deepest base of all bodies [m]; those of the seabed without any."""
-        top, base = self.bodies[:, 6:8].T
-        bed = self.seabed.depth
-        return float(top.min(initial=bed)), min(float(base.max(initial=0.0)), bed) if len(base) else bed
+        """Depths of the highest top and of the deepest base of all bodies in the water [m]; without any, of the bed."""
+        seabed = self.seabed
+        shallowest, deepest = (seabed.depth,) * 2 if seabed.bed is None else seabed.bed.span
+        surfaces = [world_triangles(solid, seabed) for solid in self.solids]
+        tops = [*self.bodies[:, 6], *(float(one.low[2]) for one in surfaces)]
+        bases = [*self.bodies[:, 7], *(float(one.high[2]) for one in surfaces)]
+        if not tops:
+            return max(shallowest, 0.0), deepest
+        return max(float(min(tops)), 0.0), min(float(max(bases)), deepest)
 
 
 def scene_faults(seabed: Seabed, targets: tuple[Target, ...]) -> Iterator[PydanticCustomError]:
@@ -66,10 +87,14 @@ def scene_faults(seabed: Seabed, targets: tuple[Target, ...]) -> Iterator[Pydant
     for row, target in enumerate(targets):
         if target.label in RESERVED or any(other.label == target.label for other in targets[:row]):
             yield located(f"targets.{row}.label", repr(target.label), "is taken. Give each target a label of its own.")
-        if isinstance(target, Box):
-            yield from _box_faults(f"targets.{row}", target, seabed.depth)
+        if np.isnan(ground_depth(seabed, np.array(target.position[:2]))):
+            yield located(f"targets.{row}.position", None, "nobody knows the ground there. Move the target.")
+        elif isinstance(target, PointTarget):
+            yield from _point_faults(f"targets.{row}", target, seabed, targets)
+        elif isinstance(target, Box) and target.upright:
+            yield from _box_faults(f"targets.{row}", target, depth_under(target, seabed))
         else:
-            yield from _point_faults(f"targets.{row}", target, seabed.depth, targets)
+            yield from solid_faults(f"targets.{row}", target, seabed)
 
 
 def _box_faults(path: str, box: Box, seabed_depth: float) -> Iterator[PydanticCustomError]:
@@ -86,19 +111,50 @@ def _box_faults(path: str, box: Box, seabed_depth: float) -> Iterator[PydanticCu
 
 
 def _point_faults(
-    path: str, point: PointTarget, seabed_depth: float, targets: tuple[Target, ...]
+    path: str, point: PointTarget, seabed: Seabed, targets: tuple[Target, ...]
 ) -> Iterator[PydanticCustomError]:
-    depth = point.position[2]
-    if not 0 < depth <= seabed_depth + _ROUNDING:
-        yield _out_of_the_water(f"{path}.position.2", depth, seabed_depth)
-    # on a face it is still heard; a face that stands on the bed is no way in
-    margin = np.array([0, 0, 0, 0, -_ROUNDING, -_ROUNDING, _ROUNDING, 0])
-    for box in targets:
-        if isinstance(box, Box) and inside_box(box_body(box, seabed_depth) + margin, np.array(point.position)):
+    depth, bed = point.position[2], float(ground_depth(seabed, np.array(point.position[:2])))
+    if not 0 < depth <= bed + _ROUNDING:
+        yield _out_of_the_water(f"{path}.position.2", depth, bed)
+    for body in targets:
+        if isinstance(body, PointTarget):
+            continue
+        # on a face it is still heard
+        if inside_body(body, seabed, np.array([point.position]), touching=False)[0]:
             yield located(
-                f"{path}.position", None, f"the point is inside {box.label}, where no sound reaches it. "
-                f"Move it out, or leave {box.label} out.",
+                f"{path}.position", None, f"the point is inside {body.label}, where no sound reaches it. "
+                f"Move it out, or leave {body.label} out.",
             )  # fmt: skip
+
+
+@lru_cache(maxsize=1024)
+def depth_under(target: Solid, seabed: Seabed) -> float:
+    """Depth of the bed under the middle of a target [m].
+
+    Args:
+        target: Any target but a point.
+        seabed: What it lies on.
+    """
+    return float(ground_depth(seabed, np.array(target.position)))
+
+
+def inside_body(body: Solid, seabed: Seabed, place: NDArray[np.float64], *, touching: bool = True) -> NDArray[np.bool_]:
+    """Whether places lie inside a target, where no sound reaches them.
+
+    Args:
+        body: Any target but a point.
+        seabed: What it lies on.
+        place: North, east, depth [m], shape (n, 3).
+        touching: Whether a place on top or under the base of an upright box counts as inside.
+    """
+    if is_solid(body):
+        return inside_solid(world_triangles(body, seabed), place)
+    assert isinstance(body, Box)
+    edge = 0.0 if touching else _ROUNDING
+    # a face that stands on the bed is no way in
+    prism = box_body(body, depth_under(body, seabed)) + np.array([0, 0, 0, 0, -edge, -edge, edge, 0])
+    near = np.hypot(*(place[:, :2] - prism[:2]).T) <= np.hypot(prism[4], prism[5])
+    return np.array([close and inside_box(prism, row) for close, row in zip(near, place, strict=True)], bool)
 
 
 def _out_of_the_water(path: str, depth: float, seabed_depth: float) -> PydanticCustomError:

@@ -1,26 +1,50 @@
 """The seabed: where it lies, how it scatters and how it mirrors sound."""
 
-from typing import Annotated
+from functools import lru_cache
+from typing import Annotated, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import AfterValidator, BeforeValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from insonify.noun import Metres, Noun
+from insonify.noun import Metres, Noun, located
 from insonify.scattering.fast import FastLaw
 from insonify.scattering.lambert import Lambert
 from insonify.scattering.reflection import reflection_coefficient
+from insonify.scene.bed import Bed
 from insonify.scene.bottom_law import SedimentLaw, known_sediment, law_by_its_numbers, sediment
 from insonify.scene.lattice import Lattice
+from insonify.scene.terrain.grid import Grid, warn_of_overlap
+from insonify.scene.terrain.ground import grow
+from insonify.scene.terrain.power_law import PowerLaw
+from insonify.scene.terrain.ripples import Ripples
+from insonify.scene.terrain.split import COARSEST, FINEST, Split
 
 Reflection = Annotated[float, Field(ge=-1, le=1)] | Annotated[str, AfterValidator(known_sediment)]
+ReliefKind = Annotated[PowerLaw | Ripples | Grid, Field(discriminator="kind")]
+
+
+def _one_or_many(value: object) -> object:
+    """A relief told by itself, as a list of one; null for none."""
+    if value is None:
+        return ()
+    return (value,) if isinstance(value, dict | Noun) else value
 
 
 class Seabed(Noun):
-    """A flat seabed at one depth."""
+    """A seabed: flat at one depth, or with relief about that depth."""
 
     depth: Annotated[Metres, Field(ge=0.1, le=12_000)] = 20.0
-    """Depth of the flat bed below the mean surface, positive down [m]."""
+    """Depth of the flat bed, or of the mean plane of its relief, below the mean surface, positive down [m].
+
+    Left out, a surveyed grid's own mean depth.
+    """
+    relief: Annotated[tuple[ReliefKind, ...], BeforeValidator(_one_or_many)] = ()
+    """What stands on the mean plane, added up; nothing for a flat bed."""
+    split: Annotated[Metres, Field(ge=FINEST, le=COARSEST)] | None = Split().wavelength
+    """Longest wavelength that is left to the scattering law [m]; None: where the sediment's own roughness asks it."""
+    seed: Annotated[int, Field(ge=0, lt=2**63)] | None = None
+    """Seed of the relief; None: the scenario's."""
     scattering: Annotated[
         Annotated[Lambert | SedimentLaw, Field(discriminator="law")] | None, BeforeValidator(law_by_its_numbers)
     ] = SedimentLaw()
@@ -30,6 +54,57 @@ class Seabed(Noun):
 
     lattice: Lattice = Lattice()
     """Frame of the drawn scatterers, of the seabed and of the surface alike."""
+
+    @property
+    def grid(self) -> Grid | None:
+        """The survey that the relief rests on, if any."""
+        return next((kind for kind in self.relief if isinstance(kind, Grid)), None)
+
+    @model_validator(mode="after")
+    def _lies_where_it_was_surveyed(self) -> Self:
+        rows = [row for row, kind in enumerate(self.relief) if isinstance(kind, Grid)]
+        if len(rows) > 1:
+            raise located(f"relief.{rows[1]}", None, "a second grid. Depths do not add up; merge the files into one.")
+        if self.grid is None:
+            return self
+        shallowest, mean, deepest = self.grid.depths
+        if "depth" not in self.model_fields_set:
+            self.__dict__["depth"] = round(mean, 2)
+        elif not shallowest <= self.depth <= deepest:
+            raise located(
+                "depth", f"{self.depth:g} m", f"is not among the grid's depths, {shallowest:.4g} to {deepest:.4g} m. "
+                "Leave it out for their mean, or give the mean depth of the part that the sonar hears.",
+            )  # fmt: skip
+        for kind in self.relief:
+            if isinstance(kind, PowerLaw):
+                warn_of_overlap(self.grid.cell, kind.outer_scale)
+        return self
+
+    def settled(self, seed: int, frequency: float, sound_speed: float) -> Self:
+        """The same seabed with nothing about its relief left open.
+
+        Args:
+            seed: Seed of the scenario.
+            frequency: Of the sonar [Hz].
+            sound_speed: Of the water [m/s].
+        """
+        if not self.relief or (self.split is not None and self.seed is not None):
+            return self
+        split = Split() if self.split is None else Split(wavelength=self.split)
+        if self.split is None and isinstance(self.scattering, SedimentLaw):
+            split = Split.of_sediment(sediment(self.scattering.sediment), frequency, sound_speed=sound_speed)
+        own = seed if self.seed is None else self.seed
+        return self.model_copy(update={"split": split.wavelength, "seed": own})
+
+    @property
+    def bed(self) -> Bed | None:
+        """The ground that the relief makes; None for a flat bed."""
+        return _bed(self) if self.relief else None
+
+    def depth_at(self, north: float, east: float) -> float:
+        """Depth of the bed at a place [m]; NaN where nobody knows it."""
+        bed = self.bed
+        return self.depth if bed is None else float(bed.depth_at(north, east))
 
     def law(self, frequency: float, sound_speed: float) -> Lambert | FastLaw | None:
         """The law of diffuse scattering at one frequency [Hz], under water of one sound speed [m/s]."""
@@ -49,3 +124,17 @@ class Seabed(Noun):
         if isinstance(self.reflection, str):
             return reflection_coefficient(sediment(self.reflection), grazing)
         return np.full(np.shape(grazing), complex(self.reflection))
+
+
+@lru_cache(maxsize=4)
+def _bed(seabed: Seabed) -> Bed:
+    """Every ping wants the same ground, and what was asked of it before."""
+    split = Split() if seabed.split is None else Split(wavelength=seabed.split)
+    ground = grow(
+        seabed.relief,
+        seed=1 if seabed.seed is None else seabed.seed,
+        split=split,
+        lattice=seabed.lattice,
+        mean_depth=seabed.depth,
+    )
+    return Bed(seabed.depth, ground)

@@ -1,32 +1,68 @@
-"""Targets: what lies in the scene and is looked for."""
+"""Targets: what lies in the scene and is looked for.
 
-from typing import Annotated, Literal
+A box that stands upright, a point that only echoes, and solids: bodies made of triangles that may lean, lie in the
+mud or come from a file. All but points scatter from their faces and cast shadows.
+"""
 
-from pydantic import Field
+from typing import Annotated, Any, Literal, Self, TypeGuard
 
-from insonify.noun import Decibels, Metres, Noun, Radians
+import numpy as np
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
+
+from insonify.noun import DataFile, Decibels, Metres, Noun, Radians, located
 from insonify.scattering.lambert import Lambert
+from insonify.scene.library import PRESETS
+from insonify.scene.mesh import MeshError, file_digest, mesh_caution, mesh_triangles
 
 Size = Annotated[Metres, Field(gt=0, le=1000)]
+Dimensions = tuple[Size, Size, Size]
 
 
-class Box(Noun):
+class _Body(Noun):
+    """What every target that is no point has: a place, an attitude, rough faces."""
+
+    position: tuple[Metres, Metres] = Field(
+        json_schema_extra={"fix": "Write north and east; the depth of a body is its base_depth"}
+    )
+    """North and east of its middle [m]."""
+    base_depth: Metres | None = None
+    """Depth of its lowest point [m]; None: it lies on the seabed."""
+    heading: Radians = 0.0
+    """Compass heading of its own forward axis [rad]."""
+    pitch: Annotated[Radians, Field(ge=-np.pi / 2, le=np.pi / 2)] = 0.0
+    """Its forward end up, positive [rad]: 90 degrees stands a cylinder on its end."""
+    roll: Annotated[Radians, Field(ge=-np.pi, le=np.pi)] = 0.0
+    """Its starboard side down, positive [rad]."""
+    burial: Annotated[float, Field(ge=0, lt=1)] = 0.0
+    """Part of its height that has sunk into the seabed [1]."""
+    burial_depth: Annotated[Metres, Field(ge=0, le=1000)] = 0.0
+    """Or how far its lowest point has sunk into the seabed [m]."""
+    scattering: Lambert = Lambert(strength_db=-10.0)
+    """Law of its faces."""
+
+    @model_validator(mode="after")
+    def _lies_one_way(self) -> Self:
+        if self.base_depth is not None and (self.burial or self.burial_depth):
+            word = "burial" if self.burial else "burial_depth"
+            raise located(word, f"{getattr(self, word):g}", "is for a target on the seabed, but base_depth is given. "
+                          "Leave one of the two out.")  # fmt: skip
+        if self.burial and self.burial_depth:
+            raise located("burial_depth", f"{self.burial_depth:g} m", "says again what burial says. Leave one out.")
+        return self
+
+
+class Box(_Body):
     """A box: rough faces that scatter by Lambert's law, and a body that casts shadows."""
 
     shape: Literal["box"] = "box"
     label: str = "box"
-    position: tuple[Metres, Metres] = Field(
-        json_schema_extra={"fix": "Write north and east; the depth of a box is its base_depth"}
-    )
-    """North and east of the centre of its base [m]."""
-    size: tuple[Size, Size, Size]
+    size: Dimensions
     """Length along its heading, width across it, height [m]."""
-    heading: Radians = 0.0
-    """Compass heading of its length [rad]."""
-    base_depth: Metres | None = None
-    """Depth of its base [m]; None: it stands on the seabed."""
-    scattering: Lambert = Lambert(strength_db=-10.0)
-    """Law of its faces."""
+
+    @property
+    def upright(self) -> bool:
+        """Whether it neither leans nor has sunk in, so that it needs no triangles."""
+        return not (self.pitch or self.roll or self.burial or self.burial_depth)
 
 
 class PointTarget(Noun):
@@ -40,4 +76,141 @@ class PointTarget(Noun):
     """Target strength [dB re 1 m^2]."""
 
 
-Target = Annotated[Box | PointTarget, Field(discriminator="shape")]
+class Sphere(_Body):
+    """A sphere."""
+
+    shape: Literal["sphere"] = "sphere"
+    label: str = "sphere"
+    diameter: Size
+    """Diameter [m]."""
+
+
+class Cylinder(_Body):
+    """A round cylinder that lies along its heading; pitched by 90 degrees it stands."""
+
+    shape: Literal["cylinder"] = "cylinder"
+    label: str = "cylinder"
+    length: Size
+    """Length of its axis [m]."""
+    diameter: Size
+    """Diameter [m]."""
+
+
+class Cone(_Body):
+    """A round cone that stands on its base, point up."""
+
+    shape: Literal["cone"] = "cone"
+    label: str = "cone"
+    height: Size
+    """From base to point [m]."""
+    diameter: Size
+    """Diameter of the base [m]."""
+
+
+class TruncatedCone(_Body):
+    """A round cone without its point, standing on its base."""
+
+    shape: Literal["truncated_cone"] = "truncated_cone"
+    label: str = "truncated_cone"
+    height: Size
+    """From base to top [m]."""
+    diameter: Size
+    """Diameter of the base [m]."""
+    top_diameter: Size
+    """Diameter of the top [m]."""
+
+
+class Plate(_Body):
+    """A flat plate that lies level; pitched or rolled by 90 degrees it stands on an edge."""
+
+    shape: Literal["plate"] = "plate"
+    label: str = "plate"
+    length: Size
+    """Along its heading [m]."""
+    width: Size
+    """Across its heading [m]."""
+    thickness: Size = 0.01
+    """From face to face [m]."""
+
+
+class Mesh(_Body):
+    """A body of triangles from a file: STL, OBJ, PLY or GLB (glTF), in metres unless scaled."""
+
+    shape: Literal["mesh"] = "mesh"
+    label: str = "mesh"
+    file: DataFile
+    """Path of the file; beside the scenario file, unless it starts from the root."""
+    up: Literal["z", "y"] | None = None
+    """Its axis that points up; None: y in GLB and glTF files, as their standard has it, z in all others."""
+    scale: Annotated[float, Field(gt=0, le=1e6)] = 1.0
+    """Metres in one unit of the file [m]: 0.001 for a drawing in millimetres."""
+    sha256: Annotated[str | None, Field(validate_default=True)] = None
+    """Fingerprint of the file, filled in when it is read; a file that has changed since is refused."""
+
+    @field_validator("sha256")
+    @classmethod
+    def _fingerprint(cls, value: str | None, info: ValidationInfo) -> str | None:
+        return file_digest(info.data["file"]) if value is None and "file" in info.data else value
+
+    @model_validator(mode="after")
+    def _can_be_read(self) -> Self:
+        found = file_digest(self.file)
+        if found is not None and found != self.sha256:
+            raise located(
+                "sha256", f"{str(self.sha256)[:12]}...", f"is not the fingerprint of {self.file}: the file has changed "
+                "since. Leave sha256 out to take the file as it is.",
+            )  # fmt: skip
+        try:
+            mesh_triangles(self.file, self.up, self.scale, self.sha256)
+        except MeshError as fault:
+            raise located(fault.field, None, str(fault)) from None
+        mesh_caution(self.file, self.up, self.scale, self.sha256)
+        return self
+
+
+class LibraryTarget(_Body):
+    """A shape from the library of typical things, see `insonify.scene.library`."""
+
+    shape: Literal["library"] = "library"
+    label: str = ""
+    """What it is called; left out, its name."""
+    name: Literal[PRESETS]  # type: ignore[valid-type]
+    """Which of the library's shapes."""
+    size: Dimensions | None = None
+    """Length, width and height to stretch it to [m]; None: those of the library."""
+    variant: Annotated[int, Field(ge=0, le=2**31)] = 0
+    """Which of the many rocks; all other shapes are one of a kind."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _called_by_its_name(cls, data: Any) -> Any:
+        return {"label": data["name"], **data} if isinstance(data, dict) and "name" in data else data
+
+    @model_validator(mode="after")
+    def _is_one_of_many(self) -> Self:
+        if self.variant and self.name != "rock":
+            raise located("variant", str(self.variant), f"is for rocks; there is one {self.name} only. Leave it out.")
+        return self
+
+
+def _by_its_name(value: Any) -> Any:
+    """A library's shape asked for by its own name: `shape: drum`."""
+    if isinstance(value, dict) and value.get("shape") in PRESETS and "name" not in value:
+        return {**value, "shape": "library", "name": value["shape"]}
+    return value
+
+
+Solid = Sphere | Cylinder | Cone | TruncatedCone | Plate | Mesh | LibraryTarget | Box
+"""Targets that are made of triangles; a box only where it leans or has sunk in."""
+Target = Annotated[
+    Annotated[
+        Box | PointTarget | Sphere | Cylinder | Cone | TruncatedCone | Plate | Mesh | LibraryTarget,
+        Field(discriminator="shape"),
+    ],
+    BeforeValidator(_by_its_name),
+]
+
+
+def is_solid(target: Any) -> TypeGuard[Solid]:
+    """Whether a target is made of triangles: everything but points and upright boxes."""
+    return isinstance(target, _Body) and not (isinstance(target, Box) and target.upright)

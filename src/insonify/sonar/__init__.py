@@ -7,7 +7,18 @@ from insonify.sonar.heard import HeardPulse, hear, heard_pulse
 from insonify.sonar.pulse import Pulse, energy_duration, envelope, spectrum
 from insonify.sonar.receiver import Receiver, response
 from insonify.sonar.sonar import Mounting, Sonar, array_position, array_rotation
-from insonify.sonar.track import LineTrack, Poses, StaticTrack, Track, poses
+from insonify.sonar.track import (
+    LineTrack,
+    LoggedNavigation,
+    Motion,
+    NavigationTrack,
+    Poses,
+    StaticTrack,
+    Track,
+    WaypointTrack,
+    logged_poses,
+    poses,
+)
 
 __all__ = [
     "Array",
@@ -15,7 +26,10 @@ __all__ = [
     "HeardPulse",
     "LineArray",
     "LineTrack",
+    "LoggedNavigation",
+    "Motion",
     "Mounting",
+    "NavigationTrack",
     "PlanarArray",
     "PointTransducer",
     "Poses",
@@ -24,6 +38,7 @@ __all__ = [
     "Sonar",
     "StaticTrack",
     "Track",
+    "WaypointTrack",
     "array_position",
     "array_rotation",
     "beams",
@@ -32,6 +47,7 @@ __all__ = [
     "grating_lobes",
     "hear",
     "heard_pulse",
+    "logged_poses",
     "poses",
     "response",
     "spectrum",

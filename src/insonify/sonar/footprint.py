@@ -3,6 +3,8 @@
 Both are taken in the array's plane of boresight and right, about the steered axis.
 """
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -53,6 +55,22 @@ def two_way_width(transmit: Beams, receive: Beams) -> float:
 
 
 def _width(transmit: Beams, receive: Beams) -> float:
+    """Full width of one two-way beam [rad]; in its own frame it is the same at every ping."""
+    key = tuple(
+        (end.steer.tobytes(), end.scale.tobytes(), end.element, *map(id, end.tables)) for end in (transmit, receive)
+    )
+    if key not in _KNOWN:
+        while len(_KNOWN) > 64:
+            _KNOWN.pop(next(iter(_KNOWN)), None)
+        # the tables are kept, so that no others can take their numbers
+        _KNOWN[key] = _measured_width(transmit, receive), (*transmit.tables, *receive.tables)
+    return _KNOWN[key][0]
+
+
+_KNOWN: dict[Any, tuple[float, tuple[Floats, ...]]] = {}
+
+
+def _measured_width(transmit: Beams, receive: Beams) -> float:
     """Full width of one two-way beam [rad], measured outwards from the axis of the narrower end."""
     narrower = max(transmit, receive, key=lambda end: float(end.per_unit[0]))
     axis = float(np.arcsin(np.clip(narrower.steer[0, 0], -1, 1)))

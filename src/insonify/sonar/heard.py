@@ -25,7 +25,7 @@ FAINT_ENERGY = 1e-10
 """Share of the energy left outside faint_start..faint_stop [1]: where a window is cut out of a longer recording."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class HeardPulse:
     """The waveform that an echo of unit rms pressure and zero delay leaves in the recording."""
 

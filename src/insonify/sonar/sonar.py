@@ -1,6 +1,6 @@
 """The sonar: what it sends, through which arrays, and how it is fixed to its platform."""
 
-from typing import Self
+from typing import Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,9 @@ from insonify.sonar.receiver import ROLL_OFF, Receiver
 
 STARBOARD = np.pi / 2
 """Bearing of a sidescan's starboard side, clockwise from the bow [rad]."""
+SIDEWAYS = 1e-6
+"""Least part of boresight that points to starboard, for a sonar with sides [1]."""
+Side = Literal["port", "starboard"]
 
 
 class Mounting(Noun):
@@ -26,7 +29,7 @@ class Mounting(Noun):
 
 
 class Sonar(Noun):
-    """A source and its receiver, on one platform, with the same mounting."""
+    """A source and its receiver, on one platform, with the same mounting; or a pair of them, one for each side."""
 
     source_level_db: Decibels = Field(ge=0, le=300)
     """Rms level on the axis of the transmit beam [dB re 1 uPa at 1 m]."""
@@ -35,6 +38,24 @@ class Sonar(Noun):
     receive: Array
     receiver: Receiver = Receiver()
     mounting: Mounting = Mounting()
+    sides: tuple[Side, ...] | None = None
+    """A sidescan's sides, in the order of their channels: starboard as mounted, port its mirror image, each with
+    its own transmitter and receiver and deaf to the other; None: one sonar, as mounted."""
+
+    @model_validator(mode="after")
+    def _sides_apart(self) -> Self:
+        if self.sides is None:
+            return self
+        if not self.sides or len(set(self.sides)) < len(self.sides):
+            raise located("sides", None, f"[{', '.join(self.sides)}] is no choice of sides. Write [port, starboard], "
+                          "one of them, or null.")  # fmt: skip
+        if np.sin(self.mounting.bearing) <= SIDEWAYS:
+            raise located(
+                "mounting.bearing", f"{np.degrees(self.mounting.bearing):g} deg",
+                "is not to starboard of the bow, and port is made its mirror image. Write the bearing of the "
+                "starboard side, such as 90 deg, or leave `sides` out.",
+            )  # fmt: skip
+        return self
 
     @model_validator(mode="after")
     def _band_above_zero(self) -> Self:
@@ -61,14 +82,38 @@ class Sonar(Noun):
         return self
 
     @property
-    def channel_count(self) -> int:
-        """Number of recorded channels, one per pair of a transmit and a receive beam."""
+    def beam_count(self) -> int:
+        """Channels of one side, one per pair of a transmit and a receive beam."""
         return max(len(self.transmit.steers), len(self.receive.steers))
+
+    @property
+    def channel_count(self) -> int:
+        """Number of recorded channels: all beams of the first side, then those of the second."""
+        return self.beam_count * len(self.one_sided)
 
     @property
     def steers(self) -> tuple[float, ...]:
         """Angle of each channel to the right of boresight [rad]: the receive beam's, or the only steered one."""
-        chosen = self.receive if len(self.receive.steers) == self.channel_count else self.transmit
+        return tuple(angle for side in self.one_sided for angle in side._beam_steers)
+
+    @property
+    def channel_sides(self) -> tuple[int, ...]:
+        """Side of each channel: -1 port, 1 starboard, 0 where the sonar has no sides."""
+        number = {"port": -1, "starboard": 1}
+        sides = (0,) if self.sides is None else tuple(number[side] for side in self.sides)
+        return tuple(side for side in sides for _ in range(self.beam_count))
+
+    @property
+    def one_sided(self) -> tuple["Sonar", ...]:
+        """The sonar of each side, in the order of the channels; itself where it has no sides."""
+        if self.sides is None:
+            return (self,)
+        alone = self.model_copy(update={"sides": None})
+        return tuple(alone if side == "starboard" else mirrored(alone) for side in self.sides)
+
+    @property
+    def _beam_steers(self) -> tuple[float, ...]:
+        chosen = self.receive if len(self.receive.steers) == self.beam_count else self.transmit
         return tuple(angle for angle, _ in chosen.steers)
 
     @property
@@ -77,6 +122,26 @@ class Sonar(Noun):
         if isinstance(self.transmit, PointTransducer) or self.transmit.steer is not None:
             return self.transmit, self.receive
         return self.transmit.steered(self.receive.steers), self.receive
+
+
+def mirrored(sonar: Sonar) -> Sonar:
+    """The same sonar on the platform's other side: its image in the plane of bow and keel.
+
+    Args:
+        sonar: A sonar without sides.
+    """
+    turned = sonar.mounting.model_copy(update={"bearing": -sonar.mounting.bearing})
+    ends = {"transmit": _mirrored(sonar.transmit), "receive": _mirrored(sonar.receive)}
+    return sonar.model_copy(update={"mounting": turned, **ends})
+
+
+def _mirrored(array: LineArray | PlanarArray | PointTransducer) -> LineArray | PlanarArray | PointTransducer:
+    """An array whose image in a mirror this is: what lay to the right lies to the left."""
+    ahead, starboard, down = array.offset
+    change: dict[str, object] = {"offset": (ahead, -starboard, down)}
+    if not isinstance(array, PointTransducer) and array.steer is not None:
+        change["steer"] = tuple(-angle for angle in array.steer)
+    return array.model_copy(update=change)
 
 
 def array_rotation(sonar: Sonar, body: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -12,7 +12,8 @@ from insonify.ocean.water import Water
 from insonify.sonar.beam import Beams, beams
 from insonify.sonar.heard import HeardPulse
 from insonify.sonar.sonar import Sonar, array_position, array_rotation
-from insonify.sonar.track import Poses
+from insonify.sonar.survey import Survey, survey
+from insonify.sonar.track.poses import Poses
 
 Floats = NDArray[np.float64]
 
@@ -37,6 +38,8 @@ class Stance:
     """Bearing of the first beam [rad]."""
     track: Floats
     """Places of the platform at all pings, shape (pings, 3): sampling follows the whole track."""
+    survey: Survey
+    """The same in short: how near, how far and how deep the sonar ever gets."""
     window: tuple[float, float]
     """Start and stop of the recording [s]."""
     pulse: HeardPulse
@@ -44,6 +47,8 @@ class Stance:
     """Rms level on axis [dB re 1 uPa at 1 m]."""
     channel_count: int
     """Number of pairs of a transmit and a receive beam."""
+    time: float = 0.0
+    """Start of transmission after the start of the track [s]."""
 
     @property
     def frequency(self) -> float:
@@ -61,22 +66,33 @@ class Stance:
         return self.window[0] - self.pulse.faint_stop, self.window[1] - self.pulse.faint_start
 
     @property
+    def alike(self) -> bool:
+        """True where both ends have the same beams."""
+        sent, heard = self.transmit_beams, self.receive_beams
+        return (
+            np.array_equal(sent.axes, heard.axes) and np.array_equal(sent.steer, heard.steer)
+            and sent.element == heard.element and np.array_equal(sent.scale, heard.scale)
+            and all(a is b for a, b in zip(sent.tables, heard.tables, strict=True))
+        )  # fmt: skip
+
+    @property
     def together(self) -> bool:
         """True where transmitter and receiver are at one place, so that legs out and back hold the same values."""
         return bool(np.array_equal(self.transmit_place, self.receive_place))
 
 
 def stance(sonar: Sonar, poses: Poses, ping: int, *, window: tuple[float, float], pulse: HeardPulse,
-           water: Water) -> Stance:  # fmt: skip
+           water: Water, whole: Survey | None = None) -> Stance:  # fmt: skip
     """The sonar as it stands at one ping.
 
     Args:
-        sonar: The sonar.
+        sonar: The sonar, of one side.
         poses: Poses of its platform.
         ping: Number of the ping.
         window: Start and stop of the recording [s].
         pulse: The sonar's heard pulse, made once for all pings.
         water: What the arrays stand in: a beam is as wide as the sound speed at its own array makes it.
+        whole: The survey of all its pings; None: it is made here.
     """
     body = poses.rotation(ping)
     rotation = array_rotation(sonar, body)
@@ -95,15 +111,17 @@ def stance(sonar: Sonar, poses: Poses, ping: int, *, window: tuple[float, float]
         boresight=rotation[0],
         bearing=float(np.arctan2(facing[1], facing[0])),
         track=poses.position,
+        survey=survey(sonar, poses) if whole is None else whole,
         window=window,
         pulse=pulse,
         source_level_db=sonar.source_level_db,
         channel_count=sonar.channel_count,
+        time=float(poses.time[ping]),
     )
 
 
 def end_depths(sonar: Sonar, poses: Poses) -> Floats:
-    """Depths that transmitter or receiver have on a track [m], increasing, each once.
+    """Depths that transmitter or receiver of any side have on a track [m], increasing, each once.
 
     Args:
         sonar: The sonar.
@@ -112,5 +130,6 @@ def end_depths(sonar: Sonar, poses: Poses) -> Floats:
     # The third row of the rotation from body to world, for every ping at once.
     level = np.cos(poses.pitch)
     down = np.stack([-np.sin(poses.pitch), level * np.sin(poses.roll), level * np.cos(poses.roll)], axis=-1)
-    depths = [poses.position[:, 2] + down @ np.asarray(array.offset) for array in sonar.arrays]
+    arrays = [array for side in sonar.one_sided for array in side.arrays]
+    depths = [poses.position[:, 2] + down @ np.asarray(array.offset) for array in arrays]
     return np.unique(np.round(depths, 9))  # rounding would make one depth many

@@ -40,13 +40,13 @@ class Behind:
             channel: Which beam.
         """
         self.listening: Listening = prepare(scenario)
-        self.stance = self.listening.stance(ping)
-        self.channel = channel
+        self.stance = self.listening.stance(ping, channel=channel)
+        self.channel = channel % scenario.sonar.beam_count
         pulse, extra = self.stance.pulse, RINGING / scenario.sonar.receiver.band
         window = time - pulse.stop - extra, time - pulse.start + extra
-        near: Arrivals = arrivals(scenario, ping, window=window)
+        near: Arrivals = arrivals(scenario, ping, window=window, channel=channel)
         shape = pulse.samples(time - near.delay)
-        pressure = arrival_weights(near, self.stance, channel) * shape
+        pressure = arrival_weights(near, self.stance, self.channel) * shape
         heard = pressure != 0  # the rest is behind the array, or its pulse has ended
         self.paths = near.take(heard)
         self.shape: NDArray[np.complex128] = shape[heard]
@@ -99,7 +99,8 @@ def explain(dataset: xr.Dataset, ping: int, time: float, *, channel: int | None 
     when = float(dataset["time"].sel(time=time, method="nearest"))
     behind = Behind(scenario, ping, when, chosen)
     why = f", the loudest of {len(values)}" if channel is None and len(values) > 1 else ""
-    beam = f"beam {chosen} ({np.degrees(float(dataset['steer'][chosen])):+g} deg{why})"
+    side = {-1: "port, ", 0: "", 1: "starboard, "}[scenario.sonar.channel_sides[chosen]]
+    beam = f"{side}beam {chosen} ({np.degrees(float(dataset['steer'][chosen])):+g} deg{why})"
     count = len(behind.paths)
     head = f"ping {ping}, {beam}, {when * 1e3:.3f} ms: {count or 'no'} arrival{'s' * (count != 1)}\n"
     return "\n".join([head, *([_table(behind), "", NOTE, ""] if count else []), _verdict(behind, recorded, name)])

@@ -130,19 +130,28 @@ def finish_energy(cells: NDArray[np.float64], grid: TimeGrid, spectrum: NDArray[
         Intensity at grid.time, not negative, in the units of the energies, shape (channels, count).
     """
     fine = 2 * grid.padded
-    # |p|^2 in samples at twice the output rate, over one period: exact, for p has no more than the output band.
-    spread = np.zeros(fine, np.complex128)
-    half = grid.padded // 2
-    spread[:half] = spectrum[:half]
-    spread[-half:] = spectrum[-half:]
-    power = np.abs(scipy.fft.ifft(spread) * 2 * grid.sample_rate) ** 2
-    shape = scipy.fft.rfft(power) / _kernel_of_bins(grid.padded, 2 * OVERSAMPLING * grid.padded)
+    shape = _energy_shape(spectrum.tobytes(), grid.padded, grid.sample_rate)
     window = slice(2 * grid.lead, 2 * (grid.lead + grid.count), 2)
     heard = np.empty((len(cells), grid.count))
     for channel, row in enumerate(cells):
         transform = scipy.fft.rfft(row)[: grid.padded + 1]
         heard[channel] = scipy.fft.irfft(transform * shape, fine)[window]
     return np.maximum(heard, 0.0)
+
+
+@lru_cache(maxsize=4)
+def _energy_shape(spectrum: bytes, padded: int, sample_rate: float) -> NDArray[np.complex128]:
+    """What turns the transform of the energy grid into that of the intensity: |p|^2 over the spreading kernel."""
+    held = np.frombuffer(spectrum, np.complex128)
+    # |p|^2 in samples at twice the output rate, over one period: exact, for p has no more than the output band.
+    spread = np.zeros(2 * padded, np.complex128)
+    half = padded // 2
+    spread[:half] = held[:half]
+    spread[-half:] = held[-half:]
+    power = np.abs(scipy.fft.ifft(spread) * 2 * sample_rate) ** 2
+    shape = np.asarray(scipy.fft.rfft(power) / _kernel_of_bins(padded, 2 * OVERSAMPLING * padded))
+    shape.flags.writeable = False  # shared by all pings
+    return shape
 
 
 def _central(transform: NDArray[np.complex128], count: int) -> NDArray[np.complex128]:

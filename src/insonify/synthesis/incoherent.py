@@ -6,16 +6,23 @@ further apart than the pulse adds as energy from the start.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
+import scipy.fft
 from numba import njit
 from numpy.typing import NDArray
 
 from insonify.records.pairs import Pairs
+from insonify.records.swath import Swath
+from insonify.sonar.beam import Beams
+from insonify.sonar.heard import HeardPulse
 from insonify.sonar.stance import Stance
 from insonify.synthesis._groups import PulseTable, add_groups
 from insonify.synthesis._spread import spread_energy
+from insonify.synthesis._swath_energies import pair_energies, swath_gains
 from insonify.synthesis.grid import TimeGrid, finish_energy
+from insonify.synthesis.moments import interfering
 from insonify.synthesis.perturbation import Perturbation
 from insonify.synthesis.weights import leg_weights
 from insonify.units import amplitude_ratio
@@ -24,6 +31,11 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 SAME_DELAY = 1e-10
 """Delays this close share one pulse: their carriers are in the weights, and no envelope changes so fast [s]."""
+
+LAGS_PER_CELL = 2
+"""Entries of the pulse table to a lag of its autocorrelation."""
+AT_ONCE = 4096
+"""Points of a swath whose energies are worked out before they are laid down: few enough for the cache."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +78,11 @@ class Incoherent:
         level = float(amplitude_ratio(self.stance.source_level_db))
         sent = leg_weights(pairs.out, self.stance.transmit_beams, self.stance.frequency, level)
         heard = leg_weights(pairs.back, self.stance.receive_beams, self.stance.frequency)
+        for part in interfering(pairs):
+            self._add(energies, part, sent, heard)
+
+    def _add(self, energies: Energies, pairs: Pairs, sent: Complexes, heard: Complexes) -> None:
+        """Add pairs of which nothing is random but the phase of the place."""
         kept, mean = self.perturbation.kept_interference, self.perturbation.mean_energy
         support = len(self.table.samples) / self.table.rate
         for channel in range(self.stance.channel_count):
@@ -79,10 +96,64 @@ class Incoherent:
                 self.table.start, self.table.rate, first, late, weight, kept, mean - kept,
             )  # fmt: skip
 
+    @property
+    def brief(self) -> bool:
+        """Whether overlaps of the pulse with itself are well told by their energy: it is no long chirp."""
+        likeness, energy = _likeness(self.table)
+        rate = self.table.rate / LAGS_PER_CELL
+        alike = np.abs(likeness[1:]).sum() * 2 / rate
+        return bool(alike > 0.25 * energy)
+
+    def take_in_swath(self, energies: Energies, swath: Swath) -> None:
+        """Add the mean intensity of all the ground of a part of a ping."""
+        stance, level = self.stance, float(amplitude_ratio(self.stance.source_level_db))
+        sent = _gains(stance.transmit_beams, swath)
+        heard = sent if stance.alike else _gains(stance.receive_beams, swath)
+        kept, mean = self.perturbation.kept_interference, self.perturbation.mean_energy
+        points, count = swath.delay.shape[1], len(swath.pair)
+        likeness, _ = _likeness(self.table)
+        late, energy = np.empty((2, min(points, AT_ONCE) * count * (count + 1) // 2))
+        for begin in range(0, points, AT_ONCE):
+            found = pair_energies(
+                swath.delay, swath.amplitude, sent, heard, swath.pair, swath.section, level, stance.frequency,
+                likeness, self.table.rate / LAGS_PER_CELL, kept, mean - kept, begin, min(begin + AT_ONCE, points),
+                late, energy,
+            )  # fmt: skip
+            spread_energy(energies.cells[0], self.grid.first_time, self.grid.energy_rate, late[:found], energy[:found])
+
     def series(self, energies: Energies) -> Floats:
         """Expected intensity at the grid's times [uPa^2], shape (channels, samples)."""
-        spectrum = self.stance.pulse.spectrum(self.grid.frequencies)
+        spectrum = _spectrum(self.stance.pulse, self.grid)
         return finish_energy(energies.cells, self.grid, spectrum) + energies.intensity
+
+
+@lru_cache(maxsize=4)
+def _spectrum(pulse: HeardPulse, grid: TimeGrid) -> Complexes:
+    """The pulse's spectrum on a grid: every ping wants the same."""
+    return pulse.spectrum(grid.frequencies)
+
+
+def _gains(beams: Beams, swath: Swath) -> NDArray[np.float32]:
+    """Gain of one beam towards every leg [1], shape (f, n)."""
+    out = np.empty(swath.delay.shape, np.float32)
+    swath_gains(swath.departure, beams.axes, beams.steer, beams.scale, beams.tables, beams.per_unit, beams.element, out)
+    return out
+
+
+def _likeness(table: PulseTable) -> tuple[NDArray[np.complex64], float]:
+    """Autocorrelation of the pulse at lags from 0 on, 1 at 0, and how long the pulse's energy takes in time [s]."""
+    return _likeness_of(table.samples.tobytes(), table.rate)
+
+
+@lru_cache(maxsize=4)
+def _likeness_of(samples: bytes, rate: float) -> tuple[NDArray[np.complex64], float]:
+    pulse = np.frombuffer(samples, np.complex128)
+    size = scipy.fft.next_fast_len(2 * len(pulse))
+    power = np.abs(scipy.fft.fft(pulse, size)) ** 2
+    alike = scipy.fft.ifft(power)[: len(pulse) : LAGS_PER_CELL]
+    envelope = np.abs(pulse) ** 2
+    duration = float(envelope.sum() ** 2 / (envelope**2).sum() / rate)
+    return (alike / alike[0].real).astype(np.complex64), duration
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

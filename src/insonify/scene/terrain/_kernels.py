@@ -21,6 +21,7 @@ _ROWS, _COLUMNS = BLOCK + 3, BLOCK + 4  # nodes that the cells of a block reach,
 _SIZE = _ROWS * _COLUMNS
 _SLOTS = 256
 _NOBODY = 1 << 60
+_WIDEST = 1 << 20  # cells across a window of nodes
 _ONE, _TWO, _THREE = np.uint64(1), np.uint64(2), np.uint64(3)
 
 
@@ -103,37 +104,74 @@ def _slopes(f):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _window(x, y, c, s, per_pitch, offset_a, offset_b):  # type: ignore[no-untyped-def]
+    """First cell row, first group, rows and groups of the nodes that some points reach together; 0 rows for too many.
+
+    Too many are more nodes than would be drawn for each point alone.
+    """
+    first_i = first_j = _NOBODY
+    last_i = last_j = -_NOBODY
+    for n in range(x.size):
+        i = math.floor((c * x[n] + s * y[n]) * per_pitch + offset_a)
+        j = math.floor((c * y[n] - s * x[n]) * per_pitch + offset_b)
+        first_i, last_i = min(first_i, i), max(last_i, i)
+        first_j, last_j = min(first_j, j), max(last_j, j)
+    if x.size == 0 or last_i - first_i > _WIDEST or last_j - first_j > _WIDEST:
+        return 0, 0, 0, 0
+    group = first_j >> 2
+    rows, groups = last_i - first_i + 4, ((last_j + 3) >> 2) - group + 1
+    if rows * groups > 6 * x.size:  # a point alone draws some six groups
+        return 0, 0, 0, 0
+    return first_i, group, rows, groups
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def add_band(
     x: Floats, y: Floats, pitch: float, turn: float, offset_a: float, offset_b: float, amplitude: float,
     level: int, layer: int, k0: int, k1: int, quantiles: Floats, out: Floats,
 ) -> None:  # fmt: skip
     """Add one band's height and its slopes along x and y at points x, y, into out of shape (n, 3).
 
-    A block of nodes is computed when it is met for the second time: scattered points pay for
-    their own 16 nodes only, dense ones share.
+    Points close together share one window of nodes. Else a block of nodes is computed when it is met for the
+    second time: scattered points pay for their own 16 nodes only, dense ones share.
     """
     c, s = math.cos(turn), math.sin(turn)
-    seen, kept = np.full((_SLOTS, 2), _NOBODY), np.full((_SLOTS, 2), _NOBODY)
-    node = np.empty(_SLOTS * _SIZE + 32)  # the blocks, then the nodes of a lone cell
     per_pitch, steep = 1.0 / pitch, amplitude / pitch
+    first_i, first_group, rows, groups = _window(x, y, c, s, per_pitch, offset_a, offset_b)
+    slots = 0 if rows > 0 else _SLOTS
+    seen, kept = np.full((slots, 2), _NOBODY), np.full((slots, 2), _NOBODY)
+    node = np.empty(max(slots * _SIZE + 32, rows * groups * 4))  # the blocks, then the nodes of a lone cell
+    for row in range(rows):
+        for group in range(groups):
+            _group(first_i - 1 + row, first_group + group, level, layer, k0, k1, quantiles, node,
+                   4 * (row * groups + group))  # fmt: skip
     for n in range(x.size):
         a = (c * x[n] + s * y[n]) * per_pitch + offset_a
         b = (c * y[n] - s * x[n]) * per_pitch + offset_b
         i, j = math.floor(a), math.floor(b)
-        block_i, block_j = i >> 4, j >> 4
-        slot = (block_i * 37 + block_j * 101) & (_SLOTS - 1)
-        known = kept[slot, 0] == block_i and kept[slot, 1] == block_j
-        if not known and seen[slot, 0] == block_i and seen[slot, 1] == block_j:
-            _fill_block(block_i, block_j, level, layer, k0, k1, quantiles, node, slot * _SIZE)
-            kept[slot, 0], kept[slot, 1] = block_i, block_j
-            known = True
-        if known:
-            at, stride = slot * _SIZE + (i - BLOCK * block_i) * _COLUMNS + j - BLOCK * block_j, _COLUMNS
+        if rows > 0:
+            stride = 4 * groups
+            at = (i - first_i) * stride + j - 4 * first_group
         else:
-            seen[slot, 0], seen[slot, 1] = block_i, block_j
-            at, stride = _fill_cell(i, j, level, layer, k0, k1, quantiles, node, _SLOTS * _SIZE), 8
-        # One call for both, so that both give the same bits.
+            at, stride = _cached(i, j, seen, kept, level, layer, k0, k1, quantiles, node)
+        # One call for all, so that all give the same bits.
         value, along, across = _stencil(node, np.uint64(at), np.uint64(stride), a - i, b - j)
         out[n, 0] += amplitude * value
         out[n, 1] += steep * (c * along - s * across)
         out[n, 2] += steep * (s * along + c * across)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _cached(i, j, seen, kept, level, layer, k0, k1, quantiles, node):  # type: ignore[no-untyped-def]
+    """Where the nodes around one cell stand among the kept blocks, or behind them, and the length of their rows."""
+    block_i, block_j = i >> 4, j >> 4
+    slot = (block_i * 37 + block_j * 101) & (_SLOTS - 1)
+    known = kept[slot, 0] == block_i and kept[slot, 1] == block_j
+    if not known and seen[slot, 0] == block_i and seen[slot, 1] == block_j:
+        _fill_block(block_i, block_j, level, layer, k0, k1, quantiles, node, slot * _SIZE)
+        kept[slot, 0], kept[slot, 1] = block_i, block_j
+        known = True
+    if known:
+        return slot * _SIZE + (i - BLOCK * block_i) * _COLUMNS + j - BLOCK * block_j, _COLUMNS
+    seen[slot, 0], seen[slot, 1] = block_i, block_j
+    return _fill_cell(i, j, level, layer, k0, k1, quantiles, node, _SLOTS * _SIZE), 8

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from insonify.scene.lattice import Lattice
+from insonify.scene.terrain.grid import Grid
 from insonify.scene.terrain.power_law import PowerLaw
 from insonify.scene.terrain.relief import Relief, Sum, Survey
 from insonify.scene.terrain.ripples import Ripples
@@ -16,6 +17,7 @@ from insonify.scene.terrain.split import Split
 from insonify.validity import numbers
 
 Floats = NDArray[np.float64]
+Kind = PowerLaw | Ripples | Grid
 _LAYERS = 4  # streams a relief may use
 
 
@@ -25,7 +27,7 @@ class Ground(Relief):
 
     terrain: Sum
     """The part coarser than the split."""
-    kinds: tuple[PowerLaw | Ripples, ...]
+    kinds: tuple[Kind, ...]
     """What was asked for."""
     split: Split
     """What divides the two."""
@@ -37,6 +39,23 @@ class Ground(Relief):
     def survey(self, north: ArrayLike, east: ArrayLike) -> Survey:
         """Height and gradient of the resolved ground, see `Relief.survey`."""
         return self.terrain.survey(north, east)
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Lowest and highest height of the resolved ground [m], see `Relief.span`."""
+        return self.terrain.span
+
+    @property
+    def finest(self) -> float:
+        """Shortest wave of the resolved ground [m]; the split where there is no ground."""
+        waves = [
+            self.split.wavelength if isinstance(kind, PowerLaw)
+            else max(2 * kind.cell, self.split.wavelength) if isinstance(kind, Grid)
+            else kind.wavelength / 2
+            for kind in self.kinds
+            if not isinstance(kind, Ripples) or kind.wavenumber < self.split.wavenumber
+        ]  # fmt: skip
+        return min(waves, default=self.split.wavelength)
 
     def residual_spectrum(self, wavenumber: ArrayLike) -> Floats:
         """Spectrum of the fractal roughness that the terrain leaves to the scattering law [m^4].
@@ -75,6 +94,22 @@ class Ground(Relief):
         ripples = sum(kind.variance for kind in self._ripples() if low <= kind.wavenumber < high)
         return float(np.hypot(self._fractal_rms(low, high), np.sqrt(ripples)))
 
+    def band_variance(self, low: Floats, high: float) -> Floats:
+        """Mean square height of what was asked, resolved or not, between wavenumbers [m^2].
+
+        Args:
+            low: Smaller wavenumbers [rad/m], any shape.
+            high: Larger one [rad/m].
+        """
+        total = np.zeros(np.shape(low))
+        for kind in self.kinds:
+            if isinstance(kind, PowerLaw):
+                whole, rest = (kind.variance_beyond(bound) for bound in (np.minimum(low, high), np.array(high)))
+                total += whole - rest
+            elif isinstance(kind, Ripples):
+                total += np.where((low <= kind.wavenumber) & (kind.wavenumber < high), kind.variance, 0.0)
+        return total
+
     def _ripples(self) -> tuple[Ripples, ...]:
         return tuple(kind for kind in self.kinds if isinstance(kind, Ripples))
 
@@ -87,8 +122,9 @@ class Ground(Relief):
 
 
 def grow(
-    kinds: Sequence[PowerLaw | Ripples], *, seed: int, split: Split | None = None, lattice: Lattice | None = None
-) -> Ground:
+    kinds: Sequence[Kind], *, seed: int, split: Split | None = None, lattice: Lattice | None = None,
+    mean_depth: float = 0.0,
+) -> Ground:  # fmt: skip
     """The ground that some reliefs make together.
 
     Args:
@@ -96,6 +132,7 @@ def grow(
         seed: Seed of the scene, 0 to 2^64 - 1 [1].
         split: Where ground ends and roughness begins; the default `Split` if None.
         lattice: Frame in which everything is drawn; the world's if None.
+        mean_depth: Depth of the plane from which the heights of a grid are counted [m].
 
     Returns:
         Ground without end: any point can be asked at any time, in any order, for the same bits.
@@ -106,6 +143,8 @@ def grow(
         layer = row * _LAYERS
         if isinstance(kind, PowerLaw):
             parts.append(kind.grow(seed=seed, layer=layer, split=split))
+        elif isinstance(kind, Grid):
+            parts.append(kind.grow(split=split, mean_depth=mean_depth))
         elif not isinstance(kind, Ripples):
             raise ValueError(f"kinds has {kind!r}; give reliefs, such as [PowerLaw(hurst=0.6, rms=0.05), Ripples()]")
         else:

@@ -69,20 +69,31 @@ class Octaves(Relief):
         """Height and gradient, see `Relief.survey`; exact derivatives of the spline."""
         x, y = places(north, east)
         out = np.zeros((x.size, 3))
+        self.add_to(np.ascontiguousarray(x.ravel()), np.ascontiguousarray(y.ravel()), out)
+        return Survey(out[:, 0].reshape(x.shape), out[:, 1:].reshape(*x.shape, 2))
+
+    def placed(self) -> Floats:
+        """Turn of each octave's lattice [turns] and its two shifts [pitches], shape (n, 4); the last says nothing."""
+        return streams.uniforms(self.seed, streams.TERRAIN, 0, 0, self.level, 2 * self.layer + _PLACEMENT)
+
+    def add_to(self, x: Floats, y: Floats, out: Floats) -> None:
+        """Add height [m] and slopes [1] at places [m] of shape (n,), without any check, to `out` of shape (n, 3)."""
         k0, k1 = streams.key(self.seed, streams.TERRAIN)
-        flat_x, flat_y = np.ascontiguousarray(x.ravel()), np.ascontiguousarray(y.ravel())
-        placed = streams.uniforms(self.seed, streams.TERRAIN, 0, 0, self.level, 2 * self.layer + _PLACEMENT)
-        for o, (turn, shift_a, shift_b, _) in enumerate(placed):
+        for o, (turn, shift_a, shift_b, _) in enumerate(self.placed()):
             _kernels.add_band(
-                flat_x, flat_y, self.pitch[o], 2 * np.pi * turn, shift_a, shift_b, self.amplitude[o],
+                x, y, self.pitch[o], 2 * np.pi * turn, shift_a, shift_b, self.amplitude[o],
                 self.level[o], 2 * self.layer, k0, k1, quantiles(), out,
             )  # fmt: skip
-        return Survey(out[:, 0].reshape(x.shape), out[:, 1:].reshape(*x.shape, 2))
 
     @property
     def variance(self) -> float:
         """Mean square of the height [m^2]."""
         return float(np.sum(self.amplitude**2) * SPLINE_ENERGY**2)
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Six standard deviations down and up [m], see `Relief.span`."""
+        return -6 * self.variance**0.5, 6 * self.variance**0.5
 
     @property
     def slope_variance(self) -> float:

@@ -115,6 +115,11 @@ class PowerLaw(Noun):
         n, K0 = self.gamma / 2 - 1, self.outer_wavenumber
         return math.pi * self.w2 / n * ((low**2 + K0**2) ** -n - (high**2 + K0**2) ** -n)
 
+    def variance_beyond(self, low: Floats) -> Floats:
+        """Mean square height [m^2] of all waves beyond some wavenumbers [rad/m], any shape."""
+        n, square = self.gamma / 2 - 1, self.outer_wavenumber**2
+        return np.asarray(math.pi * self.w2 / n * (low**2 + square) ** -n)
+
     def slope_variance(self, high: float) -> float:
         """Mean square gradient, both directions together [1], of wavenumbers below `high` [rad/m]."""
         n, start = self.gamma / 2, self.outer_wavenumber**2

@@ -63,6 +63,11 @@ class Relief(Protocol):
         """
         ...
 
+    @property
+    def span(self) -> tuple[float, float]:
+        """Heights between which the ground stays [m], lowest and highest; but for one place in a thousand million."""
+        ...
+
     def height(self, north: ArrayLike, east: ArrayLike) -> Floats:
         """Height above the mean plane, positive up [m], broadcast shape of north and east [m]."""
         return self.survey(north, east).height
@@ -83,16 +88,33 @@ class Sum(Relief):
 
     def survey(self, north: ArrayLike, east: ArrayLike) -> Survey:
         """Height and gradient of all parts together, see `Relief.survey`."""
-        place = np.stack(places(north, east), axis=-1)
-        own = self.lattice.from_world(place)
-        height, slope = np.zeros(own.shape[:-1]), np.zeros(own.shape)
+        own = self.lattice.from_world(np.stack(places(north, east), axis=-1))
+        return self.to_world(self.own_survey(own[..., 0], own[..., 1]))
+
+    def own_survey(self, along: ArrayLike, across: ArrayLike) -> Survey:
+        """Height, and gradient along the lattice's axes, at lattice coordinates [m], any shape.
+
+        A world moved as a whole keeps these to the last bit.
+        """
+        along, across = places(along, across)
+        height, slope = np.zeros(along.shape), np.zeros((*along.shape, 2))
         for part in self.parts:
-            found = part.survey(own[..., 0], own[..., 1])
+            found = part.survey(along, across)
             height += found.height
             slope += found.slope
+        return Survey(height, slope)
+
+    def to_world(self, survey: Survey) -> Survey:
+        """A survey whose gradient is along the lattice's axes, turned to the north and the east."""
         c, s = np.cos(self.lattice.heading), np.sin(self.lattice.heading)
-        along, across = slope[..., 0], slope[..., 1]
-        return Survey(height, np.stack([c * along - s * across, s * along + c * across], axis=-1))
+        along, across = survey.slope[..., 0], survey.slope[..., 1]
+        return Survey(survey.height, np.stack([c * along - s * across, s * along + c * across], axis=-1))
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Lowest and highest that the parts come to together, see `Relief.span`."""
+        low, high = np.sum([part.span for part in self.parts], axis=0) if self.parts else (0.0, 0.0)
+        return float(low), float(high)
 
 
 def upward_normal(slope: ArrayLike) -> Floats:

@@ -86,6 +86,12 @@ class RippleField(Relief):
     growth: Octaves
     """Wander of the height, unit variance."""
 
+    @property
+    def span(self) -> tuple[float, float]:
+        """Trough and crest of the tallest ripple [m], see `Relief.span`."""
+        tallest = self.ripples.height / 2 * (1 + 6 * self.ripples.irregularity)
+        return -tallest, tallest * (1 + self.ripples.sharpness)
+
     def survey(self, north: ArrayLike, east: ArrayLike) -> Survey:
         """Height and gradient, see `Relief.survey`; the gradient includes the wander."""
         r = self.ripples

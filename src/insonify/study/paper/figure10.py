@@ -17,6 +17,7 @@ from insonify.propagation.images import image_legs
 from insonify.records.legs import Legs
 from insonify.scattering.point import PointEcho
 from insonify.scene.scatterers import Scatterers
+from insonify.sonar.track import poses
 from insonify.study.paper.nominal import nominal
 from insonify.study.paper.numbers import Number, write
 
@@ -31,7 +32,7 @@ def legs() -> Legs:
     """The five legs to the three points, as the engine finds them, shape (5, 3)."""
     scenario = nominal({"targets": []})
     depth = np.array(list(POINTS.values()))
-    place = np.array(scenario.track.position if scenario.track.kind == "static" else scenario.track.start)
+    place = poses(scenario.track, seed=scenario.seed).position[0]
     n = len(depth)
     points = Scatterers(
         "points", "target", PointEcho(0.0), np.stack([np.zeros(n), np.full(n, DISTANCE), depth], axis=-1),

@@ -1,0 +1,90 @@
+"""How long a sidescan ping takes against the sea: 100 kHz, 200 m to either side, fractal ground, a mesh on it."""
+
+import tempfile
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from insonify.scenario.load import load_scenario
+from insonify.scenario.scenario import Scenario
+from insonify.simulation import hear, prepare, record
+from measure import Result
+
+WINDOW = 0.267
+"""Of one ping [s]: 200 m there and back."""
+GOALS = {0: 50.0, 2: 15.0, 4: 7.0}
+"""Times real time on two cores, by the most bounces of a leg."""
+SURVEYS = {0: 10.0, 2: 25.0}
+"""Seconds for a thousand pings, written."""
+PINGS = 24
+"""Pings timed one after the other, as a survey has them."""
+SCENE = """
+title: Sidescan of fractal ground
+seed: 1
+field: incoherent
+seabed: {depth: 20 m, scattering: {law: lambert, strength_db: -27}, relief: {kind: power-law, hurst: 0.8, rms: 5 cm}}
+targets: [{shape: library, name: tyre, position: [60 m, 60 m]}]
+sonar:
+  source_level_db: 220
+  pulse: {kind: cw, frequency: 100 kHz, duration: 0.1 ms}
+  transmit: {kind: planar, width: 1 m, height: 0.02 m}
+  receive: {kind: planar, width: 1 m, height: 0.02 m}
+  mounting: {bearing: 90 deg, tilt: 20 deg}
+  sides: [port, starboard]
+track:
+  {kind: line, start: [0 m, 0 m, 12 m], heading: 0 deg, speed: 2 m/s, pings: 1000, interval: 0.267 s,
+   window: [0 ms, 267 ms]}
+paths: {reflections: ORDER}
+"""
+
+
+def sidescan(order: int) -> Scenario:
+    """The scene with legs of at most so many bounces."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "sidescan.yaml"
+        path.write_text(SCENE.replace("ORDER", str(order)))
+        return load_scenario(path)
+
+
+def pings() -> list[Result]:
+    """Real-time factor of each order, and its processor time: that counts the same on a busy machine."""
+    found = []
+    for order, goal in GOALS.items():
+        wall, cores = _per_ping(sidescan(order))
+        found += [
+            Result(f"sidescan ping, up to {order} bounces, 2 threads", WINDOW / wall, "x real time", f"goal {goal:g}"),
+            Result(f"sidescan ping, up to {order} bounces, processor time", 1e3 * cores, "ms",
+                   f"goal {2e3 * WINDOW / goal:.1f}"),
+        ]  # fmt: skip
+    return found
+
+
+def surveys() -> list[Result]:
+    """A thousand pings, to disk."""
+    found = []
+    for order, goal in SURVEYS.items():
+        with tempfile.TemporaryDirectory() as folder:
+            begin = time.perf_counter()
+            record(sidescan(order), Path(folder) / "survey.zarr", threads=2)
+            taken = time.perf_counter() - begin
+        found.append(Result(f"1000 pings written, up to {order} bounces", taken, "s", f"goal {goal:g}"))
+    return found
+
+
+def _per_ping(scenario: Scenario) -> tuple[float, float]:
+    """Wall and processor seconds of one ping of a survey that is under way."""
+    listening = prepare(scenario)
+    with ThreadPoolExecutor(2) as pool:
+
+        def ping(number: int) -> None:
+            for side in listening.stances(number):
+                hear(listening, listening.incoherent(side), side, pool)
+
+        ping(0)
+        wall, cores = time.perf_counter(), time.process_time()
+        for number in range(1, PINGS + 1):
+            ping(number)
+        return (time.perf_counter() - wall) / PINGS, (time.process_time() - cores) / PINGS
+
+
+BENCHES = [pings, surveys]

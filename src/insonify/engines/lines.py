@@ -1,0 +1,155 @@
+"""Lines of the ground about one stance, laid out evenly for an expectation: what `engines.rings` does in cells.
+
+Every line is one azimuth. Neighbours are as far apart as cells of the two-way beam; near the sonar, where the ground
+under a cell is small, a line stands for several cells, and so does one in the beam's faint outskirts, where the beam
+is asked at another azimuth of its width at each point. Samples of neighbouring lines are staggered by the golden
+ratio, so that every ring meets its points at even distances.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines._line_kernel import loudness
+from insonify.engines.rings import GOLDEN, WIDEST_CELL
+from insonify.engines.sampling import Resolution
+from insonify.propagation.families import bounces, image_depth
+from insonify.propagation.rays import Reach
+from insonify.sonar.beam import Beams
+from insonify.sonar.stance import Stance
+
+Floats = NDArray[np.float64]
+
+SECTOR = 32
+"""Cells looked at together, before each is."""
+FAINT = 10 ** (-25 / 20)
+"""Two-way gain below which lines stand for several cells each [1]."""
+CELLS_IN_FAINT = 4
+
+
+def lines_in_view(
+    stance: Stance, depth: float, heard: Reach, resolution: Resolution, families: tuple[str, ...], floor: float,
+    heading: float,
+) -> Floats:  # fmt: skip
+    """The lines of a boundary that one ping can hear.
+
+    Args:
+        stance: The sonar, both ends at one place.
+        depth: Of the boundary [m].
+        heard: Distances heard in the window.
+        resolution: What the sonar can tell apart.
+        families: Families that reach the boundary.
+        floor: Two-way gain below which ground is left out [1].
+        heading: Of the frame in which the lines are wanted [rad].
+
+    Returns:
+        Lines as `_swath_kernel.walk` wants them, shape (n, 8).
+    """
+    key = (
+        stance.transmit_beams.axes.tobytes(), stance.receive_beams.axes.tobytes(), stance.boresight.tobytes(),
+        float(stance.transmit_place[2]), depth, heard, resolution, families, floor, heading, _patterns(stance),
+    )  # fmt: skip
+    if key not in _LAST:
+        if len(_LAST) >= _MOST:
+            _LAST.clear()
+        lines = _lines(stance, depth, heard, resolution, families, floor, heading)
+        # the tables are kept, so that no others can take their numbers
+        _LAST[key] = lines, (*stance.transmit_beams.tables, *stance.receive_beams.tables)
+    return _LAST[key][0]
+
+
+_LAST: dict[Any, tuple[Floats, tuple[Floats, ...]]] = {}
+_MOST = 8
+
+
+def _patterns(stance: Stance) -> tuple[Any, ...]:
+    """What tells the beams of two stances apart, but for their attitude."""
+    ends = (stance.transmit_beams, stance.receive_beams)
+    return tuple((end.steer.tobytes(), end.scale.tobytes(), end.element, *map(id, end.tables)) for end in ends)
+
+
+def _lines(
+    stance: Stance, depth: float, heard: Reach, resolution: Resolution, families: tuple[str, ...], floor: float,
+    heading: float,
+) -> Floats:  # fmt: skip
+    """The same, laid out anew."""
+    cell = min(resolution.width, WIDEST_CELL) / np.sqrt(resolution.per_cell)
+    coarsest = SECTOR * CELLS_IN_FAINT
+    whole = int(np.ceil(2 * np.pi / cell / coarsest)) * coarsest
+    source, height = float(stance.transmit_place[2]), heard.height
+    climbs = np.array([depth - image_depth(name, source, depth) for name in families])
+    odd = np.array([len(bounces(name)) % 2 == 1 for name in families])
+    boresight = float(np.arctan2(stance.boresight[1], stance.boresight[0]))
+    keys: list[tuple[int, int]] = []
+    zones: list[list[float]] = []
+    last: dict[tuple[int, int], list[float]] = {}
+    outer = heard.farthest
+    while outer > heard.nearest and outer > 0:
+        merged = 1 << int(np.clip(np.log2(np.hypot(outer, height) / outer), 0, 4))
+        inner = outer / 2 if merged < 16 else 0.0
+        for first, count in _cells(stance, boresight, whole, merged, (inner, outer), climbs, odd, floor):
+            zone = last.get((first, count))
+            if zone is None or zone[0] != outer:  # one that comes back after finer ones begins anew
+                zone = last[first, count] = [inner, outer]
+                keys.append((first, count))
+                zones.append(zone)
+            zone[0] = inner
+        outer = inner
+    number = np.arange(len(keys))
+    lines = np.empty((len(keys), 8))
+    if not keys:
+        return lines
+    first, count = np.array(keys).T
+    width = count * (2 * np.pi / whole)
+    bearing = boresight + (first + count / 2) * (2 * np.pi / whole) - heading
+    lines[:, 0], lines[:, 1], lines[:, 2] = np.cos(bearing), np.sin(bearing), width
+    merged_there = np.array([_is_faint(key) for key in keys])
+    lines[:, 3] = np.where(merged_there, width, 0.0)
+    lines[:, 4:6] = np.array(zones)
+    lines[:, 4] = np.maximum(lines[:, 4], heard.nearest)
+    lines[:, 6], lines[:, 7] = 1 - np.mod((number + 0.5) * GOLDEN, 1.0), number
+    return lines
+
+
+def _is_faint(key: tuple[int, int]) -> bool:
+    return key[1] >= CELLS_IN_FAINT
+
+
+def _cells(
+    stance: Stance, boresight: float, whole: int, merged: int, zone: tuple[float, float], climbs: Floats,
+    odd: NDArray[np.bool_], floor: float,
+) -> list[tuple[int, int]]:  # fmt: skip
+    """First cell, and how many, of each line of one zone: cells count from boresight in steps of the finest."""
+    angle = 2 * np.pi / whole
+
+    def level(first: NDArray[np.int64], count: int) -> Floats:
+        bearing = np.asarray(boresight + (first + count / 2) * angle, float)
+        gains = []
+        ends = (stance.transmit_beams,) if stance.alike else (stance.transmit_beams, stance.receive_beams)
+        for beams in ends:
+            gains.append(_gain(beams, bearing, count * angle, zone, climbs, odd))
+        return np.asarray(gains[0] * gains[-1])
+
+    sectors = np.arange(-whole // 2, whole // 2, SECTOR * CELLS_IN_FAINT)
+    sectors = sectors[level(sectors, SECTOR * CELLS_IN_FAINT) >= floor]
+    step = max(CELLS_IN_FAINT, merged)
+    groups = (sectors[:, None] + np.arange(0, SECTOR * CELLS_IN_FAINT, step)).ravel()
+    loud = level(groups, step)
+    groups, loud = groups[loud >= floor], loud[loud >= floor]
+    if merged >= CELLS_IN_FAINT:
+        return [(int(first), step) for first in groups]
+    faint = [(int(first), step) for first in groups[loud < FAINT]]
+    fine = (groups[loud >= FAINT][:, None] + np.arange(0, step, merged)).ravel()
+    return faint + [(int(first), merged) for first in fine]
+
+
+def _gain(
+    beams: Beams, bearing: Floats, width: float, zone: tuple[float, float], climbs: Floats, odd: NDArray[np.bool_]
+) -> Floats:
+    out = np.empty(len(bearing))
+    loudness(
+        bearing, width, *zone, climbs, odd, beams.axes, beams.steer, beams.scale, beams.majorants, beams.per_unit,
+        beams.element, out,
+    )  # fmt: skip
+    return out

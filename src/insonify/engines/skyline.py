@@ -1,0 +1,305 @@
+"""Shadows of the ground: what of it, and of what stands above it, each end of the sonar can see.
+
+Rays of one family in one vertical plane never cross: seen from the sonar, whatever lies at a steeper launch than
+nearer ground does is hidden behind it. So one walk outwards along a line, with the shallowest launch met so far (the
+skyline), tells what is lit: O(samples). A ray with bounces is tested segment by segment. The one that ends on the
+ground, and those that come down from the surface, by the skyline of their own family; the one that rises from a
+bounce by the same walk with its sense turned.
+
+Ground is walked along slices of azimuth on the map of the bed, whose cells follow the split alone: shadows do not
+depend on how densely scatterers lie. A slice is a quarter of the shortest wave wide where it ends, or a quarter of
+the finest beam where that is wider. A point of the ground is lit where the ground of its slice's middle line is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from threading import Lock
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines import _skyline_kernel as kernel
+from insonify.engines.strays import walk_over_ground
+from insonify.propagation.families import bounces
+from insonify.propagation.launches import Launches, StraightLaunches
+from insonify.records.legs import Legs, Status
+from insonify.scene.bed import MAP_CELLS, Bed
+from insonify.scene.scatterers import Scatterers
+
+__all__ = ["SEABED", "Launches", "Remembered", "Skylines", "StraightLaunches", "fresnel_half_length", "over_ground"]
+
+Floats = NDArray[np.floating[Any]]
+
+SEABED = -2
+"""Row of the ground where the boxes have theirs: the occluder of what it hides."""
+SLICES = 32
+"""Slices of azimuth that are walked together."""
+SLICES_PER_WAVE = 4
+FIRST_ZONE = 128
+"""Slices of the innermost zone; each zone further out is twice as far, in twice as many."""
+
+
+class _Lines:
+    """The ground along neighbouring slices, from the sonar outwards, and the launches that meet it."""
+
+    def __init__(self, depth: Floats, step: float, launches: Launches) -> None:
+        self.depth, self._launches = depth, launches
+        self._distance = ((np.arange(depth.shape[1]) + 1) * step).astype(np.float32)
+        self._made: dict[str, tuple[Floats, Floats]] = {}
+        self._lock = Lock()
+
+    def of(self, family: str) -> tuple[Floats, Floats]:
+        """Launch that meets the ground at each sample, (slices, samples), and what hides by it, of the same shape.
+
+        That is the smallest launch up to each sample; of families that rise from the bed, the largest from it on.
+        """
+        with self._lock:
+            if family not in self._made:
+                launch = self._launches.steepness(family, self._distance, self.depth).astype(np.float32)
+                rising, bound = family.endswith("B"), np.empty_like(launch)
+                launch[np.isnan(launch)] = -np.inf if rising else np.inf
+                (kernel.maximum_ahead if rising else kernel.running_minimum)(launch, bound)
+                self._made[family] = launch, bound
+            return self._made[family]
+
+
+Group = tuple[_Lines, NDArray[np.int64], NDArray[np.int64]]
+"""Lines, the points that they pass, and the slice of each of these."""
+
+
+class Skylines:
+    """What the ground hides from one end of the sonar at one ping; lines are walked when they are asked for."""
+
+    def __init__(
+        self, bed: Bed, place: Floats, launches: Launches, *, farthest: float, wavelength: float, finest_slice: float
+    ) -> None:
+        """Walk nothing yet.
+
+        Args:
+            bed: The ground.
+            place: North, east, depth of the end [m], shape (3,).
+            launches: How launch angles belong to places.
+            farthest: Horizontal distance beyond which nothing is asked [m]; what lies there is as at this distance.
+            wavelength: Of the sound, for the size of a bounce's mirror [m].
+            finest_slice: Slices need not be narrower than this [rad].
+        """
+        self.bed, self.launches, self.wavelength = bed, launches, wavelength
+        self._here = bed.ground.terrain.lattice.from_world(np.asarray(place, float)[:2])
+        self._all_below = bed.span[0] > place[2]
+        self.step = bed.map_cell
+        across = max(bed.ground.finest / SLICES_PER_WAVE, bed.map_cell)
+        innermost = FIRST_ZONE * across / (2 * np.pi)
+        zones = max(0, int(np.ceil(np.log2(max(farthest, innermost) / innermost))))
+        self.edges = innermost * 2.0 ** np.arange(zones + 1)
+        widest = 2 ** max(0, int(np.ceil(np.log2(2 * np.pi / finest_slice / FIRST_ZONE))))
+        self.slices = FIRST_ZONE * np.minimum(2 ** np.arange(zones + 1), widest)
+        self._lines: dict[tuple[int, int], _Lines] = {}
+        self._lock = Lock()
+
+    def visible(
+        self, families: tuple[str, ...], azimuth: Floats, distance: Floats, sine: Floats, depth: Floats, *,
+        ground: bool = False,
+    ) -> NDArray[np.bool_]:  # fmt: skip
+        """Whether rays of some families reach places without meeting the ground on their way.
+
+        Args:
+            families: Names of the families, f of them.
+            azimuth: Bearing of each place from the sonar [rad], shape (n,).
+            distance: Horizontal distance [m], shape (n,).
+            sine: Sine of the launch angle, positive down [1], shape (f, n).
+            depth: Depth of each place [m], shape (n,).
+            ground: Whether the places lie on the ground: then the line of their slice is asked, not their own depth.
+
+        Returns:
+            True where a ray is clear, shape (f, n).
+        """
+        groups = self._groups(azimuth, distance)
+        found = np.empty((len(families), len(distance)), bool)
+        for row, name in enumerate(families):
+            found[row] = self._lit(name, groups, distance, sine[row], ground)
+            steep = _steepness(name, sine[row])
+            astray = self.launches.strays(name, steep, distance, depth)
+            if astray is not None and astray.any():
+                walked = walk_over_ground(self, name, groups, distance, steep, depth, astray, ground=ground)
+                found[row, astray] = walked[astray]
+        return found
+
+    def _lit(self, family: str, groups: list[Group], distance: Floats, sine: Floats, ground: bool) -> NDArray[np.bool_]:
+        """Whether rays of one family are clear, segment by segment."""
+        string = bounces(family)
+        steep = _steepness(family, sine)
+        stops = [*self.launches.bounces(family, steep), distance]
+        mirrors = {
+            k: fresnel_half_length(stops[k], distance, self.launches.at_bed(steep), self.wavelength)
+            for k, letter in enumerate(string)
+            if letter == "B"
+        }
+        lit = np.ones(len(distance), bool)
+        for k, stop in enumerate(stops):
+            if k == 0 and string.startswith("S") and self._all_below:
+                continue
+            passed = string[:k] or "D"
+            before = stop - mirrors.get(k, 0.0)
+            if ground and k == len(string):
+                self._ask_ground(groups, passed, distance, lit)
+            elif passed.endswith("B"):
+                way = self._steps(stops[k - 1] + mirrors[k - 1]), self._steps(before)
+                for lines, points, rows in groups:
+                    kernel.steeper_than_ground(*lines.of(passed), steep, rows, *way, points, lit)
+            else:
+                leaves = -steep if k == 0 and string.startswith("S") else steep
+                lit &= leaves <= self._skyline(groups, passed, before)
+        return lit
+
+    def _skyline(self, groups: list[Group], family: str, distance: Floats) -> Floats:
+        found, reach = np.full(len(distance), np.inf), self._steps(distance)
+        for lines, points, rows in groups:
+            kernel.skyline_at(lines.of(family)[1], rows, reach, points, found)
+        return found
+
+    def _steps(self, distance: Floats) -> Floats:
+        """Distances [m] in samples along a line; bounces that never come are far away."""
+        return np.asarray(np.minimum(distance, 1e12) / self.step)
+
+    def _ask_ground(self, groups: list[Group], family: str, distance: Floats, lit: NDArray[np.bool_]) -> None:
+        own, reach = np.ones(len(lit), bool), self._steps(distance)
+        for lines, points, rows in groups:
+            kernel.ground_at(*lines.of(family), rows, reach, points, own)
+        lit &= own
+
+    def _groups(self, azimuth: Floats, distance: Floats) -> list[Group]:
+        """Points by the lines that pass them."""
+        zone = np.minimum(np.searchsorted(self.edges, distance), len(self.edges) - 1)
+        turn = np.mod((azimuth - self.bed.ground.terrain.lattice.heading) / (2 * np.pi), 1.0)
+        slices = np.minimum((turn * self.slices[zone]).astype(np.int64), self.slices[zone] - 1)
+        code = (zone << 40) + slices // SLICES
+        order = np.argsort(code, kind="stable")
+        starts = np.flatnonzero(np.diff(code[order], prepend=-1))
+        return [
+            (self._walk(int(zone[points[0]]), int(slices[points[0]]) // SLICES), points, slices[points] % SLICES)
+            for points in np.split(order, starts[1:])
+            if len(points)
+        ]
+
+    def _walk(self, zone: int, sector: int) -> _Lines:
+        """The lines of one sector of a zone, from the sonar to the zone's outer edge."""
+        with self._lock:
+            known = self._lines.get((zone, sector))
+        if known is not None:
+            return known
+        count = int(self.slices[zone])
+        numbers = sector * SLICES + np.arange(SLICES)
+        stop = int(np.ceil(self.edges[zone] / self.step)) + 1
+        depth, first = np.empty((SLICES, stop), np.float32), 0
+        if zone > 0:
+            inner = numbers * int(self.slices[zone - 1]) // count
+            nearer = self._walk(zone - 1, int(inner[0]) // SLICES).depth
+            first = nearer.shape[1]
+            depth[:, :first] = nearer[inner % SLICES]
+        self._sample((numbers + 0.5) * (2 * np.pi / count), first, stop, depth)
+        made = _Lines(depth, self.step, self.launches)
+        with self._lock:
+            return self._lines.setdefault((zone, sector), made)
+
+    def _sample(self, turn: Floats, first: int, stop: int, depth: Floats) -> None:
+        """Depths along lines from the pieces of the map that they cross, into the samples from the first on."""
+        cell, side = self.bed.map_cell, self.bed.map_cell * MAP_CELLS
+        cosines, sines = np.cos(turn), np.sin(turn)
+        way = (float(self._here[0]), float(self._here[1]), cosines, sines, self.step, first, stop)
+        rays = np.stack([cosines, sines], axis=-1)[:, None]
+        ends = self._here + rays * (self.step * np.array([first, stop + 1])[:, None])
+        corner = np.floor(ends.min(axis=(0, 1)) / side).astype(int) - 1
+        size = np.floor(ends.max(axis=(0, 1)) / side).astype(int) + 2 - corner
+        wanted = np.zeros(size, bool)
+        kernel.mark(*way, side, *corner, wanted)
+        row_of = np.cumsum(wanted.ravel()).reshape(wanted.shape) - 1
+        pieces = np.stack([self.bed.map_piece(int(a), int(b)) for a, b in corner + np.argwhere(wanted)])
+        kernel.sample(*way, cell, *corner, row_of, pieces, depth)
+        np.subtract(self.bed.depth, depth[:, first:], out=depth[:, first:])
+
+
+def _steepness(family: str, sine: Floats) -> Floats:
+    """Steepness of rays of a family, see `insonify.propagation.launches`, from the sine of their launch angle [1]."""
+    tangent = np.asarray(sine / np.sqrt(np.maximum(1 - np.asarray(sine, float) ** 2, 1e-24)))
+    return -tangent if family.startswith("S") else tangent
+
+
+def fresnel_half_length(bounce: Floats, distance: Floats, tangent: Floats, wavelength: float) -> Floats:
+    """Half the length, along the ray, of the first Fresnel zone of a bounce on a level bed [m].
+
+    Args:
+        bounce: Horizontal distance of the bounce [m], shape (n,).
+        distance: Horizontal length of the leg [m], shape (n,).
+        tangent: Of the grazing angle [1], shape (n,).
+        wavelength: Of the sound [m].
+
+    Source: sqrt(wavelength r1 r2 / (r1 + r2)) / sin(grazing), r1 and r2 the ways before and after the bounce.
+    """
+    steep = np.maximum(np.abs(tangent), 1e-9)
+    stretch = np.sqrt(1 + steep**2)
+    share = np.clip(bounce / np.maximum(distance, 1e-9), 0, 1)
+    return np.asarray(np.sqrt(wavelength * distance * stretch * share * (1 - share)) * stretch / steep)
+
+
+def over_ground(legs: Legs, scatterers: Scatterers, place: Floats, skylines: Skylines) -> Legs:
+    """Legs over relief: the ground hides some of them, and its roughness takes from every bottom bounce.
+
+    Args:
+        legs: Legs over the mean plane.
+        scatterers: The points that they reach.
+        place: North, east, depth of the sonar's end [m], shape (3,).
+        skylines: What the ground hides from there.
+    """
+    north, east = (scatterers.position[:, :2] - place[:2]).T
+    distance, azimuth = np.hypot(north, east), np.arctan2(east, north)
+    status, occluder = legs.status.copy(), legs.occluder.copy()
+    visibility, boundary = legs.visibility.copy(), legs.boundary.copy()
+    sine = legs.departure[..., 2]
+    on_ground = scatterers.boundary == "seabed"
+    lit = skylines.visible(legs.families, azimuth, distance, sine, scatterers.position[:, 2], ground=on_ground)
+    hidden = ~lit & (status == Status.CLEAR)
+    status[hidden], occluder[hidden], visibility[hidden] = Status.OCCLUDED, SEABED, 0.0
+    for row, family in enumerate(legs.families):
+        if "B" in family:
+            boundary[row] *= _bounced(skylines, family, distance, _steepness(family, sine[row]))
+    return replace(legs, status=status, occluder=occluder, visibility=visibility, boundary=boundary)
+
+
+def _bounced(skylines: Skylines, family: str, distance: Floats, steepness: Floats) -> Floats:
+    """What roughness leaves of the coherent sound after all bottom bounces of a family [1]."""
+    left, launches = np.ones(len(distance)), skylines.launches
+    tangent = launches.at_bed(steepness)
+    sine = np.asarray(tangent / np.hypot(1, tangent), float)
+    for letter, bounce in zip(bounces(family), launches.bounces(family, steepness), strict=True):
+        if letter == "B":
+            there = np.where(bounce < distance, bounce, distance / 2)  # of rays that turn before it no sum tells
+            half = fresnel_half_length(there, distance, tangent, skylines.wavelength)
+            # An ellipse, longer along the ray than across it: its mean axis.
+            zone = np.asarray(np.maximum(2 * half * np.sqrt(sine), 1e-6), float)
+            left *= skylines.bed.smoothness(sine, skylines.wavelength, zone)
+    return left
+
+
+class Remembered:
+    """The skylines of the last few places, shared by threads."""
+
+    def __init__(self, most: int) -> None:
+        """Nothing yet.
+
+        Args:
+            most: Number of places that are remembered.
+        """
+        self._most, self._lock = most, Lock()
+        self._made: dict[Any, Skylines] = {}
+
+    def get(self, key: Any, make: Callable[[], Skylines]) -> Skylines:
+        """The skylines of a key, made where they are not remembered."""
+        with self._lock:
+            if key not in self._made:
+                self._made[key] = make()
+                while len(self._made) > self._most:
+                    del self._made[next(iter(self._made))]
+            return self._made[key]

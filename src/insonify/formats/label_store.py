@@ -1,0 +1,126 @@
+"""Labels on disk: a folder of its own inside the recording, ping by ping, with a mask of the pings done."""
+
+import os
+import shutil
+import uuid
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+import zarr
+from numpy.typing import NDArray
+from zarr.errors import ZarrUserWarning
+
+from insonify.formats.zarr_store import StoreError
+from insonify.records.labels import COLUMNS, LabelNames, Labels, with_names
+from insonify.records.recording import Layout
+
+FOLDER = "labels"
+"""Name of the folder."""
+KEPT_BITS = 12
+"""Bits of an intensity's mantissa that are stored: 0.001 dB, in half the space once packed [1]."""
+
+
+def create(path: str | Path, names: LabelNames, layout: Layout, attributes: Mapping[str, Any]) -> None:
+    """Make room for labels in a recording, or find what an earlier run began.
+
+    Args:
+        path: Folder of the recording, which is there.
+        names: Owners and pairs.
+        layout: What the recording holds.
+        attributes: Whatever describes the recording as a whole.
+    """
+    target = Path(path) / FOLDER
+    if (target / "zarr.json").is_file():
+        return
+    aside = target.parent / f".{FOLDER}.{uuid.uuid4().hex}.partial"
+    try:
+        _build(aside, names, layout, attributes)
+        os.replace(aside, target)
+    except OSError:  # another process was first
+        if not (target / "zarr.json").is_file():
+            raise
+    finally:
+        shutil.rmtree(aside, ignore_errors=True)
+
+
+def _build(path: Path, names: LabelNames, layout: Layout, attributes: Mapping[str, Any]) -> None:
+    group = zarr.open_group(path, mode="w", zarr_format=3)
+    group.attrs.update({**attributes, "owners": list(names.owners), "pairs": list(names.pairs)})
+    sizes = {
+        "ping": layout.ping_time.size, "channel": layout.steer.size, "time": layout.time.size,
+        "owner": len(names.owners), "pair": len(names.pairs), "axis": 3,
+    }  # fmt: skip
+    for name, (dims, dtype, units, meaning) in COLUMNS.items():
+        shape = tuple(sizes[dim] for dim in dims)
+        # 255 is nobody; a mask that is not there yet is False
+        fill = np.nan if np.issubdtype(dtype, np.floating) else dtype(0) if dtype is np.bool_ else 255
+        group.create_array(
+            name, shape=shape, chunks=(1, *shape[1:]), dtype=dtype, fill_value=fill, dimension_names=dims,
+            attributes={"units": units, "long_name": meaning},
+        )  # fmt: skip
+    group.create_array(
+        "done", shape=(sizes["ping"],), chunks=(1,), dtype=bool, fill_value=False, dimension_names=("ping",),
+        attributes={"units": "1", "long_name": "whether the ping has been labelled"},
+    )  # fmt: skip
+    for name, values, units, meaning in (
+        ("ping", np.arange(sizes["ping"]), "1", "number of the ping"),
+        ("time", layout.time, "s", "time after the start of transmission"),
+    ):
+        group.create_array(
+            name, data=values, chunks=values.shape, dimension_names=(name,),
+            attributes={"units": units, "long_name": meaning},
+        )  # fmt: skip
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ZarrUserWarning)
+        zarr.consolidate_metadata(group.store)
+
+
+def write_ping(path: str | Path, ping: int, labels: Labels) -> None:
+    """Put the labels of one ping in their place, then into the mask of pings done.
+
+    Args:
+        path: Folder of the recording.
+        ping: Number of the ping.
+        labels: Its labels.
+    """
+    folder = Path(path) / FOLDER
+    for name, (_, dtype, units, _) in COLUMNS.items():
+        values: NDArray[Any] = np.asarray(getattr(labels, name), dtype)
+        held = zarr.open_array(folder / name, mode="r+")
+        held[ping] = _rounded(values) if units == "uPa^2" else np.round(values, 3) if name == "place" else values
+    zarr.open_array(folder / "done", mode="r+")[ping] = True
+
+
+def done(path: str | Path) -> NDArray[np.bool_]:
+    """Which pings of a recording are labelled, shape (ping,)."""
+    return np.asarray(zarr.open_array(Path(path) / FOLDER / "done", mode="r")[:], dtype=bool)
+
+
+def open_labels(path: str | Path) -> xr.Dataset:
+    """The labels of a recording, read when they are asked for.
+
+    Args:
+        path: Folder of the recording.
+
+    Returns:
+        The variables of `insonify.records.labels.COLUMNS`; `done` says which pings are there.
+
+    Raises:
+        StoreError: The recording has no labels.
+    """
+    folder = Path(path) / FOLDER
+    if not (folder / "zarr.json").is_file():
+        raise StoreError(f"{path} has no labels. Make them: insonify run FILE -o {path} --labels")
+    held: xr.Dataset = xr.open_zarr(folder, chunks=None, consolidated=True, decode_times=False, mask_and_scale=False)
+    return with_names(held, LabelNames(tuple(held.attrs["owners"]), tuple(held.attrs["pairs"])))
+
+
+def _rounded(values: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Positive numbers with all but the first bits of their mantissa cleared, to the nearest."""
+    dropped = 23 - KEPT_BITS
+    bits = np.ascontiguousarray(values, np.float32).view(np.uint32)
+    return ((bits + np.uint32(1 << (dropped - 1))) & np.uint32(0xFFFFFFFF << dropped & 0xFFFFFFFF)).view(np.float32)

@@ -1,0 +1,88 @@
+"""From slant range to distance on the ground: where a level bed is met that lies an altitude below."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.units import intensity_ratio, level_db
+
+Floats = NDArray[np.float64]
+
+RISE = 12.0
+"""How far the first return stands above the water column [dB]."""
+DEPTH = 50.0
+"""How far below the loudest sample the first return may be, where the water column is silent [dB]."""
+NEIGHBOURS = 9
+"""Pings whose median altitude counts, so that no single fish or gap is taken for the bed."""
+
+
+def first_return(level: Floats, slant: Floats, *, blank: float = 0.5) -> Floats:
+    """Altitude of the sonar: slant range of the first echo of the bed, as the recording shows it.
+
+    Args:
+        level: Levels of one or more channels [dB], shape (pings, samples), or (pings, channels, samples).
+        slant: Slant range of each sample [m], shape (samples,).
+        blank: Slant range in which the sonar hears itself [m].
+
+    Returns:
+        Altitude [m], shape (pings,): the median of each ping and its neighbours; NaN where no ping shows a bed.
+
+    Where the sea surface is nearer than the bed, and echoes, it is taken for the bed: give the altitude instead.
+    """
+    power = intensity_ratio(np.where(np.isfinite(level), level, -300.0))
+    power = power.reshape(len(power), -1, power.shape[-1]).sum(axis=1)[:, slant >= blank]
+    far = slant[slant >= blank]
+    found = np.array([_rise(row, far) for row in power])
+    if not np.isfinite(found).any():
+        return found
+    half = NEIGHBOURS // 2
+    padded = np.pad(found, half, constant_values=np.nan)
+    rows = np.lib.stride_tricks.sliding_window_view(padded, NEIGHBOURS)
+    some = np.isfinite(rows).any(axis=1)
+    altitude = np.full(len(found), np.nan)
+    altitude[some] = np.nanmedian(rows[some], axis=1)
+    return altitude
+
+
+def _rise(power: Floats, slant: Floats) -> float:
+    """Slant range at which one ping first rises out of its water column [m]; NaN where it does not."""
+    if not power.size or power.max() <= 0:
+        return float("nan")
+    loudest = int(np.argmax(power))
+    column = power[: max(loudest // 2, 1)]
+    floor = max(float(np.median(column)) * 10 ** (RISE / 10), power.max() * 10 ** (-DEPTH / 10))
+    if floor >= power.max():
+        return float("nan")
+    return float(slant[int(np.argmax(power >= floor))])
+
+
+def slant_to_ground(level: Floats, slant: Floats, altitude: Floats, ground: Floats) -> Floats:
+    """Levels by distance on the ground.
+
+    Each cell of the ground holds the mean power of the slant ranges that it spans, so no echo is lost where cells
+    are wider than samples, and none is made up where they are narrower.
+
+    Args:
+        level: Levels [dB], shape (pings, samples).
+        slant: Slant range of each sample, evenly spaced [m], shape (samples,).
+        altitude: Height above the bed [m], shape (pings,).
+        ground: Distances on the ground, evenly spaced, middle of each cell [m], shape (cells,).
+
+    Returns:
+        Levels [dB], shape (pings, cells); NaN where the recording does not reach, or is not there.
+    """
+    step, cell = slant[1] - slant[0], ground[1] - ground[0]
+    edges = np.maximum(np.concatenate([ground - cell / 2, [ground[-1] + cell / 2]]), 0)
+    out = np.full((len(level), len(ground)), np.nan)
+    for row in range(len(level)):
+        if np.isfinite(altitude[row]) and not np.isnan(level[row]).all():
+            reach = (np.hypot(edges, altitude[row]) - slant[0]) / step + 0.5
+            out[row] = _means(intensity_ratio(level[row]), reach)
+    return level_db(out)
+
+
+def _means(power: Floats, edges: Floats) -> Floats:
+    """Mean of samples between edges counted in samples; NaN beyond the first or the last."""
+    below = np.concatenate([[0.0], np.cumsum(np.nan_to_num(power))])
+    inside = (edges[:-1] >= 0) & (edges[1:] <= len(power))
+    sums = np.diff(np.interp(edges, np.arange(len(below)), below))
+    return np.where(inside, sums / np.diff(edges), np.nan)

@@ -1,0 +1,117 @@
+"""The sidescan image: a recording's pings, line by line, port to the left and starboard to the right."""
+
+from typing import get_args
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from insonify.processing.gain import LAWS, along_db, lambert_db, learnt_db, tvg_db
+from insonify.processing.ground import first_return, slant_to_ground
+from insonify.processing.level import recorded_level
+from insonify.records.image import Geometry, image
+
+Floats = NDArray[np.float64]
+
+GAINS = ("none", *LAWS, "lambert", "learnt")
+"""Names of the gains."""
+
+
+def sidescan(
+    recording: xr.Dataset, *, geometry: Geometry = "slant", gain: str = "learnt", sound_speed: float = 1500.0,
+    absorption_db_per_m: float = 0.0, altitude: float | Floats | None = None, beam: int = 0, even: bool = False,
+) -> xr.Dataset:  # fmt: skip
+    """The image that a recording makes.
+
+    Args:
+        recording: `pressure` [uPa] or `intensity` [uPa^2] over (ping, channel, time), with the coordinate `side`.
+        geometry: Slant range, or distance on a level bed.
+        gain: One of `GAINS`: none, tvg20, tvg30, tvg40, lambert (a level bed that scatters by Lambert's law becomes
+            uniform), learnt (the median over all pings becomes uniform).
+        sound_speed: Of the water [m/s].
+        absorption_db_per_m: Of the water, one way, for the gains by law [dB/m].
+        altitude: Height above the bed [m], one number or shape (ping,); None: from the first return.
+        beam: Which beam of each side, from 0.
+        even: Whether pings that are fainter or louder as a whole are evened out.
+
+    Returns:
+        See `insonify.records.image.image`.
+
+    Raises:
+        ValueError: An unknown geometry or gain, or a beam that the sides do not have.
+    """
+    _check("geometry", geometry, get_args(Geometry))
+    _check("gain", gain, GAINS)
+    level = np.asarray(recorded_level(recording).values, float)
+    slant = np.asarray(recording["time"].values, float) * sound_speed / 2
+    height = _altitudes(altitude, level, slant)
+    parts = []
+    for side, channel in _channels(recording, beam):
+        lines = level[:, channel] + _gain(gain, level[:, channel], slant, height, absorption_db_per_m)
+        if even:
+            lines = lines + along_db(lines)[:, None]
+        across = slant
+        if geometry == "ground":
+            across = _ground(slant, height)
+            lines = slant_to_ground(lines, slant, height, across)
+        parts.append((side, lines, across))
+    pieces = [(lines[:, ::-1], -across[::-1]) if side < 0 else (lines, across) for side, lines, across in parts]
+    return image(
+        np.concatenate([lines for lines, _ in pieces], axis=1), np.concatenate([across for _, across in pieces]),
+        _along(recording), geometry=geometry, gain=gain, altitude=height, pings=_numbers(recording),
+        attributes={"sound_speed": sound_speed},
+    )  # fmt: skip
+
+
+def _check(what: str, value: str, known: tuple[str, ...]) -> None:
+    if value not in known:
+        raise ValueError(f"{what} is {value!r}; choose one of {', '.join(known)}")
+
+
+def _channels(recording: xr.Dataset, beam: int) -> list[tuple[int, int]]:
+    """Side and channel of each half of the image, port first."""
+    count = recording.sizes["channel"]
+    sides = np.asarray(recording["side"].values if "side" in recording else np.zeros(count)).astype(int)
+    found = []
+    for side in np.unique(sides):
+        rows = np.flatnonzero(sides == side)
+        if not 0 <= beam < len(rows):
+            raise ValueError(f"beam is {beam}; each side has beams 0 to {len(rows) - 1}")
+        found.append((int(side), int(rows[beam])))
+    return found
+
+
+def _altitudes(altitude: float | Floats | None, level: Floats, slant: Floats) -> Floats:
+    if altitude is not None:
+        return np.broadcast_to(np.asarray(altitude, float), (len(level),))
+    return first_return(level, slant)
+
+
+def _gain(gain: str, level: Floats, slant: Floats, altitude: Floats, absorption_db_per_m: float) -> Floats:
+    """Gain of one side [dB], shape (samples,) or (pings, samples)."""
+    if gain in LAWS:
+        return tvg_db(slant, LAWS[gain], absorption_db_per_m=absorption_db_per_m)
+    if gain == "lambert":
+        return lambert_db(slant, altitude, absorption_db_per_m=absorption_db_per_m)
+    if gain == "learnt":
+        return learnt_db(level, slant, absorption_db_per_m=absorption_db_per_m)
+    return np.zeros(len(slant))
+
+
+def _ground(slant: Floats, altitude: Floats) -> Floats:
+    """Middles of cells on the ground, as many to the metre as there are samples of slant range [m]."""
+    lowest = float(np.nanmin(altitude)) if np.isfinite(altitude).any() else 0.0
+    farthest = np.sqrt(max(float(slant[-1]) ** 2 - lowest**2, 0.0))
+    cell = float(slant[1] - slant[0])
+    return np.asarray((np.arange(max(int(farthest / cell), 2)) + 0.5) * cell, float)
+
+
+def _along(recording: xr.Dataset) -> Floats:
+    """Distance run at each ping [m]."""
+    place = np.asarray(recording["logged_position" if "logged_position" in recording else "position"].values, float)
+    run = np.linalg.norm(np.diff(place[:, :2], axis=0), axis=1)
+    return np.concatenate([[0.0], np.cumsum(run)])
+
+
+def _numbers(recording: xr.Dataset) -> NDArray[np.int64]:
+    return np.asarray(recording["ping"].values if "ping" in recording else np.arange(recording.sizes["ping"]))

@@ -1,0 +1,207 @@
+"""What bends around the edges of upright boxes: Fresnel integrals from a table, and the numbers that go into them."""
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+Integers = NDArray[Any]
+
+FAR = 30.0
+"""Fresnel number beyond which an edge is endlessly far: what it adds is below 0.0075 [1]."""
+ENDLESS = 1e9
+STEEPEST = 1e-3
+"""Cosine of the elevation below which a ray is upright, and passes no top."""
+CLEAR, OCCLUDED = 0, 2  # the values of records.legs.Status
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def past_edge(number: float, table: Complexes, per_unit: float) -> complex:
+    """Field past a half plane at a Fresnel number, re that without it [1].
+
+    Args:
+        number: Positive in the shadow, 0 on its edge.
+        table: Field times exp(j pi number^2 / 2), from 0 on, one entry beyond `FAR`, (n,).
+        per_unit: Entries per unit of the number.
+    """
+    size = abs(number)
+    if size >= ENDLESS / 2:
+        return 0j if number > 0 else 1 + 0j
+    if size >= FAR:
+        # the first term of the asymptotic series: Born & Wolf, Principles of Optics, 8.8.1, conjugated
+        smooth = complex(0.5, -0.5) / (math.pi * size)
+    else:
+        place = size * per_unit
+        row = min(max(math.floor(place), 1), table.size - 3)
+        t = place - row
+        smooth = (
+            -t * (t - 1) * (t - 2) / 6 * table[row - 1]
+            + (t + 1) * (t - 1) * (t - 2) / 2 * table[row]
+            - (t + 1) * t * (t - 2) / 2 * table[row + 1]
+            + (t + 1) * t * (t - 1) / 6 * table[row + 2]
+        )
+    turn = -math.pi / 2 * size * size
+    field = smooth * complex(math.cos(turn), math.sin(turn))
+    return field if number >= 0 else 1 - field
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def around_boxes(
+    place: Floats, points: Floats, arrival: Floats, length: Floats, bounced: NDArray[np.bool_], water_depth: float,
+    wavelength: float, boxes: Floats, beds: Floats, own_box: int, wide: bool, table: Complexes, per_unit: float,
+    status: Integers, occluder: Integers, visibility: Complexes,
+) -> None:  # fmt: skip
+    """Multiply what boxes leave of every leg into its visibility; legs that others cut stay as they are.
+
+    Args:
+        place: North, east, depth of the sonar [m], (3,).
+        points: Ends of the legs [m], (n, 3).
+        arrival: Direction of travel at the points, (f, n, 3).
+        length: Length of the legs [m], (f, n).
+        bounced: True for families that bounce: then the last of their segments is looked at, (f,).
+        water_depth: Depth of the bottom [m].
+        wavelength: Of the sound [m].
+        boxes: Occluding bodies, (b, 8), see `insonify.scene.box.box_body`.
+        beds: Depth from which on the base of each stands on the bed [m], (b,).
+        own_box: Row of the box that the points lie on, or -1.
+        wide: Whether boxes are taken as endlessly wide.
+        table: See `past_edge`.
+        per_unit: See `past_edge`.
+        status: Of the legs, (f, n).
+        occluder: Of the legs, (f, n).
+        visibility: Result, (f, n): 1 for a clear leg, 0 for another, before the call.
+    """
+    numbers = np.empty(4)
+    for f in range(status.shape[0]):
+        for n in range(points.shape[0]):
+            cut = status[f, n] == OCCLUDED
+            if not (status[f, n] == CLEAR or (cut and 0 <= occluder[f, n] < boxes.shape[0])):
+                continue
+            level = math.hypot(arrival[f, n, 0], arrival[f, n, 1])
+            if level < STEEPEST:
+                continue
+            ahead = math.hypot(points[n, 0] - place[0], points[n, 1] - place[1])
+            slope = arrival[f, n, 2] / level
+            if bounced[f]:
+                wall = 0.0 if slope > 0 else water_depth
+                ahead = min(ahead, (points[n, 2] - wall) / slope) if slope != 0 else ahead
+            left, told = 1 + 0j, not cut
+            for b in range(boxes.shape[0]):
+                if b == own_box:
+                    continue
+                crossed = fresnel_numbers(points[n], arrival[f, n], level, slope, ahead, length[f, n], wavelength,
+                                          boxes[b], beds[b], wide, numbers)  # fmt: skip
+                if crossed < 0:
+                    continue
+                told = told or (crossed > 0 and b == occluder[f, n])
+                across = past_edge(numbers[0], table, per_unit) - past_edge(numbers[1], table, per_unit)
+                up = past_edge(numbers[2], table, per_unit) - past_edge(numbers[3], table, per_unit)
+                left *= 1 - across * up
+            # a leg that its box cuts before the last bounce gets nothing
+            visibility[f, n] = left if told else 0j
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def fresnel_numbers(
+    point: Floats, arrival: Floats, level: float, slope: float, ahead: float, length: float, wavelength: float,
+    box: Floats, bed: float, wide: bool, numbers: Floats,
+) -> int:  # fmt: skip
+    """Fresnel numbers of a box's sides, base and top for one straight last segment of a leg.
+
+    Args:
+        point: Its end [m], (3,).
+        arrival: Its direction, (3,).
+        level: Horizontal part of the direction [1].
+        slope: Depth gained per horizontal metre.
+        ahead: Horizontal length of the segment [m].
+        length: Length of the whole leg [m].
+        wavelength: Of the sound [m].
+        box: The box, (8,).
+        bed: Depth at which a base stands on the bed [m].
+        wide: Whether it is endlessly wide.
+        numbers: Result: of the one side, the other side, the base, the top; increasing pairs, (4,).
+
+    Returns:
+        1 where the leg passes over the footprint or through it, 0 where it passes by, -1 where the box does nothing.
+    """
+    east, north = arrival[1] / level, arrival[0] / level
+    low, high, a_low, a_high = np.inf, -np.inf, 0.0, 0.0
+    for k in range(4):
+        along = box[4] if k % 2 == 0 else -box[4]
+        beside = box[5] if k < 2 else -box[5]
+        dx = box[0] + box[2] * along - box[3] * beside - point[0]
+        dy = box[1] + box[3] * along + box[2] * beside - point[1]
+        back, off = -(dx * north + dy * east), dy * north - dx * east
+        number = edge_number(off, min(back, ahead) / level, length, wavelength)
+        if back <= 0:  # beside the end of the leg, or behind it
+            number = math.copysign(ENDLESS, off)
+        if number < low:
+            low, a_low = number, back
+        if number > high:
+            high, a_high = number, back
+    x, y = point[0] - box[0], point[1] - box[1]
+    near, far = over_footprint(box, x, y, -north, -east)
+    if near <= 0 < far:
+        return -1  # the end lies over the box, or under it
+    crossed = 1 if near < far and 0 < near < ahead else 0
+    if crossed == 0:
+        far = near = a_low if abs(low) < abs(high) else a_high
+        if not 0 < near < ahead or wide:
+            return -1
+    numbers[3] = -np.inf
+    for at in (near, min(far, ahead)):
+        depth = point[2] - at * slope
+        top = edge_number((depth - box[6]) * level, at / level, length, wavelength)
+        if top > numbers[3]:
+            numbers[3] = top
+            # what stands on the bed has no gap below it
+            gap = box[7] < bed
+            numbers[2] = edge_number((depth - box[7]) * level, at / level, length, wavelength) if gap else -ENDLESS
+    numbers[0], numbers[1] = (-ENDLESS, ENDLESS) if wide else (low, high)
+    silent = numbers[3] < -FAR or numbers[0] > FAR or numbers[1] < -FAR
+    return -1 if silent else crossed
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def edge_number(off: float, behind: float, length: float, wavelength: float) -> float:
+    """Fresnel number of an edge: by the way around it, which to first order is `knife_edge.fresnel_number`.
+
+    Args:
+        off: Distance of the edge from the ray [m], with the sign of the number.
+        behind: Of the edge before the end of the leg [m].
+        length: Of the leg [m].
+        wavelength: Of the sound [m].
+    """
+    d = max(behind, wavelength)
+    rest = max(length - d, wavelength)
+    longer = off * off * (1 / (math.hypot(off, d) + d) + 1 / (math.hypot(off, rest) + rest))
+    return math.copysign(2 * math.sqrt(longer / wavelength), off)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def over_footprint(box: Floats, x: float, y: float, north: float, east: float) -> tuple[float, float]:
+    """Where a level line enters and leaves a box's footprint [m], from its start; the first not less where it misses.
+
+    Args:
+        box: The box, (8,).
+        x: Start of the line north of the box's centre [m].
+        y: East of it [m].
+        north: Direction of the line.
+        east: Likewise.
+    """
+    enter, leave = -np.inf, np.inf
+    for axis in range(2):
+        position = box[2] * x + box[3] * y if axis == 0 else box[2] * y - box[3] * x
+        step = box[2] * north + box[3] * east if axis == 0 else box[2] * east - box[3] * north
+        half = box[4 + axis]
+        if abs(step) < 1e-12:
+            if abs(position) >= half:
+                return 1.0, 0.0
+        else:
+            enter = max(enter, (-math.copysign(half, step) - position) / step)
+            leave = min(leave, (math.copysign(half, step) - position) / step)
+    return enter, leave

@@ -1,0 +1,250 @@
+"""Glints: what a rough, moving surface makes of every leg that bounces off it.
+
+Of a leg off the surface the waves leave a coherent part, exp(-2 Gamma^2) of the mirror's pressure for every bounce
+with Gamma = k sigma sin(grazing), and turn the rest into glints: legs by other bounce points, where the surface has the
+slope that it takes, each with a phase that runs at its own frequency. Powers of both add up to the mirror's, less
+what bubbles take. A glint is a sum of waves of the sea, see `_glint_kernel`: its slope, its frequency shift and its
+phase all come from the same waves, so that delays, angles, and coherence over time and place belong together.
+
+Points with a phase of their own take two glints each, for many share a cell. Others take several. No echo meets the
+same glint out and back, for of the many that each stands for hardly any does; see `moving.met_twice`.
+"""
+
+import math
+from collections import Counter
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify import streams
+from insonify.propagation._glint_kernel import draw_glints
+from insonify.propagation.bent import Unfolded, bend, unfolded
+from insonify.propagation.families import bounces
+from insonify.propagation.waves import Waves, shortest_wave, waves_under
+from insonify.records.legs import Glints, Legs, Status
+from insonify.scattering.bubbles import bubble_loss_db
+from insonify.scene.scatterers import Scatterers
+from insonify.scene.scene import Scene
+
+Floats = NDArray[np.float64]
+
+FEW, SEVERAL = 2, 6
+"""Glints of one leg to a point that has a phase of its own, and to one that has none."""
+GLINT_BITS = 4
+"""Bits of a glint's label that number it among those of its ray."""
+FAINT = 1e-3
+"""Coherent part of a leg below which it is left out [1]."""
+_ROWS = (
+    "delay", "length", "spreading", "absorption", "boundary", "caustics", "visibility", "departure", "arrival",
+    "grazing", "status", "occluder",
+)  # fmt: skip
+
+
+class End(NamedTuple):
+    """One end of the sonar, when it calls or listens."""
+
+    place: Floats
+    """North, east, depth [m], shape (3,)."""
+    time: float
+    """Start of the ping [s]."""
+
+
+class Quiet(NamedTuple):
+    """What the mirror keeps of n legs of one family."""
+
+    phase: Floats
+    """Phase per height of one bounce, 2 k sin(grazing) [rad/m]."""
+    mean: Floats
+    """Mean number of quanta of all bounces together, 4 Gamma^2 for each [1]."""
+    bubbles: Floats
+    """Pressure that bubbles leave, of all bounces [1]."""
+
+    @property
+    def left(self) -> Floats:
+        """Coherent part of the pressure, exp(-2 Gamma^2) for each bounce, bubbles not counted [1]."""
+        return np.asarray(np.exp(-self.mean / 2))
+
+
+@dataclass(frozen=True, slots=True)
+class Sea:
+    """The moving surface of one scene, for sound of one frequency."""
+
+    scene: Scene
+    seed: int
+    frequency: float
+    """Of the sound [Hz]."""
+    wind_speed: float
+    """Wind 10 m above [m/s]."""
+    waves: Waves
+
+    @property
+    def axes(self) -> Floats:
+        """North and east of the waves' direction, and of that to the right of it, shape (2, 2)."""
+        c, s = math.cos(self.scene.surface.waves_to), math.sin(self.scene.surface.waves_to)
+        return np.array([[c, s], [-s, c]])
+
+    def legs(self, legs: Legs, scatterers: Scatterers, end: End) -> tuple[Legs, Legs]:
+        """The legs as the surface leaves them: rows of a coherent part, and behind them rows of glints.
+
+        Sound meets the same glints on the way out and, some time later, on the way back.
+
+        Args:
+            legs: Legs off a mirror, f families to n points.
+            scatterers: The points that they reach.
+            end: The end of the sonar that they begin at.
+
+        Returns:
+            The legs as they are on the way out, and as they are on the way back.
+        """
+        touched = [row for row, family in enumerate(legs.families) if "S" in bounces(family)]
+        if not touched:
+            return legs, legs
+        quiet = {row: self.quiet(legs, row, end) for row in touched}
+        kept = [r for r in range(len(legs.families)) if r not in quiet or quiet[r].left.max(initial=0.0) > FAINT]
+        many = FEW if scatterers.drawn else max(FEW, SEVERAL // (1 + max(legs.branch)))
+        glints = [(row, number) for row in touched for number in range(many)]
+        whole = rows_of(legs, kept + [row for row, _ in glints])
+        n = len(scatterers)
+        phasor = np.ones((2, len(whole.families), n), complex)
+        for to, row in enumerate(kept):
+            if row in quiet:
+                whole.boundary[to] *= quiet[row].left * quiet[row].bubbles
+        for to, (row, number) in enumerate(glints, len(kept)):
+            share = -np.expm1(-quiet[row].mean) / many
+            whole.boundary[to] *= np.sqrt(share) * quiet[row].bubbles
+            self._glint(whole, to, number, quiet[row], scatterers, end, phasor)
+        label = (*(-1,) * len(kept), *(_code(legs.families[row], legs.branch[row], m) for row, m in glints))
+        whole = replace(whole, branch=_numbered(legs, kept, glints))
+        out, back = (replace(whole, glints=Glints(label, way)) for way in phasor)
+        return out, back
+
+    def quiet(self, legs: Legs, row: int, end: End) -> Quiet:
+        """What the mirror keeps of one row of legs.
+
+        Args:
+            legs: Legs off a mirror.
+            row: A row with a surface bounce.
+            end: The end of the sonar that they begin at.
+        """
+        at_sonar, at_surface = self.scene.water.speed_at(np.array([end.place[2], 0.0]))
+        level = np.hypot(legs.departure[row, :, 0], legs.departure[row, :, 1])
+        sine = np.sqrt(np.maximum(1 - np.minimum(level * at_surface / at_sonar, 1.0) ** 2, 1e-12))
+        count = bounces(legs.families[row]).count("S")
+        phase = 4 * math.pi * self.frequency / at_surface * sine
+        loss = bubble_loss_db(self.wind_speed, self.frequency, np.arcsin(np.minimum(sine, 1.0)))
+        return Quiet(phase, count * phase**2 * self.waves.variance[-1], 10 ** (-count * loss / 20))
+
+    def _glint(
+        self, legs: Legs, row: int, number: int, quiet: Quiet, scatterers: Scatterers, end: End,
+        phasor: NDArray[np.complex128],
+    ) -> None:  # fmt: skip
+        """Turn one row of mirrored legs into glints, in place."""
+        family, branch = legs.families[row], legs.branch[row]
+        lines = unfolded(family, end.place, scatterers.position, self.scene.seabed.depth)
+        drawn = self._drawn(scatterers.place, _code(family, branch, number), len(lines.surface), quiet.phase)
+        times = bounce_times(lines, legs.delay[row], self.scene, scatterers, end)
+        origin = np.array(self.scene.seabed.lattice.origin)
+        waves = drawn[:, :2].transpose(0, 2, 1) @ self.axes  # north and east
+        turned = np.sum(waves * (lines.mirror_points() - origin), axis=-1) + drawn[:, 3]
+        right = np.stack([-lines.ahead[:, 1], lines.ahead[:, 0]], axis=1)
+        slopes = -np.stack([np.sum(waves * way, axis=-1) for way in (lines.ahead, right)], axis=1) / quiet.phase
+        bent = bend(lines, slopes)
+        speed = float(self.scene.water.speed_at(end.place[2]))
+        # The waves set the phase; the glint's own way only when it is heard.
+        cycles = self.frequency * bent.excess / speed
+        still = turned.sum(axis=0) + 2 * np.pi * (cycles - np.rint(cycles))
+        for way, time in enumerate(times):
+            phasor[way, row] = np.exp(1j * (still - np.sum(drawn[:, 2] * time, axis=0)))
+        legs.delay[row] += bent.excess / speed
+        legs.length[row] += bent.excess
+        legs.absorption[row] *= 10 ** (-self.scene.water.absorption(self.frequency) * bent.excess / 20)
+        legs.departure[row] = _unit(legs.departure[row] + bent.departure)
+        legs.arrival[row] = _unit(legs.arrival[row] + bent.arrival)
+        face(legs, row, scatterers.normal)
+
+    def _drawn(self, place: NDArray[np.uint64], code: int, count: int, phase: Floats) -> Floats:
+        """Waves of each bounce: along and across the wind, frequency and phase, shape (bounces, 4, n)."""
+        k0, k1 = streams.key(self.seed, streams.GLINT)
+        drawn, waves = np.empty((count, 4, len(place))), self.waves
+        for bounce in range(count):
+            # One bounce at least is not coherent; of several the first stands for it.
+            draw_glints(
+                place, code << 4 | bounce, k0, k1, phase, bounce == 0, waves.wavenumber, waves.variance,
+                waves.frequency, waves.turn, waves.moment, drawn[bounce],
+            )  # fmt: skip
+        return drawn
+
+
+def sea_of(scene: Scene, seed: int, frequency: float) -> Sea:
+    """The sea that a scene's wind raises.
+
+    Args:
+        scene: The scene, with a wind.
+        seed: Of the scenario.
+        frequency: Of the sound [Hz].
+    """
+    wind = scene.surface.wind_speed
+    assert wind is not None  # the surface has checked
+    shortest = shortest_wave(frequency, float(scene.water.speed_at(0.0)))
+    return Sea(scene, seed, frequency, wind, waves_under(wind, shortest))
+
+
+def bounce_times(
+    lines: Unfolded, delay: Floats, scene: Scene, scatterers: Scatterers, end: End
+) -> tuple[Floats, Floats]:
+    """When each surface bounce of a leg happens: on the way out, and on the way back [s], shape (bounces, n).
+
+    Args:
+        lines: The legs of one family.
+        delay: Travel time of each [s], shape (n,).
+        scene: The scene.
+        scatterers: The points that they reach.
+        end: The end of the sonar that they begin at.
+    """
+    # Before it comes back, sound is taken to have gone out directly: by which leg it went makes milliseconds.
+    there = np.linalg.norm(scatterers.position - end.place, axis=1) / float(scene.water.speed_at(end.place[2]))
+    before = lines.parts() * delay
+    return end.time + before, end.time + there + delay - before
+
+
+def rows_of(legs: Legs, rows: list[int]) -> Legs:
+    """Some rows of legs, as often as they are named, in columns of their own."""
+    columns = {name: getattr(legs, name)[rows] for name in _ROWS}
+    caustic = None if legs.caustic is None else legs.caustic[rows]
+    return replace(
+        legs, families=tuple(legs.families[row] for row in rows), branch=tuple(legs.branch[row] for row in rows),
+        caustic=caustic, **columns,
+    )  # fmt: skip
+
+
+def _numbered(legs: Legs, kept: list[int], glints: list[tuple[int, int]]) -> tuple[int, ...]:
+    """Branches of the rows kept, and of the glints, which are further rays of their family."""
+    numbers = [legs.branch[row] for row in kept]
+    following = Counter(legs.families)
+    for row, _ in glints:
+        numbers.append(following[legs.families[row]])
+        following[legs.families[row]] += 1
+    return tuple(numbers)
+
+
+def _code(family: str, branch: int, number: int) -> int:
+    """A number for each glint of each ray of each family: the same out and back."""
+    string = bounces(family)
+    return ((2 * len(string) + string.startswith("B")) << 8 | branch << GLINT_BITS) | number
+
+
+def _unit(vector: Floats) -> Floats:
+    return np.asarray(vector / np.linalg.norm(vector, axis=-1, keepdims=True))
+
+
+def face(legs: Legs, row: int, normal: Floats) -> None:
+    """Grazing angles of arrivals that have changed; what now comes from behind is not there."""
+    free = np.all(normal == 0, axis=1)
+    sine = -np.sum(legs.arrival[row] * normal, axis=1)
+    legs.grazing[row] = np.arcsin(np.clip(sine, -1.0, 1.0))
+    behind = (sine <= 0) & ~free
+    clear = legs.status[row] == Status.CLEAR
+    legs.status[row][clear & behind] = Status.FACING_AWAY
+    legs.visibility[row][behind] = 0.0

@@ -1,0 +1,134 @@
+"""Shadows with soft edges: sound bends around the edges of what stands in its way.
+
+Behind a half plane the field is a Fresnel integral of the height by which the edge stands above the ray, in Fresnel
+zones. Around an upright box it is the field without the box less what the box, a screen between two sides, a base
+and a top, keeps from the point: by Kirchhoff's approximation that part is a product of two differences of the same
+integral. A wide box leaves the half plane of its top. Each edge has its own distance from the point; the top's is
+where it stands highest above the ray, so that half the pressure remains on the edge of the hard shadow.
+
+Solids are screens of many columns, see `silhouette`. The last segment of each leg is looked at, as a straight line in
+its direction of arrival; a target that the points lie on cuts them as hard as ever, and so does the ground.
+
+Source: Born & Wolf (1999), Principles of Optics, 7th ed., 8.7.2-8.7.3 (Fresnel's integrals, the straight edge; from
+memory); ITU-R P.526-15, section 4.1 (the number of a knife edge between two ends; from memory).
+"""
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import fresnel
+
+from insonify.propagation._knife_edge_kernel import FAR, around_boxes
+from insonify.propagation._silhouette_kernel import around_solid
+from insonify.propagation.families import bounces, image_depth
+from insonify.propagation.silhouette import silhouette
+from insonify.records.legs import Legs, Status
+from insonify.scene.scatterers import Scatterers
+from insonify.scene.scene import Scene
+from insonify.scene.target import Solid
+
+PER_UNIT = 64
+"""Entries of the table per unit of the Fresnel number: a cubic through four errs by less than 1e-8."""
+
+TOUCHING = 0.01
+"""A base this near to the bed leaves no gap [m]."""
+
+
+def fresnel_number(height: ArrayLike, before: ArrayLike, behind: ArrayLike, wavelength: float) -> NDArray[np.float64]:
+    """Height of an edge above the straight way past it, in Fresnel zones [1].
+
+    Args:
+        height: Of the edge above the ray, negative where it is below [m], any shape.
+        before: Distance from the source to the edge [m].
+        behind: Distance from the edge to the point [m].
+        wavelength: Of the sound [m].
+
+    Returns:
+        height sqrt(2 / wavelength (1 / before + 1 / behind)), broadcast shape. Positive in the shadow.
+
+    Source: ITU-R P.526-15, eq. 26 (from memory). Valid where both distances are many wavelengths and the height is
+    small against them.
+    """
+    ways = 1 / np.asarray(before, float) + 1 / np.asarray(behind, float)
+    return np.asarray(np.asarray(height, float) * np.sqrt(2 / wavelength * ways))
+
+
+def knife_edge(number: ArrayLike) -> NDArray[np.complex128]:
+    """Pressure behind a half plane, re that without it [1].
+
+    Args:
+        number: Fresnel number of the edge, any shape: positive in the shadow, 0 on its edge.
+
+    Returns:
+        (1 + j) / 2 times the integral of exp(-j pi t^2 / 2) from the number on: 1/2 on the edge of the shadow, 0 deep
+        in it, 1 far outside, for the time factor exp(+j omega t).
+
+    Source: Born & Wolf (1999), Principles of Optics, 7th ed., 8.7.3, conjugated (from memory).
+    """
+    sine, cosine = fresnel(np.asarray(number, float))
+    return np.asarray((1 + 1j) / 2 * ((0.5 - cosine) - 1j * (0.5 - sine)))
+
+
+@lru_cache(maxsize=1)
+def edge_table() -> NDArray[np.complex128]:
+    """Pressure behind a half plane without its turning phase, at numbers from 0 to beyond `FAR`, see `past_edge`."""
+    number = np.arange(int(FAR * PER_UNIT) + 3) / PER_UNIT
+    table = knife_edge(number) * np.exp(1j * np.pi / 2 * number**2)
+    table.flags.writeable = False  # shared by all pings
+    return table
+
+
+def soft_edges(
+    legs: Legs, scatterers: Scatterers, place: NDArray[np.float64], scene: Scene, wavelength: float, *,
+    wide: bool = False,
+) -> Legs:  # fmt: skip
+    """Legs with what bends around the edges of boxes and solids.
+
+    Args:
+        legs: Legs with hard shadows, of shape (f, n).
+        scatterers: The points that they reach.
+        place: North, east, depth of the sonar's end [m], shape (3,).
+        scene: Whose targets cast shadows.
+        wavelength: Of the sound [m].
+        wide: Whether boxes are taken as endlessly wide, as in a slice.
+
+    Returns:
+        The same legs with complex visibility: legs that a target cuts keep their status and occluder, but not quite
+        nothing arrives; clear legs near an edge ripple about 1.
+    """
+    if not scene.occluders:
+        return legs
+    visibility = legs.visibility.astype(complex)
+    visibility[legs.status == Status.OCCLUDED] = 0.0
+    if scene.boxes:
+        beds = np.array([scene.depth_under(box) for box in scene.boxes]) - TOUCHING
+        bounced = np.array([bool(bounces(name)) for name in legs.families])
+        around_boxes(
+            place, scatterers.position, legs.arrival, legs.length, bounced, scene.seabed.depth, wavelength,
+            scene.bodies, beds, scatterers.occluder, wide, edge_table(), PER_UNIT, legs.status, legs.occluder,
+            visibility,
+        )  # fmt: skip
+    for row, solid in enumerate(scene.solids, start=len(scene.boxes)):
+        if row != scatterers.occluder:
+            _around(legs, scatterers, place, scene, wavelength, solid, row, visibility)
+    # what is cut for good, or is not clear by itself, stays as it was
+    partly = (legs.status == Status.OCCLUDED) | (legs.visibility == 1)
+    return replace(legs, visibility=np.where(partly, visibility, legs.visibility))
+
+
+def _around(
+    legs: Legs, scatterers: Scatterers, place: NDArray[np.float64], scene: Scene, wavelength: float, solid: Solid,
+    row: int, visibility: NDArray[np.complex128],
+) -> None:  # fmt: skip
+    """Multiply what one solid leaves of all legs into their visibility."""
+    bed = scene.depth_under(solid) - TOUCHING
+    for f, family in enumerate(legs.families):
+        depth = image_depth(family, float(place[2]), scene.seabed.depth)
+        seen = silhouette(solid, scene.seabed, (float(place[0]), float(place[1]), depth))
+        if seen is not None:
+            around_solid(
+                place, scatterers.position, legs.arrival[f], legs.length[f], bool(bounces(family)), scene.seabed.depth,
+                wavelength, *seen, bed, row, edge_table(), PER_UNIT, legs.status[f], legs.occluder[f], visibility[f],
+            )  # fmt: skip

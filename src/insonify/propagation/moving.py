@@ -1,0 +1,58 @@
+"""Legs off a surface that moves: which of the models of `Surface.bounce` makes them."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.propagation.glints import GLINT_BITS, End, sea_of
+from insonify.propagation.tilted import tilted_legs
+from insonify.records.legs import Legs
+from insonify.scene.scatterers import Scatterers
+from insonify.scene.scene import Scene
+
+__all__ = ["End", "met_twice", "moving_legs"]
+
+
+def moving_legs(
+    legs: Legs, scene: Scene, seed: int, scatterers: Scatterers, frequency: float, end: End
+) -> tuple[Legs, Legs]:
+    """The legs of one end of the sonar as a moving surface leaves them.
+
+    Args:
+        legs: Legs off a mirror, f families to n points.
+        scene: The scene.
+        seed: Of the scenario.
+        scatterers: The points that they reach.
+        frequency: Of the sound [Hz].
+        end: The end of the sonar that they begin at, and when.
+
+    Returns:
+        The legs as they are on the way out, and as they are on the way back: of the same families, of which those that
+        bounce off the surface may have further rows.
+    """
+    if scene.surface.bounce == "tilted":
+        return tilted_legs(legs, scene, scatterers, end)
+    return sea_of(scene, seed, frequency).legs(legs, scatterers, end)
+
+
+def met_twice(out: Legs, back: Legs, pair: NDArray[np.int64]) -> NDArray[np.float64]:
+    """What pairs of two glints of one ray weigh [1], shape (p,): 1 for all other pairs.
+
+    M glints stand for very many, of which hardly any is met both out and back: pairs of the same glint are left out,
+    and the M (M - 1) others bear the power of M^2. Each two of them are reciprocal and interfere while they keep their
+    phases, so that E|rho_out rho_back|^2 is 1 + |E[rho_out rho_back*]|^2, as of a circular Gaussian rho.
+
+    Args:
+        out: Legs out.
+        back: Legs back.
+        pair: Row of the leg out and of the leg back of each ordered pair, shape (p, 2).
+    """
+    weight = np.ones(len(pair))
+    if out.glints is None or back.glints is None:
+        return weight
+    rays = [label >> GLINT_BITS for label in out.glints.label]
+    for row, (i, j) in enumerate(pair):
+        one, other = out.glints.label[i], back.glints.label[j]
+        if one >= 0 and one >> GLINT_BITS == other >> GLINT_BITS:
+            many = rays.count(one >> GLINT_BITS)
+            weight[row] = 0.0 if one == other else np.sqrt(many / (many - 1))
+    return weight

@@ -1,0 +1,82 @@
+"""Silhouettes of solids as a sonar sees them: how high and how low each stands, bearing by bearing.
+
+A screen of any outline is a row of narrow columns, each with a top, a base and two sides; what it keeps from a point is
+the sum of what the columns keep, each a product of two differences of Fresnel integrals (Kirchhoff's approximation, as
+in `knife_edge`). The sides that two columns share cancel.
+"""
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.scene.seabed import Seabed
+from insonify.scene.solid import world_triangles
+from insonify.scene.target import Solid
+
+Floats = NDArray[np.float64]
+
+COLUMNS = 64
+"""Columns of a silhouette: Arago's spot behind a ball of seven Fresnel zones comes out within 4 % [1]."""
+
+
+class Silhouette(NamedTuple):
+    """Outline of a solid, c columns."""
+
+    facing: float
+    """Bearing of its middle from the sonar [rad]."""
+    borders: Floats
+    """Bearings between columns re that, increasing [rad], shape (c + 1,)."""
+    away: Floats
+    """Horizontal distance of each border [m], shape (c + 1,)."""
+    columns: Floats
+    """Distance and depth of each top, of each base, nearest and farthest distance [m], shape (c, 6)."""
+
+
+@lru_cache(maxsize=64)
+def silhouette(solid: Solid, seabed: Seabed, source: tuple[float, float, float]) -> Silhouette | None:
+    """How a solid looks from a place, or from its image in a boundary.
+
+    Args:
+        solid: The solid.
+        seabed: What it rests on.
+        source: North, east, depth of the place [m].
+
+    Returns:
+        Its outline; None where it stands around the place, which then has no one side to look at.
+    """
+    return outline(np.asarray(world_triangles(solid, seabed).corners, float), source)
+
+
+def outline(corners: Floats, source: tuple[float, float, float]) -> Silhouette | None:
+    """Outline of some triangles, see `silhouette`.
+
+    Args:
+        corners: North, east, depth of their corners [m], shape (t, 3, 3).
+        source: North, east, depth of the place [m].
+    """
+    start = corners - np.array(source)
+    middle = start.reshape(-1, 3).mean(axis=0)
+    facing = float(np.arctan2(middle[1], middle[0]))
+    c, s = np.cos(facing), np.sin(facing)
+    start = np.stack([c * start[..., 0] + s * start[..., 1], c * start[..., 1] - s * start[..., 0], start[..., 2]], -1)
+    if start[..., 0].min() <= 0:
+        return None
+    bearing = np.arctan2(start[..., 1], start[..., 0])
+    borders = np.linspace(bearing.min(), bearing.max(), COLUMNS + 1)
+    stop, other = np.roll(start, -1, axis=1).reshape(-1, 3), np.roll(bearing, -1, axis=1).ravel()
+    start, bearing = start.reshape(-1, 3), bearing.ravel()
+    columns = np.empty((COLUMNS, 6))
+    for k, turn in enumerate((borders[1:] + borders[:-1]) / 2):
+        mine = (np.minimum(bearing, other) <= turn) & (np.maximum(bearing, other) >= turn) & (bearing != other)
+        across = np.array([-np.sin(turn), np.cos(turn)])
+        a, b = start[mine], stop[mine]
+        from_a, from_b = a[:, :2] @ across, b[:, :2] @ across
+        cut = a + (from_a / (from_a - from_b))[:, None] * (b - a)
+        distance, depth = np.hypot(cut[:, 0], cut[:, 1]), cut[:, 2]
+        top, base = np.argmin(depth / distance), np.argmax(depth / distance)
+        columns[k] = distance[top], depth[top], distance[base], depth[base], distance.min(), distance.max()
+    columns[:, [1, 3]] += source[2]
+    away = np.concatenate([columns[:1, 0], (columns[1:, 0] + columns[:-1, 0]) / 2, columns[-1:, 0]])
+    return Silhouette(facing, borders, away, columns)

@@ -1,0 +1,123 @@
+"""Labels: what each sample of a recording really is, known only because it was simulated.
+
+An arrival knows its owner and its path, and a leg that was cut knows by whom; so every sample has an expected
+intensity by owner and by pair of families, and from these its masks: highlight, shadow, ghost.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+NOBODY = 255
+"""Row of the owner, or of the pair, where nothing is heard, or nothing hides."""
+
+BESIDE = ("ping", "channel", "time")
+COLUMNS: dict[str, tuple[tuple[str, ...], type, str, str]] = {
+    "expected_intensity": (BESIDE, np.float32, "uPa^2", "expected mean-square pressure, free of noise and speckle"),
+    "owner_intensity": (("ping", "channel", "owner", "time"), np.float32, "uPa^2", "the part of it from each owner"),
+    "pair_intensity": (
+        ("ping", "channel", "pair", "time"), np.float32, "uPa^2",
+        "by each pair of families alone, of all owners: what they make together may interfere",
+    ),
+    "strongest_owner": (BESIDE, np.uint8, "1", "row of the owner that is loudest, 255 where nothing is heard"),
+    "strongest_pair": (BESIDE, np.uint8, "1", "row of the pair of families that is loudest, 255 for none"),
+    "highlight": (
+        BESIDE, np.bool_, "1", "targets, by paths without the surface, make most of what is heard, no less than is cut"
+    ),
+    "shadow": (BESIDE, np.bool_, "1", "most of the seabed's direct echo is cut, and no highlight is there instead"),
+    "ghost": (BESIDE, np.bool_, "1", "targets, by paths that met the surface, make most of what is heard"),
+    "shadow_of": (BESIDE, np.uint8, "1", "row of the owner that cuts most of a shadow's echo, 255 outside shadows"),
+    "place": (
+        ("ping", "channel", "time", "axis"), np.float64, "m",
+        "north, east, depth of what is heard, the strongest owner by its strongest pair; in a shadow, of what is not",
+    ),
+    "distance": (BESIDE, np.float32, "m", "from the receiver straight to that place"),
+    "grazing": (BESIDE, np.float32, "rad", "grazing angle there, mean of both legs; 0 on a point target"),
+}  # fmt: skip
+"""Dimensions, type, units and long name of what labels hold."""
+
+
+@dataclass(frozen=True, slots=True)
+class LabelNames:
+    """The axes of labels that are not those of the recording."""
+
+    owners: tuple[str, ...]
+    """Seabed, surface, and every target's label."""
+    pairs: tuple[str, ...]
+    """Pairs of families, in either order, such as D-S."""
+
+
+@dataclass(frozen=True, slots=True)
+class Labels:
+    """Labels of one ping, as `COLUMNS` says, without the ping's axis."""
+
+    expected_intensity: NDArray[np.floating[Any]]
+    owner_intensity: NDArray[np.floating[Any]]
+    pair_intensity: NDArray[np.floating[Any]]
+    strongest_owner: NDArray[np.uint8]
+    strongest_pair: NDArray[np.uint8]
+    highlight: NDArray[np.bool_]
+    shadow: NDArray[np.bool_]
+    ghost: NDArray[np.bool_]
+    shadow_of: NDArray[np.uint8]
+    place: NDArray[np.float64]
+    distance: NDArray[np.floating[Any]]
+    grazing: NDArray[np.floating[Any]]
+
+    def __post_init__(self) -> None:
+        """Refuse columns that do not go together."""
+        channels, count = self.expected_intensity.shape
+        for name, (dims, *_) in COLUMNS.items():
+            shape = getattr(self, name).shape
+            told = {"channel": shape[0], "time": shape[dims.index("time") - 1]}
+            if len(shape) != len(dims) - 1 or told != {"channel": channels, "time": count}:
+                raise ValueError(f"Labels.{name} has shape {shape}; there are {channels} channels, {count} samples")
+
+
+def beside(parts: Sequence[Labels]) -> Labels:
+    """The labels of several sides of a sonar as those of all their channels."""
+    return Labels(*(np.concatenate([getattr(part, column.name) for part in parts]) for column in fields(Labels)))
+
+
+def label_dataset(
+    parts: Sequence[Labels], names: LabelNames, time: NDArray[np.float64], pings: NDArray[np.int64]
+) -> xr.Dataset:
+    """Labels of some pings, with the names of their owners and pairs.
+
+    Args:
+        parts: Labels of each ping.
+        names: Owners and pairs.
+        time: Of the samples after the start of transmission [s], shape (time,).
+        pings: Numbers of the pings.
+
+    Returns:
+        The variables of `COLUMNS`, each with units and a long name.
+    """
+    held = xr.Dataset(
+        {
+            name: (
+                dims,
+                np.stack([getattr(part, name) for part in parts]).astype(dtype),
+                {"units": units, "long_name": meaning},
+            )
+            for name, (dims, dtype, units, meaning) in COLUMNS.items()
+        },
+        coords={
+            "ping": ("ping", pings, {"units": "1", "long_name": "number of the ping"}),
+            "time": ("time", time, {"units": "s", "long_name": "time after the start of transmission"}),
+        },
+    )
+    return with_names(held, names)
+
+
+def with_names(held: xr.Dataset, names: LabelNames) -> xr.Dataset:
+    """A dataset of labels with the names of its owners and pairs beside it."""
+    return held.assign_coords(
+        owner=("owner", list(names.owners), {"units": "1", "long_name": "whose echoes"}),
+        pair=("pair", list(names.pairs), {"units": "1", "long_name": "families out and back, in either order"}),
+        axis=("axis", ["north", "east", "depth"], {"units": "1", "long_name": "axes of the world"}),
+    )

@@ -1,0 +1,109 @@
+"""The seabed as it lies: how deep at a place, how steep, and how smooth to sound that bounces off it.
+
+Depth is that of the mean plane less the height of the ground. What was asked is kept: places that belong to the
+lattice come back in every ping.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from insonify.scene.terrain.ground import Ground
+from insonify.scene.terrain.kept import Kept
+from insonify.scene.terrain.relief import Survey
+
+Floats = NDArray[np.float64]
+
+MAP_CELLS = 64
+"""Cells along the side of one piece of the map."""
+CELLS_PER_WAVE = 8
+"""Cells of the map along the shortest wave of the ground."""
+FINEST_CELL = 0.02
+"""Smallest cell of the map [m]: ground finer than four of them tilts facets, but throws no shadows."""
+WIDEST_CELL = 0.5
+"""Largest [m]: edges of shadows are no sharper."""
+_MOST_KEPT = 192 << 20  # bytes of points, and again of maps
+
+
+@dataclass(frozen=True, eq=False)
+class Bed:
+    """The relief of one seabed under one seed."""
+
+    depth: float
+    """Of the mean plane, which also mirrors sound [m]."""
+    ground: Ground
+    """Heights above that plane, and what they leave to the scattering law."""
+    _points: Kept = field(default_factory=lambda: Kept(_MOST_KEPT), repr=False)
+    _maps: Kept = field(default_factory=lambda: Kept(_MOST_KEPT), repr=False)
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Shallowest and deepest ground [m]."""
+        low, high = self.ground.span
+        return self.depth - high, self.depth - low
+
+    def depth_at(self, north: ArrayLike, east: ArrayLike) -> Floats:
+        """Depth of the ground [m] at places [m], broadcast shape; NaN where nobody knows it."""
+        return np.asarray(self.depth - self.ground.height(north, east))
+
+    def survey_points(self, key: tuple[int, ...], along: Floats, across: Floats) -> Survey:
+        """Ground at points of the lattice that come again under the same key.
+
+        Args:
+            key: Name of the points; the same key must mean the same points.
+            along: Lattice coordinates of the points [m], shape (n,).
+            across: Likewise [m], shape (n,).
+
+        Returns:
+            Height [m] and gradient to the north and the east [1], shapes (n,) and (n, 2).
+        """
+
+        def asked() -> Floats:
+            height, slope = self.ground.terrain.own_survey(along, across)
+            return np.column_stack([height, slope])
+
+        found = np.asarray(self._points.get(key, asked), float)
+        return self.ground.terrain.to_world(Survey(found[:, 0], found[:, 1:]))
+
+    @property
+    def map_cell(self) -> float:
+        """Side of a cell of the map [m]."""
+        return float(np.clip(self.ground.finest / CELLS_PER_WAVE, FINEST_CELL, WIDEST_CELL))
+
+    def map_piece(self, along: int, across: int) -> NDArray[np.floating]:
+        """Heights on a square of the lattice frame, for shadows [m]; single precision, 10 um at 100 m.
+
+        Args:
+            along: Number of the piece along the lattice's first axis [1].
+            across: Along its second axis [1].
+
+        Returns:
+            Heights on nodes a `map_cell` apart, shape (65, 65): the last row and column are the next piece's first.
+        """
+
+        def drawn() -> NDArray[np.floating]:
+            cells = np.arange(MAP_CELLS + 1)
+            a, b = ((number * MAP_CELLS + cells) * self.map_cell for number in (along, across))
+            return self.ground.terrain.own_survey(a[:, None], b[None, :]).height.astype(np.float32)
+
+        return self._maps.get((along, across), drawn)
+
+    def smoothness(self, sine: Floats, wavelength: float, zone: Floats) -> Floats:
+        """What roughness leaves of the coherent sound of one bounce, exp(-2 k^2 h^2 sin^2) [1].
+
+        Args:
+            sine: Sine of the grazing angle at the mean plane [1], any shape.
+            wavelength: Of the sound [m].
+            zone: Length of the Fresnel zone on the bed [m], shape of `sine`.
+
+        Returns:
+            Pressure ratio [1]. h is the rms height of all waves of the relief, on either side of the split, between
+            the zone's length and the sound's: longer ones tilt the mirror, and are not followed; shorter ones do not
+            disturb it. A surveyed grid has no share in it.
+
+        Source: Rayleigh's roughness as in APL-UW TR 9407 (1994); the band so that no wave counts twice.
+        """
+        k = 2 * np.pi / wavelength
+        low = np.minimum(2 * np.pi / zone, k)
+        return np.asarray(np.exp(-2 * k**2 * self.ground.band_variance(low, k) * sine**2))

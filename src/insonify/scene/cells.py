@@ -1,0 +1,106 @@
+"""Cells of a surface: shares of equal area, for drawn points on any triangles, large or small.
+
+Large triangles are halved across their longest side until they are no longer than a cell; all pieces are then put
+in a row, neighbours beside neighbours and faces that look alike together, and the row is cut into equal areas. A
+cell is a stretch of that row: a part of a large triangle, or many small ones.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.scene.shapes import Triangles
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+LONGEST = 1.5
+"""Longest side of a piece, in sides of a cell [1]."""
+MOST_PIECES = 4_000_000
+# Roberts (2018), "The unreasonable effectiveness of quasirandom sequences": the plastic number's powers.
+_PLASTIC = np.array([0.7548776662466927, 0.5698402909980532])
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """A surface as a row of pieces, to be cut into n cells of equal area."""
+
+    corners: Floats
+    """Corners of the pieces, in the order of the row [m], shape (p, 3, 3)."""
+    ends: Floats
+    """Area of the row up to the end of each piece, the whole being 1, shape (p,)."""
+    count: int
+    """Number of cells."""
+
+    def __len__(self) -> int:
+        """Number of cells."""
+        return self.count
+
+    def points(self, u: Floats, *, even: bool = False) -> tuple[Floats, Floats]:
+        """A point of each cell and the surface's normal there, each of shape (n, 3).
+
+        Args:
+            u: Three uniform numbers for each cell: where in the cell's stretch of the row, and where in the piece.
+            even: Points laid out evenly instead.
+        """
+        n = np.arange(self.count)
+        along, first, second = np.array(u.T)
+        if even:
+            along = np.full(self.count, 0.5)
+            first, second = np.mod(0.5 + n[:, None] * _PLASTIC, 1).T
+        piece = np.minimum(np.searchsorted(self.ends, (n + along) / self.count, side="right"), len(self.ends) - 1)
+        a, b, c = np.moveaxis(self.corners[piece], 1, 0)
+        root = np.sqrt(first)[:, None]
+        place = (1 - root) * a + root * (1 - second[:, None]) * b + root * second[:, None] * c
+        normal = np.cross(b - a, c - a)
+        return place, normal / np.linalg.norm(normal, axis=1, keepdims=True)
+
+
+def surface_cells(surface: Triangles, side: float) -> Cells:
+    """A surface cut into cells of equal area, no larger than a square.
+
+    Args:
+        surface: The surface.
+        side: Side of that square [m].
+    """
+    corners = halved(surface.corners, LONGEST * side)
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = np.linalg.norm(normal, axis=1) / 2
+    order = np.lexsort((_along_a_curve(corners.mean(axis=1)), _looks(normal)))
+    ends = np.cumsum(area[order])
+    return Cells(corners[order], ends / ends[-1], int(np.ceil(ends[-1] / side**2 * (1 - 1e-12))))
+
+
+def halved(corners: Floats, longest: float) -> Floats:
+    """Triangles halved across their longest side until none is longer than a length [m], shape (t, 3, 3)."""
+    done: list[Floats] = []
+    while len(corners):
+        sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+        small = sides.max(axis=1) <= longest
+        if len(corners) > MOST_PIECES:
+            small[:] = True
+        done.append(corners[small])
+        corners, sides = corners[~small], sides[~small]
+        turn = (np.argmax(sides, axis=1)[:, None] + np.arange(3)) % 3  # the longest side first
+        a, b, c = np.moveaxis(np.take_along_axis(corners, turn[:, :, None], axis=1), 1, 0)
+        middle = (a + b) / 2
+        corners = np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
+    return np.concatenate(done)
+
+
+def _looks(normal: Floats) -> Integers:
+    """Which of six ways a face looks mostly, so that two sides of a thin plate share no cell."""
+    axis = np.argmax(np.abs(normal), axis=1)
+    return np.asarray(2 * axis + (np.take_along_axis(normal, axis[:, None], axis=1)[:, 0] < 0))
+
+
+def _along_a_curve(place: Floats) -> Integers:
+    """Rank of places along a curve that visits neighbours one after another (Morton 1966), shape (n,)."""
+    low, high = place.min(axis=0), place.max(axis=0)
+    step = np.floor((place - low) / max(float(np.max(high - low)), 1e-300) * 1023.5).astype(np.int64)
+    rank = np.zeros(len(place), np.int64)
+    for bit in range(10):
+        for axis in range(3):
+            rank |= ((step[:, axis] >> bit) & 1) << (3 * bit + axis)
+    return rank

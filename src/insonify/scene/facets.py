@@ -1,0 +1,41 @@
+"""Scatterers on relief: each lies on the ground at its place and faces where the ground faces there.
+
+A point stands for the cell of the mean plane that it was drawn in, and its facet for the ground over that cell. Its
+slope is the ground's at the one point, whatever the size of the cell: the mean over many points is right for any
+density, but ground that is finer than the cells is met at fewer places than it has, and ripples the level more.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.scene.scatterers import Law, Scatterers
+from insonify.scene.terrain.relief import Survey
+
+Floats = NDArray[np.float64]
+
+
+def facets(
+    depth: float, survey: Survey, law: Law, place: Floats, area: Floats, phase: NDArray[np.complex128],
+    key: NDArray[np.uint64],
+) -> Scatterers:  # fmt: skip
+    """The scatterers of some places of the seabed; none where the ground is not known, or stands out of the water.
+
+    Args:
+        depth: Of the mean plane [m].
+        survey: The ground at the places: height [m] (n,), gradient to the north and the east [1] (n, 2).
+        law: How they answer.
+        place: North and east [m], shape (n, 2).
+        area: Area of the mean plane that each stands for [m^2], shape (n,).
+        phase: Unit phasors [1], shape (n,).
+        key: Keys of the places, shape (n,).
+    """
+    known = survey.height < depth  # neither a hole nor land
+    if not known.all():
+        survey = Survey(survey.height[known], survey.slope[known])
+        place, area, phase, key = place[known], area[known], phase[known], key[known]
+    north, east = survey.slope[:, 0], survey.slope[:, 1]
+    stretch = np.sqrt(1 + north**2 + east**2)
+    position, normal = np.empty((len(place), 3)), np.empty((len(place), 3))
+    position[:, :2], position[:, 2] = place, depth - survey.height
+    normal[:, 0], normal[:, 1], normal[:, 2] = -north / stretch, -east / stretch, -1 / stretch
+    return Scatterers("seabed", "seabed", law, position, normal, area * stretch, phase, key)

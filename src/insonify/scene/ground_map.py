@@ -1,0 +1,126 @@
+"""The ground as a map that is drawn once and read by many pings: heights and slopes on square pieces, side by side.
+
+Octaves of relief that are long against a cell are drawn on every second, fourth ... node and filled in between with
+cubics, to a thousandth of their slope; only the finest are drawn on every node. Pieces are made where a line first
+crosses them, and forgotten when room is wanted, the oldest first.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from threading import RLock
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify import streams
+from insonify.scene._map_kernel import draw_octaves
+from insonify.scene.bed import MAP_CELLS, Bed
+from insonify.scene.terrain.octaves import Octaves, quantiles
+
+Floats = NDArray[np.float64]
+Singles = NDArray[np.float32]
+
+AROUND = 512
+"""Pieces along each side of the stretch of ground within which all pieces have places of their own."""
+NODES_PER_PITCH = 4
+"""Nodes to the spacing of an octave's lattice, at least, on which it is drawn."""
+MOST_PIECES = 3072
+"""Pieces that are kept: some 150 MB."""
+_EMPTY = np.iinfo(np.int64).min
+
+
+@dataclass
+class GroundMap:
+    """Pieces of one bed's map. Hold `lock` from asking for pieces until they have been read."""
+
+    bed: Bed
+
+    def __post_init__(self) -> None:
+        """Nothing drawn yet."""
+        self.cell = self.bed.map_cell
+        """Side of a cell [m]."""
+        self.lock = RLock()
+        self.pieces: Singles = np.empty((MOST_PIECES, MAP_CELLS + 1, MAP_CELLS + 1, 3), np.float32)
+        """Height [m] and slopes along the lattice's axes [1] on the nodes of each piece."""
+        self.slot = np.full((AROUND, AROUND), -1, np.int64)
+        """Which of `pieces` each stretch of ground has, by its numbers modulo `AROUND`."""
+        self.number = np.full((AROUND, AROUND, 2), _EMPTY, np.int64)
+        """Numbers of the piece that is there."""
+        self._held = np.full((MOST_PIECES, 2), _EMPTY, np.int64)
+        self._asked = np.zeros(MOST_PIECES, np.int64)
+        self._ticket, self._next = 0, 0
+        self._octaves = _octaves(self.bed)
+        self._others = [part for part in self.bed.ground.terrain.parts if not isinstance(part, Octaves)]
+
+    def claim(self, wanted: NDArray[np.int64]) -> list[tuple[int, int, int]]:
+        """Give pieces their places.
+
+        Args:
+            wanted: Numbers of the pieces that will be read together, each once, shape (n, 2), n up to `MOST_PIECES`.
+
+        Returns:
+            Row in `pieces` and numbers of those that must be drawn first.
+        """
+        self._ticket += 1
+        a, b = wanted.T % AROUND
+        there = (self.number[a, b] == wanted).all(axis=1)
+        self._asked[self.slot[a[there], b[there]]] = self._ticket
+        return [(self._room(int(along), int(across)), int(along), int(across)) for along, across in wanted[~there]]
+
+    def _room(self, along: int, across: int) -> int:
+        """A row for one piece, that of another that nobody asks for now if there are too many."""
+        row = self._next
+        if row == len(self.pieces):
+            row = int(np.argmin(self._asked))
+        else:
+            self._next += 1
+        i, j = along % AROUND, across % AROUND
+        old_a, old_b = self._held[row].tolist()
+        if old_a != _EMPTY:
+            self.slot[old_a % AROUND, old_b % AROUND], self.number[old_a % AROUND, old_b % AROUND] = -1, _EMPTY
+        if self.slot[i, j] >= 0:
+            self._held[self.slot[i, j]] = _EMPTY
+        self.slot[i, j], self.number[i, j] = row, (along, across)
+        self._held[row], self._asked[row] = (along, across), self._ticket
+        return row
+
+    def draw(self, row: int, along: int, across: int) -> None:
+        """Draw one piece into its row, from the coarsest nodes to the finest."""
+        into = np.zeros(((MAP_CELLS + 1) ** 2, 3))
+        draw_octaves(along, across, self.cell, *self._octaves, quantiles(), into)
+        if self._others:
+            node = np.arange(MAP_CELLS + 1)
+            a, b = ((number * MAP_CELLS + node) * self.cell for number in (along, across))
+            for relief in self._others:
+                height, slope = relief.survey(np.repeat(a, len(b)), np.tile(b, len(a)))
+                into += np.column_stack([height, slope])
+        self.pieces[row] = into.reshape(MAP_CELLS + 1, MAP_CELLS + 1, 3)
+
+
+def _octaves(bed: Bed) -> tuple[Floats, NDArray[np.int64]]:
+    """All octaves of the relief, coarsest nodes first, as `draw_octaves` wants them."""
+    numbers, names = [], []
+    for part in bed.ground.terrain.parts:
+        if isinstance(part, Octaves):
+            steps = np.clip(np.floor(np.log2(part.pitch / NODES_PER_PITCH / bed.map_cell + 1e-9)), 0, 4)
+            k0, k1 = streams.key(part.seed, streams.TERRAIN)
+            for o, (turn, shift_a, shift_b, _) in enumerate(part.placed()):
+                numbers.append((part.pitch[o], 2 * np.pi * turn, shift_a, shift_b, part.amplitude[o]))
+                names.append((2 ** int(steps[o]), part.level[o], 2 * part.layer, k0, k1))
+    order = sorted(range(len(names)), key=lambda o: -names[o][0])
+    return (
+        np.array([numbers[o] for o in order]).reshape(-1, 5),
+        np.array([names[o] for o in order], np.int64).reshape(-1, 5),
+    )
+
+
+@lru_cache(maxsize=4)
+def ground_map(bed: Bed) -> GroundMap:
+    """The one map of a bed."""
+    return GroundMap(bed)
+
+
+def unmapped() -> tuple[Any, ...]:
+    """What stands for a map where the bed is flat: nothing to look up."""
+    return np.zeros((1, 2, 2, 3), np.float32), np.zeros((1, 1), np.int64)

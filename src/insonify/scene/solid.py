@@ -1,0 +1,205 @@
+"""Solids in the world: where their triangles stand, what is inside them, and the points drawn on their faces."""
+
+import zlib
+from collections.abc import Iterator
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic_core import PydanticCustomError
+
+from insonify import streams
+from insonify.frames import pose_rotation
+from insonify.noun import located
+from insonify.scene import shapes
+from insonify.scene.cells import Cells, surface_cells
+from insonify.scene.library import preset_triangles
+from insonify.scene.mesh import mesh_triangles
+from insonify.scene.scatterers import Scatterers, target_place
+from insonify.scene.seabed import Seabed
+from insonify.scene.shapes import Triangles
+from insonify.scene.target import (
+    Box,
+    Cone,
+    Cylinder,
+    LibraryTarget,
+    Mesh,
+    Plate,
+    Solid,
+    Sphere,
+    TruncatedCone,
+)
+
+Floats = NDArray[np.float64]
+
+MOST_POINTS = 500_000
+"""Drawn points of one solid [1]."""
+FEWEST_POINTS = 400
+"""Points that a solid has at least, so that a small one is no handful of glints [1]."""
+_STANDING = 1e-6  # a face this close to the bed lies on it [m]
+_SOLID = 6  # stands in a solid's keys where a box has its face
+_ROW = 4096  # cells in a row of a solid's keys
+
+
+def ground_depth(seabed: Seabed, place: Floats) -> Floats:
+    """Depth of the bed under some places [m]; NaN where nobody knows it.
+
+    Args:
+        seabed: The seabed.
+        place: North and east [m], shape (..., 2).
+    """
+    bed = seabed.bed
+    return np.full(place.shape[:-1], seabed.depth) if bed is None else bed.depth_at(place[..., 0], place[..., 1])
+
+
+@lru_cache(maxsize=256)
+def body_triangles(solid: Solid) -> Triangles:
+    """The surface of a solid in its own axes (forward, starboard, down), its middle at the origin."""
+    match solid:
+        case Box(size=size):
+            return shapes.block(*size)
+        case Sphere(diameter=diameter):
+            return shapes.sphere(diameter)
+        case Cylinder(length=length, diameter=diameter):
+            return shapes.cylinder(length, diameter)
+        case Cone(height=height, diameter=diameter):
+            return shapes.standing(shapes.frustum(height, diameter, 0.0))
+        case TruncatedCone(height=height, diameter=diameter, top_diameter=top):
+            return shapes.standing(shapes.frustum(height, diameter, top))
+        case Plate(length=length, width=width, thickness=thickness):
+            return shapes.block(length, width, thickness)
+        case Mesh(file=file, up=up, scale=scale, sha256=sha256):
+            return mesh_triangles(file, up, scale, sha256)
+        case LibraryTarget(name=name, size=size, variant=variant):
+            made = preset_triangles(name, variant)
+            return made if size is None else made.stretched(np.array(size) / (made.high - made.low))
+
+
+def height(solid: Solid) -> float:
+    """Height of a solid as it leans, from its lowest point to its highest [m]."""
+    leaning = _leaning(solid)
+    return float(leaning.high[2] - leaning.low[2])
+
+
+def _leaning(solid: Solid) -> Triangles:
+    """A solid turned into its attitude, its middle at the origin."""
+    return body_triangles(solid).moved(pose_rotation(solid.heading, solid.pitch, solid.roll), np.zeros(3))
+
+
+@lru_cache(maxsize=256)
+def resting(solid: Solid, seabed: Seabed) -> tuple[Floats, Floats]:
+    """How a solid lies in the world: rotation from its own axes, (3, 3), and place of its middle [m], (3,).
+
+    Its middle stands over its position, whatever its attitude; its lowest point is at its base depth, or in the bed
+    as deep as it has sunk.
+
+    Args:
+        solid: The solid.
+        seabed: What it lies on.
+    """
+    leaning = _leaning(solid)
+    base = solid.base_depth
+    if base is None:
+        sunk = solid.burial_depth + solid.burial * (leaning.high[2] - leaning.low[2])
+        base = float(ground_depth(seabed, np.array(solid.position)) + sunk)
+    shift = np.array([*solid.position, base - leaning.high[2]])
+    return pose_rotation(solid.heading, solid.pitch, solid.roll), shift
+
+
+@lru_cache(maxsize=256)
+def world_triangles(solid: Solid, seabed: Seabed) -> Triangles:
+    """The surface of a solid where it lies: corners in north, east, depth [m]; see `resting`."""
+    return body_triangles(solid).moved(*resting(solid, seabed))
+
+
+def solid_scatterers(
+    solid: Solid, seabed: Seabed, seed: int, pitch: float, occluder: int, *, even: bool = False
+) -> Scatterers:
+    """Points on the faces of a solid that water can reach, one for each cell of its surface.
+
+    Cells share the surface evenly. They are laid out in the body's own axes, so that position and phase stay with
+    the place on the body, however it lies and whatever else is there.
+
+    Args:
+        solid: The solid.
+        seabed: What it lies on; what has sunk in is left out.
+        seed: Seed of the scenario.
+        pitch: Side of a cell [m].
+        occluder: Row of this solid among the scene's occluders.
+        even: Points laid out evenly instead, for an expectation.
+    """
+    body = body_triangles(solid)
+    whole = float(body.area.sum())
+    side = float(np.clip(pitch, np.sqrt(whole / MOST_POINTS), np.sqrt(whole / FEWEST_POINTS)))
+    cells: Cells = surface_cells(body, side)
+    n = np.arange(len(cells))
+    u = streams.uniforms(seed, streams.TARGET, n // _ROW, n % _ROW, _SOLID, zlib.crc32(solid.label.encode()))
+    place, normal = cells.points(u[:, :3], even=even)
+    turn, shift = resting(solid, seabed)
+    position = place @ turn.T + shift
+    points = Scatterers(
+        owner=solid.label,
+        boundary="target",
+        law=solid.scattering,
+        position=position,
+        normal=normal @ turn.T,
+        area=np.full(len(n), whole / len(n)),
+        phase=np.exp(2j * np.pi * u[:, 3]),
+        place=target_place(solid.label, _SOLID, n // _ROW, n % _ROW),
+        drawn=True,
+        occluder=occluder,
+    )
+    return points.take(position[:, 2] < ground_depth(seabed, position[:, :2]) - _STANDING)
+
+
+def inside_solid(surface: Triangles, place: Floats) -> NDArray[np.bool_]:
+    """Whether places lie inside a surface: it is all around them, a solid angle of 4 pi.
+
+    Args:
+        surface: A surface; through the gaps of an open one a place may look out.
+        place: Places [m], shape (n, 3).
+
+    Source: van Oosterom & Strackee (1983), IEEE Trans. Biomed. Eng. 30, 125, eq. 8: solid angle of a triangle.
+    """
+    within = np.all((place > surface.low) & (place < surface.high), axis=-1)
+    for row in np.flatnonzero(within):
+        a, b, c = np.moveaxis(surface.corners - place[row], 1, 0)
+        la, lb, lc = (np.linalg.norm(side, axis=1) for side in (a, b, c))
+        triple = np.einsum("ij,ij->i", a, np.cross(b, c))
+        ab, bc, ca = ((x * y).sum(axis=1) for x, y in ((a, b), (b, c), (c, a)))
+        angle = 2 * np.arctan2(triple, la * lb * lc + ab * lc + bc * la + ca * lb)
+        within[row] = abs(angle.sum()) > 2 * np.pi
+    return within
+
+
+def solid_faults(path: str, solid: Solid, seabed: Seabed) -> Iterator[PydanticCustomError]:
+    """Everything that keeps a solid from lying in the water.
+
+    Args:
+        path: Where it stands in the scenario, such as "targets.0".
+        solid: The solid.
+        seabed: What it lies on.
+
+    Yields:
+        Errors of `located`.
+    """
+    bed = float(ground_depth(seabed, np.array(solid.position)))
+    base, tall = solid.base_depth, height(solid)
+    if base is not None and not 0 < base <= bed + _STANDING:
+        where = f"below the seabed (depth {bed:g} m)" if base > 0 else "at or above the sea surface (0 m)"
+        sink = f" To sink it into the bed write burial_depth: {base - bed:g} m instead." if base > bed else ""
+        yield located(f"{path}.base_depth", f"{base:g} m", f"is {where}. Depths are positive downwards; write a depth "
+                      f"above 0 m and up to {bed:g} m.{sink}")  # fmt: skip
+        return
+    if tall <= 0:
+        yield located(path, f"{solid.label}", "has no height as it lies: it is flat. Give it some, or turn it.")
+        return
+    if solid.burial_depth >= tall:
+        yield located(f"{path}.burial_depth", f"{solid.burial_depth:g} m", f"buries all of it: it is {tall:.3g} m high "
+                      f"as it lies. Write less than {tall:.3g} m.")  # fmt: skip
+        return
+    top = float(world_triangles(solid, seabed).low[2])
+    if top <= 0:
+        lowest = float(world_triangles(solid, seabed).high[2])
+        yield located(path, f"{solid.label}", f"is {tall:.3g} m high as it lies, and its base at {lowest:.3g} m puts "
+                      "the top at or above the sea surface (0 m). Make it smaller, or lay it deeper.")  # fmt: skip

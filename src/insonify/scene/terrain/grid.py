@@ -1,0 +1,245 @@
+"""A surveyed seabed: a grid of depths from a file, as ground that can be walked on.
+
+Between its nodes the ground is smooth; where the survey has a hole, or ends, nobody knows the ground, and nothing is
+invented: it neither scatters nor casts a shadow. A grid says nothing of waves shorter than two of its cells: add a
+power law whose outer scale is about that for a bed that looks real.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import Field, ValidationInfo, field_validator, model_validator
+
+from insonify.noun import DataFile, Metres, Noun, Radians, located
+from insonify.scene.mesh import file_digest
+from insonify.scene.terrain import _grid_kernel as kernel
+from insonify.scene.terrain.grid_file import GridError, Soundings, metres_per_degree, place_of, read_grid
+from insonify.scene.terrain.relief import Relief, Survey, places
+from insonify.scene.terrain.split import Split
+from insonify.validity import PhysicsWarning
+
+Singles = NDArray[np.float32]
+Latitude = Annotated[Radians, Field(ge=-np.pi / 2, le=np.pi / 2)]
+Longitude = Annotated[Radians, Field(ge=-np.pi, le=2 * np.pi)]
+Coordinate = Annotated[Metres, Field(ge=-1e8, le=1e8)]
+
+
+class Grid(Noun):
+    """Bathymetry from a file: GeoTIFF, BAG, netCDF or numpy."""
+
+    kind: Literal["grid"] = "grid"
+    file: DataFile
+    """Path of the file; beside the scenario file, unless it starts from the root."""
+    variable: str | None = None
+    """Which variable of a netCDF or numpy file; None: found by its name."""
+    positive: Literal["up", "down"] | None = None
+    """Which way its values grow; None: as the file says, or as their sign does."""
+    origin: tuple[Coordinate, Coordinate] | None = None
+    """Northing and easting, in the file's coordinates, of the scene's north 0 and east 0 [m]; or tell a latitude."""
+    latitude: Latitude | None = None
+    """Of the scene's north 0, east 0, with a longitude; None: they lie in the middle of what was surveyed [rad]."""
+    longitude: Longitude | None = None
+    """East positive [rad]."""
+    tide: Annotated[Metres, Field(ge=-20, le=20)] = 0.0
+    """Height of the sea above the zero of the file's depths, added to all of them [m]."""
+    sha256: Annotated[str | None, Field(validate_default=True)] = None
+    """Fingerprint of the file, filled in when it is read; a file that has changed since is refused."""
+
+    @field_validator("sha256")
+    @classmethod
+    def _fingerprint(cls, value: str | None, info: ValidationInfo) -> str | None:
+        return file_digest(info.data["file"]) if value is None and "file" in info.data else value
+
+    @model_validator(mode="after")
+    def _can_be_read(self) -> Self:
+        found = file_digest(self.file)
+        if found is not None and found != self.sha256:
+            raise located(
+                "sha256", f"{str(self.sha256)[:12]}...", f"is not the fingerprint of {self.file}: the file has changed "
+                "since. Leave sha256 out to take the file as it is.",
+            )  # fmt: skip
+        if (self.latitude is None) != (self.longitude is None):
+            missing = "latitude" if self.latitude is None else "longitude"
+            raise located(missing, None, "Give latitude and longitude together, or neither.")
+        if self.origin is not None and self.latitude is not None:
+            raise located("origin", None, "The scene has one origin: give origin, or latitude and longitude.")
+        try:
+            laid(self)
+        except GridError as fault:
+            raise located(fault.field, None, str(fault)) from None
+        return self
+
+    @property
+    def cell(self) -> float:
+        """Side of its cells [m]; of the longer sides, where they are not squares."""
+        return max(laid(self).step)
+
+    @property
+    def depths(self) -> tuple[float, float, float]:
+        """Shallowest, mean and deepest sounding [m]."""
+        found = laid(self).height
+        return tuple(-float(f(found)) for f in (np.nanmax, np.nanmean, np.nanmin))  # type: ignore[return-value]
+
+    @property
+    def filled(self) -> float:
+        """Share of its cells that were measured [1]."""
+        return float(np.isfinite(laid(self).height).mean())
+
+    @property
+    def told(self) -> str:
+        """One line about it."""
+        lies = laid(self)
+        rows, columns = lies.height.shape
+        return (
+            f"{columns} x {rows} cells of {lies.step[1]:.4g} x {lies.step[0]:.4g} m, {lies.told}, "
+            f"{100 * self.filled:.0f} % filled"
+        )
+
+    def grow(self, *, split: Split, mean_depth: float) -> GridGround:
+        """The grid as ground about a mean plane.
+
+        Args:
+            split: Where the ground ends; cells finer than half of it are averaged in squares.
+            mean_depth: Depth from which heights are counted [m].
+        """
+        lies = laid(self)
+        together = [max(1, int(split.wavelength / 2 / step)) for step in lies.step]
+        return GridGround.of(lies.averaged(*together), mean_depth)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lies:
+    """Soundings in the scene: metres to the north and the east of its origin."""
+
+    height: Singles
+    """Elevation of the nodes above the sea, NaN in holes [m], shape (n, m)."""
+    corner: tuple[float, float]
+    """North and east of the first node [m]."""
+    step: tuple[float, float]
+    """From row to row and from column to column [m]."""
+    told: str
+    """What is known of its sign and range."""
+
+    def averaged(self, rows: int, columns: int) -> Lies:
+        """The mean of every so many rows and columns; a hole where fewer than half of them are known."""
+        if rows == columns == 1:
+            return self
+        n, m = self.height.shape[0] // rows, self.height.shape[1] // columns
+        squares = self.height[: n * rows, : m * columns].reshape(n, rows, m, columns).astype(float)
+        known = np.isfinite(squares).sum(axis=(1, 3))
+        total = np.nansum(squares, axis=(1, 3))
+        with np.errstate(invalid="ignore"):
+            mean = np.where(2 * known >= rows * columns, total / known, np.nan)
+        shift = [(count - 1) / 2 * step for count, step in zip((rows, columns), self.step, strict=True)]
+        corner = (self.corner[0] + shift[0], self.corner[1] + shift[1])
+        return Lies(mean.astype(np.float32), corner, (self.step[0] * rows, self.step[1] * columns), self.told)
+
+
+@lru_cache(maxsize=4)
+def laid(grid: Grid) -> Lies:
+    """A grid's soundings in the scene's frame.
+
+    Raises:
+        GridError: The file is no such grid, or does not say where it lies.
+    """
+    found = read_grid(grid.file, variable=grid.variable, positive=grid.positive)
+    corner, step = _placed(grid, found)
+    return Lies(found.elevation - np.float32(grid.tide), corner, step, found.told)
+
+
+def _placed(grid: Grid, found: Soundings) -> tuple[tuple[float, float], tuple[float, float]]:
+    """First node and steps in the scene [m]."""
+    metres = (1.0, 1.0)
+    if found.geographic:
+        if grid.origin is not None:
+            raise GridError(f"{grid.file}: its coordinates are degrees. Give latitude and longitude instead.", "origin")
+        middle = found.north + found.north_step * (found.elevation.shape[0] - 1) / 2
+        metres = metres_per_degree(middle if grid.latitude is None else float(np.degrees(grid.latitude)))
+    if grid.origin is not None:
+        origin = grid.origin
+    elif grid.latitude is None or grid.longitude is None:
+        origin = _middle(found)
+    else:
+        latitude, longitude = (float(np.degrees(angle)) for angle in (grid.latitude, grid.longitude))
+        origin = (latitude, longitude) if found.geographic else place_of(latitude, longitude, found)
+    corner = ((found.north - origin[0]) * metres[0], (found.east - origin[1]) * metres[1])
+    step = (found.north_step * metres[0], found.east_step * metres[1])
+    size = [(count - 1) * side for count, side in zip(found.elevation.shape, step, strict=True)]
+    if any(-1000 - length > start or start > 1000 for start, length in zip(corner, size, strict=True)):
+        north, east = (f"{-start:.0f} m" for start in corner)
+        raise GridError(
+            f"{grid.file}: the scene's origin lies {north} north and {east} east of the grid's first cell, more than "
+            f"1 km outside of it. Its coordinates start at north {found.north:.8g}, east {found.east:.8g}.",
+            "latitude" if grid.latitude is not None else "origin",
+        )
+    return corner, step
+
+
+def _middle(found: Soundings) -> tuple[float, float]:
+    """The known node nearest to the mean of all known nodes, in the file's coordinates."""
+    rows, columns = np.nonzero(np.isfinite(found.elevation))
+    nearest = np.argmin((rows - rows.mean()) ** 2 + (columns - columns.mean()) ** 2)
+    return found.north + rows[nearest] * found.north_step, found.east + columns[nearest] * found.east_step
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GridGround(Relief):
+    """A grid that can be walked on: cubic between its nodes, with a continuous gradient."""
+
+    nodes: Singles
+    """Heights of the nodes above the mean plane [m], shape (n, m)."""
+    slopes: tuple[Singles, Singles]
+    """From row to row, and from column to column [m], shape (n, m)."""
+    corner: tuple[float, float]
+    """North and east of the first node [m]."""
+    step: tuple[float, float]
+    """From row to row and from column to column [m]."""
+
+    @classmethod
+    def of(cls, lies: Lies, mean_depth: float) -> Self:
+        """Ground about a mean plane of a depth [m]."""
+        height = lies.height + np.float32(mean_depth)
+        slopes = np.empty_like(height), np.empty_like(height)
+        kernel.node_slopes(height, *slopes)
+        return cls(height, slopes, lies.corner, lies.step)
+
+    def __repr__(self) -> str:
+        rows, columns = self.nodes.shape
+        return f"GridGround: {columns} x {rows} cells of {self.step[1]:.4g} x {self.step[0]:.4g} m"
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Lowest and highest node, and as much again as a cubic may overshoot, see `Relief.span`."""
+        steepest = max(float(np.nanmax(np.abs(slope))) for slope in self.slopes)
+        return float(np.nanmin(self.nodes)) - 0.3 * steepest, float(np.nanmax(self.nodes)) + 0.3 * steepest
+
+    def survey(self, north: ArrayLike, east: ArrayLike) -> Survey:
+        """Height and gradient, NaN where nobody knows, see `Relief.survey`."""
+        n, e = places(north, east)
+        row = np.ascontiguousarray((n.ravel() - self.corner[0]) / self.step[0])
+        column = np.ascontiguousarray((e.ravel() - self.corner[1]) / self.step[1])
+        out = np.empty((row.size, 3))
+        kernel.hermite(self.nodes, *self.slopes, row, column, out)
+        slope = out[:, 1:] / np.array(self.step)
+        return Survey(out[:, 0].reshape(n.shape), slope.reshape(*n.shape, 2))
+
+
+def warn_of_overlap(cell: float, outer_scale: float) -> None:
+    """Say so where a power law repeats waves that a grid already has.
+
+    Args:
+        cell: Of the grid [m].
+        outer_scale: Of the power law [m].
+    """
+    if outer_scale > 4 * cell:
+        warnings.warn(
+            f"seabed.relief: a power law with an outer scale of {outer_scale:g} m has waves that the grid's cells of "
+            f"{cell:.3g} m already show; they count twice. Give an outer scale of about {2 * cell:.3g} m.",
+            PhysicsWarning, stacklevel=2,
+        )  # fmt: skip

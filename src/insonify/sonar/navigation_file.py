@@ -1,0 +1,277 @@
+"""A navigation log as instruments and spreadsheets write it: a table with a header, one row per fix.
+
+Time, a place (north and east, or latitude and longitude), depth and heading; pitch and roll where they are
+known. Commas, semicolons or tabs; units in the header, "heading [deg]"; comments behind #. Time counts in
+seconds, or is a date and time by ISO 8601. Every fault is answered with its file, line and column.
+"""
+
+import csv
+import hashlib
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.units import UNITS
+
+Floats = NDArray[np.float64]
+
+DEGREES = {"deg": 1.0, "°": 1.0, "rad": 180 / np.pi}
+ANGLES = {**UNITS["angle"], "°": np.pi / 180}
+COLUMNS: dict[str, tuple[dict[str, float], float, float]] = {
+    "time": (UNITS["time"], -1e12, 1e12),
+    "north": (UNITS["length"], -1e8, 1e8),
+    "east": (UNITS["length"], -1e8, 1e8),
+    "latitude": (DEGREES, -90.0, 90.0),
+    "longitude": (DEGREES, -360.0, 360.0),
+    "depth": (UNITS["length"], -100.0, 12e3),
+    "heading": (ANGLES, -4 * np.pi, 4 * np.pi),
+    "pitch": (ANGLES, -np.pi / 2, np.pi / 2),
+    "roll": (ANGLES, -np.pi, np.pi),
+}
+"""Units that each column may have, and the smallest and largest value that it may hold [SI; degrees on the globe]."""
+SYNONYMS = {"lat": "latitude", "lon": "longitude", "long": "longitude", "northing": "north", "easting": "east",
+            "yaw": "heading", "x": "north", "y": "east", "z": "depth"}  # fmt: skip
+UNIT_NEEDED = ("heading", "pitch", "roll")
+"""Columns that logs hold in degrees as often as not: their unit is never guessed."""
+FARTHEST = 100e3
+"""Distance from the origin up to which degrees are laid on a plane [m]."""
+SEMI_MAJOR, ECCENTRICITY_SQUARED = 6378137.0, 6.69437999014e-3
+
+
+@dataclass(frozen=True, slots=True)
+class NavigationLog:
+    """Fixes in the order of their times, as columns of equal length n."""
+
+    time: Floats
+    """Time after the first row [s], shape (n,)."""
+    position: Floats
+    """North, east, depth [m], shape (n, 3)."""
+    attitude: Floats
+    """Heading, pitch, roll without jumps of a whole turn [rad], shape (n, 3)."""
+    line: NDArray[np.int64]
+    """Line of the file that each row stands on, counted from 1, shape (n,)."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Column:
+    """One column that we want."""
+
+    name: str
+    place: int
+    unit: str
+
+    def value(self, text: str, where: str) -> float:
+        spot = f"{where}, column {self.place + 1} ({self.name})"
+        if not text:
+            raise ValueError(f"{spot}: nothing stands here. Fill it in, or delete the row.")
+        if self.name == "time" and not _is_number(text):
+            return _clock(text, spot)
+        try:
+            number = float(text)
+        except ValueError:
+            raise ValueError(f"{spot}: {text!r} is not a number. Write a plain number, such as 12.5.") from None
+        if not np.isfinite(number):
+            raise ValueError(f"{spot}: {text} is not a finite number. Fill the gap, or delete the row.")
+        units, low, high = COLUMNS[self.name]
+        number *= units[self.unit]
+        if not low <= number <= high:
+            size = units[self.unit]
+            raise ValueError(
+                f"{spot}: {text} {self.unit} is not possible; {self.name} is {low / size:.6g} to {high / size:.6g} "
+                f"{self.unit}. Is the header's unit right?"
+            )
+        return number
+
+
+def read_navigation(path: str | Path, *, origin: tuple[float, float] | None = None) -> NavigationLog:
+    """The navigation log in a table of comma-separated values.
+
+    Args:
+        path: File with a header naming the columns: time; north and east, or latitude and longitude;
+            depth; heading; where they are known pitch and roll (else 0). Units in the header, "heading [deg]";
+            they may be left out for m, s and for degrees of latitude and longitude. Other columns are passed over.
+        origin: Latitude and longitude of north 0, east 0 [deg]; by default the first row.
+
+    Returns:
+        The log; its times count from its first row.
+
+    Raises:
+        OSError: The file cannot be opened.
+        ValueError: The table cannot be read; the message names file, line and column.
+    """
+    rows = _rows(Path(path))
+    line, header = next(rows, (1, []))
+    columns = _columns(header, f"{path}, line {line}")
+    lines: list[int] = []
+    table: list[list[float]] = []
+    for line, row in rows:
+        where = f"{path}, line {line}"
+        if len(row) != len(header):
+            raise ValueError(f"{where}: {len(row)} columns where the header has {len(header)}. Is a value missing?")
+        table.append([column.value(row[column.place], where) for column in columns])
+        lines.append(line)
+        if len(table) > 1 and table[-1][0] <= table[-2][0]:
+            when = row[columns[0].place]
+            raise ValueError(
+                f"{where}, column {columns[0].place + 1} (time): {when} is not after the row before it. Times must "
+                "increase: sort the rows, and keep one of each time."
+            )
+    if len(table) < 2:
+        raise ValueError(f"{path}, line {line}: the file ends after {len(table)} row(s) of values; give at least two.")
+    values = {column.name: np.array(part) for column, part in zip(columns, zip(*table, strict=True), strict=True)}
+    return _log(values, np.array(lines), origin, path)
+
+
+def file_digest(path: str | Path) -> str:
+    """The sha256 of a file, in hexadecimal digits.
+
+    Raises:
+        OSError: The file cannot be opened.
+    """
+    about = os.stat(path)
+    return _digest(str(path), about.st_mtime_ns, about.st_size)
+
+
+@lru_cache(maxsize=32)
+def _digest(path: str, changed: int, size: int) -> str:
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def plane_from_degrees(latitude: Floats, longitude: Floats, origin: tuple[float, float]) -> Floats:
+    """North and east of places near an origin.
+
+    Args:
+        latitude: Geodetic latitude [deg], shape (n,).
+        longitude: Longitude, east positive [deg], shape (n,).
+        origin: Latitude and longitude of north 0, east 0 [deg].
+
+    Returns:
+        North and east [m], shape (n, 2): arcs of the WGS 84 ellipsoid, with its radii of curvature at the latitude
+        midway to the origin. Wrong by 1e-6 or less of the distance out to 10 km.
+
+    Source: radii of curvature of an ellipsoid in the meridian and the prime vertical, Rapp (1991), Geometric
+    Geodesy Part I, eqs. 3.87 and 3.99 (from memory); ellipsoid of WGS 84.
+    """
+    middle = np.radians((latitude + origin[0]) / 2)
+    w = 1 - ECCENTRICITY_SQUARED * np.sin(middle) ** 2
+    meridian = SEMI_MAJOR * (1 - ECCENTRICITY_SQUARED) / w**1.5
+    vertical = SEMI_MAJOR / np.sqrt(w)
+    east = np.mod(longitude - origin[1] + 180, 360) - 180
+    return np.stack(
+        [meridian * np.radians(latitude - origin[0]), vertical * np.cos(middle) * np.radians(east)], axis=-1
+    )
+
+
+def _log(
+    values: dict[str, Floats], lines: NDArray[np.int64], origin: tuple[float, float] | None, path: str | Path
+) -> NavigationLog:
+    time = values["time"] - values["time"][0]
+    if "north" in values:
+        if origin is not None:
+            raise ValueError(f"{path}: an origin is given, but places are north and east [m] already. Leave it out.")
+        level = np.stack([values["north"], values["east"]], axis=-1)
+    else:
+        here = (float(values["latitude"][0]), float(values["longitude"][0])) if origin is None else origin
+        level = plane_from_degrees(values["latitude"], values["longitude"], here)
+        far = np.flatnonzero(np.hypot(*level.T) > FARTHEST)
+        if far.size:
+            raise ValueError(
+                f"{path}, line {lines[far[0]]}: {np.hypot(*level[far[0]]) / 1e3:.4g} km from the origin at "
+                f"{here[0]:g}, {here[1]:g} deg; degrees are laid on a plane up to {FARTHEST / 1e3:g} km. "
+                "Give an `origin` nearby, or mend the row."
+            )
+    still = np.zeros(len(time))
+    lean = [np.unwrap(values.get(name, still)) for name in UNIT_NEEDED]
+    position = np.column_stack([level, values["depth"]])
+    return NavigationLog(time, position, np.stack(lean, axis=-1), lines)
+
+
+def _rows(path: Path) -> Iterator[tuple[int, list[str]]]:
+    """Line number and cells of each row that is neither blank nor a comment."""
+    raw = path.read_bytes()
+    try:
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError as fault:
+        where = raw[: fault.start].count(b"\n") + 1
+        raise ValueError(f"{path}, line {where}: not text. Save the table as CSV in UTF-8.") from None
+    # Only line feeds count, as in every editor; a cell never goes on in the next line.
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    said = [(i, line) for i, line in enumerate(lines, 1) if line.strip(" \t,;") and not line.lstrip().startswith("#")]
+    if not said:
+        raise ValueError(f"{path}, line 1: the file is empty. Write a header: time,north,east,depth,heading [deg]")
+    delimiter = next((mark for mark in ";\t" if mark in said[0][1]), ",")
+    for i, line in said:
+        if line.count('"') % 2:
+            raise ValueError(f"{path}, line {i}: a quote is opened and not closed. Close it, or delete it.")
+        yield i, [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))]
+
+
+def _columns(header: list[str], where: str) -> list[_Column]:
+    """The columns we want, time first."""
+    found: dict[str, _Column] = {}
+    for place, title in enumerate(header):
+        name, unit = _title(title)
+        if name not in COLUMNS:
+            continue
+        spot = f"{where}, column {place + 1}"
+        if name in found:
+            raise ValueError(f"{spot}: a second column of {name}. Keep one.")
+        found[name] = _Column(name, place, _known(name, unit, spot))
+    globe = "latitude" in found or "longitude" in found
+    if globe and ("north" in found or "east" in found):
+        raise ValueError(
+            f"{where}: places both in metres and in degrees. Keep north and east, or latitude and longitude."
+        )
+    wanted = ["time", *(("latitude", "longitude") if globe else ("north", "east")), "depth", "heading"]
+    if missing := [name for name in wanted if name not in found]:
+        raise ValueError(
+            f"{where}: the header is {', '.join(header)!r}; no column is named {missing[0]}. Name the columns time, "
+            "north and east (or latitude and longitude), depth, heading, and where known pitch and roll; add a "
+            f"column {missing[0]}."
+        )
+    return [found.pop("time"), *found.values()]
+
+
+def _title(title: str) -> tuple[str, str]:
+    """Name and unit of a header such as "Heading [deg]" or "depth (m)"."""
+    name, _, unit = title.replace("(", "[").partition("[")
+    name = name.strip().lower()
+    return SYNONYMS.get(name, name), unit.strip(" ])")
+
+
+def _known(name: str, unit: str, where: str) -> str:
+    units = COLUMNS[name][0]
+    if not unit and name in UNIT_NEEDED:
+        raise ValueError(f"{where}: {name} has no unit. Write {name} [deg] or {name} [rad] in the header.")
+    if not unit:
+        return next(iter(units))
+    spelt = {known.lower(): known for known in units} | {"degrees": "deg", "sec": "s", "metres": "m", "meters": "m"}
+    if spelt.get(unit.lower()) not in units:
+        raise ValueError(f"{where}: {unit!r} is not a unit of {name}; use one of {', '.join(units)}.")
+    return spelt[unit.lower()]
+
+
+def _clock(text: str, spot: str) -> float:
+    """Seconds since 1970 of a date and time; without a zone it is taken as universal time."""
+    try:
+        when = datetime.fromisoformat(text)
+    except ValueError:
+        raise ValueError(
+            f"{spot}: {text!r} is neither a number nor a date and time. Write seconds, or 2026-05-04T12:30:00.25."
+        ) from None
+    return (when if when.tzinfo else when.replace(tzinfo=UTC)).timestamp()
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,55 @@
+"""The plainest tracks: a platform that stays, and one that runs straight ahead."""
+
+from typing import Literal
+
+import numpy as np
+from pydantic import Field
+
+from insonify.noun import MetresPerSecond
+from insonify.sonar.track.pinging import Heading, Lean, PingCount, Pinging, Place, ping_times
+from insonify.sonar.track.poses import Poses
+
+
+class StaticTrack(Pinging, Lean, Heading):
+    """A platform that stays where it is."""
+
+    kind: Literal["static"] = "static"
+    position: Place
+    """Platform's reference point: north, east, depth [m]."""
+    pings: PingCount = 1
+    """Number of pings."""
+
+    @property
+    def ping_count(self) -> int:
+        """Number of pings."""
+        return self.pings
+
+    def planned(self) -> Poses:
+        """Every pose, but for the platform's motion."""
+        time = ping_times(self.pings, self.interval)
+        position = np.tile(np.asarray(self.position, dtype=float), (self.pings, 1))
+        return Poses(time, position, *(np.full(self.pings, lean) for lean in (self.heading, self.pitch, self.roll)))
+
+
+class LineTrack(Pinging, Lean, Heading):
+    """A platform that runs straight ahead at constant depth and speed."""
+
+    kind: Literal["line"] = "line"
+    start: Place
+    """Reference point at the first ping: north, east, depth [m]."""
+    speed: MetresPerSecond = Field(ge=0, le=100)
+    """Speed along the heading [m/s]."""
+    pings: PingCount = 1
+    """Number of pings."""
+
+    @property
+    def ping_count(self) -> int:
+        """Number of pings."""
+        return self.pings
+
+    def planned(self) -> Poses:
+        """Every pose, but for the platform's motion."""
+        time = ping_times(self.pings, self.interval)
+        way = np.array([np.cos(self.heading), np.sin(self.heading), 0.0])
+        position = np.asarray(self.start) + self.speed * time[:, None] * way
+        return Poses(time, position, *(np.full(self.pings, lean) for lean in (self.heading, self.pitch, self.roll)))

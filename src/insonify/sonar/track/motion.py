@@ -1,0 +1,150 @@
+"""Motion: what waves and steering add to a platform's path, as six random functions of time.
+
+Each freedom is a stationary random function with a spectrum: a sum of waves of equal energy, whose
+frequencies share out the spectrum evenly and whose phases are drawn. Its mean square over an ensemble of
+seeds is exactly the one asked for; that over one run comes near it as the run gets long. A wave
+belongs to the seed, the freedom and its number, so a ping has the same pose in every run.
+
+The spectrum is a bell about one period, or a table of one's own. The bell is a convention of this
+file: half of its energy lies on either side of the period, and it falls as the fifth power of frequency
+far above, as that of wind waves does.
+Source: sums of waves with random phases, Rice (1944), Bell Syst. Tech. J. 23, 282 (from memory).
+"""
+
+from typing import Annotated, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from insonify import streams
+from insonify.noun import Hertz, Metres, Noun, Radians, Seconds, located
+
+Floats = NDArray[np.float64]
+
+WAVES = 96
+"""Waves in each freedom [1]: kurtosis 3 - 1.5 / 96, so heights are Gaussian for all that a sonar sees."""
+_GRID = 8192  # points on which a spectrum is integrated
+_SPAN = 30.0  # lowest and highest frequency of a bell, below and above its middle
+
+
+class Spectrum(Noun):
+    """How the energy of a random motion is shared out among frequencies."""
+
+    period: Seconds | None = Field(default=None, gt=0, le=1e5)
+    """Period about which the platform moves: half of the energy is faster [s]; None: a `spectrum` is given."""
+    spread: Annotated[float, Field(gt=0, le=1)] = 0.15
+    """How wide the bell is, as a part of its frequency: about half of the energy lies within it [1]."""
+    spectrum: tuple[tuple[Hertz, float], ...] | None = None
+    """Rows of frequency [Hz] and relative spectral density [1], straight lines between them, nothing outside."""
+
+    @model_validator(mode="after")
+    def _one_spectrum(self) -> Self:
+        rows = self.spectrum
+        if getattr(self, "rms", 0.0) > 0 and (self.period is None) == (rows is None):
+            said = "needs either a period or a spectrum" if rows is None else "has a period and a spectrum"
+            raise located("period", None, f"the motion {said}. Give one of them, such as period: 8 s.")
+        if rows is None:
+            return self
+        if len(rows) < 2:
+            raise located(
+                "spectrum", None, f"{len(rows)} rows are no spectrum. Give at least two of [frequency, density]."
+            )
+        for row, (frequency, density) in enumerate(rows):
+            if frequency < 0 or (row and frequency <= rows[row - 1][0]):
+                raise located(f"spectrum.{row}.0", f"{frequency:g} Hz", "is not above the row before, or below 0 Hz. "
+                              "Sort the rows by frequency.")  # fmt: skip
+            if density < 0:
+                raise located(f"spectrum.{row}.1", f"{density:g}", "is negative; no spectrum is. Write 0 or more.")
+        if not any(density for _, density in rows):
+            raise located("spectrum", None, "every density is 0: there is no motion. Leave it out instead.")
+        return self
+
+    def frequencies(self, share: Floats) -> Floats:
+        """The frequencies below which given shares of the energy lie [Hz].
+
+        Args:
+            share: Share of the energy, between 0 and 1, any shape.
+        """
+        frequency, density = self._density()
+        step = np.diff(frequency)
+        below = np.concatenate([[0.0], np.cumsum(step * (density[1:] + density[:-1]) / 2)])
+        return np.interp(share, below / below[-1], frequency)
+
+    def _density(self) -> tuple[Floats, Floats]:
+        """Frequencies [Hz] and relative densities [1], fine enough to be integrated by trapezia."""
+        if self.spectrum is not None:
+            row = np.array(self.spectrum, dtype=float)
+            frequency = np.unique(np.concatenate([row[:, 0], np.linspace(row[0, 0], row[-1, 0], _GRID)]))
+            return frequency, np.interp(frequency, *row.T)
+        ratio = np.geomspace(1 / _SPAN, _SPAN, _GRID)
+        resonance = ratio**2 / ((1 - ratio**2) ** 2 + (2 * self.spread * ratio) ** 2)
+        density = resonance**2 / ratio
+        return ratio / (self.period or 1.0), density
+
+
+class Drift(Spectrum):
+    """A random motion of the platform's place."""
+
+    rms: Annotated[Metres, Field(ge=0, le=100)] = 0.0
+    """Root mean square [m]."""
+
+
+class Swing(Spectrum):
+    """A random motion of the platform's attitude."""
+
+    rms: Annotated[Radians, Field(ge=0, le=1)] = 0.0
+    """Root mean square [rad]."""
+
+
+class Motion(Noun):
+    """What is added to the true poses: nothing where left out."""
+
+    surge: Drift = Drift()
+    """Ahead along the heading [m]."""
+    sway: Drift = Drift()
+    """To starboard, level [m]."""
+    heave: Drift = Drift()
+    """Down [m]."""
+    yaw: Swing = Swing()
+    """Added to the heading [rad]."""
+    pitch: Swing = Swing()
+    """Bow up [rad]."""
+    roll: Swing = Swing()
+    """Starboard down [rad]."""
+
+    @property
+    def still(self) -> bool:
+        """True where nothing moves."""
+        return not any(getattr(self, name).rms for name in FREEDOMS)
+
+
+FREEDOMS = tuple(Motion.model_fields)
+"""Names of the six freedoms; a freedom's draws belong to its place in this list."""
+
+
+def displacement(motion: Motion, time: Floats, seed: int) -> dict[str, Floats]:
+    """The motion at some times.
+
+    Args:
+        motion: What is asked for.
+        time: Times since the first ping [s], shape (n,).
+        seed: Of the scenario.
+
+    Returns:
+        Displacement in each freedom [m or rad], each of shape (n,), by name.
+    """
+    return {name: _waves(getattr(motion, name), time, seed, row) for row, name in enumerate(FREEDOMS)}
+
+
+def _waves(freedom: Drift | Swing, time: Floats, seed: int, row: int) -> Floats:
+    """Sum of waves of equal energy, one from each of as many equal shares of the spectrum."""
+    total = np.zeros(len(time))
+    if freedom.rms == 0:
+        return total
+    number = np.arange(WAVES)
+    draw = streams.uniforms(seed, streams.MOTION, number, row)
+    frequency = freedom.frequencies((number + draw[:, 0]) / WAVES)
+    for f, turn in zip(frequency, draw[:, 1], strict=True):
+        total += np.cos(2 * np.pi * (f * time + turn))
+    return np.asarray(freedom.rms * np.sqrt(2 / WAVES) * total)

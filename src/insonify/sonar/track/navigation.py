@@ -1,0 +1,106 @@
+"""A track from a log: where a platform was, as its navigation system wrote it down."""
+
+from functools import lru_cache
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from insonify.noun import DataFile, Seconds, located
+from insonify.sonar.navigation_file import NavigationLog, file_digest, read_navigation
+from insonify.sonar.track.pinging import PingCount, Pinging, most_pings, ping_times, pings_that_fit
+from insonify.sonar.track.poses import Poses
+
+Floats = NDArray[np.float64]
+
+STEPS_OF_A_GAP = 10.0
+"""Rows further apart than this many of the log's usual steps are a gap in it [1]."""
+SHORTEST_GAP = 1.0
+"""No pause is a gap that is shorter than this [s]."""
+
+
+class NavigationTrack(Pinging):
+    """A platform that goes where a log says; between rows it goes straight and turns evenly."""
+
+    kind: Literal["navigation"] = "navigation"
+    file: DataFile
+    """Table of comma-separated values with a header: time, north and east (or latitude and longitude), depth,
+    heading, and where it has them pitch and roll. Beside the scenario file, or with its path."""
+    sha256: str = ""
+    """Digest of the file; filled in when it is read, so that a recording knows which log it rests on."""
+    origin: tuple[Annotated[float, Field(ge=-90, le=90)], Annotated[float, Field(ge=-360, le=360)]] | None = None
+    """Latitude and longitude of north 0, east 0 [deg]; None: the first row. Only for logs in degrees."""
+    start: Seconds = Field(default=0.0, ge=0, le=1e9)
+    """Time of the first ping after the log's first row [s]."""
+    pings: PingCount | None = None
+    """Number of pings; None: as many as fit before the log ends."""
+    longest_gap: Annotated[Seconds, Field(gt=0, le=1e9)] | None = None
+    """Longest pause between rows over which poses are interpolated [s]; None: ten of the log's usual steps, at
+    least 1 s."""
+
+    @model_validator(mode="after")
+    def _can_be_run(self) -> Self:
+        log = self._log()
+        self.__dict__["sha256"] = file_digest(self.file)  # frozen from here on
+        end = float(log.time[-1])
+        if self.start > end:
+            raise located("start", f"{self.start:g} s", f"is after the log's last row, {end:g} s after its first. "
+                          "Start earlier.")  # fmt: skip
+        pings_that_fit(self.pings, self._fit(log), "pings", end=f"the end of the log, {end:.10g} s after its first row")
+        self._insist_on_rows(log)
+        return self
+
+    def _log(self) -> NavigationLog:
+        try:
+            digest = file_digest(self.file)
+            if self.sha256 and digest != self.sha256:
+                raise ValueError(
+                    f"{self.file} is not the file that it was: its sha256 is {digest[:12]}..., and "
+                    f"{self.sha256[:12]}... is wanted. Restore the file, or leave sha256 out."
+                )
+            log = _read(self.file, digest, self.origin)
+        except OSError as fault:
+            raise located("file", self.file, f"cannot be read: {fault.strerror or fault}. Give the log's path, as seen "
+                          "from the scenario file.") from None  # fmt: skip
+        except ValueError as fault:
+            raise located("file", None, str(fault)) from None
+        return log
+
+    def _fit(self, log: NavigationLog) -> int:
+        return most_pings(float(log.time[-1]) - self.start, self.interval)
+
+    def _insist_on_rows(self, log: NavigationLog) -> None:
+        """Refuse pings in a gap of the log."""
+        step = np.diff(log.time)
+        longest = self.longest_gap or max(SHORTEST_GAP, STEPS_OF_A_GAP * float(np.median(step)))
+        time = self.start + ping_times(self.ping_count, self.interval)
+        row = np.clip(np.searchsorted(log.time, time, side="right") - 1, 0, len(step) - 1)
+        lost = np.flatnonzero((step[row] > longest) & (time > log.time[row]) & (time < log.time[row + 1]))
+        if lost.size:
+            ping, gap = int(lost[0]), int(row[lost[0]])
+            raise located(
+                "file", None, f"{self.file}, line {log.line[gap + 1]}: the log has a gap of {step[gap]:.4g} s before "
+                f"this line, and ping {ping} falls into it ({lost.size} ping{'s' * (lost.size > 1)} in gaps longer "
+                f"than {longest:.4g} s). End the track before it with `pings`, start after it with `start`, or allow "
+                "it with `longest_gap`.",
+            )  # fmt: skip
+
+    @property
+    def ping_count(self) -> int:
+        """Number of pings."""
+        return self._fit(self._log()) if self.pings is None else self.pings
+
+    def planned(self) -> Poses:
+        """Every pose, but for motion that is added to the log."""
+        log = self._log()
+        time = ping_times(self.ping_count, self.interval)
+        when = np.minimum(self.start + time, log.time[-1])  # a rounding beyond the last row is on it
+        columns = [np.interp(when, log.time, column) for column in (*log.position.T, *log.attitude.T)]
+        return Poses(time, np.stack(columns[:3], axis=-1), *columns[3:])
+
+
+@lru_cache(maxsize=4)
+def _read(file: str, digest: str, origin: tuple[float, float] | None) -> NavigationLog:
+    """The log in a file; the digest makes a file that was changed another one."""
+    return read_navigation(file, origin=origin)

@@ -1,0 +1,64 @@
+"""Poses: where the platform is and how it leans, one row per ping."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.frames import pose_rotation
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Poses:
+    """Where the platform is and how it leans, one row per ping."""
+
+    time: Floats
+    """Time of transmission since the first ping [s], shape (pings,)."""
+    position: Floats
+    """Reference point in north, east, down [m], shape (pings, 3)."""
+    heading: Floats
+    """Compass heading [rad], shape (pings,)."""
+    pitch: Floats
+    """Bow up, positive [rad], shape (pings,)."""
+    roll: Floats
+    """Starboard down, positive [rad], shape (pings,)."""
+
+    def __post_init__(self) -> None:
+        """Every column has a row per ping."""
+        for name in ("position", "heading", "pitch", "roll"):
+            rows = len(getattr(self, name))
+            if rows != len(self.time):
+                raise ValueError(f"Poses.{name} has {rows} rows; time has {len(self.time)}")
+
+    def __len__(self) -> int:
+        """Number of pings."""
+        return len(self.time)
+
+    @property
+    def attitude(self) -> Floats:
+        """Heading, pitch and roll [rad], shape (pings, 3)."""
+        return np.stack([self.heading, self.pitch, self.roll], axis=-1)
+
+    def rotation(self, ping: int) -> Floats:
+        """Axes of the platform in the world at one ping.
+
+        Args:
+            ping: Number of the ping, from 0.
+
+        Returns:
+            Forward, starboard and down as columns in north, east, down [1], shape (3, 3).
+        """
+        return pose_rotation(float(self.heading[ping]), float(self.pitch[ping]), float(self.roll[ping]))
+
+    def carried(self, offset: tuple[float, float, float]) -> Floats:
+        """Where something that is fixed to the platform goes with it.
+
+        Args:
+            offset: Its place from the reference point: forward, starboard, down [m].
+
+        Returns:
+            North, east, down at every ping [m], shape (pings, 3).
+        """
+        return np.asarray(self.position + pose_rotation(self.heading, self.pitch, self.roll) @ np.asarray(offset))

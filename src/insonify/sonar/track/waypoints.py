@@ -1,0 +1,89 @@
+"""A track through waypoints, as a survey is planned."""
+
+from functools import lru_cache
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from insonify.noun import Metres, MetresPerSecond, located
+from insonify.sonar.track.path import Path, UnturnableError, rounded
+from insonify.sonar.track.pinging import Lean, PingCount, Pinging, Place, most_pings, ping_times, pings_that_fit
+from insonify.sonar.track.poses import Poses
+
+Floats = NDArray[np.float64]
+
+
+class WaypointTrack(Pinging, Lean):
+    """A platform that runs from waypoint to waypoint at constant speed and faces where it goes."""
+
+    kind: Literal["waypoints"] = "waypoints"
+    waypoints: tuple[Place, ...]
+    """Corners of the path: north, east, depth [m]; at least two."""
+    speed: MetresPerSecond = Field(gt=0, le=100)
+    """Speed along the path [m/s]."""
+    turn_radius: Annotated[Metres, Field(ge=0, le=1e6)] = 0.0
+    """Radius of the arcs that cut the corners [m]; 0: the platform turns on the spot, at the waypoint."""
+    pings: PingCount | None = None
+    """Number of pings; None: as many as fit between first and last waypoint."""
+
+    @model_validator(mode="after")
+    def _can_be_run(self) -> Self:
+        corners = self.waypoints
+        if len(corners) < 2:
+            raise located(
+                "waypoints", f"{len(corners)}", "of them is no path. Give two or more of [north, east, depth]."
+            )
+        for row in range(1, len(corners)):
+            if corners[row][:2] == corners[row - 1][:2]:
+                raise located(
+                    f"waypoints.{row}", None, f"waypoint {row} is at, or straight above or below, the one before it, "
+                    "and a platform faces where it goes. Move it in north or east, or leave it out.",
+                )  # fmt: skip
+        try:
+            path = self._path
+        except UnturnableError as fault:
+            raise located(f"waypoints.{fault.waypoint}", None, _turning_advice(fault, self.turn_radius)) from None
+        end = f"the last waypoint, {path.length.sum() / self.speed:.4g} s after the first"
+        pings_that_fit(self.pings, self._fit, "pings", end=end)
+        return self
+
+    @property
+    def _path(self) -> Path:
+        return _rounded(self.waypoints, self.turn_radius)
+
+    @property
+    def _fit(self) -> int:
+        return most_pings(float(self._path.length.sum()) / self.speed, self.interval)
+
+    @property
+    def ping_count(self) -> int:
+        """Number of pings."""
+        return self._fit if self.pings is None else self.pings
+
+    def planned(self) -> Poses:
+        """Every pose, but for the platform's motion."""
+        time = ping_times(self.ping_count, self.interval)
+        position, heading = self._path.at(self.speed * time)
+        pitch, roll = (np.full(len(time), lean) for lean in (self.pitch, self.roll))
+        return Poses(time, position, heading, pitch, roll)
+
+
+@lru_cache(maxsize=64)
+def _rounded(waypoints: tuple[Place, ...], radius: float) -> Path:
+    return rounded(np.array(waypoints, dtype=float), radius)
+
+
+def _turning_advice(fault: UnturnableError, radius: float) -> str:
+    angle = abs(np.degrees(fault.angle))
+    if fault.wanted > 1e6:
+        return (
+            f"the path turns back on itself at waypoint {fault.waypoint} ({angle:.4g} deg), and no arc does. "
+            "Put two waypoints there, two turning radii apart, or write turn_radius: 0 m."
+        )
+    largest = radius * fault.room / fault.wanted
+    return (
+        f"the turn of {angle:.4g} deg at waypoint {fault.waypoint} and the one beside it take {fault.wanted:.4g} m of "
+        f"a leg of {fault.room:.4g} m. Write a turn_radius of {largest:.4g} m or less, or move the waypoints apart."
+    )

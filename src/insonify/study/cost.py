@@ -1,0 +1,190 @@
+"""What a simulation will cost, before it is begun: scatterers, time, memory, disk.
+
+Nothing is drawn, and targets are not counted. The ground in reach is walked in rings and sectors; where the beams hear
+anything, the density of scatterers that the sampling asks for is added up. Good to a factor of two, which tells seconds
+from days.
+"""
+
+import os
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines.sampling import Resolution, beam_bound, reach
+from insonify.engines.view import view
+from insonify.propagation.families import families_for
+from insonify.propagation.rays import Rays
+from insonify.scenario.scenario import Scenario
+from insonify.scene.lattice import BASE_PITCH, TILE
+from insonify.scene.scatterers import Boundary
+from insonify.simulation import CHUNKS, Listening, prepare
+from insonify.sonar.stance import Stance
+from insonify.synthesis.grid import OVERSAMPLING
+from insonify.units import amplitude_ratio
+
+Floats = NDArray[np.float64]
+
+RINGS, SECTORS = 48, 360
+"""How finely the ground is walked [1]."""
+SECONDS_PER_LEG, SECONDS_PER_PAIR = 0.25e-6, 0.1e-6
+"""One core's time for one leg, and for one pair in one channel [s]: a plain x86 core of the 2020s."""
+SECONDS_PER_GROUND = 0.5e-6
+"""One core's time for the height and slope of one kind of relief at one place [s]."""
+BYTES_PER_TILE = 1500
+"""What a tile of the ground takes while the tiles of a ping are looked for, and as a block in waiting."""
+BYTES_OF_PROGRAM = 350e6
+"""What Python takes with the libraries and kernels of a run, before the run takes anything."""
+SHARE = 0.8
+"""Part of the machine's memory that a run may want [1]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """What a run of all pings takes, about."""
+
+    pings: int
+    scatterers: float
+    """In one ping, all sides [1]."""
+    seconds: float
+    """Of one core, all pings [s]."""
+    memory: float
+    """At most at any time [bytes]."""
+    disk: float
+    """Of the recording before compression [bytes]."""
+
+    def words(self) -> str:
+        """The cost in one line."""
+        each = " each" if self.pings > 1 else ""
+        plural = "s" * (self.pings != 1)
+        return (
+            f"{self.pings} ping{plural}, about {_rounded(self.scatterers)} scatterers{each}: about "
+            f"{_duration(self.seconds)} of one core, {_size(self.memory)} of memory, {_size(self.disk)} on disk"
+        )
+
+
+def cost(scenario: Scenario) -> Cost:
+    """What a scenario will cost.
+
+    Args:
+        scenario: The scenario.
+
+    Returns:
+        The cost of all its pings, judged by the first of them.
+    """
+    listening = prepare(scenario)
+    sides = listening.stances(0)
+    found = [_scatterers(listening, side) for side in sides]
+    points = sum(count for count, _ in found)
+    work = sum(seconds for _, seconds in found)
+    grid, beams = listening.grid, scenario.sonar.beam_count
+    wide = 2 * OVERSAMPLING * grid.padded * 8 + grid.count * 8  # of either reading, one channel
+    memory = BYTES_OF_PROGRAM + (CHUNKS + 6) * beams * wide + BYTES_PER_TILE * points / TILE**2 / len(sides)
+    memory += scenario.track.ping_count * 8 * 30 + scenario.sonar.channel_count * grid.count * 16
+    count = scenario.track.ping_count
+    transform = 60e-9 * grid.padded * np.log2(grid.padded) * scenario.sonar.channel_count
+    return Cost(
+        pings=count,
+        scatterers=points,
+        seconds=float(count * (work + transform)),
+        memory=float(memory),
+        disk=float(count * scenario.sonar.channel_count * grid.count * 8),
+    )
+
+
+def too_big(cost: Cost, memory: float | None = None) -> str:
+    """Why a run cannot be done on this machine and what to change; empty where it can.
+
+    Args:
+        cost: Of the run.
+        memory: Of the machine [bytes]; None: it is asked.
+    """
+    there = _memory() if memory is None else memory
+    if cost.memory <= SHARE * there:
+        return ""
+    return (
+        f"this needs about {_size(cost.memory)} of memory, and the machine has {_size(there)}. One ping has about "
+        f"{_rounded(cost.scatterers)} scatterers: shorten track.window, take a longer pulse or a wider beam, raise "
+        "paths.beam_floor_db, or lower paths.scatterers_per_cell or the receiver's band"
+    )
+
+
+def _scatterers(listening: Listening, stance: Stance) -> tuple[float, float]:
+    """Scatterers of the boundaries that one side meets, and a core's time for them [s]."""
+    scenario = listening.scenario
+    if scenario.paths.geometry == "slice":
+        return 0.0, 0.0
+    resolution = view(scenario.scene, scenario.paths, scenario.seed, stance, listening.engine.rays).resolution
+    depth, beams, total, seconds = scenario.seabed.depth, scenario.sonar.beam_count, 0.0, 0.0
+    laws = {"seabed": scenario.seabed.scattering, "surface": scenario.surface.scattering}
+    found: list[tuple[Boundary, float]] = [("seabed", depth), ("surface", 0.0)]
+    for boundary, level in found:
+        kept = families_for(boundary, scenario.paths.followed)
+        if boundary not in scenario.paths.causes or laws[boundary] is None or not kept:
+            continue
+        count = _on_boundary(stance, level, listening.engine.rays, kept, resolution, scenario)
+        total += count
+        seconds += count * (2 * len(kept) * SECONDS_PER_LEG + len(kept) ** 2 * SECONDS_PER_PAIR * beams)
+        seconds += count * SECONDS_PER_GROUND * (len(scenario.seabed.relief) if boundary == "seabed" else 0)
+    return total, seconds
+
+
+def _on_boundary(
+    stance: Stance, level: float, rays: Rays, families: tuple[str, ...], resolution: Resolution,
+    scenario: Scenario,
+) -> float:  # fmt: skip
+    """Scatterers of one boundary within reach of window and beams."""
+    heard = reach(stance, level, rays, families)
+    if heard.farthest <= heard.nearest:
+        return 0.0
+    far = np.array([heard.farthest])
+    margin = _tile(resolution, far, heard.height, scenario)[0] / 2  # ground comes in whole tiles
+    outer = heard.farthest + margin
+    edges = np.geomspace(max(heard.nearest - margin, outer * 1e-3), outer, RINGS + 1)
+    middle = np.sqrt(edges[:-1] * edges[1:])
+    tile = _tile(resolution, middle, heard.height, scenario)
+    azimuth = (np.arange(SECTORS) + 0.5) * 2 * np.pi / SECTORS
+    place = np.stack(np.broadcast_arrays(middle[:, None] * np.cos(azimuth), middle[:, None] * np.sin(azimuth)), -1)
+    half = np.hypot(np.diff(edges), middle * 2 * np.pi / SECTORS) / 2 + tile / 2
+    bound = beam_bound(
+        place.reshape(-1, 2) + stance.transmit_place[:2], np.repeat(half, SECTORS), stance, level, rays, families
+    )
+    loud = (bound >= amplitude_ratio(scenario.paths.beam_floor_db)).reshape(RINGS, SECTORS).mean(axis=1)
+    return float(np.sum(np.pi * np.diff(edges**2) * loud / (tile / TILE) ** 2))
+
+
+def _tile(resolution: Resolution, distance: Floats, height: float, scenario: Scenario) -> Floats:
+    """Side of the tiles that the sampling wants at some distances [m], shape (n,)."""
+    pitch = np.sqrt(resolution.cell_area(distance, height))
+    if scenario.field == "coherent":  # the lattice's cells come in powers of two
+        pitch = BASE_PITCH * 2.0 ** np.maximum(np.floor(np.log2(pitch / BASE_PITCH)), 0)
+    return np.asarray(TILE * pitch)
+
+
+def _memory() -> float:
+    """Memory of this machine [bytes]; endless where the system does not say."""
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    except (ValueError, OSError, AttributeError):
+        return float("inf")
+
+
+def _rounded(count: float) -> str:
+    for size, name in ((1e9, "G"), (1e6, "M"), (1e3, "k")):
+        if count >= size:
+            return f"{count / size:.2g} {name}" if count < 10 * size else f"{count / size:.0f} {name}"
+    return f"{count:.0f}"
+
+
+def _duration(seconds: float) -> str:
+    for size, name in ((86400.0, "days"), (3600.0, "hours"), (60.0, "minutes")):
+        if seconds >= 2 * size:
+            return f"{seconds / size:.2g} {name}"
+    return "a second" if seconds < 1.5 else f"{seconds:.0f} seconds"
+
+
+def _size(count: float) -> str:
+    for size, name in ((1e12, "TB"), (1e9, "GB"), (1e6, "MB")):
+        if count >= size:
+            return f"{count / size:.3g} {name}"
+    return f"{max(count / 1e3, 1):.0f} kB"

@@ -1,0 +1,245 @@
+"""Labels of one ping: the incoherent reading taken apart by owner and by pair of families, and what is missing.
+
+Intensities are those of the incoherent reading. Places are mean values over the same paths, weighted by energy and
+smeared by the pulse as the recording is, but without interference. A shadow is where most of the direct echo of the
+seabed is missing: the cut legs carry their own echo, as it would be if nothing cut them.
+"""
+
+from dataclasses import dataclass, field
+from functools import reduce
+from operator import iadd
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.propagation.families import DIRECT, families_for
+from insonify.records.labels import NOBODY, LabelNames, Labels
+from insonify.records.legs import SEABED, Legs, Status
+from insonify.records.pairs import Pairs
+from insonify.scene.scatterers import Boundary
+from insonify.sonar.beam import Beams
+from insonify.synthesis._label_kernel import MOMENTS, add_places
+from insonify.synthesis.incoherent import Energies, Incoherent
+from insonify.synthesis.levels import ALL, CurveSet, pair_name
+
+Floats = NDArray[np.float64]
+Key = tuple[str, str]
+HIDDEN = "hidden"
+"""Stands for the pair where a key means what an owner hides."""
+STRAIGHT = pair_name(DIRECT, DIRECT)
+
+
+def label_names(targets: tuple[str, ...], followed: tuple[str, ...]) -> LabelNames:
+    """The axes of labels.
+
+    Args:
+        targets: Labels of the scene's targets.
+        followed: Families of the legs.
+    """
+    causes: tuple[Boundary, ...] = ("seabed", "surface", "target")
+    kept = [families_for(cause, followed) for cause in causes if cause != "target" or targets]
+    found = {pair_name(out, back) for names in kept for out in names for back in names}
+    pairs = sorted(found, key=lambda name: (name.count("S") + name.count("B"), len(name), name))
+    return LabelNames(("seabed", "surface", *targets), tuple(pairs))
+
+
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """What has been heard so far."""
+
+    curves: CurveSet
+    """Energies by (owner, pair); the pair `ALL` is left out where an owner has but one."""
+    bins: dict[Key, Floats] = field(default_factory=dict)
+    """Energy and places by (owner, pair) and by (who cuts, `HIDDEN`), each (channels, MOMENTS, bins)."""
+
+    def __iadd__(self, other: "Kept") -> "Kept":
+        """Add what another has heard."""
+        curves = self.curves
+        curves += other.curves
+        for key, bins in other.bins.items():
+            self.bins[key] = self.bins[key] + bins if key in self.bins else bins
+        return self
+
+
+@dataclass(frozen=True, slots=True)
+class Labelling:
+    """Hears who is heard, by which paths, and from where."""
+
+    whole: Incoherent
+    """The reading that is taken apart."""
+    names: LabelNames
+    cutters: tuple[str, ...]
+    """Labels of the scene's occluders, in the order of their rows in `Legs.occluder`."""
+    noise: float
+    """Mean-square noise pressure, beside which a target has to be heard [uPa^2]."""
+
+    @property
+    def even(self) -> bool:
+        """Whether it wants evenly laid points, for an expectation."""
+        return True
+
+    def silence(self) -> Kept:
+        """Nothing heard yet."""
+        return Kept(CurveSet())
+
+    def take_in(self, kept: Kept, pairs: Pairs) -> None:
+        """Add one block of scatterers to its owner."""
+        owner = pairs.scatterers.owner
+        names = np.array([pair_name(out, back) for out, back in pairs.names()])
+        found = list(dict.fromkeys(names.tolist()))
+        parts = {name: pairs.only(np.flatnonzero(names == name)) for name in found}
+        if len(parts) > 1:
+            self._hear(kept, (owner, ALL), pairs)
+        out, back = self._powers(pairs)
+        for name, part in parts.items():
+            self._hear(kept, (owner, name), part)
+            self._lay(kept, (owner, name), part, out, back)
+        if pairs.scatterers.boundary == "seabed" and STRAIGHT in parts:
+            self._miss(kept, parts[STRAIGHT])
+
+    def _hear(self, kept: Kept, key: Key, pairs: Pairs) -> None:
+        if key not in kept.curves:
+            kept.curves[key] = self.whole.silence()
+        self.whole.take_in(kept.curves[key], pairs)
+
+    def _powers(self, pairs: Pairs, *, free: bool = False) -> tuple[Floats, Floats]:
+        """Power of the legs out and back in each beam, (beams, f, n); free: as if nothing cut them."""
+        here = self.whole.stance
+        ends: list[tuple[Legs, Beams]] = [(pairs.out, here.transmit_beams), (pairs.back, here.receive_beams)]
+        found = []
+        for legs, beams in ends:
+            power = (legs.spreading * legs.absorption * np.abs(legs.boundary)) ** 2
+            if not free:
+                power = np.where(legs.visibility == 0, 0.0, power) * np.abs(legs.visibility) ** 2
+            found.append(np.asarray(np.abs(beams.gain(legs.departure)) ** 2 * power, float))
+        return found[0], found[1]
+
+    def _lay(self, kept: Kept, key: Key, pairs: Pairs, out: Floats, back: Floats) -> None:
+        """Add the places of some paths, given the powers of their legs, to the bins of a key."""
+        here, grid = self.whole.stance, self.whole.grid
+        lead, tail = self._ringing
+        if key not in kept.bins:
+            kept.bins[key] = np.zeros((here.channel_count, MOMENTS, grid.count + lead + tail))
+        place = pairs.scatterers.position
+        distance = np.linalg.norm(place - here.receive_place, axis=1)
+        for channel, bins in enumerate(kept.bins[key]):
+            add_places(
+                bins, grid.start - lead / grid.sample_rate, grid.sample_rate, pairs.out.delay, pairs.back.delay,
+                out[channel % len(out)], back[channel % len(back)], pairs.pair, pairs.strength, place, distance,
+                pairs.out.grazing, pairs.back.grazing,
+            )  # fmt: skip
+
+    def _miss(self, kept: Kept, pairs: Pairs) -> None:
+        """Add what the direct paths to some ground would have brought, had nothing cut them."""
+        rows = [np.unique(legs.occluder[legs.status == Status.OCCLUDED]) for legs in (pairs.out, pairs.back)]
+        cutters = np.unique(np.concatenate(rows))
+        if not len(cutters):
+            return
+        out, back = self._powers(pairs, free=True)
+        for cutter in cutters:
+            owner = "seabed" if cutter == SEABED else self.cutters[cutter]
+            for i, j in pairs.pair:
+                lost = _taken(pairs.out, pairs.back, int(i), int(j), int(cutter))
+                part = pairs.only(np.flatnonzero((pairs.pair == (i, j)).all(axis=1)))
+                self._lay(kept, (owner, HIDDEN), part, out * lost, back)
+
+    @property
+    def _ringing(self) -> tuple[int, int]:
+        """Samples for which the pulse is heard after, and before, an echo's delay."""
+        pulse, rate = self.whole.stance.pulse, self.whole.grid.sample_rate
+        return max(0, int(np.ceil(pulse.stop * rate))), max(0, int(np.ceil(-pulse.start * rate)))
+
+    def _smeared(self, bins: Floats) -> Floats:
+        """Bins as the pulse leaves them in the recording, along the last axis: (..., bins) to (..., samples)."""
+        lead, tail = self._ringing
+        pulse = np.abs(self.whole.stance.pulse.samples(np.arange(-tail, lead + 1) / self.whole.grid.sample_rate)) ** 2
+        rows = bins.reshape(-1, bins.shape[-1])
+        smeared = np.array([np.convolve(row, pulse, "valid") for row in rows])
+        return smeared.reshape(*bins.shape[:-1], self.whole.grid.count)
+
+    def series(self, kept: Kept) -> Labels:
+        """The labels of the ping."""
+        by_owner, by_pair = self._intensities(kept.curves)
+        energy = {key: self._smeared(bins[:, 0]) for key, bins in kept.bins.items()}
+        silent = np.zeros(by_owner.shape[::2])
+        echo = {key: value for key, value in energy.items() if key[1] != HIDDEN}
+        there = sum(echo.values(), silent) > 0
+        missing = np.stack([energy.get((who, HIDDEN), silent) for who in self.names.owners])
+        highlight, ghost = self._targets(by_owner, echo, missing.sum(axis=0))
+        shadow = (missing.sum(axis=0) > energy.get(("seabed", STRAIGHT), silent)) & ~highlight
+        shadow_of = np.where(shadow, np.argmax(missing, axis=0), NOBODY).astype(np.uint8)
+        owner = np.where(there, np.argmax(by_owner, axis=1), NOBODY).astype(np.uint8)
+        place = self._places(kept.bins, energy, owner, shadow_of)
+        return Labels(
+            expected_intensity=by_owner.sum(axis=1),
+            owner_intensity=by_owner,
+            pair_intensity=by_pair,
+            strongest_owner=owner,
+            strongest_pair=np.where(there, np.argmax(by_pair, axis=1), NOBODY).astype(np.uint8),
+            highlight=highlight,
+            shadow=shadow,
+            ghost=ghost,
+            shadow_of=shadow_of,
+            place=np.moveaxis(place[:3], 0, -1),
+            distance=place[3],
+            grazing=place[4],
+        )
+
+    def _intensities(self, curves: CurveSet) -> tuple[Floats, Floats]:
+        """Expected intensity by owner, (channels, owners, samples), and by pair alone, (channels, pairs, samples)."""
+        shape = self.whole.stance.channel_count, self.whole.grid.count
+        silent = np.zeros(shape)
+
+        def heard(parts: list[Energies]) -> Floats:
+            return self.whole.series(reduce(iadd, parts, self.whole.silence())) if parts else silent
+
+        by_owner = []
+        for owner in self.names.owners:
+            mine = {pair: energies for (who, pair), energies in curves.items() if who == owner}
+            by_owner.append(heard([mine[ALL]] if ALL in mine else list(mine.values())))
+        by_pair = [heard([value for (_, name), value in curves.items() if name == pair]) for pair in self.names.pairs]
+        return np.stack(by_owner, axis=1), np.stack(by_pair, axis=1)
+
+    def _targets(
+        self, by_owner: Floats, echo: dict[Key, Floats], missing: Floats
+    ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Highlights and ghosts: samples of which targets make at least half, noise included; by which paths.
+
+        A highlight is no fainter than the echo of the ground that is missing there: it would pass for a shadow.
+        """
+        silent = np.zeros(by_owner.shape[::2])
+        target = np.array([name not in ("seabed", "surface") for name in self.names.owners])
+        mine = by_owner[:, target].sum(axis=1)
+        most = (mine > 0) & (mine >= by_owner[:, ~target].sum(axis=1) + self.noise)
+        parts = {True: silent, False: silent}
+        for (who, pair), value in echo.items():
+            if who not in ("seabed", "surface"):
+                parts["S" in pair] = parts["S" in pair] + value
+        ghost = parts[True] > parts[False]
+        return most & ~ghost & (mine >= missing), most & ghost
+
+    def _places(
+        self, bins: dict[Key, Floats], energy: dict[Key, Floats], owner: NDArray[np.uint8], shadow_of: NDArray[np.uint8]
+    ) -> Floats:
+        """North, east, depth, distance, grazing of each sample, (5, channels, samples); NaN where nobody is heard."""
+        place, loudest = np.full((MOMENTS - 1, *owner.shape), np.nan), np.zeros(owner.shape)
+        for key, value in energy.items():
+            row = self.names.owners.index(key[0])
+            mine = (shadow_of == row) if key[1] == HIDDEN else (owner == row) & (shadow_of == NOBODY)
+            wins = mine & (value > loudest)
+            if wins.any():
+                loudest = np.where(wins, value, loudest)
+                means = np.moveaxis(self._smeared(bins[key][:, 1:]), 1, 0)
+                place[:, wins] = means[:, wins] / value[wins]
+        return place
+
+
+def _taken(out: Legs, back: Legs, i: int, j: int, cutter: int) -> Floats:
+    """Part of each echo by the leg out of row i and the leg back of row j that one occluder takes away [1], (n,)."""
+    ends = ((out, i), (back, j))
+    hidden = [legs.status[row] == Status.OCCLUDED for legs, row in ends]
+    there = [cut | (legs.status[row] == Status.CLEAR) for (legs, row), cut in zip(ends, hidden, strict=True)]
+    by = np.where(hidden[0], out.occluder[i], back.occluder[j])
+    mine = there[0] & there[1] & (hidden[0] | hidden[1]) & (by == cutter)
+    left = np.abs(out.visibility[i] * back.visibility[j]) ** 2
+    return np.where(mine, np.maximum(1 - left, 0.0), 0.0)

@@ -1,0 +1,35 @@
+"""Labels from the command line: made with a run, or later, and drawn."""
+
+from pathlib import Path
+
+import pytest
+
+from insonify.cli import main
+from insonify.formats.label_store import open_labels
+
+SHORT = """
+targets: [{shape: box, position: [0 m, 150.5 m], size: [2 m, 1 m, 1 m]}]
+sonar:
+  source_level_db: 220
+  pulse: {kind: cw, frequency: 100 kHz, duration: 0.2 ms}
+  transmit: {kind: line, length: 1.5 m}
+  receive: {kind: line, length: 1.5 m}
+track: {kind: static, position: [0, 0, 11 m], window: [199 ms, 204 ms]}
+paths: {geometry: slice, reflections: 0}
+"""
+
+
+def test_a_recording_is_labelled_and_drawn(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Without labels `show --labels` says how to make them (2); `run --labels` adds them; then there is a picture."""
+    monkeypatch.chdir(tmp_path)
+    Path("a.yaml").write_text(SHORT, encoding="utf-8")
+    assert main(["run", "a.yaml", "-o", "a.zarr"]) == 0
+    assert main(["show", "a.zarr", "--labels", "-o", "a.png"]) == 2
+    assert "insonify run FILE -o a.zarr --labels" in capsys.readouterr().err
+    assert main(["run", "a.yaml", "-o", "a.zarr", "--labels"]) == 0
+    assert open_labels("a.zarr").highlight.values.any()
+    assert main(["show", "a.zarr", "--labels", "-o", "a.png"]) == 0
+    assert Path("a.png").read_bytes().startswith(b"\x89PNG")
+    assert main(["show", "a.zarr", "--labels", "--ground", "-o", "a.png"]) == 2

@@ -1,0 +1,172 @@
+"""Lines of the ground about a stance: they cover what is heard once, whatever the beam, the heading and the floor."""
+
+import numpy as np
+import pytest
+
+from insonify.engines.lines import FAINT, lines_in_view
+from insonify.engines.rings import WIDEST_CELL
+from insonify.engines.sampling import Resolution, beam_bound
+from insonify.propagation.rays import Reach
+from insonify.simulation import prepare
+from oracles.scenes import nominal
+
+DEPTH, HEIGHT = 20.0, 9.0
+HEARD = Reach(HEIGHT, 20.0, 150.0)
+RESOLUTION = Resolution(0.12, 0.0076, 4.0)
+
+
+@pytest.fixture(scope="module")
+def listening():
+    """The nominal sonar, 11 m deep over 20 m of water, that looks east."""
+    return prepare(nominal(paths={"reflections": 0}))
+
+
+def lines(listening, floor=0.0, heading=0.0, heard=HEARD, resolution=RESOLUTION, families=("D",)):
+    """Lines of the ground of the nominal sonar."""
+    return lines_in_view(listening.stance(0), DEPTH, heard, resolution, families, floor, heading)
+
+
+def area(found):
+    """Of the sectors of a ring that lines stand for [m^2]."""
+    return np.sum(found[:, 2] / 2 * (found[:, 5] ** 2 - found[:, 4] ** 2))
+
+
+def width_at(found, distance):
+    """Bearings that lines cover at one distance, added up [rad]."""
+    return found[(found[:, 4] <= distance) & (distance < found[:, 5]), 2].sum()
+
+
+@pytest.mark.parametrize("heard", [HEARD, Reach(HEIGHT, 90.0, 91.0), Reach(HEIGHT, 12.0, 500.0)])
+def test_without_a_floor_the_whole_ring_is_covered_once(listening, heard):
+    """Sectors add up to the annulus, and at any distance to the whole circle."""
+    found = lines(listening, heard=heard)
+    assert area(found) == pytest.approx(np.pi * (heard.farthest**2 - heard.nearest**2), rel=1e-9)
+    for distance in np.linspace(heard.nearest, heard.farthest, 9)[1:-1]:
+        assert width_at(found, distance) == pytest.approx(2 * np.pi, rel=1e-9)
+
+
+def test_below_the_sonar_too_the_ring_is_covered_once(listening):
+    """Down to the point under the sonar, where lines stand for ever more cells: the whole circle at any distance."""
+    found = lines(listening, heard=Reach(HEIGHT, 0.0, 30.0))
+    covered = [width_at(found, distance) for distance in np.geomspace(0.1, 29, 30)]
+    np.testing.assert_allclose(covered, 2 * np.pi, rtol=1e-9)
+
+
+@pytest.mark.parametrize(("height", "tilt_deg", "distance"), [(0.12, 60.0, 5.2), (0.12, 40.0, 10.7), (0.08, 45.0, 9.0)])
+def test_a_narrow_beam_that_looks_down_meets_each_place_once(height, tilt_deg, distance):
+    """Tall panels, tilted: where their axis meets the bed, 9 m below, no bearing has two lines."""
+    panel = {"kind": "planar", "width": 0.3, "height": height}
+    mounting = {"tilt": float(np.radians(tilt_deg))}
+    told = nominal(paths={"reflections": 0}, sonar={"mounting": mounting, "transmit": panel, "receive": panel})
+    found = lines(prepare(told), 1e-3, heard=Reach(HEIGHT, 0.0, 60.0))
+    there = (found[:, 4] <= distance) & (distance < found[:, 5])
+    bearing = np.pi / 2 + np.linspace(-0.5, 0.5, 4001) + 1e-5
+    off = np.angle(np.exp(1j * (bearing[:, None] - np.arctan2(found[there, 1], found[there, 0]))))
+    assert np.sum(np.abs(off) <= found[there, 2] / 2, axis=1).max() == 1
+
+
+@pytest.mark.parametrize("floor", [1e-3, 1e-2, 0.3])
+def test_lines_do_not_overlap(listening, floor):
+    """At any distance the sectors, side by side, are disjoint."""
+    found = lines(listening, floor)
+    middle = np.arctan2(found[:, 1], found[:, 0])
+    for distance in (21.0, 47.0, 74.0, 76.0, 149.0):
+        there = (found[:, 4] <= distance) & (distance < found[:, 5])
+        # the beam looks east, at pi / 2, and the seam of the bearings lies behind it
+        order = np.argsort(np.mod(middle[there] - np.pi / 2 + np.pi, 2 * np.pi))
+        bearing = np.mod(middle[there] - np.pi / 2 + np.pi, 2 * np.pi)[order]
+        width = found[there, 2][order]
+        assert np.all(np.diff(bearing) >= (width[1:] + width[:-1]) / 2 - 1e-9)
+
+
+def test_a_lower_floor_only_adds(listening):
+    """Area and width at any distance grow as the floor falls, up to all there is."""
+    areas = [area(lines(listening, floor)) for floor in (0.5, 0.1, 1e-2, 1e-3, 0.0)]
+    assert np.all(np.diff(areas) >= 0) and areas[0] < 0.05 * areas[-1]
+    for distance in (30.0, 100.0):
+        widths = [width_at(lines(listening, floor), distance) for floor in (0.5, 0.1, 1e-2, 1e-3, 0.0)]
+        assert np.all(np.diff(widths) >= -1e-12)
+
+
+@pytest.mark.parametrize("floor", [1e-2, 0.2])
+def test_what_no_line_covers_is_below_the_floor(listening, floor):
+    """3000 places in the ring: where the two-way gain reaches the floor there is a line; gains by another program."""
+    rng = np.random.default_rng(5)
+    here, found = listening.stance(0), lines(listening, floor)
+    distance = rng.uniform(21, 149, 3000)
+    bearing = np.pi / 2 + rng.normal(0, 0.03, 3000)
+    place = here.transmit_place[:2] + distance[:, None] * np.stack([np.cos(bearing), np.sin(bearing)], axis=-1)
+    way = np.column_stack([place - here.transmit_place[:2], np.full(3000, HEIGHT)])
+    way /= np.linalg.norm(way, axis=1, keepdims=True)
+    gain = np.abs(here.transmit_beams.gain(way)[0] * here.receive_beams.gain(way)[0])
+    off = np.angle(np.exp(1j * (bearing[:, None] - np.arctan2(found[:, 1], found[:, 0]))))
+    within = (np.abs(off) <= found[:, 2] / 2 + 1e-9) & (distance[:, None] >= found[:, 4])
+    covered = (within & (distance[:, None] <= found[:, 5])).any(axis=1)
+    assert np.all(covered[gain >= floor]) and np.mean(gain >= floor) > 0.02
+    assert not covered.all()
+    # and the bound by which tiles are chosen agrees that nothing loud was left out
+    bound = beam_bound(place, np.zeros(3000), here, DEPTH, listening.engine.rays, ("D",))
+    assert bound[~covered].max() < floor * (1 + 1e-6)
+
+
+def test_no_loud_line_is_wider_than_a_cell(listening):
+    """Away from the sonar and from the beam's outskirts, where the ground is broad, each cell has its own line."""
+    cell = min(RESOLUTION.width, WIDEST_CELL) / np.sqrt(RESOLUTION.per_cell)
+    found = lines(listening)
+    alone = (found[:, 3] == 0) & (found[:, 4] > HEIGHT)
+    assert alone.any() and found[alone, 2].max() <= cell * (1 + 1e-9)
+    here = listening.stance(0)
+    for distance in (60.0, 140.0):
+        way = np.array([[0.0, distance, HEIGHT]]) / np.hypot(distance, HEIGHT)
+        assert np.abs(here.transmit_beams.gain(way)[0] * here.receive_beams.gain(way)[0]) > FAINT
+        ahead = np.abs(np.angle(np.exp(1j * (np.arctan2(found[:, 1], found[:, 0]) - np.pi / 2)))) <= found[:, 2] / 2
+        over = ahead & (found[:, 4] <= distance) & (distance < found[:, 5])
+        assert over.any() and np.all(found[over, 3] == 0)
+
+
+def test_finer_cells_are_more_lines(listening):
+    """Four times the points to a cell: lines half as wide in the loud part, about twice as many, on the same ground."""
+    coarse, fine = (lines(listening, 1e-3, resolution=Resolution(0.12, 0.0076, n)) for n in (4.0, 16.0))
+    loud = [found[(found[:, 3] == 0) & (found[:, 5] > 40)] for found in (coarse, fine)]
+    assert loud[1][:, 2].max() == pytest.approx(loud[0][:, 2].max() / 2, rel=0.05)
+    assert len(loud[1]) == pytest.approx(2 * len(loud[0]), rel=0.15)
+
+
+@pytest.mark.parametrize("heading", [0.4, -2.0, np.pi])
+def test_a_frame_turned_is_the_same_lines_turned(listening, heading):
+    """Only the direction cosines change, by the heading."""
+    plain, turned = lines(listening, 1e-3), lines(listening, 1e-3, heading)
+    c, s = np.cos(heading), np.sin(heading)
+    np.testing.assert_allclose(turned[:, 0], c * plain[:, 0] + s * plain[:, 1], atol=1e-12)
+    np.testing.assert_allclose(turned[:, 1], c * plain[:, 1] - s * plain[:, 0], atol=1e-12)
+    np.testing.assert_array_equal(turned[:, 2:], plain[:, 2:])
+
+
+def test_what_is_asked_again_is_the_same_whatever_was_asked_between(listening):
+    """Lines are remembered for the pings to come: twelve other questions later, the same numbers."""
+    first = lines(listening, 1e-2).copy()
+    for heading in np.linspace(0.1, 3, 12):
+        lines(listening, 1e-2, float(heading))
+    np.testing.assert_array_equal(lines(listening, 1e-2), first)
+
+
+def test_more_families_take_in_no_less(listening):
+    """What any of the families hears is in view: with the surface's too the ground covered cannot shrink."""
+    direct, both = (area(lines(listening, 1e-2, families=families)) for families in (("D",), ("D", "S")))
+    assert both >= direct * (1 - 1e-12)
+
+
+def test_samples_are_staggered_evenly(listening):
+    """Shifts of the lines are multiples of the golden ratio: any 34 in a row leave no gap wider than 2 / 34."""
+    found = lines(listening)
+    np.testing.assert_array_equal(found[:, 7], np.arange(len(found)))
+    assert np.all((found[:, 6] > 0) & (found[:, 6] <= 1)) and len(found) > 100
+    for start in (0, 17, 60):
+        shift = np.sort(found[start : start + 34, 6])
+        assert np.diff(np.append(shift, shift[0] + 1)).max() < 2 / 34
+
+
+def test_nothing_heard_is_no_line(listening):
+    """A window that closes before the first echo, and a floor above the loudest beam."""
+    assert lines(listening, heard=Reach(HEIGHT, 0.0, -1.0)).shape == (0, 8)
+    assert lines(listening, floor=1.5).shape == (0, 8)

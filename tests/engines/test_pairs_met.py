@@ -1,0 +1,192 @@
+"""What the engine makes of points: pairs of legs and their strengths, mirrors unfolded, and targets as points."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from insonify.engines.skyline import Remembered, fresnel_half_length
+from insonify.engines.targets import target_points
+from insonify.engines.tracer.mirrors import folded, kept, ways
+from insonify.propagation.families import families
+from insonify.scattering.lambert import Lambert
+from insonify.scene.scatterers import Scatterers
+from insonify.scene.scene import Scene
+from insonify.simulation import prepare
+from oracles.scenes import nominal, point
+
+DEPTH = 20.0
+WALL = {"shape": "box", "label": "wall", "position": (0.0, 60.0), "size": (6.0, 1.0, 2.0)}
+BALL = {"shape": "sphere", "label": "ball", "diameter": 0.6, "position": (3.0, 40.0)}
+LAMBERT = Lambert(-27.0)
+
+
+def bed_points(count=60, seed=1, area=0.01):
+    """Points of a flat Lambert bed, before the sonar."""
+    rng = np.random.default_rng(seed)
+    position = np.column_stack([rng.uniform(-5, 5, count), rng.uniform(20, 120, count), np.full(count, DEPTH)])
+    return Scatterers(
+        "seabed", "seabed", LAMBERT, position, np.tile([0.0, 0.0, -1.0], (count, 1)), np.full(count, area),
+        np.ones(count, complex), np.arange(count, dtype=np.uint64),
+    )  # fmt: skip
+
+
+def met(scatterers, order=2, **changes):
+    """Pairs of some points by name of the pair, and the pairs themselves."""
+    listening = prepare(nominal(paths={"reflections": order}, **changes))
+    pairs = listening.engine.meet(listening.stance(0), scatterers)
+    return dict(zip(pairs.names(), pairs.strength, strict=True)), pairs
+
+
+def points_of(*targets, slant=0.15, even=False, seed=1, **told):
+    """Points of the targets of a scene at its first ping."""
+    listening = prepare(nominal(targets=targets, **told))
+    engine = listening.engine
+    return target_points(engine.scene, engine.choice, seed, listening.stance(0), slant, even=even)
+
+
+def test_a_pair_off_a_lambert_bed_has_its_closed_form():
+    """Strength is the root of mu sin(in) sin(out) area; sines are those of images: height over length."""
+    bed = bed_points()
+    found, _ = met(bed)
+    across = np.linalg.norm(bed.position[:, :2], axis=1)
+    climb = {"D": 9.0, "S": 31.0, "BS": 49.0}
+    assert set(found) == {(i, j) for i in climb for j in climb}
+    for (i, j), strength in found.items():
+        sines = [climb[name] / np.hypot(across, climb[name]) for name in (i, j)]
+        np.testing.assert_allclose(strength, np.sqrt(10**-2.7 * sines[0] * sines[1] * 0.01), rtol=1e-9)
+
+
+def test_out_and_back_may_be_exchanged():
+    """With both ends at one place pair (i, j) is as strong as (j, i), whatever the points lie on."""
+    solid = points_of(BALL, slant=0.3)[0]
+    for scatterers in (bed_points(), solid):
+        found, _ = met(scatterers)
+        for (i, j), strength in found.items():
+            np.testing.assert_allclose(strength, found[j, i], rtol=1e-9)
+
+
+def test_points_answer_alone_as_they_do_in_company():
+    """Every third point of a block: its legs and strengths to the last bit those within the block."""
+    bed = bed_points(90)
+    (_, whole), (_, part) = met(bed), met(bed.take(slice(0, 90, 3)))
+    np.testing.assert_array_equal(part.strength, whole.strength[:, ::3])
+    np.testing.assert_array_equal(part.out.delay, whole.out.delay[:, ::3])
+    np.testing.assert_array_equal(part.out.amplitude, whole.out.amplitude[:, ::3])
+
+
+def test_more_families_leave_the_others_alone():
+    """Pairs of order 1 are among those of order 3, unchanged."""
+    few, many = met(bed_points(), order=1)[0], met(bed_points(), order=3)[0]
+    assert set(few) < set(many)
+    for names, strength in few.items():
+        np.testing.assert_array_equal(strength, many[names])
+
+
+def test_four_times_the_area_scatters_twice_the_pressure():
+    """Strength is a root of the area; legs do not know it."""
+    one, four = met(bed_points(area=0.01))[1], met(bed_points(area=0.04))[1]
+    np.testing.assert_allclose(four.strength, 2 * one.strength, rtol=1e-12)
+    np.testing.assert_array_equal(four.out.delay, one.out.delay)
+
+
+families_asked = st.sampled_from(families(4))
+depths = st.floats(0.5, 19.5)
+
+
+@given(families_asked, depths, depths, st.floats(1, 100), st.floats(-np.pi, np.pi))
+@settings(max_examples=60, deadline=None)
+def test_a_way_may_be_gone_backwards(family, one, other, distance, bearing):
+    """By SB one way is by BS the other: as long, as strong, directions turned round."""
+    scene = Scene(seabed={"depth": DEPTH, "reflection": 0.35})
+    here = np.array([0.0, 0.0, one])
+    there = np.array([distance * np.cos(bearing), distance * np.sin(bearing), other])
+    out = ways(scene, here, there[None], family, 0.015)
+    back = ways(scene, there, here[None], "D" if family == "D" else family[::-1], 0.015)
+    assert out.length[0] == pytest.approx(back.length[0], rel=1e-12)
+    np.testing.assert_allclose(out.departure, -back.arrival, atol=1e-12)
+    np.testing.assert_allclose(out.arrival, -back.departure, atol=1e-12)
+    assert out.intensity[0] == pytest.approx(back.intensity[0], rel=1e-12)
+
+
+@given(families_asked, depths)
+def test_mirrors_undo_themselves(family, depth):
+    """An image mirrored by the same mirrors in reverse is the sonar; S and B together shift it by twice the depth."""
+    back = "D" if family == "D" else family[::-1]
+    assert folded(back, folded(family, depth, DEPTH), DEPTH) == pytest.approx(depth, abs=1e-9)
+    assert folded("SB", depth, DEPTH) - depth == pytest.approx(2 * DEPTH)
+    assert folded("BS", depth, DEPTH) - depth == pytest.approx(-2 * DEPTH)
+
+
+def test_every_bounce_takes_the_same_share_again():
+    """Pressure 0.35 at the bed: intensity 0.35^2 for each B, nothing for S."""
+    scene = Scene(seabed={"depth": DEPTH, "reflection": 0.35})
+    for family in families(5):
+        left = kept(scene, family, np.array([0.1, 0.7]))
+        np.testing.assert_allclose(left, 0.35 ** (2 * family.count("B")), rtol=1e-12)
+
+
+@given(st.floats(0.01, 0.99), st.floats(1, 500), st.floats(0.02, 3), st.floats(0.002, 0.1))
+def test_a_mirror_is_as_large_seen_from_either_end(share, distance, tangent, wavelength):
+    """The Fresnel zone of a bounce: the same for both ends, none at an end, half a wave at its edge."""
+
+    def half(part):
+        return float(fresnel_half_length(np.array(part * distance), np.array(distance), np.array(tangent), wavelength))
+
+    assert half(share) == pytest.approx(half(1 - share), rel=1e-9)
+    assert half(0.0) == half(1.0) == 0.0
+    assert half(share) <= half(0.5) * (1 + 1e-12)
+    # the way over a point off the mirror is longer by this, to second order
+    stretch = np.sqrt(1 + tangent**2)
+    r1, r2, sine = share * distance * stretch, (1 - share) * distance * stretch, tangent / stretch
+    longer = (half(share) * sine) ** 2 / 2 * (1 / r1 + 1 / r2)
+    assert longer == pytest.approx(wavelength / 2, rel=1e-9)
+
+
+def test_the_places_asked_for_longest_ago_are_forgotten():
+    """Three are remembered and made once each; a fourth takes the place of the first."""
+    store, made = Remembered(3), []
+    for key in ("a", "b", "a", "c", "d", "b", "a"):
+        store.get(key, lambda key=key: made.append(key) or key)
+    assert made == ["a", "b", "c", "d", "a"]
+
+
+def test_targets_come_in_their_order_and_a_point_is_one():
+    """Three kinds of target, each under its own label."""
+    found = points_of(WALL, point(0.0, 30.0, 15.0, label="mark"), BALL)
+    assert [part.owner for part in found] == ["wall", "mark", "ball"]
+    assert len(found[1]) == 1 and found[1].area[0] == 1.0
+    np.testing.assert_array_equal(found[1].position, [[0.0, 30.0, 15.0]])
+
+
+@pytest.mark.parametrize("even", [False, True])
+def test_points_stand_for_the_whole_surface(even):
+    """A box on the bed: its area without the base. A ball: 4 pi a^2, less what its triangles cut off, under 3 %."""
+    wall, ball = points_of(WALL, BALL, even=even)
+    assert wall.area.sum() == pytest.approx(6 * 1 + 2 * 2 * (6 + 1), rel=1e-9)
+    assert ball.area.sum() == pytest.approx(4 * np.pi * 0.3**2, rel=0.03)
+
+
+def test_a_finer_pulse_draws_finer_faces():
+    """Cells are no larger than a third of the range resolution in either direction; the area stays."""
+    coarse, fine = points_of(WALL, slant=0.6)[0], points_of(WALL, slant=0.15)[0]
+    assert len(fine) > 2 * len(coarse)
+    for part, slant in ((coarse, 0.6), (fine, 0.15)):
+        assert part.area.max() <= (slant / 3) ** 2 * (1 + 1e-9)
+    assert fine.area.sum() == pytest.approx(coarse.area.sum(), rel=1e-9)
+
+
+def test_targets_do_not_know_one_another():
+    """A ball alone and beside others has the same points and phases; another seed has others."""
+    alone, beside = points_of(BALL)[0], points_of(BALL, WALL)[0]
+    np.testing.assert_array_equal(alone.position, beside.position)
+    np.testing.assert_array_equal(alone.phase, beside.phase)
+    assert np.mean(points_of(BALL, seed=2)[0].phase == alone.phase) < 0.01
+
+
+def test_a_solid_too_far_for_the_window_costs_nothing():
+    """Its first echo after the window's end: no points; within it: all of them."""
+    near, far = ({**BALL, "position": (0.0, east)} for east in (60.0, 200.0))
+    window = {"window": (0.05, 0.12)}
+    assert len(points_of(near, track=window)) == 1
+    assert points_of(far, track=window) == []

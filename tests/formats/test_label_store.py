@@ -1,0 +1,71 @@
+"""Labels on disk stand beside the sound, come back as they went in, and can be added later."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from insonify.drawing import labels as draw
+from insonify.formats.label_store import KEPT_BITS, done, open_labels
+from insonify.formats.zarr_store import StoreError, open_recording
+from insonify.records.labels import COLUMNS
+from insonify.simulation import labels, record
+from oracles.scenes import nominal
+
+PINGS = 3
+
+
+def survey(**told: object):
+    """Three short pings past the nominal box."""
+    line = {"kind": "line", "start": (-1.0, 0.0, 11.0), "speed": 2.0, "pings": PINGS, "interval": 0.5,
+            "window": (0.1995, 0.2035), "position": None}  # fmt: skip
+    track = {key: value for key, value in line.items() if value is not None}
+    sonar = {"mounting": {"bearing": np.pi / 2}}
+    made = dict(nominal(box={"label": "box"}, paths={"reflections": 0}, surface={"scattering": None}, sonar=sonar))
+    return type(nominal())(**{**made, "track": track, "field": "incoherent", **told})
+
+
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Recorded first without labels, but for the last ping; then labelled."""
+    path = tmp_path_factory.mktemp("labels") / "a.zarr"
+    record(survey(), path, pings=[0, 1])
+    with pytest.raises(StoreError, match="--labels"):
+        open_labels(path)
+    record(survey(), path, with_labels=True)
+    return path
+
+
+def test_labels_come_back_as_they_went_in(stored: Path) -> None:
+    """Every column of every ping, intensities to 2^-13, places to half a millimetre, the rest bit by bit."""
+    held = open_labels(stored)
+    assert done(stored).all() and list(held.owner.values) == ["seabed", "surface", "box"]
+    for ping in range(PINGS):
+        fresh = labels(survey(), ping)
+        for name, (_, _, units, _) in COLUMNS.items():
+            there, wanted = held[name].values[ping], fresh[name].values
+            if units == "uPa^2":
+                np.testing.assert_allclose(there, wanted, rtol=2.0 ** -(KEPT_BITS + 1) * 1.001)
+            else:
+                np.testing.assert_allclose(there, wanted, rtol=0, atol=0.51e-3 if name == "place" else 0)
+
+
+def test_the_sound_does_not_know_of_its_labels(stored: Path, tmp_path: Path) -> None:
+    """Recordings with labels and without hold the same bits."""
+    record(survey(), tmp_path / "b.zarr", with_labels=False)
+    np.testing.assert_array_equal(open_recording(stored).intensity, open_recording(tmp_path / "b.zarr").intensity)
+
+
+def test_a_scenario_can_ask_for_labels(tmp_path: Path) -> None:
+    """`output.labels: true` is enough; only the pings asked for are there, the others are nobody's."""
+    record(survey(output={"labels": True}), tmp_path / "c.zarr", pings=[1])
+    held = open_labels(tmp_path / "c.zarr")
+    assert held.done.values.tolist() == [False, True, False]
+    assert (held.strongest_owner.values[0] == 255).all() and not held.shadow.values[0].any()
+    assert np.isnan(held.expected_intensity.values[2]).all()
+
+
+def test_labels_can_be_drawn(stored: Path, tmp_path: Path) -> None:
+    """All pings as one picture, and one ping as traces."""
+    for name, ping in (("all.png", None), ("one.png", 1)):
+        assert draw(open_recording(stored), open_labels(stored), tmp_path / name, ping=ping).stat().st_size > 5000

@@ -1,0 +1,114 @@
+"""One plane, tilted as a swell is where the mirror's bounce point lies: the paper's moving surface."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from insonify.ocean.wave_spectrum import angular_frequency
+from insonify.propagation.bent import unfolded
+from insonify.propagation.glints import End
+from insonify.propagation.images import image_legs
+from insonify.propagation.tilted import planes, tilted_legs
+from insonify.scene.scene import Scene, point_scatterer
+from insonify.scene.surface import Surface, Swell
+from insonify.scene.target import PointTarget
+
+PLACE, TARGET = np.array([0.0, 0.0, 11.0]), (20.0, 60.0, 19.5)
+SWELL = {"height": 0.05, "length": 30.0}
+
+
+def scene(**swell):
+    """The nominal depth under a swell that comes in slantwise."""
+    return Scene(surface={"bounce": "tilted", "swell": {**SWELL, **swell}, "waves_to": 0.7})
+
+
+def legs(where, family="S", *, time=0.0, target=TARGET):
+    """Mirror's leg of one family, and the tilted ones out and back."""
+    point = point_scatterer(PointTarget(position=target))
+    mirror = image_legs(where, PLACE, point, (family,), 1e5)
+    return mirror, *tilted_legs(mirror, where, point, End(PLACE, time))
+
+
+@pytest.mark.parametrize("time", [0.0, 1.3, 2.9])
+def test_the_way_off_the_plane_is_the_shortest(time):
+    """Fermat: the leg is as long as the shortest way over the tilted plane, found by a search; it leaves that way."""
+    where = scene(height=0.3, length=60.0)
+    mirror, out, _ = legs(where, time=time)
+    lines = unfolded("S", PLACE, np.array([TARGET]), 20.0)
+    on, normal = (one[0, 0] for one in planes(where, lines.mirror_points(), time + lines.parts() * mirror.delay[0]))
+
+    def way(level):
+        bounce = np.array([*level, on[2] - (np.array(level) - on[:2]) @ normal[:2] / normal[2]])
+        return bounce, np.linalg.norm(bounce - PLACE) + np.linalg.norm(TARGET - bounce)
+
+    found = minimize(lambda level: way(level)[1], on[:2], method="Nelder-Mead", options={"xatol": 1e-9, "fatol": 1e-12})
+    bounce, length = way(found.x)
+    assert out.length[0, 0] == pytest.approx(length, abs=1e-9)
+    assert out.delay[0, 0] == pytest.approx(length / 1500, abs=1e-12)
+    np.testing.assert_allclose(out.departure[0, 0], (bounce - PLACE) / np.linalg.norm(bounce - PLACE), atol=1e-5)
+    np.testing.assert_allclose(out.arrival[0, 0], (TARGET - bounce) / np.linalg.norm(TARGET - bounce), atol=1e-5)
+    assert abs(length - mirror.length[0, 0]) > 1e-3
+
+
+def test_the_plane_stands_where_the_wave_does():
+    """A quarter of a length ahead of a crest the surface is level with the mean and falls by 2 pi a / length."""
+    where = Scene(surface={"bounce": "tilted", "swell": SWELL, "waves_to": 0.0})
+    on, normal = planes(where, np.array([[0.0, 5.0], [7.5, 5.0]]), np.zeros(2))
+    np.testing.assert_allclose(on[:, 2], [-0.025, 0.0], atol=1e-12)
+    np.testing.assert_allclose(normal[0], [0, 0, 1], atol=1e-12)
+    np.testing.assert_allclose(normal[1, 0] / normal[1, 2], -2 * np.pi * 0.025 / 30, rtol=1e-12)
+    # The crest has moved on a quarter of a period later.
+    period = 2 * np.pi / float(angular_frequency(2 * np.pi / 30, water_depth=20.0))
+    later, _ = planes(where, np.array([[7.5, 5.0]]), np.array([period / 4]))
+    assert later[0, 2] == pytest.approx(-0.025)
+
+
+@pytest.mark.parametrize("family", ["S", "BS", "SB", "SBS"])
+def test_a_low_swell_is_a_mirror(family):
+    """A swell of a nanometre changes no leg; families without the surface are never touched."""
+    mirror, out, back = legs(scene(height=1e-9), family)
+    for moved in (out, back):
+        np.testing.assert_allclose(moved.delay, mirror.delay, rtol=1e-11)
+        np.testing.assert_allclose(moved.departure, mirror.departure, atol=1e-9)
+        np.testing.assert_allclose(moved.amplitude, mirror.amplitude, rtol=1e-9)
+
+
+def test_out_and_back_stand_at_their_own_times():
+    """The leg back meets the swell a way to the target and part of a way home later: as one of that time does."""
+    where = scene()
+    mirror, out, back = legs(where, time=0.5)
+    lines = unfolded("S", PLACE, np.array([TARGET]), 20.0)
+    there = np.linalg.norm(np.array(TARGET) - PLACE) / 1500
+    part = lines.parts()[0, 0]
+    later = 0.5 + there + (1 - 2 * part) * mirror.delay[0, 0]
+    _, then, _ = legs(where, time=later)
+    assert abs(back.delay[0, 0] - out.delay[0, 0]) > 1e-9
+    assert back.delay[0, 0] == pytest.approx(then.delay[0, 0], abs=1e-14)
+
+
+def test_a_swell_that_focuses_is_refused():
+    """Where 2 eta'' r1 r2 / ((r1 + r2) sin g) exceeds 1 no one plane will do: 2.9 cm amplitude, 20 m long, at 150 m."""
+    far = (0.0, 150.0, 19.5)
+    swell = Swell(height=0.058, length=20.0)
+    sine = 30.5 / np.hypot(30.5, 150)
+    factor = 2 * swell.curvature * (11 / sine) * (19.5 / sine) / (30.5 / sine) / sine
+    assert factor == pytest.approx(1.0, rel=0.05)
+    legs(scene(height=0.97 * 0.058 / factor, length=20.0), target=far)
+    with pytest.raises(ValueError, match=r"one tilted plane cannot stand for it.*bounce: statistical"):
+        legs(scene(height=1.03 * 0.058 / factor, length=20.0), target=far)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"bounce": "statistical"}, "Write wind_speed: 3 m/s"),
+        ({"bounce": "tilted"}, "Write swell: "),
+        ({"wind_speed": 5.0}, "moves a statistical surface only"),
+        ({"bounce": "statistical", "wind_speed": 5.0, "swell": SWELL}, "moves a tilted surface only"),
+        ({"bounce": "waves"}, "mirror"),
+    ],
+)
+def test_a_surface_says_what_it_lacks(given, said):
+    """What moves a surface belongs to its bounce; what is not there yet is not offered."""
+    with pytest.raises(ValueError, match=said):
+        Surface(**given)

@@ -1,0 +1,193 @@
+"""The map of the ground and the lattice it lies on: pieces that come, stay and go, cubics, tiles, keys."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import insonify.scene.ground_map as module
+from insonify import streams
+from insonify.scene._map_kernel import add_twice_as_fine
+from insonify.scene.bed import MAP_CELLS
+from insonify.scene.ground_map import AROUND, GroundMap, ground_map, unmapped
+from insonify.scene.lattice import BASE_PITCH, TILE, Lattice, Tiles, draw
+from insonify.scene.seabed import Seabed
+
+FRACTAL = {"kind": "power-law", "hurst": 0.8, "rms": 0.1}
+RIPPLES = {"kind": "ripples", "wavelength": 2.0, "height": 0.1}
+
+
+def bed(relief=FRACTAL, **more):
+    """The ground of a seabed."""
+    return Seabed(depth=20.0, relief=relief, **more).settled(1, 100e3, 1500.0).bed
+
+
+def small(monkeypatch, rows=4):
+    """A map with room for a few pieces only."""
+    monkeypatch.setattr(module, "MOST_PIECES", rows)
+    return GroundMap(bed())
+
+
+def numbers(*rows):
+    """Numbers of some pieces."""
+    return np.array(rows, np.int64).reshape(-1, 2)
+
+
+def where(kept, along, across):
+    """Row of a piece that is there, or None."""
+    i, j = along % AROUND, across % AROUND
+    return int(kept.slot[i, j]) if tuple(kept.number[i, j]) == (along, across) else None
+
+
+def cubic(coefficient, x):
+    """A polynomial of third degree, three columns of it."""
+    return np.stack([np.polyval(row, x) for row in coefficient], axis=-1)
+
+
+@pytest.mark.parametrize("margin", [0, 2])
+def test_cubics_are_filled_in_exactly(margin):
+    """A product of polynomials of third degree on every second node is itself on all of them."""
+    rng, nodes = np.random.default_rng(1), 9 + 2 * margin
+    a, b = rng.normal(size=(2, 3, 4))
+    coarse_nodes = 2.0 * np.arange(-2, (nodes - margin + 1) // 2 + 3) / 10
+    fine_nodes = (np.arange(nodes) - margin) / 10.0
+    coarse = (cubic(a, coarse_nodes)[:, None] * cubic(b, coarse_nodes)[None]).reshape(len(coarse_nodes), -1)
+    told = cubic(a, fine_nodes)[:, None] * cubic(b, fine_nodes)[None]
+    fine = np.ones((nodes, 3 * nodes))
+    # Coarse nodes start two before the first; with a margin the first fine node is one coarse node before it.
+    add_twice_as_fine(coarse, margin, fine)
+    np.testing.assert_allclose(fine.reshape(nodes, nodes, 3), 1 + told, atol=1e-10)
+
+
+@pytest.mark.parametrize("relief", [FRACTAL, RIPPLES, [FRACTAL, RIPPLES]])
+@pytest.mark.parametrize("piece", [(0, 0), (-1, 5)])
+def test_a_piece_is_the_ground_of_its_numbers(relief, piece):
+    """Fractal octaves by cubics, other kinds by their own law: heights within 1 % of their rms, either side of 0."""
+    ground = bed(relief)
+    kept = GroundMap(ground)
+    (row, *asked), *_ = kept.claim(numbers(piece))
+    kept.draw(row, *asked)
+    told = ground.map_piece(*piece)
+    off = kept.pieces[row, :, :, 0] - told
+    assert np.abs(off).max() < 0.03 * told.std() and off.std() < 0.01 * told.std()
+
+
+def test_slopes_of_a_piece_are_those_of_its_heights():
+    """Trapezoid over the slopes along both axes gives the rise from node to node, to the step's square."""
+    kept = GroundMap(bed({**RIPPLES, "wavelength": 4.0}))
+    kept.draw(0, 3, -2)
+    piece = kept.pieces[0].astype(float)
+    for axis in (0, 1):
+        height, slope = np.moveaxis(piece[..., 0], axis, 0), np.moveaxis(piece[..., 1 + axis], axis, 0)
+        rise = np.cumsum((slope[1:] + slope[:-1]) / 2 * kept.cell, axis=0)
+        np.testing.assert_allclose(rise, height[1:] - height[0], atol=0.03 * np.ptp(height))
+
+
+def test_neighbouring_pieces_of_the_map_meet():
+    """The last nodes of one are the first of the next in height and slope, wherever they are kept."""
+    kept = GroundMap(bed())
+    for row, piece in enumerate([(0, 0), (1, 0), (0, 1)]):
+        kept.draw(row, *piece)
+    here, north, east = kept.pieces[:3]
+    assert here.shape == (MAP_CELLS + 1, MAP_CELLS + 1, 3)
+    np.testing.assert_allclose(here[-1], north[0], atol=2e-6)
+    np.testing.assert_allclose(here[:, -1], east[:, 0], atol=2e-6)
+
+
+def test_a_piece_is_asked_for_once():
+    """What is there need not be drawn again, and keeps its row."""
+    kept = GroundMap(bed())
+    first = kept.claim(numbers((0, 0), (0, 1)))
+    assert [piece for _, *piece in first] == [[0, 0], [0, 1]]
+    second = kept.claim(numbers((0, 1), (5, 5)))
+    assert [piece for _, *piece in second] == [[5, 5]]
+    assert where(kept, 0, 1) == first[1][0] and where(kept, 0, 0) == first[0][0]
+
+
+def test_the_piece_not_asked_for_longest_makes_room(monkeypatch):
+    """Four fit: a fifth takes the place of the one that was asked for the longest time ago."""
+    kept = small(monkeypatch)
+    for n in range(4):
+        kept.claim(numbers((n, 0)))
+    kept.claim(numbers((0, 0)))
+    kept.claim(numbers((9, 0)))
+    assert where(kept, 1, 0) is None
+    assert all(where(kept, n, 0) is not None for n in (0, 2, 3, 9))
+
+
+def test_pieces_wanted_together_do_not_push_each_other_out(monkeypatch):
+    """As many as there is room for, old and new, whatever was there before."""
+    kept = small(monkeypatch)
+    kept.claim(numbers(*((n, 0) for n in range(4))))
+    wanted = [(3, 0), (20, 1), (21, 1), (0, 0)]
+    kept.claim(numbers(*wanted))
+    rows = [where(kept, *piece) for piece in wanted]
+    assert None not in rows and len(set(rows)) == 4
+
+
+def test_pieces_of_one_slot_replace_each_other():
+    """Numbers that are alike modulo the extent of the map are told apart by their own numbers."""
+    kept = GroundMap(bed())
+    kept.claim(numbers((2, 3)))
+    missing = kept.claim(numbers((2 + AROUND, 3)))
+    assert len(missing) == 1 and where(kept, 2, 3) is None
+    assert where(kept, 2 + AROUND, 3) == missing[0][0]
+    assert len(kept.claim(numbers((2, 3)))) == 1
+
+
+@given(st.lists(st.lists(st.tuples(st.integers(-3, 3), st.sampled_from([0, 1, AROUND])), min_size=1, max_size=4,
+                         unique_by=lambda p: (p[0], p[1] % AROUND)), min_size=1, max_size=25))  # fmt: skip
+@settings(max_examples=25, deadline=None)
+def test_the_books_of_the_map_are_kept_straight(asked):
+    """After any claims: each slot names a row of its own, that row knows the slot, and all that was asked is there."""
+    with pytest.MonkeyPatch.context() as patch:
+        kept = small(patch, 5)
+    for wanted in asked:
+        kept.claim(numbers(*wanted))
+        assert all(where(kept, *piece) is not None for piece in wanted)
+        used = kept.slot[kept.slot >= 0]
+        assert len(np.unique(used)) == len(used) <= 5
+        for i, j in zip(*np.nonzero(kept.slot >= 0), strict=True):
+            np.testing.assert_array_equal(kept._held[kept.slot[i, j]], kept.number[i, j])
+
+
+def test_a_bed_has_one_map():
+    """Asked again the same map comes back; another bed has another; what stands for a flat bed's is flat."""
+    one, other = bed(), bed(seed=5)
+    assert ground_map(one) is ground_map(one) is not ground_map(other)
+    assert not any(part.any() for part in unmapped())
+
+
+@given(st.integers(1, 8), st.integers(-500, 500), st.integers(-500, 500))
+@settings(max_examples=20, deadline=None)
+def test_tiles_of_a_split_lie_side_by_side_in_the_whole(level, along, across):
+    """Every cell of the four parts lies in the whole tile, and no two of them overlap."""
+    whole = Tiles(*np.array([[level], [along], [across]], np.int64))
+    cell = draw(whole.split(), 1, streams.SEABED)
+    side = TILE * whole.pitch[0]
+    edge = np.array([along, across]) * side
+    offset = np.stack([cell.along, cell.across], axis=-1) - edge
+    assert np.all((offset >= -1e-6) & (offset <= side + 1e-6))
+    assert cell.area.sum() == pytest.approx(side**2)
+    fine = np.floor(offset / (whole.pitch[0] / 2) + 1e-9).astype(int)
+    assert len({(a, b) for a, b in fine.clip(0, 2 * TILE - 1)}) > 0.999 * len(offset)
+
+
+def test_tiles_are_taken_by_their_rows():
+    """By slice or mask, with pitches of their own levels."""
+    tiles = Tiles(np.array([0, 1, 5]), np.array([7, 8, 9]), np.array([-1, -2, -3]))
+    np.testing.assert_allclose(tiles.pitch, [BASE_PITCH, 2 * BASE_PITCH, 32 * BASE_PITCH])
+    part = tiles.take(np.array([True, False, True]))
+    np.testing.assert_array_equal(np.stack(part), [[0, 5], [7, 9], [-1, -3]])
+    np.testing.assert_allclose(part.centre, tiles.centre[[0, 2]])
+
+
+@given(st.floats(-6, 6), st.floats(-6, 6), st.floats(-1e3, 1e3))
+def test_two_lattices_differ_by_a_turn_and_a_shift(one, other, north):
+    """From one frame to the world and into another: distances and handedness stay."""
+    first, second = Lattice(origin=(north, 5.0), heading=one), Lattice(origin=(-3.0, north), heading=other)
+    own = np.array([[0.0, 0], [1, 0], [0, 1]])
+    origin, along, across = second.from_world(first.to_world(*own.T))
+    a, b = along - origin, across - origin
+    np.testing.assert_allclose(a, [np.cos(one - other), np.sin(one - other)], atol=1e-9)
+    np.testing.assert_allclose(b, [-a[1], a[0]], atol=1e-9)

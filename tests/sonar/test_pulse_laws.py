@@ -1,0 +1,149 @@
+"""Laws of the pulse and of what the receiver makes of it: scale, mirror, stationary phase, limits."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from insonify.sonar import Pulse, Receiver, energy_duration, hear, spectrum
+from insonify.sonar.pulse import envelope
+
+TONE = {"frequency": 100e3, "duration": 1e-3}
+SWEEP = {"frequency": 100e3, "duration": 5e-3, "kind": "lfm", "bandwidth": 20e3}
+TAPERS = ["none", "tukey", "hann"]
+
+
+@pytest.mark.parametrize("taper", TAPERS)
+@pytest.mark.parametrize("told", [TONE, SWEEP])
+@given(factor=st.floats(0.2, 5))
+@settings(max_examples=10, deadline=None)
+def test_slower_is_longer_and_narrower(told, taper, factor):
+    """Stretched in time by a factor, the spectrum is that much higher and narrower: F p(t / k) = k P(k f)."""
+    slow = told | {"duration": told["duration"] * factor, "bandwidth": told.get("bandwidth", 0) / factor}
+    f = np.linspace(-25e3, 25e3, 101)
+    one, other = Pulse(**told, taper=taper), Pulse(**slow, taper=taper)
+    np.testing.assert_allclose(
+        spectrum(other, f / factor), factor * spectrum(one, f), atol=2e-9 * factor * told["duration"]
+    )
+
+
+@pytest.mark.parametrize("told", [TONE, SWEEP])
+def test_the_envelope_does_not_know_its_carrier(told):
+    """Another centre frequency, the same envelope and spectrum, bit for bit."""
+    one, other = Pulse(**told), Pulse(**told | {"frequency": 300e3})
+    time, f = np.linspace(-1e-3, 6e-3, 200), np.linspace(-30e3, 30e3, 200)
+    np.testing.assert_array_equal(envelope(one, time), envelope(other, time))
+    np.testing.assert_array_equal(spectrum(one, f), spectrum(other, f))
+
+
+@pytest.mark.parametrize("told", [TONE, SWEEP])
+def test_the_tapers_are_one_family(told):
+    """Hann is a Tukey taper of all the pulse; a taper of a thousandth is nearly none."""
+    f = np.linspace(-30e3, 30e3, 201)
+    whole = spectrum(Pulse(**told, taper="tukey", taper_fraction=1), f)
+    np.testing.assert_allclose(spectrum(Pulse(**told, taper="hann"), f), whole, atol=1e-15)
+    sharp = spectrum(Pulse(**told, taper="tukey", taper_fraction=1e-3), f)
+    assert np.abs(sharp - spectrum(Pulse(**told, taper="none"), f)).max() < 1.1e-3 / 2 * told["duration"]
+
+
+def test_a_long_sweep_spends_on_each_frequency_what_its_taper_leaves():
+    """Stationary phase: |P(f)|^2 = T / B w(t(f))^2, t(f) where the sweep passes f.
+
+    At 1000 cycles of bandwidth times duration under a Hann taper, to 1e-2 of the middle.
+    """
+    pulse = Pulse(frequency=100e3, duration=50e-3, kind="lfm", bandwidth=20e3, taper="hann")
+    f = np.linspace(-9e3, 9e3, 61)
+    passed = np.sin(np.pi * (0.5 + f / 20e3)) ** 4
+    np.testing.assert_allclose(np.abs(spectrum(pulse, f)) ** 2 / (50e-3 / 20e3), passed, atol=1e-2)
+
+
+@pytest.mark.parametrize("compress", [False, True])
+@pytest.mark.parametrize("taper", TAPERS)
+def test_time_and_band_scale_together_in_the_recording(taper, compress):
+    """A pulse twice as long through half the band is the same waveform, twice as slow."""
+    quick = hear(Pulse(**TONE, taper=taper), Receiver(band=10e3, compress=compress))
+    slow = hear(Pulse(**TONE | {"duration": 2e-3}, taper=taper), Receiver(band=5e3, compress=compress))
+    time = np.linspace(-1e-3, 2e-3, 301)
+    np.testing.assert_allclose(slow.samples(2 * time), quick.samples(time), atol=3e-6)
+    assert slow.effective_duration == pytest.approx(2 * quick.effective_duration, rel=1e-6)
+    assert slow.out_of_band_energy == pytest.approx(quick.out_of_band_energy, abs=1e-6)
+    assert slow.range_resolution(1500) == pytest.approx(2 * quick.range_resolution(1500), rel=1e-5)
+
+
+@pytest.mark.parametrize("taper", TAPERS)
+def test_a_falling_sweep_is_heard_as_the_conjugate_of_a_rising_one(taper):
+    """The receiver is real and even; a matched filter does not tell them apart at all."""
+    time = np.linspace(-3e-3, 8e-3, 800)
+    for compress in (False, True):
+        up, down = (
+            hear(Pulse(**SWEEP, taper=taper, sweep=way), Receiver(band=30e3, compress=compress))
+            for way in ("up", "down")
+        )
+        np.testing.assert_allclose(down.samples(time), np.conj(up.samples(time)), atol=2e-6)
+        if compress:
+            np.testing.assert_allclose(down.samples(time), up.samples(time), atol=2e-6)
+
+
+@pytest.mark.parametrize("told", [TONE, SWEEP])
+@pytest.mark.parametrize("compress", [False, True])
+def test_a_narrower_band_never_passes_more(told, compress):
+    """Energy lost grows as the band shrinks, and the heard energy falls: the responses are nested."""
+    heard = [hear(Pulse(**told), Receiver(band=band, compress=compress)) for band in (80e3, 30e3, 12e3, 4e3, 1e3)]
+    lost = [pulse.out_of_band_energy for pulse in heard]
+    assert np.all(np.diff(lost) > 0) and 0 <= lost[0] < 0.01 and lost[-1] < 1
+    assert np.all(np.diff([pulse.effective_duration for pulse in heard]) < 0)
+
+
+@pytest.mark.parametrize("told", [TONE, SWEEP])
+@pytest.mark.parametrize("compress", [False, True])
+def test_times_of_the_heard_pulse_are_in_order_and_hold_its_energy(told, compress):
+    """Ringing holds faint, faint holds loud; outside the loud part lies less than a millionth of the energy."""
+    heard = hear(Pulse(**told), Receiver(band=20e3, compress=compress))
+    first, last = heard.ringing
+    assert first <= heard.faint_start <= heard.start < heard.stop <= heard.faint_stop <= last
+    time = np.arange(first, last, 1 / 400e3)
+    power = np.abs(heard.samples(time)) ** 2
+    inside = (time >= heard.start) & (time <= heard.stop)
+    assert power[~inside].sum() <= 1.01e-6 * power.sum()
+    assert power.sum() / 400e3 == pytest.approx(heard.effective_duration, rel=1e-5)
+
+
+@given(st.floats(1e-4, 2e-2), st.floats(3e3, 30e3), st.booleans())
+@settings(max_examples=15, deadline=None)
+def test_later_compression_never_makes_the_cell_coarser(duration, bandwidth, compress):
+    """The finest cell is at most the recording's own, and c / 2B at most for any sweep."""
+    pulse = Pulse(frequency=100e3, duration=duration, kind="lfm", bandwidth=bandwidth)
+    heard = hear(pulse, Receiver(band=40e3, compress=compress))
+    assert heard.finest_resolution(1500) <= heard.range_resolution(1500) * (1 + 1e-12)
+    assert heard.finest_resolution(1500) <= 750 / bandwidth * (1 + 1e-12)
+    assert heard.finest_resolution(3000) == pytest.approx(2 * heard.finest_resolution(1500))
+
+
+def test_a_matched_filter_output_is_hermitian_in_time():
+    """An autocorrelation: the past is the conjugate of the future, and the largest value is at zero."""
+    heard = hear(Pulse(**SWEEP), Receiver(band=25e3, compress=True))
+    time = np.linspace(0, 5e-3, 700)
+    np.testing.assert_allclose(heard.samples(-time), np.conj(heard.samples(time)), atol=2e-6)
+    assert np.abs(heard.samples(time)).argmax() == 0
+
+
+@pytest.mark.parametrize("taper", TAPERS)
+def test_the_spectrum_at_the_carrier_is_the_area_of_a_tone(taper):
+    """P(0) = T (1 - a / 2), half of each tapered end; energy duration is less, for a window squared is less."""
+    pulse = Pulse(**TONE, taper=taper, taper_fraction=0.4)
+    share = {"none": 0, "tukey": 0.4, "hann": 1}[taper]
+    area = spectrum(pulse, 0.0)
+    assert area == pytest.approx(1e-3 * (1 - share / 2), rel=1e-12)
+    assert energy_duration(pulse) <= area.real + 1e-18
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"duration": 0}, {"duration": -1e-3}, {"duration": np.nan}, {"frequency": 0}, {"taper": "gauss"},
+     {"taper_fraction": 0}, {"taper_fraction": 1.5}, {"bandwidth": -1}, {"sweep": "sideways"}, {"bandwith": 3}],
+)  # fmt: skip
+def test_a_pulse_that_cannot_be_sent_is_refused_by_name(wrong):
+    """The message names the field that is wrong."""
+    with pytest.raises(ValidationError, match=next(iter(wrong))):
+        Pulse(**TONE | wrong)

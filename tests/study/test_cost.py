@@ -1,0 +1,73 @@
+"""Claims about the cost of a run: right to a factor of two before anything is drawn, and said before it is too much."""
+
+import pytest
+
+from insonify.cli import main
+from insonify.simulation import prepare
+from insonify.study.cost import Cost, cost, too_big
+from oracles.scenes import nominal
+
+SIDES = {"sides": ["port", "starboard"]}
+CHEAP = {"reflections": 0, "causes": ["seabed"]}
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"track": {"window": (0.02, 0.1)}},
+        {"track": {"window": (0.02, 0.1)}, "sonar": SIDES},
+        {"track": {"window": (0.1, 0.12)}, "line": {"length": 0.5}},
+        {"track": {"window": (0.1, 0.12)}, "paths": {**CHEAP, "scatterers_per_cell": 1}},
+    ],
+)
+def test_scatterers_are_counted_to_a_factor_of_two(changes):
+    """As many as one ping then draws."""
+    scenario = nominal(**{"paths": CHEAP} | changes)
+    listening = prepare(scenario)
+    drawn = sum(len(block()) for side in listening.stances(0) for block in listening.engine.blocks(side))
+    assert 0.5 < cost(scenario).scatterers / drawn < 2
+
+
+def test_cost_grows_with_pings_and_sides():
+    """Ten pings take ten times as long and as much disk; both sides twice as much."""
+    one, ten = (cost(nominal(track={"window": (0.02, 0.1), "pings": pings})) for pings in (1, 10))
+    both = cost(nominal(track={"window": (0.02, 0.1)}, sonar=SIDES))
+    assert ten.seconds == pytest.approx(10 * one.seconds) and ten.disk == 10 * one.disk
+    assert both.seconds == pytest.approx(2 * one.seconds, rel=0.05) and both.disk == 2 * one.disk
+
+
+def test_the_program_itself_takes_memory():
+    """Even a run of nothing holds Python, its libraries and the compiled kernels: hundreds of megabytes."""
+    assert 200e6 < cost(nominal(track={"window": (0.02, 0.03)})).memory < 1e9
+
+
+def test_what_a_machine_cannot_hold_is_refused_with_what_to_change():
+    """Memory wanted, memory there, and the keys that matter."""
+    big = Cost(pings=1, scatterers=2e11, seconds=1e5, memory=150e9, disk=1e9)
+    said = too_big(big, memory=16e9)
+    assert "about 150 GB of memory, and the machine has 16 GB" in said and "shorten track.window" in said
+    assert too_big(big, memory=1e12) == ""
+    assert "200 G scatterers: about 28 hours of one core" in big.words()
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_check_and_run_refuse_a_run_that_is_too_big(tmp_path, capsys):
+    """100 s of recording at 100 kHz: refused at once, by name, exit code 2; a long run is told its cost."""
+    end = "{kind: line, length: 1 m}"
+    text = (
+        "sonar: {source_level_db: 200, pulse: {kind: cw, frequency: 100 kHz, duration: 0.1 ms}, "
+        f"transmit: {end}, receive: {end}}}\n"
+        "track: {kind: static, position: [0, 0, 9 m], interval: 100 s, window: [0 s, WINDOW]}\n"
+    )
+    file = tmp_path / "big.yaml"
+    file.write_text(text.replace("WINDOW", "100 s"))
+    assert main(["check", str(file)]) == 2
+    assert "big.yaml: this needs about" in capsys.readouterr().err
+    assert main(["run", str(file), "-o", str(tmp_path / "big.zarr")]) == 2
+    assert not (tmp_path / "big.zarr").exists()
+    file.write_text(text.replace("WINDOW", "50 ms"))
+    assert main(["check", str(file)]) == 0
+    assert capsys.readouterr().out == f"{file}: nothing wrong\n"
+    file.write_text(text.replace("WINDOW]", "50 ms], pings: 100000"))
+    assert main(["check", str(file)]) == 0
+    assert "\n100000 pings, about " in capsys.readouterr().out
