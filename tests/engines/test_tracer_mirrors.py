@@ -35,6 +35,18 @@ def test_half_a_mirror_returns_a_quarter_of_what_passes_it_twice():
     assert apart_db(twice[1.0], twice[0.5]) == pytest.approx(6.0206, abs=0.01)
 
 
+@pytest.mark.parametrize("smooth", [0.7, -0.7, 0.0])
+def test_smooth_faces_mirror_the_square_of_their_coefficient(smooth):
+    """A wall of coefficient 0.7 is the wall of which the tracer is told to mirror 0.49; of 0, it mirrors nothing."""
+    short = {**FAR, "window": (0.075, 0.1)}
+    told = {**short, "paths": {**FAR["paths"], "target_mirror": smooth**2}}
+    asked = curves(scene("tracer", targets=[WALL], rays=20_000, **told))
+    known = curves(scene("tracer", targets=[{**WALL, "smooth": smooth}], rays=20_000, **short))
+    assert (("seabed", "D-T") in known) is (smooth != 0)
+    for key, energy in asked.items():
+        np.testing.assert_allclose(known[key], energy, rtol=1e-12)
+
+
 def test_the_bed_lit_by_a_wall_answers_as_a_plain_sum_over_it():
     """Out by the wall and straight back, and the other way round: 4 |A|^2 of every patch of a grid on the bed.
 

@@ -40,7 +40,7 @@ def pairs():
     place = np.column_stack([rng.uniform(-2, 2, 5), rng.uniform(79, 81, 5), rng.uniform(12, 18, 5)])
     points = Scatterers(
         "target", "target", PointEcho(0.0), place, np.zeros((5, 3)), np.ones(5),
-        np.exp(2j * np.pi * rng.random(5)), np.arange(5, dtype=np.uint64), drawn=False,
+        np.exp(2j * np.pi * rng.random(5)), np.arange(5, dtype=np.uint64),
     )  # fmt: skip
     scene = Scene(water={"sound_speed": 1500.0}, seabed={"depth": 20.0, "reflection": 0.35})
     rays = rays_in(scene, Domain((11.0,), False, (20.0, 20.0), 200.0))

@@ -21,8 +21,9 @@ from insonify.propagation.rays import Rays
 from insonify.records.legs import Legs
 from insonify.records.pairs import Pairs
 from insonify.scattering.fast import FastLaw
+from insonify.scattering.kirchhoff_facet import SmoothFace
 from insonify.scattering.lambert import Lambert
-from insonify.scene.scatterers import Scatterers
+from insonify.scene.scatterers import Law, Scatterers
 from insonify.scene.scene import Scene
 from insonify.sonar.footprint import two_way_width
 from insonify.sonar.stance import Stance
@@ -85,11 +86,22 @@ class Paths:
         pair = pair.reshape(-1, 2)
         weight = met_twice(out, back, pair)
         pair, weight = pair[weight > 0], weight[weight > 0]
-        strength = np.sqrt(_cross_section(scatterers, out, back, pair) * scatterers.area)
-        strength *= weight[:, None]
+        strength = self._strength(scatterers, out, back, pair, stance.frequency) * weight[:, None]
         if self.choice.geometry == "slice" and scatterers.boundary != "target":
             strength *= _slice_width(stance, out, back, pair)
         return Pairs(scatterers, out, back, pair, strength)
+
+    def _strength(
+        self, scatterers: Scatterers, out: Legs, back: Legs, pair: NDArray[np.int64], frequency: float
+    ) -> Floats | NDArray[np.complex128]:
+        """Pressure that each ordered pair scatters to 1 m re incident pressure [m], (p, n)."""
+        if isinstance(scatterers.law, SmoothFace):
+            assert scatterers.corners is not None
+            speed = self.scene.water.speed_at(scatterers.position[:, 2])
+            arriving, leaving = out.arrival[pair[:, 0]], back.arrival[pair[:, 1]]
+            wavenumber = 2 * np.pi * frequency / speed
+            return scatterers.law.echoes(scatterers.corners, scatterers.normal, arriving, leaving, wavenumber)
+        return np.asarray(np.sqrt(_cross_section(scatterers, scatterers.law, out, back, pair) * scatterers.area))
 
     def _off_waves(self, out: Legs, back: Legs, scatterers: Scatterers, stance: Stance) -> tuple[Legs, Legs]:
         """The legs as a moving surface leaves them, each end's at its own times."""
@@ -144,10 +156,9 @@ def _slice_width(stance: Stance, out: Legs, back: Legs, pair: NDArray[np.int64])
     return np.asarray(np.sqrt(footprint(stance)) * reach**0.25)
 
 
-def _cross_section(scatterers: Scatterers, out: Legs, back: Legs, pair: NDArray[np.int64]) -> Floats:
+def _cross_section(scatterers: Scatterers, law: Law, out: Legs, back: Legs, pair: NDArray[np.int64]) -> Floats:
     """Cross section of each ordered pair, (p, n); legs that are not there weigh nothing later."""
     i, j = pair.T
-    law = scatterers.law
     if isinstance(law, FastLaw):
         normal = scatterers.normal.T
         return np.array([law.cross_section(out.arrival[a].T, -back.arrival[b].T, normal) for a, b in pair], float)

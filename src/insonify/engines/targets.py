@@ -9,6 +9,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines.faces import smooth_facets
 from insonify.engines.sampling import survey_speed
 from insonify.propagation.choice import PathChoice
 from insonify.scene.box import box_scatterers, box_section
@@ -49,12 +50,15 @@ def target_points(
     for target in scene.targets:
         if isinstance(target, PointTarget):
             found.append(point_scatterer(target))
-        elif isinstance(target, Box) and target.upright:
-            found.append(_box_points(scene, choice, seed, stance, slant, target, even=even))
+            continue
+        if isinstance(target, Box) and target.upright:
+            points, near = _box_points(scene, choice, seed, stance, slant, target, even=even), True
         else:
-            points = next(solids)
-            if _may_be_heard(target, scene, stance):
-                found.append(points)
+            points, near = next(solids), _may_be_heard(target, scene, stance)
+        if near:
+            found.append(points)
+        if target.smooth and near and len(points):
+            found.append(smooth_facets(scene, target, choice.followed, stance, slant))
     return found
 
 

@@ -165,8 +165,8 @@ class View:
         for points in target_points(
             self.scene, self.choice, self.seed, self.stance, self.resolution.slant, even=self.even
         ):
-            starts = range(0, len(points), BLOCK)
-            made += [partial(points.take, slice(s, s + BLOCK)) for s in starts]
+            size = BLOCK if points.drawn else max(len(points), 1)  # what interferes stays together
+            made += [partial(points.take, slice(s, s + size)) for s in range(0, len(points), size)]
         return made
 
 

@@ -25,6 +25,7 @@ class PathChoice(Noun):
     """Rays that the tracer throws from each side at each ping [1]."""
     target_mirror: Annotated[float, Field(ge=0, le=1)] | None = None
     """Share of the energy that targets' faces mirror for the tracer [1]; None: all that their law does not scatter.
+    Faces of a target that says how smooth it is mirror the square of that.
 
     Where families are named, echoes by a mirror on a target are followed only if this is given.
     """

@@ -143,7 +143,9 @@ class Sea:
         """Turn one row of mirrored legs into glints, in place."""
         family, branch = legs.families[row], legs.branch[row]
         lines = unfolded(family, end.place, scatterers.position, self.scene.seabed.depth)
-        drawn = self._drawn(scatterers.place, _code(family, branch, number), len(lines.surface), quiet.phase)
+        # facets of one target meet the same waves, or they would part with time
+        phase = quiet.phase if scatterers.drawn else np.full_like(quiet.phase, quiet.phase.mean())
+        drawn = self._drawn(scatterers.place, _code(family, branch, number), len(lines.surface), phase)
         times = bounce_times(lines, legs.delay[row], self.scene, scatterers, end)
         origin = np.array(self.scene.seabed.lattice.origin)
         waves = drawn[:, :2].transpose(0, 2, 1) @ self.axes  # north and east

@@ -24,8 +24,14 @@ class Pairs:
     """From the receiver to the scatterers, travelled the other way."""
     pair: NDArray[np.int64]
     """Row of the leg out and of the leg back of each ordered pair, shape (p, 2)."""
-    strength: NDArray[np.float64]
-    """Pressure scattered to 1 m re incident pressure, root of cross section times area [m], shape (p, n)."""
+    strength: NDArray[np.float64] | NDArray[np.complex128]
+    """Pressure scattered to 1 m re incident pressure [m]: the root of cross section times area, or what a smooth facet
+    sends back, which turns the phase, shape (p, n)."""
+
+    @property
+    def together(self) -> bool:
+        """Whether all arrivals of the block interfere, those of different points too: facets of one target do."""
+        return not self.scatterers.drawn and len(self.scatterers) > 1
 
     def names(self) -> list[tuple[str, str]]:
         """Families out and back of each ordered pair."""

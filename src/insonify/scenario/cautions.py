@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from insonify.ocean.kinks import Kink, kinks
 from insonify.scenario.ground_faults import unknown_ground
+from insonify.scenario.smooth_cautions import smooth_cautions
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
 from insonify.sonar.beam import grating_lobes
 from insonify.sonar.heard import heard_pulse
@@ -30,7 +31,7 @@ MOST_LOST = 0.1
 
 
 def cautions(scenario: Scenario) -> None:
-    """Warn of laws outside their range, a narrow receiver, grating lobes, sharp profiles and ground not surveyed.
+    """Warn of laws outside their range, narrow receivers, grating lobes, sharp profiles, odd faces, unknown ground.
 
     Args:
         scenario: A scenario without faults.
@@ -44,6 +45,7 @@ def cautions(scenario: Scenario) -> None:
     for end, array in zip(("transmit", "receive"), sonar.arrays, strict=True):
         said.append(_grating_lobes(end, array, sonar.pulse.frequency, slowest))
     said.append(unknown_ground(scenario, track.position))
+    said += smooth_cautions(scenario)
     for sentence in filter(None, said):
         warnings.warn(sentence, PhysicsWarning, stacklevel=2)
 

@@ -17,6 +17,7 @@ SEA = "Elfouhaily, Chapron, Katsaros & Vandemark (1997), J. Geophys. Res. 102, 1
 ROUGH = "Eckart (1953), J. Acoust. Soc. Am. 25, 566: coherent reflection from a rough sea"
 WINDY = "APL-UW TR 9407 (1994), section II: backscatter of a windy sea surface"
 FRACTAL = "APL-UW TR 9407 (1994), section IV: power-law relief of the seabed"
+FACETS = "Gordon (1975), IEEE Trans. Antennas Propag. 23, 590: Kirchhoff's integral over flat facets, in closed form"
 SEDIMENT = "APL-UW TR 9407 (1994): geoacoustics of sediments and their reflection"
 
 
@@ -30,6 +31,8 @@ def citations(scenario: Scenario) -> list[str]:
     laws = [scenario.seabed.scattering, scenario.surface.scattering]
     if any(isinstance(law, Lambert) for law in laws) or scenario.scene.occluders:
         found.append(LAMBERT)
+    if any(target.smooth for target in scenario.scene.occluders):
+        found.append(FACETS)
     if isinstance(scenario.seabed.scattering, SedimentLaw):
         found.append(JACKSON)
     if isinstance(scenario.surface.scattering, WindLaw):

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from insonify import streams
 from insonify.scattering.fast import FastLaw
+from insonify.scattering.kirchhoff_facet import SmoothFace
 from insonify.scattering.law import ScatteringLaw
 
 Law = ScatteringLaw | FastLaw
@@ -23,7 +24,7 @@ class Scatterers:
     """Who they belong to: "seabed", "surface" or a target's label."""
     boundary: Boundary
     """What they lie on; bounces on that very boundary are not legs of theirs."""
-    law: Law
+    law: Law | SmoothFace
     """How they answer."""
     position: NDArray[np.float64]
     """North, east, depth [m], shape (n, 3)."""
@@ -39,6 +40,8 @@ class Scatterers:
     """True: random phases, so only paths of one place interfere in the mean; False: the whole target does."""
     occluder: int = -1
     """Row of the target these points lie on among the scene's occluders, -1 for none."""
+    corners: NDArray[np.float64] | None = None
+    """Corners of the smooth facet that each point is the middle of, from there [m], shape (n, 3, 3)."""
 
     def __post_init__(self) -> None:
         """Refuse columns of unequal length."""
@@ -56,6 +59,7 @@ class Scatterers:
         return replace(
             self, position=self.position[rows], normal=self.normal[rows], area=self.area[rows],
             phase=self.phase[rows], place=self.place[rows],
+            corners=None if self.corners is None else self.corners[rows],
         )  # fmt: skip
 
 
@@ -73,8 +77,13 @@ def even_place(row: NDArray[np.int64], column: NDArray[np.int64]) -> NDArray[np.
     return np.asarray(((row << 29) | column).astype(np.uint64))
 
 
+def whole_target(label: str, count: int) -> NDArray[np.uint64]:
+    """Key of a target as a whole, as often as it is wanted: for points that belong together, shape (count,)."""
+    return np.repeat(target_place(label, 7, np.zeros(1, int), np.zeros(1, int)), count)
+
+
 def target_place(label: str, face: int, row: NDArray[np.int64], column: NDArray[np.int64]) -> NDArray[np.uint64]:
-    """Keys of points on a target: its label, face (0-7; 6 is a solid) and cell numbers (below 4096) in 64 bits."""
+    """Keys of points on a target: label, face (6 is a solid, 7 the whole), cell numbers (below 4096) in 64 bits."""
     name = zlib.crc32(label.encode())
     cell = ((row << 12) | column).astype(np.uint64)
     return cell | np.uint64((streams.TARGET << 59) | (name << 27) | (face << 24))

@@ -13,7 +13,7 @@ from insonify.noun import Noun, located, refuse
 from insonify.ocean.water import Water
 from insonify.scattering.point import PointEcho
 from insonify.scene.box import box_body, inside_box
-from insonify.scene.scatterers import Scatterers, target_place
+from insonify.scene.scatterers import Scatterers, whole_target
 from insonify.scene.seabed import Seabed
 from insonify.scene.solid import ground_depth, inside_solid, solid_faults, world_triangles
 from insonify.scene.surface import Surface
@@ -21,7 +21,6 @@ from insonify.scene.target import Box, PointTarget, Solid, Target, is_solid
 
 RESERVED = ("seabed", "surface", "target", "noise", "total")
 _ROUNDING = 1e-9  # what is left when a depth is summed up [m]
-_WHOLE = 7  # stands in a target's keys where a face would
 
 
 class Scene(Noun):
@@ -173,6 +172,6 @@ def point_scatterer(target: PointTarget) -> Scatterers:
         normal=np.zeros((1, 3)),
         area=np.ones(1),
         phase=np.ones(1, complex),
-        place=target_place(target.label, _WHOLE, np.zeros(1, int), np.zeros(1, int)),
+        place=whole_target(target.label, 1),
         drawn=False,
     )

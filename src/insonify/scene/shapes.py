@@ -140,21 +140,22 @@ def sphere(diameter: float, *, around: int = AROUND) -> Triangles:
     return turned([(-diameter / 2, 0.0), *profile, (diameter / 2, 0.0)], around=around)
 
 
-def cylinder(length: float, diameter: float) -> Triangles:
+def cylinder(length: float, diameter: float, *, around: int = AROUND) -> Triangles:
     """A cylinder along the forward axis, of a length and a diameter [m]."""
-    return frustum(length, diameter, diameter)
+    return frustum(length, diameter, diameter, around=around)
 
 
-def frustum(length: float, diameter: float, end_diameter: float) -> Triangles:
+def frustum(length: float, diameter: float, end_diameter: float, *, around: int = AROUND) -> Triangles:
     """A cone along the forward axis, point forward.
 
     Args:
         length: From base to point [m].
         diameter: Of its base, aft [m].
         end_diameter: Of its forward end [m]; 0 for a point.
+        around: Steps about the axis.
     """
     ends = [(-length / 2, 0.0), (-length / 2, diameter / 2), (length / 2, end_diameter / 2), (length / 2, 0.0)]
-    return turned(ends if end_diameter > 0 else ends[:3])
+    return turned(ends if end_diameter > 0 else ends[:3], around=around)
 
 
 def standing(shape: Triangles) -> Triangles:

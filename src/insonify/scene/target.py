@@ -38,7 +38,10 @@ class _Body(Noun):
     burial_depth: Annotated[Metres, Field(ge=0, le=1000)] = 0.0
     """Or how far its lowest point has sunk into the seabed [m]."""
     scattering: Lambert = Lambert(strength_db=-10.0)
-    """Law of its faces."""
+    """Law of its faces, where they are rough."""
+    smooth: Annotated[float, Field(ge=-1, le=1)] | None = None
+    """Pressure reflection coefficient of its faces where they are smooth, which flash like mirrors [1]: 1 for a rigid
+    body, -1 for one full of air; None: they are rough only."""
 
     @model_validator(mode="after")
     def _lies_one_way(self) -> Self:

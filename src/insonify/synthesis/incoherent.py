@@ -85,6 +85,9 @@ class Incoherent:
         """Add pairs of which nothing is random but the phase of the place."""
         kept, mean = self.perturbation.kept_interference, self.perturbation.mean_energy
         support = len(self.table.samples) / self.table.rate
+        if pairs.together:
+            self._add_together(energies, pairs, sent, heard)
+            return
         for channel in range(self.stance.channel_count):
             delay, energy, first, late, weight = _sort(
                 pairs.out.delay, pairs.back.delay, sent[channel % len(sent)], heard[channel % len(heard)],
@@ -95,6 +98,25 @@ class Incoherent:
                 energies.intensity[channel], self.grid.start, self.grid.sample_rate, self.table.samples,
                 self.table.start, self.table.rate, first, late, weight, kept, mean - kept,
             )  # fmt: skip
+
+    def _add_together(self, energies: Energies, pairs: Pairs, sent: Complexes, heard: Complexes) -> None:
+        """Add facets of one target, whose arrivals all interfere; a pair of rays is one replica of all of them."""
+        kept, mean = self.perturbation.kept_interference, self.perturbation.mean_energy
+        i, j = pairs.pair.T
+        delay = pairs.out.delay[i] + pairs.back.delay[j]
+        replica = np.broadcast_to(np.arange(len(i))[:, None], delay.shape)
+        for channel, intensity in enumerate(energies.intensity):
+            weight = sent[channel % len(sent)][i] * heard[channel % len(heard)][j] * pairs.strength
+            there = weight != 0
+            late, weighs = delay[there], weight[there]
+            whole = np.array([0, len(late)])
+            apart = np.searchsorted(replica[there], np.arange(len(i) + 1))
+            for first, share in ((whole, kept), (apart, mean - kept)):
+                if share:
+                    add_groups(
+                        intensity, self.grid.start, self.grid.sample_rate, self.table.samples, self.table.start,
+                        self.table.rate, first, late, weighs, share, 0.0,
+                    )  # fmt: skip
 
     @property
     def brief(self) -> bool:

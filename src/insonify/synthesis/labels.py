@@ -19,6 +19,7 @@ from insonify.records.pairs import Pairs
 from insonify.scene.scatterers import Boundary
 from insonify.sonar.beam import Beams
 from insonify.synthesis._label_kernel import MOMENTS, add_places
+from insonify.synthesis.flashes import add_flashes
 from insonify.synthesis.incoherent import Energies, Incoherent
 from insonify.synthesis.levels import ALL, CurveSet, pair_name
 
@@ -121,10 +122,14 @@ class Labelling:
         if key not in kept.bins:
             kept.bins[key] = np.zeros((here.channel_count, MOMENTS, grid.count + lead + tail))
         place = pairs.scatterers.position
+        start = grid.start - lead / grid.sample_rate
+        if pairs.together:
+            add_flashes(kept.bins[key], start, grid.sample_rate, pairs, here)
+            return
         distance = np.linalg.norm(place - here.receive_place, axis=1)
         for channel, bins in enumerate(kept.bins[key]):
             add_places(
-                bins, grid.start - lead / grid.sample_rate, grid.sample_rate, pairs.out.delay, pairs.back.delay,
+                bins, start, grid.sample_rate, pairs.out.delay, pairs.back.delay,
                 out[channel % len(out)], back[channel % len(back)], pairs.pair, pairs.strength, place, distance,
                 pairs.out.grazing, pairs.back.grazing,
             )  # fmt: skip

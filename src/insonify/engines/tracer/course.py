@@ -11,7 +11,7 @@ from insonify.engines.tracer.answer import left_over, reflected
 from insonify.engines.tracer.bundle import Hits, Ping, Rays
 from insonify.engines.tracer.mirrors import kept, letters, roughened
 from insonify.engines.tracer.world import has_flat_faces
-from insonify.scattering.lambert import Lambert
+from insonify.scene.target import Solid
 
 Floats = NDArray[np.float64]
 
@@ -70,7 +70,7 @@ def _met(ping: Ping, rays: Rays) -> list[Hits]:
         own, mirror, flat = ping.laws.get(kind), 0.0, True
         if kind == BODY:
             own, flat = bodies[row].scattering, has_flat_faces(bodies[row])
-            mirror = _face_mirror(ping, bodies[row].scattering)
+            mirror = _face_mirror(ping, bodies[row])
         part = arrived.take(mine)
         if kind == SURFACE:
             part.origin[:, 2] = 0.0
@@ -81,10 +81,15 @@ def _met(ping: Ping, rays: Rays) -> list[Hits]:
     return found
 
 
-def _face_mirror(ping: Ping, law: Lambert) -> float:
-    """Share of the energy that a target's face mirrors [1]."""
-    asked = ping.choice.target_mirror
-    return left_over(law) if asked is None else min(asked, left_over(law))
+def _face_mirror(ping: Ping, body: Solid) -> float:
+    """Share of the energy that a target's face mirrors [1], all of it with the ray that goes on.
+
+    The law of the face is its rough part's alone, so that nothing of a mirror's lobe is scattered as well. Where the
+    scenario says how smooth the face is, its coefficient is the mirror's.
+    """
+    asked = ping.choice.target_mirror if body.smooth is None else body.smooth**2
+    least = left_over(body.scattering)
+    return least if asked is None else min(asked, least)
 
 
 def _mirrored(ping: Ping, hits: Hits) -> Rays:

@@ -6,6 +6,9 @@ front of the face, before the face or after it, comes back 0 to 80 us later (ac)
 face, which scatters by Lambert's law, echoes 1 + 4 R^2 + R^4 times as much energy. That is 1.8 dB with the paper's
 0.35, and 7 dB with the Rayleigh coefficient of its sand, which at such grazing angles mirrors nearly everything.
 Elsewhere nothing changes: sound that bounces off the bed goes away from it.
+
+A smooth face says it louder. Its own flash passes 3 degrees over the sonar, but face and bed make a corner, which sends
+sound back whence it came: all of ac is in phase, and the peak rises by some 20 dB even with the paper's 0.35.
 """
 
 from functools import lru_cache
@@ -25,6 +28,7 @@ from insonify.scenario.scenario import Scenario
 from insonify.simulation import levels
 from insonify.study.paper import model1
 from insonify.study.paper.model1 import WATERS, Water
+from insonify.study.paper.nominal import box
 from insonify.study.paper.numbers import Number, write
 from insonify.units import level_db
 
@@ -42,6 +46,8 @@ LEAST = 3.0
 """By how much the peak rises at least over sand [dB]."""
 SHORT = {"sonar.pulse.duration": "30 us", "sonar.pulse.taper": "hann", "sonar.receiver.band": "150 kHz"}
 """A pulse that tells the echoes apart."""
+SMOOTH = 0.8
+"""Reflection coefficient of the smooth face; it is as rough as before, too."""
 SPAN = (40.0, 130.0)
 SEEN = {"D-D": "D", "D-B": "B", "B-B": "SB"}
 """Pairs of legs, and families that lend their colours."""
@@ -66,16 +72,18 @@ def scene(
     return model1.scene(water, {**told, **(changes or {})}, relief=relief)
 
 
-@lru_cache(maxsize=8)
-def echoes(water: Water, reflection: float | str, *, short: bool = False) -> xr.Dataset:
+@lru_cache(maxsize=12)
+def echoes(water: Water, reflection: float | str, *, short: bool = False, smooth: bool = False) -> xr.Dataset:
     """Expected level of the target by pair of legs, over (pair, time) [dB re 1 uPa].
 
     Args:
         water: With or without the profile.
         reflection: Of the bed.
         short: Heard by a pulse of 30 us instead of 0.2 ms.
+        smooth: Whether the target's faces are smooth, too.
     """
-    told = model1.target_only(SHORT if short else None)
+    face = {"targets": [{**box(model1.OWN), "smooth": SMOOTH}]} if smooth else {}
+    told = model1.target_only({**(SHORT if short else {}), **face})
     return levels(scene(water, reflection, changes=told)).sel(cause="target")
 
 
@@ -105,9 +113,9 @@ def gain(water: Water, reflection: float | str) -> tuple[float, float]:
     return float(level_db(found)), float(level_db(1 + 4 * leg + leg**2))
 
 
-def peak(water: Water, reflection: float | str) -> float:
-    """How much the target's peak rises with the bed's reflections [dB]."""
-    heard = echoes(water, reflection)["level_db"]
+def peak(water: Water, reflection: float | str, *, smooth: bool = False) -> float:
+    """How much the target's peak rises with the bed's reflections [dB]; smooth: of a target with smooth faces, too."""
+    heard = echoes(water, reflection, smooth=smooth)["level_db"]
     return float(heard.sel(pair="all").max() - heard.sel(pair="D-D").max())
 
 
@@ -138,6 +146,9 @@ def numbers() -> list[Number]:
             rows.append(
                 Number(f"{water}: target's peak, {name}, up by", peak(water, reflection), "dB", least, None, told)
             )
+        told = "the paper's larger peak, from a smooth face"
+        rise = peak(water, PAPERS, smooth=True)
+        rows.append(Number(f"{water}: smooth target's peak, R = {PAPERS:g}, up by", rise, "dB", LEAST, None, told))
         rows.append(Number(f"{water}: bed more than 10 m away, largest change", elsewhere(water), "dB", 0.0, 0.5,
                            "what the bed mirrors goes away from it"))  # fmt: skip
     return rows
@@ -153,17 +164,20 @@ def draw(folder: Path) -> list[Path]:
         The files written.
     """
     with style.page():
-        figure = style.sheet(10.5, 8.5)
-        above, below = figure.subplots(2, 2, sharey="row")
+        figure = style.sheet(10.5, 12.0)
+        above, below, last = figure.subplots(3, 2, sharey="row")
         for axes, letter, water in zip(above, "ab", WATERS, strict=True):
             _panel(axes, water)
             axes.set_title(f"{letter}  {model1.TOLD[water]}")
         for axes, letter, water in zip(below, "cd", WATERS, strict=True):
-            _pairs(axes, water)
+            _pairs(axes, echoes(water, SAND, short=True), water, (80, 130))
             axes.set_title(f"{letter}  the face by a pulse of 30 us, {SAND}")
-        for axes in (above[0], below[0]):
+        for axes, letter, water in zip(last, "ef", WATERS, strict=True):
+            _pairs(axes, echoes(water, PAPERS, short=True, smooth=True), water, (80, 170))
+            axes.set_title(f"{letter}  the same, but smooth, over R = {PAPERS:g}")
+        for axes in (above[0], below[0], last[0]):
             axes.set_ylabel("level [dB re 1 uPa]")
-        for axes in (above[1], below[1]):
+        for axes in (above[1], below[1], last[1]):
             axes.legend(loc="upper right")
         picture = style.keep(figure, folder / "figure4.png")
     scenarios = {
@@ -186,9 +200,8 @@ def _panel(axes: Axes, water: Water) -> None:
     axes.set_xlabel("time after the start of transmission [ms]")
 
 
-def _pairs(axes: Axes, water: Water) -> None:
+def _pairs(axes: Axes, heard: xr.Dataset, water: Water, span: tuple[float, float]) -> None:
     """The face's echoes over each pair of legs, told apart, and how late they may come."""
-    heard = echoes(water, SAND, short=True)
     time = 1e3 * heard["time"].values
     whole = np.maximum(heard["level_db"].sel(pair="all").values, 0.0)
     axes.fill_between(time, whole, color=style.CAUSES["target"], alpha=0.2, linewidth=0, label="all")
@@ -197,5 +210,5 @@ def _pairs(axes: Axes, water: Water) -> None:
         letters = "".join(LETTERS[leg] for leg in pair.split("-"))
         axes.plot(time, level, color=style.FAMILIES[family], linewidth=1.5, label=letters)
     axes.set_xlim(*(1e3 * when for when in CLOSE[water]))
-    axes.set_ylim(80, 130)
+    axes.set_ylim(*span)
     axes.set_xlabel("time after the start of transmission [ms]")

@@ -1,0 +1,136 @@
+"""Smooth faces: what flat facets of a body send back, by Kirchhoff's integral in closed form.
+
+On a smooth face the field is that of a mirror, as if the face had no edges: Kirchhoff's approximation. Over a facet so
+small that wavefronts are flat on it, the phase is linear and the integral is known. All of it is kept here per pair of
+directions: the flash of a mirror, its side lobes, and how facets of a bent body cancel all but the glints.
+
+Nothing is known of waves that creep around a body, of diffraction at its edges beyond Kirchhoff's, or of sound inside
+it: right near the mirror's direction, and for bodies of many wavelengths.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+NEAR = 0.5  # phases of the corners this close are summed as a series [rad]
+TERMS = 12  # of the series: the first one left out is below 1e-15
+
+
+@dataclass(frozen=True, slots=True)
+class SmoothFace:
+    """A face that mirrors: the coherent part of its answer."""
+
+    reflection: float = 1.0
+    """Pressure reflection coefficient [1]: 1 for a rigid body, -1 for one full of air."""
+
+    def echoes(
+        self, corners: Floats, normal: Floats, arriving: Floats, leaving: Floats, wavenumber: Floats
+    ) -> Complexes:
+        """Pressure at 1 m that facets send back of incident waves of unit pressure [m].
+
+        The phase is that of the facet's middle: what comes out is multiplied by the phases of both ways to it.
+
+        Args:
+            corners: Corners of each triangle from its middle, the mean of them [m], shape (n, 3, 3).
+            normal: Unit normals into the water, shape (n, 3).
+            arriving: Directions of travel towards the facets on the way out, shape (p, n, 3).
+            leaving: Directions of travel towards the facets on the way back, from the receiver, shape (p, n, 3).
+            wavenumber: Of the sound at each facet [rad/m], shape (n,).
+
+        Returns:
+            (j / wavelength) R (sine_in + sine_out) / 2 times the integral of exp(-j k (arriving + leaving) . x) over
+            the facet, shape (p, n); sines are of grazing angles. 0 where either direction is behind the facet.
+
+        Source: Kirchhoff's integral for a plane wave, as in Pierce (1989), Acoustics, ch. 5 (from memory); a mean of
+            both ends' cosines keeps it reciprocal. An endless plate gives R / (2 distance), the image source.
+        """
+        side = corners[:, 1:] - corners[:, :1]
+        area = np.linalg.norm(np.cross(side[:, 0], side[:, 1]), axis=1) / 2
+        echo = np.empty(arriving.shape[:2], complex)
+        _echoes(self.reflection, corners, area, normal, arriving, leaving, wavenumber, echo)
+        return echo
+
+
+def triangle_transform(phase: Floats) -> Complexes:
+    """Mean of exp(j phase) over triangles on which the phase is linear [1].
+
+    Args:
+        phase: Phases of the three corners [rad], shape (..., 3).
+
+    Returns:
+        Shape (...,); 1 where all three are 0.
+
+    Source: the Hermite-Genocchi formula: an integral over a simplex is a divided difference. The same closed form, as
+        a sum over the edges of a polygon, is Gordon (1975), IEEE Trans. Antennas Propag. 23, 590.
+    """
+    flat = np.ascontiguousarray(phase, dtype=float).reshape(-1, 3)
+    found = np.empty(len(flat), complex)
+    for row, (a, b, c) in enumerate(flat):
+        found[row] = mean_phasor(a, b, c)
+    return found.reshape(np.shape(phase)[:-1])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def mean_phasor(a: float, b: float, c: float) -> complex:
+    """Mean of exp(j phase) over a triangle, from the phases at its corners [rad]."""
+    low, high = min(a, b, c), max(a, b, c)
+    middle = a + b + c - low - high
+    if high - low < NEAR:
+        return _series(a, b, c)
+    one, other = _difference(low, middle), _difference(middle, high)
+    return -2.0 * (other - one) / (high - low)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _difference(a: float, b: float) -> complex:
+    """First divided difference of exp(j x)."""
+    half = (b - a) / 2
+    sinc = math.sin(half) / half if abs(half) > 1e-8 else 1.0
+    turn = (a + b) / 2
+    return sinc * complex(-math.sin(turn), math.cos(turn))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _series(a: float, b: float, c: float) -> complex:
+    """The mean as a series about the middle: 2 j^n h_n / (n + 2)!, h_n the complete symmetric polynomials."""
+    middle = (a + b + c) / 3
+    x, y, z = a - middle, b - middle, c - middle
+    square, cube = (x * x + y * y + z * z) / 2, (x * x * x + y * y * y + z * z * z) / 3
+    before, last, now = 0.0, 1.0, 0.0  # h_-1, h_0, h_1: the sum of x, y, z is 0
+    total, power, factorial = 1.0 + 0j, 1j, 6.0
+    for n in range(2, TERMS + 1):
+        before, last, now = last, now, square * last + cube * before
+        power *= 1j
+        factorial *= n + 2
+        total += 2.0 * power * now / factorial
+    return total * complex(math.cos(middle), math.sin(middle))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _echoes(
+    reflection: float, corners: Floats, area: Floats, normal: Floats, arriving: Floats, leaving: Floats,
+    wavenumber: Floats, echo: Complexes,
+) -> None:  # fmt: skip
+    """Fill `echo`, see `SmoothFace.echoes`."""
+    for p in range(echo.shape[0]):
+        for n in range(echo.shape[1]):
+            sine_in, sine_out = 0.0, 0.0
+            a, b, c = 0.0, 0.0, 0.0
+            for axis in range(3):
+                into, back = arriving[p, n, axis], leaving[p, n, axis]
+                sine_in -= into * normal[n, axis]
+                sine_out -= back * normal[n, axis]
+                a -= (into + back) * corners[n, 0, axis]
+                b -= (into + back) * corners[n, 1, axis]
+                c -= (into + back) * corners[n, 2, axis]
+            if sine_in <= 0 or sine_out <= 0:
+                echo[p, n] = 0.0
+                continue
+            k = wavenumber[n]
+            strength = reflection * k / (2 * math.pi) * (sine_in + sine_out) / 2 * area[n]
+            echo[p, n] = 1j * strength * mean_phasor(k * a, k * b, k * c)
