@@ -24,7 +24,8 @@ def sidescan(
     """The image that a recording makes.
 
     Args:
-        recording: `pressure` [uPa] or `intensity` [uPa^2] over (ping, channel, time), with the coordinate `side`.
+        recording: `pressure` [uPa] or `intensity` [uPa^2] over (ping, channel, time), with the coordinate `side`; or
+            over (ping, beam, time), as beams are made of an array's elements.
         geometry: Slant range, or distance on a level bed.
         gain: One of `GAINS`: none, tvg20, tvg30, tvg40, lambert (a level bed that scatters by Lambert's law becomes
             uniform), learnt (the median over all pings becomes uniform).
@@ -40,6 +41,7 @@ def sidescan(
     Raises:
         ValueError: An unknown geometry or gain, or a beam that the sides do not have.
     """
+    recording = recording.rename(beam="channel") if "beam" in recording.dims else recording
     _check("geometry", geometry, get_args(Geometry))
     _check("gain", gain, GAINS)
     level = np.asarray(recorded_level(recording).values, float)

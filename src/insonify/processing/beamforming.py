@@ -1,0 +1,203 @@
+"""Beams from an array's elements: delay and sum in time, or all beams of a line at once in frequency.
+
+A beam hears what one element at the array's centre would hear if it were deaf to all other directions: an echo
+from where it looks keeps its level, its delay and its phase.
+"""
+
+import os
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+import scipy.fft
+from numpy.typing import ArrayLike, NDArray
+
+from insonify.processing._between import FINER, REACH, fine_cells
+from insonify.processing._steer import steer
+from insonify.processing.element_series import carrier, element_series, element_weights, even_clock, places
+from insonify.validity import number, numbers
+
+Complexes = NDArray[np.complex64]
+Floats = NDArray[np.float64]
+
+BEAMS_AT_ONCE = 8
+"""Beams of one ping that a thread works on together."""
+FAR = 1e12
+
+
+def beamform_delay_sum(
+    pressure: ArrayLike, element_places: ArrayLike, time: ArrayLike, directions: ArrayLike, *,
+    centre_frequency: float, sound_speed: float = 1500.0, shading: str | ArrayLike = "uniform",
+    focus: str | float = "dynamic", transmitter: ArrayLike | None = None, centre: ArrayLike | None = None,
+    threads: int | None = None,
+) -> Complexes:  # fmt: skip
+    """Beams by delay and sum, with a focus that follows the sound outward.
+
+    Each element is read at the time at which an echo from the focus reaches it, between samples (error below -70 dB in
+    the band, see `_between`), and turned by the carrier's phase over the difference. No narrow-band, plane-wave or
+    Fresnel approximation; sonar and water stand still while a ping is heard.
+
+    Args:
+        pressure: Complex baseband, shape (..., channel, time).
+        element_places: Of the receiving elements in any frame [m], shape (channel, 3).
+        time: Of the samples, evenly spaced, after the start of transmission [s], shape (time,).
+        directions: Unit vectors of the beams in that frame, shape (beam, 3).
+        centre_frequency: Of the baseband [Hz].
+        sound_speed: Of the water [m/s].
+        shading: Of the elements: a name for elements on a line (uniform, cosine, hann, hamming, taylor), or weights.
+        focus: "dynamic": at the place whose echo is being heard; "far": at infinity; or a fixed range [m].
+        transmitter: Place of the transmitter [m], shape (3,); None: the centre.
+        centre: Place from which beams start [m], shape (3,); None: the mean of the elements.
+        threads: How many cores to use; all by default. The bits do not depend on it.
+
+    Returns:
+        Complex baseband, shape (..., beam, time), complex64, as heard at the centre. Echoes whose delays at some
+        elements lie beyond the series are the weaker for it.
+
+    Raises:
+        ValueError: Shapes that do not fit, directions that are no unit vectors, an unknown focus.
+
+    Source: van Trees (2002), Optimum Array Processing, ch. 2 (delay-and-sum, array manifold); the focus for a
+    transmitter apart from the centre is the ellipsoid |r u - d| + r = c t.
+    """
+    first, rate = even_clock(time)
+    element = places("element_places", element_places, (None, 3))
+    series = element_series(pressure, np.size(time), len(element))
+    frequency, speed = carrier(centre_frequency, sound_speed)
+    looks = _directions(directions)
+    middle = element.mean(axis=0) if centre is None else places("centre", centre, (3,))
+    sent = np.zeros(3) if transmitter is None else places("transmitter", transmitter, (3,)) - middle
+    weight, at, range_ = element_weights(shading, element), np.array(time, float), _focus(focus)
+    pings = series.reshape(-1, *series.shape[-2:])
+    out = np.zeros((len(pings), len(looks), series.shape[-1]), np.complex64)
+
+    def form(job: tuple[int, int, Complexes]) -> None:
+        ping, begin, cells = job
+        beams = slice(begin, begin + BEAMS_AT_ONCE)
+        steer(
+            cells, first - REACH / rate, rate * FINER, frequency, speed, at, element - middle, sent,
+            looks[beams], weight, range_, out[ping, beams].view(np.float32),
+        )  # fmt: skip
+
+    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+        for ping, row in enumerate(pings):
+            cells = fine_cells(row)
+            list(pool.map(form, [(ping, begin, cells) for begin in range(0, len(looks), BEAMS_AT_ONCE)]))
+    return out.reshape(*series.shape[:-2], len(looks), series.shape[-1])
+
+
+def beamform_fft(
+    pressure: ArrayLike, time: ArrayLike, sines: ArrayLike, *, spacing: float, centre_frequency: float,
+    sound_speed: float = 1500.0, shading: str | ArrayLike = "uniform",
+) -> Complexes:  # fmt: skip
+    """All beams of an evenly spaced line array at once, focused far away.
+
+    In each frequency of the band the beams are a chirp-z transform along the array at that frequency's own wavenumber:
+    the delays are exact over the whole band. The cost for each frequency grows as n log n of elements and beams.
+
+    Args:
+        pressure: Complex baseband, shape (..., channel, time), the elements in order along the line.
+        time: Of the samples, evenly spaced [s], shape (time,).
+        sines: Of the beams' angles from broadside, towards the last element, evenly spaced [1], shape (beam,).
+        spacing: Of the elements [m].
+        centre_frequency: Of the baseband [Hz].
+        sound_speed: Of the water [m/s].
+        shading: Of the elements: uniform, cosine, hann, hamming, taylor, or weights of shape (channel,).
+
+    Returns:
+        Complex baseband, shape (..., beam, time), complex64, as heard at the array's middle.
+
+    Raises:
+        ValueError: Shapes that do not fit, or beams unevenly spaced in sine: use `beamform_delay_sum` for those.
+
+    Source: van Trees (2002), ch. 3.3 and 6 (frequency-domain beamforming); Rabiner, Schafer & Rader (1969), Bell Syst.
+    Tech. J. 48, 1249-1292 (chirp-z transform); from memory.
+    """
+    rate = even_clock(time)[1]
+    series = element_series(pressure, np.size(time))
+    frequency, speed = carrier(centre_frequency, sound_speed)
+    pitch = number("spacing", spacing, "m", 0.0, above=True, such_as="0.0075")
+    start, step, beams = _even_sines(sines)
+    channels, samples = series.shape[-2:]
+    line = np.zeros((channels, 3))
+    line[:, 1] = (np.arange(channels) - (channels - 1) / 2) * pitch
+    weight = element_weights(shading, line)
+    reach = (channels - 1) / 2 * pitch * max(abs(start), abs(start + step * (beams - 1))) / speed
+    size = scipy.fft.next_fast_len(samples + int(np.ceil(2 * reach * rate)) + 16)
+    # cycles per element and per unit of sine, in each bin
+    wave = pitch / speed * (frequency + scipy.fft.fftfreq(size, 1 / rate))
+    transform = _ChirpTransform.along(wave, channels, start, step, beams)
+    pings = series.reshape(-1, channels, samples)
+    out = np.empty((len(pings), beams, samples), np.complex64)
+    for row, ping in zip(out, pings, strict=True):
+        bins = scipy.fft.fft(ping * weight[:, None].astype(np.float32), size, axis=-1)
+        row[:] = scipy.fft.ifft(transform(bins), axis=-1)[:, :samples]
+    return out.reshape(*series.shape[:-2], beams, samples)
+
+
+@dataclass(frozen=True, slots=True)
+class _ChirpTransform:
+    """Sum over elements m of bins exp(-j 2 pi wave m (start + b step)), m counted from the middle of the line.
+
+    With m b = (m^2 + b^2 - (m - b)^2) / 2 the sum is a convolution with a chirp, done by FFT along the elements.
+    """
+
+    before: Complexes
+    chirp: Complexes
+    after: Complexes
+
+    @classmethod
+    def along(cls, wave: Floats, channels: int, start: float, step: float, beams: int) -> Self:
+        """Its factors, each of shape (elements or beams, bins)."""
+        m = np.arange(channels)[:, None] - (channels - 1) / 2
+        b = np.arange(beams)[:, None] - (beams - 1) / 2
+        lag = np.arange(1 - channels, beams)[:, None] - (beams - channels) / 2
+        chirp = scipy.fft.fft(_turned(wave * step * lag**2 / 2), scipy.fft.next_fast_len(len(lag)), axis=0)
+        middle = start + step * (beams - 1) / 2
+        before, after = -wave * (m * middle + step * m**2 / 2), -wave * step * b**2 / 2
+        return cls(_turned(before), chirp, _turned(after))
+
+    def __call__(self, bins: Complexes) -> Complexes:
+        """Beams, shape (beams, bins), of elements, shape (elements, bins)."""
+        channels, size = len(self.before), len(self.chirp)
+        spread = scipy.fft.fft(bins * self.before, size, axis=0) * self.chirp
+        both = scipy.fft.ifft(spread, axis=0)[channels - 1 : channels - 1 + len(self.after)]
+        return np.asarray(both * self.after, np.complex64)
+
+
+def _turned(cycles: Floats) -> Complexes:
+    # float64: hundreds of cycles are reduced before they are rounded
+    return np.exp(2j * np.pi * (cycles - np.round(cycles))).astype(np.complex64)
+
+
+def _even_sines(sines: ArrayLike) -> tuple[float, float, int]:
+    given = numbers("sines", sines, "", -1.0, 1.0, gaps=False)
+    if given.ndim != 1 or given.size < 1:
+        raise ValueError(f"sines has shape {given.shape}; give one row of beams")
+    step = float((given[-1] - given[0]) / max(given.size - 1, 1))
+    off = float(np.max(np.abs(given - given[0] - step * np.arange(given.size))))
+    if off > 1e-6:
+        raise ValueError(
+            f"sines are uneven by {off:.2g}; give evenly spaced sines, such as np.linspace(-0.5, 0.5, 128), "
+            "or use beamform_delay_sum"
+        )
+    return float(given[0]), step, given.size
+
+
+def _directions(directions: ArrayLike) -> Floats:
+    given = places("directions", directions, (None, 3))
+    length = np.linalg.norm(given, axis=1)
+    if np.any(np.abs(length - 1) > 1e-6):
+        raise ValueError(f"directions has a vector of length {length[np.argmax(np.abs(length - 1))]:g}; give length 1")
+    return given
+
+
+def _focus(focus: str | float) -> float:
+    if focus == "dynamic":
+        return -1.0
+    if focus == "far":
+        return FAR
+    if isinstance(focus, str):
+        raise ValueError(f"focus is {focus!r}; choose dynamic, far, or a range in metres")
+    return number("focus", focus, "m", 0.0, above=True, such_as="10.0")

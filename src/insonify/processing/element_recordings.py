@@ -1,0 +1,123 @@
+"""Recordings of elements, as labelled datasets, made into others: compressed, beams, fans, fewer samples."""
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from insonify.frames import direction
+from insonify.processing.beamforming import beamform_delay_sum
+from insonify.processing.element_series import even_clock
+from insonify.processing.fan import fan_image
+from insonify.processing.level import recorded_level
+from insonify.processing.pulse_compression import matched_filter
+from insonify.processing.recorded_geometry import centre_frequency, elements, transmitter
+from insonify.processing.recorder import Keep, decimate, decimated_time
+from insonify.sonar.pulse import Pulse
+from insonify.units import intensity_ratio, level_db
+
+PRESSURE = {"units": "uPa", "long_name": "received pressure, complex envelope, rms scale"}
+
+
+def compressed_recording(recording: xr.Dataset, replica: Pulse | ArrayLike, *, window: str = "uniform") -> xr.Dataset:
+    """A recording after its matched filter; see `matched_filter`.
+
+    Args:
+        recording: `pressure` [uPa], complex, over any dimensions and time.
+        replica: The pulse that was sent, or its baseband at the recording's rate, shape (n,).
+        window: Taper of the replica.
+
+    Returns:
+        The recording with `pressure` compressed: an echo is a peak of its own level at its delay.
+    """
+    rate = even_clock(recording["time"].values)[1]
+    series = recording["pressure"].transpose(..., "time")
+    about = PRESSURE | {"long_name": "received pressure after the matched filter, complex envelope, rms scale"}
+    found = series.copy(data=matched_filter(series.values, replica, rate, window=window)).assign_attrs(about)
+    return recording.assign(pressure=found).assign_attrs(matched_filter_window=window)
+
+
+def beam_recording(
+    recording: xr.Dataset, bearings: ArrayLike, *, elevation: ArrayLike = 0.0, sound_speed: float = 1500.0,
+    shading: str | ArrayLike = "uniform", focus: str | float = "dynamic", transmitter_place: ArrayLike | None = None,
+    threads: int | None = None,
+) -> xr.Dataset:  # fmt: skip
+    """Beams of a recording of elements by delay and sum; see `beamform_delay_sum`.
+
+    Args:
+        recording: `pressure` [uPa] over (ping, channel, time), `element_position` over (channel, axis).
+        bearings: Of the beams, clockwise from the bow [rad], shape (beam,).
+        elevation: Of the beams, down from the deck [rad], one number or shape (beam,).
+        sound_speed: Of the water [m/s].
+        shading: Of the elements: a name, or weights of shape (channel,).
+        focus: "dynamic", "far", or a range [m].
+        transmitter_place: Forward, starboard, down [m], shape (3,); None: as the recording says, or the middle.
+        threads: How many cores to use.
+
+    Returns:
+        `pressure` over (ping, beam, time) with coordinates `bearing`, `elevation` and `side`, and what else the
+        recording holds of pings and times. `sidescan` makes its image of beams abeam.
+    """
+    bearing = np.atleast_1d(np.asarray(bearings, float))
+    down = np.broadcast_to(np.asarray(elevation, float), bearing.shape)
+    formed = beamform_delay_sum(
+        recording["pressure"].transpose(..., "channel", "time").values, elements(recording), recording["time"].values,
+        direction(bearing, down), centre_frequency=centre_frequency(recording), sound_speed=sound_speed,
+        shading=shading, focus=focus, transmitter=transmitter(recording, transmitter_place), threads=threads,
+    )  # fmt: skip
+    kept = recording.drop_vars([name for name, held in recording.variables.items() if "channel" in held.dims])
+    dims = ("ping", "beam", "time") if formed.ndim == 3 else ("beam", "time")
+    about = {"units": "rad", "long_name": "bearing of the beam, clockwise from the bow"}
+    lower = {"units": "rad", "long_name": "elevation of the beam, down from the deck"}
+    side = np.sign(np.round(np.sin(bearing), 9)).astype(int)
+    where = {"units": "1", "long_name": "side of the platform: -1 port, 1 starboard, 0 along the keel"}
+    return kept.assign(pressure=(dims, formed, PRESSURE)).assign_coords(
+        bearing=("beam", bearing, about), elevation=("beam", down, lower), side=("beam", side, where)
+    ).assign_attrs(sound_speed=sound_speed)  # fmt: skip
+
+
+def fan_of_beams(
+    beams: xr.Dataset, ahead: ArrayLike, starboard: ArrayLike, *, sound_speed: float | None = None
+) -> xr.Dataset:
+    """The image that beams in one plane make, ahead and to starboard; see `fan_image`.
+
+    Args:
+        beams: `pressure` [uPa] over (..., beam, time) with the coordinate `bearing`, as `beam_recording` gives it.
+        ahead: Places ahead of the array [m], shape (n,).
+        starboard: Places to starboard [m], shape (m,).
+        sound_speed: Of the water [m/s]; None: the one that the beams were formed with.
+
+    Returns:
+        `level_db` over (..., ahead, starboard) [dB re 1 uPa]; NaN outside the fan.
+    """
+    speed = float(beams.attrs.get("sound_speed", 1500.0)) if sound_speed is None else sound_speed
+    level = recorded_level(beams).transpose(..., "beam", "time")
+    ranges = np.asarray(beams["time"].values, float) * speed / 2
+    power = fan_image(intensity_ratio(level.values), beams["bearing"].values, ranges, ahead, starboard)
+    about = {"units": "dB re 1 uPa", "long_name": "level of the received pressure"}
+    axes = {
+        "ahead": ("ahead", np.asarray(ahead, float), {"units": "m", "long_name": "distance ahead of the array"}),
+        "starboard": ("starboard", np.asarray(starboard, float), {"units": "m", "long_name": "distance to starboard"}),
+    }
+    dims = (*level.dims[:-2], "ahead", "starboard")
+    return xr.Dataset({"level_db": (dims, level_db(power), about)}, axes, dict(beams.attrs))
+
+
+def decimated_recording(recording: xr.Dataset, samples: int, *, keep: Keep = "mean") -> xr.Dataset:
+    """A recording as an instrument writes it: mean-square pressure in fewer samples; see `decimate`.
+
+    Args:
+        recording: `pressure` [uPa] or `intensity` [uPa^2] over any dimensions and time.
+        samples: How many are kept of each series.
+        keep: "mean" or "peak".
+
+    Returns:
+        The recording with `intensity` [uPa^2] at the middles of its samples, in the place of what it held.
+    """
+    level = recorded_level(recording).transpose(..., "time")
+    kept = recording.drop_vars([name for name, held in recording.variables.items() if "time" in held.dims])
+    about = {"units": "uPa^2", "long_name": f"mean-square pressure, {keep} over each sample"}
+    time = {"units": "s", "long_name": "time after the start of transmission"}
+    fewer = decimate(intensity_ratio(level.values), samples, keep=keep)
+    return kept.assign(intensity=(level.dims, fewer, about)).assign_coords(
+        time=("time", decimated_time(recording["time"].values, samples), time)
+    ).assign_attrs(kept=keep)  # fmt: skip

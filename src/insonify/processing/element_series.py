@@ -1,0 +1,150 @@
+"""What the series of an array's elements must be like before anything is made of them."""
+
+from typing import get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from insonify.sonar.aperture import shading_weight
+from insonify.sonar.array import Shading
+from insonify.validity import number, numbers, water_speed
+
+Floats = NDArray[np.float64]
+Series = NDArray[np.complex64]
+
+UNEVEN = 1e-3
+"""How far a sample may lie from its place on an even clock, in samples."""
+
+
+def even_clock(time: ArrayLike) -> tuple[float, float]:
+    """First time [s] and sample rate [Hz] of samples at even steps.
+
+    Args:
+        time: Time of each sample after the start of transmission [s], shape (time,).
+
+    Raises:
+        ValueError: Fewer than two samples, or uneven steps.
+    """
+    times = numbers("time", time, "s", gaps=False)
+    if times.ndim != 1 or times.size < 2:
+        raise ValueError(f"time has shape {times.shape}; give one row of two samples or more")
+    step = (times[-1] - times[0]) / (times.size - 1)
+    off = np.max(np.abs(times - times[0] - step * np.arange(times.size)))
+    if not step > 0 or off > UNEVEN * step:
+        raise ValueError(
+            f"time is uneven by {off:.3g} s at a mean step of {step:.3g} s; give samples at even, growing times: "
+            "resample the series first"
+        )
+    return float(times[0]), float(1 / step)
+
+
+def element_series(pressure: ArrayLike, samples: int, channels: int | None = None) -> Series:
+    """Series of complex baseband, checked.
+
+    Args:
+        pressure: Complex baseband, shape (..., channel, time).
+        samples: How many times there are.
+        channels: How many elements there are; None: any number.
+
+    Returns:
+        The series as complex64, shape (..., channel, time), side by side in memory.
+
+    Raises:
+        ValueError: Real numbers, numbers that are not finite, or another shape.
+    """
+    series = np.asarray(pressure)
+    if series.dtype.kind != "c":
+        raise ValueError(
+            f"pressure is of type {series.dtype}; give complex baseband: phases are what this stage works with"
+        )
+    wanted = f"(..., {'channel' if channels is None else channels}, {samples})"
+    if series.ndim < 2 or series.shape[-1] != samples or channels not in (None, series.shape[-2]):
+        raise ValueError(f"pressure has shape {series.shape}; the elements and times given ask for {wanted}")
+    if not np.isfinite(series.view(series.real.dtype) if series.flags.c_contiguous else np.abs(series)).all():
+        raise ValueError("pressure holds numbers that are not finite; set missing samples to zero")
+    return np.ascontiguousarray(series, np.complex64)
+
+
+def places(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Floats:
+    """Places or velocities in three axes, of a shape in which None is any number.
+
+    Args:
+        name: What they are, for the advice.
+        value: The numbers [m] or [m/s].
+        shape: What is wanted, the last axis being 3.
+
+    Raises:
+        ValueError: Another shape, or numbers that are not finite.
+    """
+    given = numbers(name, value, "m", gaps=False)
+    fits = given.ndim == len(shape) and all(w in (None, n) for w, n in zip(shape, given.shape, strict=True))
+    if not fits:
+        wanted = ", ".join("any" if n is None else str(n) for n in shape)
+        raise ValueError(f"{name} has shape {given.shape}; give ({wanted})")
+    # a copy in C order: compiled code knows read-only arrays, and other orders, as types of their own
+    return np.array(given, float, order="C")
+
+
+def carrier(centre_frequency: float, sound_speed: float) -> tuple[float, float]:
+    """Centre frequency [Hz] and sound speed [m/s], each refused where it means nothing.
+
+    Args:
+        centre_frequency: Of the complex baseband [Hz].
+        sound_speed: Of the water [m/s].
+    """
+    frequency = number("centre_frequency", centre_frequency, "Hz", 0.0, above=True, such_as="100e3")
+    return frequency, float(water_speed("sound_speed", number("sound_speed", sound_speed, "m/s"), gaps=False))
+
+
+def taper(name: str, shading: str, place: Floats) -> Floats:
+    """Weight of a shading that is known by its name [1]: uniform, cosine, hann, hamming or taylor.
+
+    Args:
+        name: Of the argument, for the advice.
+        shading: Name of the shading.
+        place: Distance from the middle in lengths of the whole, -1/2..1/2, any shape.
+
+    Raises:
+        ValueError: Another name.
+    """
+    known = get_args(Shading)
+    if shading not in known:
+        raise ValueError(f"{name} is {shading!r}; choose one of {', '.join(known)}")
+    return shading_weight(shading, place)
+
+
+def element_weights(shading: str | ArrayLike, element_places: Floats) -> Floats:
+    """Weight of each element, together one, so that an echo from where a beam looks keeps its level [1].
+
+    Args:
+        shading: Name of a shading along a line array (uniform, cosine, hann, hamming, taylor), or a weight for each
+            element, shape (channel,).
+        element_places: Of the elements [m], shape (channel, 3).
+
+    Raises:
+        ValueError: A name for elements that do not lie on a line, or weights that do not fit or add up to nothing.
+    """
+    count = len(element_places)
+    if isinstance(shading, str):
+        along = np.zeros(count) if shading == "uniform" else _along_line(element_places)
+        weights = taper("shading", shading, along)
+    else:
+        weights = numbers("shading", shading, "", gaps=False)
+        if weights.shape != (count,):
+            raise ValueError(f"shading has shape {weights.shape}; give one weight for each of {count} elements")
+    total = float(np.sum(weights))
+    if not abs(total) > 1e-9 * np.sum(np.abs(weights)):
+        raise ValueError("shading adds up to nothing; give weights with a mean above zero")
+    return np.array(weights / total, float)
+
+
+def _along_line(element_places: Floats) -> Floats:
+    """Place of each element along the line of them all, in lengths of the array, -1/2..1/2."""
+    centred = element_places - element_places.mean(axis=0)
+    _, sizes, axes = np.linalg.svd(centred, full_matrices=False)
+    if len(sizes) > 1 and sizes[1] > 1e-2 * sizes[0]:
+        raise ValueError("shading by name is for elements on a line; give a weight for each element instead")
+    along = centred @ axes[0]
+    span = along.max() - along.min()
+    # each element stands for its share of the aperture, which reaches half a spacing beyond the last one
+    return np.asarray(along / (span * len(along) / (len(along) - 1))) if span > 0 else np.zeros(len(along))

@@ -1,0 +1,65 @@
+"""A synthetic-aperture image from a recording of elements and its navigation."""
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from insonify.processing.recorded_geometry import Navigation, centre_frequency, elements, in_world, poses, transmitter
+from insonify.processing.synthetic_aperture import backproject
+
+Floats = NDArray[np.float64]
+
+
+def synthetic_aperture_image(
+    recording: xr.Dataset, north: ArrayLike, east: ArrayLike, depth: ArrayLike, *, sound_speed: float = 1500.0,
+    stop_and_hop: bool = False, widest: float | None = None, angle_shading: str = "uniform",
+    shading: ArrayLike | None = None, transmitter_place: ArrayLike | None = None, navigation: Navigation = "logged",
+    threads: int | None = None,
+) -> xr.Dataset:  # fmt: skip
+    """Complex image of a part of the bed by back-projection; see `backproject`.
+
+    Args:
+        recording: Matched-filtered `pressure` [uPa] over (ping, channel, time), `element_position` over (channel,
+            axis), and poses at each ping.
+        north: Places of the pixels [m], shape (n,).
+        east: Places of the pixels [m], shape (m,).
+        depth: Of the bed [m]: one number, or shape (n, m).
+        sound_speed: Of the water [m/s].
+        stop_and_hop: Whether the sonar is taken to stand still while it listens; otherwise its elements move on as
+            their places from ping to ping tell.
+        widest: Widest angle off broadside that counts for a pixel [rad]; None: all.
+        angle_shading: Taper over that angle.
+        shading: Weight of each ping (ping,), or of each series (ping, channel).
+        transmitter_place: Forward, starboard, down [m]; None: as the recording says, or the middle of the elements.
+        navigation: Whether the log or the truth is taken: what the log gets wrong defocuses the image.
+        threads: How many cores to use.
+
+    Returns:
+        `pressure` over (north, east), complex [uPa]: the mean over pings, so a point echo keeps its level; `depth`.
+    """
+    place, rotation = poses(recording, navigation)
+    heard = in_world(place, rotation, elements(recording))
+    sent = in_world(place, rotation, transmitter(recording, transmitter_place))
+    x, y = (np.atleast_1d(np.asarray(axis, float)) for axis in (north, east))
+    below = np.broadcast_to(np.asarray(depth, float), (x.size, y.size))
+    pixels = np.stack([*np.meshgrid(x, y, indexing="ij"), below], axis=-1)
+    image = backproject(
+        recording["pressure"].transpose("ping", "channel", "time").values, recording["time"].values, sent, heard,
+        pixels, centre_frequency=centre_frequency(recording), sound_speed=sound_speed,
+        receive_velocity=None if stop_and_hop else _velocity(heard, recording), shading=shading,
+        along=None if widest is None else rotation[:, :, 0], widest=widest, angle_shading=angle_shading,
+        threads=threads,
+    )  # fmt: skip
+    about = {"units": "uPa", "long_name": "back-projected pressure, complex, mean over pings"}
+    axes = {name: (name, values, {"units": "m", "long_name": name}) for name, values in (("north", x), ("east", y))}
+    held = {"pressure": (("north", "east"), image, about),
+            "depth": (("north", "east"), below.copy(), {"units": "m", "long_name": "depth of the pixel"})}  # fmt: skip
+    attributes = dict(recording.attrs) | {"sound_speed": sound_speed, "navigation": navigation}
+    return xr.Dataset(held, axes, attributes)
+
+
+def _velocity(heard: Floats, recording: xr.Dataset) -> Floats | None:
+    """Velocity of each element at each ping, from its places at the pings about it [m/s]; None of a single ping."""
+    if len(heard) < 2:
+        return None
+    return np.asarray(np.gradient(heard, np.asarray(recording["ping_time"].values, float), axis=0))

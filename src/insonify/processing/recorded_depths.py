@@ -1,0 +1,131 @@
+"""Depths of the bed from recordings of elements: a swath from two receivers' phase, soundings from beams."""
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from insonify.frames import direction
+from insonify.processing.beamforming import beamform_delay_sum
+from insonify.processing.bottom import bottom_detection
+from insonify.processing.element_series import element_weights
+from insonify.processing.interferometer import interferometric_depth
+from insonify.processing.recorded_geometry import Navigation, centre_frequency, elements, in_world, poses, transmitter
+
+Floats = NDArray[np.float64]
+
+
+def interferometric_bathymetry(
+    recording: xr.Dataset, altitude: ArrayLike, *, channels: tuple[int, int] = (0, 1), sound_speed: float = 1500.0,
+    looks: int | tuple[int, int] = (1, 15), navigation: Navigation = "logged",
+) -> xr.Dataset:  # fmt: skip
+    """Where the bed is by the phase between two receivers one above the other; see `interferometric_depth`.
+
+    Args:
+        recording: `pressure` [uPa] over (ping, channel, time), matched-filtered or short, and `element_position`.
+        altitude: Height above the bed that is expected, which settles whole turns [m]: one number, or (ping,).
+        channels: Of the upper receiver, and of the lower one.
+        sound_speed: Of the water [m/s].
+        looks: Pings and samples that each phase is averaged over; odd.
+        navigation: Whether the log or the truth gives roll and depth. Pitch is not made up for.
+
+    Returns:
+        `across` (to starboard) and `depth` below the mean surface [m], and `coherence` [1], over (ping, time).
+
+    Raises:
+        ValueError: No such channels, or receivers that are not one above the other.
+    """
+    count = recording.sizes["channel"]
+    if any(not 0 <= channel < count for channel in channels):
+        raise ValueError(f"channels is {channels}; the recording has channels 0 to {count - 1}")
+    upper, lower = elements(recording)[list(channels)]
+    apart, side = upper - lower, _side(recording, channels[0], upper - lower)
+    if not apart[2] < 0 or abs(apart[0]) > 1e-3 * np.linalg.norm(apart):
+        raise ValueError(
+            f"channels {channels} are apart by {apart} m; give the upper one first, none ahead of the other"
+        )
+    place, rotation = poses(recording, navigation)
+    tilt = np.arctan2(side * apart[1], -apart[2]) + side * np.arctan2(rotation[:, 2, 1], rotation[:, 2, 2])
+    series = recording["pressure"].transpose("ping", "channel", "time").values
+    across, depth, gamma = interferometric_depth(
+        series[:, channels[0]], series[:, channels[1]], recording["time"].values * sound_speed / 2, altitude=altitude,
+        baseline=float(np.linalg.norm(apart)), tilt=tilt, centre_frequency=centre_frequency(recording),
+        sound_speed=sound_speed, looks=looks,
+    )  # fmt: skip
+    middle = in_world(place, rotation, (upper + lower) / 2)
+    dims = ("ping", "time")
+    return xr.Dataset(
+        {"across": (dims, side * across, {"units": "m", "long_name": "distance across the track, to starboard"}),
+         "depth": (dims, middle[:, 2:] + depth, {"units": "m", "long_name": "depth of the bed"}),
+         "coherence": (dims, gamma, {"units": "1", "long_name": "coherence of the two receivers"})},
+        {name: recording[name] for name in ("ping", "time", "ping_time") if name in recording},
+        dict(recording.attrs) | {"sound_speed": sound_speed},
+    )  # fmt: skip
+
+
+def _side(recording: xr.Dataset, channel: int, apart: Floats) -> int:
+    """Which way a pair looks: 1 to starboard, -1 to port; from the recording, or else where it leans back from."""
+    told = int(recording["side"].values[channel]) if "side" in recording else 0
+    return told or (1 if apart[1] >= 0 else -1)
+
+
+def multibeam_soundings(
+    recording: xr.Dataset, angles: ArrayLike, *, sound_speed: float = 1500.0, shading: str | ArrayLike = "hamming",
+    looks: int = 5, transmitter_place: ArrayLike | None = None, navigation: Navigation = "logged",
+    threads: int | None = None,
+) -> xr.Dataset:  # fmt: skip
+    """Soundings of a multibeam sonar from its elements; see `bottom_detection`.
+
+    Beams look down and to either side; each is formed of the whole line and of its two halves.
+
+    Args:
+        recording: `pressure` [uPa] over (ping, channel, time) of a line across the ship, and `element_position`.
+        angles: Of the beams from the keel, to starboard positive [rad], shape (beam,).
+        sound_speed: Of the water, all the way [m/s].
+        shading: Of the whole line.
+        looks: Least number of samples smoothed over; odd.
+        transmitter_place: Forward, starboard, down [m]; None: as the recording says, or the middle of the line.
+        navigation: Whether the log or the truth tells where the beams look.
+        threads: How many cores to use.
+
+    Returns:
+        Over (ping, beam): `travel_time` [s] with its `deviation`, `by_phase`, and `north`, `east`, `depth` [m] of the
+        soundings; coordinate `angle` [rad].
+    """
+    angle, element = np.atleast_1d(np.asarray(angles, float)), elements(recording)
+    looking = direction(np.pi / 2, np.pi / 2 - angle)
+    starboard = element[:, 1] > np.median(element[:, 1])
+    series = recording["pressure"].transpose("ping", "channel", "time").values
+    time = np.asarray(recording["time"].values, float)
+    sent = transmitter(recording, transmitter_place)
+    full, fore, aft = (
+        beamform_delay_sum(series, element, time, looking, centre_frequency=centre_frequency(recording),
+                           sound_speed=sound_speed, shading=weights, transmitter=sent, threads=threads)
+        for weights in (element_weights(shading, element), ~starboard * 1.0, starboard * 1.0)
+    )  # fmt: skip
+    found = [bottom_detection(full[p], fore[p], aft[p], time, looks=looks) for p in range(len(series))]
+    travel = np.array([detections.time for detections in found])
+    body = element.mean(axis=0) + _reach(travel, sound_speed, looking, sent - element.mean(axis=0)) * looking
+    place, rotation = poses(recording, navigation)
+    columns = {
+        "travel_time": (travel, "s", "two-way travel time to the bed"),
+        "deviation": (np.array([d.deviation for d in found]), "s", "standard deviation of the travel time"),
+        "by_phase": (np.array([d.by_phase for d in found]), "1", "whether the phase told the travel time"),
+    }
+    soundings = place[:, None] + np.einsum("pij,pbj->pbi", rotation, body)
+    for axis, name in enumerate(("north", "east", "depth")):
+        columns[name] = (soundings[..., axis], "m", f"{name} of the sounding")
+    held = {name: (("ping", "beam"), values, {"units": unit, "long_name": text})
+            for name, (values, unit, text) in columns.items()}  # fmt: skip
+    about = {"units": "rad", "long_name": "angle of the beam from the keel, to starboard"}
+    coords = {name: recording[name] for name in ("ping", "ping_time") if name in recording}
+    attributes = dict(recording.attrs) | {"sound_speed": sound_speed}
+    return xr.Dataset(held, coords | {"angle": ("beam", angle, about)}, attributes)
+
+
+def _reach(travel: Floats, sound_speed: float, looking: Floats, apart: Floats) -> Floats:
+    """Range from the line's middle on each beam's axis [m], shape (ping, beam, 1), the transmitter being `apart` of it.
+
+    Where the way out and the way back together are as long as was heard.
+    """
+    path = travel[..., None] * sound_speed
+    return np.asarray((path**2 - apart @ apart) / (2 * (path - (looking @ apart)[:, None])))

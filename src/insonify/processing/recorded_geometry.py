@@ -1,0 +1,95 @@
+"""Where the elements of a recording were: in the body, and in the world at each ping."""
+
+from typing import Literal
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from insonify.frames import pose_rotation
+from insonify.processing.element_series import places
+
+Floats = NDArray[np.float64]
+Navigation = Literal["logged", "true"]
+
+
+def elements(recording: xr.Dataset) -> Floats:
+    """Places of the receiving elements from the platform's reference point: forward, starboard, down [m].
+
+    Args:
+        recording: With `element_position` over (channel, axis) [m].
+
+    Returns:
+        Shape (channel, 3).
+
+    Raises:
+        ValueError: The recording does not say where its elements are.
+    """
+    if "element_position" not in recording:
+        raise ValueError(
+            "the recording has no element_position; add it over (channel, axis): forward, starboard, down [m]"
+        )
+    return places("element_position", recording["element_position"].values, (recording.sizes["channel"], 3))
+
+
+def transmitter(recording: xr.Dataset, given: ArrayLike | None = None) -> Floats:
+    """Place of the transmitter in the same axes [m], shape (3,).
+
+    Args:
+        recording: With `transmitter_position` over (axis,), or else the middle of its elements is taken.
+        given: What the caller knows better [m], shape (3,).
+    """
+    if given is not None:
+        return places("transmitter", given, (3,))
+    if "transmitter_position" in recording:
+        return places("transmitter_position", recording["transmitter_position"].values, (3,))
+    return np.asarray(elements(recording).mean(axis=0))
+
+
+def centre_frequency(recording: xr.Dataset) -> float:
+    """Centre frequency of the baseband [Hz].
+
+    Args:
+        recording: With the attribute `centre_frequency`.
+
+    Raises:
+        ValueError: The recording does not say.
+    """
+    if "centre_frequency" not in recording.attrs:
+        raise ValueError("the recording has no attribute centre_frequency; assign the baseband's centre [Hz]")
+    return float(recording.attrs["centre_frequency"])
+
+
+def poses(recording: xr.Dataset, navigation: Navigation = "logged") -> tuple[Floats, Floats]:
+    """Place of the platform at the start of each ping, and how it lay.
+
+    Args:
+        recording: With `position` and `attitude`, and what was logged of them.
+        navigation: Whether the log or the truth is taken; where there is no log, the truth.
+
+    Returns:
+        North, east, down [m], shape (ping, 3); rotation, body to world, shape (ping, 3, 3).
+
+    Raises:
+        ValueError: Another kind of navigation.
+    """
+    if navigation not in ("logged", "true"):
+        raise ValueError(f"navigation is {navigation!r}; choose logged or true")
+    prefix = "logged_" if navigation == "logged" and "logged_position" in recording else ""
+    place = np.asarray(recording[f"{prefix}position"].values, float)
+    return place, pose_rotation(*np.asarray(recording[f"{prefix}attitude"].values, float).T)
+
+
+def in_world(place: Floats, rotation: Floats, body: Floats) -> Floats:
+    """Places in the world of points of the body.
+
+    Args:
+        place: Of the platform at each ping [m], shape (ping, 3).
+        rotation: Body to world, shape (ping, 3, 3).
+        body: Points: forward, starboard, down [m], shape (..., 3).
+
+    Returns:
+        North, east, down [m], shape (ping, ..., 3).
+    """
+    turned = np.einsum("pij,...j->p...i", rotation, body)
+    return np.asarray(turned + place.reshape(len(place), *(1,) * (body.ndim - 1), 3))

@@ -1,0 +1,159 @@
+"""Back-projection: many pings as one long array, focused on every pixel by itself."""
+
+import os
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from insonify.processing._between import FINER, REACH, fine_cells
+from insonify.processing._project import project
+from insonify.processing.element_series import carrier, element_series, even_clock, places, taper
+from insonify.validity import number, numbers
+
+Floats = NDArray[np.float64]
+
+PIXELS_AT_ONCE = 2048
+"""Pixels that a thread works on together."""
+CELLS_AT_ONCE = 8_000_000
+"""Most fine cells in memory at a time, 8 bytes each."""
+
+
+def backproject(
+    pressure: ArrayLike, time: ArrayLike, transmit: ArrayLike, receive: ArrayLike, grid: ArrayLike, *,
+    centre_frequency: float, sound_speed: float = 1500.0, receive_velocity: ArrayLike | None = None,
+    shading: ArrayLike | None = None, along: ArrayLike | None = None, widest: float | None = None,
+    angle_shading: str = "uniform", threads: int | None = None,
+) -> NDArray[np.complex64]:  # fmt: skip
+    """Complex image of places from matched-filtered pings of an array that moves.
+
+    Each pixel sums every series at the delay of its own echo: out from where the transmitter was, back to where the
+    receiver is when the echo arrives. The track need not be straight nor the pings even; the places are the caller's,
+    micronavigation included. The pixels lie on the surface that the caller believes in: a depth that is wrong by dz
+    moves echoes by about dz times the tangent of the grazing angle, and defocuses only where the track is curved.
+
+    Args:
+        pressure: Matched-filtered complex baseband, shape (ping, channel, time).
+        time: Of the samples, evenly spaced, after the start of each transmission [s], shape (time,).
+        transmit: Place of the transmitter at the start of each transmission [m], shape (ping, 3).
+        receive: Places of the receivers at that time [m], shape (ping, channel, 3).
+        grid: Pixels in the same frame [m], shape (..., 3).
+        centre_frequency: Of the baseband [Hz].
+        sound_speed: Of the water [m/s].
+        receive_velocity: Of the receivers while they listen, constant over a ping [m/s], shape (ping, channel, 3), or
+            anything that broadcasts to it; None: they stop and hop from ping to ping.
+        shading: Weight of each ping (ping,), or of each series (ping, channel), such as a taper of the aperture.
+        along: Unit vector along the track, shape (3,) or (ping, 3), for the limit of angles.
+        widest: Widest angle off broadside at which a ping still counts for a pixel [rad], seen from the transmitter;
+            None: every ping counts for every pixel.
+        angle_shading: Taper over the sine of that angle: uniform, cosine, hann, hamming, taylor.
+        threads: How many cores to use; all by default. The bits do not depend on it.
+
+    Returns:
+        Image, shape grid.shape[:-1], complex64: the weighted mean over the series that reach a pixel, so that a point
+        echo of amplitude 1 in every ping has the value 1 at its place. Zero where no ping counts. The phase is that of
+        the scatterer: the carrier's phase over the delay is taken out.
+
+    Raises:
+        ValueError: Shapes that do not fit; a limit of angles without a direction along the track.
+
+    Source: Hawkins (1996), thesis, Canterbury, and Callow (2003), thesis, Canterbury (back-projection of synthetic
+    aperture sonar, stop and hop); from memory. With a receiver that moves evenly the delay is a quadratic's root.
+    """
+    series, clock = _pings(pressure, np.size(time)), even_clock(time)
+    frequency, speed = carrier(centre_frequency, sound_speed)
+    count, channels = series.shape[:2]
+    sent = places("transmit", transmit, (count, 3))
+    heard = places("receive", receive, (count, channels, 3))
+    moving = _velocity(receive_velocity, heard.shape, speed)
+    weight = _weights(shading, count, channels)
+    axis, sine, window = _angles(along, widest, angle_shading, count)
+    pixels = numbers("grid", grid, "m", gaps=False)
+    if pixels.ndim < 1 or pixels.shape[-1] != 3:
+        raise ValueError(f"grid has shape {pixels.shape}; give places of three axes, (..., 3)")
+    flat = np.ascontiguousarray(pixels.reshape(-1, 3).T)
+    sums, weights = np.zeros(2 * flat.shape[1], np.float32), np.zeros(flat.shape[1], np.float32)
+    workers = threads or os.cpu_count() or 1
+    with ThreadPoolExecutor(workers) as pool:
+        for part in _batches(count, channels * series.shape[2] * FINER):
+            cells = fine_cells(series[part], workers=workers)
+
+            def paint(begin: int, cells: NDArray[np.complex64] = cells, part: slice = part) -> None:
+                end = begin + PIXELS_AT_ONCE
+                project(
+                    cells, clock[0] - REACH / clock[1], clock[1] * FINER, frequency, speed, sent[part], heard[part],
+                    moving[part], weight[part], axis[part], sine, window, np.ascontiguousarray(flat[:, begin:end]),
+                    sums[2 * begin : 2 * end], weights[begin:end],
+                )  # fmt: skip
+
+            list(pool.map(paint, range(0, flat.shape[1], PIXELS_AT_ONCE)))
+    image = sums.view(np.complex64) / np.where(weights > 0, weights, np.float32(1))
+    return np.asarray(image, np.complex64).reshape(pixels.shape[:-1])
+
+
+def resolution_along(half_angle: float, centre_frequency: float, sound_speed: float = 1500.0) -> float:
+    """Width at -3 dB along the track of a point seen alike from -half_angle to half_angle off broadside [m].
+
+    0.886 of the spatial period c / (4 f sin(half_angle)) that a two-way aperture holds; from an element of length D,
+    whose beam is followed to its first nulls, that is 0.44 D, and with its own taper less sharp.
+
+    Args:
+        half_angle: Widest angle off broadside [rad].
+        centre_frequency: Of the pulse [Hz].
+        sound_speed: Of the water [m/s].
+
+    Source: width of a sinc, as in Hawkins (1996), ch. 4; from memory.
+    """
+    return 0.8859 * sound_speed / (4 * centre_frequency * np.sin(half_angle))
+
+
+def _pings(pressure: ArrayLike, samples: int) -> NDArray[np.complex64]:
+    series = element_series(pressure, samples)
+    if series.ndim != 3:
+        raise ValueError(f"pressure has shape {series.shape}; give (ping, channel, time)")
+    return series
+
+
+def _batches(count: int, cells_each: int) -> list[slice]:
+    """Pings taken together: as many as memory allows, whatever the machine."""
+    at_once = max(1, CELLS_AT_ONCE // max(1, cells_each))
+    return [slice(begin, begin + at_once) for begin in range(0, count, at_once)]
+
+
+def _velocity(velocity: ArrayLike | None, shape: tuple[int, ...], sound_speed: float) -> Floats:
+    given = numbers("receive_velocity", 0.0 if velocity is None else velocity, "m/s", gaps=False)
+    try:
+        rows = np.array(np.broadcast_to(given, shape), float, order="C")
+    except ValueError:
+        raise ValueError(f"receive_velocity has shape {given.shape}; give one that broadcasts to {shape}") from None
+    fastest = float(np.sqrt((rows**2).sum(axis=-1)).max(initial=0.0))
+    if fastest >= sound_speed / 10:
+        raise ValueError(f"receive_velocity reaches {fastest:g} m/s; give speeds under a tenth of that of sound")
+    return rows
+
+
+def _weights(shading: ArrayLike | None, pings: int, channels: int) -> Floats:
+    given = numbers("shading", 1.0 if shading is None else shading, "", 0.0, gaps=False)
+    if given.ndim == 1:
+        given = given[:, None]
+    if given.ndim and given.shape not in ((pings, 1), (pings, channels)):
+        raise ValueError(f"shading has shape {given.shape}; give ({pings},) or ({pings}, {channels})")
+    return np.array(np.broadcast_to(given, (pings, channels)), float, order="C")
+
+
+def _angles(
+    along: ArrayLike | None, widest: float | None, shading: str, pings: int
+) -> tuple[Floats, float, NDArray[np.float32]]:
+    """Axis at each ping, sine of the widest angle (2: no limit), and its taper from the middle outward."""
+    window = np.asarray(taper("angle_shading", shading, np.linspace(0, 0.5, 257)), np.float32)
+    if widest is None:
+        if shading != "uniform":
+            raise ValueError(f"angle_shading is {shading!r} without a limit; give widest, the angle where it ends")
+        return np.zeros((pings, 3)), 2.0, window
+    sine = np.sin(number("widest", widest, "rad", 0.0, np.pi / 2, above=True, such_as="np.radians(10)"))
+    if along is None:
+        raise ValueError("widest is given without along; give the unit vector along the track, (3,) or (ping, 3)")
+    given = numbers("along", along, "", gaps=False)
+    if given.shape not in ((3,), (pings, 3)) or np.any(np.abs(np.linalg.norm(given, axis=-1) - 1) > 1e-6):
+        raise ValueError(f"along has shape {given.shape}; give unit vectors, (3,) or ({pings}, 3)")
+    return np.array(np.broadcast_to(given, (pings, 3)), float, order="C"), float(sine), np.maximum(window, 0)
