@@ -11,7 +11,20 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from insonify import streams
-from insonify.streams import JITTER, NOISE, SEABED, SLICE, SURFACE, TARGET, key, normals, philox, uniforms, unit
+from insonify.streams import (
+    JITTER,
+    NOISE,
+    SEABED,
+    SLICE,
+    SURFACE,
+    TARGET,
+    key,
+    normals,
+    philox,
+    philox_words,
+    uniforms,
+    unit,
+)
 
 KNOWN = list(csv.DictReader((Path(__file__).parent / "published" / "random123_philox4x32_10.csv").open()))
 words = st.integers(0, 2**64 - 1)
@@ -22,6 +35,15 @@ def test_philox_gives_the_published_words(row):
     """Random123's known answers for Philox4x32-10: zeros, ones and the digits of pi, to the bit."""
     arguments = [int(row[name], 16) for name in ("c0", "c1", "c2", "c3", "k0", "k1")]
     assert [int(w) for w in philox(*arguments)] == [int(row[name], 16) for name in ("w0", "w1", "w2", "w3")]
+
+
+@pytest.mark.parametrize("first", [-3, 5, 2**32 - 4])
+def test_words_of_many_counters_are_those_of_each(first):
+    """Word for word, also where the counter passes 0 or 2^32."""
+    words = np.empty((4, 19), np.uint32)
+    philox_words(first, -7, 8, 2**33 + 1, 12345, 67890, words)
+    each = [philox(first + n, -7, 8, 2**33 + 1, 12345, 67890) for n in range(19)]
+    np.testing.assert_array_equal(words.T, each)
 
 
 def test_cells_west_of_the_origin_are_counters_too():

@@ -1,11 +1,13 @@
 """The wiring: describe, reach, scatter, hear, ping by ping."""
 
 import os
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property, reduce
 from importlib.metadata import version
+from itertools import chain
 from operator import iadd
 from pathlib import Path
 from typing import Any, Protocol
@@ -27,6 +29,7 @@ from insonify.scenario.citations import citations
 from insonify.scenario.scenario import Scenario
 from insonify.scenario.write import to_yaml
 from insonify.sonar.heard import HeardPulse, heard_pulse
+from insonify.sonar.sonar import Sonar
 from insonify.sonar.stance import Stance, end_depths, stance
 from insonify.sonar.survey import Survey, survey
 from insonify.sonar.track import Poses, logged_poses, poses
@@ -42,6 +45,25 @@ from insonify.synthesis.traced import Traced, TracedLevels
 
 CHUNKS = 16
 """Parts that a ping's blocks are shared into: fixed, so that sums do not depend on the number of threads."""
+
+
+AHEAD = 2
+"""Pings that are heard, or wait for a thread, beyond one for each thread."""
+
+
+class Pool(Protocol):
+    """Who does the parts of a ping: a `ThreadPoolExecutor`, or `Alone`."""
+
+    def map(self, fn: Callable[[Any], Any], things: Iterable[Any], /) -> Iterator[Any]:
+        """What a function makes of each thing, in their order."""
+
+
+class Alone:
+    """One thread, which does the parts of a ping one after the other."""
+
+    def map(self, fn: Callable[[Any], Any], things: Iterable[Any], /) -> Iterator[Any]:
+        """What a function makes of each thing, one when it is asked for."""
+        return map(fn, things)
 
 
 class Reading(Protocol):
@@ -85,7 +107,7 @@ class Listening:
                 side, self.poses, ping, window=self.scenario.track.window, pulse=self.pulse,
                 water=self.scenario.water, whole=self.survey,
             )
-            for side in self.scenario.sonar.one_sided
+            for side in self._sides
         ]  # fmt: skip
 
     def expectation(self, here: Stance) -> Incoherent | Traced:
@@ -118,6 +140,10 @@ class Listening:
         return label_names(tuple(target.label for target in self.scenario.targets), self.scenario.paths.followed)
 
     @cached_property
+    def _sides(self) -> tuple[Sonar, ...]:
+        return self.scenario.sonar.one_sided
+
+    @cached_property
     def _table(self) -> PulseTable:
         # A quarter more on each side: the pulse's ringing interferes too, though only a millionth of its energy.
         more = (self.pulse.stop - self.pulse.start) / 4
@@ -131,6 +157,8 @@ class Listening:
 def prepare(scenario: Scenario) -> Listening:
     """Make a scenario ready to ping."""
     pulse = heard_pulse(scenario.sonar)
+    # The absorption is kept from ping to ping; here each run hears where it is not valid.
+    scenario.water.absorption(scenario.sonar.pulse.frequency)
     rate = scenario.sonar.receiver.sample_rate
     grid = time_grid(*scenario.track.window, rate, *pulse.ringing)
     track = poses(scenario.track, seed=scenario.seed)
@@ -227,21 +255,50 @@ def record(
 def listen(
     listening: Listening, pings: Iterable[int], threads: int | None = None
 ) -> Iterator[tuple[int, NDArray[np.generic]]]:
-    """What the sonar hears, ping by ping: number of the ping, and its series of shape (channels, samples)."""
-    scenario, count = listening.scenario, listening.grid.count
-    level = scenario.water.noise_level_db
-    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
-        for ping in pings:
-            sides = listening.stances(ping)
-            if scenario.field == "coherent":
-                sound = np.concatenate([hear(listening, listening.coherent(here), here, pool) for here in sides])
-                yield ping, sound + noise(listening.pulse, level, scenario.seed, ping, len(sound), count)
-            else:
-                intensity = np.concatenate([hear(listening, listening.expectation(here), here, pool) for here in sides])
-                yield ping, intensity + noise_intensity(listening.pulse, level)
+    """What the sonar hears, ping by ping: number of the ping, and its series of shape (channels, samples).
+
+    Many quick pings are shared among the threads, a few of them ahead of the one that is asked for; others are heard
+    one after the other, each by all threads.
+    """
+    wanted, workers = list(pings), threads or os.cpu_count() or 1
+    with ThreadPoolExecutor(workers) as pool:
+        if len(wanted) < 2 * workers or not _quick(listening, wanted[0]):
+            yield from ((ping, _heard(listening, ping, pool)) for ping in wanted)
+            return
+        begun: deque[tuple[int, Future[NDArray[np.generic]]]] = deque()
+        try:
+            for ping in wanted:
+                begun.append((ping, pool.submit(_heard, listening, ping, Alone())))
+                if len(begun) == workers + AHEAD:
+                    ready, series = begun.popleft()
+                    yield ready, series.result()
+            while begun:
+                ready, series = begun.popleft()
+                yield ready, series.result()
+        finally:
+            for _, series in begun:
+                series.cancel()
 
 
-def hear(listening: Listening, reading: Reading, here: Stance, pool: ThreadPoolExecutor) -> Any:
+def _quick(listening: Listening, ping: int) -> bool:
+    """Whether a ping is so quick that sharing it costs more than it saves."""
+    if listening.scenario.field == "coherent" or listening.tracer is not None:
+        return False
+    return all(listening.incoherent(here).brief and listening.ground(here) for here in listening.stances(ping))
+
+
+def _heard(listening: Listening, ping: int, pool: Pool) -> NDArray[np.generic]:
+    """All sides of one ping, with the noise, shape (channels, samples)."""
+    scenario, level = listening.scenario, listening.scenario.water.noise_level_db
+    sides = listening.stances(ping)
+    if scenario.field == "incoherent":
+        intensity = [hear(listening, listening.expectation(here), here, pool) for here in sides]
+        return np.asarray(np.concatenate(intensity) + noise_intensity(listening.pulse, level))
+    sound = np.concatenate([hear(listening, listening.coherent(here), here, pool) for here in sides])
+    return sound + noise(listening.pulse, level, scenario.seed, ping, len(sound), listening.grid.count)
+
+
+def hear(listening: Listening, reading: Reading, here: Stance, pool: Pool) -> Any:
     """One ping, heard by one reading: blocks are shared into a fixed number of parts, added in a fixed order."""
     engine = listening.tracer if isinstance(reading, Traced | TracedLevels) else listening.engine
     quick = reading if type(reading) is Incoherent and reading.brief else None
@@ -262,9 +319,10 @@ def hear(listening: Listening, reading: Reading, here: Stance, pool: ThreadPoolE
         quick.take_in_swath(heard, swath)
         return heard
 
-    parts = [blocks[k::CHUNKS] for k in range(CHUNKS)] if blocks else [[]]
+    parts = [blocks[k::CHUNKS] for k in range(min(CHUNKS, len(blocks)))]
     swaths = ground.gather(pool.map, swathed) if ground is not None else []
-    return reading.series(reduce(iadd, [*pool.map(part, parts), *swaths]))
+    sounds = chain(pool.map(part, parts), swaths)
+    return reading.series(reduce(iadd, sounds, next(sounds, None)) if parts or swaths else reading.silence())
 
 
 def label_ping(listening: Listening, ping: int, threads: int | None = None) -> Labels:

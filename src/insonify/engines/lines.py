@@ -50,13 +50,14 @@ def lines_in_view(
         stance.transmit_beams.axes.tobytes(), stance.receive_beams.axes.tobytes(), stance.boresight.tobytes(),
         float(stance.transmit_place[2]), depth, heard, resolution, families, floor, heading, _patterns(stance),
     )  # fmt: skip
-    if key not in _LAST:
+    kept = _LAST.get(key)
+    if kept is None:
         if len(_LAST) >= _MOST:
             _LAST.clear()
         lines = _lines(stance, depth, heard, resolution, families, floor, heading)
         # the tables are kept, so that no others can take their numbers
-        _LAST[key] = lines, (*stance.transmit_beams.tables, *stance.receive_beams.tables)
-    return _LAST[key][0]
+        kept = _LAST[key] = lines, (*stance.transmit_beams.tables, *stance.receive_beams.tables)
+    return kept[0]
 
 
 _LAST: dict[Any, tuple[Floats, tuple[Floats, ...]]] = {}

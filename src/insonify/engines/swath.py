@@ -19,6 +19,7 @@ from insonify.engines.lines import lines_in_view
 from insonify.engines.sampling import beam_bound, reach
 from insonify.engines.skyline import fresnel_half_length
 from insonify.engines.view import view
+from insonify.ocean.water import Water
 from insonify.propagation.choice import PathChoice
 from insonify.propagation.families import bounces, families_for, image_depth
 from insonify.propagation.images import StraightRays
@@ -123,14 +124,7 @@ class SwathView:
             return list(share(lambda part: hear(self._walk(part, place, 0.0, pieces, slot, 1.0)), self._parts()))
         kept, lattice = ground_map(bed), bed.ground.terrain.lattice
         along, across = (float(x) for x in lattice.from_world(here))
-        with kept.lock:
-            missing = kept.claim(self.crossed)
-
-            def drawn(rows: list[tuple[int, int, int]]) -> None:
-                for row in rows:
-                    kept.draw(*row)
-
-            list(share(drawn, [missing[k::PARTS] for k in range(PARTS)]))
+        with kept.reading(self.crossed, share):
 
             def walked(part: Floats) -> Any:
                 return hear(self._walk(part, (along, across), lattice.heading, kept.pieces, kept.slot, kept.cell))
@@ -156,7 +150,7 @@ class SwathView:
         letters, prefix, ways = _ways(self.families)
         images = np.array([image_depth(name, source, seabed.depth) for name in self.families])
         way_images = np.array([image_depth(name, source, seabed.depth) for name in ways])
-        loss = float(self.scene.water.absorption(stance.frequency)) / 20 * np.log2(10)
+        loss = _absorption(self.scene.water, stance.frequency) / 20 * np.log2(10)
         n = kernel.walk(
             *start, heading, source, seabed.depth, speed, stance.wavelength, lines, self.step, cell, slot, pieces,
             seabed.bed is None, images, letters, prefix, way_images, np.array([way.endswith("B") for way in ways]),
@@ -271,6 +265,12 @@ def _crossed(bed: Bed, stance: Stance, lines: Floats, step: float) -> NDArray[np
     along, across = (float(x) for x in bed.ground.terrain.lattice.from_world(stance.transmit_place[:2]))
     mark, found = np.zeros((AROUND, AROUND), np.int8), np.empty((MOST_PIECES + 1, 2), np.int64)
     return found[: kernel.pieces_on_lines(along, across, lines, step, bed.map_cell, mark, found)]
+
+
+@lru_cache(maxsize=16)
+def _absorption(water: Water, frequency: float) -> float:
+    """Of the water [dB/m]: every ping asks for it."""
+    return float(water.absorption(frequency))
 
 
 @lru_cache(maxsize=16)

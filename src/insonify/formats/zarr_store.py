@@ -22,7 +22,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 import zarr
+from numcodecs.zstd import Zstd  # comes with zarr, whose compressor it is
 from numpy.typing import ArrayLike, NDArray
+from zarr.codecs import ZstdCodec
 from zarr.core.common import JSON
 from zarr.errors import ZarrUserWarning
 
@@ -31,6 +33,8 @@ from insonify.records.recording import COLUMNS, COORDINATES, FIELDS, LATER, Layo
 _MUST_AGREE = ("scenario", "seed", "version")
 _IDENTITY = "insonify_recording"
 _MEND = "Restore it from a copy, or delete the folder and simulate again"
+_LEVEL = 0  # of compression: zarr's own
+_PACKED = (ZstdCodec(level=_LEVEL),)
 _STALE = 600.0  # seconds: nobody needs that long to create an empty store
 
 
@@ -68,7 +72,15 @@ def create(path: str | Path, layout: Layout, attributes: Mapping[str, Any], *, o
 
 def identity(path: str | Path) -> str:
     """What tells this recording from any other that ever stood at the same place."""
-    described = json.loads((Path(path) / "zarr.json").read_text(encoding="utf-8"))
+    file = os.path.join(path, "zarr.json")
+    state = os.stat(file)
+    return _identity(file, state.st_ino, state.st_mtime_ns)
+
+
+@lru_cache(maxsize=4)
+def _identity(file: str, number: int, changed: int) -> str:
+    """The same of a file as it was at one time: to read it takes long, and every ping asks."""
+    described = json.loads(Path(file).read_text(encoding="utf-8"))
     return str(described["attributes"][_IDENTITY])
 
 
@@ -88,28 +100,47 @@ def write_ping(path: str | Path, ping: int, data: ArrayLike, *, into: str | None
     mine = identity(path)
     if into is not None and mine != into:
         raise StoreError(f"{path} was replaced by another run while this one went on. Choose another name")
-    sound, done = _arrays(str(path), mine)
-    values = np.asarray(data, dtype=sound.dtype)
-    if values.shape != sound.shape[1:]:
-        raise ValueError(f"a ping of {path} has shape {sound.shape[1:]}; these data have {values.shape}")
-    if not 0 <= ping < sound.shape[0]:
-        raise ValueError(f"{path} has pings 0 to {sound.shape[0] - 1}; there is no ping {ping}")
+    field, shape, dtype = _sound(str(path), mine)
+    values = np.asarray(data, dtype=dtype)
+    if values.shape != shape[1:]:
+        raise ValueError(f"a ping of {path} has shape {shape[1:]}; these data have {values.shape}")
+    if not 0 <= ping < shape[0]:
+        raise ValueError(f"{path} has pings 0 to {shape[0] - 1}; there is no ping {ping}")
     if not np.isfinite(values).all():
         raise ValueError(f"ping {ping} has values that are not finite: a level in the scenario is beyond all bounds")
-    sound[ping] = values
-    done[ping] = True
+    _put(Path(path) / field / "c" / str(ping) / "0" / "0", values.astype(dtype.newbyteorder("<"), order="C"))
+    _put(Path(path) / "done" / "c" / str(ping), np.ones(1, bool))
 
 
 @lru_cache(maxsize=4)
-def _arrays(path: str, mine: str) -> tuple[Any, Any]:
-    """Sound, and the mask of pings done, of the recording of one identity: to open them takes as long as a ping."""
+def _sound(path: str, mine: str) -> tuple[str, tuple[int, ...], np.dtype[Any]]:
+    """Name, shape and kind of the sound in the recording of one identity: to open it takes as long as a ping."""
     field = next(name for name in FIELDS if (Path(path) / name).is_dir())
-    return zarr.open_array(Path(path) / field, mode="r+"), zarr.open_array(Path(path) / "done", mode="r+")
+    there = zarr.open_array(Path(path) / field, mode="r")
+    return field, there.shape, np.dtype(there.dtype)
+
+
+def _put(place: Path, values: NDArray[Any]) -> None:
+    """Write one chunk as zarr does, ten times as fast: whole, under another name, which then becomes its own."""
+    aside = place.with_name(f".{place.name}.{uuid.uuid4().hex}.partial")
+    packed = Zstd(level=_LEVEL).encode(values)
+    try:
+        aside.write_bytes(packed)
+    except FileNotFoundError:
+        place.parent.mkdir(parents=True, exist_ok=True)
+        aside.write_bytes(packed)
+    os.replace(aside, place)
 
 
 def done(path: str | Path) -> NDArray[np.bool_]:
     """Which pings of a recording are there, shape (ping,)."""
-    return np.asarray(zarr.open_array(Path(path) / "done", mode="r")[:], dtype=bool)
+    there = np.zeros(zarr.open_array(Path(path) / "done", mode="r").shape, bool)
+    chunks = Path(path) / "done" / "c"
+    # A ping that is not done has no chunk: their names tell as much as their contents, and are read at once.
+    for chunk in os.scandir(chunks) if chunks.is_dir() else ():
+        if chunk.name.isdigit() and chunk.stat().st_size > 0:
+            there[int(chunk.name)] = True
+    return there
 
 
 def open_recording(path: str | Path) -> xr.Dataset:
@@ -157,12 +188,13 @@ def _build(path: Path, layout: Layout, attributes: Mapping[str, Any]) -> None:
     dtype, units, long_name = FIELDS[layout.field]
     group.create_array(
         layout.field, shape=(pings, channels, samples), chunks=(1, channels, samples), dtype=dtype, fill_value=np.nan,
+        compressors=_PACKED,
         dimension_names=("ping", "channel", "time"),
         attributes={"units": units, "long_name": long_name, "coordinates": " ".join(COORDINATES)},
     )  # fmt: skip
     group.create_array(
         "done", shape=(pings,), chunks=(1,), dtype=bool, fill_value=False, dimension_names=("ping",),
-        attributes={"units": "1", "long_name": "whether the ping has been simulated"},
+        compressors=_PACKED, attributes={"units": "1", "long_name": "whether the ping has been simulated"},
     )  # fmt: skip
     for name, (dims, unit, meaning) in COLUMNS.items():
         values = np.asarray(getattr(layout, name), dtype=float)

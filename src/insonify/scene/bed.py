@@ -5,6 +5,7 @@ lattice come back in every ping.
 """
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -37,7 +38,7 @@ class Bed:
     _points: Kept = field(default_factory=lambda: Kept(_MOST_KEPT), repr=False)
     _maps: Kept = field(default_factory=lambda: Kept(_MOST_KEPT), repr=False)
 
-    @property
+    @cached_property
     def span(self) -> tuple[float, float]:
         """Shallowest and deepest ground [m]."""
         low, high = self.ground.span
@@ -66,7 +67,7 @@ class Bed:
         found = np.asarray(self._points.get(key, asked), float)
         return self.ground.terrain.to_world(Survey(found[:, 0], found[:, 1:]))
 
-    @property
+    @cached_property
     def map_cell(self) -> float:
         """Side of a cell of the map [m]."""
         return float(np.clip(self.ground.finest / CELLS_PER_WAVE, FINEST_CELL, WIDEST_CELL))

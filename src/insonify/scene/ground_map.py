@@ -1,13 +1,15 @@
 """The ground as a map that is drawn once and read by many pings: heights and slopes on square pieces, side by side.
 
 Octaves of relief that are long against a cell are drawn on every second, fourth ... node and filled in between with
-cubics, to a thousandth of their slope; only the finest are drawn on every node. Pieces are made where a line first
-crosses them, and forgotten when room is wanted, the oldest first.
+cubics, which changes slopes by half a percent; only the finest are drawn on every node. Pieces are made where a line
+first crosses them, and forgotten when room is wanted, the oldest first.
 """
 
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
-from threading import RLock
+from threading import Condition, Lock
 from typing import Any
 
 import numpy as np
@@ -20,6 +22,7 @@ from insonify.scene.terrain.octaves import Octaves, quantiles
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
+Mapped = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
 
 AROUND = 512
 """Pieces along each side of the stretch of ground within which all pieces have places of their own."""
@@ -27,12 +30,15 @@ NODES_PER_PITCH = 4
 """Nodes to the spacing of an octave's lattice, at least, on which it is drawn."""
 MOST_PIECES = 3072
 """Pieces that are kept: some 150 MB."""
+PARTS = 2
+"""Parts into which pieces that must be drawn are shared."""
 _EMPTY = np.iinfo(np.int64).min
+_BLANK, _BEGUN, _DRAWN = range(3)
 
 
 @dataclass
 class GroundMap:
-    """Pieces of one bed's map. Hold `lock` from asking for pieces until they have been read."""
+    """Pieces of one bed's map, shared by threads: what is read under `reading` stays where it is meanwhile."""
 
     bed: Bed
 
@@ -40,7 +46,7 @@ class GroundMap:
         """Nothing drawn yet."""
         self.cell = self.bed.map_cell
         """Side of a cell [m]."""
-        self.lock = RLock()
+        self._change = Condition()
         self.pieces: Singles = np.empty((MOST_PIECES, MAP_CELLS + 1, MAP_CELLS + 1, 3), np.float32)
         """Height [m] and slopes along the lattice's axes [1] on the nodes of each piece."""
         self.slot = np.full((AROUND, AROUND), -1, np.int64)
@@ -49,9 +55,69 @@ class GroundMap:
         """Numbers of the piece that is there."""
         self._held = np.full((MOST_PIECES, 2), _EMPTY, np.int64)
         self._asked = np.zeros(MOST_PIECES, np.int64)
+        self._readers = np.zeros(MOST_PIECES, np.int64)
+        self._state = np.full(MOST_PIECES, _BLANK, np.int8)
         self._ticket, self._next = 0, 0
         self._octaves = _octaves(self.bed)
         self._others = [part for part in self.bed.ground.terrain.parts if not isinstance(part, Octaves)]
+
+    @contextmanager
+    def reading(self, wanted: NDArray[np.int64], share: Mapped = map) -> Iterator[None]:
+        """While pieces are read: they are drawn, and none of them goes.
+
+        Any number of threads may read at a time. Where there is no room for what one of them wants, it waits until
+        others have done.
+
+        Args:
+            wanted: Numbers of the pieces, each once, shape (n, 2), n up to `MOST_PIECES`.
+            share: Calls a function with each of some things, as `map` does, perhaps on several threads.
+        """
+        with self._change:
+            self._change.wait_for(lambda: self._fits(wanted))
+            self.claim(wanted)
+            rows = self.slot[tuple(wanted.T % AROUND)]
+            self._readers[rows] += 1
+        try:
+            while not (self._state[rows] == _DRAWN).all():
+                self._draw_some(rows, share)
+            yield
+        finally:
+            with self._change:
+                self._readers[rows] -= 1
+                self._change.notify_all()
+
+    def _draw_some(self, rows: NDArray[np.int64], share: Mapped) -> None:
+        """Draw what nobody draws yet, and wait for the others."""
+        with self._change:
+            mine = rows[self._state[rows] == _BLANK]
+            self._state[mine] = _BEGUN
+
+        def drawn(part: NDArray[np.int64]) -> None:
+            for row in part.tolist():
+                self.draw(row, *self._held[row].tolist())
+                self._state[row] = _DRAWN
+
+        try:
+            list(share(drawn, [mine[k::PARTS] for k in range(PARTS)]))
+        finally:
+            with self._change:
+                self._state[mine[self._state[mine] == _BEGUN]] = _BLANK  # where drawing failed, another may try
+                self._change.notify_all()
+        with self._change:
+            self._change.wait_for(lambda: not (self._state[rows] == _BEGUN).any())
+
+    def _fits(self, wanted: NDArray[np.int64]) -> bool:
+        """Whether there is room without what others read."""
+        a, b = wanted.T % AROUND
+        there = (self.number[a, b] == wanted).all(axis=1)
+        if there.all() or not self._readers.any():
+            return True
+        taken = self.slot[a[~there], b[~there]]
+        if self._readers[taken[taken >= 0]].any():
+            return False
+        held = self._readers > 0
+        held[self.slot[a[there], b[there]]] = True
+        return int(held.sum()) + int((~there).sum()) <= len(self.pieces)
 
     def claim(self, wanted: NDArray[np.int64]) -> list[tuple[int, int, int]]:
         """Give pieces their places.
@@ -72,7 +138,7 @@ class GroundMap:
         """A row for one piece, that of another that nobody asks for now if there are too many."""
         row = self._next
         if row == len(self.pieces):
-            row = int(np.argmin(self._asked))
+            row = int(np.argmin(np.where(self._readers > 0, self._ticket, self._asked)))
         else:
             self._next += 1
         i, j = along % AROUND, across % AROUND
@@ -82,20 +148,18 @@ class GroundMap:
         if self.slot[i, j] >= 0:
             self._held[self.slot[i, j]] = _EMPTY
         self.slot[i, j], self.number[i, j] = row, (along, across)
-        self._held[row], self._asked[row] = (along, across), self._ticket
+        self._held[row], self._asked[row], self._state[row] = (along, across), self._ticket, _BLANK
         return row
 
     def draw(self, row: int, along: int, across: int) -> None:
         """Draw one piece into its row, from the coarsest nodes to the finest."""
-        into = np.zeros(((MAP_CELLS + 1) ** 2, 3))
-        draw_octaves(along, across, self.cell, *self._octaves, quantiles(), into)
+        draw_octaves(along, across, self.cell, *self._octaves, quantiles(), self.pieces[row])
         if self._others:
             node = np.arange(MAP_CELLS + 1)
             a, b = ((number * MAP_CELLS + node) * self.cell for number in (along, across))
             for relief in self._others:
                 height, slope = relief.survey(np.repeat(a, len(b)), np.tile(b, len(a)))
-                into += np.column_stack([height, slope])
-        self.pieces[row] = into.reshape(MAP_CELLS + 1, MAP_CELLS + 1, 3)
+                self.pieces[row] += np.column_stack([height, slope]).reshape(self.pieces[row].shape)
 
 
 def _octaves(bed: Bed) -> tuple[Floats, NDArray[np.int64]]:
@@ -115,10 +179,18 @@ def _octaves(bed: Bed) -> tuple[Floats, NDArray[np.int64]]:
     )
 
 
-@lru_cache(maxsize=4)
 def ground_map(bed: Bed) -> GroundMap:
     """The one map of a bed."""
+    with _MAKING:
+        return _made(bed)
+
+
+@lru_cache(maxsize=4)
+def _made(bed: Bed) -> GroundMap:
     return GroundMap(bed)
+
+
+_MAKING = Lock()
 
 
 def unmapped() -> tuple[Any, ...]:

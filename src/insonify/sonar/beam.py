@@ -123,12 +123,21 @@ def beams(
 
     Source: product theorem; R. J. Urick (1983), Principles of Underwater Sound, ch. 3.
     """
+    still = _in_their_own_frame(array, frequency, sound_speed)
+    return still if rotation is None else replace(still, axes=np.ascontiguousarray(rotation, dtype=float))
+
+
+@lru_cache(maxsize=64)
+def _in_their_own_frame(
+    array: LineArray | PlanarArray | PointTransducer, frequency: float, sound_speed: float
+) -> Beams:
+    """The same where nothing is turned: every ping wants them."""
     wavelength = sound_speed / frequency
     steer = _axes_of(array)
     across, down = _extent(array, wavelength)
     tables, majorants, per_unit = _four_tables(array, across, down, 1 + np.abs(steer).max(axis=0))
     bare = Beams(
-        axes=np.eye(3) if rotation is None else np.ascontiguousarray(rotation, dtype=float),
+        axes=np.eye(3),
         steer=steer,
         scale=np.ones(len(steer)),
         element={"omni": OMNI, "cosine": COSINE}.get(array.element, BAFFLED),
@@ -137,7 +146,7 @@ def beams(
         per_unit=per_unit,
     )
     # the aperture's pattern is one on axis already: what is left is the element's directivity
-    on_axis = np.abs(np.diag(bare.turned(np.eye(3)).gain(_in_array_frame(steer))))
+    on_axis = np.abs(np.diag(bare.gain(_in_array_frame(steer))))
     if on_axis.min() < DEAF:
         angle = np.degrees(array.steers[int(np.argmin(on_axis))][0])
         raise ValueError(

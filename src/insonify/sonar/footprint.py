@@ -59,12 +59,13 @@ def _width(transmit: Beams, receive: Beams) -> float:
     key = tuple(
         (end.steer.tobytes(), end.scale.tobytes(), end.element, *map(id, end.tables)) for end in (transmit, receive)
     )
-    if key not in _KNOWN:
-        while len(_KNOWN) > 64:
-            _KNOWN.pop(next(iter(_KNOWN)), None)
+    known = _KNOWN.get(key)  # one look: another thread may be forgetting it
+    if known is None:
+        for oldest in list(_KNOWN)[:-64]:
+            _KNOWN.pop(oldest, None)
         # the tables are kept, so that no others can take their numbers
-        _KNOWN[key] = _measured_width(transmit, receive), (*transmit.tables, *receive.tables)
-    return _KNOWN[key][0]
+        known = _KNOWN[key] = _measured_width(transmit, receive), (*transmit.tables, *receive.tables)
+    return known[0]
 
 
 _KNOWN: dict[Any, tuple[float, tuple[Floats, ...]]] = {}

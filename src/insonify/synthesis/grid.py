@@ -53,6 +53,11 @@ class TimeGrid:
         return 2 * OVERSAMPLING * self.sample_rate
 
     @property
+    def energy_padded(self) -> int:
+        """Samples of the periodic stretch of energies: a little more, for a transform of real numbers to be quick."""
+        return int(scipy.fft.next_fast_len(self.padded, real=True))
+
+    @property
     def time(self) -> NDArray[np.float64]:
         """Times of the output samples [s], shape (count,)."""
         return self.start + np.arange(self.count) / self.sample_rate
@@ -67,8 +72,8 @@ class TimeGrid:
         return np.zeros((channels, OVERSAMPLING * self.padded), np.complex64)
 
     def energy_cells(self, channels: int = 1) -> NDArray[np.float64]:
-        """An empty grid of energies, shape (channels, 2 * OVERSAMPLING * padded)."""
-        return np.zeros((channels, 2 * OVERSAMPLING * self.padded))
+        """An empty grid of energies, shape (channels, 2 * OVERSAMPLING * energy_padded)."""
+        return np.zeros((channels, 2 * OVERSAMPLING * self.energy_padded))
 
 
 def time_grid(start: float, stop: float, sample_rate: float, pulse_start: float, pulse_stop: float) -> TimeGrid:
@@ -122,36 +127,57 @@ def finish_energy(cells: NDArray[np.float64], grid: TimeGrid, spectrum: NDArray[
     """The expected intensity: the sum over arrivals of energy times |p(t - delay)|^2.
 
     Args:
-        cells: Grid of energies, shape (channels, 2 * OVERSAMPLING * padded).
+        cells: Grid of energies, shape (channels, 2 * OVERSAMPLING * energy_padded).
         grid: The grid the cells belong to.
         spectrum: Continuous Fourier transform of the received pulse p at grid.frequencies [s], shape (padded,).
 
     Returns:
         Intensity at grid.time, not negative, in the units of the energies, shape (channels, count).
     """
-    fine = 2 * grid.padded
-    shape = _energy_shape(spectrum.tobytes(), grid.padded, grid.sample_rate)
-    window = slice(2 * grid.lead, 2 * (grid.lead + grid.count), 2)
+    return heard_energy(cells, grid, energy_shape(grid, spectrum))
+
+
+def heard_energy(cells: NDArray[np.float64], grid: TimeGrid, shape: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """The expected intensity, for many pings of one pulse: as `finish_energy`, with what it makes of the spectrum.
+
+    Args:
+        cells: Grid of energies, shape (channels, 2 * OVERSAMPLING * energy_padded).
+        grid: The grid the cells belong to.
+        shape: Of `energy_shape`.
+
+    Returns:
+        Intensity at grid.time, shape (channels, count).
+    """
+    period = grid.energy_padded
     heard = np.empty((len(cells), grid.count))
     for channel, row in enumerate(cells):
-        transform = scipy.fft.rfft(row)[: grid.padded + 1]
-        heard[channel] = scipy.fft.irfft(transform * shape, fine)[window]
-    return np.maximum(heard, 0.0)
+        spectrum = scipy.fft.rfft(row)[: period + 1] * shape
+        # Every second sample is wanted: the upper half of the band is folded onto the lower.
+        folded = spectrum[: period // 2 + 1] + spectrum[: (period - 1) // 2 : -1].conj()
+        heard[channel] = scipy.fft.irfft(folded, period)[grid.lead : grid.lead + grid.count]
+    return np.maximum(heard, 0.0, out=heard)
 
 
-@lru_cache(maxsize=4)
-def _energy_shape(spectrum: bytes, padded: int, sample_rate: float) -> NDArray[np.complex128]:
-    """What turns the transform of the energy grid into that of the intensity: |p|^2 over the spreading kernel."""
-    held = np.frombuffer(spectrum, np.complex128)
+def energy_shape(grid: TimeGrid, spectrum: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """What turns the transform of the energy grid into that of the intensity: |p|^2 over the spreading kernel.
+
+    Args:
+        grid: The grid.
+        spectrum: Of the received pulse at grid.frequencies [s], shape (padded,).
+
+    Returns:
+        Factors [1], half of them for the fold of `heard_energy`, shape (energy_padded + 1,).
+    """
     # |p|^2 in samples at twice the output rate, over one period: exact, for p has no more than the output band.
-    spread = np.zeros(2 * padded, np.complex128)
-    half = padded // 2
-    spread[:half] = held[:half]
-    spread[-half:] = held[-half:]
-    power = np.abs(scipy.fft.ifft(spread) * 2 * sample_rate) ** 2
-    shape = np.asarray(scipy.fft.rfft(power) / _kernel_of_bins(padded, 2 * OVERSAMPLING * padded))
-    shape.flags.writeable = False  # shared by all pings
-    return shape
+    spread = np.zeros(2 * grid.padded, np.complex128)
+    half, period = grid.padded // 2, grid.energy_padded
+    spread[:half] = spectrum[:half]
+    spread[-half:] = spectrum[-half:]
+    power = np.abs(scipy.fft.ifft(spread) * 2 * grid.sample_rate) ** 2
+    # The period of energies is longer: by silence, between what rings after the pulse and what rings before it.
+    silent = 2 * grid.lead + grid.count
+    power = np.insert(power, silent, np.zeros(2 * (period - grid.padded)))
+    return np.asarray(scipy.fft.rfft(power) / _kernel_of_bins(period, 2 * OVERSAMPLING * period) / 2)
 
 
 def _central(transform: NDArray[np.complex128], count: int) -> NDArray[np.complex128]:

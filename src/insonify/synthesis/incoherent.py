@@ -21,7 +21,7 @@ from insonify.sonar.stance import Stance
 from insonify.synthesis._groups import PulseTable, add_groups
 from insonify.synthesis._spread import spread_energy
 from insonify.synthesis._swath_energies import pair_energies, swath_gains
-from insonify.synthesis.grid import TimeGrid, finish_energy
+from insonify.synthesis.grid import TimeGrid, energy_shape, heard_energy
 from insonify.synthesis.moments import interfering
 from insonify.synthesis.perturbation import Perturbation
 from insonify.synthesis.weights import leg_weights
@@ -145,14 +145,15 @@ class Incoherent:
 
     def series(self, energies: Energies) -> Floats:
         """Expected intensity at the grid's times [uPa^2], shape (channels, samples)."""
-        spectrum = _spectrum(self.stance.pulse, self.grid)
-        return finish_energy(energies.cells, self.grid, spectrum) + energies.intensity
+        return heard_energy(energies.cells, self.grid, _shape(self.stance.pulse, self.grid)) + energies.intensity
 
 
 @lru_cache(maxsize=4)
-def _spectrum(pulse: HeardPulse, grid: TimeGrid) -> Complexes:
-    """The pulse's spectrum on a grid: every ping wants the same."""
-    return pulse.spectrum(grid.frequencies)
+def _shape(pulse: HeardPulse, grid: TimeGrid) -> Complexes:
+    """What a pulse makes of energies on a grid: every ping wants the same."""
+    shape = energy_shape(grid, pulse.spectrum(grid.frequencies))
+    shape.flags.writeable = False  # shared by all pings
+    return shape
 
 
 def _gains(beams: Beams, swath: Swath) -> NDArray[np.float32]:
