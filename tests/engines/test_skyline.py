@@ -1,11 +1,9 @@
 """Shadows of the ground: where they end, whom they hide, and that they are those of a ray walked step by step."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
 
-from insonify.engines.skyline import SEABED, Skylines, StraightLaunches, fresnel_half_length, over_ground
+from insonify.engines.skyline import SEABED, fresnel_half_length, over_ground
 from insonify.propagation.families import bounces, families
 from insonify.propagation.images import image_legs
 from insonify.records.legs import Status
@@ -13,43 +11,8 @@ from insonify.scene.bed import Bed
 from insonify.scene.lattice import Lattice
 from insonify.scene.scene import Scene, point_scatterer
 from insonify.scene.target import PointTarget
-from insonify.scene.terrain import Ground, PowerLaw, Relief, Split, Sum, Survey, grow
-
-DEPTH, SONAR = 20.0, 11.0
-
-
-@dataclass(frozen=True)
-class Ridge(Relief):
-    """A ridge of triangular section that runs to the east, its crest at some distance to the north."""
-
-    crest: float
-    height: float
-    half_width: float = 1.0
-
-    def survey(self, north, east):
-        """Height and slope."""
-        north, _ = np.broadcast_arrays(np.asarray(north, float), east)
-        away = (north - self.crest) / self.half_width
-        inside = np.abs(away) < 1
-        slope = np.where(inside, -np.sign(away) * self.height / self.half_width, 0.0)
-        height = np.where(inside, self.height * (1 - np.abs(away)), 0.0)
-        return Survey(height, np.stack([slope, np.zeros_like(slope)], axis=-1))
-
-    @property
-    def span(self):
-        """Foot and crest."""
-        return 0.0, self.height
-
-
-def bed_of(*parts, split=0.5, lattice=None):
-    """A bed at 20 m of given reliefs."""
-    return Bed(DEPTH, Ground(Sum(parts, lattice or Lattice()), (), Split(wavelength=split)))
-
-
-def seen_from(bed, place=(0.0, 0.0, SONAR), farthest=200.0, finest_slice=1e-3):
-    """Skylines of straight rays at 100 kHz."""
-    launches = StraightLaunches(place[2], DEPTH)
-    return Skylines(bed, np.array(place), launches, farthest=farthest, wavelength=0.015, finest_slice=finest_slice)
+from insonify.scene.terrain import PowerLaw, Split, grow
+from oracles.ridges import DEPTH, SONAR, Ridge, bed_of, seen_from
 
 
 def lit_ground(skylines, family, distance, azimuth=0.0):

@@ -13,7 +13,7 @@ PULSE = {"kind": "cw", "frequency": 100e3, "duration": 0.2e-3, "taper": "tukey",
 
 
 def nominal(*, box=None, line=None, transmit=None, receive=None, paths=None, track=None, sonar=None, **top):
-    """The nominal scene, silent water, 11 m deep sonar over a bed at 20 m; no target unless asked for.
+    """The nominal scene, silent water, 11 m deep sonar over a bed at 20 m; no target unless asked for; hard shadows.
 
     Args:
         box: Changes to the nominal box; None for no box.
@@ -35,7 +35,7 @@ def nominal(*, box=None, line=None, transmit=None, receive=None, paths=None, tra
         "targets": [] if box is None else [{**BOX, **box}],
         "sonar": {"source_level_db": 220, "pulse": PULSE, **ends, **(sonar or {})},
         "track": {"kind": "static", "position": (0.0, 0.0, 11.0), **(track or {})},
-        "paths": paths or {},
+        "paths": {"edges": "hard", **(paths or {})},
         **top,
         "seabed": {**BED, **top.get("seabed", {})},
     }

@@ -114,7 +114,7 @@ class Paths:
         return first[0], (first if out is back else moved(back, stance.receive_place))[1]
 
     def _bent(self, out: Legs, back: Legs, scatterers: Scatterers, stance: Stance) -> tuple[Legs, Legs]:
-        """The legs with what bends around the edges of boxes."""
+        """The legs with what bends around the edges of targets."""
 
         def bent(legs: Legs, place: Floats) -> Legs:
             wide = self.choice.geometry == "slice"
@@ -139,7 +139,8 @@ class Paths:
             )
 
         key = (stance.ping, place.tobytes(), stance.bearing)
-        return over_ground(legs, scatterers, place, self.skylines.get(key, walked))
+        soft = self.choice.edges == "fresnel"
+        return over_ground(legs, scatterers, place, self.skylines.get(key, walked), soft=soft)
 
     def all_pairs(self, stance: Stance, *, even: bool = False) -> Iterator[Pairs]:
         """Every block of one ping in turn."""
@@ -158,6 +159,11 @@ def _slice_width(stance: Stance, out: Legs, back: Legs, pair: NDArray[np.int64])
 
 def _cross_section(scatterers: Scatterers, law: Law, out: Legs, back: Legs, pair: NDArray[np.int64]) -> Floats:
     """Cross section of each ordered pair, (p, n); legs that are not there weigh nothing later."""
+    if out.arrival is back.arrival:
+        # every law is reciprocal: each two legs are asked about once
+        low, where = np.unique(np.sort(pair, axis=1), axis=0, return_inverse=True)
+        if len(low) < len(pair):
+            return _cross_section(scatterers, out, back, low)[where.ravel()]
     i, j = pair.T
     if isinstance(law, FastLaw):
         normal = scatterers.normal.T

@@ -9,6 +9,9 @@ bounce by the same walk with its sense turned.
 Ground is walked along slices of azimuth on the map of the bed, whose cells follow the split alone: shadows do not
 depend on how densely scatterers lie. A slice is a quarter of the shortest wave wide where it ends, or a quarter of
 the finest beam where that is wider. A point of the ground is lit where the ground of its slice's middle line is.
+
+Where edges are soft, sound bends around the crests along a line, ground behind which ground lies dark: of the nearest
+few the one that takes most, on every segment of a leg, see `_crest_kernel`. The walk above still says what is hidden.
 """
 
 from __future__ import annotations
@@ -21,9 +24,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines import _crest_kernel as crests
 from insonify.engines import _skyline_kernel as kernel
 from insonify.engines.strays import walk_over_ground
 from insonify.propagation.families import bounces
+from insonify.propagation.knife_edge import PER_UNIT, edge_table
 from insonify.propagation.launches import Launches, StraightLaunches
 from insonify.records.legs import Legs, Status
 from insonify.scene.bed import MAP_CELLS, Bed
@@ -48,8 +53,21 @@ class _Lines:
     def __init__(self, depth: Floats, step: float, launches: Launches) -> None:
         self.depth, self._launches = depth, launches
         self._distance = ((np.arange(depth.shape[1]) + 1) * step).astype(np.float32)
+        self._step = step
         self._made: dict[str, tuple[Floats, Floats]] = {}
+        self._crests: dict[str, tuple[NDArray[np.int32], NDArray[np.int32], Floats]] = {}
         self._lock = Lock()
+
+    def crests(self, family: str) -> tuple[NDArray[np.int32], NDArray[np.int32], Floats]:
+        """Crests that rays of a family pass, see `_crest_kernel.find_crests`, each of shape (slices, samples)."""
+        launch = self.of(family)[0]
+        with self._lock:
+            if family not in self._crests:
+                crest, before = np.empty((2, *launch.shape), np.int32)
+                rise = np.empty(launch.shape, np.float32)
+                crests.find_crests(launch, self._step, family.endswith("B"), crest, before, rise)
+                self._crests[family] = crest, before, rise
+            return self._crests[family]
 
     def of(self, family: str) -> tuple[Floats, Floats]:
         """Launch that meets the ground at each sample, (slices, samples), and what hides by it, of the same shape.
@@ -101,7 +119,7 @@ class Skylines:
 
     def visible(
         self, families: tuple[str, ...], azimuth: Floats, distance: Floats, sine: Floats, depth: Floats, *,
-        ground: bool = False,
+        ground: bool = False, left: NDArray[np.complex128] | None = None,
     ) -> NDArray[np.bool_]:  # fmt: skip
         """Whether rays of some families reach places without meeting the ground on their way.
 
@@ -112,6 +130,7 @@ class Skylines:
             sine: Sine of the launch angle, positive down [1], shape (f, n).
             depth: Depth of each place [m], shape (n,).
             ground: Whether the places lie on the ground: then the line of their slice is asked, not their own depth.
+            left: Result where it is given: what of the pressure bends around crests of the ground [1], shape (f, n).
 
         Returns:
             True where a ray is clear, shape (f, n).
@@ -119,16 +138,24 @@ class Skylines:
         groups = self._groups(azimuth, distance)
         found = np.empty((len(families), len(distance)), bool)
         for row, name in enumerate(families):
-            found[row] = self._lit(name, groups, distance, sine[row], ground)
+            soft = None if left is None else np.ones(len(distance), complex)
+            found[row] = self._lit(name, groups, distance, sine[row], ground, soft)
             steep = _steepness(name, sine[row])
             astray = self.launches.strays(name, steep, distance, depth)
             if astray is not None and astray.any():
                 walked = walk_over_ground(self, name, groups, distance, steep, depth, astray, ground=ground)
                 found[row, astray] = walked[astray]
+                if soft is not None:
+                    soft[astray] = walked[astray]
+            if left is not None:
+                left[row] = soft
         return found
 
-    def _lit(self, family: str, groups: list[Group], distance: Floats, sine: Floats, ground: bool) -> NDArray[np.bool_]:
-        """Whether rays of one family are clear, segment by segment."""
+    def _lit(
+        self, family: str, groups: list[Group], distance: Floats, sine: Floats, ground: bool,
+        left: NDArray[np.complex128] | None,
+    ) -> NDArray[np.bool_]:  # fmt: skip
+        """Whether rays of one family are clear, segment by segment, and what crests leave of each."""
         string = bounces(family)
         steep = _steepness(family, sine)
         stops = [*self.launches.bounces(family, steep), distance]
@@ -141,18 +168,46 @@ class Skylines:
         for k, stop in enumerate(stops):
             if k == 0 and string.startswith("S") and self._all_below:
                 continue
-            passed = string[:k] or "D"
+            passed, ends = string[:k] or "D", ground and k == len(string)
             before = stop - mirrors.get(k, 0.0)
-            if ground and k == len(string):
-                self._ask_ground(groups, passed, distance, lit)
-            elif passed.endswith("B"):
+            if passed.endswith("B") and not ends:
                 way = self._steps(stops[k - 1] + mirrors[k - 1]), self._steps(before)
+                own = np.ones(len(lit), bool)
                 for lines, points, rows in groups:
-                    kernel.steeper_than_ground(*lines.of(passed), steep, rows, *way, points, lit)
+                    kernel.steeper_than_ground(*lines.of(passed), steep, rows, *way, points, own)
+                lit &= own
+                if left is not None:
+                    self._under_crests(groups, passed, way, steep, distance, own, left)
+                continue
+            leaves = -steep if k == 0 and string.startswith("S") else steep
+            if ends:
+                self._ask_ground(groups, passed, distance, lit)
             else:
-                leaves = -steep if k == 0 and string.startswith("S") else steep
                 lit &= leaves <= self._skyline(groups, passed, before)
+            if left is not None:
+                self._over_crests(groups, passed, before, leaves, distance, ends, left)
         return lit
+
+    def _over_crests(
+        self, groups: list[Group], family: str, reach: Floats, steepness: Floats, distance: Floats, ground: bool,
+        left: NDArray[np.complex128],
+    ) -> None:  # fmt: skip
+        steps = self._steps(reach)
+        for lines, points, rows in groups:
+            crests.over_crests(
+                *lines.of(family), *lines.crests(family), rows, points, steps, steepness, ground, self.step, distance,
+                self.wavelength, edge_table(), PER_UNIT, left,
+            )  # fmt: skip
+
+    def _under_crests(
+        self, groups: list[Group], family: str, way: tuple[Floats, Floats], steepness: Floats, distance: Floats,
+        lit: NDArray[np.bool_], left: NDArray[np.complex128],
+    ) -> None:  # fmt: skip
+        for lines, points, rows in groups:
+            crests.under_crests(
+                lines.of(family)[0], *lines.crests(family), rows, points, *way, steepness, self.step, distance,
+                self.wavelength, edge_table(), PER_UNIT, lit, left,
+            )  # fmt: skip
 
     def _skyline(self, groups: list[Group], family: str, distance: Floats) -> Floats:
         found, reach = np.full(len(distance), np.inf), self._steps(distance)
@@ -244,7 +299,9 @@ def fresnel_half_length(bounce: Floats, distance: Floats, tangent: Floats, wavel
     return np.asarray(np.sqrt(wavelength * distance * stretch * share * (1 - share)) * stretch / steep)
 
 
-def over_ground(legs: Legs, scatterers: Scatterers, place: Floats, skylines: Skylines) -> Legs:
+def over_ground(
+    legs: Legs, scatterers: Scatterers, place: Floats, skylines: Skylines, *, soft: bool = False
+) -> Legs:  # fmt: skip
     """Legs over relief: the ground hides some of them, and its roughness takes from every bottom bounce.
 
     Args:
@@ -252,6 +309,8 @@ def over_ground(legs: Legs, scatterers: Scatterers, place: Floats, skylines: Sky
         scatterers: The points that they reach.
         place: North, east, depth of the sonar's end [m], shape (3,).
         skylines: What the ground hides from there.
+        soft: Whether sound bends around crests. Visibility is complex then, and that of legs that targets cut is what
+            the ground alone leaves, for `knife_edge.soft_edges` to take from.
     """
     north, east = (scatterers.position[:, :2] - place[:2]).T
     distance, azimuth = np.hypot(north, east), np.arctan2(east, north)
@@ -259,9 +318,14 @@ def over_ground(legs: Legs, scatterers: Scatterers, place: Floats, skylines: Sky
     visibility, boundary = legs.visibility.copy(), legs.boundary.copy()
     sine = legs.departure[..., 2]
     on_ground = scatterers.boundary == "seabed"
-    lit = skylines.visible(legs.families, azimuth, distance, sine, scatterers.position[:, 2], ground=on_ground)
+    left = np.empty(legs.delay.shape, complex) if soft else None
+    lit = skylines.visible(
+        legs.families, azimuth, distance, sine, scatterers.position[:, 2], ground=on_ground, left=left
+    )
     hidden = ~lit & (status == Status.CLEAR)
     status[hidden], occluder[hidden], visibility[hidden] = Status.OCCLUDED, SEABED, 0.0
+    if left is not None:
+        visibility = np.where((status == Status.CLEAR) | (status == Status.OCCLUDED), left, visibility)
     for row, family in enumerate(legs.families):
         if "B" in family:
             boundary[row] *= _bounced(skylines, family, distance, _steepness(family, sine[row]))

@@ -6,7 +6,7 @@ kept for the next ping. What it holds for is asked by `swath_of`; everything els
 """
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from threading import local
 from typing import Any
@@ -23,6 +23,7 @@ from insonify.ocean.water import Water
 from insonify.propagation.choice import PathChoice
 from insonify.propagation.families import bounces, families_for, image_depth
 from insonify.propagation.images import StraightRays
+from insonify.propagation.knife_edge import soft_edges
 from insonify.propagation.rays import Rays
 from insonify.records.legs import Status
 from insonify.records.swath import Swath
@@ -45,6 +46,8 @@ MIRROR_NODES = 2049
 """Sines of the grazing angle at which the bounces of a family are tabled."""
 GROUP = 8192
 """Questions asked of a law in one go."""
+RIPPLES = 6.0
+"""Fresnel number beside a target up to which its soft edge is looked at: what is left ripples by less than 0.04 [1]."""
 LONGEST_STEP = 0.5
 """Longest step along a line over a flat bed [m]."""
 
@@ -178,7 +181,7 @@ class SwathView:
         for north, east, radius in _rims(self.scene):
             apart, towards = np.hypot(north - place[0], east - place[1]), np.arctan2(east - place[1], north - place[0])
             off = np.abs(np.mod(bearing - towards + np.pi, 2 * np.pi) - np.pi)
-            if apart <= radius or bool((off <= np.arcsin(radius / apart)).any()):
+            if apart <= radius or bool((off <= np.arcsin(radius / apart) + self._rippled(apart)).any()):
                 return True
         return False
 
@@ -186,7 +189,7 @@ class SwathView:
         self, delay: Floats, arrival: NDArray[np.float32], normal: NDArray[np.float32], images: Floats,
         amplitude: NDArray[np.complex64],
     ) -> None:  # fmt: skip
-        """Take away the legs that targets cut."""
+        """Take away what targets cut of the legs; edges of the ground are hard here."""
         scene, place = self.scene, self.stance.transmit_place
         if not delay.size:
             return
@@ -197,7 +200,7 @@ class SwathView:
         for north, east, radius in _rims(scene):
             apart, towards = np.hypot(north - place[0], east - place[1]), np.arctan2(east - place[1], north - place[0])
             off = np.abs(np.mod(bearing - towards + np.pi, 2 * np.pi) - np.pi)
-            half = np.arcsin(min(1.0, radius / max(apart, 1e-9)))
+            half = np.arcsin(min(1.0, radius / max(apart, 1e-9))) + self._rippled(apart)
             behind |= (reach > apart - radius) & ((off <= half) | (apart <= radius))
         if not behind.any():
             return
@@ -210,7 +213,18 @@ class SwathView:
             np.zeros(count, np.uint64),
         )  # fmt: skip
         legs = StraightRays(scene).legs(place, hidden, self.families, self.stance.frequency)
-        amplitude[:, behind] *= legs.status == Status.CLEAR
+        left = legs.visibility
+        if self.choice.edges == "fresnel":
+            there = legs.status != Status.FACING_AWAY
+            whole = replace(legs, visibility=there.astype(float))
+            left = there * soft_edges(whole, hidden, place, scene, self.stance.wavelength).visibility
+        amplitude[:, behind] *= left
+
+    def _rippled(self, apart: float) -> float:
+        """Bearing beside a target's rim up to which its soft edge is looked at [rad]."""
+        if self.choice.edges == "hard":
+            return 0.0
+        return RIPPLES * float(np.sqrt(self.stance.wavelength / (2 * max(apart, self.stance.wavelength))))
 
     def _mirrors(self, source: float) -> NDArray[np.complex64]:
         bed = self.scene.seabed.bed
@@ -232,8 +246,6 @@ def swath_of(scene: Scene, choice: PathChoice, stance: Stance, rays: Rays) -> Sw
     seabed, bed = scene.seabed, scene.seabed.bed
     law = _quick(seabed.law(stance.frequency, float(scene.water.speed_at(seabed.depth))))
     families = families_for("seabed", choice.followed)
-    if choice.edges == "fresnel" and scene.occluders:
-        return None
     moving = scene.surface.bounce != "mirror" and any("S" in name for name in families)
     if not isinstance(rays, StraightRays) or choice.geometry != "3d" or "seabed" not in choice.causes or moving:
         return None

@@ -4,7 +4,7 @@ Cells follow from the closest approach of the whole track and from the slowest w
 ping's distance or from the speed of sound at its depth, so that a place on a target has the same phase in every ping.
 """
 
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +17,12 @@ from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene, point_scatterer
 from insonify.scene.seabed import Seabed
 from insonify.scene.solid import body_triangles, ground_depth, resting, solid_scatterers, world_triangles
+from insonify.scene.solid_section import solid_section
 from insonify.scene.target import Box, PointTarget, Solid
 from insonify.sonar.footprint import two_way_footprint
 from insonify.sonar.stance import Stance
+
+Floats = NDArray[np.float64]
 
 FACE_CELLS = 3.0
 """Cells of a target's face per range resolution, in each direction."""
@@ -44,8 +47,11 @@ def target_points(
         slant: What it resolves along the slant range [m].
         even: Points laid out evenly for an expectation, or drawn ones.
     """
-    pitches = tuple(_solid_pitch(scene, solid, stance, slant) for solid in scene.solids)
-    solids = iter(_drawn_solids(scene.solids, scene.seabed, seed, pitches, len(scene.boxes), even))
+    if choice.geometry == "slice":
+        solids = iter(_solid_sections(scene, seed, stance, slant, even=even))
+    else:
+        pitches = tuple(_solid_pitch(scene, solid, stance, slant) for solid in scene.solids)
+        solids = iter(_drawn_solids(scene.solids, scene.seabed, seed, pitches, len(scene.boxes), even))
     found = []
     for target in scene.targets:
         if isinstance(target, PointTarget):
@@ -71,6 +77,27 @@ def _drawn_solids(
         solid_scatterers(solid, seabed, seed, pitch, before + row, even=even)
         for row, (solid, pitch) in enumerate(zip(solids, pitches, strict=True))
     )
+
+
+def _solid_sections(
+    scene: Scene, seed: int, stance: Stance, slant: float, *, even: bool
+) -> tuple[Scatterers, ...]:  # fmt: skip
+    """The points of all solids of a scene that a slice meets, each standing for the part that the beam covers."""
+    here, made = stance.transmit_place, []
+    for row, solid in enumerate(scene.solids, len(scene.boxes)):
+        distance = float(np.linalg.norm(np.array(solid.position) - here[:2]))
+        pitch = _rise(scene, solid, stance, min(slant, *_extent(scene, solid)) / FACE_CELLS)
+        made.append(
+            solid_section(solid, scene.seabed, seed, pitch, row, here, stance.bearing,
+                          partial(_covered, stance, distance=distance), even=even)
+        )  # fmt: skip
+    return tuple(made)
+
+
+def _extent(scene: Scene, solid: Solid) -> Floats:
+    """Length of a solid's extent along each axis of the world [m], shape (3,)."""
+    surface = world_triangles(solid, scene.seabed)
+    return surface.high - surface.low
 
 
 def _solid_pitch(scene: Scene, solid: Solid, stance: Stance, slant: float) -> float:

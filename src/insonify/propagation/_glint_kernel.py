@@ -7,22 +7,32 @@ quantum is the coherent bounce. Where nu is large, the many quanta of long waves
 """
 
 import math
+from typing import Any
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from insonify.propagation._bend_kernel import bend_line
 from insonify.streams import philox, unit
 
 Floats = NDArray[np.float64]
 
 MOST = 4.0  # mean number of quanta that are drawn one by one; those of the longer waves, beyond it, as one Gaussian
+NONE_OF_MOST = math.exp(-MOST)
+"""Probability of none of them: most glints of a lively sea ask for it."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def row_below(column: Floats, value: float) -> int:
-    """Row of the last entry of an increasing column that is not above a value; never the last row."""
-    low, high = 0, column.size - 1
+def guided_row(column: Floats, value: float, guide: NDArray[np.int32]) -> int:
+    """Row of the last entry of an increasing column that is not above a value, and never the last row.
+
+    It is searched where the guide says, see `insonify.propagation.waves.Waves`.
+    """
+    whole, steps = column[-1], guide.size - 1
+    i = min(int(steps * math.sqrt(max(1 - value / whole, 0.0))), steps - 1)
+    # a row more on each side: the guide's own roundings
+    low, high = max(guide[i + 1] - 1, 0), min(guide[i] + 2, column.size - 1)
     while high - low > 1:
         middle = (low + high) // 2
         if column[middle] <= value:
@@ -33,64 +43,73 @@ def row_below(column: Floats, value: float) -> int:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def draw_glints(
-    place: NDArray[np.uint64], code: int, k0: int, k1: int, phase: Floats, some: bool, wavenumber: Floats,
-    variance: Floats, frequency: Floats, turn: Floats, moment: Floats, drawn: Floats,
-) -> None:  # fmt: skip
-    """One glint for each place.
+def sine_cosine(angle: float) -> tuple[float, float]:
+    """Sine and cosine of an angle from -pi to pi [rad], to 1.2e-7: by the series of its half."""
+    x = angle / 2
+    y = x * x
+    s = x * (1 + y * (-1 / 6 + y * (1 / 120 + y * (-1 / 5040 + y * (1 / 362880 + y * (-1 / 39916800))))))
+    c = 1 + y * (-1 / 2 + y * (1 / 24 + y * (-1 / 720 + y * (1 / 40320 + y * (-1 / 3628800 + y / 479001600)))))
+    return 2 * s * c, c * c - s * s
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def draw_glint(
+    place: np.uint64, code: int, k0: int, k1: int, phase: float, some: bool, wavenumber: Floats, variance: Floats,
+    frequency: Floats, turn: Floats, moment: Floats, guide: NDArray[np.int32],
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """One glint of one place: wavenumber along and across the wind [rad/m], angular frequency [rad/s], phase [rad].
 
     Args:
-        place: Keys of the places, (n,).
+        place: Key of the place.
         code: Which glint of a place, in the third counter of the draw.
         k0: First word of the key.
         k1: Second word of the key.
-        phase: Phase per height, 2 k sin(grazing) [rad/m], (n,).
+        phase: Phase per height, 2 k sin(grazing) [rad/m].
         some: Whether there is at least one quantum, or also none with its own probability.
         wavenumber: Table of `insonify.propagation.waves.Waves`.
         variance: Likewise.
         frequency: Likewise.
         turn: Likewise.
         moment: Likewise.
-        drawn: Result: wavenumber along and across the wind [rad/m], angular frequency [rad/s], phase [rad], (4, n).
+        guide: Likewise.
     """
     whole = variance[-1]
-    for n in range(place.size):
-        low, high = place[n] & np.uint64(0xFFFFFFFF), place[n] >> np.uint64(32)
-        w0, w1, w2, w3 = philox(low, high, code, 0, k0, k1)
-        along, across, turning = 0.0, 0.0, 0.0
-        q2 = phase[n] * phase[n]
-        mean, from_variance = q2 * whole, 0.0
-        if mean > MOST:
-            from_variance = whole - MOST / q2
-            mean = MOST
-            along, across, turning = _gaussian(
-                w2, w3, low, high, code, k0, k1, phase[n], from_variance, variance, moment
-            )
-        count = _poisson(unit(w0), mean, some and from_variance == 0.0)
-        for quantum in range(count):
-            u0, u1, u2, _ = philox(low, high, code, quantum + 2, k0, k1)
-            share = from_variance + unit(u0) * (whole - from_variance)
-            row = row_below(variance, share)
-            step = max(variance[row + 1] - variance[row], 1e-300)
-            part = min(1.0, max(0.0, (share - variance[row]) / step))
-            k = wavenumber[row] + part * (wavenumber[row + 1] - wavenumber[row])
-            omega = frequency[row] + part * (frequency[row + 1] - frequency[row])
-            angle = _turned(turn, (row + part) / (wavenumber.size - 1), unit(u1))
-            sign = 1.0 if u2 & np.uint32(1) else -1.0
-            along += sign * k * math.cos(angle)
-            across += sign * k * math.sin(angle)
-            turning += sign * omega
-        drawn[0, n], drawn[1, n], drawn[2, n] = along, across, turning
-        drawn[3, n] = 2 * math.pi * unit(w1)
+    low, high = place & np.uint64(0xFFFFFFFF), place >> np.uint64(32)
+    w0, w1, w2, w3 = philox(low, high, code, 0, k0, k1)
+    along, across, turning = 0.0, 0.0, 0.0
+    q2 = phase * phase
+    mean, from_variance = q2 * whole, 0.0
+    if mean > MOST:
+        from_variance = whole - MOST / q2
+        mean = MOST
+        along, across, turning = _gaussian(
+            w2, w3, low, high, code, k0, k1, phase, from_variance, variance, moment, guide
+        )
+    count = _poisson(unit(w0), mean, some and from_variance == 0.0)
+    for quantum in range(count):
+        u0, u1, u2, _ = philox(low, high, code, quantum + 2, k0, k1)
+        share = from_variance + unit(u0) * (whole - from_variance)
+        row = guided_row(variance, share, guide)
+        step = max(variance[row + 1] - variance[row], 1e-300)
+        part = min(1.0, max(0.0, (share - variance[row]) / step))
+        k = wavenumber[row] + part * (wavenumber[row + 1] - wavenumber[row])
+        omega = frequency[row] + part * (frequency[row + 1] - frequency[row])
+        angle = _turned(turn, (row + part) / (wavenumber.size - 1), unit(u1))
+        sign = 1.0 if u2 & np.uint32(1) else -1.0
+        sine, cosine = sine_cosine(angle)
+        along += sign * k * cosine
+        across += sign * k * sine
+        turning += sign * omega
+    return along, across, turning, 2 * math.pi * unit(w1)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _gaussian(
     w2: np.uint32, w3: np.uint32, low: np.uint64, high: np.uint64, code: int, k0: int, k1: int, phase: float,
-    upto: float, variance: Floats, moment: Floats,
+    upto: float, variance: Floats, moment: Floats, guide: NDArray[np.int32],
 ) -> tuple[float, float, float]:  # fmt: skip
     """Wavenumbers and frequency that all quanta of the longer waves add up to."""
-    row = row_below(variance, upto)
+    row = guided_row(variance, upto, guide)
     part = min(1.0, (upto - variance[row]) / max(variance[row + 1] - variance[row], 1e-300))
     ahead = moment[0, row] + part * (moment[0, row + 1] - moment[0, row])
     aside = moment[1, row] + part * (moment[1, row + 1] - moment[1, row])
@@ -98,8 +117,10 @@ def _gaussian(
     both = moment[3, row] + part * (moment[3, row + 1] - moment[3, row])
     v0, v1, _, _ = philox(low, high, code, 1, k0, k1)
     r, s = math.sqrt(-2 * math.log(unit(w2))), math.sqrt(-2 * math.log(unit(v0)))
-    a, b = 2 * math.pi * unit(w3), 2 * math.pi * unit(v1)
-    first, second, third = r * math.cos(a), r * math.sin(a), s * math.cos(b)
+    sine, cosine = sine_cosine(math.pi * (2 * unit(w3) - 1))
+    _, other = sine_cosine(math.pi * (2 * unit(v1) - 1))
+    # half a turn back: the angles begin at -pi
+    first, second, third = -r * cosine, -r * sine, -s * other
     root = math.sqrt(max(ahead, 1e-300))
     shared = both / root
     own = math.sqrt(max(speed - shared * shared, 0.0))
@@ -109,7 +130,7 @@ def _gaussian(
 @njit(cache=True, nogil=True, error_model="numpy")
 def _poisson(u: float, mean: float, some: bool) -> int:
     """A Poisson number from a uniform one, at least one if asked for."""
-    chance = math.exp(-mean)
+    chance = NONE_OF_MOST if mean == MOST else math.exp(-mean)
     if some:
         u = chance + u * -math.expm1(-mean)
     count, total = 0, chance
@@ -129,3 +150,103 @@ def _turned(turn: Floats, length: float, chance: float) -> float:
     here = turn[i, j] + q * (turn[i, j + 1] - turn[i, j])
     there = turn[i + 1, j] + q * (turn[i + 1, j + 1] - turn[i + 1, j])
     return here + p * (there - here)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def glint_row(
+    keys: NDArray[np.uint64], points: Floats, normal: Floats, code: int, k0: int, k1: int, phase: Floats,
+    wavenumber: Floats, variance: Floats, frequency: Floats, turn: Floats, moment: Floats, guide: NDArray[np.int32],
+    axes: Floats, origin: Floats, place: Floats, start: float, image: float, upward: bool, odd: bool, heights: Floats,
+    sound: float, speed: float, loss: float, delay: Floats, length: Floats, absorption: Floats, departure: Floats,
+    arrival: Floats, grazing: Floats, status: NDArray[np.uint8], facing_away: int, visibility: Any,
+    out: NDArray[np.complex128], back: NDArray[np.complex128],
+) -> None:  # fmt: skip
+    """Turn one row of mirrored legs into glints, in place; legs that are not there are left alone.
+
+    Args:
+        keys: Of the places, (n,).
+        points: Ends of the legs [m], (n, 3).
+        normal: Of their interfaces; 0 for points that face nowhere, (n, 3).
+        code: Number of the glint, the same out and back.
+        k0: First word of the key.
+        k1: Second word of the key.
+        phase: Phase per height of one bounce, 2 k sin(grazing) [rad/m], (n,).
+        wavenumber: Table of `insonify.propagation.waves.Waves`.
+        variance: Likewise.
+        frequency: Likewise.
+        turn: Likewise.
+        moment: Likewise.
+        guide: Likewise.
+        axes: North and east of the waves' direction, and of that to the right of it, (2, 2).
+        origin: Of the waves' phases, north and east [m], (2,).
+        place: North, east, depth of the sonar [m], (3,).
+        start: Of the ping [s].
+        image: Depth of the family's image source [m].
+        upward: Whether the legs begin upwards.
+        odd: Whether they end in the other sense.
+        heights: Vertical travel up to each surface bounce [m], (bounces,).
+        sound: Frequency of the sound [Hz].
+        speed: Of sound at the sonar [m/s].
+        loss: Absorption [dB/m].
+        delay: Changed, one-way travel time [s], (n,).
+        length: Changed [m], (n,).
+        absorption: Changed, pressure ratio [1], (n,).
+        departure: Changed, unit vectors of travel at the sonar, (n, 3).
+        arrival: Changed, the same at the points, (n, 3).
+        grazing: Changed [rad], (n,).
+        status: Changed where legs now come from behind, (n,).
+        facing_away: Status of such legs.
+        visibility: Changed likewise, (n,).
+        out: Result, phasor on the way out, (n,).
+        back: Result, phasor on the way back, (n,).
+    """
+    slopes, bent = np.empty((heights.size, 2)), np.empty(7)
+    for n in range(keys.size):
+        if visibility[n] == 0:
+            continue
+        dn, de, dd = points[n, 0] - place[0], points[n, 1] - place[1], points[n, 2] - place[2]
+        far = math.sqrt(dn * dn + de * de)
+        north, east = (dn / far, de / far) if far > 1e-6 else (1.0, 0.0)
+        climb = max(abs(points[n, 2] - image), 1e-6)
+        there = math.sqrt(dn * dn + de * de + dd * dd) / speed
+        turned, gone, came = 0.0, 0.0, 0.0
+        for b in range(heights.size):
+            # One bounce at least is not coherent; of several the first stands for it.
+            along, across, omega, first = draw_glint(keys[n], code << 4 | b, k0, k1, phase[n], b == 0, wavenumber,
+                                                     variance, frequency, turn, moment, guide)  # fmt: skip
+            k_north, k_east = along * axes[0, 0] + across * axes[1, 0], along * axes[0, 1] + across * axes[1, 1]
+            part = min(heights[b] / climb, 1.0)
+            reach = part * far
+            turned += k_north * (place[0] + reach * north - origin[0])
+            turned += k_east * (place[1] + reach * east - origin[1]) + first
+            slopes[b, 0] = -(k_north * north + k_east * east) / phase[n]
+            slopes[b, 1] = -(k_east * north - k_north * east) / phase[n]
+            before = part * delay[n]
+            # Before it comes back, sound is taken to have gone out directly: the other leg makes milliseconds.
+            gone += omega * (start + before)
+            came += omega * (start + there + delay[n] - before)
+        bend_line(far, climb, north, east, upward, odd, heights, slopes, bent)
+        # The waves set the phase; the glint's own way only when it is heard.
+        cycles = sound * bent[0] / speed
+        still = turned + 2 * math.pi * (cycles - math.floor(cycles + 0.5))
+        out[n] = complex(math.cos(still - gone), math.sin(still - gone))
+        back[n] = complex(math.cos(still - came), math.sin(still - came))
+        delay[n] += bent[0] / speed
+        length[n] += bent[0]
+        absorption[n] *= math.exp(-loss * bent[0] * (math.log(10) / 20))
+        _turn(departure[n], bent, 1)
+        _turn(arrival[n], bent, 4)
+        sine = -(arrival[n, 0] * normal[n, 0] + arrival[n, 1] * normal[n, 1] + arrival[n, 2] * normal[n, 2])
+        grazing[n] = math.asin(min(max(sine, -1.0), 1.0))
+        if sine <= 0 and (normal[n, 0] != 0 or normal[n, 1] != 0 or normal[n, 2] != 0):
+            if status[n] == 0:
+                status[n] = facing_away
+            visibility[n] = 0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _turn(way: Floats, bent: Floats, at: int) -> None:
+    """Add three entries to a unit vector, and make it one again."""
+    x, y, z = way[0] + bent[at], way[1] + bent[at + 1], way[2] + bent[at + 2]
+    inverse = 1 / math.sqrt(x * x + y * y + z * z)
+    way[0], way[1], way[2] = x * inverse, y * inverse, z * inverse

@@ -183,6 +183,34 @@ def edge_number(off: float, behind: float, length: float, wavelength: float) -> 
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def edge_factor(
+    clearance: float, hollow: float, behind: float, length: float, wavelength: float, table: Complexes, per_unit: float
+) -> complex:
+    """Pressure past a crest of the ground, re that without it [1].
+
+    A knife edge, in the measure in which the hollow behind it is deep against the Fresnel zone there: with nu_h the
+    Fresnel number of its depth the crest counts by 1 - exp(-pi nu_h^2). Where the ray over the rim comes down on the
+    floor, pi nu_h^2 = k hollow sin(grazing), Rayleigh's measure of roughness: what is smooth by it casts no shadow.
+
+    Args:
+        clearance: Height of the crest above the ray, positive in the shadow [m].
+        hollow: Depth of the deepest ground behind it below the ray over it [m].
+        behind: Distance of the crest from the end of the leg [m].
+        length: Of the leg [m].
+        wavelength: Of the sound [m].
+        table: See `past_edge`.
+        per_unit: See `past_edge`.
+    """
+    number = edge_number(clearance, behind, length, wavelength)
+    if number < -FAR:
+        return 1 + 0j
+    if hollow >= ENDLESS:
+        return past_edge(number, table, per_unit)
+    depth = edge_number(hollow, behind, length, wavelength)
+    return 1 + math.expm1(-math.pi * depth * depth) * (1 - past_edge(number, table, per_unit))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def over_footprint(box: Floats, x: float, y: float, north: float, east: float) -> tuple[float, float]:
     """Where a level line enters and leaves a box's footprint [m], from its start; the first not less where it misses.
 

@@ -21,7 +21,7 @@ ASIDE = 12.0
 def around_solid(
     place: Floats, points: Floats, arrival: Floats, length: Floats, bounced: bool, water_depth: float,
     wavelength: float, facing: float, borders: Floats, away: Floats, columns: Floats, bed: float, row: int,
-    table: Complexes, per_unit: float, status: Integers, occluder: Integers, visibility: Complexes,
+    wide: bool, table: Complexes, per_unit: float, status: Integers, occluder: Integers, visibility: Complexes,
 ) -> None:  # fmt: skip
     """Multiply what one solid leaves of the legs of one family into their visibility.
 
@@ -39,6 +39,7 @@ def around_solid(
         columns: Of each column: distance and depth of its top, of its base, nearest and farthest distance [m], (c, 6).
         bed: Depth from which on a base stands on the bed [m].
         row: Row of the solid among the occluders.
+        wide: Whether it is taken as endlessly wide: then the one column in the way of each leg screens it.
         table: See `past_edge`.
         per_unit: See `past_edge`.
         status: Of the legs, (n,).
@@ -83,7 +84,10 @@ def around_solid(
                         base = screen_number(points[n, 2], slope, level, reach - c[2], c[3], length[n], wavelength)
                     if top > -FAR:
                         up = past_edge(base, table, per_unit) - past_edge(top, table, per_unit)
-                        blocked += (before - here) * up
+                        across = before - here
+                        if wide:
+                            across = 1 + 0j if borders[k - 1] <= turn < borders[k] else 0j
+                        blocked += across * up
                     seen = seen or borders[k - 1] <= turn <= borders[k]
             before = here
         if mine:

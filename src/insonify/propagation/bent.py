@@ -11,14 +11,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.propagation._bend_kernel import bend_lines
 from insonify.propagation.families import bounces, image_depth
 
 Floats = NDArray[np.float64]
-
-STEEPEST = 0.4
-"""Slope of the surface beyond which a facet counts as one of this slope [1]."""
-WIDEST = 0.9
-"""Share of the way from the mirror's point to either end that a bounce may be moved [1]."""
 
 
 class Bend(NamedTuple):
@@ -79,9 +75,21 @@ def unfolded(family: str, place: Floats, points: Floats, water_depth: float) -> 
     distance = np.linalg.norm(across, axis=1)
     ahead = np.where(distance[:, None] > 1e-6, across / np.maximum(distance, 1e-6)[:, None], [1.0, 0.0])
     climb = np.maximum(np.abs(points[:, 2] - image_depth(family, place[2], water_depth)), 1e-6)
-    first = place[2] if string[0] == "S" else water_depth - place[2]
-    surface = tuple(float(first + row * water_depth) for row, letter in enumerate(string) if letter == "S")
+    surface = surface_climbs(family, float(place[2]), water_depth)
     return Unfolded(place[:2], ahead, distance, climb, surface, string[0] == "S", len(string) % 2 == 1)
+
+
+def surface_climbs(family: str, depth: float, water_depth: float) -> tuple[float, ...]:
+    """Vertical travel of a family's rays up to each surface bounce [m].
+
+    Args:
+        family: Name of a family with a bounce.
+        depth: Of the sonar [m].
+        water_depth: Depth of the bottom [m].
+    """
+    string = bounces(family)
+    first = depth if string[0] == "S" else water_depth - depth
+    return tuple(float(first + row * water_depth) for row, letter in enumerate(string) if letter == "S")
 
 
 def bend(lines: Unfolded, slopes: Floats) -> Bend:
@@ -96,42 +104,10 @@ def bend(lines: Unfolded, slopes: Floats) -> Bend:
 
     Source: the law of reflection, derived here.
     """
-    steps = [np.zeros((3, len(lines.distance)))]
-    for height, (along, across) in zip(lines.surface, slopes, strict=True):
-        steps.append(_corner(lines, height, along, across))
-    ones = np.ones(len(lines.distance))
-    steps.append(np.stack([lines.distance, 0 * ones, lines.climb * ones]))
-    pieces = np.diff(np.stack(steps), axis=0)
-    lengths = np.linalg.norm(pieces, axis=1)
-    straight = np.stack([lines.distance, 0 * ones, lines.climb]) / lines.length
-    changes = [pieces[row] / lengths[row] - straight for row in (0, -1)]
-    down = -1.0 if lines.upward else 1.0
-    senses = (down, -down if lines.odd else down)
-    return Bend(
-        lengths.sum(axis=0) - lines.length, *(_in_world(lines, c, s) for c, s in zip(changes, senses, strict=True))
-    )
-
-
-def _corner(lines: Unfolded, height: float, along: Floats, across: Floats) -> Floats:
-    """Where one surface bounce lies: distance, distance to the right, climb [m], shape (3, n)."""
-    far, h1 = lines.distance, height
-    h2 = np.maximum(lines.climb - height, 1e-6)
-    slope = np.clip(along, -STEEPEST, STEEPEST)
-    # tan(g1 - g2) = tan 2 e with g1 = atan(h1 / x) and g2 = atan(h2 / (far - x)): a quadratic in x.
-    tangent = np.clip(2 * slope / (1 - slope**2), -WIDEST * far / h1, WIDEST * far / h2)
-    linear = h1 + h2 + tangent * far
-    root = np.sqrt(np.maximum(linear**2 - 4 * tangent * h1 * (far - tangent * h2), 0.0))
-    x = 2 * h1 * (far - tangent * h2) / np.maximum(linear + root, 1e-12)
-    r1, r2 = np.hypot(x, h1), np.hypot(far - x, h2)
-    sine = (h1 / r1 + h2 / r2) / 2
-    shorter = np.minimum(r1, r2)
-    right = np.clip(2 * across * sine / (1 / r1 + 1 / r2), -WIDEST * shorter, WIDEST * shorter)
-    return np.stack([x, right, np.full(len(far), h1)])
-
-
-def _in_world(lines: Unfolded, change: Floats, sense: float) -> Floats:
-    """A change of direction told ahead, to the right and as climb, in the world, shape (n, 3)."""
-    ahead, right, climb = change
-    east_of = np.stack([-lines.ahead[:, 1], lines.ahead[:, 0]], axis=1)
-    level = ahead[:, None] * lines.ahead + right[:, None] * east_of
-    return np.concatenate([level, sense * climb[:, None]], axis=1)
+    count = len(lines.distance)
+    bent, told = np.empty((count, 7)), np.ascontiguousarray(np.moveaxis(np.asarray(slopes, float), 2, 0))
+    bend_lines(
+        lines.distance, lines.climb * np.ones(count), lines.ahead, lines.upward, lines.odd, np.array(lines.surface),
+        told, bent,
+    )  # fmt: skip
+    return Bend(bent[:, 0], bent[:, 1:4], bent[:, 4:7])

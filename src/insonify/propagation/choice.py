@@ -37,8 +37,11 @@ class PathChoice(Noun):
     """Families followed, such as [D, S, BS]; None: all up to `reflections`."""
     causes: tuple[Cause, ...] = ("seabed", "surface", "target")
     """Whose echoes are heard; whatever is left out still casts its shadows."""
-    edges: Literal["hard", "fresnel"] = "hard"
-    """How the shadow of a target ends: at once, or as sound bends around its edges. That of the ground ends at once."""
+    edges: Literal["hard", "fresnel"] = "fresnel"
+    """How shadows of targets and of the ground end: as sound bends around edges and crests, or at once.
+
+    The tracer's end at once, and so do those of the ground in expected intensities that take the quick way to it.
+    """
     jitter: Annotated[float, Field(ge=0, le=100)] = 0.0
     """Largest random phase of each pulse replica, uniform from 0 [wavelengths]; its envelope stays in place."""
     amplitude_perturbation: Annotated[float, Field(ge=0, le=1)] = 0.0

@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify import streams
-from insonify.propagation._glint_kernel import draw_glints
-from insonify.propagation.bent import Unfolded, bend, unfolded
-from insonify.propagation.families import bounces
+from insonify.propagation._glint_kernel import glint_row
+from insonify.propagation.bent import Unfolded, surface_climbs
+from insonify.propagation.families import bounces, image_depth
 from insonify.propagation.waves import Waves, shortest_wave, waves_under
 from insonify.records.legs import Glints, Legs, Status
 from insonify.scattering.bubbles import bubble_loss_db
@@ -141,42 +141,20 @@ class Sea:
         phasor: NDArray[np.complex128],
     ) -> None:  # fmt: skip
         """Turn one row of mirrored legs into glints, in place."""
-        family, branch = legs.families[row], legs.branch[row]
-        lines = unfolded(family, end.place, scatterers.position, self.scene.seabed.depth)
+        family, bed, waves = legs.families[row], self.scene.seabed.depth, self.waves
+        string, depth = bounces(family), float(end.place[2])
         # facets of one target meet the same waves, or they would part with time
         phase = quiet.phase if scatterers.drawn else np.full_like(quiet.phase, quiet.phase.mean())
-        drawn = self._drawn(scatterers.place, _code(family, branch, number), len(lines.surface), phase)
-        times = bounce_times(lines, legs.delay[row], self.scene, scatterers, end)
-        origin = np.array(self.scene.seabed.lattice.origin)
-        waves = drawn[:, :2].transpose(0, 2, 1) @ self.axes  # north and east
-        turned = np.sum(waves * (lines.mirror_points() - origin), axis=-1) + drawn[:, 3]
-        right = np.stack([-lines.ahead[:, 1], lines.ahead[:, 0]], axis=1)
-        slopes = -np.stack([np.sum(waves * way, axis=-1) for way in (lines.ahead, right)], axis=1) / quiet.phase
-        bent = bend(lines, slopes)
-        speed = float(self.scene.water.speed_at(end.place[2]))
-        # The waves set the phase; the glint's own way only when it is heard.
-        cycles = self.frequency * bent.excess / speed
-        still = turned.sum(axis=0) + 2 * np.pi * (cycles - np.rint(cycles))
-        for way, time in enumerate(times):
-            phasor[way, row] = np.exp(1j * (still - np.sum(drawn[:, 2] * time, axis=0)))
-        legs.delay[row] += bent.excess / speed
-        legs.length[row] += bent.excess
-        legs.absorption[row] *= 10 ** (-self.scene.water.absorption(self.frequency) * bent.excess / 20)
-        legs.departure[row] = _unit(legs.departure[row] + bent.departure)
-        legs.arrival[row] = _unit(legs.arrival[row] + bent.arrival)
-        face(legs, row, scatterers.normal)
-
-    def _drawn(self, place: NDArray[np.uint64], code: int, count: int, phase: Floats) -> Floats:
-        """Waves of each bounce: along and across the wind, frequency and phase, shape (bounces, 4, n)."""
-        k0, k1 = streams.key(self.seed, streams.GLINT)
-        drawn, waves = np.empty((count, 4, len(place))), self.waves
-        for bounce in range(count):
-            # One bounce at least is not coherent; of several the first stands for it.
-            draw_glints(
-                place, code << 4 | bounce, k0, k1, phase, bounce == 0, waves.wavenumber, waves.variance,
-                waves.frequency, waves.turn, waves.moment, drawn[bounce],
-            )  # fmt: skip
-        return drawn
+        glint_row(
+            scatterers.place, scatterers.position, scatterers.normal, _code(family, legs.branch[row], number),
+            *streams.key(self.seed, streams.GLINT), phase, *waves, self.axes,
+            np.array(self.scene.seabed.lattice.origin), end.place, end.time, image_depth(family, depth, bed),
+            string[0] == "S", len(string) % 2 == 1, np.array(surface_climbs(family, depth, bed)), self.frequency,
+            float(self.scene.water.speed_at(depth)), float(self.scene.water.absorption(self.frequency)),
+            legs.delay[row], legs.length[row], legs.absorption[row], legs.departure[row], legs.arrival[row],
+            legs.grazing[row], legs.status[row], int(Status.FACING_AWAY), legs.visibility[row], phasor[0, row],
+            phasor[1, row],
+        )  # fmt: skip
 
 
 def sea_of(scene: Scene, seed: int, frequency: float) -> Sea:
@@ -235,10 +213,6 @@ def _code(family: str, branch: int, number: int) -> int:
     """A number for each glint of each ray of each family: the same out and back."""
     string = bounces(family)
     return ((2 * len(string) + string.startswith("B")) << 8 | branch << GLINT_BITS) | number
-
-
-def _unit(vector: Floats) -> Floats:
-    return np.asarray(vector / np.linalg.norm(vector, axis=-1, keepdims=True))
 
 
 def face(legs: Legs, row: int, normal: Floats) -> None:

@@ -7,7 +7,8 @@ integral. A wide box leaves the half plane of its top. Each edge has its own dis
 where it stands highest above the ray, so that half the pressure remains on the edge of the hard shadow.
 
 Solids are screens of many columns, see `silhouette`. The last segment of each leg is looked at, as a straight line in
-its direction of arrival; a target that the points lie on cuts them as hard as ever, and so does the ground.
+its direction of arrival; a target that the points lie on cuts them as hard as ever. Crests of the ground are edges of
+the same kind, see `engines.skyline`.
 
 Source: Born & Wolf (1999), Principles of Optics, 7th ed., 8.7.2-8.7.3 (Fresnel's integrals, the straight edge; from
 memory); ITU-R P.526-15, section 4.1 (the number of a knife edge between two ends; from memory).
@@ -92,7 +93,7 @@ def soft_edges(
         place: North, east, depth of the sonar's end [m], shape (3,).
         scene: Whose targets cast shadows.
         wavelength: Of the sound [m].
-        wide: Whether boxes are taken as endlessly wide, as in a slice.
+        wide: Whether targets are taken as endlessly wide, as in a slice.
 
     Returns:
         The same legs with complex visibility: legs that a target cuts keep their status and occluder, but not quite
@@ -100,8 +101,7 @@ def soft_edges(
     """
     if not scene.occluders:
         return legs
-    visibility = legs.visibility.astype(complex)
-    visibility[legs.status == Status.OCCLUDED] = 0.0
+    visibility = (legs.status == Status.CLEAR).astype(complex)
     if scene.boxes:
         beds = np.array([scene.depth_under(box) for box in scene.boxes]) - TOUCHING
         bounced = np.array([bool(bounces(name)) for name in legs.families])
@@ -112,15 +112,17 @@ def soft_edges(
         )  # fmt: skip
     for row, solid in enumerate(scene.solids, start=len(scene.boxes)):
         if row != scatterers.occluder:
-            _around(legs, scatterers, place, scene, wavelength, solid, row, visibility)
-    # what is cut for good, or is not clear by itself, stays as it was
-    partly = (legs.status == Status.OCCLUDED) | (legs.visibility == 1)
-    return replace(legs, visibility=np.where(partly, visibility, legs.visibility))
+            _around(legs, scatterers, place, scene, wavelength, solid, row, visibility, wide=wide)
+    # what the ground cuts, or is not there at all, stays as it was; over relief the ground has had its share
+    by_target = (legs.status == Status.OCCLUDED) & (legs.occluder >= 0)
+    ground = 1.0 if scene.seabed.bed is None else legs.visibility
+    partly = by_target | (legs.status == Status.CLEAR)
+    return replace(legs, visibility=np.where(partly, visibility * ground, legs.visibility))
 
 
 def _around(
     legs: Legs, scatterers: Scatterers, place: NDArray[np.float64], scene: Scene, wavelength: float, solid: Solid,
-    row: int, visibility: NDArray[np.complex128],
+    row: int, visibility: NDArray[np.complex128], *, wide: bool,
 ) -> None:  # fmt: skip
     """Multiply what one solid leaves of all legs into their visibility."""
     bed = scene.depth_under(solid) - TOUCHING
@@ -130,5 +132,6 @@ def _around(
         if seen is not None:
             around_solid(
                 place, scatterers.position, legs.arrival[f], legs.length[f], bool(bounces(family)), scene.seabed.depth,
-                wavelength, *seen, bed, row, edge_table(), PER_UNIT, legs.status[f], legs.occluder[f], visibility[f],
+                wavelength, *seen, bed, row, wide, edge_table(), PER_UNIT, legs.status[f], legs.occluder[f],
+                visibility[f],
             )  # fmt: skip

@@ -41,7 +41,7 @@ def tilted_legs(legs: Legs, scene: Scene, scatterers: Scatterers, end: End) -> t
     out, back = (rows_of(legs, list(range(len(legs.families)))) for _ in range(2))
     for row in touched:
         lines = unfolded(legs.families[row], end.place, scatterers.position, scene.seabed.depth)
-        insist_on_one_glint(scene.surface, lines, np.asarray(legs.visibility[row] > 0))
+        insist_on_one_glint(scene.surface, lines, np.asarray(legs.visibility[row] != 0))
         times = bounce_times(lines, legs.delay[row], scene, scatterers, end)
         for way, time in zip((out, back), times, strict=True):
             _tilt(way, row, lines, scene, scatterers, end, time)

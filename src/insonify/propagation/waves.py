@@ -18,6 +18,8 @@ Floats = NDArray[np.float64]
 
 LENGTHS, DIRECTIONS, TURNS = 1024, 48, 65
 """Wavenumbers of the table; those that have directions of their own; probabilities of a direction."""
+GUIDES = 4096
+"""Steps of the guide to the rows of the table."""
 SLOPE_CUT = 3.0
 """Wavenumber of the sound over that of the shortest waves that it sees as slope [1]."""
 
@@ -36,6 +38,9 @@ class Waves(NamedTuple):
     moment: Floats
     """Below each wavenumber: variance of the slope along and across the wind [1], of the vertical speed [m^2/s^2], and
     of slope along the wind times speed, for waves that run downwind [m/s], shape (4, m)."""
+    guide: NDArray[np.int32]
+    """Row that holds a share of the variance: entry i + 1 is a row not above it, entry i one not below it, where i is
+    `GUIDES` times the root of the part of the variance beyond that share, whole; shape (g + 1,)."""
 
 
 @lru_cache(maxsize=8)
@@ -62,7 +67,9 @@ def waves_under(wind_speed: float, shortest: float) -> Waves:
     columns = (k**2 * square, k**2 * (1 - square), omega**2, k * omega * ahead)
     moment = np.stack([_running(k, density * column) for column in columns])
     variance = _running(k, density)
-    return Waves(k, variance, omega, turn, moment)
+    share = variance[-1] * (1 - (np.arange(GUIDES + 1) / GUIDES) ** 2)
+    guide = np.clip(np.searchsorted(variance, share, side="right") - 1, 0, LENGTHS - 2).astype(np.int32)
+    return Waves(k, variance, omega, turn, moment, guide)
 
 
 def shortest_wave(frequency: float, sound_speed: float) -> float:

@@ -16,7 +16,7 @@ from insonify.noun import located
 from insonify.scenario.ground_faults import ground_faults
 from insonify.scenario.track_faults import ENDS, out_of_the_water, places
 from insonify.scene.scene import inside_body, scene_faults
-from insonify.scene.target import PointTarget, is_solid
+from insonify.scene.target import PointTarget
 from insonify.sonar.array import PointTransducer
 from insonify.sonar.beam import beams
 from insonify.sonar.stance import end_depths
@@ -125,12 +125,6 @@ def _out_of_the_slice(scenario: Scenario) -> Iterator[PydanticCustomError]:
             "paths.geometry", "slice", f"has one beam, but the sonar {has}. "
             "Write 3d, for a bearing needs the third dimension, or give one steer angle.",
         )  # fmt: skip
-    for row, target in enumerate(scenario.targets):
-        if is_solid(target):
-            yield located(
-                f"targets.{row}.shape", target.shape, "is not known to a slice, which cuts upright boxes and points "
-                "only. Write shape: box, or paths.geometry: 3d.",
-            )  # fmt: skip
     ways = {"track.pitch": track.pitch, "track.roll": track.roll}
     for end, array in zip(ENDS, (sonar.transmit, sonar.receive), strict=True):
         if not isinstance(array, PointTransducer) and len(array.steers) == 1:

@@ -36,9 +36,9 @@ MOST_POINTS = 500_000
 """Drawn points of one solid [1]."""
 FEWEST_POINTS = 400
 """Points that a solid has at least, so that a small one is no handful of glints [1]."""
-_STANDING = 1e-6  # a face this close to the bed lies on it [m]
-_SOLID = 6  # stands in a solid's keys where a box has its face
-_ROW = 4096  # cells in a row of a solid's keys
+STANDING = 1e-6  # a face this close to the bed lies on it [m]
+SOLID_FACE = 6  # stands in a solid's keys where a box has its face
+ROW = 4096  # cells in a row of a solid's keys
 
 
 def ground_depth(seabed: Seabed, place: Floats) -> Floats:
@@ -150,7 +150,7 @@ def solid_scatterers(
     side = float(np.clip(pitch, np.sqrt(whole / MOST_POINTS), np.sqrt(whole / FEWEST_POINTS)))
     cells: Cells = surface_cells(body, side)
     n = np.arange(len(cells))
-    u = streams.uniforms(seed, streams.TARGET, n // _ROW, n % _ROW, _SOLID, zlib.crc32(solid.label.encode()))
+    u = streams.uniforms(seed, streams.TARGET, n // ROW, n % ROW, SOLID_FACE, zlib.crc32(solid.label.encode()))
     place, normal = cells.points(u[:, :3], even=even)
     turn, shift = resting(solid, seabed)
     position = place @ turn.T + shift
@@ -162,11 +162,11 @@ def solid_scatterers(
         normal=normal @ turn.T,
         area=np.full(len(n), whole / len(n)),
         phase=np.exp(2j * np.pi * u[:, 3]),
-        place=target_place(solid.label, _SOLID, n // _ROW, n % _ROW),
+        place=target_place(solid.label, SOLID_FACE, n // ROW, n % ROW),
         drawn=True,
         occluder=occluder,
     )
-    return points.take(position[:, 2] < ground_depth(seabed, position[:, :2]) - _STANDING)
+    return points.take(position[:, 2] < ground_depth(seabed, position[:, :2]) - STANDING)
 
 
 def inside_solid(surface: Triangles, place: Floats) -> NDArray[np.bool_]:
@@ -202,7 +202,7 @@ def solid_faults(path: str, solid: Solid, seabed: Seabed) -> Iterator[PydanticCu
     """
     bed = float(ground_depth(seabed, np.array(solid.position)))
     base, tall = solid.base_depth, height(solid)
-    if base is not None and not 0 < base <= bed + _STANDING:
+    if base is not None and not 0 < base <= bed + STANDING:
         where = f"below the seabed (depth {bed:g} m)" if base > 0 else "at or above the sea surface (0 m)"
         sink = f" To sink it into the bed write burial_depth: {base - bed:g} m instead." if base > bed else ""
         yield located(f"{path}.base_depth", f"{base:g} m", f"is {where}. Depths are positive downwards; write a depth "

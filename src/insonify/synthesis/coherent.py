@@ -44,7 +44,8 @@ class Coherent:
         level = float(amplitude_ratio(self.stance.source_level_db))
         sent = leg_weights(pairs.out, self.stance.transmit_beams, self.stance.frequency, level)
         heard = leg_weights(pairs.back, self.stance.receive_beams, self.stance.frequency)
-        merge = pairs.out is pairs.back and self.perturbation.still
+        # one delay both ways round: two pairs are heard as one, also where a moving sea turned their phases apart
+        merge = pairs.out.delay is pairs.back.delay and self.perturbation.still
         rows = {(int(i), int(j)): row for row, (i, j) in enumerate(pairs.pair)}
         names = pairs.rays()
         for (i, j), row in rows.items():

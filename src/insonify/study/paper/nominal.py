@@ -1,4 +1,4 @@
-"""The paper's nominal scene, with what a figure changes in it."""
+"""The paper's nominal scene, with what a figure changes in it. Its shadows end at once, as the paper's do."""
 
 from functools import lru_cache
 from importlib.resources import files
@@ -10,7 +10,9 @@ from insonify.scenario.scenario import Scenario
 
 @lru_cache(maxsize=1)
 def _template() -> Scenario:
-    return parse(Scenario, (files("insonify.scenario") / "templates" / "nominal.yaml").read_text(encoding="utf-8"))
+    text = (files("insonify.scenario") / "templates" / "nominal.yaml").read_text(encoding="utf-8")
+    scenario = parse(Scenario, text)
+    return scenario.model_copy(update={"paths": scenario.paths.model_copy(update={"edges": "hard"})})
 
 
 def nominal(changes: dict[str, Any] | None = None) -> Scenario:

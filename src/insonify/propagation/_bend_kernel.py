@@ -1,0 +1,93 @@
+"""Lines with a corner at every surface bounce: the law of reflection off planes that are a little tilted.
+
+Plain numbers and arrays only. A line is unfolded: it runs from the sonar over a distance ahead and a climb, and meets
+the surface at given heights of the climb.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+STEEPEST = 0.4
+"""Slope of the surface beyond which a facet counts as one of this slope [1]."""
+WIDEST = 0.9
+"""Share of the way from the mirror's point to either end that a bounce may be moved [1]."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def corner(far: float, climb: float, height: float, along: float, across: float) -> tuple[float, float]:
+    """Where one surface bounce lies: distance ahead and to the right [m].
+
+    Args:
+        far: Horizontal distance of the end of the line [m].
+        climb: Vertical travel of the whole line [m].
+        height: Vertical travel up to the bounce [m].
+        along: Slope of the elevation ahead [1].
+        across: Slope to the right [1].
+    """
+    h2 = max(climb - height, 1e-6)
+    slope = min(max(along, -STEEPEST), STEEPEST)
+    # tan(g1 - g2) = tan 2 e with g1 = atan(height / x) and g2 = atan(h2 / (far - x)): a quadratic in x.
+    tangent = 2 * slope / (1 - slope * slope)
+    tangent = min(max(tangent, -WIDEST * far / height), WIDEST * far / h2)
+    linear, rest = height + h2 + tangent * far, far - tangent * h2
+    root = math.sqrt(max(linear * linear - 4 * tangent * height * rest, 0.0))
+    x = 2 * height * rest / max(linear + root, 1e-12)
+    r1, r2 = math.sqrt(x * x + height * height), math.sqrt((far - x) * (far - x) + h2 * h2)
+    limit = WIDEST * min(r1, r2)
+    # to first order, offset = 2 slope sin(grazing) / (1 / r1 + 1 / r2)
+    right = across * (height / r1 + h2 / r2) / (1 / r1 + 1 / r2)
+    return x, min(max(right, -limit), limit)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def bend_line(
+    far: float, climb: float, north: float, east: float, upward: bool, odd: bool, heights: Floats, slopes: Floats,
+    bent: Floats,
+) -> None:  # fmt: skip
+    """What corners change in one line.
+
+    Args:
+        far: Horizontal distance of its end [m].
+        climb: Vertical travel of the whole line [m].
+        north: Horizontal unit vector ahead.
+        east: Likewise.
+        upward: Whether it begins upwards.
+        odd: Whether it ends in the other sense than it began.
+        heights: Vertical travel up to each surface bounce [m], (bounces,).
+        slopes: Slope of the elevation ahead and to the right at each [1], (bounces, 2).
+        bent: Result: additional length [m], change of the unit vector of travel at the sonar and at the end, (7,).
+    """
+    length = math.sqrt(far * far + climb * climb)
+    straight, rise = far / length, climb / length
+    down = -1.0 if upward else 1.0
+    px, py, pz, total = 0.0, 0.0, 0.0, 0.0
+    for b in range(heights.size + 1):
+        x, y, z = far, 0.0, climb
+        if b < heights.size:
+            x, y = corner(far, climb, heights[b], slopes[b, 0], slopes[b, 1])
+            z = heights[b]
+        dx, dy, dz = x - px, y - py, z - pz
+        piece = math.sqrt(dx * dx + dy * dy + dz * dz)
+        total += piece
+        px, py, pz = x, y, z
+        if b == 0 or b == heights.size:
+            sense = down if b == 0 or not odd else -down
+            ahead, right, to = dx / piece - straight, dy / piece, 1 if b == 0 else 4
+            bent[to] = ahead * north - right * east
+            bent[to + 1] = ahead * east + right * north
+            bent[to + 2] = sense * (dz / piece - rise)
+    bent[0] = total - length
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def bend_lines(
+    far: Floats, climb: Floats, ahead: Floats, upward: bool, odd: bool, heights: Floats, slopes: Floats, bent: Floats
+) -> None:
+    """What corners change in n lines: `bend_line` for each; slopes (n, bounces, 2), ahead (n, 2), bent (n, 7)."""
+    for n in range(far.size):
+        bend_line(far[n], climb[n], ahead[n, 0], ahead[n, 1], upward, odd, heights, slopes[n], bent[n])
