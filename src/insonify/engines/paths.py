@@ -163,7 +163,7 @@ def _cross_section(scatterers: Scatterers, law: Law, out: Legs, back: Legs, pair
         # every law is reciprocal: each two legs are asked about once
         low, where = np.unique(np.sort(pair, axis=1), axis=0, return_inverse=True)
         if len(low) < len(pair):
-            return _cross_section(scatterers, out, back, low)[where.ravel()]
+            return _cross_section(scatterers, law, out, back, low)[where.ravel()]
     i, j = pair.T
     if isinstance(law, FastLaw):
         normal = scatterers.normal.T
