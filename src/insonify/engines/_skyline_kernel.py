@@ -190,3 +190,44 @@ def clear_of_ground(
                 clear[n] = False
                 break
     return clear
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def clear_along(
+    depth: Floats, shallowest: Floats, step: float, rows: Integers, points: Integers, nodes: Floats, spared: Floats,
+    ground: bool, touch: float, lit: NDArray[np.bool_],
+) -> None:  # fmt: skip
+    """Whether ways of straight segments stay above the ground of a line; only what is below its highest is walked.
+
+    Args:
+        depth: Depth of the ground at the samples [m], (lines, samples).
+        shallowest: Least of each line [m], (lines,).
+        step: Distance of the samples [m].
+        rows: Line of each point, (points,).
+        points: Which points, (points,).
+        nodes: Distance and depth of the ends of all segments [m], (segments + 1, all, 2).
+        spared: Distance about each of them within which the ground is not asked [m], (segments + 1, all).
+        ground: Whether the ways end on the ground of their line.
+        touch: How far they may dip into the ground [m].
+        lit: Result, False is written where a way is cut, (all,).
+    """
+    for m in range(points.size):
+        n, line, top = points[m], depth[rows[m]], shallowest[rows[m]]
+        for k in range(nodes.shape[0] - 1):
+            here, z = nodes[k, n, 0], nodes[k, n, 1]
+            there, end = nodes[k + 1, n, 0], nodes[k + 1, n, 1]
+            if ground and k == nodes.shape[0] - 2:
+                sample = min(max(math.floor(there / step) - 1, 0), line.size - 2)
+                end = line[sample] + min(there / step - (sample + 1), 1.0) * (line[sample + 1] - line[sample])
+            if max(z, end) <= top or there - here < 1e-9:
+                continue
+            slope = (end - z) / (there - here)
+            first, last = here + spared[k, n], there - spared[k + 1, n]
+            if slope > 0:
+                first = max(first, here + (top - z) / slope)
+            elif slope < 0:
+                last = min(last, here + (top - z) / slope)
+            for s in range(max(math.ceil(first / step) - 1, 0), min(math.floor(last / step), line.size)):
+                if z + slope * ((s + 1) * step - here) > line[s] + touch:
+                    lit[n] = False
+                    break

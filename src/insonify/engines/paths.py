@@ -11,8 +11,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines.bounced import over_relief
 from insonify.engines.rings import WIDEST_CELL
-from insonify.engines.skyline import Remembered, Skylines, over_ground
+from insonify.engines.skyline import Remembered, Skylines
 from insonify.engines.view import Block, footprint, view
 from insonify.propagation.choice import PathChoice
 from insonify.propagation.knife_edge import soft_edges
@@ -140,7 +141,7 @@ class Paths:
 
         key = (stance.ping, place.tobytes(), stance.bearing)
         soft = self.choice.edges == "fresnel"
-        return over_ground(legs, scatterers, place, self.skylines.get(key, walked), soft=soft)
+        return over_relief(legs, scatterers, place, self.skylines.get(key, walked), self.scene, soft=soft)
 
     def all_pairs(self, stance: Stance, *, even: bool = False) -> Iterator[Pairs]:
         """Every block of one ping in turn."""

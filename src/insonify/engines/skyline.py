@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from insonify.engines import _crest_kernel as crests
 from insonify.engines import _skyline_kernel as kernel
-from insonify.engines.strays import walk_over_ground
+from insonify.engines.strays import TOUCH, walk_over_ground
 from insonify.propagation.families import bounces
 from insonify.propagation.knife_edge import PER_UNIT, edge_table
 from insonify.propagation.launches import Launches, StraightLaunches
@@ -52,6 +52,7 @@ class _Lines:
 
     def __init__(self, depth: Floats, step: float, launches: Launches) -> None:
         self.depth, self._launches = depth, launches
+        self.shallowest = np.fmin.reduce(depth, axis=1)
         self._distance = ((np.arange(depth.shape[1]) + 1) * step).astype(np.float32)
         self._step = step
         self._made: dict[str, tuple[Floats, Floats]] = {}
@@ -140,7 +141,7 @@ class Skylines:
         for row, name in enumerate(families):
             soft = None if left is None else np.ones(len(distance), complex)
             found[row] = self._lit(name, groups, distance, sine[row], ground, soft)
-            steep = _steepness(name, sine[row])
+            steep = steepness(name, sine[row])
             astray = self.launches.strays(name, steep, distance, depth)
             if astray is not None and astray.any():
                 walked = walk_over_ground(self, name, groups, distance, steep, depth, astray, ground=ground)
@@ -157,7 +158,7 @@ class Skylines:
     ) -> NDArray[np.bool_]:  # fmt: skip
         """Whether rays of one family are clear, segment by segment, and what crests leave of each."""
         string = bounces(family)
-        steep = _steepness(family, sine)
+        steep = steepness(family, sine)
         stops = [*self.launches.bounces(family, steep), distance]
         mirrors = {
             k: fresnel_half_length(stops[k], distance, self.launches.at_bed(steep), self.wavelength)
@@ -208,6 +209,28 @@ class Skylines:
                 lines.of(family)[0], *lines.crests(family), rows, points, *way, steepness, self.step, distance,
                 self.wavelength, edge_table(), PER_UNIT, lit, left,
             )  # fmt: skip
+
+    def clear_courses(
+        self, azimuth: Floats, distance: Floats, nodes: Floats, spared: Floats, *, ground: bool
+    ) -> NDArray[np.bool_]:
+        """Whether ways that bounce anywhere reach places without meeting the ground, walked sample by sample.
+
+        Args:
+            azimuth: Bearing of each place from the sonar [rad], shape (n,).
+            distance: Horizontal distance [m], shape (n,).
+            nodes: Horizontal distance and depth of the sonar, of each bounce and of the place [m], shape (k, n, 2).
+            spared: Distance about each of these within which the ground is the mirror itself [m], shape (k, n).
+            ground: Whether the places lie on the ground: then ways end on that of their slice's line.
+
+        Returns:
+            True where a way is clear, shape (n,).
+        """
+        lit = np.ones(len(distance), bool)
+        for lines, points, rows in self._groups(azimuth, distance):
+            kernel.clear_along(
+                lines.depth, lines.shallowest, self.step, rows, points, nodes, spared, ground, TOUCH, lit
+            )
+        return lit
 
     def _skyline(self, groups: list[Group], family: str, distance: Floats) -> Floats:
         found, reach = np.full(len(distance), np.inf), self._steps(distance)
@@ -276,8 +299,13 @@ class Skylines:
         np.subtract(self.bed.depth, depth[:, first:], out=depth[:, first:])
 
 
-def _steepness(family: str, sine: Floats) -> Floats:
-    """Steepness of rays of a family, see `insonify.propagation.launches`, from the sine of their launch angle [1]."""
+def steepness(family: str, sine: Floats) -> Floats:
+    """Steepness of rays of a family, see `insonify.propagation.launches`, from the sine of their launch angle [1].
+
+    Args:
+        family: Name of the family.
+        sine: Positive down [1], any shape.
+    """
     tangent = np.asarray(sine / np.sqrt(np.maximum(1 - np.asarray(sine, float) ** 2, 1e-24)))
     return -tangent if family.startswith("S") else tangent
 
@@ -328,7 +356,7 @@ def over_ground(
         visibility = np.where((status == Status.CLEAR) | (status == Status.OCCLUDED), left, visibility)
     for row, family in enumerate(legs.families):
         if "B" in family:
-            boundary[row] *= _bounced(skylines, family, distance, _steepness(family, sine[row]))
+            boundary[row] *= _bounced(skylines, family, distance, steepness(family, sine[row]))
     return replace(legs, status=status, occluder=occluder, visibility=visibility, boundary=boundary)
 
 

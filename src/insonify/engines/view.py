@@ -78,7 +78,7 @@ class View:
         lattice = self.scene.seabed.lattice
         floor = float(amplitude_ratio(self.choice.beam_floor_db))
         tiles = tiles_in_view(
-            self.stance, lattice, depth, self.rays, kept, self.resolution, floor, rise=self._rise(boundary)
+            self.stance, lattice, depth, self.rays, kept, self.resolution, floor, rise=self.rise(boundary)
         )
         stream = streams.SEABED if boundary == "seabed" else streams.SURFACE
 
@@ -98,7 +98,7 @@ class View:
         heard = self._reach(boundary, depth, kept)
         if heard.farthest < 0:
             return []
-        rings = Rings(self.stance, depth, heard, self.resolution, rise=self._rise(boundary))
+        rings = Rings(self.stance, depth, heard, self.resolution, rise=self.rise(boundary))
         tiles = rings.in_view(self.rays, kept, float(amplitude_ratio(self.choice.beam_floor_db)))
 
         def laid(part: NDArray[np.int64]) -> Scatterers:
@@ -142,9 +142,9 @@ class View:
 
     def _reach(self, boundary: Boundary, depth: float, kept: tuple[str, ...]) -> Reach:
         """Distances of a boundary that are heard."""
-        return reach(self.stance, depth, self.rays, kept, rise=self._rise(boundary))
+        return reach(self.stance, depth, self.rays, kept, rise=self.rise(boundary))
 
-    def _rise(self, boundary: Boundary) -> float:
+    def rise(self, boundary: Boundary) -> float:
         """How far a boundary stands above its mean plane, or lies below it [m]."""
         if boundary != "seabed" or self.bed is None:
             return 0.0

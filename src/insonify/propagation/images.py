@@ -100,8 +100,14 @@ class StraightRays:
         """Distances heard, by Pythagoras from the nearest and the farthest image; see `Rays.reach`."""
         climbs = [abs(boundary_depth - image_depth(name, depths[0], self.scene.seabed.depth)) for name in families]
         shortest, longest = (self.scene.water.sound_speed * delay for delay in delays)
-        nearest = np.sqrt(max(0.0, max(0.0, shortest - apart) ** 2 - (max(climbs) + rise) ** 2))
-        beyond = (longest + apart) ** 2 - max(0.0, min(climbs) - rise) ** 2
+        # a bounce off ground that stands higher or lower moves the image by twice as much
+        moved = [rise * (1 + 2 * name.count("B")) for name in families]
+        least, most = (
+            choose(climb + side * move for climb, move in zip(climbs, moved, strict=True))
+            for side, choose in ((-1, min), (1, max))
+        )
+        nearest = np.sqrt(max(0.0, max(0.0, shortest - apart) ** 2 - most**2))
+        beyond = (longest + apart) ** 2 - max(0.0, least) ** 2
         return Reach(min(climbs), float(nearest), float(np.sqrt(beyond)) if beyond > 0 else -1.0)
 
     def launches(self, source_depth: float) -> StraightLaunches:

@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.ocean.kinks import Kink, kinks
+from insonify.scenario.edge_cautions import touches
 from insonify.scenario.ground_faults import unknown_ground
+from insonify.scenario.log_cautions import gaps, jumps
 from insonify.scenario.smooth_cautions import smooth_cautions
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
 from insonify.sonar.beam import grating_lobes
@@ -26,12 +28,14 @@ Transducers = LineArray | PlanarArray | PointTransducer
 
 ASKED = 9
 """Depths of the sonar, from its shallowest to its deepest, that corners of a profile are tried for."""
+THINNEST = 1e-3
+"""Distance between knots of a profile below which a step of it is more likely noise than water [m]."""
 MOST_LOST = 0.1
 """Share of the pulse's energy that a receiver may leave out without a word [1]."""
 
 
 def cautions(scenario: Scenario) -> None:
-    """Warn of laws outside their range, narrow receivers, grating lobes, sharp profiles, odd faces, unknown ground.
+    """Warn of what can be simulated but may not be meant: laws, receiver, lobes, profile, log, ground, nearness.
 
     Args:
         scenario: A scenario without faults.
@@ -44,8 +48,8 @@ def cautions(scenario: Scenario) -> None:
     said = [_narrow_receiver(scenario), _kinks(scenario, np.linspace(depths[0], depths[-1], ASKED))]
     for end, array in zip(("transmit", "receive"), sonar.arrays, strict=True):
         said.append(_grating_lobes(end, array, sonar.pulse.frequency, slowest))
-    said.append(unknown_ground(scenario, track.position))
-    said += smooth_cautions(scenario)
+    said += [unknown_ground(scenario, track.position), _thin_steps(scenario), jumps(scenario), gaps(scenario),
+             touches(scenario), *smooth_cautions(scenario)]  # fmt: skip
     for sentence in filter(None, said):
         warnings.warn(sentence, PhysicsWarning, stacklevel=2)
 
@@ -83,6 +87,25 @@ def _kinks(scenario: Scenario, sonar_depths: Floats) -> str:
         f"water.profile: the gradient jumps by {first.jump:.3g} 1/s at {depths}, which gathers rays to a caustic from "
         f"{first.reach:.0f} m on that smooth water would have elsewhere or not at all. "
         "Give water.smoothing, such as 1 m, to round the corners, or a finer profile."
+    )
+
+
+def _thin_steps(scenario: Scenario) -> str:
+    """A word on knots of the profile so near to each other that digits decide the gradient; empty where none are."""
+    written = scenario.water.profile
+    if written is None:
+        return ""
+    depth, speed = np.array(written.depth), np.array(written.speed)
+    thin = np.flatnonzero(np.diff(depth) < THINNEST * (1 - 1e-9))
+    if not thin.size:
+        return ""
+    row = int(thin[0])
+    others = "" if thin.size == 1 else f", the first of {thin.size} such steps"
+    return (
+        f"water.profile: {depth[row]:.9g} m and {depth[row + 1]:.9g} m are {np.diff(depth)[row]:.2g} m apart{others}; "
+        f"their speeds of {speed[row]:.7g} and {speed[row + 1]:.7g} m/s make a gradient of "
+        f"{np.diff(speed)[row] / np.diff(depth)[row]:.3g} 1/s. Give knots at least {THINNEST:g} m apart: leave one of "
+        "the two out."
     )
 
 

@@ -10,6 +10,7 @@ from insonify.propagation.choice import PathChoice
 from insonify.scenario.cautions import cautions
 from insonify.scenario.faults import scenario_faults
 from insonify.scene.scene import Scene
+from insonify.scene.scoured import scoured
 from insonify.scene.seabed import Seabed
 from insonify.scene.surface import Surface
 from insonify.scene.target import Target
@@ -49,8 +50,9 @@ class Scenario(Noun):
 
     @property
     def settled_seabed(self) -> Seabed:
-        """The seabed with the relief that this seed, sonar and water give it."""
-        return self.seabed.settled(self.seed, self.sonar.pulse.frequency, float(self.water.speed_at(self.seabed.depth)))
+        """The seabed with the relief that this seed, sonar, water and targets give it."""
+        whole = scoured(self.seabed, self.targets)
+        return whole.settled(self.seed, self.sonar.pulse.frequency, float(self.water.speed_at(self.seabed.depth)))
 
     @model_validator(mode="after")
     def _everything_fits(self) -> Self:

@@ -46,7 +46,7 @@ def out_of_the_water(scenario: Scenario, found: dict[str, Floats]) -> Iterator[P
     """
     depths = {name: place[:, 2] for name, place in found.items() if name != PLATFORM}
     for name, lies in depths.items():
-        floor = _floor(scenario, found[name])
+        floor = floor_under(scenario, found[name])
         wrong = np.flatnonzero((lies <= 0) | (lies >= floor))
         if wrong.size:
             depth, bed = float(lies[wrong[0]]), float(floor[wrong[0]])
@@ -58,8 +58,13 @@ def out_of_the_water(scenario: Scenario, found: dict[str, Floats]) -> Iterator[P
             return  # the other arrays hang on the same depth
 
 
-def _floor(scenario: Scenario, place: Floats) -> Floats:
-    """Depth of the seabed under some places [m], shape (n,)."""
+def floor_under(scenario: Scenario, place: Floats) -> Floats:
+    """Depth of the seabed under some places [m], shape (n,).
+
+    Args:
+        scenario: The scenario.
+        place: North, east, depth [m], shape (n, 3).
+    """
     bed = scenario.settled_seabed.bed
     if bed is None:
         return np.full(len(place), scenario.seabed.depth)

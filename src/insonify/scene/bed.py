@@ -32,7 +32,7 @@ class Bed:
     """The relief of one seabed under one seed."""
 
     depth: float
-    """Of the mean plane, which also mirrors sound [m]."""
+    """Of the mean plane, from which heights are counted [m]."""
     ground: Ground
     """Heights above that plane, and what they leave to the scattering law."""
     _points: Kept = field(default_factory=lambda: Kept(_MOST_KEPT), repr=False)
@@ -90,21 +90,28 @@ class Bed:
 
         return self._maps.get((along, across), drawn)
 
-    def smoothness(self, sine: Floats, wavelength: float, zone: Floats) -> Floats:
+    def smoothness(
+        self, sine: Floats, wavelength: float, zone: Floats, *, left: Floats | float | None = None
+    ) -> Floats:
         """What roughness leaves of the coherent sound of one bounce, exp(-2 k^2 h^2 sin^2) [1].
 
         Args:
             sine: Sine of the grazing angle at the mean plane [1], any shape.
             wavelength: Of the sound [m].
             zone: Length of the Fresnel zone on the bed [m], shape of `sine`.
+            left: Mean square of the resolved ground about the plane fitted to it in the zone [m^2], shape of `sine`.
 
         Returns:
             Pressure ratio [1]. h is the rms height of all waves of the relief, on either side of the split, between
-            the zone's length and the sound's: longer ones tilt the mirror, and are not followed; shorter ones do not
-            disturb it. A surveyed grid has no share in it.
+            the zone's length and the sound's: longer ones tilt the mirror; shorter ones do not disturb it. Of ground
+            that is no sum of waves, such as a surveyed grid, `left` takes the place of the resolved ones; without it
+            such ground has no share.
 
         Source: Rayleigh's roughness as in APL-UW TR 9407 (1994); the band so that no wave counts twice.
         """
         k = 2 * np.pi / wavelength
         low = np.minimum(2 * np.pi / zone, k)
+        if left is not None and not self.ground.is_waves:
+            below = self.ground.band_variance(np.clip(self.ground.split.wavenumber, low, k), k)
+            return np.asarray(np.exp(-2 * k**2 * (below + left) * sine**2))
         return np.asarray(np.exp(-2 * k**2 * self.ground.band_variance(low, k) * sine**2))

@@ -14,6 +14,7 @@ from insonify.ocean.water import Water
 from insonify.scattering.point import PointEcho
 from insonify.scene.box import box_body, inside_box
 from insonify.scene.scatterers import Scatterers, whole_target
+from insonify.scene.scoured import scoured
 from insonify.scene.seabed import Seabed
 from insonify.scene.solid import ground_depth, inside_solid, solid_faults, world_triangles
 from insonify.scene.surface import Surface
@@ -33,6 +34,7 @@ class Scene(Noun):
 
     @model_validator(mode="after")
     def _targets_fit(self) -> Self:
+        self.__dict__["seabed"] = scoured(self.seabed, self.targets)  # frozen from here on
         refuse(scene_faults(self.seabed, self.targets))
         return self
 

@@ -18,10 +18,11 @@ from insonify.scene.terrain.grid import Grid, warn_of_overlap
 from insonify.scene.terrain.ground import grow
 from insonify.scene.terrain.power_law import PowerLaw
 from insonify.scene.terrain.ripples import Ripples
+from insonify.scene.terrain.scour import Scour
 from insonify.scene.terrain.split import COARSEST, FINEST, Split
 
 Reflection = Annotated[float, Field(ge=-1, le=1)] | Annotated[str, AfterValidator(known_sediment)]
-ReliefKind = Annotated[PowerLaw | Ripples | Grid, Field(discriminator="kind")]
+ReliefKind = Annotated[PowerLaw | Ripples | Grid | Scour, Field(discriminator="kind")]
 
 
 def _one_or_many(value: object) -> object:

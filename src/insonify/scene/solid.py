@@ -98,6 +98,16 @@ def height(solid: Solid) -> float:
     return float(leaning.high[2] - leaning.low[2])
 
 
+def footprint(solid: Solid) -> tuple[float, float, tuple[float, float]]:
+    """Length along the heading of a solid as it leans, width across it [m], and north and east of their middle [m]."""
+    level = body_triangles(solid).moved(pose_rotation(0.0, solid.pitch, solid.roll), np.zeros(3))
+    length, width = (float(side) for side in (level.high - level.low)[:2])
+    ahead, aside = ((level.high + level.low) / 2)[:2]
+    c, s = np.cos(solid.heading), np.sin(solid.heading)
+    north, east = solid.position
+    return length, width, (float(north + c * ahead - s * aside), float(east + s * ahead + c * aside))
+
+
 def _leaning(solid: Solid) -> Triangles:
     """A solid turned into its attitude, its middle at the origin."""
     return body_triangles(solid).moved(pose_rotation(solid.heading, solid.pitch, solid.roll), np.zeros(3))

@@ -13,6 +13,7 @@ from insonify.noun import DataFile, Decibels, Metres, Noun, Radians, located
 from insonify.scattering.lambert import Lambert
 from insonify.scene.library import PRESETS
 from insonify.scene.mesh import MeshError, file_digest, mesh_caution, mesh_triangles
+from insonify.scene.terrain.scour import Moat
 
 Size = Annotated[Metres, Field(gt=0, le=1000)]
 Dimensions = tuple[Size, Size, Size]
@@ -37,6 +38,8 @@ class _Body(Noun):
     """Part of its height that has sunk into the seabed [1]."""
     burial_depth: Annotated[Metres, Field(ge=0, le=1000)] = 0.0
     """Or how far its lowest point has sunk into the seabed [m]."""
+    scour: Moat | None = None
+    """The moat that currents have dug around it, as `{depth: 0.2 m, width: 0.5 m}`; None for none."""
     scattering: Lambert = Lambert(strength_db=-10.0)
     """Law of its faces, where they are rough."""
     smooth: Annotated[float, Field(ge=-1, le=1)] | None = None
@@ -49,6 +52,9 @@ class _Body(Noun):
             word = "burial" if self.burial else "burial_depth"
             raise located(word, f"{getattr(self, word):g}", "is for a target on the seabed, but base_depth is given. "
                           "Leave one of the two out.")  # fmt: skip
+        if self.base_depth is not None and self.scour is not None:
+            raise located("scour", None, "is for a target on the seabed, but base_depth is given. Leave one of the two "
+                          "out.")  # fmt: skip
         if self.burial and self.burial_depth:
             raise located("burial_depth", f"{self.burial_depth:g} m", "says again what burial says. Leave one out.")
         return self

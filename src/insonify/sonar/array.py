@@ -25,6 +25,13 @@ def _as_tuple(value: object) -> object:
     return value if value is None or isinstance(value, list | tuple) else (value,)
 
 
+def _meant(angle: float) -> str:
+    """The way out for an angle [rad] beyond a right angle: degrees without their unit, or another mounting."""
+    if abs(angle) < 90 and round(angle, 1) == angle:
+        return f"A number without a unit is in radians: write {angle:g} deg."
+    return "Turn the array with mounting.bearing instead."
+
+
 def _in_front(angles: tuple[float, ...] | None) -> tuple[float, ...] | None:
     if angles is not None and not angles:
         raise ValueError("steer has no angle; give at least one, or leave it out")
@@ -32,7 +39,7 @@ def _in_front(angles: tuple[float, ...] | None) -> tuple[float, ...] | None:
         if abs(angle) >= RIGHT_ANGLE:
             raise ValueError(
                 f"steer is {angle * 90 / RIGHT_ANGLE:g} deg; beams are steered by less than 90 deg from boresight. "
-                "Turn the array with mounting.bearing instead."
+                + _meant(angle)
             )
     return angles
 

@@ -31,6 +31,8 @@ SECONDS_PER_LEG, SECONDS_PER_PAIR = 0.25e-6, 0.1e-6
 """One core's time for one leg, and for one pair in one channel [s]: a plain x86 core of the 2020s."""
 SECONDS_PER_GROUND = 0.5e-6
 """One core's time for the height and slope of one kind of relief at one place [s]."""
+SECONDS_PER_FIT = 3e-6
+"""One core's time for one leg off the planes of its own bounces, over relief [s]."""
 BYTES_PER_TILE = 1500
 """What a tile of the ground takes while the tiles of a ping are looked for, and as a block in waiting."""
 BYTES_OF_PROGRAM = 350e6
@@ -114,7 +116,7 @@ def _scatterers(listening: Listening, stance: Stance) -> tuple[float, float]:
     scenario = listening.scenario
     if scenario.paths.geometry == "slice":
         return 0.0, 0.0
-    resolution = view(scenario.scene, scenario.paths, scenario.seed, stance, listening.engine.rays).resolution
+    seen = view(scenario.scene, scenario.paths, scenario.seed, stance, listening.engine.rays)
     depth, beams, total, seconds = scenario.seabed.depth, scenario.sonar.beam_count, 0.0, 0.0
     laws = {"seabed": scenario.seabed.scattering, "surface": scenario.surface.scattering}
     found: list[tuple[Boundary, float]] = [("seabed", depth), ("surface", 0.0)]
@@ -122,19 +124,21 @@ def _scatterers(listening: Listening, stance: Stance) -> tuple[float, float]:
         kept = families_for(boundary, scenario.paths.followed)
         if boundary not in scenario.paths.causes or laws[boundary] is None or not kept:
             continue
-        count = _on_boundary(stance, level, listening.engine.rays, kept, resolution, scenario)
+        count = _on_boundary(stance, level, listening.engine.rays, kept, seen.resolution, scenario, seen.rise(boundary))
         total += count
         seconds += count * (2 * len(kept) * SECONDS_PER_LEG + len(kept) ** 2 * SECONDS_PER_PAIR * beams)
+        if boundary == "seabed" and scenario.seabed.relief:
+            seconds += count * SECONDS_PER_FIT * sum("B" in family for family in kept)
         seconds += count * SECONDS_PER_GROUND * (len(scenario.seabed.relief) if boundary == "seabed" else 0)
     return total, seconds
 
 
 def _on_boundary(
     stance: Stance, level: float, rays: Rays, families: tuple[str, ...], resolution: Resolution,
-    scenario: Scenario,
+    scenario: Scenario, rise: float,
 ) -> float:  # fmt: skip
-    """Scatterers of one boundary within reach of window and beams."""
-    heard = reach(stance, level, rays, families)
+    """Scatterers within reach of window and beams, of a boundary that stands so far [m] above or below its level."""
+    heard = reach(stance, level, rays, families, rise=rise)
     if heard.farthest <= heard.nearest:
         return 0.0
     far = np.array([heard.farthest])
@@ -147,8 +151,9 @@ def _on_boundary(
     place = np.stack(np.broadcast_arrays(middle[:, None] * np.cos(azimuth), middle[:, None] * np.sin(azimuth)), -1)
     half = np.hypot(np.diff(edges), middle * 2 * np.pi / SECTORS) / 2 + tile / 2
     bound = beam_bound(
-        place.reshape(-1, 2) + stance.transmit_place[:2], np.repeat(half, SECTORS), stance, level, rays, families
-    )
+        place.reshape(-1, 2) + stance.transmit_place[:2], np.repeat(half, SECTORS), stance, level, rays, families,
+        rise=rise,
+    )  # fmt: skip
     loud = (bound >= amplitude_ratio(scenario.paths.beam_floor_db)).reshape(RINGS, SECTORS).mean(axis=1)
     return float(np.sum(np.pi * np.diff(edges**2) * loud / (tile / TILE) ** 2))
 

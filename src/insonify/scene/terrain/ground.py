@@ -13,11 +13,12 @@ from insonify.scene.terrain.grid import Grid
 from insonify.scene.terrain.power_law import PowerLaw
 from insonify.scene.terrain.relief import Relief, Sum, Survey
 from insonify.scene.terrain.ripples import Ripples
+from insonify.scene.terrain.scour import Scour
 from insonify.scene.terrain.split import Split
 from insonify.validity import numbers
 
 Floats = NDArray[np.float64]
-Kind = PowerLaw | Ripples | Grid
+Kind = PowerLaw | Ripples | Grid | Scour
 _LAYERS = 4  # streams a relief may use
 
 
@@ -51,11 +52,17 @@ class Ground(Relief):
         waves = [
             self.split.wavelength if isinstance(kind, PowerLaw)
             else max(2 * kind.cell, self.split.wavelength) if isinstance(kind, Grid)
+            else 2 * kind.width if isinstance(kind, Scour)
             else kind.wavelength / 2
             for kind in self.kinds
             if not isinstance(kind, Ripples) or kind.wavenumber < self.split.wavenumber
         ]  # fmt: skip
         return min(waves, default=self.split.wavelength)
+
+    @property
+    def is_waves(self) -> bool:
+        """Whether all that was asked is known as waves, whose heights have a spectrum: no survey, no scour."""
+        return all(isinstance(kind, PowerLaw | Ripples) for kind in self.kinds)
 
     def residual_spectrum(self, wavenumber: ArrayLike) -> Floats:
         """Spectrum of the fractal roughness that the terrain leaves to the scattering law [m^4].
@@ -145,6 +152,8 @@ def grow(
             parts.append(kind.grow(seed=seed, layer=layer, split=split))
         elif isinstance(kind, Grid):
             parts.append(kind.grow(split=split, mean_depth=mean_depth))
+        elif isinstance(kind, Scour):
+            parts.append(kind.grow(lattice))
         elif not isinstance(kind, Ripples):
             raise ValueError(f"kinds has {kind!r}; give reliefs, such as [PowerLaw(hurst=0.6, rms=0.05), Ripples()]")
         else:

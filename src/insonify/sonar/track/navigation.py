@@ -41,7 +41,7 @@ class NavigationTrack(Pinging):
 
     @model_validator(mode="after")
     def _can_be_run(self) -> Self:
-        log = self._log()
+        log = self.log()
         self.__dict__["sha256"] = file_digest(self.file)  # frozen from here on
         end = float(log.time[-1])
         if self.start > end:
@@ -51,7 +51,12 @@ class NavigationTrack(Pinging):
         self._insist_on_rows(log)
         return self
 
-    def _log(self) -> NavigationLog:
+    def log(self) -> NavigationLog:
+        """The rows of the log, as its file has them now.
+
+        Raises:
+            PydanticCustomError: The file cannot be read, or has changed.
+        """
         try:
             digest = file_digest(self.file)
             if self.sha256 and digest != self.sha256:
@@ -67,13 +72,17 @@ class NavigationTrack(Pinging):
             raise located("file", None, str(fault)) from None
         return log
 
+    def usual_gap(self) -> float:
+        """Longest pause that is no gap of this log [s]: ten of its usual steps, at least 1 s."""
+        return max(SHORTEST_GAP, STEPS_OF_A_GAP * float(np.median(np.diff(self.log().time))))
+
     def _fit(self, log: NavigationLog) -> int:
         return most_pings(float(log.time[-1]) - self.start, self.interval)
 
     def _insist_on_rows(self, log: NavigationLog) -> None:
         """Refuse pings in a gap of the log."""
         step = np.diff(log.time)
-        longest = self.longest_gap or max(SHORTEST_GAP, STEPS_OF_A_GAP * float(np.median(step)))
+        longest = self.longest_gap or self.usual_gap()
         time = self.start + ping_times(self.ping_count, self.interval)
         row = np.clip(np.searchsorted(log.time, time, side="right") - 1, 0, len(step) - 1)
         lost = np.flatnonzero((step[row] > longest) & (time > log.time[row]) & (time < log.time[row + 1]))
@@ -89,11 +98,11 @@ class NavigationTrack(Pinging):
     @property
     def ping_count(self) -> int:
         """Number of pings."""
-        return self._fit(self._log()) if self.pings is None else self.pings
+        return self._fit(self.log()) if self.pings is None else self.pings
 
     def planned(self) -> Poses:
         """Every pose, but for motion that is added to the log."""
-        log = self._log()
+        log = self.log()
         time = ping_times(self.ping_count, self.interval)
         when = np.minimum(self.start + time, log.time[-1])  # a rounding beyond the last row is on it
         columns = [np.interp(when, log.time, column) for column in (*log.position.T, *log.attitude.T)]

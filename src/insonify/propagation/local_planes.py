@@ -1,0 +1,145 @@
+"""Legs off planes of their own: where the bed is uneven, each bounce has the plane fitted to its Fresnel zone.
+
+An image of the sonar in one plane after the other gives the leg to a point exactly, as between level boundaries: only
+that each leg has its own planes. The bounce lies where the line from the image pierces the plane; the zone about it
+tells the plane. So planes are found twice: roughly about the bounce on the mean plane, and well about the bounce that
+they lead to. On an even slope once would be enough.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.propagation._course_kernel import ways
+from insonify.propagation.families import bounces
+from insonify.scene.bed import Bed
+from insonify.scene.bed_plane import fitted_planes
+
+Floats = NDArray[np.float64]
+
+_DOWN = np.array([0.0, 0.0, 1.0])
+_TINY = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Course:
+    """Ways of one family from one place to n points, off m mirrors each."""
+
+    length: Floats
+    """Length of the whole way [m], shape (n,)."""
+    departure: Floats
+    """Unit vector of travel at the sonar, shape (n, 3)."""
+    arrival: Floats
+    """Unit vector of travel at the point, shape (n, 3)."""
+    bounce: Floats
+    """North, east, depth of each bounce [m], shape (m, n, 3)."""
+    part: Floats
+    """Part of the way that lies before each bounce [1], shape (m, n)."""
+    sine: Floats
+    """Sine of the grazing angle at each mirror [1], shape (m, n)."""
+    left: Floats
+    """Mean square of the resolved ground about each mirror [m^2], shape (m, n)."""
+    there: NDArray[np.bool_]
+    """False where a mirror lies on the wrong side: the point, or the sonar, is below it, shape (n,)."""
+
+
+def course(place: Floats, points: Floats, anchor: Floats, facing: Floats) -> Course:
+    """Images in planes, one after the other, and the way that they unfold.
+
+    Args:
+        place: North, east, depth of the sonar [m], shape (3,).
+        points: The same of the points [m], shape (n, 3).
+        anchor: A point of each mirror [m], shape (m, n, 3).
+        facing: Unit normal of each mirror, into the water, shape (m, n, 3).
+
+    Source: images as in Allen & Berkley (1979), J. Acoust. Soc. Am. 65, 943 (for the idea); exact for planes of any
+    tilt.
+    """
+    m, n = anchor.shape[:2]
+    made = Course(
+        np.empty(n), np.empty((n, 3)), np.empty((n, 3)), np.empty((m, n, 3)), np.empty((m, n)), np.empty((m, n)),
+        np.zeros((m, n)), np.empty(n, bool),
+    )  # fmt: skip
+    ways(
+        np.asarray(place, float), points, anchor, facing, made.length, made.departure, made.arrival, made.bounce,
+        made.part, made.sine, made.there,
+    )  # fmt: skip
+    return made
+
+
+def level_course(family: str, place: Floats, points: Floats, bed_depth: float) -> Course:
+    """The ways of a family between the level surface and a level bed.
+
+    Args:
+        family: Name of a family with bounces.
+        place: North, east, depth of the sonar [m], shape (3,).
+        points: The same of the points [m], shape (n, 3).
+        bed_depth: Depth of the bed [m].
+    """
+    return course(place, points, *_level(family, len(points), bed_depth))
+
+
+def local_course(
+    family: str, place: Floats, points: Floats, bed: Bed, wavelength: float, *, met: Floats | None = None
+) -> Course:
+    """The ways of a family off the planes fitted to the bed over the first Fresnel zone of each bounce.
+
+    Args:
+        family: Name of a family with bounces.
+        place: North, east, depth of the sonar [m], shape (3,).
+        points: The same of the points [m], shape (n, 3).
+        bed: The ground.
+        wavelength: Of the sound [m].
+        met: Horizontal distance at which the rays really bounce, where refraction bends them [m], shape (m, n): the
+            planes are those of the ground there, moved under the bounces of straight rays.
+
+    Returns:
+        Ways in water of one sound speed; the sonar's images, the bounces and the grazing angles are exact for the
+        planes fitted.
+    """
+    anchor, facing = _level(family, len(points), bed.depth)
+    way = course(place, points, anchor, facing)
+    across = points[:, :2] - place[:2]
+    bearing = np.arctan2(across[:, 1], across[:, 0])
+    ahead = np.stack([np.cos(bearing), np.sin(bearing)], axis=-1)
+    left = np.zeros(way.left.shape)
+    for rough in (True, False) if met is None else (False,):
+        for k, letter in enumerate(bounces(family)):
+            if letter == "S":
+                continue
+            half_length, half_width = zone(way, k, wavelength)
+            here = way.bounce[k, :, :2]
+            asked = here if met is None else place[:2] + met[k][:, None] * ahead
+            planes = fitted_planes(bed, asked, bearing, half_length, half_width, rough=rough)
+            anchor[k, :, :2], anchor[k, :, 2], facing[k] = here, bed.depth - planes.height, planes.normal
+            left[k] = planes.left
+        way = replace(course(place, points, anchor, facing), left=left)
+    return way
+
+
+def zone(way: Course, mirror: int, wavelength: float) -> tuple[Floats, Floats]:
+    """Half the length and half the width of the first Fresnel zone of a bounce [m], each of shape (n,).
+
+    Args:
+        way: The ways.
+        mirror: Number of the bounce.
+        wavelength: Of the sound [m].
+
+    Source: sqrt(wavelength r1 r2 / (r1 + r2)), along the ray over the sine of the grazing angle, r1 and r2 the ways
+    before and after the bounce; no longer than the shorter one of them.
+    """
+    part = way.part[mirror]
+    width = np.sqrt(wavelength * way.length * part * (1 - part))
+    longest = way.length * np.minimum(part, 1 - part)
+    return np.asarray(np.maximum(np.minimum(width / np.maximum(way.sine[mirror], _TINY), longest), width)), width
+
+
+def _level(family: str, count: int, bed_depth: float) -> tuple[Floats, Floats]:
+    """A point and the normal of every mirror of a family, all level, each of shape (m, count, 3)."""
+    string = bounces(family)
+    anchor, facing = np.zeros((len(string), count, 3)), np.zeros((len(string), count, 3))
+    for k, letter in enumerate(string):
+        anchor[k, :, 2] = bed_depth if letter == "B" else 0.0
+        facing[k] = -_DOWN if letter == "B" else _DOWN
+    return anchor, facing

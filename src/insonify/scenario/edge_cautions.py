@@ -1,0 +1,38 @@
+"""A sonar that all but touches the surface or the bed: what it is taken for there, and what that takes to run."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from insonify.scenario.track_faults import PLATFORM, floor_under, places
+
+if TYPE_CHECKING:
+    from insonify.scenario.scenario import Scenario
+
+SLOW = 0.1
+"""Distance from a boundary below which cells of the ground get no smaller, though they should [m]."""
+
+
+def touches(scenario: Scenario) -> str:
+    """A word on arrays that come within a wavelength of a boundary; empty where none does.
+
+    Args:
+        scenario: The scenario.
+    """
+    wavelength = scenario.water.slowest / scenario.sonar.pulse.frequency
+    near = min(wavelength, SLOW)
+    for name, place in places(scenario).items():
+        if name == PLATFORM:
+            continue
+        above = floor_under(scenario, place) - place[:, 2]
+        for what, gap in (("the sea surface", place[:, 2]), ("the seabed", above)):
+            if np.any(gap < near):
+                ping = int(np.nanargmin(gap))
+                return (
+                    f"track: {name} comes within {1e3 * float(gap[ping]):.2g} mm of {what} at ping {ping}, less than a "
+                    f"wavelength ({1e3 * wavelength:.2g} mm): its near field is not followed, and cells of 5 mm "
+                    f"make the run some ten times as long as from 1 m. Keep it {SLOW:g} m away or more."
+                )
+    return ""

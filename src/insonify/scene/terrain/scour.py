@@ -1,0 +1,103 @@
+"""Scour: the moat that currents dig around what lies in a sandy bed.
+
+A ring about a footprint, a rectangle with round corners: deepest along its edge, back to the old bed a width away on
+both sides. The middle of the footprint stays where it was, and what rests there with it.
+"""
+
+from dataclasses import dataclass
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import Field, model_validator
+
+from insonify.noun import Metres, Noun, Radians
+from insonify.scene.lattice import Lattice
+from insonify.scene.terrain.relief import Relief, Survey, places
+from insonify.validity import warn_outside
+
+Floats = NDArray[np.float64]
+ScourDepth = Annotated[Metres, Field(gt=0, le=20)]
+ScourWidth = Annotated[Metres, Field(ge=0.05, le=100)]
+_Side = Annotated[Metres, Field(gt=0, le=1000)]
+
+STEEPEST = 0.7
+"""Slope at which sand slides, tan(35 deg) [1]."""
+
+
+class Moat(Noun):
+    """A scour as a target asks for it, around its own footprint."""
+
+    depth: ScourDepth = 0.2
+    """Below the bed, along the edge of the footprint [m]."""
+    width: ScourWidth = 0.5
+    """From that edge to where the bed is as it was [m]."""
+
+    @model_validator(mode="after")
+    def _stands(self) -> Self:
+        slope = np.pi / 2 * self.depth / self.width
+        warn_outside("A scour in sand", "steepest slope", float(slope), 0.0, STEEPEST, "")
+        return self
+
+
+class Scour(Moat):
+    """A scour as part of the relief."""
+
+    kind: Literal["scour"] = "scour"
+    position: tuple[Metres, Metres]
+    """North and east of the footprint's middle [m]."""
+    size: tuple[_Side, _Side]
+    """Length of the footprint along its heading, and width across it [m]."""
+    corner: Annotated[Metres, Field(ge=0, le=500)] = 0.0
+    """Radius of its corners [m]: half of a side for a round one."""
+    heading: Radians = 0.0
+    """Compass heading of its length [rad]."""
+
+    def grow(self, lattice: Lattice) -> "ScourGround":
+        """The scour as ground.
+
+        Args:
+            lattice: Frame in which it will be asked.
+        """
+        along, across = lattice.from_world(np.array(self.position))
+        return ScourGround(self, (float(along), float(across)), self.heading - lattice.heading)
+
+
+@dataclass(frozen=True, slots=True)
+class ScourGround(Relief):
+    """One scour that can be walked through."""
+
+    scour: Scour
+    middle: tuple[float, float]
+    """In the frame in which it is asked [m]."""
+    heading: float
+    """Likewise [rad]."""
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Its bottom, and the old bed, see `Relief.span`."""
+        return -self.scour.depth, 0.0
+
+    def survey(self, north: ArrayLike, east: ArrayLike) -> Survey:
+        """Height and gradient, see `Relief.survey`."""
+        n, e = places(north, east)
+        c, s = np.cos(self.heading), np.sin(self.heading)
+        x, y = c * (n - self.middle[0]) + s * (e - self.middle[1]), c * (e - self.middle[1]) - s * (n - self.middle[0])
+        away, ahead, aside = self._from_edge(x, y)
+        half = min(self.scour.size) / 2
+        reach = np.where(away < 0, min(self.scour.width, half), self.scour.width)
+        turn = np.pi * np.clip(away / reach, -1, 1)
+        height = -self.scour.depth / 2 * (1 + np.cos(turn))
+        rate = self.scour.depth / 2 * np.pi / reach * np.sin(turn)
+        return Survey(height, np.stack([rate * (c * ahead - s * aside), rate * (s * ahead + c * aside)], axis=-1))
+
+    def _from_edge(self, x: Floats, y: Floats) -> tuple[Floats, Floats, Floats]:
+        """Distance from the footprint's edge, negative inside [m], and its gradient along and across."""
+        length, width = self.scour.size
+        corner = min(self.scour.corner, length / 2, width / 2)
+        p, q = np.abs(x) - length / 2 + corner, np.abs(y) - width / 2 + corner
+        out = np.hypot(np.maximum(p, 0), np.maximum(q, 0))
+        inside, along = out == 0, p >= q
+        ahead = np.where(inside, along, np.maximum(p, 0) / np.where(inside, 1, out)) * np.sign(x)
+        aside = np.where(inside, ~along, np.maximum(q, 0) / np.where(inside, 1, out)) * np.sign(y)
+        return out + np.minimum(np.maximum(p, q), 0) - corner, ahead, aside
