@@ -105,10 +105,14 @@ def test_a_swell_that_focuses_is_refused():
         ({"bounce": "tilted"}, "Write swell: "),
         ({"wind_speed": 5.0}, "moves a statistical surface only"),
         ({"bounce": "statistical", "wind_speed": 5.0, "swell": SWELL}, "moves a tilted surface only"),
-        ({"bounce": "waves"}, "mirror"),
+        ({"bounce": "waves"}, "there are no waves"),
+        ({"split": 5.0}, "divides the waves of a wind"),
+        ({"bounce": "waves", "swell": SWELL, "split": 5.0}, "divides the waves of a wind"),
+        ({"bounce": "waves", "wind_speed": 5.0, "split": 30.0}, "longer than the dominant waves of this wind"),
+        ({"bounce": "puddle"}, "mirror"),
     ],
 )
 def test_a_surface_says_what_it_lacks(given, said):
-    """What moves a surface belongs to its bounce; what is not there yet is not offered."""
+    """What moves a surface belongs to its bounce; what no model takes is not offered."""
     with pytest.raises(ValueError, match=said):
         Surface(**given)

@@ -58,6 +58,16 @@ def fold_factor(fold: ArrayLike, bend: ArrayLike, share: ArrayLike, frequency: f
     fold, bend, share = np.broadcast_arrays(*(np.asarray(values, float) for values in (fold, bend, share)))
     has = share != 0
     distance = fold_distance(np.where(has, np.abs(fold), np.inf), np.where(has, bend, 1.0), frequency)
+    return merging_factor(distance, share)
+
+
+def merging_factor(distance: Floats, share: Floats) -> NDArray[np.complex128]:
+    """The factor of `fold_factor`, from the distance to the fold in the scale of Airy's function.
+
+    Args:
+        distance: zeta of `fold_distance` [1], any shape.
+        share: +1 for a ray that has touched the caustic, -1 for its partner, 0 for none; of the same shape.
+    """
     factor = np.ones(distance.shape, complex)
     near = distance < _RAYS_ALONE
     if near.any():

@@ -78,6 +78,8 @@ class Sea:
     wind_speed: float
     """Wind 10 m above [m/s]."""
     waves: Waves
+    sines: Floats | None = None
+    """Sine of the grazing angle at the surface of every leg [1], (f, n); None: as of a level one, by how it departs."""
 
     @property
     def axes(self) -> Floats:
@@ -129,8 +131,11 @@ class Sea:
             end: The end of the sonar that they begin at.
         """
         at_sonar, at_surface = self.scene.water.speed_at(np.array([end.place[2], 0.0]))
-        level = np.hypot(legs.departure[row, :, 0], legs.departure[row, :, 1])
-        sine = np.sqrt(np.maximum(1 - np.minimum(level * at_surface / at_sonar, 1.0) ** 2, 1e-12))
+        if self.sines is None:
+            level = np.hypot(legs.departure[row, :, 0], legs.departure[row, :, 1])
+            sine = np.sqrt(np.maximum(1 - np.minimum(level * at_surface / at_sonar, 1.0) ** 2, 1e-12))
+        else:
+            sine = self.sines[row]
         count = bounces(legs.families[row]).count("S")
         phase = 4 * math.pi * self.frequency / at_surface * sine
         loss = bubble_loss_db(self.wind_speed, self.frequency, np.arcsin(np.minimum(sine, 1.0)))

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.propagation.glints import GLINT_BITS, End, sea_of
+from insonify.propagation.long_waves import wavy_legs
 from insonify.propagation.tilted import tilted_legs
 from insonify.records.legs import Legs
 from insonify.scene.scatterers import Scatterers
@@ -31,6 +32,8 @@ def moving_legs(
     """
     if scene.surface.bounce == "tilted":
         return tilted_legs(legs, scene, scatterers, end)
+    if scene.surface.bounce == "waves":
+        return wavy_legs(legs, scene, seed, scatterers, frequency, end)
     return sea_of(scene, seed, frequency).legs(legs, scatterers, end)
 
 

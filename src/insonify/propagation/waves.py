@@ -44,18 +44,20 @@ class Waves(NamedTuple):
 
 
 @lru_cache(maxsize=8)
-def waves_under(wind_speed: float, shortest: float) -> Waves:
+def waves_under(wind_speed: float, shortest: float, longest: float = 0.0) -> Waves:
     """The waves that a wind has raised on an open sea.
 
     Args:
         wind_speed: Wind 10 m above the sea [m/s].
         shortest: Wavenumber of the shortest waves that count [rad/m].
+        longest: Wavenumber of the longest ones [rad/m].
 
     Source: spectrum and directions of Elfouhaily et al. (1997), see `insonify.ocean`.
     """
     sea = Elfouhaily(wind_speed)
     spreading = ElfouhailySpreading(sea)
-    k = np.geomspace(sea.peak / 8, max(shortest, 2 * sea.peak), LENGTHS)
+    low = max(sea.peak / 8, longest)
+    k = np.geomspace(low, max(shortest, 2 * sea.peak, 1.01 * low), LENGTHS)
     some = np.geomspace(k[0], k[-1], DIRECTIONS)
     chance = np.linspace(0, 1, TURNS)
     turn = np.stack([spreading.quantile(chance, np.full(TURNS, one)) for one in some])

@@ -13,6 +13,7 @@ from insonify.scenario.edge_cautions import touches
 from insonify.scenario.ground_faults import unknown_ground
 from insonify.scenario.log_cautions import gaps, jumps
 from insonify.scenario.smooth_cautions import smooth_cautions
+from insonify.scenario.wave_cautions import wave_cautions
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
 from insonify.sonar.beam import grating_lobes
 from insonify.sonar.heard import heard_pulse
@@ -50,6 +51,8 @@ def cautions(scenario: Scenario) -> None:
         said.append(_grating_lobes(end, array, sonar.pulse.frequency, slowest))
     said += [unknown_ground(scenario, track.position), _thin_steps(scenario), jumps(scenario), gaps(scenario),
              touches(scenario), *smooth_cautions(scenario)]  # fmt: skip
+    if scenario.surface.bounce == "waves":
+        said += wave_cautions(scenario, float(depths[0]))
     for sentence in filter(None, said):
         warnings.warn(sentence, PhysicsWarning, stacklevel=2)
 

@@ -15,6 +15,7 @@ LAMBERT = "Mackenzie (1961), J. Acoust. Soc. Am. 33, 1498: Lambert's law for the
 JACKSON = "Williams & Jackson (1998), J. Acoust. Soc. Am. 103, 169: scattering by a sediment's surface and inside"
 SEA = "Elfouhaily, Chapron, Katsaros & Vandemark (1997), J. Geophys. Res. 102, 15781: waves of a wind sea"
 ROUGH = "Eckart (1953), J. Acoust. Soc. Am. 25, 566: coherent reflection from a rough sea"
+FOLDS = "Chester, Friedman & Ursell (1957), Proc. Camb. Phil. Soc. 53, 599: paths that merge on a curved surface"
 WINDY = "APL-UW TR 9407 (1994), section II: backscatter of a windy sea surface"
 FRACTAL = "APL-UW TR 9407 (1994), section IV: power-law relief of the seabed"
 FACETS = "Gordon (1975), IEEE Trans. Antennas Propag. 23, 590: Kirchhoff's integral over flat facets, in closed form"
@@ -37,8 +38,10 @@ def citations(scenario: Scenario) -> list[str]:
         found.append(JACKSON)
     if isinstance(scenario.surface.scattering, WindLaw):
         found.append(WINDY)
-    if scenario.surface.bounce == "statistical":
+    if scenario.surface.wind_speed is not None:
         found += [ROUGH, SEA]
+    if scenario.surface.bounce == "waves":
+        found.append(FOLDS)
     if not isinstance(scenario.seabed.reflection, float):
         found.append(SEDIMENT)
     found += [

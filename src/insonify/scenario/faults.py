@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pydantic_core import PydanticCustomError
 
 from insonify.noun import located
+from insonify.propagation.families import bounces
 from insonify.scenario.ground_faults import ground_faults
 from insonify.scenario.track_faults import ENDS, out_of_the_water, places
 from insonify.scene.scene import inside_body, scene_faults
@@ -48,6 +49,22 @@ def scenario_faults(scenario: Scenario) -> Iterator[PydanticCustomError]:
         yield from _out_of_the_slice(scenario)
     if scenario.paths.engine == "tracer":
         yield from _beyond_the_tracer(scenario)
+    if scenario.surface.bounce == "waves":
+        yield from _beyond_the_waves(scenario)
+
+
+def _beyond_the_waves(scenario: Scenario) -> Iterator[PydanticCustomError]:
+    """What bounce points on drawn waves are not looked for in."""
+    if scenario.water.layered:
+        yield located("surface.bounce", "waves", "needs straight rays, and water.profile bends them. Give the water "
+                      "one sound_speed, or write bounce: statistical.")  # fmt: skip
+    twice = [name for name in scenario.paths.followed if bounces(name).count("S") > 1]
+    if twice:
+        once = [name for name in scenario.paths.followed if name not in twice]
+        yield located(
+            "surface.bounce", "waves", f"follows one surface bounce of a leg, and {twice[0]} has more. Write "
+            f"reflections: 2 under paths, or families: [{', '.join(once)}], or bounce: statistical.",
+        )  # fmt: skip
 
 
 def _beyond_the_tracer(scenario: Scenario) -> Iterator[PydanticCustomError]:

@@ -1,0 +1,131 @@
+"""A path by one point of an uneven surface: how long it is, and how that changes as the point moves. Arithmetic only.
+
+The surface is a sum of waves. North and east are counted from the sea's own origin, heights upwards; both ends of the
+path lie below the mean surface, by a height each.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from insonify.ocean._wave_kernels import cosine_of_cycles
+
+Floats = NDArray[np.float64]
+Sums = tuple[float, float, float, float, float, float]
+Way = tuple[float, float, float, float, float, float, float, float, float]
+
+_FAST = {"contract", "reassoc", "nsz", "arcp"}  # sums over waves may be taken several at a time
+TURN = 2 * math.pi
+LEAST_HEIGHT = 1e-3
+"""Least height of the surface above an end of a path [m]."""
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def sea_at(north: float, east: float, time: float, later_n: float, later_e: float, waves: Floats) -> Sums:
+    """The surface, and its slopes and curvatures as sound meets them that gets everywhere at another time.
+
+    Args:
+        north: [m].
+        east: [m].
+        time: [s].
+        later_n: How much later sound gets to what lies further north [s/m].
+        later_e: The same of east.
+        waves: Cycles per metre north and east, per second (negative), at the origin, and amplitude [m], shape (5, m).
+
+    Returns:
+        Height [m]; its derivatives by north, by east [1]; second ones by north twice, both, and east twice [1/m].
+    """
+    height = north1 = east1 = north2 = both = east2 = 0.0
+    for m in range(waves.shape[1]):
+        f, a = waves[2, m], waves[4, m]
+        cycles = waves[0, m] * north + waves[1, m] * east + f * time + waves[3, m]
+        p, q = waves[0, m] + f * later_n, waves[1, m] + f * later_e
+        c, s = a * cosine_of_cycles(cycles), a * cosine_of_cycles(cycles - 0.25)
+        height += c
+        north1 -= p * s
+        east1 -= q * s
+        north2 -= p * p * c
+        both -= p * q * c
+        east2 -= q * q * c
+    square = TURN * TURN
+    return height, TURN * north1, TURN * east1, square * north2, square * both, square * east2
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def sea_along(
+    north: float, east: float, time: float, un: float, ue: float, waves: Floats
+) -> tuple[float, float, float]:
+    """How curvature changes at one place of the surface.
+
+    Args:
+        north: [m].
+        east: [m].
+        time: [s].
+        un: North of a unit vector.
+        ue: East of it.
+        waves: As of `sea_at`.
+
+    Returns:
+        Third derivative of the height along the vector [1/m^2]; fourth ones along it, and to the right of it [1/m^3].
+    """
+    third = fourth = aside = 0.0
+    for m in range(waves.shape[1]):
+        p, q, a = waves[0, m], waves[1, m], waves[4, m]
+        cycles = p * north + q * east + waves[2, m] * time + waves[3, m]
+        c, s = a * cosine_of_cycles(cycles), a * cosine_of_cycles(cycles - 0.25)
+        u, v = p * un + q * ue, q * un - p * ue
+        third += u * u * u * s
+        fourth += u * u * u * u * c
+        aside += v * v * v * v * c
+    cube = TURN * TURN * TURN
+    return cube * third, cube * TURN * fourth, cube * TURN * aside
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def half_way(dn: float, de: float, below: float, sea: Sums) -> Way:
+    """The way between one end and a point of the surface, as the point moves.
+
+    Args:
+        dn: Point less end, north [m].
+        de: The same, east [m].
+        below: Depth of the end below the mean surface [m].
+        sea: The surface at the point, of `sea_at`.
+
+    Returns:
+        Length [m]; its derivatives by north and east; second ones by north twice, both, and east twice; height over
+        length; cosine between the way and the surface's normal, times the length of the normal that has 1 upwards; and
+        height [m].
+    """
+    height, north1, east1, north2, both, east2 = sea
+    up = max(below + height, LEAST_HEIGHT)
+    r = math.sqrt(dn * dn + de * de + up * up)
+    gn, ge = (dn + up * north1) / r, (de + up * east1) / r
+    hnn = (1 + north1 * north1 + up * north2 - gn * gn) / r
+    hne = (north1 * east1 + up * both - gn * ge) / r
+    hee = (1 + east1 * east1 + up * east2 - ge * ge) / r
+    return r, gn, ge, hnn, hne, hee, up / r, (up - dn * north1 - de * east1) / r, up
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def third_along(un: float, ue: float, one: Way, sea: Sums, third: float) -> float:
+    """Third derivative of a `half_way` as its point moves along a unit vector, by that of the sea [1/m^2]."""
+    first = un * sea[1] + ue * sea[2]
+    second = un * un * sea[3] + 2 * un * ue * sea[4] + ue * ue * sea[5]
+    r, up = one[0], one[8]
+    r1 = un * one[1] + ue * one[2]
+    r2 = un * un * one[3] + 2 * un * ue * one[4] + ue * ue * one[5]
+    return (3 * first * second + up * third - 3 * r1 * r2) / r  # from r^2, derived three times
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def main_axes(hnn: float, hne: float, hee: float) -> tuple[float, float, float, float]:
+    """Principal curvatures of a symmetric form, and the unit vector of the first, the smaller in magnitude."""
+    mean, half = (hnn + hee) / 2, (hnn - hee) / 2
+    root = math.hypot(half, hne)
+    angle = math.atan2(hne, half) / 2  # of the greater one
+    greater, smaller = mean + root, mean - root
+    if abs(greater) <= abs(smaller):
+        return greater, smaller, math.cos(angle), math.sin(angle)
+    return smaller, greater, -math.sin(angle), math.cos(angle)

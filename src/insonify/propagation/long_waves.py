@@ -1,0 +1,360 @@
+"""Legs off waves that are drawn: one for every point of the surface that reflects a path, each at its own time.
+
+A path bounces where its length is stationary: once on a calm sea, at one point for every facet of the right slope on a
+rough one. Each such point is a leg of its own, whose spreading follows from the curvature of the path's length there
+(Kirchhoff's integral by stationary phase): crests and troughs focus or spread. Where two legs merge at a fold, Airy's
+function limits both. What is too short to be drawn takes from each leg its coherent part and gives it glints, see
+`glints`.
+
+Waves that run fast are still slow beside sound: each bounce sees them frozen, at the time when sound gets there.
+"""
+
+import math
+from dataclasses import replace
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import airy, gamma, hankel2e
+
+from insonify.ocean.elfouhaily import Elfouhaily
+from insonify.ocean.sea_surface import SeaSurface
+from insonify.ocean.spreading import ElfouhailySpreading
+from insonify.ocean.wave_spectrum import angular_frequency
+from insonify.propagation._stationary_kernel import COLUMNS, bounce_points
+from insonify.propagation.caustic import merging_factor
+from insonify.propagation.families import bounces
+from insonify.propagation.glints import End, Sea, face, rows_of
+from insonify.propagation.waves import shortest_wave, waves_under
+from insonify.records.legs import Legs, Status
+from insonify.scene.lattice import Lattice
+from insonify.scene.scatterers import Scatterers
+from insonify.scene.scene import Scene
+from insonify.scene.surface import Surface
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+MOST = 16
+"""Bounce points of one leg: of more the faintest are left out [1]."""
+BANDS, SECTORS = 24, 8
+"""Lengths and directions of the waves that a wind raises."""
+STEEPEST = 4.5
+"""Slope beyond which no bounce point is looked for, over the rms slope [1]."""
+NODES = 8.0
+"""Points of a search per shortest wave."""
+SHARED = 12.0
+"""Shortest wave over the size of the cell whose points share a search [1]."""
+_NORTH, _EAST, _HEIGHT, _BEFORE, _AFTER, _COSINE, _SINE, _WEAK, _STRONG, _FOURTH, _ASIDE, _GRADIENT = range(12)
+
+
+class LongWaves(NamedTuple):
+    """The waves that are drawn."""
+
+    waves: Floats
+    """Cycles per metre north and east, per second (negative), at the origin, and amplitude [m], shape (5, m)."""
+    slope: float
+    """Slope that the surface hardly ever has [1]."""
+    shortest: float
+    """Length of the shortest of them [m]."""
+
+
+@lru_cache(maxsize=8)
+def long_waves(surface: Surface, seed: int, water_depth: float) -> LongWaves:
+    """The waves of a surface: a swell, and what a wind raises.
+
+    Args:
+        surface: A surface of waves.
+        seed: Of the scenario: another seed is another sea.
+        water_depth: Mean depth of the water [m].
+
+    Source: spectrum and directions of Elfouhaily et al. (1997), linear waves, see `insonify.ocean`.
+    """
+    columns, lengths = [], []
+    if surface.swell is not None:
+        k = 2 * math.pi / surface.swell.length
+        turning = float(angular_frequency(k, water_depth=water_depth)) / (2 * math.pi)
+        north, east = math.cos(surface.waves_to), math.sin(surface.waves_to)
+        one = [north / surface.swell.length, east / surface.swell.length, -turning, 0.0, surface.swell.height / 2]
+        columns.append(np.array(one)[:, None])
+        lengths.append(surface.swell.length)
+    if surface.wind_speed is not None:
+        spectrum = Elfouhaily(surface.wind_speed)
+        drawn = SeaSurface(
+            spectrum, ElfouhailySpreading(spectrum), surface.waves_to, seed, surface.shortest_drawn, water_depth, BANDS,
+            SECTORS,
+        )  # fmt: skip
+        cycles = np.stack([*drawn.wavenumber, -drawn.frequency]) / (2 * math.pi)
+        columns.append(np.concatenate([cycles, drawn.phase[None], drawn.amplitude[None]]))
+        lengths.append(surface.shortest_drawn)
+    waves = np.concatenate(columns, axis=1)
+    steep = waves[4] * 2 * math.pi * np.hypot(waves[0], waves[1])
+    slope = min(float(steep.sum()), STEEPEST * float(np.sqrt(np.sum(steep**2) / 2)))
+    return LongWaves(np.ascontiguousarray(waves), slope, min(lengths))
+
+
+class Found(NamedTuple):
+    """Bounce points of one family's legs."""
+
+    many: Integers
+    """How many there are to each point, shape (n,)."""
+    at: Floats
+    """What is known of them, nearest to the sonar first, shape (n, the greatest count, COLUMNS)."""
+    start: Floats
+    """North and east of the sonar from the sea's origin, its depth [m], bottom bounces unfolded, shape (3,)."""
+    ends: Floats
+    """The same of the points, shape (n, 3)."""
+
+
+def find(
+    sea: LongWaves, family: str, scatterers: Scatterers, end: End, scene: Scene, frequency: float, *, out: bool,
+    most: int = MOST,
+) -> Found:  # fmt: skip
+    """All points of a surface that reflect the legs of a family with one surface bounce.
+
+    Args:
+        sea: The waves.
+        family: Its name.
+        scatterers: The points that the legs reach.
+        end: The end of the sonar that they begin at.
+        scene: The scene, of one sound speed.
+        frequency: Of the sound [Hz].
+        out: On the way out, or on the way back.
+        most: How many for one leg at most.
+    """
+    string, bed = bounces(family), scene.seabed.depth
+    before, after = string.index("S"), len(string) - 1 - string.index("S")
+    origin = np.array([*scene.seabed.lattice.origin, 0.0])
+    speed = float(scene.water.speed_at(end.place[2]))
+    size = sea.shortest / SHARED
+    cells = _cells(scatterers.position, scene.seabed.lattice, size)
+
+    def told(places: Floats) -> tuple[Floats, Floats]:
+        there = 0.0 if out else np.linalg.norm(places - end.place, axis=1) / speed
+        ends = places - origin
+        ends[:, 2] = _unfolded_depth(places[:, 2], after, bed)
+        return ends, end.time + np.broadcast_to(there, len(places))
+
+    start = end.place - origin
+    start[2] = _unfolded_depth(end.place[2], before, bed)
+    ends, base = told(scatterers.position)
+    count, at = np.zeros(len(ends), np.int64), np.empty((len(ends), most, COLUMNS))
+    bounce_points(
+        start, ends, base, 1 / speed, 2 * math.pi * frequency / speed, out, cells.first, cells.order,
+        *told(cells.middle), sea.waves, sea.slope, sea.shortest / NODES, size, count, at,
+    )  # fmt: skip
+    at = at[:, : max(1, int(count.max(initial=0)))].copy()
+    at[np.arange(at.shape[1]) >= count[:, None]] = 1.0
+    return Found(count, at, start, ends)
+
+
+def wavy_legs(
+    legs: Legs, scene: Scene, seed: int, scatterers: Scatterers, frequency: float, end: End
+) -> tuple[Legs, Legs]:
+    """The legs off all bounce points of a sea of waves.
+
+    Args:
+        legs: Legs off a mirror, f families to n points, of which none meets the surface twice.
+        scene: The scene, of one sound speed.
+        seed: Of the scenario.
+        scatterers: The points that they reach.
+        frequency: Of the sound [Hz].
+        end: The end of the sonar that they begin at, and when.
+
+    Returns:
+        The legs as they are on the way out, and as they are on the way back; further rays of a family are numbered from
+        the bounce nearest to the sonar.
+    """
+    touched = [row for row, family in enumerate(legs.families) if "S" in bounces(family)]
+    if not touched:
+        return legs, legs
+    sea = long_waves(scene.surface, seed, scene.seabed.depth)
+    ways = []
+    for out in (True, False):
+        found = {row: find(sea, legs.families[row], scatterers, end, scene, frequency, out=out) for row in touched}
+        moved, sines = _moved(legs, found, scene, scatterers, frequency)
+        ways.append(_roughened(moved, sines, scene, seed, scatterers, frequency, end)[not out])
+    return ways[0], ways[1]
+
+
+def _moved(
+    legs: Legs, found: dict[int, Found], scene: Scene, scatterers: Scatterers, frequency: float
+) -> tuple[Legs, Floats]:
+    """The legs, those off the surface once for each bounce point, and the sine of the grazing angle there."""
+    rows: list[int] = []
+    number: list[int] = []
+    for row in range(len(legs.families)):
+        many = max(1, int(found[row].many.max(initial=0))) if row in found else 1
+        rows += [row] * many
+        number += range(many)
+    moved = replace(rows_of(legs, rows), branch=tuple(number))
+    caustic = np.ones(moved.delay.shape, complex)
+    moved = replace(moved, caustic=caustic)
+    sines = np.full(moved.delay.shape, 1e-6)
+    wavenumber = 2 * math.pi * frequency / float(scene.water.speed_at(0.0))
+    spread = {row: spreading(one, wavenumber) for row, one in found.items()}
+    for to, (row, branch) in enumerate(zip(rows, number, strict=True)):
+        if row in found:
+            there = found[row].many > branch
+            sines[to] = np.where(there, found[row].at[:, branch, _SINE], sines[to])
+            loud = spread[row][there, branch]
+            moved.spreading[to, there] = np.abs(loud)
+            caustic[to, there] = loud / np.abs(loud)
+            _bounce(moved, to, found[row], branch, there, scene)
+            face(moved, to, scatterers.normal)
+            moved.status[to][~there] = Status.SHADOW
+            moved.visibility[to][~there] = 0.0
+    return moved, sines
+
+
+def _bounce(
+    legs: Legs, row: int, found: Found, branch: int, there: NDArray[np.bool_], scene: Scene
+) -> None:  # fmt: skip
+    """Lead one row of mirrored legs over their bounce points, in place."""
+    at = found.at[there, branch].T
+    point = np.stack([at[_NORTH], at[_EAST], -at[_HEIGHT]], axis=1)
+    length = at[_BEFORE] + at[_AFTER]
+    legs.delay[row, there] *= length / legs.length[row, there]
+    legs.absorption[row, there] *= legs.absorption[row, there] ** (length / legs.length[row, there] - 1)
+    legs.caustics[row, there] = ((at[_WEAK] < 0) & (at[_GRADIENT] == 0)).astype(np.uint8) + (at[_STRONG] < 0)
+    legs.length[row, there] = length
+    string = bounces(legs.families[row])
+    before = string.index("S")
+    steep = [legs.departure[row, there, 2], legs.arrival[row, there, 2]]
+    departure, arrival = (point - found.start) / at[_BEFORE, :, None], (found.ends[there] - point) / at[_AFTER, :, None]
+    departure[:, 2] *= (-1.0) ** before
+    arrival[:, 2] *= (-1.0) ** (len(string) - 1 - before)
+    legs.departure[row, there], legs.arrival[row, there] = departure, arrival
+    # The bottom answers to the angle that the ray now has there.
+    for count, old, new in (
+        (before, steep[0], departure[:, 2]),
+        (len(string) - 1 - before, steep[1], arrival[:, 2]),
+    ):
+        if count:
+            was, now = (scene.seabed.mirror(np.arcsin(np.minimum(np.abs(z), 1.0))) for z in (old, new))
+            ratio = np.divide(now, was, out=np.zeros_like(now), where=was != 0)
+            legs.boundary[row, there] *= ratio**count
+
+
+def spreading(found: Found, wavenumber: float) -> NDArray[np.complex128]:
+    """What focusing and spreading leave of the pressure re 1 m, with the phase of the caustics touched.
+
+    With H the second derivatives of the way's length as its bounce moves over the surface, and n the cosine there,
+    the amplitude is n / (r1 r2 sqrt |det H|), and each negative curvature of H turns the phase by +90 degrees:
+    Kirchhoff's integral by stationary phase, of which a level mirror makes 1 / (r1 + r2). Neighbours along the track of
+    which one is shortest and one longest merge at a fold, and share Airy's function with its shadow (Chester, Friedman
+    & Ursell 1957). One alone is focused by a trough or crest: with a fourth derivative its integral is a Bessel
+    function of order 1/4, the Pearcey function on the axis of its cusp, and that at the cusp is the most that any
+    bounce may have.
+
+    Args:
+        found: Bounce points of n ends.
+        wavenumber: Of the sound [rad/m].
+
+    Returns:
+        Shape (n, the greatest count); where there is no bounce it means nothing.
+    """
+    at = found.at
+    before, after, cosine, weak, strong, fourth, aside, gradient = (
+        at[..., row] for row in (_BEFORE, _AFTER, _COSINE, _WEAK, _STRONG, _FOURTH, _ASIDE, _GRADIENT)
+    )
+    dark = gradient != 0  # also where there is none
+    curved = np.where(dark, 1.0, np.where(weak == 0, 1e-12, weak))
+    along = _one_axis(curved, np.where(dark, 0.0, fourth), wavenumber, _merging(at, dark, wavenumber))
+    beyond = dark & (np.arange(at.shape[1]) < found.many[:, None])
+    along[beyond] = _beyond(gradient[beyond], fourth[beyond], wavenumber)
+    return np.asarray(cosine / (before * after) * along * _one_axis(strong, aside, wavenumber, None))
+
+
+def _one_axis(
+    curvature: Floats, fourth: Floats, k: float, merging: NDArray[np.complex128] | None
+) -> NDArray[np.complex128]:
+    """What one axis of a bounce brings, over sqrt(2 pi / k) and the phase of a shortest way [m^0.5]."""
+    size = np.abs(curvature)
+    part = np.asarray(np.where(curvature < 0, 1j, 1.0) / np.sqrt(size), complex)
+    focused = (curvature > 0) & (fourth > 0)
+    alone = focused if merging is None else focused & (merging == 1)
+    part[alone] *= _cusp_factor(0.75 * k * size[alone] ** 2 / fourth[alone])
+    if merging is not None:
+        part = part * merging
+    most = (
+        math.sqrt(k / (2 * math.pi)) * 2 * gamma(1.25) * np.sqrt(np.sqrt(24 / (k * np.maximum(np.abs(fourth), 1e-30))))
+    )
+    return np.asarray(part * np.minimum(1.0, most / np.abs(part)))
+
+
+def _cusp_factor(z: Floats) -> NDArray[np.complex128]:
+    """Integral of exp(-j k (a u^2 / 2 + d u^4 / 24)) over its value without d, where z = 3 k a^2 / (4 d).
+
+    Source: integral of exp(-p u^2 - q u^4) is sqrt(p / q) / 2 exp(p^2 / 8 q) K_1/4(p^2 / 8 q) (Gradshteyn & Ryzhik
+    3.323, from memory; checked by quadrature), with K by DLMF 10.27.8.
+    """
+    factor = 1 + (3 / 32) * 1j / np.maximum(z, 1e-12)  # the next term of the series is below 2e-4
+    near = z < 20
+    close = np.maximum(z[near], 1e-12)
+    factor[near] = np.sqrt(np.pi * close / 2) * np.exp(-0.375j * np.pi) * hankel2e(0.25, close)
+    return np.asarray(factor)
+
+
+def _merging(at: Floats, dark: NDArray[np.bool_], k: float) -> NDArray[np.complex128]:
+    """What each bounce gives up to its neighbours along the track, 1 for one that is alone; see `merging_factor`."""
+    length = at[..., _BEFORE] + at[..., _AFTER]
+    sign = np.where(at[..., _WEAK] * at[..., _STRONG] < 0, 1.0, -1.0)  # +1 for the one that has touched the fold
+    factor = np.ones(length.shape, complex)
+    for row in range(length.shape[1] - 1):
+        met = ~(dark[:, row] | dark[:, row + 1]) & (sign[:, row] != sign[:, row + 1])
+        apart = np.where(met, np.abs(length[:, row + 1] - length[:, row]), 1.0)
+        distance = np.maximum(0.75 * k * apart, 1e-12) ** (2 / 3)
+        for one in (row, row + 1):
+            factor[:, one] *= np.where(met, merging_factor(distance, sign[:, one]), 1.0)
+    return factor
+
+
+def _beyond(gradient: Floats, third: Floats, k: float) -> NDArray[np.complex128]:
+    """What the weak axis brings in the dark beyond a fold, in the units of `_one_axis`."""
+    distance = np.abs(gradient) * np.cbrt(2 * k**2 / np.abs(third))
+    value = np.sqrt(2 * np.pi * k) * np.cbrt(2 / (k * np.abs(third))) * airy(distance)[0]
+    return np.asarray(value * np.exp(0.25j * np.pi))
+
+
+def _roughened(
+    legs: Legs, sines: Floats, scene: Scene, seed: int, scatterers: Scatterers, frequency: float, end: End
+) -> tuple[Legs, Legs]:
+    """The legs as waves too short to be drawn leave them; of a swell alone, as they are."""
+    wind = scene.surface.wind_speed
+    if wind is None:
+        return legs, legs
+    finest = shortest_wave(frequency, float(scene.water.speed_at(0.0)))
+    drawn = 2 * math.pi / scene.surface.shortest_drawn
+    sea = Sea(scene, seed, frequency, wind, waves_under(wind, finest, drawn), sines)
+    return sea.legs(legs, scatterers, end)
+
+
+def _unfolded_depth(depth: Floats, bottoms: int, bed: float) -> Floats:
+    """Depth that a point has for the surface bounce, seen over so many bottom bounces: at most one [m]."""
+    return np.asarray(2 * bed - depth if bottoms else depth)
+
+
+class Cells(NamedTuple):
+    """Points in groups that share a search: squares of the lattice, a quarter as high as wide."""
+
+    first: Integers
+    """First row of each group in the order, and its end, shape (cells + 1,)."""
+    order: Integers
+    """Rows of the points, group by group, shape (n,)."""
+    middle: Floats
+    """North, east, depth of each square's middle [m], shape (cells, 3)."""
+
+
+def _cells(positions: Floats, lattice: Lattice, size: float) -> Cells:
+    """Group points by the squares that they lie in; what a group is follows from the squares alone."""
+    level = lattice.from_world(positions[:, :2])
+    cell = np.floor(np.column_stack([level / size, positions[:, 2] / (size / 4)])).astype(np.int64)
+    order = np.lexsort(cell.T).astype(np.int64)
+    ordered = cell[order]
+    new = np.concatenate([[True], np.any(ordered[1:] != ordered[:-1], axis=1)]) if len(cell) else np.zeros(0, bool)
+    first = np.append(np.flatnonzero(new), len(cell)).astype(np.int64)
+    home = ordered[first[:-1]]
+    centre: Floats = (home.astype(float) + 0.5) * size
+    return Cells(first, order, np.column_stack([lattice.to_world(centre[:, 0], centre[:, 1]), centre[:, 2] / 4]))
