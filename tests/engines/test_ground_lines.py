@@ -168,5 +168,5 @@ def test_samples_are_staggered_evenly(listening):
 
 def test_nothing_heard_is_no_line(listening):
     """A window that closes before the first echo, and a floor above the loudest beam."""
-    assert lines(listening, heard=Reach(HEIGHT, 0.0, -1.0)).shape == (0, 8)
-    assert lines(listening, floor=1.5).shape == (0, 8)
+    assert lines(listening, heard=Reach(HEIGHT, 0.0, -1.0)).shape == (0, 9)
+    assert lines(listening, floor=1.5).shape == (0, 9)

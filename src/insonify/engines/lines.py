@@ -4,6 +4,8 @@ Every line is one azimuth. Neighbours are as far apart as cells of the two-way b
 under a cell is small, a line stands for several cells, and so does one in the beam's faint outskirts, where the beam
 is asked at another azimuth of its width at each point. Samples of neighbouring lines are staggered by the golden
 ratio, so that every ring meets its points at even distances.
+
+What is faint needs few points: there lines are wider, and their samples farther apart.
 """
 
 from typing import Any
@@ -21,11 +23,14 @@ from insonify.sonar.stance import Stance
 
 Floats = NDArray[np.float64]
 
-SECTOR = 32
+SECTOR = 128
 """Cells looked at together, before each is."""
 FAINT = 10 ** (-25 / 20)
 """Two-way gain below which lines stand for several cells each [1]."""
-CELLS_IN_FAINT = 4
+CELLS_IN_FAINT = (16, 4)
+"""Cells of a line there, the most that are all faint."""
+STRIDE_IN_FAINT = 2
+"""Steps between the samples of the widest of them."""
 
 
 def lines_in_view(
@@ -44,20 +49,20 @@ def lines_in_view(
         heading: Of the frame in which the lines are wanted [rad].
 
     Returns:
-        Lines as `_swath_kernel.walk` wants them, shape (n, 8).
+        Lines as `_swath_kernel.walk` wants them, shape (n, 9).
     """
     key = (
         stance.transmit_beams.axes.tobytes(), stance.receive_beams.axes.tobytes(), stance.boresight.tobytes(),
         float(stance.transmit_place[2]), depth, heard, resolution, families, floor, heading, _patterns(stance),
     )  # fmt: skip
-    kept = _LAST.get(key)
-    if kept is None:
+    held = _LAST.get(key)
+    if held is None:
         if len(_LAST) >= _MOST:
             _LAST.clear()
         lines = _lines(stance, depth, heard, resolution, families, floor, heading)
         # the tables are kept, so that no others can take their numbers
-        kept = _LAST[key] = lines, (*stance.transmit_beams.tables, *stance.receive_beams.tables)
-    return kept[0]
+        held = _LAST[key] = lines, (*stance.transmit_beams.tables, *stance.receive_beams.tables)
+    return held[0]
 
 
 _LAST: dict[Any, tuple[Floats, tuple[Floats, ...]]] = {}
@@ -76,8 +81,7 @@ def _lines(
 ) -> Floats:  # fmt: skip
     """The same, laid out anew."""
     cell = min(resolution.width, WIDEST_CELL) / np.sqrt(resolution.per_cell)
-    coarsest = SECTOR * CELLS_IN_FAINT
-    whole = int(np.ceil(2 * np.pi / cell / coarsest)) * coarsest
+    whole = int(np.ceil(2 * np.pi / cell / SECTOR)) * SECTOR
     source, height = float(stance.transmit_place[2]), heard.height
     climbs = np.array([depth - image_depth(name, source, depth) for name in families])
     odd = np.array([len(bounces(name)) % 2 == 1 for name in families])
@@ -98,7 +102,7 @@ def _lines(
             zone[0] = inner
         outer = inner
     number = np.arange(len(keys))
-    lines = np.empty((len(keys), 8))
+    lines = np.empty((len(keys), 9))
     if not keys:
         return lines
     first, count = np.array(keys).T
@@ -110,11 +114,12 @@ def _lines(
     lines[:, 4:6] = np.array(zones)
     lines[:, 4] = np.maximum(lines[:, 4], heard.nearest)
     lines[:, 6], lines[:, 7] = 1 - np.mod((number + 0.5) * GOLDEN, 1.0), number
+    lines[:, 8] = np.where(count >= CELLS_IN_FAINT[0], STRIDE_IN_FAINT, 1)
     return lines
 
 
 def _is_faint(key: tuple[int, int]) -> bool:
-    return key[1] >= CELLS_IN_FAINT
+    return key[1] >= CELLS_IN_FAINT[-1]
 
 
 def _cells(
@@ -132,17 +137,19 @@ def _cells(
             gains.append(_gain(beams, bearing, count * angle, zone, climbs, odd))
         return np.asarray(gains[0] * gains[-1])
 
-    sectors = np.arange(-whole // 2, whole // 2, SECTOR * CELLS_IN_FAINT)
-    sectors = sectors[level(sectors, SECTOR * CELLS_IN_FAINT) >= floor]
-    step = max(CELLS_IN_FAINT, merged)
-    groups = (sectors[:, None] + np.arange(0, SECTOR * CELLS_IN_FAINT, step)).ravel()
-    loud = level(groups, step)
-    groups, loud = groups[loud >= floor], loud[loud >= floor]
-    if merged >= CELLS_IN_FAINT:
-        return [(int(first), step) for first in groups]
-    faint = [(int(first), step) for first in groups[loud < FAINT]]
-    fine = (groups[loud >= FAINT][:, None] + np.arange(0, step, merged)).ravel()
-    return faint + [(int(first), merged) for first in fine]
+    first = np.arange(-whole // 2, whole // 2, SECTOR)
+    first, kept = first[level(first, SECTOR) >= floor], []
+    coarser = SECTOR
+    for width in sorted({*(max(count, merged) for count in CELLS_IN_FAINT), merged}, reverse=True):
+        first = (first[:, None] + np.arange(0, coarser, width)).ravel()
+        loud = level(first, width)
+        rest = (loud >= FAINT) if width > merged else np.zeros(len(first), bool)
+        if width >= CELLS_IN_FAINT[-1]:
+            kept += [(int(cell), width) for cell in first[(loud >= floor) & ~rest]]
+        else:
+            kept += [(int(cell), width) for cell in first]
+        first, coarser = first[rest], width
+    return kept
 
 
 def _gain(

@@ -8,6 +8,7 @@ kept for the next ping. What it holds for is asked by `swath_of`; everything els
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from math import prod
 from threading import local
 from typing import Any
 
@@ -15,13 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines import _swath_kernel as kernel
+from insonify.engines._ground_kernel import CELLS, pieces_on_lines
 from insonify.engines.lines import lines_in_view
 from insonify.engines.sampling import beam_bound, reach
-from insonify.engines.skyline import fresnel_half_length
+from insonify.engines.swath_plan import PARTS, Plan, planned
+from insonify.engines.thinning import WHOLE
 from insonify.engines.view import view
-from insonify.ocean.water import Water
 from insonify.propagation.choice import PathChoice
-from insonify.propagation.families import bounces, families_for, image_depth
+from insonify.propagation.families import families_for
 from insonify.propagation.images import StraightRays
 from insonify.propagation.knife_edge import soft_edges
 from insonify.propagation.rays import Rays
@@ -40,10 +42,6 @@ from insonify.units import amplitude_ratio
 Floats = NDArray[np.float64]
 Mapped = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
 
-PARTS = 2
-"""Parts that the lines of a ping are shared into: fixed, so that sums do not depend on the number of threads."""
-MIRROR_NODES = 2049
-"""Sines of the grazing angle at which the bounces of a family are tabled."""
 GROUP = 8192
 """Questions asked of a law in one go."""
 RIPPLES = 6.0
@@ -60,7 +58,7 @@ class _Scratch(local):
 
     def of(self, name: str, shape: tuple[int, ...], kind: Any) -> NDArray[Any]:
         """A column, with whatever was written there before."""
-        size = int(np.prod(shape))
+        size = prod(shape)
         if name not in self._held or self._held[name].size < size:
             self._held[name] = np.empty(size + size // 4, kind)
         return self._held[name][:size].reshape(shape)
@@ -76,10 +74,7 @@ class SwathView:
     scene: Scene
     choice: PathChoice
     stance: Stance
-    families: tuple[str, ...]
-    law: FastLaw
-    lines: Floats
-    step: float
+    plan: Plan
     crossed: NDArray[np.int64]
     """Numbers of the pieces of the ground's map that the lines cross, (n, 2)."""
 
@@ -102,7 +97,7 @@ class SwathView:
             return True
         if not scene.occluders:
             return False
-        rims = np.array(_rims(scene)).reshape(-1, 3)
+        rims = self.plan.rims
         top, base = _depths(scene)
         floor = float(amplitude_ratio(self.choice.beam_floor_db))
         bound = beam_bound(
@@ -124,111 +119,111 @@ class SwathView:
         bed, here = self.scene.seabed.bed, self.stance.transmit_place[:2]
         if bed is None:
             place, (pieces, slot) = (float(here[0]), float(here[1])), unmapped()
-            return list(share(lambda part: hear(self._walk(part, place, 0.0, pieces, slot, 1.0)), self._parts()))
+            return list(share(lambda part: hear(self._walk(part, place, 0.0, pieces, slot, 1.0)), range(PARTS)))
         kept, lattice = ground_map(bed), bed.ground.terrain.lattice
         along, across = (float(x) for x in lattice.from_world(here))
         with kept.reading(self.crossed, share):
 
-            def walked(part: Floats) -> Any:
+            def walked(part: int) -> Any:
                 return hear(self._walk(part, (along, across), lattice.heading, kept.pieces, kept.slot, kept.cell))
 
-            return list(share(walked, self._parts()))
-
-    def _parts(self) -> list[Floats]:
-        return [np.ascontiguousarray(self.lines[k::PARTS]) for k in range(PARTS)]
+            return list(share(walked, range(PARTS)))
 
     def _walk(
-        self, lines: Floats, start: tuple[float, float], heading: float, pieces: NDArray[np.float32],
+        self, part: int, start: tuple[float, float], heading: float, pieces: NDArray[np.float32],
         slot: NDArray[np.int64], cell: float,
     ) -> Swath:  # fmt: skip
-        """The points of some lines, with the strength of each pair of legs."""
-        seabed, stance = self.scene.seabed, self.stance
-        speed, source = self.scene.water.sound_speed, float(stance.transmit_place[2])
-        f, most = len(self.families), int(np.maximum(lines[:, 5] - lines[:, 4], 0).sum() / self.step) + 2 * len(lines)
+        """The points of every so many-th line, with the strength of each pair of legs."""
+        seabed, stance, plan = self.scene.seabed, self.stance, self.plan
+        lines, share, most = plan.parts[part]
+        cut, thin = self._behind_targets(lines, heading), plan.thinning
+        if cut.any():  # in a shadow the faint is all there is
+            share = share.copy()
+            share[cut] = np.where(share[cut] > 0, WHOLE, 0)
+        f, p = len(plan.families), len(thin.pair)
         delay = _SCRATCH.of("delay", (f, most), np.float64)
         amplitude = _SCRATCH.of("amplitude", (f, most), np.complex64)
         departure = _SCRATCH.of("departure", (f, 3, most), np.float32)
         arrival = _SCRATCH.of("arrival", (f, 3, most), np.float32)
-        normal, area = _SCRATCH.of("normal", (3, most), np.float32), _SCRATCH.of("area", (most,), np.float32)
-        letters, prefix, ways = _ways(self.families)
-        images = np.array([image_depth(name, source, seabed.depth) for name in self.families])
-        way_images = np.array([image_depth(name, source, seabed.depth) for name in ways])
-        loss = _absorption(self.scene.water, stance.frequency) / 20 * np.log2(10)
-        n = kernel.walk(
-            *start, heading, source, seabed.depth, speed, stance.wavelength, lines, self.step, cell, slot, pieces,
-            seabed.bed is None, images, letters, prefix, way_images, np.array([way.endswith("B") for way in ways]),
-            self._mirrors(source), loss, delay, amplitude, departure,
-            arrival, normal, area,
+        normal, place = _SCRATCH.of("normal", (3, most), np.float32), _SCRATCH.of("place", (2, most), np.float64)
+        rows, weight = _SCRATCH.of("rows", (p, most), np.int32), _SCRATCH.of("weight", (p, most), np.float32)
+        found, first = np.empty(p, np.int64), np.empty(len(lines) + 1, np.int64)
+        meeting = _SCRATCH.of("meeting", (most, 2), np.int64)
+        ranges = kernel.walk(
+            *start, heading, float(stance.transmit_place[2]), seabed.depth, self.scene.water.sound_speed,
+            stance.wavelength, lines, plan.step, cell, slot, pieces, seabed.bed is None, plan.images, plan.letters,
+            plan.prefix, plan.way_images, plan.way_rising, plan.mirrors, plan.factor, plan.loss, thin.edges,
+            thin.pair, share, thin.close, place, delay, amplitude, departure, arrival, normal, rows, weight, found,
+            first, meeting,
         )  # fmt: skip
-        delay, amplitude, departure = delay[:, :n], amplitude[:, :n], departure[:, :, :n]
-        into, up = arrival[:, :, :n], normal[:, :n]
-        if self._behind_targets(lines, heading):
-            self._shade(delay, into, up, images, amplitude)
-        pair = np.array([(i, j) for i in range(f) for j in range(i, f)], np.int64)
-        section = _SCRATCH.of("section", (len(pair), most), np.float32)[:, :n]
-        for begin in range(0, n, GROUP):
-            part = slice(begin, min(begin + GROUP, n))
-            facing = up[:, part].copy()
-            comes = [into[i, :, part].copy() for i in range(f)]
-            for row, (i, j) in enumerate(pair):
-                self.law.fill(comes[i], -comes[j], facing, section[row, part])
-        section *= area[:n]
-        return Swath(delay, amplitude, departure, pair, section)
+        n = int(first[-1])
+        if cut.any():
+            self._shade(lines, heading, cut, first, place, normal, amplitude)
+        for k, (i, j) in enumerate(thin.pair if not plan.factor.size else ()):
+            self._answer(arrival[i], arrival[j], normal, rows[k, : found[k]], weight[k, : found[k]])
+        columns = delay[:, :n], amplitude[:, :n], departure[:, :, :n]
+        return Swath(*columns, thin.pair, found, rows, weight, meeting[:ranges])
 
-    def _behind_targets(self, lines: Floats, heading: float) -> bool:
-        """Whether any line passes a target."""
-        bearing, place = np.arctan2(lines[:, 1], lines[:, 0]) + heading, self.stance.transmit_place
-        for north, east, radius in _rims(self.scene):
-            apart, towards = np.hypot(north - place[0], east - place[1]), np.arctan2(east - place[1], north - place[0])
-            off = np.abs(np.mod(bearing - towards + np.pi, 2 * np.pi) - np.pi)
-            if apart <= radius or bool((off <= np.arcsin(radius / apart) + self._rippled(apart)).any()):
-                return True
-        return False
-
-    def _shade(
-        self, delay: Floats, arrival: NDArray[np.float32], normal: NDArray[np.float32], images: Floats,
-        amplitude: NDArray[np.complex64],
+    def _answer(
+        self, into: NDArray[np.float32], out: NDArray[np.float32], normal: NDArray[np.float32],
+        rows: NDArray[np.int32], section: NDArray[np.float32],
     ) -> None:  # fmt: skip
-        """Take away what targets cut of the legs; edges of the ground are hard here."""
-        scene, place = self.scene, self.stance.transmit_place
-        if not delay.size:
-            return
-        length = delay[0] * scene.water.sound_speed
-        offset = arrival[0] * length
-        behind = np.zeros(delay.shape[1], bool)
-        reach, bearing = np.hypot(offset[0], offset[1]), np.arctan2(offset[1], offset[0])
-        for north, east, radius in _rims(scene):
+        """Multiply the ground that points stand for by the law's answer for one pair."""
+        held = _SCRATCH.of("questions", (9 * GROUP,), np.float32)
+        answer = _SCRATCH.of("answer", (GROUP,), np.float32)
+        for begin in range(0, len(rows), GROUP):
+            some = rows[begin : begin + GROUP]
+            one, two, up = held[: 9 * len(some)].reshape(3, 3, len(some))
+            kernel.facing(into, out, normal, some, one, two, up)
+            self.plan.law.fill(one, two, up, answer[: len(some)])
+            section[begin : begin + GROUP] *= answer[: len(some)]
+
+    def _behind_targets(self, lines: Floats, heading: float) -> NDArray[np.bool_]:
+        """Which lines pass a target, (s,)."""
+        bearing, place = np.arctan2(lines[:, 1], lines[:, 0]) + heading, self.stance.transmit_place
+        cut = np.zeros(len(lines), bool)
+        for north, east, radius in self.plan.rims:
             apart, towards = np.hypot(north - place[0], east - place[1]), np.arctan2(east - place[1], north - place[0])
             off = np.abs(np.mod(bearing - towards + np.pi, 2 * np.pi) - np.pi)
             half = np.arcsin(min(1.0, radius / max(apart, 1e-9))) + self._rippled(apart)
-            behind |= (reach > apart - radius) & ((off <= half) | (apart <= radius))
-        if not behind.any():
+            cut |= (apart <= radius) | (off <= half)
+        return cut
+
+    def _shade(
+        self, lines: Floats, heading: float, cut: NDArray[np.bool_], first: NDArray[np.int64], place: Floats,
+        normal: NDArray[np.float32], amplitude: NDArray[np.complex64],
+    ) -> None:  # fmt: skip
+        """Take away what targets cut of the legs, from the lines that pass one; edges of the ground are hard here."""
+        scene, here = self.scene, self.stance.transmit_place
+        nearest = min(np.hypot(north - here[0], east - here[1]) - radius for north, east, radius in self.plan.rims)
+        bearing = np.arctan2(lines[:, 1], lines[:, 0]) + heading
+        behind, points = [np.zeros(0, np.int64)], [np.zeros((0, 3))]
+        for s in np.flatnonzero(cut):
+            rows = first[s] + np.flatnonzero(place[0, first[s] : first[s + 1]] > nearest)
+            reach, depth = place[:, rows]
+            offset = reach * np.cos(bearing[s]), reach * np.sin(bearing[s])
+            behind.append(rows)
+            points.append(np.stack([here[0] + offset[0], here[1] + offset[1], depth], axis=-1))
+        row = np.concatenate(behind)
+        if not len(row):
             return
-        points = np.ascontiguousarray(place[:, None] + offset[:, behind]).T
-        points[:, 2] = images[0] + offset[2, behind]
-        count = int(behind.sum())
         hidden = Scatterers(
-            "seabed", "seabed", self.law, np.ascontiguousarray(points),
-            np.ascontiguousarray(normal[:, behind].T, float), np.ones(count), np.ones(count, complex),
-            np.zeros(count, np.uint64),
+            "seabed", "seabed", self.plan.law, np.concatenate(points), np.ascontiguousarray(normal[:, row].T, float),
+            np.ones(len(row)), np.ones(len(row), complex), np.zeros(len(row), np.uint64),
         )  # fmt: skip
-        legs = StraightRays(scene).legs(place, hidden, self.families, self.stance.frequency)
+        legs = StraightRays(scene).legs(here, hidden, self.plan.families, self.stance.frequency)
         left = legs.visibility
         if self.choice.edges == "fresnel":
             there = legs.status != Status.FACING_AWAY
             whole = replace(legs, visibility=there.astype(float))
-            left = there * soft_edges(whole, hidden, place, scene, self.stance.wavelength).visibility
-        amplitude[:, behind] *= left
+            left = there * soft_edges(whole, hidden, here, scene, self.stance.wavelength).visibility
+        amplitude[:, row] *= left
 
     def _rippled(self, apart: float) -> float:
         """Bearing beside a target's rim up to which its soft edge is looked at [rad]."""
         if self.choice.edges == "hard":
             return 0.0
         return RIPPLES * float(np.sqrt(self.stance.wavelength / (2 * max(apart, self.stance.wavelength))))
-
-    def _mirrors(self, source: float) -> NDArray[np.complex64]:
-        bed = self.scene.seabed.bed
-        return _mirror_table(self.scene, self.families, round(source, 2), self.stance.wavelength, bed is not None)
 
 
 def swath_of(scene: Scene, choice: PathChoice, stance: Stance, rays: Rays) -> SwathView | None:
@@ -261,28 +256,23 @@ def swath_of(scene: Scene, choice: PathChoice, stance: Stance, rays: Rays) -> Sw
     step = min(sampling.slant, LONGEST_STEP)
     if bed is not None:
         step = bed.map_cell / int(np.ceil(bed.map_cell / sampling.slant))
-        if 2 * heard.farthest / (bed.map_cell * kernel.CELLS) > AROUND - 4:
+        if 2 * heard.farthest / (bed.map_cell * CELLS) > AROUND - 4:
             return None
     floor = float(amplitude_ratio(choice.beam_floor_db))
     heading = 0.0 if bed is None else bed.ground.terrain.lattice.heading
     lines = lines_in_view(stance, seabed.depth, heard, sampling, families, floor, heading)
-    crossed = np.empty((0, 2), np.int64) if bed is None else _crossed(bed, stance, lines, step)
+    plan = planned(scene, stance, families, law, lines, step, heading, rise)
+    crossed = np.empty((0, 2), np.int64) if bed is None else _crossed(bed, stance, plan.lines, step)
     if len(crossed) > MOST_PIECES:
         return None
-    return SwathView(scene, choice, stance, families, law, lines, step, crossed)
+    return SwathView(scene, choice, stance, plan, crossed)
 
 
 def _crossed(bed: Bed, stance: Stance, lines: Floats, step: float) -> NDArray[np.int64]:
     """Numbers of the pieces of a map that some lines cross, (n, 2); more than there is room for if there are more."""
     along, across = (float(x) for x in bed.ground.terrain.lattice.from_world(stance.transmit_place[:2]))
     mark, found = np.zeros((AROUND, AROUND), np.int8), np.empty((MOST_PIECES + 1, 2), np.int64)
-    return found[: kernel.pieces_on_lines(along, across, lines, step, bed.map_cell, mark, found)]
-
-
-@lru_cache(maxsize=16)
-def _absorption(water: Water, frequency: float) -> float:
-    """Of the water [dB/m]: every ping asks for it."""
-    return float(water.absorption(frequency))
+    return found[: pieces_on_lines(along, across, lines, step, bed.map_cell, mark, found)]
 
 
 @lru_cache(maxsize=16)
@@ -297,50 +287,6 @@ def _quick(law: Law | None) -> FastLaw | None:
     return law if isinstance(law, FastLaw) else None
 
 
-@lru_cache(maxsize=16)
-def _ways(families: tuple[str, ...]) -> tuple[NDArray[np.int64], NDArray[np.int64], tuple[str, ...]]:
-    """Letters of each family as numbers, the row of what has been passed up to each segment, and these rows' names."""
-    strings = [bounces(name) for name in families]
-    longest = max(1, *(len(string) for string in strings))
-    letters = np.zeros((len(families), longest), np.int64)
-    prefix = np.zeros((len(families), longest + 1), np.int64)
-    ways: list[str] = []
-    for f, string in enumerate(strings):
-        letters[f, : len(string)] = [1 + (letter == "B") for letter in string]
-        for k in range(len(string) + 1):
-            if k == 0 and string.startswith("S"):
-                continue  # on its way up it meets no ground
-            name = string[:k] or "D"
-            if name not in ways:
-                ways.append(name)
-            prefix[f, k] = ways.index(name)
-    return letters, prefix, tuple(ways)
-
-
-@lru_cache(maxsize=32)
-def _mirror_table(
-    scene: Scene, families: tuple[str, ...], source: float, wavelength: float, rough: bool
-) -> NDArray[np.complex64]:
-    """All bounces of each family over evenly spaced sines, on ground at the mean depth, (f, nodes)."""
-    sine = np.linspace(0, 1, MIRROR_NODES)
-    grazing, depth, bed = np.arcsin(sine), scene.seabed.depth, scene.seabed.bed
-    tangent = np.maximum(sine, 1e-6) / np.sqrt(np.maximum(1 - sine**2, 1e-12))
-    table = np.ones((len(families), MIRROR_NODES), np.complex128)
-    for row, string in enumerate(map(bounces, families)):
-        distance = np.abs(depth - image_depth(families[row], source, depth)) / tangent
-        first = depth - source if string.startswith("B") else source
-        for k, letter in enumerate(string):
-            if letter == "S":
-                table[row] *= scene.surface.mirror(grazing)
-                continue
-            table[row] *= scene.seabed.mirror(grazing)
-            if rough and bed is not None:
-                half = fresnel_half_length((first + k * depth) / tangent, distance, tangent, wavelength)
-                zone = np.maximum(2 * half * np.sqrt(np.maximum(sine, 1e-6)), 1e-6)
-                table[row] *= bed.smoothness(sine, wavelength, np.asarray(zone, float))
-    return table.astype(np.complex64)
-
-
 @lru_cache(maxsize=8)
 def _depths(scene: Scene) -> tuple[float, float]:
     """Depths of the highest top and of the deepest base of all targets that cast shadows [m]."""
@@ -348,17 +294,3 @@ def _depths(scene: Scene) -> tuple[float, float]:
     tops = [*scene.bodies[:, 6], *(float(surface.low[2]) for surface in surfaces)]
     bases = [*scene.bodies[:, 7], *(float(surface.high[2]) for surface in surfaces)]
     return float(min(tops)), float(max(bases))
-
-
-@lru_cache(maxsize=8)
-def _rims(scene: Scene) -> tuple[tuple[float, float, float], ...]:
-    """Middle, north and east, and radius of an upright cylinder about each target that casts a shadow [m]."""
-    found = []
-    for box in scene.bodies:
-        found.append((float(box[0]), float(box[1]), float(np.hypot(box[4], box[5]))))
-    for solid in scene.solids:
-        surface = world_triangles(solid, scene.seabed)
-        low, high = np.asarray(surface.low)[:2], np.asarray(surface.high)[:2]
-        middle = (low + high) / 2
-        found.append((float(middle[0]), float(middle[1]), float(np.linalg.norm(high - low)) / 2))
-    return tuple(found)

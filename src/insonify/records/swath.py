@@ -1,7 +1,8 @@
 """A swath: all the ground that one ping hears, as lit points with a row for every family of legs.
 
 Both ends of the sonar are at one place, so that legs out and back are the same. Unlike `records.pairs` it holds
-neither reasons nor what cannot be heard: only what an expected intensity asks for.
+neither reasons nor what cannot be heard: only what an expected intensity asks for. Nor has every pair of legs all the
+points: what is faint is asked at some of them, that stand for the rest.
 """
 
 from dataclasses import dataclass
@@ -23,5 +24,14 @@ class Swath:
     """Unit vector of travel at the sonar, in the world, shape (f, 3, n)."""
     pair: NDArray[np.int64]
     """Rows of two legs, in either order, shape (p, 2); the first never comes after the second."""
+    count: NDArray[np.int64]
+    """Points that each pair is heard from, shape (p,)."""
+    rows: NDArray[np.int32]
+    """Which they are, increasing; so many in each row count, shape (p, any)."""
     section: NDArray[np.floating[Any]]
-    """Cross section of each pair times the area of the point, in either order [m^2], shape (p, n)."""
+    """Cross section of each pair times the area that such a point stands for, in either order [m^2], likewise."""
+    meeting: NDArray[np.int64]
+    """First point and after the last of ranges where pairs may arrive together and interfere, shape (any, 2).
+
+    Pairs that do have the same points there.
+    """

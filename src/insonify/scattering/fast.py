@@ -58,6 +58,15 @@ class FastLaw:
         kind = getattr(self.loop, "__name__", "loop").replace("_", " ")
         return f"FastLaw: {kind}, {self.table.size} table entries, {'no cap' if self.cap.size == 1 else 'capped'}"
 
+    @property
+    def factor(self) -> Singles | None:
+        """What one direction contributes to a law that is a product of two such factors, None for any other law.
+
+        The cross section is the product of two entries [1]; they are evenly spaced over sqrt(1 - sine of grazing), 0 to
+        1, and count for directions in front of the interface only.
+        """
+        return self.table if self.loop is kernels.product_sections and self.cap.size == 1 else None
+
     def cross_section(self, incoming: ArrayLike, outgoing: ArrayLike, normal: ArrayLike) -> Singles:
         """Bistatic cross section per unit area per unit solid angle, from unit vectors [1].
 

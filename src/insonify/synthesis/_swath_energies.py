@@ -9,108 +9,163 @@ from numpy.typing import NDArray
 
 from insonify.sonar._beam_kernels import element_gain, look_up
 from insonify.synthesis._fastmath import sincos_cycles
+from insonify.synthesis._spread import spread_energy
 
 Floats = NDArray[np.float64]
 
+BLOCK = 512
+"""Energies that are worked out before they are laid down: few enough for the nearest cache."""
+
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-def swath_gains(
-    departure: NDArray[np.float32], axes: Floats, steer: Floats, scale: Floats, tables: tuple[Floats, ...],
-    per_unit: Floats, element: int, out: NDArray[np.float32],
+def leg_sizes(
+    departure: NDArray[np.float32], amplitude: NDArray[np.complex64], axes: Floats, steer: Floats, scale: Floats,
+    tables: tuple[Floats, ...], per_unit: Floats, element: int, out: NDArray[np.float32],
 ) -> None:  # fmt: skip
-    """Amplitude of one beam towards all legs of a swath, as `_beam_kernels.gains`, into out of shape (f, n).
+    """Magnitude of all legs of a swath times the gain of one beam, as `_beam_kernels.gains`, into out of shape (f, n).
 
     Args:
         departure: Unit vectors in the world [1], (f, 3, n).
+        amplitude: Of the legs, 0 where there is none [1], (f, n).
         axes: As of `Beams`.
         steer: Of its one beam, (1, 2).
         scale: Likewise, (1,).
         tables: As of `Beams`.
         per_unit: Likewise.
         element: Likewise.
-        out: Result [1], (f, n).
+        out: Result, with its sign [1], (f, n).
     """
     across, down, piston_across, piston_down = tables
     plain = piston_across.shape[0] == 0 and piston_down.shape[0] == 0
+    ahead, right, below = np.empty((3, BLOCK))
     for f in range(departure.shape[0]):
-        for n in range(departure.shape[2]):
-            x, y, z = np.float64(departure[f, 0, n]), np.float64(departure[f, 1, n]), np.float64(departure[f, 2, n])
-            w = x * axes[0, 0] + y * axes[0, 1] + z * axes[0, 2]
-            u = x * axes[1, 0] + y * axes[1, 1] + z * axes[1, 2]
-            v = x * axes[2, 0] + y * axes[2, 1] + z * axes[2, 2]
-            gain = scale[0] * element_gain(element, w)
-            gain *= look_up(across, per_unit[0], u - steer[0, 0]) * look_up(down, per_unit[1], v - steer[0, 1])
-            if not plain:
-                gain *= look_up(piston_across, per_unit[2], u) * look_up(piston_down, per_unit[3], v)
-            out[f, n] = gain
+        for begin in range(0, departure.shape[2], BLOCK):
+            m = min(BLOCK, departure.shape[2] - begin)
+            leg, own = amplitude[f, begin : begin + m], out[f, begin : begin + m]
+            north, east = departure[f, 0, begin : begin + m], departure[f, 1, begin : begin + m]
+            depth = departure[f, 2, begin : begin + m]
+            for k in range(m):
+                x, y, z = np.float64(north[k]), np.float64(east[k]), np.float64(depth[k])
+                ahead[k] = x * axes[0, 0] + y * axes[0, 1] + z * axes[0, 2]
+                right[k] = x * axes[1, 0] + y * axes[1, 1] + z * axes[1, 2]
+                below[k] = x * axes[2, 0] + y * axes[2, 1] + z * axes[2, 2]
+            for k in range(m):
+                own[k] = math.sqrt(leg[k].real * leg[k].real + leg[k].imag * leg[k].imag)
+            for k in range(m):
+                if own[k] == 0:
+                    continue
+                gain = scale[0] * element_gain(element, ahead[k])
+                gain *= look_up(across, per_unit[0], right[k] - steer[0, 0])
+                gain *= look_up(down, per_unit[1], below[k] - steer[0, 1])
+                if not plain:
+                    gain *= look_up(piston_across, per_unit[2], right[k])
+                    gain *= look_up(piston_down, per_unit[3], below[k])
+                own[k] *= np.float32(gain)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def pair_energies(
-    delay: Floats, amplitude: NDArray[np.complex64], sent: NDArray[Any], heard: NDArray[Any], pair: NDArray[np.int64],
-    section: NDArray[Any], level: float, frequency: float, likeness: NDArray[np.complex64], rate: float, kept: float,
-    apart: float, begin: int, stop: int, late: Floats, energy: Floats,
-) -> int:  # fmt: skip
-    """Delays and energies of all that a swath sends back.
-
-    A pair and its reverse arrive together, as one. Two arrivals closer than the pulse add twice the real part of
-    their product, laid down half way between them with the energy that their overlap has.
+def lay_pairs(
+    delay: Floats, sent: NDArray[np.float32], heard: NDArray[np.float32], pair: NDArray[np.int64],
+    count: NDArray[np.int64], rows: NDArray[np.int32], section: NDArray[Any], level: float, kept: float, apart: float,
+    cells: Floats, first_time: float, rate: float,
+) -> None:  # fmt: skip
+    """Energies of all that a swath sends back, added to cells; a pair and its reverse arrive together, as one.
 
     Args:
         delay: One way, of each leg [s], (f, n).
-        amplitude: Of each leg [1], (f, n).
-        sent: Gain of the transmit beam [1], (f, n).
+        sent: Size of each leg times the gain of the transmit beam [1], (f, n).
         heard: Of the receive beam [1], (f, n).
         pair: Rows of two legs, the first never after the second, (p, 2).
-        section: Cross section times area [m^2], (p, n).
+        count: Points of each pair, (p,).
+        rows: Which they are, (p, any).
+        section: Cross section times area [m^2], (p, any).
         level: Pressure of the source at 1 m [uPa].
-        frequency: Of the carrier [Hz].
-        likeness: Autocorrelation of the pulse at lags from 0 on, 1 at 0 [1], (lags,).
-        rate: Lags per second [Hz].
         kept: Part of interference that jitter leaves [1].
         apart: Energy of each replica that does not interfere [1].
-        begin: First point that is wanted.
-        stop: After the last of them.
-        late: Result, delays [s], room for p (p + 1) / 2 for every point, (room,).
-        energy: Result, energies, (room,).
-
-    Returns:
-        How many there are.
+        cells: As of `spread_energy`.
+        first_time: Likewise.
+        rate: Likewise.
     """
-    count = pair.shape[0]
-    tau, real, imag = np.empty((3, count))
-    reach = (likeness.size - 1) / rate
-    found = 0
-    if count == 1:
-        for n in range(begin, stop):
-            one, gain = amplitude[0, n], np.float64(sent[0, n]) * heard[0, n] * level
-            size = np.float64(one.real * one.real + one.imag * one.imag) * gain
-            late[n - begin], energy[n - begin] = 2 * delay[0, n], (kept + apart) * size * size * section[0, n]
-        return stop - begin
-    for n in range(begin, stop):
-        m = 0
-        for p in range(count):
-            i, j = pair[p, 0], pair[p, 1]
-            there, back = sent[i, n] * heard[j, n], sent[j, n] * heard[i, n] if i != j else np.float32(0)
-            both = amplitude[i, n] * amplitude[j, n]
-            size = np.float64(both.real * both.real + both.imag * both.imag) * section[p, n] * level * level
-            if not size > 0:
-                continue
-            tau[m] = delay[i, n] + delay[j, n]
-            late[found] = tau[m]
-            energy[found] = size * (kept * (there + back) ** 2 + apart * (there * there + back * back))
-            root = level * math.sqrt(section[p, n]) * (there + back)
-            real[m], imag[m] = root * both.real, root * both.imag
-            found += 1
-            m += 1
-        for p in range(m):
-            for q in range(p):
-                lag = tau[q] - tau[p]
-                if abs(lag) < reach:
-                    late[found] = 0.5 * (tau[p] + tau[q])
-                    energy[found] = 2 * kept * _overlap(real, imag, p, q, lag, likeness, rate, frequency)
-                    found += 1
-    return found
+    late, energy = np.empty((2, BLOCK))
+    square = level * level
+    for p in range(pair.shape[0]):
+        i, j = pair[p, 0], pair[p, 1]
+        other = 0.0 if i == j else 1.0
+        for begin in range(0, count[p], BLOCK):
+            m = min(BLOCK, count[p] - begin)
+            some, ground = rows[p, begin : begin + m], section[p, begin : begin + m]
+            for k in range(m):
+                n = some[k]
+                there = np.float64(sent[i, n]) * heard[j, n]
+                back = other * np.float64(sent[j, n]) * heard[i, n]
+                late[k] = delay[i, n] + delay[j, n]
+                energy[k] = kept * (there + back) * (there + back) + apart * (there * there + back * back)
+                energy[k] *= square * ground[k]
+            spread_energy(cells, first_time, rate, late[:m], energy[:m])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def lay_fringes(
+    delay: Floats, sent: NDArray[np.float32], heard: NDArray[np.float32], pair: NDArray[np.int64],
+    count: NDArray[np.int64], rows: NDArray[np.int32], section: NDArray[Any], amplitude: NDArray[np.complex64],
+    meeting: NDArray[np.int64], level: float, kept: float, frequency: float, likeness: NDArray[np.complex64],
+    lag_rate: float, cells: Floats, first_time: float, rate: float,
+) -> None:  # fmt: skip
+    """What pairs of legs that arrive within one pulse have in common, added to cells; it may be less than nothing.
+
+    Two arrivals closer than the pulse add twice the real part of their product, laid down half way between them with
+    the energy that their overlap has.
+
+    Args:
+        delay: As of `lay_pairs`.
+        sent: Likewise.
+        heard: Likewise.
+        pair: Likewise.
+        count: Likewise.
+        rows: Likewise, increasing.
+        section: Likewise.
+        amplitude: Of each leg, for its phase [1], (f, n).
+        meeting: First point and after the last of the ranges where pairs may interfere, increasing, (any, 2).
+        level: As of `lay_pairs`.
+        kept: Likewise.
+        frequency: Of the carrier [Hz].
+        likeness: Autocorrelation of the pulse at lags from 0 on, 1 at 0 [1], (lags,).
+        lag_rate: Lags per second [Hz].
+        cells: As of `spread_energy`.
+        first_time: Likewise.
+        rate: Likewise.
+    """
+    pairs = pair.shape[0]
+    tau, real, imag = np.empty((3, pairs))
+    late, energy = np.empty((2, BLOCK + pairs * pairs))
+    at = np.zeros(pairs, np.int64)
+    reach, found = (likeness.size - 1) / lag_rate, 0
+    for r in range(meeting.shape[0]):
+        for p in range(pairs):
+            at[p] += np.searchsorted(rows[p, at[p] : count[p]], meeting[r, 0])
+        for n in range(meeting[r, 0], meeting[r, 1]):
+            m = 0
+            for p in range(pairs):
+                if at[p] == count[p] or rows[p, at[p]] != n:
+                    continue
+                i, j = pair[p, 0], pair[p, 1]
+                gain = np.float64(sent[i, n]) * heard[j, n] + (np.float64(sent[j, n]) * heard[i, n] if i != j else 0.0)
+                both = amplitude[i, n] * amplitude[j, n]
+                root = level * math.sqrt(section[p, at[p]]) * gain / max(abs(both), 1e-30)
+                tau[m], real[m], imag[m] = delay[i, n] + delay[j, n], root * both.real, root * both.imag
+                at[p] += 1
+                m += 1
+            for p in range(m):
+                for q in range(p):
+                    lag = tau[q] - tau[p]
+                    if abs(lag) < reach:
+                        late[found] = 0.5 * (tau[p] + tau[q])
+                        energy[found] = 2 * kept * _overlap(real, imag, p, q, lag, likeness, lag_rate, frequency)
+                        found += 1
+            if found >= BLOCK:
+                spread_energy(cells, first_time, rate, late[:found], energy[:found])
+                found = 0
+    spread_energy(cells, first_time, rate, late[:found], energy[:found])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -118,7 +173,7 @@ def _overlap(
     real: Floats, imag: Floats, p: int, q: int, lag: float, likeness: NDArray[np.complex64], rate: float,
     frequency: float,
 ) -> float:  # fmt: skip
-    """Real part of what arrivals p and q, q by a lag [s] the later, have in common; arguments as of `pair_energies`."""
+    """Real part of what arrivals p and q, q by a lag [s] the later, have in common; arguments as of `lay_fringes`."""
     if lag < 0:
         p, q, lag = q, p, -lag
     place = lag * rate

@@ -20,7 +20,7 @@ from insonify.sonar.heard import HeardPulse
 from insonify.sonar.stance import Stance
 from insonify.synthesis._groups import PulseTable, add_groups
 from insonify.synthesis._spread import spread_energy
-from insonify.synthesis._swath_energies import pair_energies, swath_gains
+from insonify.synthesis._swath_energies import lay_fringes, lay_pairs, leg_sizes
 from insonify.synthesis.grid import TimeGrid, energy_shape, heard_energy
 from insonify.synthesis.moments import interfering
 from insonify.synthesis.perturbation import Perturbation
@@ -34,8 +34,6 @@ SAME_DELAY = 1e-10
 
 LAGS_PER_CELL = 2
 """Entries of the pulse table to a lag of its autocorrelation."""
-AT_ONCE = 4096
-"""Points of a swath whose energies are worked out before they are laid down: few enough for the cache."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,19 +127,16 @@ class Incoherent:
     def take_in_swath(self, energies: Energies, swath: Swath) -> None:
         """Add the mean intensity of all the ground of a part of a ping."""
         stance, level = self.stance, float(amplitude_ratio(self.stance.source_level_db))
-        sent = _gains(stance.transmit_beams, swath)
-        heard = sent if stance.alike else _gains(stance.receive_beams, swath)
+        sent = _sizes(stance.transmit_beams, swath)
+        heard = sent if stance.alike else _sizes(stance.receive_beams, swath)
         kept, mean = self.perturbation.kept_interference, self.perturbation.mean_energy
-        points, count = swath.delay.shape[1], len(swath.pair)
-        likeness, _ = _likeness(self.table)
-        late, energy = np.empty((2, min(points, AT_ONCE) * count * (count + 1) // 2))
-        for begin in range(0, points, AT_ONCE):
-            found = pair_energies(
-                swath.delay, swath.amplitude, sent, heard, swath.pair, swath.section, level, stance.frequency,
-                likeness, self.table.rate / LAGS_PER_CELL, kept, mean - kept, begin, min(begin + AT_ONCE, points),
-                late, energy,
-            )  # fmt: skip
-            spread_energy(energies.cells[0], self.grid.first_time, self.grid.energy_rate, late[:found], energy[:found])
+        pairs = swath.delay, sent, heard, swath.pair, swath.count, swath.rows, swath.section
+        cells = energies.cells[0], self.grid.first_time, self.grid.energy_rate
+        lay_pairs(*pairs, level, kept, mean - kept, *cells)
+        if len(swath.meeting) and kept > 0:
+            likeness, _ = _likeness(self.table)
+            lags = likeness, self.table.rate / LAGS_PER_CELL
+            lay_fringes(*pairs, swath.amplitude, swath.meeting, level, kept, stance.frequency, *lags, *cells)
 
     def series(self, energies: Energies) -> Floats:
         """Expected intensity at the grid's times [uPa^2], shape (channels, samples)."""
@@ -156,10 +151,13 @@ def _shape(pulse: HeardPulse, grid: TimeGrid) -> Complexes:
     return shape
 
 
-def _gains(beams: Beams, swath: Swath) -> NDArray[np.float32]:
-    """Gain of one beam towards every leg [1], shape (f, n)."""
+def _sizes(beams: Beams, swath: Swath) -> NDArray[np.float32]:
+    """Size of every leg times the gain of one beam towards it [1], shape (f, n)."""
     out = np.empty(swath.delay.shape, np.float32)
-    swath_gains(swath.departure, beams.axes, beams.steer, beams.scale, beams.tables, beams.per_unit, beams.element, out)
+    leg_sizes(
+        swath.departure, swath.amplitude, beams.axes, beams.steer, beams.scale, beams.tables, beams.per_unit,
+        beams.element, out,
+    )  # fmt: skip
     return out
 
 

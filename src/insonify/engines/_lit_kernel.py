@@ -1,0 +1,126 @@
+"""Where the ground along a line is lit, and by which families, by the rules of `insonify.engines.skyline`."""
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Integers = NDArray[Any]
+Singles = NDArray[np.float32]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def bounds_of(ground: Singles, image: float, rising: bool, step: float, first: float, count: int,
+              launch: Singles, bound: Singles) -> None:  # fmt: skip
+    """Launch that meets the ground at each sample of a line, and what hides by it, as in `skyline._Lines.of`.
+
+    Args:
+        ground: Depth of the ground [m], (at least count,).
+        image: Depth of the image source of a family [m].
+        rising: Whether the family's last bounce is off the bottom.
+        step: Distance of samples [m].
+        first: Place of the first sample in steps.
+        count: Samples of the line.
+        launch: Result, tangents [1], (at least count,).
+        bound: Result, smallest tangent so far, or largest from here on [1], (at least count,).
+    """
+    sign = np.float32(-1.0 if rising else 1.0)
+    from_image = np.float32(image)
+    for k in range(count):
+        x = sign * (ground[k] - from_image) / np.float32((k + first) * step)
+        launch[k] = x if x == x else sign * np.float32(np.inf)
+    if rising:
+        most = np.float32(-np.inf)
+        for k in range(count - 1, -1, -1):
+            most = max(most, launch[k])
+            bound[k] = most
+    else:
+        least = np.float32(np.inf)
+        for k in range(count):
+            least = min(least, launch[k])
+            bound[k] = least
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def reached_by(
+    family: int, lit: Integers, turn: Integers, stretch: Integers, share: Integers, count: int, first: float,
+    step: float, ground: Singles, image: float, source: float, water_depth: float, wavelength: float,
+    letters: Integers, prefix: Integers, launch: Singles, bound: Singles,
+) -> None:  # fmt: skip
+    """Mark the samples of a line that one family reaches, segment by segment; for ground below the sonar only.
+
+    Args:
+        family: Row of the family, and the bit that is set.
+        lit: Bits of the families that reach each sample, (at least count,).
+        turn: Priority of each sample, (at least count,).
+        stretch: First sample of each stretch of the line, (b + 1,).
+        share: Priority below which the family is wanted in each stretch, (b,).
+        count: Samples of the line.
+        first: Place of the first sample in steps.
+        step: Distance of samples [m].
+        ground: Depth [m], (at least count,).
+        image: Depth of the family's image source [m].
+        source: Depth of the sonar [m].
+        water_depth: Of the mean plane [m].
+        wavelength: Of the sound, for the size of a bounce's mirror [m].
+        letters: Bounces of each family, 1 surface, 2 bottom, 0 no more, (f, most).
+        prefix: Row in `launch` of what has been passed up to each segment, (f, most + 1).
+        launch: Of `bounds_of`, (rows, samples).
+        bound: Likewise.
+    """
+    bounces = 0
+    while bounces < letters.shape[1] and letters[family, bounces] > 0:
+        bounces += 1
+    bit = np.int32(1 << family)
+    free = bounces == 0 or (bounces == 1 and letters[family, 0] == 1)  # on its way up it meets no ground
+    own_launch, own_bound = launch[prefix[family, bounces]], bound[prefix[family, bounces]]
+    for b in range(share.size):
+        part = np.int32(share[b])
+        if part == 0:
+            continue
+        if free:
+            for k in range(stretch[b], stretch[b + 1]):
+                there = (own_launch[k] <= own_bound[k]) & (turn[k] < part)
+                lit[k] |= bit if there else np.int32(0)
+            continue
+        for k in range(stretch[b], stretch[b + 1]):
+            if turn[k] < part and own_launch[k] <= own_bound[k]:
+                reach = (k + first) * step
+                tangent = abs(ground[k] - image) / reach
+                if passes(family, bounces, reach, tangent, count, first, step, source, water_depth, wavelength,
+                          letters, prefix, launch, bound):  # fmt: skip
+                    lit[k] |= bit
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def passes(
+    family: int, bounces: int, reach: float, tangent: float, count: int, first: float, step: float, source: float,
+    water_depth: float, wavelength: float, letters: Integers, prefix: Integers, launch: Singles, bound: Singles,
+) -> bool:  # fmt: skip
+    """Whether a ray to a distance meets no ground before its last bounce; arguments as of `reached_by`."""
+    stretch = math.sqrt(1 + tangent * tangent)
+    begin = water_depth - source if letters[family, 0] == 2 else source
+    before, before_half = 0.0, 0.0
+    for s in range(bounces):
+        stop, half = (begin + s * water_depth) / tangent, 0.0
+        if letters[family, s] == 2:
+            share = min(max(stop / reach, 0.0), 1.0)
+            half = math.sqrt(wavelength * reach * stretch * share * (1 - share)) * stretch / tangent
+        passed = prefix[family, s]
+        if s > 0 and letters[family, s - 1] == 2:
+            m = max(math.ceil((before + before_half) / step - first), 0)
+            end = min(math.floor((stop - half) / step - first) + 1, count)
+            if m < end and bound[passed, m] > tangent:
+                while m < end:
+                    if launch[passed, m] > tangent:
+                        return False
+                    m += 1
+        elif s > 0 or letters[family, 0] == 2:
+            m = min(math.floor((stop - half) / step - first), count - 1)
+            if m >= 0 and tangent > bound[passed, m]:
+                return False
+        before, before_half = stop, half
+    return True
