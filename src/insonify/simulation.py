@@ -37,7 +37,7 @@ from insonify.synthesis._groups import PulseTable, pulse_table
 from insonify.synthesis.coherent import Coherent
 from insonify.synthesis.grid import TimeGrid, time_grid
 from insonify.synthesis.incoherent import Incoherent
-from insonify.synthesis.labels import Labelling, label_names
+from insonify.synthesis.labels import POINTS, Labelling, label_names
 from insonify.synthesis.levels import Levels, level_curves
 from insonify.synthesis.noise import noise, noise_intensity
 from insonify.synthesis.perturbation import perturbation
@@ -305,6 +305,9 @@ def hear(listening: Listening, reading: Reading, here: Stance, pool: Pool) -> An
     ground = listening.ground(here) if quick is not None else None
     if ground is not None:
         engine = replace(listening.engine, choice=ground.rest)
+    if isinstance(reading, Labelling):
+        fewer = min(listening.scenario.paths.scatterers_per_cell, POINTS)
+        engine = replace(engine, choice=engine.choice.model_copy(update={"scatterers_per_cell": fewer}))
     blocks = engine.blocks(here, even=reading.even)
 
     def part(mine: list[Any]) -> Any:

@@ -32,4 +32,4 @@ def test_a_recording_is_labelled_and_drawn(
     assert open_labels("a.zarr").highlight.values.any()
     assert main(["show", "a.zarr", "--labels", "-o", "a.png"]) == 0
     assert Path("a.png").read_bytes().startswith(b"\x89PNG")
-    assert main(["show", "a.zarr", "--labels", "--ground", "-o", "a.png"]) == 2
+    assert main(["show", "a.zarr", "--labels", "--ground", "--ping", "0", "-o", "a.png"]) == 2

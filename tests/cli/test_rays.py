@@ -85,11 +85,16 @@ def test_options_of_rays_want_rays(cast: Path, capsys: pytest.CaptureFixture[str
     assert "add --rays" in capsys.readouterr().err
 
 
-def test_a_scenario_is_no_recording(scenario: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Both ways out: run it, or draw its rays."""
-    assert main(["show", str(scenario), "-o", str(scenario.parent / "x.png")]) == 2
-    err = capsys.readouterr().err
-    assert "insonify run" in err and "--rays" in err
+def test_a_scenario_is_drawn_and_what_belongs_to_a_recording_is_refused(
+    scenario: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The bed from above and the beam from the side; with --ping, the way to a recording."""
+    out = scenario.parent / "x.png"
+    assert main(["show", str(scenario), "-o", str(out)]) == 0
+    assert out.read_bytes().startswith(b"\x89PNG")
+    capsys.readouterr()
+    assert main(["show", str(scenario), "--ping", "0", "-o", str(out)]) == 2
+    assert "insonify run" in capsys.readouterr().err
 
 
 def test_rays_of_a_scenario_make_a_picture(scenario: Path, capsys: pytest.CaptureFixture[str]) -> None:

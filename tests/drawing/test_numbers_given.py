@@ -13,7 +13,7 @@ from insonify import drawing
 from insonify.drawing import style
 from insonify.drawing.fan import fan, sector
 from insonify.drawing.heard import BELOW, Heard, colour_span, heard
-from insonify.drawing.labels import KINDS, STRENGTH
+from insonify.drawing.labels import KINDS, MEANING, STRENGTH
 from insonify.drawing.levels import curves
 from insonify.drawing.sidescan import NAMES, sidescan
 from insonify.drawing.trust import Answer, curve, fine_print
@@ -214,7 +214,7 @@ def labelled(pings=4, samples=60, **masks):
     rng = np.random.default_rng(3)
     pressure = (rng.normal(size=shape) + 1j * rng.normal(size=shape)) * 1e5
     dims = ("ping", "channel", "time")
-    recording = xr.Dataset({"pressure": (dims, pressure)}, coords)
+    recording = xr.Dataset({"pressure": (dims, pressure), "position": (("ping", "axis"), np.zeros((pings, 3)))}, coords)
     intensity = np.zeros((pings, 1, 3, samples))
     intensity[:, 0, 0], intensity[:, 0, 1, 10:20] = 1e8, 1e10
     said = xr.Dataset(
@@ -232,8 +232,9 @@ def test_a_labelled_sample_is_coloured_and_no_other(monkeypatch):
     """Grey where nothing is said; elsewhere 65 % of the mask's own colour over the grey of the level."""
     kept = caught(monkeypatch)
     recording, said = labelled(shadow=[(1, 5)], ghost=[(2, 7)], highlight=[(0, 0), (3, 59)])
-    drawing.labels(recording, said, "unused.png")
-    (image,) = kept[0].axes[0].images
+    drawing.labels(recording, said, "unused.png", gain="none")
+    (plain,), (image,) = (kept[0].axes[row].images for row in (0, 1))
+    assert plain.get_extent() == image.get_extent()
     picture = np.asarray(image.get_array())
     coloured = {tuple(place) for place in np.argwhere(np.ptp(picture, axis=-1) > 1e-9)}
     assert coloured == {(1, 5), (2, 7), (0, 0), (3, 59)}
@@ -244,7 +245,7 @@ def test_a_labelled_sample_is_coloured_and_no_other(monkeypatch):
         grey[place] = 0.35 * grey[place] + STRENGTH * np.array(to_rgb(KINDS[name]))
     np.testing.assert_allclose(picture, grey, atol=1e-6)
     assert image.get_extent() == pytest.approx([15, 15 + 59e-4 * 750, -0.5, 3.5])
-    assert {text.get_text() for text in kept[0].legends[0].get_texts()} == set(KINDS)
+    assert {text.get_text() for text in kept[0].legends[0].get_texts()} == set(MEANING.values())
 
 
 def test_a_labelled_trace_shows_the_owners_that_are_heard(monkeypatch):

@@ -24,7 +24,9 @@ def box(height: float = 1.0) -> dict:
 @pytest.fixture(scope="module")
 def whole():
     """The nominal scene with a wide box, all paths of two bounces."""
-    told = nominal(box=box(), field="incoherent", track={"window": (0.198, 0.230)}, surface={"scattering": None})
+    # as many points to a cell as labels are read with
+    told = nominal(box=box(), field="incoherent", track={"window": (0.198, 0.230)}, surface={"scattering": None},
+                   paths={"scatterers_per_cell": 3})  # fmt: skip
     return told, labels(told)
 
 

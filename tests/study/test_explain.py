@@ -131,3 +131,26 @@ def test_the_page_says_what_its_distances_are() -> None:
     assert "distance: straight from the receiver" in page
     row = next(line for line in page.splitlines() if " D   D " in line).split()
     assert float(row[3]) == pytest.approx(750 * float(row[0]) / 1e3, abs=0.01)
+
+
+def test_what_bends_around_a_target_has_its_own_column() -> None:
+    """Behind the box with soft edges: levels still add up, the scatter column is free of the edges' loss."""
+    scenario = nominal({**SLICE, "paths.edges": "fresnel", "paths.reflections": 0})
+    behind, recorded, data = sample(scenario, 0.208)
+    # the face is 60 dB louder, and its filter rings for longer than it is followed
+    assert abs(behind.pressure.sum() - recorded) < 0.05 * abs(recorded)
+    edges = behind.extras()["edges"]
+    bed = behind.paths.owner == "seabed"
+    assert edges[bed].max() < -3
+    terms = behind.budget()
+    scattered = 20 * np.log10(behind.paths.scattering)
+    np.testing.assert_allclose(terms[:, 6] - edges, scattered.ravel(), atol=1e-4)
+    page = explain(data, 0, 0.208).splitlines()
+    assert "edges" in page[2] and any(line.startswith("edges: ") for line in page)
+
+
+def test_columns_of_nothing_are_left_out() -> None:
+    """Hard edges, no caustics: the page has the columns that it always had."""
+    behind, _, data = sample(nominal(SLICE), 0.2023)
+    assert behind.extras() == {}
+    assert "caustic" not in explain(data, 0, 0.2023) and "edges" not in explain(data, 0, 0.2023)

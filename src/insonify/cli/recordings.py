@@ -59,7 +59,10 @@ def run(
 
 def show(
     what: Annotated[
-        str, typer.Argument(metavar="WHAT", help="A recording; or a sediment, a profile (.csv), sea, absorption.")
+        str,
+        typer.Argument(
+            metavar="WHAT", help="A recording or a scenario; or a sediment, a profile (.csv), sea, absorption."
+        ),
     ],
     out: Annotated[
         Path, typer.Option("-o", "--out", metavar="PNG", help="Picture to write, such as harbour.png, .pdf or .svg.")
@@ -96,13 +99,15 @@ def show(
         typer.Option("--range", metavar="RANGE", help="How far rays go. [default: as heard; of a profile 200 m]"),
     ] = None,
 ) -> None:
-    """Draw a recording, or the physics of a sediment, a sound-speed profile, the sea or absorption.
+    """Draw a recording, a scenario before it is simulated, or the physics of sediments, water and sea.
 
     Example: insonify show harbour.zarr -o harbour.png
 
     Example: insonify show harbour.zarr -o harbour.png --ground --gain learnt
 
-    Example: insonify show harbour.zarr -o harbour-labels.png --labels
+    Example: insonify show harbour.yaml -o scene.png
+
+    Example: insonify show harbour.zarr -o harbour-labels.png --labels --ground
 
     Example: insonify show "medium sand" -o sand.png --frequency "300 kHz"
 
@@ -122,29 +127,36 @@ def show(
     if source_depth is not None or reach is not None:
         raise InputError(f"{'--source-depth' if source_depth else '--range'} is for rays; add --rays, or leave it out")
     if Path(what).suffix.lower() in (".yaml", ".yml"):
-        name = Path(what).stem
-        raise InputError(f"{what} is a scenario, not a recording. Make one: insonify run {what} -o {name}.zarr; "
-                         "or draw where its sound goes: add --rays")  # fmt: skip
+        _show_scenario(Path(what), out, ping, ground or labels or gain is not None or beam is not None)
+        typer.echo(out)
+        return
     heard = words.quantity(frequency, "frequency", "--frequency"), words.quantity(wind, "speed", "--wind")
     if labels:
-        if ground or gain:
-            raise InputError("--labels: drawn over slant range, as they are. Leave --ground and --gain out.")
-        _show_labels(Path(what), out, ping, beam)
+        _show_labels(Path(what), out, ping, beam, ground, gain)
     elif not show_physics(what, out, frequency=heard[0], wind=heard[1]):
         _show_recording(Path(what), out, ping, beam, ground, gain)
     typer.echo(out)
+
+
+def _show_scenario(file: Path, out: Path, ping: int | None, of_a_recording: bool) -> None:
+    """Draw what a scenario describes, from above and from the side."""
+    if of_a_recording or ping is not None:
+        raise InputError(f"{file} is a scenario: --ping, --beam, --ground, --gain and --labels draw a recording. Make "
+                         f"one: insonify run {file} -o {file.stem}.zarr")  # fmt: skip
+    from insonify.scenario.load import load_scenario
+
+    scenario = load_scenario(file)
+    from insonify import drawing
+
+    drawing.scene(scenario, out)
 
 
 def _show_recording(
     recording: Path, out: Path, ping: int | None, beam: int | None, ground: bool, gain: str | None
 ) -> None:
     from insonify.formats.zarr_store import open_recording
-    from insonify.processing.sidescan import GAINS
 
-    if gain is not None:
-        words.check_choice(gain, GAINS, "--gain")
-    if ping is not None and (ground or gain):
-        raise InputError(f"--ping {ping}: --ground and --gain make an image of many pings. Leave one or the other out.")
+    _check_image(ping, ground, gain)
     dataset = open_recording(recording)
     if ping is not None:
         _check_ping(dataset, recording, ping)
@@ -157,10 +169,23 @@ def _show_recording(
         drawing.recording(dataset, out, ping=ping, beam=beam, ground=ground, gain=gain)
 
 
-def _show_labels(recording: Path, out: Path, ping: int | None, beam: int | None) -> None:
+def _check_image(ping: int | None, ground: bool, gain: str | None) -> None:
+    """Refuse a gain that there is not, and what belongs to an image where one ping is wanted."""
+    from insonify.processing.sidescan import GAINS
+
+    if gain is not None:
+        words.check_choice(gain, GAINS, "--gain")
+    if ping is not None and (ground or gain):
+        raise InputError(f"--ping {ping}: --ground and --gain make an image of many pings. Leave one or the other out.")
+
+
+def _show_labels(
+    recording: Path, out: Path, ping: int | None, beam: int | None, ground: bool, gain: str | None
+) -> None:
     from insonify.formats.label_store import open_labels
     from insonify.formats.zarr_store import open_recording
 
+    _check_image(ping, ground, gain)
     dataset, said = open_recording(recording), open_labels(recording)
     if ping is not None:
         _check_ping(dataset, recording, ping)
@@ -172,7 +197,7 @@ def _show_labels(recording: Path, out: Path, ping: int | None, beam: int | None)
     from insonify import drawing
 
     with _reading(recording):
-        drawing.labels(dataset, said, out, ping=ping, beam=beam or 0)
+        drawing.labels(dataset, said, out, ping=ping, beam=beam or 0, ground=ground, gain=gain)
 
 
 def explain(

@@ -12,6 +12,7 @@ from insonify.drawing.profile import profile
 from insonify.drawing.rays import rays
 from insonify.drawing.recording import recording
 from insonify.drawing.relief import relief
+from insonify.drawing.scene import scene
 from insonify.drawing.sea import sea
 from insonify.drawing.spikes import spikes
 
@@ -26,6 +27,7 @@ __all__ = [
     "rays",
     "recording",
     "relief",
+    "scene",
     "sea",
     "sediment",
     "spikes",

@@ -3,18 +3,22 @@
 from dataclasses import dataclass
 
 import numpy as np
+import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from insonify.drawing import style
 from insonify.drawing.heard import Heard
 from insonify.drawing.targets import echo_window, loudest
+from insonify.simulation import levels
 from insonify.units import amplitude_ratio
 
 BEFORE, AFTER = 0.2, 0.8
 """How far the closer look reaches before and after a target's echoes, as a part of their span [1]."""
 LEAST = 3.0
 """How far it reaches at least [ms]."""
+MOST_BEAMS = 2
+"""Beams of one ping up to which levels are shown by cause."""
 DEEPEST = 120.0
 """Levels this far below the loudest part of what is seen are not drawn [dB]."""
 
@@ -38,16 +42,46 @@ def ascan(sound: Heard, row: int) -> Figure:
         sound: The recording.
         row: Which ping.
     """
-    near = closer_look(sound, row)
+    near, causes = closer_look(sound, row), by_cause(sound, row)
     panels = sound.level.shape[1] + (near is not None)
     figure = style.sheet(10, 1.2 + 2.9 * panels)
     rows = figure.subplots(panels, 1, squeeze=False)[:, 0]
     for channel, axes in enumerate(rows[: sound.level.shape[1]]):
         trace(axes, sound, row, channel)
+        if channel < len(causes):
+            _causes(axes, sound, causes[channel])
         axes.set_title(sound.named(ping=row, channel=channel))
     if near is not None:
         envelope(rows[-1], sound, row, near)
     return figure
+
+
+def by_cause(sound: Heard, row: int) -> list[xr.Dataset]:
+    """Expected levels of one ping by cause, for each beam shown; none where there are many, or no scenario.
+
+    Args:
+        sound: The recording.
+        row: Which ping.
+    """
+    held = [sound.beam] if sound.beam is not None else list(range(len(sound.steer)))
+    if sound.scenario is None or len(held) > MOST_BEAMS:
+        return []
+    return [levels(sound.scenario, row, channel=channel) for channel in held]
+
+
+def _causes(axes: Axes, sound: Heard, expected: xr.Dataset) -> None:
+    """Expected level of each cause that is heard, over the trace."""
+    time, whole = expected["time"].values * 1e3, expected["level_db"].sel(pair="all")
+    lowest, shown = axes.get_ylim()[0], 0
+    for cause in (name for name in whole["cause"].values if name != "total"):
+        level = whole.sel(cause=cause).values
+        if np.isfinite(level).any() and level.max() > lowest:
+            axes.plot(time, np.where(level > lowest, level, np.nan), color=style.CAUSES[str(cause)], linewidth=1.2,
+                      linestyle="--" if cause == "noise" else "-", alpha=0.9, label=str(cause))  # fmt: skip
+            shown += 1
+    if shown:
+        name = "expected by" if sound.expected else "this ping; expected by"
+        axes.legend(loc="upper right", ncols=shown, title=name, title_fontsize=8, fontsize=8)
 
 
 def trace(axes: Axes, sound: Heard, row: int, channel: int, window: tuple[float, float] | None = None) -> None:
@@ -70,7 +104,7 @@ def trace(axes: Axes, sound: Heard, row: int, channel: int, window: tuple[float,
         axes.set_ylim(max(low - 15, top - DEEPEST), top + 5)
     axes.set_xlabel("time after the start of transmission [ms]")
     axes.set_ylabel("level [dB re 1 uPa]")
-    style.range_axis(axes, sound.sound_speed, _altitude(sound))
+    style.range_axis(axes, sound.sound_speed, _altitude(sound), sound.mean_speed_note)
 
 
 def envelope(axes: Axes, sound: Heard, row: int, look: CloserLook) -> None:
@@ -93,7 +127,7 @@ def envelope(axes: Axes, sound: Heard, row: int, look: CloserLook) -> None:
     axes.set_title(f"About the target {look.label!r}{beam}")
     axes.set_xlabel("time after the start of transmission [ms]")
     axes.set_ylabel("rms pressure [mPa]")
-    style.range_axis(axes, sound.sound_speed, _altitude(sound))
+    style.range_axis(axes, sound.sound_speed, _altitude(sound), sound.mean_speed_note)
 
 
 def closer_look(sound: Heard, row: int) -> CloserLook | None:

@@ -46,6 +46,12 @@ class Heard:
         """Sound speed [m/s]; 1500 where the recording does not say."""
         return 1500.0 if self.scenario is None else self.scenario.water.sound_speed
 
+    @property
+    def mean_speed_note(self) -> str:
+        """What an axis of range adds in water of several sound speeds; empty in any other."""
+        layered = self.scenario is not None and self.scenario.water.layered
+        return f", at the mean of {self.sound_speed:.1f} m/s" if layered else ""
+
     def only(self, beam: int) -> "Heard":
         """One beam alone, which keeps its number."""
         row = slice(beam, beam + 1)

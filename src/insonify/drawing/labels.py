@@ -11,10 +11,18 @@ from numpy.typing import NDArray
 
 from insonify.drawing import style
 from insonify.drawing.heard import Floats, Heard, colour_span, heard
+from insonify.drawing.sidescan import COLUMNS, NAMES, across_name, lines, rows, sidescan_image
+from insonify.drawing.waterfall import thinned
+from insonify.processing.image_labels import image_labels
 from insonify.units import level_db
 
 KINDS = {"shadow": "#2E6DB4", "ghost": "#A0349B", "highlight": "#F0A202"}
 """Colour of each mask, the later ones on top."""
+MEANING = {
+    "shadow": "shadow: most of the direct echo is cut",
+    "ghost": "ghost: target by surface paths",
+    "highlight": "highlight: target",
+}
 STRENGTH = 0.65
 """Part of a labelled colour that is the mask's, not the level's [1]."""
 OWNERS = ("#009E73", "#D5350E", "#8E2F66", "#E69F00", "#1E8FD5", "#7A4B12")
@@ -24,16 +32,20 @@ SHOWN = 80.0
 
 
 def labels(
-    recording: xr.Dataset, said: xr.Dataset, path: str | Path, *, ping: int | None = None, beam: int = 0
-) -> Path:
+    recording: xr.Dataset, said: xr.Dataset, path: str | Path, *, ping: int | None = None, beam: int = 0,
+    ground: bool = False, gain: str | None = None,
+) -> Path:  # fmt: skip
     """Draw labels.
 
     Args:
         recording: As from `open_recording`, one channel or a port and a starboard side.
         said: Its labels, as from `open_labels`.
         path: Picture to write, .png, .pdf or .svg.
-        ping: The only ping wanted, drawn as expected levels by owner; None: all, where there are several.
+        ping: The only ping wanted, drawn as expected levels by owner; None: all, where there are several, as the
+            image beside the same image with its masks.
         beam: Channel wanted, and its mirror image on the other side.
+        ground: Images over distance on a level bed, instead of slant range.
+        gain: Of the images: one of `insonify.processing.GAINS`.
 
     Returns:
         The path.
@@ -41,57 +53,57 @@ def labels(
     sound = heard(recording)
     with style.page():
         if ping is None and recording.sizes["ping"] > 1:
-            figure = _waterfall(recording, said, sound, beam)
+            image = sidescan_image(recording, sound, ground=ground, gain=gain, beam=beam)
+            figure = _images(image, image_labels(said[[*KINDS, "done"]], image), sound)
         else:
             row = ping if ping is not None else int(np.flatnonzero(said["done"].values)[0])
             figure = _trace(said.isel(ping=row), sound, beam, row)
         return style.keep(figure, path)
 
 
-def _waterfall(recording: xr.Dataset, said: xr.Dataset, sound: Heard, beam: int) -> Figure:
-    """All pings over slant range, port to the left."""
-    slant = sound.time * sound.sound_speed / 2
-    span = colour_span(sound.level)
-    figure = style.sheet(10, 7)
-    axes = figure.subplots()
-    channels = _channels(recording, beam)
-    for side, channel in channels:
-        picture = _coloured(sound.level[:, channel], {name: said[name].values[:, channel] for name in KINDS}, span)
-        reach = (slant[0], slant[-1]) if side >= 0 else (-slant[-1], -slant[0])
-        axes.imshow(
-            picture if side >= 0 else picture[:, ::-1], aspect="auto", origin="lower", interpolation="nearest",
-            extent=(*reach, -0.5, len(picture) - 0.5),
-        )  # fmt: skip
-    left, right = min(side for side, _ in channels), max(side for side, _ in channels)
-    axes.set_xlim(-slant[-1] if left < 0 else slant[0], slant[-1] if right >= 0 else -slant[0])
-    axes.set_facecolor("#303030")
-    axes.grid(False)
-    axes.xaxis.set_major_formatter(lambda value, _: f"{abs(value):g}")
-    axes.set_xlabel(("port  |  starboard,  " if left < 0 < right else "") + "slant range [m]")
-    axes.set_ylabel("ping")
-    axes.set_title(", ".join(part for part in (sound.title, "labels") if part))
-    figure.legend(handles=_patches(), loc="outside lower center", ncols=len(KINDS))
+def _images(image: xr.Dataset, told: xr.Dataset, sound: Heard) -> Figure:
+    """The image as the instrument shows it, and beneath it the same in grey with its masks in colour."""
+    figure = style.sheet(10, 9.5)
+    upper, lower = figure.subplots(2, 1, sharex=True, sharey=True)
+    drawn = lines(upper, image)
+    upper.set_title(", ".join(part for part in (sound.title, "image") if part))
+    upper.set_xlabel("")
+    figure.colorbar(drawn, ax=[upper, lower], label=NAMES[image.attrs["gain"]], pad=0.01)
+    low, high, name = rows(image)
+    span, across = colour_span(image["level_db"].values), image["across"].values
+    for half in (across <= 0, across > 0):
+        if half.sum() > 1:
+            masks = {kind: _any(told[kind].values[:, half]) for kind in KINDS}
+            picture = _coloured(thinned(image["level_db"].values[:, half], COLUMNS), masks, span)
+            lower.imshow(picture, aspect="auto", origin="lower", interpolation="nearest",
+                         extent=(across[half][0], across[half][-1], low, high))  # fmt: skip
+    lower.set_facecolor("#303030")
+    lower.grid(False)
+    lower.set_xlabel(across_name(image, sound.mean_speed_note))
+    lower.set_ylabel(name)
+    lower.set_title("labels")
+    seen = [kind for kind in KINDS if told[kind].values.any()]
+    figure.legend(
+        handles=[Patch(color=KINDS[kind], label=MEANING[kind]) for kind in seen]
+        or [Patch(color="none", label="no highlight, shadow or ghost anywhere")],
+        loc="outside lower center", ncols=len(KINDS),
+    )  # fmt: skip
     return figure
 
 
-def _channels(recording: xr.Dataset, beam: int) -> list[tuple[int, int]]:
-    """Side and channel of what is drawn: a beam, and where the sonar has sides the same one of the other side."""
-    sides = np.asarray(recording["side"].values if "side" in recording else np.zeros(recording.sizes["channel"]))
-    each = [np.flatnonzero(sides == side) for side in np.unique(sides)]
-    return [(int(sides[rows[beam % len(rows)]]), int(rows[beam % len(rows)])) for rows in each]
+def _any(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Masks with columns put together as `thinned` does it with levels, set where any is."""
+    step = -(-mask.shape[-1] // COLUMNS)
+    return np.asarray(mask[:, : mask.shape[-1] // step * step].reshape(len(mask), -1, step).any(axis=-1))
 
 
 def _coloured(level: Floats, masks: dict[str, NDArray[np.bool_]], span: tuple[float, float]) -> Floats:
-    """Levels as grey, with the colours of the masks mixed in, shape (ping, samples, 3)."""
+    """Levels as grey, with the colours of the masks mixed in, shape (ping, columns, 3)."""
     shade = np.clip((np.nan_to_num(level, nan=span[0], neginf=span[0]) - span[0]) / (span[1] - span[0]), 0, 1)
     picture = np.repeat(shade[..., None], 3, axis=-1)
     for name, colour in KINDS.items():
         picture[masks[name]] = (1 - STRENGTH) * picture[masks[name]] + STRENGTH * np.array(to_rgb(colour))
     return np.asarray(picture)
-
-
-def _patches() -> list[Patch]:
-    return [Patch(color=colour, label=name) for name, colour in KINDS.items()]
 
 
 def _trace(said: xr.Dataset, sound: Heard, channel: int, ping: int) -> Figure:
@@ -115,6 +127,6 @@ def _trace(said: xr.Dataset, sound: Heard, channel: int, ping: int) -> Figure:
     axes.set_xlabel("time [ms]")
     axes.set_ylabel("expected level [dB re 1 uPa]")
     axes.set_title(sound.named(ping=ping, channel=channel) or "labels")
-    style.range_axis(axes, sound.sound_speed)
+    style.range_axis(axes, sound.sound_speed, note=sound.mean_speed_note)
     figure.legend(loc="outside lower center", ncols=6)
     return figure

@@ -63,33 +63,56 @@ def _beam(dataset: xr.Dataset, channel: int | None) -> int:
     return (channel or 0) % (dataset.sizes["channel"] // sides)
 
 
-def sidescan(image: xr.Dataset, title: str = "") -> Figure:
+def sidescan(image: xr.Dataset, title: str = "", note: str = "") -> Figure:
     """Draw a sidescan image.
 
     Args:
         image: As from `insonify.processing.sidescan`.
         title: Above the picture.
+        note: As of `across_name`.
     """
     figure = style.sheet(10, 7)
     axes = figure.subplots()
+    drawn = lines(axes, image)
+    axes.set_xlabel(across_name(image, note))
+    axes.set_title(title)
+    figure.colorbar(drawn, ax=axes, label=NAMES[image.attrs["gain"]], pad=0.01)
+    return figure
+
+
+def lines(axes: Axes, image: xr.Dataset) -> AxesImage:
+    """The lines of a sidescan image in the colours of an instrument.
+
+    Args:
+        axes: Where to draw.
+        image: As from `insonify.processing.sidescan`.
+    """
     level, across = image["level_db"].values, image["across"].values
     span = colour_span(level)
-    low, high, name = _rows(image)
+    low, high, name = rows(image)
     for half in (across <= 0, across > 0):
         if half.sum() > 1:
-            drawn = _lines(axes, level[:, half], across[half], (low, high), span)
+            drawn = _half(axes, level[:, half], across[half], (low, high), span)
     axes.set_xlim(across.min(), across.max())
     axes.set_ylim(low, high)
     axes.set_facecolor("#303030")
     axes.grid(False)
-    slant = image.attrs["geometry"] == "slant"
-    sides = "port  |  starboard,  " if (across < 0).any() and (across > 0).any() else ""
-    axes.set_xlabel(sides + ("slant range [m]" if slant else "distance across the track [m]"))
+    axes.set_xlabel(across_name(image))
     axes.xaxis.set_major_formatter(lambda value, _: f"{abs(value):g}")
     axes.set_ylabel(name)
-    axes.set_title(title)
-    figure.colorbar(drawn, ax=axes, label=NAMES[image.attrs["gain"]], pad=0.01)
-    return figure
+    return drawn
+
+
+def across_name(image: xr.Dataset, note: str = "") -> str:
+    """What the abscissa of an image is.
+
+    Args:
+        image: The image.
+        note: What is added, such as which sound speed was taken.
+    """
+    across, slant = image["across"].values, image.attrs["geometry"] == "slant"
+    sides = "port  |  starboard,  " if (across < 0).any() and (across > 0).any() else ""
+    return f"{sides}{'slant range' if slant else 'distance across the track'}{note} [m]"
 
 
 def waterfall_of_sides(dataset: xr.Dataset, sound: Heard, **words: Any) -> Figure:
@@ -100,10 +123,10 @@ def waterfall_of_sides(dataset: xr.Dataset, sound: Heard, **words: Any) -> Figur
         sound: The same, ready to be drawn.
         words: As for `sidescan_image`.
     """
-    return sidescan(sidescan_image(dataset, sound, **words), sound.named())
+    return sidescan(sidescan_image(dataset, sound, **words), sound.named(), sound.mean_speed_note)
 
 
-def _rows(image: xr.Dataset) -> tuple[float, float, str]:
+def rows(image: xr.Dataset) -> tuple[float, float, str]:
     """Lower and upper edge of the rows, and what they count: the distance run where it grows evenly, else pings."""
     along, pings = image["along"].values, image["ping"].values
     if along[-1] > 0 and np.abs(along - np.linspace(0, along[-1], len(along))).max() <= EVEN * along[-1]:
@@ -112,9 +135,7 @@ def _rows(image: xr.Dataset) -> tuple[float, float, str]:
     return float(pings[0]) - 0.5, float(pings[-1]) + 0.5, "ping"
 
 
-def _lines(
-    axes: Axes, level: Floats, across: Floats, rows: tuple[float, float], span: tuple[float, float]
-) -> AxesImage:
+def _half(axes: Axes, level: Floats, across: Floats, rows: tuple[float, float], span: tuple[float, float]) -> AxesImage:
     return axes.imshow(
         thinned(level, COLUMNS), aspect="auto", origin="lower", cmap=style.COPPER, vmin=span[0], vmax=span[1],
         interpolation="nearest", extent=(across[0], across[-1], *rows),

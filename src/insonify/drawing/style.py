@@ -102,7 +102,7 @@ def keep(figure: Figure, path: str | Path) -> Path:
     return target
 
 
-def range_axis(axes: Axes, sound_speed: float, altitude: float | None = None) -> None:
+def range_axis(axes: Axes, sound_speed: float, altitude: float | None = None, note: str = "") -> None:
     """A second axis on top of a time axis in milliseconds: the range that a direct echo comes from.
 
     Args:
@@ -110,6 +110,7 @@ def range_axis(axes: Axes, sound_speed: float, altitude: float | None = None) ->
         sound_speed: Sound speed [m/s].
         altitude: Height of the sonar above the seabed [m]; then the axis is ground range, where it is on the bed
             at all the times shown. None: slant range.
+        note: What is added to the name of the axis, such as which sound speed was taken.
     """
     metres_per_ms = sound_speed / 2 * 1e-3
     first = axes.get_xlim()[0] * metres_per_ms
@@ -124,7 +125,7 @@ def range_axis(axes: Axes, sound_speed: float, altitude: float | None = None) ->
             return np.hypot(np.asarray(distance, float), h) / metres_per_ms
 
         top = axes.secondary_xaxis("top", functions=(ground, back))
-        top.set_xlabel("ground range of a direct echo [m]")
+        top.set_xlabel(f"ground range of a direct echo{note} [m]")
     else:
 
         def slant(time: ArrayLike) -> NDArray[np.float64]:
@@ -134,4 +135,4 @@ def range_axis(axes: Axes, sound_speed: float, altitude: float | None = None) ->
             return np.asarray(distance, float) / metres_per_ms
 
         top = axes.secondary_xaxis("top", functions=(slant, again))
-        top.set_xlabel("slant range of a direct echo [m]")
+        top.set_xlabel(f"slant range of a direct echo{note} [m]")

@@ -40,7 +40,7 @@ def _lines(axes: Axes, sound: Heard, level: Floats, span: tuple[float, float]) -
     )  # fmt: skip
     axes.grid(False)
     axes.set_facecolor("#303030")
-    axes.set_xlabel("slant range [m]")
+    axes.set_xlabel(f"slant range{sound.mean_speed_note} [m]")
     axes.set_ylabel("ping")
     return image
 

@@ -18,7 +18,11 @@ Floats = NDArray[np.float64]
 
 GOLDEN = 0.6180339887498949
 TILE = 32
-"""Cells of a tile in each direction."""
+"""Rings of a tile."""
+ACROSS = 4
+"""Sectors of a tile: few, for most tiles that a narrow beam is near lie beside it."""
+TILES_PER_BLOCK = 32
+"""Tiles that are drawn together."""
 WIDEST_CELL = 0.02
 """A cell is never wider than this, however wide the beam, so that shadows keep their edges [rad]."""
 
@@ -45,24 +49,31 @@ class Rings:
         self.azimuth = 2 * np.pi / float(sectors)
         first = int(np.hypot(reach.nearest, reach.height) / self.slant) // TILE
         last = int(np.hypot(reach.farthest, reach.height) / self.slant) // TILE
-        rows, columns = np.mgrid[first : last + 1, 0 : int(sectors) // TILE]
+        rows, columns = np.mgrid[first : last + 1, 0 : int(sectors) // ACROSS]
         self.tiles = np.stack([rows.ravel(), columns.ravel()], axis=-1)
 
     def in_view(self, rays: Rays, families: tuple[str, ...], floor: float) -> NDArray[np.int64]:
         """Tiles that the two-way beam reaches above a floor [1], rows of (ring, sector), shape (n, 2)."""
-        ring, sector = self.tiles.T
-        near, far = (self._ground((ring + side) * TILE * self.slant) for side in (0, 1))
-        middle, width = (near + far) / 2, TILE * self.azimuth
-        centre = self._place(middle, (sector + 0.5) * width)
-        half_diagonal = np.hypot((far - near) / 2, far * width / 2)
-        bound = beam_bound(centre, half_diagonal, self.stance, self.depth, rays, families, rise=self.rise)
-        return np.asarray(self.tiles[(bound >= floor) & (far > 0)])
+
+        def seen(tiles: NDArray[np.int64], across: int) -> NDArray[np.int64]:
+            ring, sector = tiles.T
+            near, far = (self._ground((ring + side) * TILE * self.slant) for side in (0, 1))
+            middle, width = (near + far) / 2, across * self.azimuth
+            centre = self._place(middle, (sector + 0.5) * width)
+            half_diagonal = np.hypot((far - near) / 2, far * width / 2)
+            bound = beam_bound(centre, half_diagonal, self.stance, self.depth, rays, families, rise=self.rise)
+            return np.asarray(tiles[(bound >= floor) & (far > 0)])
+
+        beside = TILE // ACROSS
+        wide = seen(self.tiles[self.tiles[:, 1] % beside == 0] // (1, beside), TILE)
+        strips = np.stack([np.repeat(wide[:, 0], beside), (wide[:, 1, None] * beside + np.arange(beside)).ravel()], -1)
+        return seen(strips, ACROSS)
 
     def points(self, tiles: NDArray[np.int64]) -> tuple[Floats, Floats, NDArray[np.uint64]]:
         """North and east [m] (n, 2), area [m^2] and key of the cells of some tiles, but none above the boundary."""
-        cell = np.arange(TILE)
-        ring = (tiles[:, 0, None, None] * TILE + cell[:, None] + 0 * cell).ravel()
-        sector = (tiles[:, 1, None, None] * TILE + 0 * cell[:, None] + cell).ravel()
+        out, across = np.arange(TILE)[:, None], np.arange(ACROSS)
+        ring = (tiles[:, 0, None, None] * TILE + out + 0 * across).ravel()
+        sector = (tiles[:, 1, None, None] * ACROSS + 0 * out + across).ravel()
         inner, outer = (np.maximum((ring + side) * self.slant, self.height) for side in (0, 1))
         there = outer > inner
         ring, sector, inner, outer = ring[there], sector[there], inner[there], outer[there]

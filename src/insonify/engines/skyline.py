@@ -387,6 +387,10 @@ class Remembered:
         self._most, self._lock = most, Lock()
         self._made: dict[Any, Skylines] = {}
 
+    def __reduce__(self) -> tuple[type[Remembered], tuple[int]]:
+        """Another process begins with nothing remembered."""
+        return Remembered, (self._most,)
+
     def get(self, key: Any, make: Callable[[], Skylines]) -> Skylines:
         """The skylines of a key, made where they are not remembered."""
         with self._lock:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify import streams
-from insonify.engines.rings import Rings
+from insonify.engines import rings
 from insonify.engines.sampling import Resolution, reach, survey_speed, tiles_in_view
 from insonify.engines.targets import target_points
 from insonify.propagation.choice import PathChoice
@@ -98,14 +98,15 @@ class View:
         heard = self._reach(boundary, depth, kept)
         if heard.farthest < 0:
             return []
-        rings = Rings(self.stance, depth, heard, self.resolution, rise=self.rise(boundary))
-        tiles = rings.in_view(self.rays, kept, float(amplitude_ratio(self.choice.beam_floor_db)))
+        cells = rings.Rings(self.stance, depth, heard, self.resolution, rise=self.rise(boundary))
+        tiles = cells.in_view(self.rays, kept, float(amplitude_ratio(self.choice.beam_floor_db)))
 
         def laid(part: NDArray[np.int64]) -> Scatterers:
-            place, area, key = rings.points(part)
+            place, area, key = cells.points(part)
             return self._lie(boundary, depth, law, place, area, np.ones(len(area), complex), key)
 
-        return [partial(laid, tiles[s : s + TILES_PER_BLOCK]) for s in range(0, len(tiles), TILES_PER_BLOCK)]
+        together = rings.TILES_PER_BLOCK
+        return [partial(laid, tiles[s : s + together]) for s in range(0, len(tiles), together)]
 
     def _line(self, boundary: Boundary, depth: float, law: Law, kept: tuple[str, ...]) -> list[Block]:
         """Cells along the beam's plane, a few to each cell of slant range: what the farthest ground cell comes to."""

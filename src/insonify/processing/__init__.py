@@ -4,7 +4,8 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from insonify.processing.gain import along_db, lambert_db, learnt_db, tvg_db
-from insonify.processing.ground import first_return, slant_to_ground
+from insonify.processing.ground import first_return, samples_spanned, slant_to_ground
+from insonify.processing.image_labels import image_labels
 from insonify.processing.level import recorded_level
 from insonify.processing.sidescan import GAINS, sidescan
 
@@ -97,6 +98,7 @@ __all__ = [
     "fan_of_beams",
     "first_return",
     "flat_bed_elevation",
+    "image_labels",
     "interferometric_bathymetry",
     "interferometric_depth",
     "lambert_db",
@@ -110,6 +112,7 @@ __all__ = [
     "phase_to_elevation",
     "recorded_level",
     "resolution_along",
+    "samples_spanned",
     "sidescan",
     "slant_to_ground",
     "synthetic_aperture_image",

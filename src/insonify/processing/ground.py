@@ -70,14 +70,28 @@ def slant_to_ground(level: Floats, slant: Floats, altitude: Floats, ground: Floa
     Returns:
         Levels [dB], shape (pings, cells); NaN where the recording does not reach, or is not there.
     """
-    step, cell = slant[1] - slant[0], ground[1] - ground[0]
-    edges = np.maximum(np.concatenate([ground - cell / 2, [ground[-1] + cell / 2]]), 0)
     out = np.full((len(level), len(ground)), np.nan)
     for row in range(len(level)):
         if np.isfinite(altitude[row]) and not np.isnan(level[row]).all():
-            reach = (np.hypot(edges, altitude[row]) - slant[0]) / step + 0.5
-            out[row] = _means(intensity_ratio(level[row]), reach)
+            out[row] = _means(intensity_ratio(level[row]), samples_spanned(slant, float(altitude[row]), ground))
     return level_db(out)
+
+
+def samples_spanned(slant: Floats, altitude: float, ground: Floats) -> Floats:
+    """Where cells of the ground begin and end in a recording, counted in samples.
+
+    Args:
+        slant: Slant range of each sample, evenly spaced [m], shape (samples,).
+        altitude: Height above the bed [m]; 0 where the cells are of slant range themselves.
+        ground: Distances on the ground, evenly spaced, middle of each cell [m], shape (cells,).
+
+    Returns:
+        Edges of the cells, shape (cells + 1,): sample k lies from k to k + 1; outside of 0 to samples is nothing.
+    """
+    step, cell = slant[1] - slant[0], ground[1] - ground[0]
+    edges = np.maximum(np.concatenate([ground - cell / 2, [ground[-1] + cell / 2]]), 0)
+    # rounding must not put an edge just outside of the recording
+    return np.asarray(np.round((np.hypot(edges, altitude) - slant[0]) / step + 0.5, 9))
 
 
 def _means(power: Floats, edges: Floats) -> Floats:

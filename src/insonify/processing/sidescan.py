@@ -56,13 +56,16 @@ def sidescan(
         if geometry == "ground":
             across = _ground(slant, height)
             lines = slant_to_ground(lines, slant, height, across)
-        parts.append((side, lines, across))
-    pieces = [(lines[:, ::-1], -across[::-1]) if side < 0 else (lines, across) for side, lines, across in parts]
-    return image(
-        np.concatenate([lines for lines, _ in pieces], axis=1), np.concatenate([across for _, across in pieces]),
+        mirrored = slice(None, None, -1) if side < 0 else slice(None)
+        parts.append((lines[:, mirrored], (side or 1) * across[mirrored], np.full(len(across), channel)))
+    made = image(
+        np.concatenate([lines for lines, _, _ in parts], axis=1), np.concatenate([across for _, across, _ in parts]),
         _along(recording), geometry=geometry, gain=gain, altitude=height, pings=_numbers(recording),
         attributes={"sound_speed": sound_speed},
     )  # fmt: skip
+    channels = np.concatenate([channel for _, _, channel in parts])
+    about = {"units": "1", "long_name": "row of the recording's channel"}
+    return made.assign_coords(channel=("across", channels, about))
 
 
 def _check(what: str, value: str, known: tuple[str, ...]) -> None:

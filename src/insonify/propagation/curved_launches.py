@@ -50,6 +50,14 @@ class CurvedLaunches:
         self._made: dict[str, tuple[float, float, NDArray[np.float64]]] = {}
         self._lock = Lock()
 
+    def __getstate__(self) -> dict[str, Any]:
+        """All but the lock, which another process has to have of its own."""
+        return {name: value for name, value in self.__dict__.items() if name != "_lock"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Take up what was carried over."""
+        self.__dict__.update(state, _lock=Lock())
+
     def steepness(self, family: str, distance: Floats, depth: Floats) -> Floats:
         """Read from the grid, see `Launches`."""
         top, height, climb = self._grid(family)

@@ -9,6 +9,7 @@ import math
 import threading
 import warnings
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,6 +65,10 @@ class Tables:
     made: dict[tuple[str, Boundary, int], LegTable | None] = field(default_factory=dict, repr=False)
     """None where a table failed its test."""
     making: threading.Lock = field(default_factory=threading.Lock, repr=False)
+
+    def __reduce__(self) -> tuple[type["Tables"], tuple[Any, ...]]:
+        """All but the lock, which another process has to have of its own."""
+        return Tables, (self.column, self.domain, self.bodies, self.ground, self.made)
 
     def rays(self, family: str, boundary: Boundary, source_depth: float, depths: Floats, ranges: Floats) -> Found:
         """All rays of a family to some points.

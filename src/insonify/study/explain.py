@@ -24,6 +24,8 @@ STRONGEST = 3
 """Arrivals of each kind that are written out."""
 TERMS = ("source", "t beam", "r beam", "spread", "absorb", "bounce", "scatter", "pulse", "level")
 """Columns that add up: all but the last, to the last."""
+LEAST = 0.05
+"""Loss by soft edges from which on they have a column of their own [dB]."""
 NOTE = "distance: straight from the receiver to the scatterer; level: the sum of the columns before it"
 
 
@@ -62,6 +64,22 @@ class Behind:
         factors = [sent, heard, p.spreading, p.absorption, p.boundary, scattering, self.shape]
         terms = [np.full(len(p), self.stance.source_level_db), *(level_db(np.abs(factor) ** 2) for factor in factors)]
         return np.stack([*terms, level_db(np.abs(self.pressure) ** 2)], axis=1)
+
+    def extras(self) -> dict[str, NDArray[np.float64]]:
+        """Further columns by name, each of shape (n,), those only in which anything stands.
+
+        `edges` [dB]: what soft edges of shadows take, both ways, jitter of amplitudes included; `budget` has it in
+        the scattering. `caustic` [deg]: 90 for each caustic touched; near one, the phase itself has a little less.
+        """
+        p = self.paths
+        bare = p.spreading * p.absorption * np.abs(p.boundary) * p.scattering
+        edges = np.asarray(level_db((np.abs(p.amplitude[:, 0]) / np.maximum(bare, 1e-300)) ** 2), np.float64)
+        found: dict[str, NDArray[np.float64]] = {}
+        if np.any(np.abs(edges) > LEAST):
+            found["edges"] = edges
+        if np.any(p.caustics):
+            found["caustic"] = 90.0 * p.caustics.astype(np.float64)
+        return found
 
     def mean_square(self) -> float:
         """Expected square of the pressure [uPa^2]: a coherent sum in each group, an incoherent one over the groups."""
@@ -103,7 +121,20 @@ def explain(dataset: xr.Dataset, ping: int, time: float, *, channel: int | None 
     beam = f"{side}beam {chosen} ({np.degrees(float(dataset['steer'][chosen])):+g} deg{why})"
     count = len(behind.paths)
     head = f"ping {ping}, {beam}, {when * 1e3:.3f} ms: {count or 'no'} arrival{'s' * (count != 1)}\n"
-    return "\n".join([head, *([_table(behind), "", NOTE, ""] if count else []), _verdict(behind, recorded, name)])
+    told = [_table(behind), "", *_notes(behind), ""] if count else []
+    return "\n".join([head, *told, _verdict(behind, recorded, name)])
+
+
+def _notes(behind: Behind) -> list[str]:
+    """What the columns of the table mean, those that need it."""
+    extras, notes = behind.extras(), [NOTE]
+    if behind.listening.scenario.surface.bounce != "mirror" and np.any(behind.paths.bounces):
+        notes.append("bounce: all reflections; a ray numbered S2, S3, ... is a glint, its share of the energy included")
+    if "edges" in extras:
+        notes.append("edges: sound that bends around the edges of targets, out and back")
+    if "caustic" in extras:
+        notes.append("caustic: what the caustics touched turn the phase by; near one it is a little less")
+    return notes
 
 
 def _kinds(behind: Behind) -> dict[tuple[str, str], NDArray[np.int64]]:
@@ -122,17 +153,26 @@ def _kinds(behind: Behind) -> dict[tuple[str, str], NDArray[np.int64]]:
 
 def _table(behind: Behind) -> str:
     """Each kind of arrival with its count and levels, and the strongest of them line by line."""
-    kinds, terms = _kinds(behind), behind.budget()
+    kinds, terms, extras = _kinds(behind), behind.budget(), behind.extras()
+    names = list(TERMS)
+    if "edges" in extras:
+        names.insert(names.index("scatter") + 1, "edges")
+        terms[:, TERMS.index("scatter")] -= extras["edges"]
+        terms = np.insert(terms, names.index("edges"), extras["edges"], axis=1)
+    turned = extras.get("caustic")
     strength = np.abs(behind.pressure)
-    widest = f"{'delay':>9s} {'out':<4s}{'back':<4s}{'distance':>9s}" + "".join(f"{term:>8s}" for term in TERMS)
-    lines = [widest + f"{'phase':>7s}", f"{'ms':>9s}{'m':>18s}" + f"{'dB':>8s}" * len(TERMS) + f"{'deg':>7s}"]
+    widest = f"{'delay':>9s} {'out':<4s}{'back':<4s}{'distance':>9s}" + "".join(f"{term:>8s}" for term in names)
+    phases = ["phase"] if turned is None else ["phase", "caustic"]
+    lines = [widest + "".join(f"{name:>8s}" for name in phases),
+             f"{'ms':>9s}{'m':>18s}" + f"{'dB':>8s}" * len(names) + f"{'deg':>8s}" * len(phases)]  # fmt: skip
     for (owner, pair), rows in list(kinds.items())[:SHOWN]:
         apart, together = float(np.sum(strength[rows] ** 2)), float(abs(behind.pressure[rows].sum()) ** 2)
         count = f"{len(rows)} arrival{'s' * (len(rows) != 1)}"
         sums = f"incoherent sum {_db(apart)} dB, coherent sum {_db(together)} dB re 1 uPa"
         lines.append(f"{owner} {pair}: {count}, {sums}")
         strongest = rows[np.argsort(-strength[rows], kind="stable")[:STRONGEST]]
-        lines += [_line(behind, int(row), terms[row]) for row in strongest]
+        more = ["" if turned is None else f"{turned[row]:8.0f}" for row in strongest]
+        lines += [_line(behind, int(row), terms[row]) + end for row, end in zip(strongest, more, strict=True)]
     if len(kinds) > SHOWN:
         rest = np.concatenate(list(kinds.values())[SHOWN:])
         apart = float(np.sum(strength[rest] ** 2))
@@ -148,7 +188,7 @@ def _line(behind: Behind, row: int, terms: NDArray[np.float64]) -> str:
     phase = round(float(np.degrees(np.angle(behind.pressure[row])))) + 0
     out, back = p.rays(row)
     where = f"{out:<4s}{back:<4s}{away:9.2f}"
-    return f"{p.delay[row] * 1e3:9.4f} {where}{cells}{phase:7d}"
+    return f"{p.delay[row] * 1e3:9.4f} {where}{cells}{phase:8d}"
 
 
 def _verdict(behind: Behind, recorded: complex, name: str) -> str:

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from insonify.records.pairs import Pairs
 from insonify.sonar.stance import Stance
 from insonify.synthesis.weights import leg_weights
+from insonify.units import amplitude_ratio
 
 Floats = NDArray[np.float64]
 
@@ -17,16 +18,17 @@ def add_flashes(bins: Floats, start: float, rate: float, pairs: Pairs, stance: S
     weighted by what each sends back. Bins do not interfere with one another.
 
     Args:
-        bins: Added to in place, shape (channels, MOMENTS, bins), rows as in `insonify.synthesis._label_kernel`.
+        bins: Added to in place, shape (channels, bins, MOMENTS), columns as in `insonify.synthesis._label_kernel`.
         start: Delay of the first bin [s].
         rate: Bins per second [Hz].
         pairs: The facets of one target, and their pairs of legs.
         stance: The sonar at that ping.
     """
     i, j = pairs.pair.T
-    count = bins.shape[-1]
+    count = bins.shape[1]
     bin_of = np.rint((pairs.out.delay[i] + pairs.back.delay[j] - start) * rate)
-    sent = leg_weights(pairs.out, stance.transmit_beams, stance.frequency)
+    level = float(amplitude_ratio(stance.source_level_db))
+    sent = leg_weights(pairs.out, stance.transmit_beams, stance.frequency, level)
     heard = leg_weights(pairs.back, stance.receive_beams, stance.frequency)
     place = pairs.scatterers.position
     distance = np.linalg.norm(place - stance.receive_place, axis=1)
@@ -38,7 +40,7 @@ def add_flashes(bins: Floats, start: float, rate: float, pairs: Pairs, stance: S
         which, told = bin_of[rows].astype(np.int64), weight[rows]
         real, imaginary = (np.bincount(which, part, count) for part in (told.real, told.imag))
         energy, apart = real**2 + imaginary**2, np.bincount(which, np.abs(told) ** 2, count)
-        mine[0] += energy
-        for moment, column in zip(mine[1:], columns, strict=True):
+        mine[:, 0] += energy
+        for moment, column in zip(mine[:, 1:].T, columns, strict=True):
             whole = np.bincount(which, np.abs(told) ** 2 * column[rows], count)
             moment += energy * np.divide(whole, apart, out=np.zeros(count), where=apart > 0)

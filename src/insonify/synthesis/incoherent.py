@@ -73,9 +73,25 @@ class Incoherent:
 
     def take_in(self, energies: Energies, pairs: Pairs) -> None:
         """Add the mean intensity of one block of scatterers."""
-        level = float(amplitude_ratio(self.stance.source_level_db))
-        sent = leg_weights(pairs.out, self.stance.transmit_beams, self.stance.frequency, level)
-        heard = leg_weights(pairs.back, self.stance.receive_beams, self.stance.frequency)
+        self.add(energies, pairs, *self.weights(pairs))
+
+    def weights(self, pairs: Pairs) -> tuple[Complexes, Complexes]:
+        """Complex weight of the legs out [uPa] and back [1] of a block in each beam, (beams, f, n) each."""
+        here, level = self.stance, float(amplitude_ratio(self.stance.source_level_db))
+        heard = leg_weights(pairs.back, here.receive_beams, here.frequency)
+        if pairs.out is pairs.back and here.alike:
+            return level * heard, heard
+        return leg_weights(pairs.out, here.transmit_beams, here.frequency, level), heard
+
+    def add(self, energies: Energies, pairs: Pairs, sent: Complexes, heard: Complexes) -> None:
+        """Add the mean intensity of some pairs of a block.
+
+        Args:
+            energies: Added to in place.
+            pairs: All pairs of the block, or some of them.
+            sent: Weights of its legs out, as from `weights`.
+            heard: Of its legs back.
+        """
         for part in interfering(pairs):
             self._add(energies, part, sent, heard)
 
@@ -86,16 +102,20 @@ class Incoherent:
         if pairs.together:
             self._add_together(energies, pairs, sent, heard)
             return
+        # A pair and its reverse arrive together, and unless jitter parts them they are one.
+        mirrored = pairs.out is pairs.back and mean == kept and _symmetric(pairs.pair)
+        rows = np.flatnonzero(pairs.pair[:, 0] <= pairs.pair[:, 1]) if mirrored else np.arange(len(pairs.pair))
         for channel in range(self.stance.channel_count):
             delay, energy, first, late, weight = _sort(
                 pairs.out.delay, pairs.back.delay, sent[channel % len(sent)], heard[channel % len(heard)],
-                pairs.pair, pairs.strength, support, kept, mean - kept,
+                pairs.pair, rows, mirrored, pairs.strength, support, kept, mean - kept,
             )  # fmt: skip
             spread_energy(energies.cells[channel], self.grid.first_time, self.grid.energy_rate, delay, energy)
-            add_groups(
-                energies.intensity[channel], self.grid.start, self.grid.sample_rate, self.table.samples,
-                self.table.start, self.table.rate, first, late, weight, kept, mean - kept,
-            )  # fmt: skip
+            if len(late):
+                add_groups(
+                    energies.intensity[channel], self.grid.start, self.grid.sample_rate, self.table.samples,
+                    self.table.start, self.table.rate, first, late, weight, kept, mean - kept,
+                )  # fmt: skip
 
     def _add_together(self, energies: Energies, pairs: Pairs, sent: Complexes, heard: Complexes) -> None:
         """Add facets of one target, whose arrivals all interfere; a pair of rays is one replica of all of them."""
@@ -177,28 +197,55 @@ def _likeness_of(samples: bytes, rate: float) -> tuple[NDArray[np.complex64], fl
     return (alike / alike[0].real).astype(np.complex64), duration
 
 
+def _symmetric(pair: NDArray[np.int64]) -> bool:
+    """Whether the reverse of every pair is there too."""
+    there = set(map(tuple, pair.tolist()))
+    return there == {(j, i) for i, j in there}
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def _sort(
     delay_out: Floats, delay_back: Floats, sent: Complexes, heard: Complexes, pair: NDArray[np.int64],
-    strength: Floats, support: float, kept: float, apart: float,
+    rows: NDArray[np.int64], mirrored: bool, strength: Floats, support: float, kept: float, apart: float,
 ) -> tuple[Floats, Floats, NDArray[np.int64], Floats, Complexes]:  # fmt: skip
     """Sort the replicas of every scatterer into those that stand alone in time and those that interfere.
+
+    Args:
+        delay_out: One-way delays of the legs out [s], (f, n).
+        delay_back: Of the legs back [s], (g, n).
+        sent: Weights of the legs out in one beam, (f, n).
+        heard: Of the legs back, (g, n).
+        pair: Rows of the legs out and back, (p, 2).
+        rows: Which of the pairs are asked.
+        mirrored: Whether each of them stands for its reverse too, which is as late and not asked.
+        strength: Pressure scattered re incident [m], (p, n).
+        support: How far apart replicas still interfere [s].
+        kept: Part of interference that jitter leaves [1].
+        apart: Energy of each replica that does not interfere [1].
 
     Returns:
         Delay and energy of those alone; then, of the others, the first row of each group (and the end),
         delay and weight.
     """
-    count, points = pair.shape[0], delay_out.shape[1]
+    count, points = rows.size, delay_out.shape[1]
     alone_delay, alone_energy = np.empty(count * points), np.empty(count * points)
     first, late = np.empty(count * points + 1, np.int64), np.empty(count * points)
     weight = np.empty(count * points, np.complex128)
     tau, w, order = np.empty(count), np.empty(count, np.complex128), np.empty(count, np.int64)
-    alone, groups, rows = 0, 0, 0
+    # neighbours arrive in much the same order, so that there is little left to sort
+    usual, k = np.zeros(count), points // 2
+    for p in range(count if points > 0 else 0):
+        usual[p] = delay_out[pair[rows[p], 0], k] + delay_back[pair[rows[p], 1], k]
+    asked = rows[np.argsort(usual)]
+    alone, groups, filled = 0, 0, 0
     for n in range(points):
         m = 0
-        for p in range(count):
+        for p in asked:
             i, j = pair[p, 0], pair[p, 1]
-            value = sent[i, n] * heard[j, n] * strength[p, n]
+            value = sent[i, n] * heard[j, n]
+            if mirrored and i != j:
+                value += sent[j, n] * heard[i, n]
+            value *= strength[p, n]
             if value != 0:
                 tau[m] = delay_out[i, n] + delay_back[j, n]
                 w[m] = value
@@ -222,12 +269,12 @@ def _sort(
                 alone_energy[alone] = kept * abs(total) ** 2 + apart * energy
                 alone += 1
             else:
-                first[groups] = rows
+                first[groups] = filled
                 groups += 1
                 for k in range(a, b):
-                    late[rows] = tau[order[k]]
-                    weight[rows] = w[order[k]]
-                    rows += 1
+                    late[filled] = tau[order[k]]
+                    weight[filled] = w[order[k]]
+                    filled += 1
             a = b
-    first[groups] = rows
-    return alone_delay[:alone], alone_energy[:alone], first[: groups + 1], late[:rows], weight[:rows]
+    first[groups] = filled
+    return alone_delay[:alone], alone_energy[:alone], first[: groups + 1], late[:filled], weight[:filled]

@@ -8,6 +8,7 @@ seabed is missing: the cut legs carry their own echo, as it would be if nothing 
 from dataclasses import dataclass, field
 from functools import reduce
 from operator import iadd
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,11 +23,16 @@ from insonify.synthesis._label_kernel import MOMENTS, add_places
 from insonify.synthesis.flashes import add_flashes
 from insonify.synthesis.incoherent import Energies, Incoherent
 from insonify.synthesis.levels import ALL, CurveSet, pair_name
+from insonify.units import intensity_ratio
 
 Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+Rows = NDArray[np.intp]
 Key = tuple[str, str]
 HIDDEN = "hidden"
 """Stands for the pair where a key means what an owner hides."""
+POINTS = 3.0
+"""Most points to a resolution cell of a boundary: over relief as even as the quick reading of the recording [1]."""
 STRAIGHT = pair_name(DIRECT, DIRECT)
 
 
@@ -51,7 +57,7 @@ class Kept:
     curves: CurveSet
     """Energies by (owner, pair); the pair `ALL` is left out where an owner has but one."""
     bins: dict[Key, Floats] = field(default_factory=dict)
-    """Energy and places by (owner, pair) and by (who cuts, `HIDDEN`), each (channels, MOMENTS, bins)."""
+    """Energy and places by (owner, pair) and by (who cuts, `HIDDEN`), each (channels, bins, MOMENTS)."""
 
     def __iadd__(self, other: "Kept") -> "Kept":
         """Add what another has heard."""
@@ -87,66 +93,67 @@ class Labelling:
         """Add one block of scatterers to its owner."""
         owner = pairs.scatterers.owner
         names = np.array([pair_name(out, back) for out, back in pairs.names()])
-        found = list(dict.fromkeys(names.tolist()))
-        parts = {name: pairs.only(np.flatnonzero(names == name)) for name in found}
+        parts = {name: pairs.only(np.flatnonzero(names == name)) for name in dict.fromkeys(names.tolist())}
+        sent, heard = self.whole.weights(pairs)
+        out, back = _power(sent), _power(heard)
         if len(parts) > 1:
-            self._hear(kept, (owner, ALL), pairs)
-        out, back = self._powers(pairs)
+            self._hear(kept, (owner, ALL), pairs, sent, heard)
         for name, part in parts.items():
-            self._hear(kept, (owner, name), part)
+            self._hear(kept, (owner, name), part, sent, heard)
             self._lay(kept, (owner, name), part, out, back)
         if pairs.scatterers.boundary == "seabed" and STRAIGHT in parts:
             self._miss(kept, parts[STRAIGHT])
 
-    def _hear(self, kept: Kept, key: Key, pairs: Pairs) -> None:
+    def _hear(self, kept: Kept, key: Key, pairs: Pairs, sent: Complexes, heard: Complexes) -> None:
         if key not in kept.curves:
             kept.curves[key] = self.whole.silence()
-        self.whole.take_in(kept.curves[key], pairs)
+        self.whole.add(kept.curves[key], pairs, sent, heard)
 
-    def _powers(self, pairs: Pairs, *, free: bool = False) -> tuple[Floats, Floats]:
-        """Power of the legs out and back in each beam, (beams, f, n); free: as if nothing cut them."""
-        here = self.whole.stance
-        ends: list[tuple[Legs, Beams]] = [(pairs.out, here.transmit_beams), (pairs.back, here.receive_beams)]
-        found = []
-        for legs, beams in ends:
-            power = (legs.spreading * legs.absorption * np.abs(legs.boundary)) ** 2
-            if not free:
-                power = np.where(legs.visibility == 0, 0.0, power) * np.abs(legs.visibility) ** 2
-            found.append(np.asarray(np.abs(beams.gain(legs.departure)) ** 2 * power, float))
-        return found[0], found[1]
+    def _lay(self, kept: Kept, key: Key, pairs: Pairs, out: Floats, back: Floats, at: Rows | None = None) -> None:
+        """Add the places of some paths, given the powers of their legs, to the bins of a key.
 
-    def _lay(self, kept: Kept, key: Key, pairs: Pairs, out: Floats, back: Floats) -> None:
-        """Add the places of some paths, given the powers of their legs, to the bins of a key."""
+        Args:
+            kept: What has been heard so far.
+            key: Whose they are.
+            pairs: The paths.
+            out: Power of the legs out in each beam [uPa^2], (beams, f, points).
+            back: Of the legs back [1].
+            at: Which points the powers are of; None: all of them.
+        """
         here, grid = self.whole.stance, self.whole.grid
         lead, tail = self._ringing
         if key not in kept.bins:
-            kept.bins[key] = np.zeros((here.channel_count, MOMENTS, grid.count + lead + tail))
-        place = pairs.scatterers.position
+            kept.bins[key] = np.zeros((here.channel_count, grid.count + lead + tail, MOMENTS))
         start = grid.start - lead / grid.sample_rate
         if pairs.together:
             add_flashes(kept.bins[key], start, grid.sample_rate, pairs, here)
             return
-        distance = np.linalg.norm(place - here.receive_place, axis=1)
+        rows: Any = slice(None) if at is None else at
+        place = pairs.scatterers.position[rows]
         for channel, bins in enumerate(kept.bins[key]):
             add_places(
-                bins, start, grid.sample_rate, pairs.out.delay, pairs.back.delay,
-                out[channel % len(out)], back[channel % len(back)], pairs.pair, pairs.strength, place, distance,
-                pairs.out.grazing, pairs.back.grazing,
+                bins, start, grid.sample_rate, pairs.out.delay[:, rows], pairs.back.delay[:, rows],
+                out[channel % len(out)], back[channel % len(back)], pairs.pair, pairs.strength[:, rows], place,
+                here.receive_place, pairs.out.grazing[:, rows], pairs.back.grazing[:, rows],
             )  # fmt: skip
 
     def _miss(self, kept: Kept, pairs: Pairs) -> None:
         """Add what the direct paths to some ground would have brought, had nothing cut them."""
-        rows = [np.unique(legs.occluder[legs.status == Status.OCCLUDED]) for legs in (pairs.out, pairs.back)]
-        cutters = np.unique(np.concatenate(rows))
-        if not len(cutters):
+        cut = np.zeros(len(pairs.scatterers), bool)
+        for legs, rows in ((pairs.out, pairs.pair[:, 0]), (pairs.back, pairs.pair[:, 1])):
+            cut |= (legs.status[rows] == Status.OCCLUDED).any(axis=0)
+        at = np.flatnonzero(cut)
+        if not len(at):
             return
-        out, back = self._powers(pairs, free=True)
-        for cutter in cutters:
+        here = self.whole.stance
+        out = _free(pairs.out, here.transmit_beams, at) * intensity_ratio(here.source_level_db)
+        back = _free(pairs.back, here.receive_beams, at)
+        cutters = {int(row) for legs in (pairs.out, pairs.back) for row in np.unique(legs.occluder[:, at])}
+        for cutter in sorted(cutters - {-1}):
             owner = "seabed" if cutter == SEABED else self.cutters[cutter]
-            for i, j in pairs.pair:
-                lost = _taken(pairs.out, pairs.back, int(i), int(j), int(cutter))
-                part = pairs.only(np.flatnonzero((pairs.pair == (i, j)).all(axis=1)))
-                self._lay(kept, (owner, HIDDEN), part, out * lost, back)
+            for row, (i, j) in enumerate(pairs.pair):
+                lost = _taken(pairs.out, pairs.back, int(i), int(j), cutter)[at]
+                self._lay(kept, (owner, HIDDEN), pairs.only(np.array([row])), out * lost, back, at)
 
     @property
     def _ringing(self) -> tuple[int, int]:
@@ -165,7 +172,7 @@ class Labelling:
     def series(self, kept: Kept) -> Labels:
         """The labels of the ping."""
         by_owner, by_pair = self._intensities(kept.curves)
-        energy = {key: self._smeared(bins[:, 0]) for key, bins in kept.bins.items()}
+        energy = {key: self._smeared(bins[..., 0]) for key, bins in kept.bins.items()}
         silent = np.zeros(by_owner.shape[::2])
         echo = {key: value for key, value in energy.items() if key[1] != HIDDEN}
         there = sum(echo.values(), silent) > 0
@@ -234,9 +241,20 @@ class Labelling:
             wins = mine & (value > loudest)
             if wins.any():
                 loudest = np.where(wins, value, loudest)
-                means = np.moveaxis(self._smeared(bins[key][:, 1:]), 1, 0)
+                means = self._smeared(np.moveaxis(bins[key][..., 1:], -1, 0))
                 place[:, wins] = means[:, wins] / value[wins]
         return place
+
+
+def _power(weight: Complexes) -> Floats:
+    """Square of the magnitude, shape of the weights."""
+    return weight.real**2 + weight.imag**2
+
+
+def _free(legs: Legs, beams: Beams, at: Rows) -> Floats:
+    """Power of the legs to some points in each beam, as if nothing cut them [1], (beams, f, points)."""
+    bare = legs.spreading[:, at] * legs.absorption[:, at] * np.abs(legs.boundary[:, at])
+    return np.asarray((beams.gain(legs.departure[:, at]) * bare) ** 2)
 
 
 def _taken(out: Legs, back: Legs, i: int, j: int, cutter: int) -> Floats:

@@ -57,15 +57,12 @@ class Levels:
         """Add the mean intensity of one block of scatterers to its curves."""
         cause = pairs.scatterers.boundary
         names = [pair_name(out, back) for out, back in pairs.names()]
-        for name in dict.fromkeys(names):
-            rows = np.flatnonzero(np.array(names) == name)
-            self._add(curves, (cause, name), pairs.only(rows))
-        self._add(curves, (cause, ALL), pairs)
-
-    def _add(self, curves: CurveSet, key: tuple[str, str], pairs: Pairs) -> None:
-        if key not in curves:
-            curves[key] = self.whole.silence()
-        self.whole.take_in(curves[key], pairs)
+        parts = {name: pairs.only(np.flatnonzero(np.array(names) == name)) for name in dict.fromkeys(names)}
+        sent, heard = self.whole.weights(pairs)
+        for name, part in (parts | {ALL: pairs}).items():
+            if (cause, name) not in curves:
+                curves[cause, name] = self.whole.silence()
+            self.whole.add(curves[cause, name], part, sent, heard)
 
     def series(self, curves: CurveSet) -> dict[tuple[str, str], NDArray[np.float64]]:
         """Expected intensity of each curve [uPa^2], shape (channels, samples)."""

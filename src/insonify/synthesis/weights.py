@@ -24,7 +24,21 @@ def leg_weights(legs: Legs, beams: Beams, frequency: float, level: float = 1.0) 
     Returns:
         Amplitude times beam times exp(-j 2 pi frequency delay), shape (beams, f, n).
     """
-    gain = beams.gain(legs.departure)
+    return carried(beams.gain(legs.departure), legs, frequency, level)
+
+
+def carried(gain: Floats, legs: Legs, frequency: float, level: float = 1.0) -> Complexes:
+    """Complex weight of every leg, of which the gain in every beam is known.
+
+    Args:
+        gain: Of the beams towards the legs [1], shape (beams, f, n).
+        legs: As of `leg_weights`.
+        frequency: Carrier [Hz].
+        level: As of `leg_weights`.
+
+    Returns:
+        As `leg_weights`.
+    """
     weight = np.empty(gain.shape, complex)
     _weigh(gain, legs.amplitude, legs.delay, frequency, level, weight)
     return weight

@@ -21,6 +21,10 @@ class Kept:
         self._arrays: OrderedDict[Hashable, NDArray[np.floating]] = OrderedDict()
         self._lock = Lock()
 
+    def __reduce__(self) -> tuple[type["Kept"], tuple[int]]:
+        """Another process begins with an empty store."""
+        return Kept, (self.most_bytes,)
+
     def __len__(self) -> int:
         """Number of arrays that are kept."""
         return len(self._arrays)

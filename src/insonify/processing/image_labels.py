@@ -1,0 +1,107 @@
+"""Labels on the axes of an image: what each of its cells shows, by the same change of range as its levels.
+
+A cell spans samples of the recording. What was said of these is asked of their majority: an owner, a pair of
+families, a mask; intensities are means over the span, as the levels of the image are.
+"""
+
+from typing import Any, Literal, get_args
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from insonify.processing.ground import samples_spanned
+from insonify.records.labels import COLUMNS, NOBODY
+
+Floats = NDArray[np.float64]
+Vote = Literal["majority", "any"]
+
+
+def image_labels(labels: xr.Dataset, image: xr.Dataset, *, masks: Vote = "majority") -> xr.Dataset:
+    """Labels of a recording on the axes of an image that was made of it.
+
+    Args:
+        labels: Over (ping, channel, time), as from `insonify.formats.label_store.open_labels`, or some of these.
+        image: As from `insonify.processing.sidescan` of the same recording, in slant range or on the ground.
+        masks: Whether a mask is set where at least half of a cell's span is, or any part of it.
+
+    Returns:
+        The same variables of `insonify.records.labels.COLUMNS` over (ping, across) instead of (ping, channel, time).
+        Masks as asked; owners and pairs by majority of the span; intensities as means over it [uPa^2]; places,
+        distances and grazing angles of the sample in its middle. Where a cell reaches beyond the recording, or its
+        ping has no labels, masks are False, owners and pairs 255, numbers NaN.
+
+    Raises:
+        ValueError: An unknown way to ask masks.
+    """
+    if masks not in get_args(Vote):
+        raise ValueError(f"masks is {masks!r}; choose one of {', '.join(get_args(Vote))}")
+    said = labels.sel(ping=image["ping"])
+    told = said["done"].values if "done" in said else np.ones(said.sizes["ping"], bool)
+    slant = np.asarray(said["time"].values, float) * float(image.attrs["sound_speed"]) / 2
+    altitude = image["altitude"].values if image.attrs["geometry"] == "ground" else np.zeros(len(told))
+    wanted = [name for name in COLUMNS if name in said]
+    out = {name: _blank(name, said, image.sizes["across"]) for name in wanted}
+    for channel in np.unique(image["channel"].values):
+        at = np.flatnonzero(image["channel"].values == channel)
+        at = at[np.argsort(np.abs(image["across"].values[at]))]
+        across = np.abs(image["across"].values[at])
+        held = {name: _time_last(said[name].isel(channel=channel)) for name in wanted}
+        for ping in np.flatnonzero(told & np.isfinite(altitude)):
+            edges = samples_spanned(slant, float(altitude[ping]), across)
+            for name, values in held.items():
+                out[name][ping][..., at] = _asked(name, values[ping], edges, 0.5 if masks == "majority" else 0.0)
+    return _dataset(out, said, image)
+
+
+def _time_last(column: xr.DataArray) -> NDArray[Any]:
+    """Values of a column, ping first and time last."""
+    return np.asarray(column.transpose("ping", ..., "time").values)
+
+
+def _blank(name: str, said: xr.Dataset, columns: int) -> NDArray[Any]:
+    """Room for a variable, ping first and columns last, as it is where nothing is known."""
+    dims, kind, _, _ = COLUMNS[name]
+    fill: Any = np.nan if np.issubdtype(kind, np.floating) else False if kind is np.bool_ else NOBODY
+    beside = [said.sizes[dim] for dim in dims if dim not in ("ping", "channel", "time")]
+    return np.full((said.sizes["ping"], *beside, columns), fill, kind)
+
+
+def _asked(name: str, values: NDArray[Any], edges: Floats, least: float) -> NDArray[Any]:
+    """One variable of one ping on the cells of an image, (..., samples) to (..., cells)."""
+    _, kind, units, _ = COLUMNS[name]
+    count = values.shape[-1]
+    inside = (edges[:-1] >= 0) & (edges[1:] <= count)
+    if kind is np.bool_:
+        share = _mean(values, edges)
+        return np.asarray(inside & (share >= least) & (share > 1e-9))
+    if kind is np.uint8:
+        known = np.unique(values)
+        votes = np.array([_mean(values == one, edges) for one in known])
+        return np.where(inside, known[np.argmax(votes, axis=0)], NOBODY)
+    if units == "uPa^2":
+        rows = values.reshape(-1, count).astype(float)
+        found = np.array([_mean(row, edges) for row in rows]).reshape(*values.shape[:-1], -1)
+        return np.where(inside, found, np.nan)
+    middle = np.clip((edges[:-1] + edges[1:]) / 2, 0, count - 1).astype(int)
+    return np.where(inside, values[..., middle], np.nan)
+
+
+def _mean(values: NDArray[Any], edges: Floats) -> Floats:
+    """Mean between edges counted in samples, each of which is as long as 1, (samples,) to (cells,)."""
+    below = np.concatenate([[0.0], np.cumsum(values, dtype=float)])
+    sums = np.diff(np.interp(edges, np.arange(len(below)), below))
+    return np.asarray(sums / np.maximum(np.diff(edges), 1e-300))
+
+
+def _dataset(out: dict[str, NDArray[Any]], said: xr.Dataset, image: xr.Dataset) -> xr.Dataset:
+    """The variables with the image's axes beside those of the labels."""
+    held = {}
+    for name in out:
+        dims, _, units, meaning = COLUMNS[name]
+        beside = [dim for dim in dims if dim not in ("ping", "channel", "time")]
+        column = xr.DataArray(out[name], dims=("ping", *beside, "across"), attrs={"units": units, "long_name": meaning})
+        held[name] = column.transpose("ping", "across", "axis") if name == "place" else column
+    coords = {name: image[name] for name in ("ping", "across", "along", "altitude", "channel") if name in image.coords}
+    coords |= {name: said[name] for name in ("owner", "pair", "axis") if name in said.coords}
+    return xr.Dataset(held, coords, {"geometry": image.attrs["geometry"], "sound_speed": image.attrs["sound_speed"]})
