@@ -2,12 +2,11 @@
 
 import tempfile
 import time
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from insonify.scenario.load import load_scenario
 from insonify.scenario.scenario import Scenario
-from insonify.simulation import hear, prepare, record
+from insonify.simulation import listen, prepare, record
 from measure import Result
 
 WINDOW = 0.267
@@ -16,8 +15,8 @@ GOALS = {0: 50.0, 2: 15.0, 4: 7.0}
 """Times real time on two cores, by the most bounces of a leg."""
 SURVEYS = {0: 10.0, 2: 25.0}
 """Seconds for a thousand pings, written."""
-PINGS = 24
-"""Pings timed one after the other, as a survey has them."""
+PINGS = 100
+"""Pings timed, side by side as a survey has them."""
 SCENE = """
 title: Sidescan of fractal ground
 seed: 1
@@ -74,17 +73,12 @@ def surveys() -> list[Result]:
 def _per_ping(scenario: Scenario) -> tuple[float, float]:
     """Wall and processor seconds of one ping of a survey that is under way."""
     listening = prepare(scenario)
-    with ThreadPoolExecutor(2) as pool:
-
-        def ping(number: int) -> None:
-            for side in listening.stances(number):
-                hear(listening, listening.incoherent(side), side, pool)
-
-        ping(0)
-        wall, cores = time.perf_counter(), time.process_time()
-        for number in range(1, PINGS + 1):
-            ping(number)
-        return (time.perf_counter() - wall) / PINGS, (time.process_time() - cores) / PINGS
+    for _ in listen(listening, range(2), 2):
+        pass
+    wall, cores = time.perf_counter(), time.process_time()
+    for _ in listen(listening, range(2, 2 + PINGS), 2):
+        pass
+    return (time.perf_counter() - wall) / PINGS, (time.process_time() - cores) / PINGS
 
 
 BENCHES = [pings, surveys]
