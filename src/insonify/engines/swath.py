@@ -25,7 +25,7 @@ from insonify.engines.view import view
 from insonify.propagation.choice import PathChoice
 from insonify.propagation.families import families_for
 from insonify.propagation.images import StraightRays
-from insonify.propagation.knife_edge import soft_edges
+from insonify.propagation.knife_edge import ROUGH_RIPPLES, soft_edges
 from insonify.propagation.rays import Rays
 from insonify.records.legs import Status
 from insonify.records.swath import Swath
@@ -44,8 +44,6 @@ Mapped = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
 
 GROUP = 8192
 """Questions asked of a law in one go."""
-RIPPLES = 6.0
-"""Fresnel number beside a target up to which its soft edge is looked at: what is left ripples by less than 0.04 [1]."""
 LONGEST_STEP = 0.5
 """Longest step along a line over a flat bed [m]."""
 
@@ -216,14 +214,14 @@ class SwathView:
         if self.choice.edges == "fresnel":
             there = legs.status != Status.FACING_AWAY
             whole = replace(legs, visibility=there.astype(float))
-            left = there * soft_edges(whole, hidden, here, scene, self.stance.wavelength).visibility
+            left = there * soft_edges(whole, hidden, here, scene, self.stance.wavelength, roughly=True).visibility
         amplitude[:, row] *= left
 
     def _rippled(self, apart: float) -> float:
         """Bearing beside a target's rim up to which its soft edge is looked at [rad]."""
         if self.choice.edges == "hard":
             return 0.0
-        return RIPPLES * float(np.sqrt(self.stance.wavelength / (2 * max(apart, self.stance.wavelength))))
+        return ROUGH_RIPPLES * float(np.sqrt(self.stance.wavelength / (2 * max(apart, self.stance.wavelength))))
 
 
 def swath_of(scene: Scene, choice: PathChoice, stance: Stance, rays: Rays) -> SwathView | None:

@@ -13,15 +13,12 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 Integers = NDArray[Any]
 
-ASIDE = 12.0
-"""Fresnel number beyond which a solid that a ray passes beside takes nothing: its ripple is below 0.02 [1]."""
-
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def around_solid(
     place: Floats, points: Floats, arrival: Floats, length: Floats, bounced: bool, water_depth: float,
     wavelength: float, facing: float, borders: Floats, away: Floats, columns: Floats, bed: float, row: int,
-    wide: bool, table: Complexes, per_unit: float, status: Integers, occluder: Integers, visibility: Complexes,
+    wide: bool, far: float, table: Complexes, per_unit: float, status: Integers, occluder: Integers, visibility: Complexes,
 ) -> None:  # fmt: skip
     """Multiply what one solid leaves of the legs of one family into their visibility.
 
@@ -40,6 +37,7 @@ def around_solid(
         bed: Depth from which on a base stands on the bed [m].
         row: Row of the solid among the occluders.
         wide: Whether it is taken as endlessly wide: then the one column in the way of each leg screens it.
+        far: Fresnel number beyond which a solid that a ray passes beside, or above, takes nothing.
         table: See `past_edge`.
         per_unit: See `past_edge`.
         status: Of the legs, (n,).
@@ -58,9 +56,11 @@ def around_solid(
         turn -= 2 * math.pi * math.floor(turn / (2 * math.pi) + 0.5)
         if abs(turn) > math.pi / 2:
             continue
-        if reach <= nearest or beside(reach, turn, level, length[n], wavelength, borders, away):
+        if reach <= nearest or beside(reach, turn, level, length[n], wavelength, borders, away, far):
             continue
         slope = arrival[n, 2] / level
+        if not mine and above(points[n, 2], slope, level, reach, length[n], wavelength, columns, far):
+            continue
         ahead = reach
         if bounced and slope != 0:
             ahead = min(reach, (points[n, 2] - (0.0 if slope > 0 else water_depth)) / slope)
@@ -98,7 +98,7 @@ def around_solid(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def beside(
-    reach: float, turn: float, level: float, length: float, wavelength: float, borders: Floats, away: Floats
+    reach: float, turn: float, level: float, length: float, wavelength: float, borders: Floats, away: Floats, far: float
 ) -> bool:
     """Whether a ray passes so far beside a silhouette that nothing is missing from it."""
     low, high = ENDLESS, -ENDLESS
@@ -107,7 +107,28 @@ def beside(
         off = away[k] * math.sin(borders[k] - turn)
         number = edge_number(off, behind / level, length, wavelength)
         low, high = min(low, number), max(high, number)
-    return low > ASIDE or high < -ASIDE
+    return low > far or high < -far
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def above(
+    depth: float,
+    slope: float,
+    level: float,
+    reach: float,
+    length: float,
+    wavelength: float,
+    columns: Floats,
+    far: float,
+) -> bool:
+    """Whether a ray passes so far above a silhouette that nothing is missing from it."""
+    for k in range(columns.shape[0]):
+        behind = reach - columns[k, 0]
+        if behind <= 0 or columns[k, 4] < reach < columns[k, 5]:
+            return False
+        if screen_number(depth, slope, level, behind, columns[k, 1], length, wavelength) > -far:
+            return False
+    return True
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -35,6 +35,10 @@ PER_UNIT = 64
 
 TOUCHING = 0.01
 """A base this near to the bed leaves no gap [m]."""
+RIPPLES = 12.0
+"""Fresnel number beyond which a solid beside or below a ray takes nothing: its ripple is below 0.02 [1]."""
+ROUGH_RIPPLES = 6.0
+"""The same where ripples below 0.04 may be left out [1]."""
 
 
 def fresnel_number(height: ArrayLike, before: ArrayLike, behind: ArrayLike, wavelength: float) -> NDArray[np.float64]:
@@ -83,7 +87,7 @@ def edge_table() -> NDArray[np.complex128]:
 
 def soft_edges(
     legs: Legs, scatterers: Scatterers, place: NDArray[np.float64], scene: Scene, wavelength: float, *,
-    wide: bool = False,
+    wide: bool = False, roughly: bool = False,
 ) -> Legs:  # fmt: skip
     """Legs with what bends around the edges of boxes and solids.
 
@@ -94,6 +98,8 @@ def soft_edges(
         scene: Whose targets cast shadows.
         wavelength: Of the sound [m].
         wide: Whether targets are taken as endlessly wide, as in a slice.
+        roughly: Whether ripples of less than 0.04 about 1, and details of solids finer than half a wave's zone 1 m
+            behind them, may be left out, as in expected intensities of a rough bed.
 
     Returns:
         The same legs with complex visibility: legs that a target cuts keep their status and occluder, but not quite
@@ -112,7 +118,7 @@ def soft_edges(
         )  # fmt: skip
     for row, solid in enumerate(scene.solids, start=len(scene.boxes)):
         if row != scatterers.occluder:
-            _around(legs, scatterers, place, scene, wavelength, solid, row, visibility, wide=wide)
+            _around(legs, scatterers, place, scene, wavelength, solid, row, visibility, wide=wide, roughly=roughly)
     # what the ground cuts, or is not there at all, stays as it was; over relief the ground has had its share
     by_target = (legs.status == Status.OCCLUDED) & (legs.occluder >= 0)
     ground = 1.0 if scene.seabed.bed is None else legs.visibility
@@ -122,16 +128,17 @@ def soft_edges(
 
 def _around(
     legs: Legs, scatterers: Scatterers, place: NDArray[np.float64], scene: Scene, wavelength: float, solid: Solid,
-    row: int, visibility: NDArray[np.complex128], *, wide: bool,
+    row: int, visibility: NDArray[np.complex128], *, wide: bool, roughly: bool,
 ) -> None:  # fmt: skip
     """Multiply what one solid leaves of all legs into their visibility."""
     bed = scene.depth_under(solid) - TOUCHING
+    far, widest = (ROUGH_RIPPLES, float(np.sqrt(wavelength)) / 2) if roughly else (RIPPLES, 0.0)
     for f, family in enumerate(legs.families):
         depth = image_depth(family, float(place[2]), scene.seabed.depth)
-        seen = silhouette(solid, scene.seabed, (float(place[0]), float(place[1]), depth))
+        seen = silhouette(solid, scene.seabed, (float(place[0]), float(place[1]), depth), widest)
         if seen is not None:
             around_solid(
                 place, scatterers.position, legs.arrival[f], legs.length[f], bool(bounces(family)), scene.seabed.depth,
-                wavelength, *seen, bed, row, wide, edge_table(), PER_UNIT, legs.status[f], legs.occluder[f],
+                wavelength, *seen, bed, row, wide, far, edge_table(), PER_UNIT, legs.status[f], legs.occluder[f],
                 visibility[f],
             )  # fmt: skip

@@ -19,6 +19,8 @@ Floats = NDArray[np.float64]
 
 COLUMNS = 64
 """Columns of a silhouette: Arago's spot behind a ball of seven Fresnel zones comes out within 4 % [1]."""
+FEWEST = 8
+"""Columns of a silhouette at least [1]."""
 
 
 class Silhouette(NamedTuple):
@@ -35,26 +37,30 @@ class Silhouette(NamedTuple):
 
 
 @lru_cache(maxsize=64)
-def silhouette(solid: Solid, seabed: Seabed, source: tuple[float, float, float]) -> Silhouette | None:
+def silhouette(
+    solid: Solid, seabed: Seabed, source: tuple[float, float, float], widest: float = 0.0
+) -> Silhouette | None:  # fmt: skip
     """How a solid looks from a place, or from its image in a boundary.
 
     Args:
         solid: The solid.
         seabed: What it rests on.
         source: North, east, depth of the place [m].
+        widest: Width that columns may have [m]; 0: as many columns as ever.
 
     Returns:
         Its outline; None where it stands around the place, which then has no one side to look at.
     """
-    return outline(np.asarray(world_triangles(solid, seabed).corners, float), source)
+    return outline(np.asarray(world_triangles(solid, seabed).corners, float), source, widest)
 
 
-def outline(corners: Floats, source: tuple[float, float, float]) -> Silhouette | None:
+def outline(corners: Floats, source: tuple[float, float, float], widest: float = 0.0) -> Silhouette | None:
     """Outline of some triangles, see `silhouette`.
 
     Args:
         corners: North, east, depth of their corners [m], shape (t, 3, 3).
         source: North, east, depth of the place [m].
+        widest: Width that columns may have [m]; 0: as many columns as ever.
     """
     start = corners - np.array(source)
     middle = start.reshape(-1, 3).mean(axis=0)
@@ -64,10 +70,14 @@ def outline(corners: Floats, source: tuple[float, float, float]) -> Silhouette |
     if start[..., 0].min() <= 0:
         return None
     bearing = np.arctan2(start[..., 1], start[..., 0])
-    borders = np.linspace(bearing.min(), bearing.max(), COLUMNS + 1)
+    count = COLUMNS
+    if widest > 0:
+        width = float(np.ptp(bearing)) * float(np.hypot(middle[0], middle[1]))
+        count = int(np.clip(np.ceil(width / widest), FEWEST, COLUMNS))
+    borders = np.linspace(bearing.min(), bearing.max(), count + 1)
     stop, other = np.roll(start, -1, axis=1).reshape(-1, 3), np.roll(bearing, -1, axis=1).ravel()
     start, bearing = start.reshape(-1, 3), bearing.ravel()
-    columns = np.empty((COLUMNS, 6))
+    columns = np.empty((count, 6))
     for k, turn in enumerate((borders[1:] + borders[:-1]) / 2):
         mine = (np.minimum(bearing, other) <= turn) & (np.maximum(bearing, other) >= turn) & (bearing != other)
         across = np.array([-np.sin(turn), np.cos(turn)])
