@@ -21,7 +21,7 @@ from insonify.sonar.stance import Stance
 
 Floats = NDArray[np.float64]
 
-PARTS = 2
+PARTS = 1
 """Parts that the lines of a ping are shared into: fixed, so that sums do not depend on the number of threads."""
 MIRROR_NODES = 2049
 """Sines of the grazing angle at which the bounces of a family are tabled."""
