@@ -8,10 +8,12 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from numba import njit
 
+from insonify.synthesis._element_kernel import spread_elements
 from insonify.synthesis._groups import add_groups, pulse_table
 from insonify.synthesis._spread import spread, spread_carrier, spread_energy, spread_pairs
 from insonify.synthesis._taps import CELLS_PER_SPIKE, WIDTH, tap_coefficients
 from insonify.synthesis.grid import finish, time_grid
+from insonify.synthesis.shapes import Shapes
 from measure import Result, best_seconds
 
 RATE, CARRIER, WINDOW = 25e3, 100e3, 0.24
@@ -86,6 +88,35 @@ def one_core() -> list[Result]:
     return results
 
 
+def element_by_element() -> list[Result]:
+    """Echoes of 50,000 scatterers at the 16 elements of an array of a metre: at rest, under way, where rays bend."""
+    count, elements = 50_000, 16
+    delay, weight = spikes(count)
+    azimuth = np.random.default_rng(2).uniform(0, 2 * np.pi, count)
+    towards = np.stack([np.cos(azimuth), np.sin(azimuth), np.zeros(count)])
+    radius = np.maximum(750 * delay, 1.0)
+    place = np.outer(np.linspace(-0.5, 0.5, elements), [1.0, 0.0, 0.0])
+    gain, facing, still = np.ones((1, count), np.float32), np.zeros(elements, np.int64), np.zeros((elements, 3))
+
+    held = {shapes: GRID.cells(elements * shapes).reshape(elements, shapes, -1) for shapes in (1, 8)}
+
+    def kernel(speed: float, bent: bool, shapes: int) -> None:
+        made = Shapes(-4e-3 * np.cos((np.arange(shapes) + 0.5) * np.pi / shapes))
+        velocity = np.tile([speed, 0.0, 0.0], (elements, 1))
+        spread_elements(
+            held[shapes], *PLACE, delay, 1 / radius, radius, towards, np.zeros(count), weight, gain, facing, place,
+            velocity, still, 1 / 1500, 0.0, bent, 1e-4 * (speed > 0), CARRIER, made.doppler, made.scale,
+        )  # fmt: skip
+
+    kernels = {
+        "spread_elements, at rest": lambda: kernel(0.0, False, 1),
+        "spread_elements, under way, 1 shape": lambda: kernel(3.0, False, 1),
+        "spread_elements, under way, 8 shapes": lambda: kernel(3.0, False, 8),
+        "spread_elements, bent rays, under way, 1 shape": lambda: kernel(3.0, True, 1),
+    }
+    return [Result(name, count * elements / best / 1e6, UNIT) for name, best in best_seconds(kernels).items()]
+
+
 def against_replicas() -> list[Result]:
     """Gridding, its transforms included, against writing pulses one by one."""
     many, few = spikes(100_000), spikes(1000)
@@ -144,4 +175,4 @@ def groups() -> list[Result]:
     return [Result("add_groups, nine arrivals a group", count * size / best / 1e6, "M arrivals/s")]
 
 
-BENCHES = [one_core, against_replicas, two_threads, groups]
+BENCHES = [one_core, element_by_element, against_replicas, two_threads, groups]

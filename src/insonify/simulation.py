@@ -29,22 +29,29 @@ from insonify.scenario.citations import citations
 from insonify.scenario.scenario import Scenario
 from insonify.scenario.write import to_yaml
 from insonify.sonar.heard import HeardPulse, heard_pulse
-from insonify.sonar.sonar import Sonar
+from insonify.sonar.hydrophones import element_layout
+from insonify.sonar.sonar import Sonar, channel_places
 from insonify.sonar.stance import Stance, end_depths, stance
 from insonify.sonar.survey import Survey, survey
 from insonify.sonar.track import Poses, logged_poses, poses
 from insonify.synthesis._groups import PulseTable, pulse_table
+from insonify.synthesis.as_heard import as_heard
 from insonify.synthesis.coherent import Coherent
+from insonify.synthesis.elements import as_beam
 from insonify.synthesis.grid import TimeGrid, time_grid
 from insonify.synthesis.incoherent import Incoherent
 from insonify.synthesis.labels import POINTS, Labelling, label_names
 from insonify.synthesis.levels import Levels, level_curves
 from insonify.synthesis.noise import noise, noise_intensity
 from insonify.synthesis.perturbation import perturbation
+from insonify.synthesis.shapes import shapes_of
 from insonify.synthesis.traced import Traced, TracedLevels
 
 CHUNKS = 16
 """Parts that a ping's blocks are shared into: fixed, so that sums do not depend on the number of threads."""
+PARTS_BYTES = 2 << 30
+"""Memory beyond which there are fewer parts, down to `LEAST_PARTS` [bytes]."""
+LEAST_PARTS = 2
 
 
 AHEAD = 2
@@ -105,10 +112,19 @@ class Listening:
         return [
             stance(
                 side, self.poses, ping, window=self.scenario.track.window, pulse=self.pulse,
-                water=self.scenario.water, whole=self.survey,
+                water=self.scenario.water, whole=self.survey, later=self._later, seed=self.scenario.seed,
             )
             for side in self._sides
         ]  # fmt: skip
+
+    @cached_property
+    def _later(self) -> tuple[Poses, Poses] | None:
+        """Poses at the middle and at the end of every window, for pressures of a platform under way."""
+        track, seed = self.scenario.track, self.scenario.seed
+        if track.stop_and_hop or self.scenario.field == "incoherent":
+            return None
+        stop = track.window[1]
+        return poses(track, seed=seed, after=stop / 2), poses(track, seed=seed, after=stop)
 
     def expectation(self, here: Stance) -> Incoherent | Traced:
         """The incoherent reading of one ping, by the engine that the scenario asks for."""
@@ -151,7 +167,8 @@ class Listening:
 
     def coherent(self, here: Stance) -> Coherent:
         """The coherent reading of one ping."""
-        return Coherent(here, self.grid, perturbation(self.scenario.seed, here.ping, self.scenario.paths))
+        shaken = perturbation(self.scenario.seed, here.ping, self.scenario.paths)
+        return Coherent(here, self.grid, shaken, shapes_of(here), self.scenario.water)
 
 
 def prepare(scenario: Scenario) -> Listening:
@@ -183,10 +200,23 @@ def domain(scenario: Scenario, track: Poses, pulse: HeardPulse) -> Domain:
     scene, stop = scenario.scene, scenario.track.window[1] - pulse.faint_start
     # Ends apart by this much can hear a little beyond half of the way.
     apart = 2 * max(float(np.linalg.norm(array.offset)) for array in scenario.sonar.arrays)
-    farthest = scenario.water.fastest * max(stop, 0.0) / 2 + apart
+    farthest = scenario.water.fastest * max(stop, 0.0) / 2 + apart + _wandered(scenario, track)
     depths = [float(depth) for depth in end_depths(scenario.sonar, track)]
     spanned = len(depths) > FEW_DEPTHS
     return Domain((depths[0], depths[-1]) if spanned else tuple(depths), spanned, scene.body_depths, farthest)
+
+
+def _wandered(scenario: Scenario, track: Poses) -> float:
+    """How far an element can be from where its array's centre was at the start of a ping, twice, about [m]."""
+    size, moved = 0.0, 0.0
+    if scenario.sonar.receiver.record == "elements":
+        size = float(np.linalg.norm(element_layout(scenario.sonar.receive)[0], axis=1).max())
+    if scenario.field == "coherent" and not scenario.track.stop_and_hop:
+        for after in (scenario.track.window[1] / 2, scenario.track.window[1]):
+            later = poses(scenario.track, seed=scenario.seed, after=after)
+            ways = [later.carried(array.offset) - track.carried(array.offset) for array in scenario.sonar.arrays]
+            moved = max(moved, float(np.linalg.norm(ways, axis=-1).max()))
+    return 2 * (size + moved)
 
 
 def simulate(scenario: Scenario, *, pings: Iterable[int] | None = None, threads: int | None = None) -> xr.Dataset:
@@ -322,10 +352,20 @@ def hear(listening: Listening, reading: Reading, here: Stance, pool: Pool) -> An
         quick.take_in_swath(heard, swath)
         return heard
 
-    parts = [blocks[k::CHUNKS] for k in range(min(CHUNKS, len(blocks)))]
+    count = min(parts_of(getattr(reading.silence(), "nbytes", 0)), len(blocks))
+    parts = [blocks[k::count] for k in range(count)]
     swaths = ground.gather(pool.map, swathed) if ground is not None else []
     sounds = chain(pool.map(part, parts), swaths)
     return reading.series(reduce(iadd, sounds, next(sounds, None)) if parts or swaths else reading.silence())
+
+
+def parts_of(size: int) -> int:
+    """Parts that a ping's blocks are shared into: fewer where each holds a large array's sound.
+
+    Args:
+        size: What one part holds [bytes].
+    """
+    return int(np.clip(PARTS_BYTES // max(size, 1), LEAST_PARTS, CHUNKS))
 
 
 def label_ping(listening: Listening, ping: int, threads: int | None = None) -> Labels:
@@ -346,9 +386,11 @@ def labels(scenario: Scenario, ping: int = 0, *, threads: int | None = None) -> 
         The variables of `insonify.records.labels.COLUMNS` for that ping, over (channel, time).
 
     Raises:
-        ValueError: The track has no such ping.
+        ValueError: The track has no such ping, or the channels are elements.
     """
     wanted_pings(scenario, [ping])
+    if scenario.sonar.receiver.record == "elements":
+        raise ValueError("sonar.receiver.record is elements, and labels are those of beams. Write record: beams.")
     listening = prepare(scenario)
     made = label_ping(listening, ping, threads)
     held = label_dataset([made], listening.label_names, listening.grid.time, np.array([ping]))
@@ -364,7 +406,8 @@ def arrivals(
         scenario: What is simulated.
         ping: Number of the ping.
         window: Earliest and latest delay wanted [s]; by default all that touch the recording.
-        channel: Which beam: of a sonar with two sides, the paths to and from the side that it belongs to.
+        channel: Which beam or element: of a sonar with two sides, the paths to and from the side that it belongs to.
+            Delays, amplitudes and Doppler factors are those that this channel hears, under way as well.
 
     Raises:
         ValueError: The track has no such ping, or the sonar no such channel.
@@ -383,7 +426,10 @@ def arrivals(
         factors = {} if shaken.still else {
             names: shaken.factor(pairs.scatterers.place, *names) for names in pairs.rays()
         }  # fmt: skip
-        block = expand(pairs, group, factors)
+        heard = None
+        if scenario.field == "coherent" and not listening.coherent(here).plain:
+            heard = as_heard(pairs, here, channel % scenario.sonar.beam_count, scenario.water)
+        block = expand(pairs, group, factors, heard)
         found.append(block.take((block.delay >= first) & (block.delay <= last)))
         group += len(pairs.scatterers) if pairs.scatterers.drawn else 1
     return joined(found)
@@ -395,7 +441,7 @@ def levels(scenario: Scenario, ping: int = 0, *, channel: int = 0, threads: int 
     Args:
         scenario: What is simulated.
         ping: Number of the ping.
-        channel: Which beam.
+        channel: Which beam, or which element: heard at its array's centre, by its own pattern.
         threads: How many cores to use.
 
     Returns:
@@ -407,12 +453,12 @@ def levels(scenario: Scenario, ping: int = 0, *, channel: int = 0, threads: int 
     wanted_pings(scenario, [ping])
     _insist_on_channel(scenario, channel)
     listening = prepare(scenario)
-    here = listening.stance(ping, channel=channel)
+    here = as_beam(listening.stance(ping, channel=channel), channel % scenario.sonar.beam_count)
     with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
         whole = listening.expectation(here)
         intensity = hear(listening, TracedLevels(whole) if isinstance(whole, Traced) else Levels(whole), here, pool)
     floor = noise_intensity(listening.pulse, scenario.water.noise_level_db)
-    curves = level_curves(intensity, floor, listening.grid, channel % scenario.sonar.beam_count)
+    curves = level_curves(intensity, floor, listening.grid, channel % scenario.sonar.beam_count % here.channel_count)
     return curves.assign_attrs(**attributes(scenario), ping=ping, channel=channel)
 
 
@@ -447,6 +493,7 @@ def layout(listening: Listening) -> Layout:
         ping_time=true.time,
         steer=np.array(scenario.sonar.steers),
         side=np.array(scenario.sonar.channel_sides, dtype=float),
+        element_position=channel_places(scenario.sonar),
         position=true.position,
         attitude=true.attitude,
         logged_position=logged.position,

@@ -42,6 +42,8 @@ TRACER = 16
 """Stream of the directions of traced rays, one draw per ray and ping."""
 GLINT = 17
 """Stream of the glints of the sea surface: the waves that make them, one draw per place, family and bounce."""
+ELEMENTS = 20
+"""Stream of the errors of a receiving array's elements."""
 
 _WORD = np.uint64(0xFFFFFFFF)
 _SHIFT = np.uint64(32)

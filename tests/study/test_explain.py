@@ -154,3 +154,14 @@ def test_columns_of_nothing_are_left_out() -> None:
     behind, _, data = sample(nominal(SLICE), 0.2023)
     assert behind.extras() == {}
     assert "caustic" not in explain(data, 0, 0.2023) and "edges" not in explain(data, 0, 0.2023)
+
+
+def test_the_page_says_what_further_rays_off_a_moving_surface_are() -> None:
+    """Glints of a rough sea, bounce points of a swell that is drawn."""
+    for surface, told in (
+        ({"surface.bounce": "statistical", "surface.wind_speed": 3.0}, "is a glint"),
+        ({"surface.bounce": "waves", "surface.swell": {"height": 0.1, "length": 30.0}}, "another bounce point"),
+    ):
+        _, _, data = sample(nominal({"track.window": [0.2, 0.203], "paths.causes": ["target"], **surface}), 0.2023)
+        note = next(line for line in explain(data, 0, 0.2023).splitlines() if line.startswith("bounce: "))
+        assert told in note

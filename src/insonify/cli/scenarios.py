@@ -22,6 +22,8 @@ def new(
 
     Example: insonify new harbour
     """
+    if not Path(name).stem.strip(". "):
+        raise InputError(f"{name!r} is no name of a scenario. Give one, such as harbour")
     target = Path(name if name.endswith((".yaml", ".yml")) else f"{name}.yaml")
     text = _renamed(_template(template), template, target)
     try:
@@ -59,6 +61,11 @@ def check(file: Annotated[Path, typer.Argument(metavar="FILE", help="Scenario fi
     typer.echo(f"{file}: nothing wrong{but}")
     if whole.seconds > WORTH_TELLING:
         typer.echo(whole.words())
+    if scenario.field == "coherent":
+        from insonify.study.bands import band_error
+
+        if said := band_error(scenario).words():
+            typer.echo(said)
 
 
 def _renamed(text: str, template: str, target: Path) -> str:

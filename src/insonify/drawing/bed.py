@@ -165,7 +165,7 @@ def swaths(scenario: Scenario, track: Poses) -> list[tuple[int, Floats]]:
             bearing = np.array([middle_bearing(side, track, int(ping)) for ping in pings])
             start = track.position[pings, :2]
         else:
-            ends = [beams(array, side.pulse.frequency, speed) for array in side.arrays]
+            ends = [beams(array, side.pulse.frequency, speed) for array in side.listening_arrays]
             half = two_way_width(*ends) / 2
             bearing = _bearings(side, track, 0, np.linspace(min(side.steers) - half, max(side.steers) + half, 33))
             start, near, far = np.repeat(track.position[:1, :2], 33, axis=0), np.repeat(near, 33), np.repeat(far, 33)

@@ -102,7 +102,7 @@ def _beam(axes: Axes, scenario: Scenario, side: Sonar, track: Poses, sign: int, 
     flat = middle_x / length
     way = np.stack([flat * np.cos(bearing), flat * np.sin(bearing), (middle_z - place[2]) / length], axis=-1)
     power = np.ones(length.shape)
-    for array in side.arrays:
+    for array in side.listening_arrays:
         power = power * np.max(np.abs(beams(array, frequency, speed, rotation).gain(way)) ** 2, axis=0)
     level = 10 * np.log10(np.maximum(power, 1e-30))
     shown = np.where((level > -FAINTEST) & (length <= far), level, np.nan)

@@ -115,7 +115,7 @@ class Paths:
         return first[0], (first if out is back else moved(back, stance.receive_place))[1]
 
     def _bent(self, out: Legs, back: Legs, scatterers: Scatterers, stance: Stance) -> tuple[Legs, Legs]:
-        """The legs with what bends around the edges of targets."""
+        """The legs with what bends around the edges of targets; that of the ground is in them already."""
 
         def bent(legs: Legs, place: Floats) -> Legs:
             wide = self.choice.geometry == "slice"

@@ -71,7 +71,7 @@ def planned(
         heading: Of their frame [rad].
         rise: How far the ground may stand above or lie below its mean depth [m].
     """
-    key = id(lines), id(scene), id(law), step
+    key = id(lines), id(scene), id(law), step, stance.pulse.pulse, stance.pulse.receiver
     held = _LAST.get(key)
     if held is None:
         if len(_LAST) >= _MOST:
@@ -81,7 +81,7 @@ def planned(
     return held[0]
 
 
-_LAST: dict[tuple[int, int, int, float], tuple[Plan, Any]] = {}
+_LAST: dict[Any, tuple[Plan, Any]] = {}
 _MOST = 8
 
 

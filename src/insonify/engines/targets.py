@@ -30,6 +30,8 @@ FRINGE_CELLS = 8.0
 """Cells up a target's face per fringe between its direct and its bottom path."""
 FRINGE_POINTS = 20_000
 """Points of a solid up to which its cells are made small for the sake of fringes [1]."""
+LEEWAY = 0.02
+"""Angle beside a body that is looked at too, before a beam is called deaf to it [rad]."""
 LATER = 0.95
 """Least time of a bent path, as a part of the straight one's [1]."""
 
@@ -58,9 +60,12 @@ def target_points(
             found.append(point_scatterer(target))
             continue
         if isinstance(target, Box) and target.upright:
-            points, near = _box_points(scene, choice, seed, stance, slant, target, even=even), True
+            points = _box_points(scene, choice, seed, stance, slant, target, even=even)
+            near = choice.geometry == "slice" or not _deaf(points.position, stance)
         else:
             points, near = next(solids), _may_be_heard(target, scene, stance)
+            if choice.geometry != "slice":
+                near = near and not _deaf(world_triangles(target, scene.seabed).corners.reshape(-1, 3), stance)
         if near:
             found.append(points)
         if target.smooth and near and len(points):
@@ -147,3 +152,33 @@ def _may_be_heard(solid: Solid, scene: Scene, stance: Stance) -> bool:
     radius = float(np.linalg.norm(surface.high - surface.low)) / 2
     way = sum(float(np.linalg.norm(middle - end)) - radius for end in (stance.transmit_place, stance.receive_place))
     return way * LATER / stance.sound_speed <= stance.heard_delays[1]
+
+
+def _deaf(places: Floats, stance: Stance) -> bool:
+    """Whether no beam sends, or none hears, anything towards a body, however the paths rise or fall.
+
+    A sidescan's side is deaf to what lies behind its baffle; its other side is not.
+
+    Args:
+        places: Of the body, shape (n, 3) [m].
+        stance: The sonar.
+    """
+    if not len(places):
+        return False
+    middle = (places.min(axis=0) + places.max(axis=0))[:2] / 2
+    radius = float(np.linalg.norm(np.ptp(places[:, :2], axis=0))) / 2
+    for here, beams in (
+        (stance.transmit_place, stance.transmit_beams), (stance.receive_place, stance.receive_beams)
+    ):  # fmt: skip
+        offset = middle - here[:2]
+        away = float(np.linalg.norm(offset))
+        if away <= 2 * radius:
+            continue
+        half = float(np.arcsin(radius / away)) + LEEWAY
+        bearing = np.arctan2(offset[1], offset[0]) + np.linspace(-half, half, 9)
+        climb = np.linspace(-np.pi / 2, np.pi / 2, 181)[:, None]
+        level = np.broadcast_to(np.sin(climb), (181, 9))
+        way = np.stack([np.cos(climb) * np.cos(bearing), np.cos(climb) * np.sin(bearing), level], axis=-1)
+        if not beams.gain(way).any():
+            return True
+    return False

@@ -178,7 +178,9 @@ def view(scene: Scene, choice: PathChoice, seed: int, stance: Stance, rays: Rays
     height = max(0.1, min(shallowest, scene.seabed.depth - deepest))
     speed = survey_speed(scene, stance)
     slant = min(stance.pulse.finest_resolution(speed), LONGEST_CELL * height)
-    width = two_way_width(stance.transmit_beams, stance.receive_beams)
+    width = two_way_width(stance.transmit_beams, stance.resolving_beams or stance.receive_beams)
+    if stance.pulse.receiver.synthetic_aperture is not None:
+        width = min(width, stance.wavelength / 2 / stance.pulse.receiver.synthetic_aperture)
     if speed != stance.sound_speed:
         width = round(width * speed / stance.sound_speed, ndigits=9)
     return View(scene, choice, seed, stance, rays, Resolution(slant, width, choice.scatterers_per_cell), even)

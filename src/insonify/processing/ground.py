@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.processing.shares import sums_between
 from insonify.units import intensity_ratio, level_db
 
 Floats = NDArray[np.float64]
@@ -96,7 +97,5 @@ def samples_spanned(slant: Floats, altitude: float, ground: Floats) -> Floats:
 
 def _means(power: Floats, edges: Floats) -> Floats:
     """Mean of samples between edges counted in samples; NaN beyond the first or the last."""
-    below = np.concatenate([[0.0], np.cumsum(np.nan_to_num(power))])
     inside = (edges[:-1] >= 0) & (edges[1:] <= len(power))
-    sums = np.diff(np.interp(edges, np.arange(len(below)), below))
-    return np.where(inside, sums / np.diff(edges), np.nan)
+    return np.where(inside, sums_between(power, edges) / np.diff(edges), np.nan)

@@ -11,6 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from insonify.processing.ground import samples_spanned
+from insonify.processing.shares import sums_between
 from insonify.records.labels import COLUMNS, NOBODY
 
 Floats = NDArray[np.float64]
@@ -89,8 +90,7 @@ def _asked(name: str, values: NDArray[Any], edges: Floats, least: float) -> NDAr
 
 def _mean(values: NDArray[Any], edges: Floats) -> Floats:
     """Mean between edges counted in samples, each of which is as long as 1, (samples,) to (cells,)."""
-    below = np.concatenate([[0.0], np.cumsum(values, dtype=float)])
-    sums = np.diff(np.interp(edges, np.arange(len(below)), below))
+    sums = sums_between(np.asarray(values, float), edges)
     return np.asarray(sums / np.maximum(np.diff(edges), 1e-300))
 
 

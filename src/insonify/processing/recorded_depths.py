@@ -29,7 +29,8 @@ def interferometric_bathymetry(
         navigation: Whether the log or the truth gives roll and depth. Pitch is not made up for.
 
     Returns:
-        `across` (to starboard) and `depth` below the mean surface [m], and `coherence` [1], over (ping, time).
+        `across` (to starboard of the platform's reference point) and `depth` below the mean surface [m], and
+        `coherence` [1], over (ping, time).
 
     Raises:
         ValueError: No such channels, or receivers that are not one above the other.
@@ -52,9 +53,11 @@ def interferometric_bathymetry(
         sound_speed=sound_speed, looks=looks,
     )  # fmt: skip
     middle = in_world(place, rotation, (upper + lower) / 2)
-    dims = ("ping", "time")
+    beside = (middle - place)[:, 1] * rotation[:, 0, 0] - (middle - place)[:, 0] * rotation[:, 1, 0]
+    beside /= np.hypot(rotation[:, 0, 0], rotation[:, 1, 0])  # square to the bow as seen from above
+    dims, beside = ("ping", "time"), beside[:, None] + side * across
     return xr.Dataset(
-        {"across": (dims, side * across, {"units": "m", "long_name": "distance across the track, to starboard"}),
+        {"across": (dims, beside, {"units": "m", "long_name": "distance across the track, to starboard"}),
          "depth": (dims, middle[:, 2:] + depth, {"units": "m", "long_name": "depth of the bed"}),
          "coherence": (dims, gamma, {"units": "1", "long_name": "coherence of the two receivers"})},
         {name: recording[name] for name in ("ping", "time", "ping_time") if name in recording},

@@ -5,6 +5,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from insonify.processing.shares import sums_between
 from insonify.validity import numbers
 
 Floats = NDArray[np.float64]
@@ -40,7 +41,8 @@ def decimate(intensity: ArrayLike, samples: int, *, keep: Keep = "mean") -> Floa
     their parts, so energy is kept; the peak takes every sample that the share touches, so no echo is lost.
 
     Args:
-        intensity: Mean square of what was heard, not in dB, shape (..., time); a peak of amplitudes is as good.
+        intensity: Mean square of what was heard, not in dB, shape (..., time); a peak of amplitudes is as good. NaN is
+            kept where it is: in the shares that touch it.
         samples: How many are kept, at most as many as there are.
         keep: "mean" or "peak".
 
@@ -57,13 +59,9 @@ def decimate(intensity: ArrayLike, samples: int, *, keep: Keep = "mean") -> Floa
         raise ValueError(f"samples is {samples} for series of shape {power.shape}; give 1 up to the length of time")
     # whole numbers over `samples`: no border is misplaced by rounding
     border = np.arange(samples + 1) * power.shape[-1]
-    first, part = np.divmod(border, samples)
     if keep == "peak":
-        return _peaks(power, first[:-1], -(-border[1:] // samples))
-    below = np.concatenate([np.zeros((*power.shape[:-1], 1)), np.cumsum(power, axis=-1)], axis=-1)
-    here = np.concatenate([power, np.zeros((*power.shape[:-1], 1))], axis=-1)[..., first]
-    sums = below[..., first] + here * (part / samples)
-    return np.asarray(np.diff(sums, axis=-1) * (samples / power.shape[-1]))
+        return _peaks(power, border[:-1] // samples, -(-border[1:] // samples))
+    return np.asarray(sums_between(power, border / samples) * (samples / power.shape[-1]))
 
 
 def _peaks(power: Floats, first: NDArray[np.int64], stop: NDArray[np.int64]) -> Floats:

@@ -95,16 +95,22 @@ def resolution_along(half_angle: float, centre_frequency: float, sound_speed: fl
     """Width at -3 dB along the track of a point seen alike from -half_angle to half_angle off broadside [m].
 
     0.886 of the spatial period c / (4 f sin(half_angle)) that a two-way aperture holds; from an element of length D,
-    whose beam is followed to its first nulls, that is 0.44 D, and with its own taper less sharp.
+    whose beam is followed to -3.9 dB one way (sin(half_angle) = wavelength / 2 D), that is 0.44 D, and with its own
+    taper less sharp; out to its first nulls half of that.
 
     Args:
         half_angle: Widest angle off broadside [rad].
         centre_frequency: Of the pulse [Hz].
         sound_speed: Of the water [m/s].
 
+    Raises:
+        ValueError: An angle of nothing, or beyond a right angle.
+
     Source: width of a sinc, as in Hawkins (1996), ch. 4; from memory.
     """
-    return 0.8859 * sound_speed / (4 * centre_frequency * np.sin(half_angle))
+    frequency, speed = carrier(centre_frequency, sound_speed)
+    widest = number("half_angle", half_angle, "rad", 0.0, np.pi / 2, above=True, such_as="np.radians(10)")
+    return float(0.8859 * speed / (4 * frequency * np.sin(widest)))
 
 
 def _pings(pressure: ArrayLike, samples: int) -> NDArray[np.complex64]:

@@ -18,7 +18,8 @@ Integers = NDArray[Any]
 def around_solid(
     place: Floats, points: Floats, arrival: Floats, length: Floats, bounced: bool, water_depth: float,
     wavelength: float, facing: float, borders: Floats, away: Floats, columns: Floats, bed: float, row: int,
-    wide: bool, far: float, table: Complexes, per_unit: float, status: Integers, occluder: Integers, visibility: Complexes,
+    wide: bool, far: float, table: Complexes, per_unit: float, status: Integers, occluder: Integers,
+    visibility: Complexes,
 ) -> None:  # fmt: skip
     """Multiply what one solid leaves of the legs of one family into their visibility.
 

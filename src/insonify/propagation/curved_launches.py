@@ -128,7 +128,7 @@ class CurvedLaunches:
         height = np.clip((high - low) / FEW_LINES, *HEIGHTS)
         lines = np.linspace(low, high, int(np.ceil((high - low) / height)) + 1)
         depth, far = np.repeat(lines, len(self._stations)), np.tile(np.maximum(self._stations, AT_ZERO), len(lines))
-        rays = np.empty((far.size, MOST, COLUMNS))
+        rays = np.zeros((far.size, MOST, COLUMNS))
         count, status = np.zeros(far.size, np.int64), np.zeros(far.size, np.uint8)
         solve_points(
             water.depth, water.speed, water.plane, self._source, len(string), string.startswith("S"),

@@ -91,8 +91,8 @@ def local_course(
         points: The same of the points [m], shape (n, 3).
         bed: The ground.
         wavelength: Of the sound [m].
-        met: Horizontal distance at which the rays really bounce, where refraction bends them [m], shape (m, n): the
-            planes are those of the ground there, moved under the bounces of straight rays.
+        met: Horizontal distance at which the rays really bounce off level ground, where refraction bends them [m],
+            shape (m, n): the planes are those of the ground there, moved under the bounces of straight rays.
 
     Returns:
         Ways in water of one sound speed; the sonar's images, the bounces and the grazing angles are exact for the
@@ -103,14 +103,14 @@ def local_course(
     across = points[:, :2] - place[:2]
     bearing = np.arctan2(across[:, 1], across[:, 0])
     ahead = np.stack([np.cos(bearing), np.sin(bearing)], axis=-1)
-    left = np.zeros(way.left.shape)
-    for rough in (True, False) if met is None else (False,):
+    left, level = np.zeros(way.left.shape), way.bounce
+    for rough in (True, False):
         for k, letter in enumerate(bounces(family)):
             if letter == "S":
                 continue
             half_length, half_width = zone(way, k, wavelength)
             here = way.bounce[k, :, :2]
-            asked = here if met is None else place[:2] + met[k][:, None] * ahead
+            asked = here if met is None else here + place[:2] + met[k][:, None] * ahead - level[k, :, :2]
             planes = fitted_planes(bed, asked, bearing, half_length, half_width, rough=rough)
             anchor[k, :, :2], anchor[k, :, 2], facing[k] = here, bed.depth - planes.height, planes.normal
             left[k] = planes.left

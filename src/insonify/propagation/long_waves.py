@@ -199,7 +199,7 @@ def _moved(
             there = found[row].many > branch
             sines[to] = np.where(there, found[row].at[:, branch, _SINE], sines[to])
             loud = spread[row][there, branch]
-            moved.spreading[to, there] = np.abs(loud)
+            moved.spreading[to, there] *= np.abs(loud) * np.linalg.norm(_level(found[row], there), axis=1)
             caustic[to, there] = loud / np.abs(loud)
             _bounce(moved, to, found[row], branch, there, scene)
             face(moved, to, scatterers.normal)
@@ -211,30 +211,46 @@ def _moved(
 def _bounce(
     legs: Legs, row: int, found: Found, branch: int, there: NDArray[np.bool_], scene: Scene
 ) -> None:  # fmt: skip
-    """Lead one row of mirrored legs over their bounce points, in place."""
+    """Lead one row of mirrored legs over their bounce points, in place.
+
+    Told as a change of the level mirrors' leg, so that bottom bounces keep the planes that they have over relief.
+    """
     at = found.at[there, branch].T
     point = np.stack([at[_NORTH], at[_EAST], -at[_HEIGHT]], axis=1)
-    length = at[_BEFORE] + at[_AFTER]
+    plain = _level(found, there)
+    level = np.linalg.norm(plain, axis=1)
+    length = legs.length[row, there] + (at[_BEFORE] + at[_AFTER] - level)
     legs.delay[row, there] *= length / legs.length[row, there]
     legs.absorption[row, there] *= legs.absorption[row, there] ** (length / legs.length[row, there] - 1)
     legs.caustics[row, there] = ((at[_WEAK] < 0) & (at[_GRADIENT] == 0)).astype(np.uint8) + (at[_STRONG] < 0)
     legs.length[row, there] = length
     string = bounces(legs.families[row])
     before = string.index("S")
+    after = len(string) - 1 - before
     steep = [legs.departure[row, there, 2], legs.arrival[row, there, 2]]
-    departure, arrival = (point - found.start) / at[_BEFORE, :, None], (found.ends[there] - point) / at[_AFTER, :, None]
-    departure[:, 2] *= (-1.0) ** before
-    arrival[:, 2] *= (-1.0) ** (len(string) - 1 - before)
-    legs.departure[row, there], legs.arrival[row, there] = departure, arrival
+    plain /= level[:, None]
+    for column, way, mirror, bottoms in (
+        (legs.departure, (point - found.start) / at[_BEFORE, :, None], plain, before),
+        (legs.arrival, (found.ends[there] - point) / at[_AFTER, :, None], plain * (1, 1, -1), after),
+    ):
+        turned = column[row, there] + (way - mirror) * (1, 1, (-1) ** bottoms)
+        column[row, there] = turned / np.linalg.norm(turned, axis=1, keepdims=True)
+    departure, arrival = legs.departure[row, there], legs.arrival[row, there]
     # The bottom answers to the angle that the ray now has there.
     for count, old, new in (
         (before, steep[0], departure[:, 2]),
-        (len(string) - 1 - before, steep[1], arrival[:, 2]),
+        (after, steep[1], arrival[:, 2]),
     ):
         if count:
             was, now = (scene.seabed.mirror(np.arcsin(np.minimum(np.abs(z), 1.0))) for z in (old, new))
             ratio = np.divide(now, was, out=np.zeros_like(now), where=was != 0)
             legs.boundary[row, there] *= ratio**count
+
+
+def _level(found: Found, there: NDArray[np.bool_]) -> Floats:
+    """Way from the sonar to some of the points off a level surface, as it departs [m], shape (n, 3)."""
+    ends = found.ends[there]
+    return np.column_stack([ends[:, :2] - found.start[:2], -(ends[:, 2] + found.start[2])])
 
 
 def spreading(found: Found, wavenumber: float) -> NDArray[np.complex128]:

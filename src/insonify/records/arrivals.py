@@ -1,5 +1,6 @@
 """Arrivals: the paths of one ping out and back, one row each: the paper's spike array."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -10,6 +11,7 @@ from insonify.records.pairs import Pairs
 from insonify.units import level_db
 
 Floats = NDArray[np.float64]
+Heard = Callable[[int], tuple[Floats, Floats, Floats]]
 
 SHORT = 40
 """Paths up to which a printed list goes row by row."""
@@ -22,9 +24,10 @@ class Arrivals:
     """Paths of one ping, as columns of equal length n."""
 
     delay: Floats
-    """Two-way travel time from the start of transmission [s], shape (n,)."""
+    """Two-way travel time from the start of transmission, as heard by the channel asked for [s], shape (n,)."""
     amplitude: NDArray[np.complex64]
-    """Pressure re the source at 1 m, phase of reflections and of the place only [1], shape (n, bands)."""
+    """Pressure re the source at 1 m, phase of reflections and of the place only [1], shape (n, bands): at the centre of
+    the band, or at each frequency that `sonar.receiver.sub_bands` asks for, from the lowest."""
     spreading: Floats
     """Pressure ratio by spreading, out and back [1], shape (n,)."""
     absorption: Floats
@@ -57,6 +60,8 @@ class Arrivals:
     """Grazing angle at the scatterer of the leg out [rad], shape (n,)."""
     grazing_back: Floats
     """Grazing angle at the scatterer of the leg back [rad], shape (n,)."""
+    doppler: Floats
+    """Part by which the echo is quicker than what was sent, d(emission) / d(arrival) - 1 [1], shape (n,)."""
 
     def __post_init__(self) -> None:
         """Refuse columns of unequal length."""
@@ -98,13 +103,18 @@ class Arrivals:
         told = [f"  the {STRONGEST} strongest, in order of arrival:", *self._lines(order, np.sort(strongest))]
         return "\n".join([head, *self._kinds(), *told])
 
+    @property
+    def _central(self) -> NDArray[np.complex64]:
+        """Amplitude at the middle of the band, shape (n,)."""
+        return self.amplitude[:, self.amplitude.shape[1] // 2]
+
     def _level(self) -> Floats:
         """Level of each path [dB re the source at 1 m]."""
-        return level_db(np.abs(self.amplitude[:, 0]) ** 2)
+        return level_db(np.abs(self._central) ** 2)
 
     def _lines(self, order: NDArray[np.int64], ranks: NDArray[np.int64]) -> list[str]:
         """Some paths line by line, by their ranks in the order of arrival."""
-        level, phase = self._level(), np.degrees(np.angle(self.amplitude[:, 0]))
+        level, phase = self._level(), np.degrees(np.angle(self._central))
         lines = ["  row       delay      level    phase  who            out    back"]
         for rank, row in zip(ranks, order[ranks], strict=True):
             out, back = self.rays(row)
@@ -141,18 +151,22 @@ def _fewest_bounces(family: str) -> tuple[bool, int, bool]:
     return family != "D", len(family), not family.startswith("S")
 
 
-def expand(pairs: Pairs, first_group: int, factors: dict[tuple[str, str], NDArray[np.complex128]]) -> Arrivals:
+def expand(
+    pairs: Pairs, first_group: int, factors: dict[tuple[str, str], NDArray[np.complex128]], heard: Heard | None = None
+) -> Arrivals:  # fmt: skip
     """Write out every path of a block of scatterers, row by row; paths that are not there are left out.
 
     Args:
         pairs: The block.
         first_group: Number of the block's first group.
         factors: Perturbation of each ordered pair of rays (`Pairs.rays`), where there is one, each of shape (n,).
+        heard: Of the row of an ordered pair: delays [s], (n,), factors on pressures [1], (n, bands), and Doppler
+            factors less one [1], (n,), as a channel hears them; None: a channel at the centre of a sonar that stands.
     """
     n = len(pairs.scatterers)
     group = np.arange(first_group, first_group + n) if pairs.scatterers.drawn else np.full(n, first_group)
     rows = [
-        _rows(pairs, row, int(i), int(j), group, factors.get(names))
+        _rows(pairs, row, int(i), int(j), group, factors.get(names), heard)
         for row, ((i, j), names) in enumerate(zip(pairs.pair, pairs.rays(), strict=True))
     ]
     whole = joined(rows) if rows else nothing()
@@ -160,16 +174,19 @@ def expand(pairs: Pairs, first_group: int, factors: dict[tuple[str, str], NDArra
 
 
 def _rows(pairs: Pairs, row: int, i: int, j: int, group: NDArray[np.int64],
-          factor: NDArray[np.complex128] | None) -> Arrivals:  # fmt: skip
+          factor: NDArray[np.complex128] | None, heard: Heard | None) -> Arrivals:  # fmt: skip
     """The paths of one ordered pair of families."""
     out, back, points = pairs.out, pairs.back, pairs.scatterers
     amplitude = out.amplitude[i] * back.amplitude[j] * pairs.strength[row] * points.phase
     if factor is not None:
         amplitude = amplitude * factor
     n = len(points)
+    delay, bands, doppler = (
+        (out.delay[i] + back.delay[j], np.ones((n, 1)), np.zeros(n)) if heard is None else heard(row)
+    )
     return Arrivals(
-        delay=out.delay[i] + back.delay[j],
-        amplitude=amplitude.astype(np.complex64)[:, None],
+        delay=delay,
+        amplitude=(amplitude[:, None] * bands).astype(np.complex64),
         spreading=out.spreading[i] * back.spreading[j],
         absorption=out.absorption[i] * back.absorption[j],
         boundary=out.boundary[i] * back.boundary[j],
@@ -186,6 +203,7 @@ def _rows(pairs: Pairs, row: int, i: int, j: int, group: NDArray[np.int64],
         arrival=back.departure[j],
         grazing_out=out.grazing[i],
         grazing_back=back.grazing[j],
+        doppler=doppler,
     )
 
 
@@ -201,5 +219,5 @@ def nothing() -> Arrivals:
     column, vector, name, few = np.zeros(0), np.zeros((0, 3)), np.zeros(0, "<U1"), np.zeros(0, np.uint8)
     return Arrivals(
         column, np.zeros((0, 1), np.complex64), column, column, column.astype(complex), column,
-        np.zeros(0, np.int64), name, name, few, few, few, name, vector, vector, vector, column, column,
+        np.zeros(0, np.int64), name, name, few, few, few, name, vector, vector, vector, column, column, column,
     )  # fmt: skip

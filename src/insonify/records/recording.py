@@ -20,16 +20,21 @@ COLUMNS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "ping_time": (("ping",), "s", "start of transmission after the start of the track"),
     "steer": (("channel",), "rad", "steering of the beam, to the right of boresight"),
     "side": (("channel",), "1", "side of the platform: -1 port, 1 starboard, 0 where the sonar has no sides"),
+    "element_position": (
+        ("channel", "axis"),
+        "m",
+        "place of the channel on its platform: forward, starboard, down",
+    ),
     "position": (("ping", "axis"), "m", "platform position: north, east, down"),
     "attitude": (("ping", "axis"), "rad", "platform heading, pitch, roll"),
     "logged_position": (("ping", "axis"), "m", "platform position as its navigation system logged it"),
     "logged_attitude": (("ping", "axis"), "rad", "platform heading, pitch, roll as its navigation system logged them"),
 }
 """Dimensions, units and long name of what stands beside it."""
-COORDINATES = ("ping_time", "steer", "side")
+COORDINATES = ("ping_time", "steer", "side", "element_position")
 """Columns that label pings and channels."""
-LATER = ("side", "logged_position", "logged_attitude")
-"""Columns that recordings of earlier versions do not have: no side, and a log that tells the truth."""
+LATER = ("side", "element_position", "logged_position", "logged_attitude")
+"""Columns that recordings of earlier versions do not have: no side, no place, and a log that tells the truth."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,16 +59,25 @@ class Layout:
     """What the navigation system says of the attitude [rad], shape (ping, 3); left out: the truth."""
     side: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.empty(0))
     """Side of each channel: -1 port, 1 starboard, 0 none [1], shape (channel,); left out: none."""
+    element_position: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.empty(0))
+    """Where each channel hears: its element, or the centre of its array, from the platform's reference point: forward,
+    starboard, down [m], shape (channel, 3); left out: that point."""
 
     def __post_init__(self) -> None:
         """Fill in what was left out; refuse columns of unequal length."""
-        plain = {"logged_position": self.position, "logged_attitude": self.attitude, "side": np.zeros(self.steer.shape)}
+        plain = {
+            "element_position": np.zeros((self.steer.size, 3)),
+            "logged_position": self.position,
+            "logged_attitude": self.attitude,
+            "side": np.zeros(self.steer.shape),
+        }
         for name, values in plain.items():
             if not getattr(self, name).size:
                 object.__setattr__(self, name, values)
         rows, beams = (self.ping_time.size, 3), self.steer.shape
         wanted = {name: rows for name in ("position", "attitude", "logged_position", "logged_attitude")}
-        for name, shape in (wanted | {"side": beams}).items():
+        places = (*beams, 3)
+        for name, shape in (wanted | {"side": beams, "element_position": places}).items():
             found = getattr(self, name).shape
             if found != shape:
                 raise ValueError(f"Layout.{name} has shape {found}; it should be {shape}")

@@ -12,6 +12,7 @@ from insonify.ocean.kinks import Kink, kinks
 from insonify.scenario.edge_cautions import touches
 from insonify.scenario.ground_faults import unknown_ground
 from insonify.scenario.log_cautions import gaps, jumps
+from insonify.scenario.reach_cautions import reach_cautions
 from insonify.scenario.smooth_cautions import smooth_cautions
 from insonify.scenario.wave_cautions import wave_cautions
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
@@ -47,10 +48,10 @@ def cautions(scenario: Scenario) -> None:
     depths = end_depths(sonar, track)
     slowest = float(np.min(water.speed_at(depths)))  # where waves are shortest, lobes are nearest
     said = [_narrow_receiver(scenario), _kinks(scenario, np.linspace(depths[0], depths[-1], ASKED))]
-    for end, array in zip(("transmit", "receive"), sonar.arrays, strict=True):
+    for end, array in zip(("transmit", "receive"), sonar.steered_arrays, strict=False):
         said.append(_grating_lobes(end, array, sonar.pulse.frequency, slowest))
     said += [unknown_ground(scenario, track.position), _thin_steps(scenario), jumps(scenario), gaps(scenario),
-             touches(scenario), *smooth_cautions(scenario)]  # fmt: skip
+             touches(scenario), *reach_cautions(scenario), *smooth_cautions(scenario)]  # fmt: skip
     if scenario.surface.bounce == "waves":
         said += wave_cautions(scenario, float(depths[0]))
     for sentence in filter(None, said):

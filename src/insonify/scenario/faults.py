@@ -14,6 +14,7 @@ from pydantic_core import PydanticCustomError
 
 from insonify.noun import located
 from insonify.propagation.families import bounces
+from insonify.scenario.element_faults import element_faults
 from insonify.scenario.ground_faults import ground_faults
 from insonify.scenario.track_faults import ENDS, out_of_the_water, places
 from insonify.scene.scene import inside_body, scene_faults
@@ -45,6 +46,7 @@ def scenario_faults(scenario: Scenario) -> Iterator[PydanticCustomError]:
     yield from ground_faults(scenario, found)
     yield from _sonar_in_a_body(scenario, found)
     yield from _deaf_beams(scenario)
+    yield from element_faults(scenario)
     if scenario.paths.geometry == "slice":
         yield from _out_of_the_slice(scenario)
     if scenario.paths.engine == "tracer":
@@ -117,7 +119,7 @@ def _deaf_beams(scenario: Scenario) -> Iterator[PydanticCustomError]:
     # Whether a steered beam exists depends on the wavelength, which no array knows by itself.
     depths = end_depths(scenario.sonar, poses(scenario.track, seed=scenario.seed))
     speeds = scenario.water.speed_at(depths)
-    for end, array in zip(ENDS, scenario.sonar.arrays, strict=True):
+    for end, array in zip(ENDS, scenario.sonar.steered_arrays, strict=False):
         for speed in sorted({float(speeds.min()), float(speeds.max())}):
             try:
                 beams(array, scenario.sonar.pulse.frequency, speed)
@@ -136,7 +138,9 @@ def _out_of_the_slice(scenario: Scenario) -> Iterator[PydanticCustomError]:
             "static or line track without motion.",
         )  # fmt: skip
         return
-    if sonar.channel_count > 1:
+    if sonar.receiver.record == "elements":
+        yield located("sonar.receiver.record", "elements", "need the third dimension. Write paths.geometry: 3d.")
+    elif sonar.channel_count > 1:
         has = f"steers {sonar.channel_count}" if sonar.sides is None else f"has {sonar.channel_count} on its sides"
         yield located(
             "paths.geometry", "slice", f"has one beam, but the sonar {has}. "

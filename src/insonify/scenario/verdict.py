@@ -76,11 +76,13 @@ def strays(model: type[BaseModel], source: Source) -> list[Advice]:
     advice = []
     for path in source.written:
         value = source.value(path)
+        if not isinstance(value, bool) and not (isinstance(value, float) and not math.isfinite(value)):
+            continue
         _, asked = find(model, source.values, path)
-        if isinstance(value, float) and not math.isfinite(value):
+        if isinstance(value, float):
             problem = f"{source.written[path]} is not a finite number"
             advice.append(_advice(path, source, problem, _allowed(asked)))
-        elif isinstance(value, bool) and asked and all(choice.kind is not bool for choice in asked):
+        elif asked and all(choice.kind is not bool for choice in asked):
             wanted = " or ".join(dict.fromkeys(choice.words() for choice in asked))
             problem = f"{source.written[path]} means {str(value).lower()} in YAML; it should be {wanted}"
             fix = "Put quotes around it" if any(choice.kind is str for choice in asked) else ""
@@ -256,7 +258,7 @@ def _range(limits: dict[str, float], unit: str) -> str:
     low, high = shown.get("ge", shown.get("gt")), shown.get("le", shown.get("lt"))
     tail = f" {unit}" if unit else ""
     if low is not None and high is not None:
-        return f"{low} to {high}{tail}"
+        return f"above {low}, to {high}{tail}" if "gt" in limits else f"{low} to {high}{tail}"
     if low is not None:
         return f"{low}{tail} or more" if "ge" in limits else f"above {low}{tail}"
     return f"{high}{tail} or less" if "le" in limits else f"below {high}{tail}"

@@ -1,9 +1,11 @@
 """Who calls and listens: the pulse, the arrays and their beams, the receiver, the sonar, its track."""
 
-from insonify.sonar.array import Array, LineArray, PlanarArray, PointTransducer
+from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
 from insonify.sonar.beam import Beams, beams, grating_lobes
+from insonify.sonar.element_array import ArcArray, Array, ElementArray
 from insonify.sonar.footprint import two_way_footprint, two_way_width
 from insonify.sonar.heard import HeardPulse, hear, heard_pulse
+from insonify.sonar.hydrophones import ElementErrors, Hydrophones, element_layout, hydrophones
 from insonify.sonar.pulse import Pulse, energy_duration, envelope, spectrum
 from insonify.sonar.receiver import Receiver, response
 from insonify.sonar.sonar import Mounting, Sonar, array_position, array_rotation
@@ -21,9 +23,13 @@ from insonify.sonar.track import (
 )
 
 __all__ = [
+    "ArcArray",
     "Array",
     "Beams",
+    "ElementArray",
+    "ElementErrors",
     "HeardPulse",
+    "Hydrophones",
     "LineArray",
     "LineTrack",
     "LoggedNavigation",
@@ -42,11 +48,13 @@ __all__ = [
     "array_position",
     "array_rotation",
     "beams",
+    "element_layout",
     "energy_duration",
     "envelope",
     "grating_lobes",
     "hear",
     "heard_pulse",
+    "hydrophones",
     "logged_poses",
     "poses",
     "response",

@@ -130,9 +130,6 @@ class PlanarArray(Noun):
         return self.model_copy(update={"steer": tuple(angle for angle, _ in steers), "steer_down": down})
 
 
-Array = Annotated[LineArray | PlanarArray | PointTransducer, Field(discriminator="kind")]
-
-
 def _cone(right: float, down: float) -> float:
     """Angle off the array's cross plane of a direction given by its angles right and down [rad]."""
     return math.asin(math.sin(right) * math.cos(down))

@@ -4,7 +4,9 @@ An echo of unit rms pressure at delay zero leaves this waveform in the recording
 of a ping, the coherent and the incoherent, use this one object, so they cannot disagree on it.
 """
 
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -52,16 +54,17 @@ class HeardPulse:
     table: Complexes = field(repr=False)
     """Waveform [1] and its slope per row [1], shape (rows, 2)."""
 
-    def spectrum(self, offset: ArrayLike) -> Complexes:
+    def spectrum(self, offset: ArrayLike, doppler: float = 0.0) -> Complexes:
         """Fourier transform of the waveform [s].
 
         Args:
             offset: Frequency relative to the centre [Hz], any shape.
+            doppler: Part by which the echo is quicker than what was sent, d(emission) / d(arrival) - 1 [1].
 
         Returns:
-            P(f) H(f), or |P(f)|^2 H(f) / E when the receiver compresses, shape of offset.
+            P(f) H(f), or P(f) P0(f)* H(f) / E when the receiver compresses with the sent pulse P0, shape of offset.
         """
-        return _heard_spectrum(self.pulse, self.receiver, np.asarray(offset, dtype=float))
+        return _heard_spectrum(self.pulse, self.receiver, np.asarray(offset, dtype=float), doppler)
 
     def samples(self, time: ArrayLike) -> Complexes:
         """The waveform at any times [1].
@@ -80,6 +83,18 @@ class HeardPulse:
         p, m, q, n = here[..., 0], here[..., 1], there[..., 0], there[..., 1]
         cubic = p + t * (m + t * (3 * (q - p) - 2 * m - n + t * (2 * (p - q) + m + n)))
         return np.asarray(np.where(inside, cubic, 0.0))
+
+    def reshaped(self, doppler: float, share: Callable[[NDArray[np.float64]], NDArray[Any]]) -> "HeardPulse":
+        """The waveform of an echo that comes quicker, and of a part of its spectrum; only `samples` are to be asked.
+
+        Args:
+            doppler: Part by which it is quicker [1].
+            share: What is left at offsets from the carrier [Hz], of the shape of the offsets [1].
+        """
+        first, period = _span(self.pulse, self.receiver)
+        bins = int(self.receiver.sample_rate / 2 * period)
+        offset = np.arange(-bins, bins + 1) / period
+        return replace(self, table=_table(offset, self.spectrum(offset, doppler) * share(offset), first, period))
 
     @property
     def ringing(self) -> tuple[float, float]:
@@ -153,11 +168,14 @@ def hear(pulse: Pulse, receiver: Receiver) -> HeardPulse:
     )
 
 
-def _heard_spectrum(pulse: Pulse, receiver: Receiver, offset: NDArray[np.float64]) -> Complexes:
-    sent = pulse_spectrum(pulse, offset)
+def _heard_spectrum(
+    pulse: Pulse, receiver: Receiver, offset: NDArray[np.float64], doppler: float = 0.0
+) -> Complexes:  # fmt: skip
+    echo = pulse_spectrum(pulse, (offset - doppler * pulse.frequency) / (1 + doppler)) / (1 + doppler)
     if receiver.compress:
-        sent = np.asarray(np.abs(sent) ** 2 / energy_duration(pulse) + 0j)
-    return np.asarray(sent * response(receiver, offset))
+        sent = echo if doppler == 0 else pulse_spectrum(pulse, offset)
+        echo = np.asarray(echo * np.conj(sent) / energy_duration(pulse) + 0j)
+    return np.asarray(echo * response(receiver, offset))
 
 
 def _span(pulse: Pulse, receiver: Receiver) -> tuple[float, float]:

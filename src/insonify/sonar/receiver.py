@@ -4,11 +4,14 @@ The band is flat about the pulse's centre frequency and rolls off over an eighth
 each side, so that the recording's sample rate, 1.25 times the band, holds all that is kept.
 """
 
+from typing import Annotated, Literal
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 
-from insonify.noun import Hertz, Noun
+from insonify.noun import Hertz, Metres, Noun
+from insonify.sonar.hydrophones import ElementErrors
 
 ROLL_OFF = 1.25
 """Full width of the receiver's response over its flat width, and sample rate over band [1]."""
@@ -19,6 +22,14 @@ class Receiver(Noun):
 
     band: Hertz = Field(default=20e3, gt=0, le=10e6)
     """Flat two-sided band about the centre frequency [Hz]."""
+    record: Literal["beams", "elements"] = "beams"
+    """What is a channel: each beam, or each element of the receive array, to be steered afterwards."""
+    errors: ElementErrors = ElementErrors()
+    """What the elements have wrong, where they are recorded."""
+    synthetic_aperture: Annotated[Metres, Field(gt=0, le=1000)] | None = None
+    """Length of track that pings will be focused over [m]: the ground is sampled as finely as that asks; None: not."""
+    sub_bands: Annotated[int, Field(ge=1, le=32)] = 1
+    """Frequencies across the band at which beams and absorption are taken, for pressures; 1: at its centre only."""
     compress: bool = False
     """Whether the recording is the matched filter's output: peaks at the echoes' delays."""
 

@@ -8,7 +8,9 @@ from pydantic import Field, model_validator
 
 from insonify.frames import array_axes, mounting_rotation
 from insonify.noun import Decibels, Noun, Radians, located
-from insonify.sonar.array import Array, LineArray, PlanarArray, PointTransducer
+from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
+from insonify.sonar.element_array import AnyArray, ArcArray, Array, ElementArray
+from insonify.sonar.hydrophones import element_layout, one_element
 from insonify.sonar.pulse import Pulse
 from insonify.sonar.receiver import ROLL_OFF, Receiver
 
@@ -70,7 +72,28 @@ class Sonar(Noun):
         return self
 
     @model_validator(mode="after")
+    def _elements_are_recorded(self) -> Self:
+        if isinstance(self.transmit, ElementArray | ArcArray):
+            raise located("transmit.kind", self.transmit.kind, "is for receiving. Write line, planar or point.")
+        if isinstance(self.receive, ElementArray | ArcArray) and self.receiver.record == "beams":
+            raise located("receive.kind", self.receive.kind, "has elements but no beams. Write receiver.record: "
+                          "elements and steer afterwards, or give a line or planar array.")  # fmt: skip
+        if self.receiver.record == "beams" and self.receiver.errors != type(self.receiver.errors)():
+            raise located("receiver.errors", None, "are those of single elements. Write receiver.record: elements.")
+        beyond = [row for row in self.receiver.errors.dead if row >= self.beam_count]
+        if self.receiver.record == "elements" and beyond:
+            raise located(
+                "receiver.errors.dead", f"{beyond[0]}", f"is no element; there are 0 to {self.beam_count - 1}."
+            )
+        if self.receiver.record == "elements" and len(self.transmit.steers) > 1:
+            raise located("transmit.steer", f"{len(self.transmit.steers)} angles", "send several beams at once, but "
+                          "elements hear one transmission. Give one.")  # fmt: skip
+        return self
+
+    @model_validator(mode="after")
     def _beams_pair_up(self) -> Self:
+        if self.receiver.record == "elements":
+            return self
         sent, heard = len(self.transmit.steers), len(self.receive.steers)
         if sent > 1 and heard > 1 and sent != heard:
             raise located(
@@ -83,7 +106,9 @@ class Sonar(Noun):
 
     @property
     def beam_count(self) -> int:
-        """Channels of one side, one per pair of a transmit and a receive beam."""
+        """Channels of one side: one per pair of a transmit and a receive beam, or per element recorded."""
+        if self.receiver.record == "elements":
+            return len(element_layout(self.receive)[0])
         return max(len(self.transmit.steers), len(self.receive.steers))
 
     @property
@@ -113,15 +138,32 @@ class Sonar(Noun):
 
     @property
     def _beam_steers(self) -> tuple[float, ...]:
+        if self.receiver.record == "elements":
+            return (0.0,) * self.beam_count
         chosen = self.receive if len(self.receive.steers) == self.beam_count else self.transmit
         return tuple(angle for angle, _ in chosen.steers)
 
     @property
-    def arrays(self) -> tuple[LineArray | PlanarArray | PointTransducer, LineArray | PlanarArray | PointTransducer]:
+    def arrays(self) -> tuple[AnyArray, AnyArray]:
         """Transmit and receive array with every steer angle filled in; each has one beam or one per channel."""
-        if isinstance(self.transmit, PointTransducer) or self.transmit.steer is not None:
+        if self.receiver.record == "elements" or isinstance(self.transmit, PointTransducer | ElementArray | ArcArray):
+            return self.transmit, self.receive
+        if self.transmit.steer is not None:
             return self.transmit, self.receive
         return self.transmit.steered(self.receive.steers), self.receive
+
+    @property
+    def listening_arrays(self) -> tuple[LineArray | PlanarArray | PointTransducer, ...]:
+        """What a channel sends and listens with: transmit array, and receive array or one element of it."""
+        if self.receiver.record == "elements":
+            return *self.steered_arrays, one_element(self.receive)
+        return self.steered_arrays
+
+    @property
+    def steered_arrays(self) -> tuple[LineArray | PlanarArray | PointTransducer, ...]:
+        """Those of `arrays` that make beams: not a receive array whose elements are recorded."""
+        chosen = self.arrays[:1] if self.receiver.record == "elements" else self.arrays
+        return tuple(array for array in chosen if not isinstance(array, ElementArray | ArcArray))
 
 
 def mirrored(sonar: Sonar) -> Sonar:
@@ -135,11 +177,13 @@ def mirrored(sonar: Sonar) -> Sonar:
     return sonar.model_copy(update={"mounting": turned, **ends})
 
 
-def _mirrored(array: LineArray | PlanarArray | PointTransducer) -> LineArray | PlanarArray | PointTransducer:
+def _mirrored(array: AnyArray) -> AnyArray:
     """An array whose image in a mirror this is: what lay to the right lies to the left."""
     ahead, starboard, down = array.offset
     change: dict[str, object] = {"offset": (ahead, -starboard, down)}
-    if not isinstance(array, PointTransducer) and array.steer is not None:
+    if isinstance(array, ElementArray | ArcArray):
+        change |= array.mirrored()
+    elif not isinstance(array, PointTransducer) and array.steer is not None:
         change["steer"] = tuple(-angle for angle in array.steer)
     return array.model_copy(update=change)
 
@@ -157,9 +201,7 @@ def array_rotation(sonar: Sonar, body: NDArray[np.float64]) -> NDArray[np.float6
     return array_axes(body, mounting_rotation(sonar.mounting.bearing, sonar.mounting.tilt))
 
 
-def array_position(
-    array: LineArray | PlanarArray | PointTransducer, position: NDArray[np.float64], body: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def array_position(array: AnyArray, position: NDArray[np.float64], body: NDArray[np.float64]) -> NDArray[np.float64]:
     """Place of an array's centre in the world [m].
 
     Args:
@@ -171,3 +213,21 @@ def array_position(
         Centre of the array in north, east, down [m], shape (3,).
     """
     return np.asarray(position + body @ np.asarray(array.offset))
+
+
+def channel_places(sonar: Sonar) -> NDArray[np.float64]:
+    """Where each channel hears on its platform: its element, or the centre of its array.
+
+    Args:
+        sonar: The sonar, with all its sides.
+
+    Returns:
+        Forward, starboard, down from the platform's reference point [m], shape (channels, 3); as drawn, without errors.
+    """
+    rows = []
+    for side in sonar.one_sided:
+        place = np.zeros((side.beam_count, 3))
+        if side.receiver.record == "elements":
+            place = element_layout(side.receive)[0] @ mounting_rotation(side.mounting.bearing, side.mounting.tilt)
+        rows.append(place + np.asarray(side.receive.offset))
+    return np.concatenate(rows)

@@ -18,9 +18,10 @@ from insonify.propagation.rays import Rays
 from insonify.scenario.scenario import Scenario
 from insonify.scene.lattice import BASE_PITCH, TILE
 from insonify.scene.scatterers import Boundary
-from insonify.simulation import CHUNKS, Listening, prepare
+from insonify.simulation import Listening, parts_of, prepare
 from insonify.sonar.stance import Stance
 from insonify.synthesis.grid import OVERSAMPLING
+from insonify.synthesis.shapes import shapes_of
 from insonify.units import amplitude_ratio
 
 Floats = NDArray[np.float64]
@@ -29,6 +30,8 @@ RINGS, SECTORS = 48, 360
 """How finely the ground is walked [1]."""
 SECONDS_PER_LEG, SECONDS_PER_PAIR = 0.25e-6, 0.1e-6
 """One core's time for one leg, and for one pair in one channel [s]: a plain x86 core of the 2020s."""
+SECONDS_PER_ELEMENT, SECONDS_PER_SHAPE = 15e-9, 8e-9
+"""One core's time for one echo at one element of an array, and for each shape beyond the first [s]."""
 SECONDS_PER_GROUND = 0.5e-6
 """One core's time for the height and slope of one kind of relief at one place [s]."""
 SECONDS_PER_FIT = 3e-6
@@ -81,10 +84,14 @@ def cost(scenario: Scenario) -> Cost:
     work = sum(seconds for _, seconds in found)
     grid, beams = listening.grid, scenario.sonar.beam_count
     wide = 2 * OVERSAMPLING * grid.padded * 8 + grid.count * 8  # of either reading, one channel
-    memory = BYTES_OF_PROGRAM + (CHUNKS + 6) * beams * wide + BYTES_PER_TILE * points / TILE**2 / len(sides)
+    shapes = max(_shapes(side) for side in sides)
+    held = beams * wide * shapes
+    memory = (
+        BYTES_OF_PROGRAM + (parts_of(int(held)) + 6 / shapes) * held + BYTES_PER_TILE * points / TILE**2 / len(sides)
+    )
     memory += scenario.track.ping_count * 8 * 30 + scenario.sonar.channel_count * grid.count * 16
     count = scenario.track.ping_count
-    transform = 60e-9 * grid.padded * np.log2(grid.padded) * scenario.sonar.channel_count
+    transform = 60e-9 * grid.padded * np.log2(grid.padded) * scenario.sonar.channel_count * (1 + shapes) / 2
     return Cost(
         pings=count,
         scatterers=points,
@@ -107,7 +114,8 @@ def too_big(cost: Cost, memory: float | None = None) -> str:
     return (
         f"this needs about {_size(cost.memory)} of memory, and the machine has {_size(there)}. One ping has about "
         f"{_rounded(cost.scatterers)} scatterers: shorten track.window, take a longer pulse or a wider beam, raise "
-        "paths.beam_floor_db, or lower paths.scatterers_per_cell or the receiver's band"
+        "paths.beam_floor_db, or lower paths.scatterers_per_cell, the receiver's band or sub_bands, the number of "
+        "beams or elements, or write track.stop_and_hop: true"
     )
 
 
@@ -118,6 +126,7 @@ def _scatterers(listening: Listening, stance: Stance) -> tuple[float, float]:
         return 0.0, 0.0
     seen = view(scenario.scene, scenario.paths, scenario.seed, stance, listening.engine.rays)
     depth, beams, total, seconds = scenario.seabed.depth, scenario.sonar.beam_count, 0.0, 0.0
+    each = _pair_seconds(stance, beams)
     laws = {"seabed": scenario.seabed.scattering, "surface": scenario.surface.scattering}
     found: list[tuple[Boundary, float]] = [("seabed", depth), ("surface", 0.0)]
     for boundary, level in found:
@@ -126,11 +135,24 @@ def _scatterers(listening: Listening, stance: Stance) -> tuple[float, float]:
             continue
         count = _on_boundary(stance, level, listening.engine.rays, kept, seen.resolution, scenario, seen.rise(boundary))
         total += count
-        seconds += count * (2 * len(kept) * SECONDS_PER_LEG + len(kept) ** 2 * SECONDS_PER_PAIR * beams)
+        seconds += count * (2 * len(kept) * SECONDS_PER_LEG + len(kept) ** 2 * each)
         if boundary == "seabed" and scenario.seabed.relief:
             seconds += count * SECONDS_PER_FIT * sum("B" in family for family in kept)
         seconds += count * SECONDS_PER_GROUND * (len(scenario.seabed.relief) if boundary == "seabed" else 0)
     return total, seconds
+
+
+def _shapes(stance: Stance) -> int:
+    """Waveforms that each channel's sound is a sum of."""
+    made = shapes_of(stance)
+    return len(made.band) * len(made.doppler)
+
+
+def _pair_seconds(stance: Stance, beams: int) -> float:
+    """One core's time for one pair of legs in all channels of one side [s]."""
+    if stance.still and stance.elements is None and not stance.bands:
+        return SECONDS_PER_PAIR * beams
+    return SECONDS_PER_PAIR + (SECONDS_PER_ELEMENT + SECONDS_PER_SHAPE * (_shapes(stance) - 1)) * beams
 
 
 def _on_boundary(

@@ -14,6 +14,7 @@ from insonify.scenario.scenario import Scenario
 from insonify.simulation import Listening, arrivals, prepare
 from insonify.synthesis.arrival_weights import arrival_weights, beam_gains
 from insonify.synthesis.levels import pair_name
+from insonify.synthesis.shapes import shapes_of
 from insonify.units import level_db
 
 RINGING = 20.0
@@ -26,6 +27,8 @@ TERMS = ("source", "t beam", "r beam", "spread", "absorb", "bounce", "scatter", 
 """Columns that add up: all but the last, to the last."""
 LEAST = 0.05
 """Loss by soft edges from which on they have a column of their own [dB]."""
+SURFACE_RAYS = {"statistical": "is a glint", "waves": "has another bounce point of the waves, or is a glint"}
+"""What further rays of a family are, by `Surface.bounce`; off one plane there are none."""
 NOTE = "distance: straight from the receiver to the scatterer; level: the sum of the columns before it"
 
 
@@ -47,20 +50,22 @@ class Behind:
         pulse, extra = self.stance.pulse, RINGING / scenario.sonar.receiver.band
         window = time - pulse.stop - extra, time - pulse.start + extra
         near: Arrivals = arrivals(scenario, ping, window=window, channel=channel)
-        shape = pulse.samples(time - near.delay)
-        pressure = arrival_weights(near, self.stance, self.channel) * shape
+        waveforms = shapes_of(self.stance).samples(pulse, time - near.delay, near.doppler)
+        weights = [arrival_weights(near, self.stance, self.channel, band) for band in range(len(waveforms))]
+        pressure = np.asarray(sum(weight * part for weight, part in zip(weights, waveforms, strict=True)))
         heard = pressure != 0  # the rest is behind the array, or its pulse has ended
         self.paths = near.take(heard)
-        self.shape: NDArray[np.complex128] = shape[heard]
+        self.shape: NDArray[np.complex128] = waveforms.sum(axis=0)[heard]
         self.pressure: NDArray[np.complex128] = pressure[heard]
 
     def budget(self) -> NDArray[np.float64]:
         """Terms of each arrival's sonar equation [dB], shape (n, 9), see `TERMS`."""
         p = self.paths
-        sent, heard = beam_gains(p, self.stance, self.channel)
+        middle = p.amplitude.shape[1] // 2
+        sent, heard = beam_gains(p, self.stance, self.channel, middle)
         # what the jitter of amplitudes adds has no column of its own: it goes with the scattering
         bare = p.spreading * p.absorption * np.abs(p.boundary)
-        scattering = np.abs(p.amplitude[:, 0]) / np.maximum(bare, 1e-300)
+        scattering = np.abs(p.amplitude[:, middle]) / np.maximum(bare, 1e-300)
         factors = [sent, heard, p.spreading, p.absorption, p.boundary, scattering, self.shape]
         terms = [np.full(len(p), self.stance.source_level_db), *(level_db(np.abs(factor) ** 2) for factor in factors)]
         return np.stack([*terms, level_db(np.abs(self.pressure) ** 2)], axis=1)
@@ -119,6 +124,8 @@ def explain(dataset: xr.Dataset, ping: int, time: float, *, channel: int | None 
     why = f", the loudest of {len(values)}" if channel is None and len(values) > 1 else ""
     side = {-1: "port, ", 0: "", 1: "starboard, "}[scenario.sonar.channel_sides[chosen]]
     beam = f"{side}beam {chosen} ({np.degrees(float(dataset['steer'][chosen])):+g} deg{why})"
+    if scenario.sonar.receiver.record == "elements":
+        beam = f"{side}element {chosen}{why}"
     count = len(behind.paths)
     head = f"ping {ping}, {beam}, {when * 1e3:.3f} ms: {count or 'no'} arrival{'s' * (count != 1)}\n"
     told = [_table(behind), "", *_notes(behind), ""] if count else []
@@ -128,10 +135,11 @@ def explain(dataset: xr.Dataset, ping: int, time: float, *, channel: int | None 
 def _notes(behind: Behind) -> list[str]:
     """What the columns of the table mean, those that need it."""
     extras, notes = behind.extras(), [NOTE]
-    if behind.listening.scenario.surface.bounce != "mirror" and np.any(behind.paths.bounces):
-        notes.append("bounce: all reflections; a ray numbered S2, S3, ... is a glint, its share of the energy included")
+    rays = SURFACE_RAYS.get(behind.listening.scenario.surface.bounce)
+    if rays and np.any(behind.paths.bounces):
+        notes.append(f"bounce: all reflections; a ray numbered S2, S3, ... {rays}, its share of the energy included")
     if "edges" in extras:
-        notes.append("edges: sound that bends around the edges of targets, out and back")
+        notes.append("edges: sound that bends around the edges of targets and crests of the ground, out and back")
     if "caustic" in extras:
         notes.append("caustic: what the caustics touched turn the phase by; near one it is a little less")
     return notes
@@ -163,15 +171,18 @@ def _table(behind: Behind) -> str:
     strength = np.abs(behind.pressure)
     widest = f"{'delay':>9s} {'out':<4s}{'back':<4s}{'distance':>9s}" + "".join(f"{term:>8s}" for term in names)
     phases = ["phase"] if turned is None else ["phase", "caustic"]
-    lines = [widest + "".join(f"{name:>8s}" for name in phases),
-             f"{'ms':>9s}{'m':>18s}" + f"{'dB':>8s}" * len(names) + f"{'deg':>8s}" * len(phases)]  # fmt: skip
+    shift = ("", "") if behind.stance.still else (f"{'shift':>8s}", f"{'Hz':>8s}")
+    lines = [
+        widest + "".join(f"{name:>8s}" for name in phases) + shift[0],
+        f"{'ms':>9s}{'m':>18s}" + f"{'dB':>8s}" * len(names) + f"{'deg':>8s}" * len(phases) + shift[1],
+    ]
     for (owner, pair), rows in list(kinds.items())[:SHOWN]:
         apart, together = float(np.sum(strength[rows] ** 2)), float(abs(behind.pressure[rows].sum()) ** 2)
         count = f"{len(rows)} arrival{'s' * (len(rows) != 1)}"
         sums = f"incoherent sum {_db(apart)} dB, coherent sum {_db(together)} dB re 1 uPa"
         lines.append(f"{owner} {pair}: {count}, {sums}")
         strongest = rows[np.argsort(-strength[rows], kind="stable")[:STRONGEST]]
-        more = ["" if turned is None else f"{turned[row]:8.0f}" for row in strongest]
+        more = [("" if turned is None else f"{turned[row]:8.0f}") + _shift(behind, int(row)) for row in strongest]
         lines += [_line(behind, int(row), terms[row]) + end for row, end in zip(strongest, more, strict=True)]
     if len(kinds) > SHOWN:
         rest = np.concatenate(list(kinds.values())[SHOWN:])
@@ -181,7 +192,7 @@ def _table(behind: Behind) -> str:
 
 
 def _line(behind: Behind, row: int, terms: NDArray[np.float64]) -> str:
-    """One arrival: delay, families, distance, its sonar equation, phase."""
+    """One arrival: delay, families, distance, its sonar equation and phase."""
     p = behind.paths
     away = float(np.linalg.norm(p.place[row] - behind.stance.receive_place))
     cells = "".join(f"{round(float(value), 1) + 0.0:8.1f}" for value in terms)
@@ -189,6 +200,11 @@ def _line(behind: Behind, row: int, terms: NDArray[np.float64]) -> str:
     out, back = p.rays(row)
     where = f"{out:<4s}{back:<4s}{away:9.2f}"
     return f"{p.delay[row] * 1e3:9.4f} {where}{cells}{phase:8d}"
+
+
+def _shift(behind: Behind, row: int) -> str:
+    """By how much the carrier of one arrival is shifted, where the sonar is under way [Hz]."""
+    return "" if behind.stance.still else f"{behind.paths.doppler[row] * behind.stance.frequency:8.1f}"
 
 
 def _verdict(behind: Behind, recorded: complex, name: str) -> str:

@@ -4,31 +4,48 @@ Pairs are laid on the time grid block by block and never written out. Where both
 their delays (out and back from one place), the two orders of a pair are one echo of their summed weight.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.ocean.water import Water
 from insonify.records.arrivals import Arrivals
 from insonify.records.pairs import Pairs
 from insonify.sonar.stance import Stance
 from insonify.synthesis._spread import spread
 from insonify.synthesis.arrival_weights import arrival_weights
-from insonify.synthesis.grid import TimeGrid, finish
+from insonify.synthesis.elements import Ends, ends_of, lay_down
+from insonify.synthesis.grid import TimeGrid, finish, finish_shapes
 from insonify.synthesis.perturbation import Perturbation
+from insonify.synthesis.shapes import Shapes, shapes_of, start_after
 from insonify.synthesis.weights import leg_weights
 from insonify.units import amplitude_ratio
 
 Cells = NDArray[np.complex64]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Coherent:
     """Hears complex pressure [uPa]."""
 
     stance: Stance
     grid: TimeGrid
     perturbation: Perturbation
+    shapes: Shapes = field(default_factory=lambda: Shapes(np.zeros(1)))
+    """Waveforms of which echoes are sums: `shapes_of` the stance."""
+    water: Water = field(default_factory=Water)
+    """Between sonar and scatterers, for elements and for a sonar under way."""
+
+    @cached_property
+    def _ends(self) -> Ends:
+        return ends_of(self.stance)
+
+    @property
+    def plain(self) -> bool:
+        """Whether beams of a standing sonar are heard: the centre's far field tells all."""
+        return self.stance.still and self.stance.elements is None and not self.stance.bands
 
     @property
     def even(self) -> bool:
@@ -37,10 +54,16 @@ class Coherent:
 
     def silence(self) -> Cells:
         """Cells with nothing in them, one row a channel."""
-        return self.grid.cells(self.stance.channel_count)
+        if self.plain:
+            return self.grid.cells(self.stance.channel_count)
+        rows = len(self.shapes.band), self.stance.channel_count, len(self.shapes.doppler)
+        return self.grid.cells(int(np.prod(rows))).reshape(*rows, -1)
 
     def take_in(self, cells: Cells, pairs: Pairs) -> None:
         """Add the echoes of one block of scatterers to the cells."""
+        if not self.plain:
+            lay_down(cells, pairs, self.stance, self.grid, self.perturbation, self.shapes, self._ends, self.water)
+            return
         level = float(amplitude_ratio(self.stance.source_level_db))
         sent = leg_weights(pairs.out, self.stance.transmit_beams, self.stance.frequency, level)
         heard = leg_weights(pairs.back, self.stance.receive_beams, self.stance.frequency)
@@ -66,22 +89,43 @@ class Coherent:
 
     def series(self, cells: Cells) -> NDArray[np.complex64]:
         """Complex envelope at the grid's times [uPa], shape (channels, samples)."""
-        return finish(cells, self.grid, self.stance.pulse.spectrum(self.grid.frequencies))
+        pulse = self.stance.pulse
+        if self.plain:
+            return finish(cells, self.grid, pulse.spectrum(self.grid.frequencies))
+        spectra = self.shapes.spectra(pulse, self.grid.frequencies)
+        heard = finish_shapes(cells, self.grid, spectra)
+        elements = self.stance.elements
+        return heard if elements is None else (heard * elements.response[:, None]).astype(np.complex64)
 
 
-def hear_arrivals(arrivals: Arrivals, stance: Stance, grid: TimeGrid) -> NDArray[np.complex64]:
+def hear_arrivals(
+    arrivals: Arrivals, stance: Stance, grid: TimeGrid, shapes: Shapes | None = None, *, channel: int | None = None
+) -> NDArray[np.complex64]:
     """What the sonar hears of a list of arrivals: the coherent reading, row by row.
 
     Args:
         arrivals: Paths of one ping.
         stance: The sonar at that ping.
         grid: Times wanted.
+        shapes: Waveforms of which echoes are sums; None: they are made here.
+        channel: Which channel; None: all beams of the side, which hear the same arrivals.
 
     Returns:
         Complex envelope [uPa], shape (channels, samples).
+
+    Raises:
+        ValueError: No channel, and the channels are elements: each hears arrivals of its own.
     """
-    cells = grid.cells(stance.channel_count)
-    for channel, row in enumerate(cells):
-        weight = arrival_weights(arrivals, stance, channel).astype(np.complex64)
-        spread(row, grid.first_time, grid.cell_rate, arrivals.delay, weight)
-    return finish(cells, grid, stance.pulse.spectrum(grid.frequencies))
+    if channel is None and stance.elements is not None:
+        raise ValueError("channel is None, and each element has arrivals of its own. Give the channel that was asked.")
+    made = shapes_of(stance) if shapes is None else shapes
+    parts = made.parts(arrivals.doppler)
+    chosen = range(stance.channel_count) if channel is None else [channel]
+    sooner = start_after(stance.pulse, arrivals.doppler)  # shapes are stretched about their middle
+    delay, turn = arrivals.delay - sooner, np.exp(2j * np.pi * stance.frequency * sooner)
+    cells = grid.cells(len(made.band) * len(chosen) * len(parts)).reshape(len(made.band), len(chosen), len(parts), -1)
+    for band, row in np.ndindex(cells.shape[:2]):
+        weight = arrival_weights(arrivals, stance, chosen[row], band) * turn
+        for cell, part in zip(cells[band, row], parts, strict=True):
+            spread(cell, grid.first_time, grid.cell_rate, delay, (weight * part).astype(np.complex64))
+    return finish_shapes(cells, grid, made.spectra(stance.pulse, grid.frequencies))

@@ -123,6 +123,32 @@ def finish(cells: NDArray[np.complex64], grid: TimeGrid, spectrum: NDArray[np.co
     return heard
 
 
+def finish_shapes(
+    cells: NDArray[np.complex64], grid: TimeGrid, spectra: NDArray[np.complex128]
+) -> NDArray[np.complex64]:  # fmt: skip
+    """What is heard of echoes that are sums of several shapes.
+
+    Args:
+        cells: Grids of pressure, shape (bands, channels, dopplers, OVERSAMPLING * padded): a grid for each shape.
+        grid: The grid the cells belong to.
+        spectra: Of each shape, as of `finish`, shape (bands, dopplers, padded).
+
+    Returns:
+        Complex envelope at grid.time, in the units of the weights, shape (channels, count).
+    """
+    half = grid.padded // 2
+    kernel = _kernel_of_bins(half, OVERSAMPLING * grid.padded)
+    bare = grid.sample_rate * spectra / np.concatenate([kernel[:half], kernel[:0:-1]])
+    heard = np.empty((cells.shape[1], grid.count), np.complex64)
+    for channel in range(len(heard)):
+        total = np.zeros(grid.padded, complex)
+        for band, doppler in np.ndindex(bare.shape[:2]):
+            row = cells[band, channel, doppler].astype(np.complex128)  # float64: as in `finish`
+            total += _central(scipy.fft.fft(row, overwrite_x=True), grid.padded) * bare[band, doppler]
+        heard[channel] = scipy.fft.ifft(total, overwrite_x=True)[grid.lead : grid.lead + grid.count]
+    return heard
+
+
 def finish_energy(cells: NDArray[np.float64], grid: TimeGrid, spectrum: NDArray[np.complex128]) -> NDArray[np.float64]:
     """The expected intensity: the sum over arrivals of energy times |p(t - delay)|^2.
 

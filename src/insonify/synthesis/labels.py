@@ -129,11 +129,11 @@ class Labelling:
             add_flashes(kept.bins[key], start, grid.sample_rate, pairs, here)
             return
         rows: Any = slice(None) if at is None else at
-        place = pairs.scatterers.position[rows]
+        place, strength = pairs.scatterers.position[rows], np.abs(pairs.strength[:, rows])
         for channel, bins in enumerate(kept.bins[key]):
             add_places(
                 bins, start, grid.sample_rate, pairs.out.delay[:, rows], pairs.back.delay[:, rows],
-                out[channel % len(out)], back[channel % len(back)], pairs.pair, pairs.strength[:, rows], place,
+                out[channel % len(out)], back[channel % len(back)], pairs.pair, strength, place,
                 here.receive_place, pairs.out.grazing[:, rows], pairs.back.grazing[:, rows],
             )  # fmt: skip
 

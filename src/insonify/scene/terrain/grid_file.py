@@ -92,6 +92,7 @@ def _read(path: str, stamp: int, variable: str | None, positive: Positive | None
     else:
         raise GridError(f"{path}: {suffix or 'a file without a suffix'} is no grid that is read here. "
                         f"Give one of {', '.join((*RASTERS, *NETCDF, '.npz'))}.")  # fmt: skip
+    values = np.where(np.isfinite(values), values, np.nan)  # an endless depth is a gap too
     way, why = _way_up(path, values, told, positive)
     elevation = values if way == "up" else -values
     _refuse_wrong_units(path, elevation)

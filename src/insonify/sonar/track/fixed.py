@@ -24,9 +24,9 @@ class StaticTrack(Pinging, Lean, Heading):
         """Number of pings."""
         return self.pings
 
-    def planned(self) -> Poses:
-        """Every pose, but for the platform's motion."""
-        time = ping_times(self.pings, self.interval)
+    def planned(self, after: float = 0.0) -> Poses:
+        """Every pose, but for the platform's motion, some time [s] after the start of each ping."""
+        time = ping_times(self.pings, self.interval) + after
         position = np.tile(np.asarray(self.position, dtype=float), (self.pings, 1))
         return Poses(time, position, *(np.full(self.pings, lean) for lean in (self.heading, self.pitch, self.roll)))
 
@@ -47,9 +47,9 @@ class LineTrack(Pinging, Lean, Heading):
         """Number of pings."""
         return self.pings
 
-    def planned(self) -> Poses:
-        """Every pose, but for the platform's motion."""
-        time = ping_times(self.pings, self.interval)
+    def planned(self, after: float = 0.0) -> Poses:
+        """Every pose, but for the platform's motion, some time [s] after the start of each ping."""
+        time = ping_times(self.pings, self.interval) + after
         way = np.array([np.cos(self.heading), np.sin(self.heading), 0.0])
         position = np.asarray(self.start) + self.speed * time[:, None] * way
         return Poses(time, position, *(np.full(self.pings, lean) for lean in (self.heading, self.pitch, self.roll)))

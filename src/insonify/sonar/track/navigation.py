@@ -100,12 +100,16 @@ class NavigationTrack(Pinging):
         """Number of pings."""
         return self._fit(self.log()) if self.pings is None else self.pings
 
-    def planned(self) -> Poses:
-        """Every pose, but for motion that is added to the log."""
+    def planned(self, after: float = 0.0) -> Poses:
+        """Every pose, but for motion that is added to the log, some time [s] after the start of each ping."""
         log = self.log()
-        time = ping_times(self.ping_count, self.interval)
+        time = ping_times(self.ping_count, self.interval) + after
         when = np.minimum(self.start + time, log.time[-1])  # a rounding beyond the last row is on it
         columns = [np.interp(when, log.time, column) for column in (*log.position.T, *log.attitude.T)]
+        if after > 0:  # a platform does not stop where its log ends
+            beyond = self.start + time - when
+            last = np.array([column[-1] - column[-2] for column in (*log.position.T, *log.attitude.T)])
+            columns = [c + beyond * rate for c, rate in zip(columns, last / (log.time[-1] - log.time[-2]), strict=True)]
         return Poses(time, np.stack(columns[:3], axis=-1), *columns[3:])
 
 

@@ -46,6 +46,7 @@ class Path:
         before = np.concatenate([[0.0], np.cumsum(length)])
         piece = np.clip(np.searchsorted(before, run, side="right") - 1, 0, len(length) - 1)
         share = np.clip((run - before[piece]) / length[piece], 0, 1)
+        beyond = np.maximum(run - before[-1], 0.0)[:, None]  # straight on from the end
         turned = share * self.turn[piece]
         course = self.course[piece]
         # The chord of an arc leans half the angle turned so far, and is shorter than the arc by a sinc.
@@ -54,6 +55,9 @@ class Path:
         place = self.start[piece].copy()
         place[:, :2] += chord[:, None] * way
         place[:, 2] += share * self.climb[piece]
+        ahead = np.stack([np.cos(course + turned), np.sin(course + turned)], axis=-1)
+        place[:, :2] += beyond * (self.level / length)[piece, None] * ahead
+        place[:, 2:] += beyond * (self.climb / length)[piece, None]
         return place, course + turned
 
 

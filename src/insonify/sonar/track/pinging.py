@@ -41,6 +41,9 @@ class Pinging(Noun):
     """Waves in the platform's true position and attitude, about the path."""
     logged: LoggedNavigation = LoggedNavigation()
     """What the navigation that is written down has wrong."""
+    stop_and_hop: bool = False
+    """Whether the platform stands still from each pulse to the end of its window, for pressures; intensities take it so
+    in any case."""
 
     @property
     def ping_count(self) -> int:

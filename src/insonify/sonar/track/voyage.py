@@ -11,17 +11,20 @@ from insonify.sonar.track.poses import Poses
 from insonify.sonar.track.waypoints import WaypointTrack
 
 
-def poses(track: StaticTrack | LineTrack | WaypointTrack | NavigationTrack, *, seed: int = 1) -> Poses:
+def poses(
+    track: StaticTrack | LineTrack | WaypointTrack | NavigationTrack, *, seed: int = 1, after: float = 0.0
+) -> Poses:  # fmt: skip
     """Every true pose of a track.
 
     Args:
         track: The track.
         seed: Of the scenario: its motion is drawn from it. A track without motion has none to draw.
+        after: How long after the start of each ping [s]; a path goes straight on from its end.
 
     Returns:
         One row per ping. Surge and sway are laid off level, along the planned heading.
     """
-    plan = track.planned()
+    plan = track.planned(after)
     if track.motion.still:
         return plan
     moved = displacement(track.motion, plan.time, seed)

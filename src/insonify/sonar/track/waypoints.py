@@ -62,9 +62,9 @@ class WaypointTrack(Pinging, Lean):
         """Number of pings."""
         return self._fit if self.pings is None else self.pings
 
-    def planned(self) -> Poses:
-        """Every pose, but for the platform's motion."""
-        time = ping_times(self.ping_count, self.interval)
+    def planned(self, after: float = 0.0) -> Poses:
+        """Every pose, but for the platform's motion, some time [s] after the start of each ping."""
+        time = ping_times(self.ping_count, self.interval) + after
         position, heading = self._path.at(self.speed * time)
         pitch, roll = (np.full(len(time), lean) for lean in (self.pitch, self.roll))
         return Poses(time, position, heading, pitch, roll)

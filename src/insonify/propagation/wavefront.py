@@ -1,0 +1,68 @@
+"""How the wavefront of a leg is curved at the sonar: what tells an array's elements apart, from the ray to its centre.
+
+In the vertical plane the ray tube's width gives the curvature; across it, where rays do not bend, the distance does.
+See `propagation.elements` for the expansion, and for what it is worth.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.ocean.water import Water
+from insonify.propagation.families import bounces
+from insonify.records.legs import Legs
+
+Floats = NDArray[np.float64]
+STEP = 0.01
+"""Half the distance over which a profile's gradient is taken [m]."""
+LEVEL = 1e-6
+"""Sine below which a ray counts as level: its tube then says nothing of the wavefront [1]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wavefront:
+    """The wavefronts of n legs at the sonar."""
+
+    bend: Floats
+    """Curvature in the vertical plane [1/m], negative where they converge, shape (n,)."""
+    away: Floats
+    """Horizontal distance to the point [m], shape (n,)."""
+    gradient: float
+    """Growth of the speed of sound with depth at the sonar [1/s]."""
+
+
+def wavefront(legs: Legs, row: int, place: Floats, points: Floats, water: Water) -> Wavefront:
+    """The wavefronts of one family's legs at the sonar's end.
+
+    With H the second derivatives of travel time at the array: d2T/dR2 = dp/dR = 1 / X', known from the tube's width,
+    and the eikonal equation gives H along the ray; what is left is H across it.
+
+    Args:
+        legs: Legs from that end.
+        row: Which of them.
+        place: North, east, depth of that end [m], shape (3,).
+        points: The points, likewise, shape (n, 3).
+        water: What lies between.
+
+    Source: Cerveny (2001), Seismic Ray Theory, ch. 4 (from memory); checked against exact rays to every element.
+    """
+    length = legs.length[row]
+    away = np.hypot(points[:, 0] - place[0], points[:, 1] - place[1])
+    if not water.layered:
+        return Wavefront(1 / np.maximum(length, 1e-9), away, 0.0)
+    depth = float(place[2])
+    above, below = max(depth - STEP, 0.0), depth + STEP
+    gradient = float(water.speed_at(below) - water.speed_at(above)) / (below - above)
+    c, there = float(water.speed_at(depth)), np.asarray(water.speed_at(points[:, 2]), float)
+    sine, sine_there = legs.departure[row, :, 2], legs.arrival[row, :, 2]
+    level = (np.abs(sine) < LEVEL) | (np.abs(sine_there) < LEVEL) | (away < 1e-9)
+    cosine = np.sqrt(np.clip(1 - sine**2, 0, 1))
+    # Each bounce turns a ray's sense up or down, and so does each turning point: their number is even or odd.
+    odd = len(bounces(legs.families[row])) % 2 == 1
+    turned = ((sine * sine_there < 0) != odd).astype(int)
+    sense = np.where((legs.caustics[row] - turned) % 2 == 0, 1.0, -1.0)
+    tube = legs.spreading[row] ** 2 * away * np.abs(sine_there)
+    rate = sense * tube / np.where(level, 1.0, there * cosine)
+    across = (rate + gradient * np.sign(sine) * cosine**2 / c**2) / np.where(level, 1.0, np.abs(sine))
+    return Wavefront(np.where(level, 1 / np.maximum(length, 1e-9), c * across), away, gradient)

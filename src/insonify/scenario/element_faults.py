@@ -1,0 +1,145 @@
+"""What recordings of elements, and of a sonar under way, cannot be made of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic_core import PydanticCustomError
+
+from insonify.noun import located
+from insonify.sonar.heard import heard_pulse
+from insonify.sonar.hydrophones import element_layout
+from insonify.sonar.pulse import Pulse, spectrum
+from insonify.sonar.receiver import Receiver, response
+from insonify.sonar.sonar import array_rotation
+from insonify.sonar.stance import stance
+from insonify.sonar.track import Poses, poses
+from insonify.synthesis.shapes import MOST, doppler_nodes, heard_dopplers
+
+if TYPE_CHECKING:
+    from insonify.scenario.scenario import Scenario
+
+Floats = NDArray[np.float64]
+LEAST_KEPT = 0.9
+"""Share of the energy that the band keeps of a standing target's echo, which it must keep of a shifted one [1]."""
+_POINTS, _SEARCHED = 4096, 60
+
+
+def element_faults(scenario: Scenario) -> Iterator[PydanticCustomError]:
+    """Everything that keeps elements from being recorded, and a sonar from being heard under way.
+
+    Args:
+        scenario: The scenario.
+    """
+    receiver = scenario.sonar.receiver
+    if receiver.record == "elements" and scenario.field == "incoherent":
+        yield located("sonar.receiver.record", "elements", "are heard as pressures, and field is incoherent. Write "
+                      "field: coherent, or sonar.receiver.record: beams.")  # fmt: skip
+    if receiver.record == "elements" and scenario.output.labels:
+        yield located("output.labels", "true", "is for beams, and sonar.receiver.record is elements. Write labels: "
+                      "false; a run of the same scene with record: beams has them.")  # fmt: skip
+    if receiver.sub_bands > 1 and scenario.field == "incoherent":
+        yield located("sonar.receiver.sub_bands", f"{receiver.sub_bands}", "are for pressures, and field is "
+                      "incoherent. Leave sub_bands out, or write field: coherent.")  # fmt: skip
+    if receiver.record == "elements":
+        yield from _out_of_the_water(scenario)
+    if scenario.field == "coherent" and not scenario.track.stop_and_hop:
+        yield from _out_of_the_band(scenario)
+
+
+def _out_of_the_water(scenario: Scenario) -> Iterator[PydanticCustomError]:
+    """The first element that any ping has above the surface or below the level of the bed."""
+    sonar, track = scenario.sonar, poses(scenario.track, seed=scenario.seed)
+    bed = scenario.seabed.depth
+    for side in sonar.one_sided:
+        places = element_layout(side.receive)[0]
+        for ping, position in enumerate(track.position):
+            body = track.rotation(ping)
+            axes = array_rotation(side, body)
+            centre = float(position[2] + (body @ np.asarray(side.receive.offset))[2])
+            depth = centre + (places @ axes)[:, 2]
+            wrong = (depth <= 0) | (depth >= bed)
+            if wrong.any() and 0 < centre < bed:
+                row = int(np.argmax(wrong))
+                where = "at or above the sea surface" if depth[row] <= 0 else f"at or below the seabed ({bed:g} m)"
+                yield located("sonar.receive", None, f"puts element {row} {where} at ping {ping}, at {depth[row]:.4g} "
+                              "m. Give a smaller array, or another depth.")  # fmt: skip
+                return
+
+
+def _out_of_the_band(scenario: Scenario) -> Iterator[PydanticCustomError]:
+    """A receiver that an echo's Doppler shift leaves, and pulses so long that no sum of shapes holds it."""
+    track, seed, stop = scenario.track, scenario.seed, scenario.track.window[1]
+    now, later = poses(track, seed=seed), (poses(track, seed=seed, after=stop / 2), poses(track, seed=seed, after=stop))
+    arms = [array.offset for side in scenario.sonar.one_sided for array in side.arrays]
+    moved = [later[1].carried(arm) - now.carried(arm) for arm in arms]
+    speed = np.max([np.linalg.norm(way, axis=1) for way in moved], axis=0) / stop
+    if speed.max() == 0:
+        return
+    found = _dopplers(scenario, now, later, int(np.argmax(speed)))
+    if found is None:
+        return
+    pulse, receiver = scenario.sonar.pulse, scenario.sonar.receiver
+    turned = pulse.frequency * pulse.duration * (found[1] - found[0])
+    if doppler_nodes(pulse, found[1] - found[0]) >= MOST:
+        yield located(
+            "sonar.pulse.duration", f"{pulse.duration * 1e3:g} ms", "is long for a sonar that moves at "
+            f"{speed.max():.3g} m/s: Doppler turns it by {turned:.0f} cycles between one direction and another. "
+            "Write track.stop_and_hop: true, or give a shorter pulse or a narrower beam.",
+        )  # fmt: skip
+    worst = max(found, key=abs)
+    still, shifted = (kept(pulse, receiver, factor) for factor in (0.0, worst))
+    if shifted < LEAST_KEPT * still:
+        least = _least_band(pulse, receiver, worst)
+        yield located(
+            "sonar.receiver.band", f"{receiver.band / 1e3:g} kHz", f"keeps {100 * shifted:.0f} % of an echo that a "
+            f"platform at {speed.max():.3g} m/s hears shifted by {worst * pulse.frequency:+.0f} Hz, and "
+            f"{100 * still:.0f} % of one without Doppler. Give a band of {least / 1e3:.4g} kHz or more, or write "
+            "track.stop_and_hop: true.",
+        )  # fmt: skip
+
+
+def _dopplers(scenario: Scenario, now: Poses, later: tuple[Poses, Poses], ping: int) -> tuple[float, float] | None:
+    """Least and greatest Doppler factor less one at the fastest ping; None where its beams are at fault."""
+    pulse, found = heard_pulse(scenario.sonar), []
+    for side in scenario.sonar.one_sided:
+        try:
+            here = stance(side, now, ping, window=scenario.track.window, pulse=pulse, water=scenario.water,
+                          later=later, seed=scenario.seed)  # fmt: skip
+        except ValueError:
+            return None
+        found += list((0.0, 0.0) if here.still else heard_dopplers(here))
+    return min(found), max(found)
+
+
+def kept(pulse: Pulse, receiver: Receiver, doppler: float) -> float:
+    """Share of the energy of an echo that the receiver's band passes [1].
+
+    Args:
+        pulse: What was sent.
+        receiver: What hears it.
+        doppler: Part by which the echo is quicker, d(emission) / d(arrival) - 1 [1].
+    """
+    edge = receiver.sample_rate / 2
+    # far enough for all of a tone, whose lobes are 1 / duration wide, and for all of a sweep
+    reach = max(edge, pulse.bandwidth + 20 / pulse.duration + abs(doppler) * pulse.frequency)
+    offset = np.linspace(-reach, reach, _POINTS * max(1, int(np.ceil(reach * pulse.duration / 256))))
+    sent = np.abs(spectrum(pulse, (offset - doppler * pulse.frequency) / (1 + doppler))) ** 2
+    return float(np.sum(sent * response(receiver, offset) ** 2) / np.sum(sent))
+
+
+def _least_band(pulse: Pulse, receiver: Receiver, doppler: float) -> float:
+    """Least band that keeps what it must of a shifted echo [Hz], to two digits upwards."""
+    low, high = receiver.band, receiver.band + 4 * abs(doppler) * pulse.frequency + pulse.bandwidth
+    for _ in range(_SEARCHED):
+        middle = (low + high) / 2
+        wider = receiver.model_copy(update={"band": middle})
+        enough = kept(pulse, wider, doppler) >= LEAST_KEPT * kept(pulse, wider, 0.0)
+        low, high = (low, middle) if enough else (middle, high)
+        if high - low < 0.002 * high:
+            break
+    step = 10 ** np.floor(np.log10(high) - 2)
+    return float(np.ceil(high / step) * step)

@@ -1,0 +1,88 @@
+"""How a platform goes on from the start of a ping until its last echo has come.
+
+Place and attitude at the start, the middle and the end of the window; what is fixed to the platform runs on the
+parabola through its three places. A wave that takes six seconds bends a parabola of a quarter of a second by a
+thousandth of what it moves.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.sonar.track.poses import Poses
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Course:
+    """The platform during one ping."""
+
+    window: float
+    """Time from the first to the last of the three moments [s]."""
+    position: Floats
+    """Reference point at the three moments, north, east, down [m], shape (3, 3)."""
+    rotation: Floats
+    """Axes of the platform in the world, as columns, at the three moments [1], shape (3, 3, 3)."""
+
+    def of(self, offset: Floats) -> tuple[Floats, Floats, Floats]:
+        """How things that are fixed to the platform go on.
+
+        Args:
+            offset: Their places from the reference point: forward, starboard, down [m], shape (m, 3).
+
+        Returns:
+            Place at the start [m], velocity there [m/s] and acceleration [m/s^2], each of shape (m, 3).
+        """
+        moments = zip(self.position, self.rotation, strict=True)
+        first, middle, last = (place + offset @ turned.T for place, turned in moments)
+        velocity = (4 * (middle - first) - (last - first)) / self.window
+        acceleration = 4 * ((last - first) - 2 * (middle - first)) / self.window**2
+        return first, velocity, acceleration
+
+    def farthest(self, offset: Floats) -> float:
+        """Farthest that anything fixed to the platform gets from where it started, about [m].
+
+        Args:
+            offset: Places from the reference point: forward, starboard, down [m], shape (m, 3).
+        """
+        _, velocity, acceleration = self.of(offset)
+        halves = [velocity * t + acceleration / 2 * t**2 for t in (self.window / 2, self.window)]
+        return float(np.linalg.norm(halves, axis=-1).max())
+
+    def turned(self, direction: Floats, when: Floats) -> Floats:
+        """Directions as they would have to be at the start to be heard by the platform as it is turned later.
+
+        Args:
+            direction: Unit vectors in the world [1], shape (n, 3).
+            when: Times after the start [s], shape (n,).
+
+        Returns:
+            Unit vectors, shape (n, 3).
+        """
+        first, middle, last = (turn.T for turn in self.rotation)  # world to body
+        if np.array_equal(first, middle) and np.array_equal(first, last):
+            return direction
+        x = (when / self.window)[:, None]
+        rate, bend = 4 * (middle - first) - (last - first), 2 * ((last - first) - 2 * (middle - first))
+        body = direction @ first.T + x * (direction @ rate.T) + x**2 * (direction @ bend.T)
+        world = body @ first
+        return np.asarray(world / np.sqrt(np.einsum("ij,ij->i", world, world))[:, None])
+
+
+def course(now: Poses, later: tuple[Poses, Poses], ping: int, window: float) -> Course | None:
+    """How the platform goes on from one ping; None where it does not move.
+
+    Args:
+        now: Poses at the start of each ping.
+        later: Poses half a window, and a whole window, after the start of each ping.
+        ping: Number of the ping.
+        window: Length of the window [s].
+    """
+    moments = (now, *later)
+    position = np.array([poses.position[ping] for poses in moments])
+    rotation = np.array([poses.rotation(ping) for poses in moments])
+    if np.ptp(position, axis=0).max() == 0 and np.ptp(rotation, axis=0).max() == 0:
+        return None
+    return Course(window, position, rotation)

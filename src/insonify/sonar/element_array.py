@@ -1,0 +1,110 @@
+"""Arrays given element by element: at any places, or along an arc, as in the head of a multibeam.
+
+Places are in the array's own frame: along boresight, to the right, down, from the array's centre.
+"""
+
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from insonify.noun import Metres, Noun, Radians, located
+from insonify.sonar.array import LineArray, Offset, PlanarArray, PointTransducer
+
+Facing = Literal["omni", "baffled", "cosine"]
+Size = tuple[Annotated[Metres, Field(ge=0, le=100)], Annotated[Metres, Field(ge=0, le=100)]]
+CLOSEST = 1e-5
+"""Elements closer than this are one [m]."""
+
+
+class _Elements(Noun):
+    """What arrays of given elements share."""
+
+    size: Size = (0.0, 0.0)
+    """Width and height of one element, a uniform aperture of its own [m]; 0 for a point."""
+    element: Facing = "baffled"
+    """Directivity of one element besides its size: all round, front half space, or the cosine from where it faces."""
+    offset: Offset = (0.0, 0.0, 0.0)
+    """Place of the array's centre from the platform's reference point: forward, starboard, down [m]."""
+
+    @property
+    def steers(self) -> tuple[tuple[float, float], ...]:
+        """Elements look where they face: there is one beam to steer, and it is not steered."""
+        return ((0.0, 0.0),)
+
+    @property
+    def steer(self) -> tuple[float, ...] | None:
+        """Not steered."""
+        return (0.0,)
+
+    def steered(self, steers: tuple[tuple[float, float], ...]) -> Self:
+        """The same array: its elements are recorded one by one, and steered afterwards."""
+        return self
+
+
+class ElementArray(_Elements):
+    """Elements at any places."""
+
+    kind: Literal["elements"] = "elements"
+    places: Annotated[tuple[Offset, ...], Field(min_length=1, max_length=10_000)]
+    """Place of each from the array's centre: along boresight, right, down [m]."""
+    facings: tuple[Radians, ...] | None = None
+    """Angle to the right of boresight that each faces [rad]; none: all along boresight."""
+
+    @model_validator(mode="after")
+    def _one_by_one(self) -> Self:
+        if self.facings is not None and len(self.facings) != len(self.places):
+            raise located("facings", f"{len(self.facings)} angles", f"for {len(self.places)} places. Give one each.")
+        rows = np.array(self.places)
+        order = np.lexsort(rows.T)
+        near = np.linalg.norm(np.diff(rows[order], axis=0), axis=1) < CLOSEST
+        if near.any():
+            first, second = sorted(order[[int(np.argmax(near)), int(np.argmax(near)) + 1]].tolist())
+            raise located(f"places.{second}", f"{list(self.places[second])} m", f"is that of element {first} as well. "
+                          "Give elements places of their own.")  # fmt: skip
+        return self
+
+    def mirrored(self) -> dict[str, Any]:
+        """What changes when the array is seen in a mirror that swaps right and left."""
+        turned = None if self.facings is None else tuple(-angle for angle in self.facings)
+        return {"places": tuple((a, -r, d) for a, r, d in self.places), "facings": turned}
+
+
+class ArcArray(_Elements):
+    """Elements evenly along an arc about boresight, each facing outwards: a cylindrical head."""
+
+    kind: Literal["arc"] = "arc"
+    radius: Metres = Field(gt=0, le=100)
+    """Of the arc [m]; the array's centre is the arc's."""
+    span: Radians = Field(gt=0, le=2 * np.pi)
+    """Angle from the first to the last element, about boresight [rad]."""
+    elements: int = Field(ge=2, le=10_000)
+    """Number of elements."""
+
+    @model_validator(mode="after")
+    def _apart(self) -> Self:
+        pitch = self.radius * self.span / (self.elements - 1)
+        if pitch < CLOSEST or (self.span > 2 * np.pi - CLOSEST / self.radius):
+            raise located("span", f"{np.degrees(self.span):g} deg", f"puts elements {pitch * 1e3:.3g} mm apart, or the "
+                          "last on the first. Give a smaller span, or fewer elements.")  # fmt: skip
+        return self
+
+    @property
+    def facings(self) -> tuple[float, ...]:
+        """Angle to the right of boresight that each faces [rad]."""
+        return tuple(np.linspace(-self.span / 2, self.span / 2, self.elements).tolist())
+
+    @property
+    def places(self) -> tuple[Offset, ...]:
+        """Place of each from the arc's centre: along boresight, right, down [m]."""
+        facing = np.array(self.facings)
+        rows = self.radius * np.stack([np.cos(facing), np.sin(facing), np.zeros(self.elements)], axis=1)
+        return tuple((float(a), float(r), float(d)) for a, r, d in rows)
+
+    def mirrored(self) -> dict[str, Any]:
+        """Its elements are counted from right to left in a mirror, which is no other array."""
+        return {}
+
+
+AnyArray = LineArray | PlanarArray | PointTransducer | ElementArray | ArcArray
+Array = Annotated[AnyArray, Field(discriminator="kind")]

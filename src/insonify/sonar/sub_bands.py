@@ -1,0 +1,79 @@
+"""Frequency dependence within the band: a few frequencies at which beams and absorption are taken.
+
+A beam is narrower at the top of the band than at its bottom, and water takes more there. What an echo loses is a smooth
+function of frequency; here it is the polynomial through its values at Chebyshev's nodes across the band that holds the
+pulse's energy. Beyond that band the polynomial stays as it is at the edge.
+
+Source: interpolation at Chebyshev nodes; Trefethen (2013), Approximation Theory and Approximation Practice, ch. 2 and 5
+(from memory).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.sonar.beam import Beams
+from insonify.sonar.heard import HeardPulse
+
+Floats = NDArray[np.float64]
+
+ENERGY = 1e-4
+"""Share of the heard pulse's energy that may lie outside the band that the nodes span [1]."""
+_POINTS = 4096
+
+
+@dataclass(frozen=True, slots=True)
+class SubBand:
+    """The beams at one frequency of the band."""
+
+    offset: float
+    """From the carrier [Hz]."""
+    transmit_beams: Beams
+    receive_beams: Beams
+
+
+def half_band(pulse: HeardPulse) -> float:
+    """Half the width about the carrier that holds the heard pulse's energy, but for `ENERGY` of it [Hz].
+
+    Args:
+        pulse: As the receiver hears it.
+    """
+    edge = pulse.receiver.sample_rate / 2
+    offset = (np.arange(_POINTS) + 0.5) / _POINTS * edge
+    energy = sum(np.abs(pulse.spectrum(sign * offset)) ** 2 for sign in (1, -1))
+    held = np.cumsum(energy)
+    return float(offset[int(np.searchsorted(held, (1 - ENERGY) * held[-1]))])
+
+
+def band_nodes(pulse: HeardPulse, count: int) -> Floats:
+    """Offsets from the carrier at which the band is looked at [Hz], increasing, shape (count,).
+
+    Args:
+        pulse: As the receiver hears it.
+        count: Number of nodes; one is the carrier.
+    """
+    return -half_band(pulse) * np.cos((np.arange(count) + 0.5) * np.pi / count) if count > 1 else np.zeros(1)
+
+
+def scales(node: Floats) -> Floats:
+    """One over the product of each node's distances from the others: Lagrange's polynomials, shape (nodes,).
+
+    Args:
+        node: The nodes, none twice, shape (nodes,).
+    """
+    return np.array([1 / np.prod(node[k] - np.delete(node, k)) for k in range(len(node))])
+
+
+def shares(node: Floats, where: Floats, low: float = -np.inf, high: float = np.inf) -> Floats:
+    """What the value at each node counts for elsewhere: Lagrange's polynomials [1], shape (nodes, n).
+
+    Args:
+        node: The nodes, shape (nodes,).
+        where: Where it is asked, shape (n,).
+        low: Below this the polynomials stay as they are there.
+        high: Above this, likewise.
+    """
+    x = np.clip(where, low, high)
+    rows = [np.prod(x - np.delete(node, k)[:, None], axis=0) for k in range(len(node))]
+    return np.asarray(scales(node)[:, None] * np.array(rows).reshape(len(node), -1))

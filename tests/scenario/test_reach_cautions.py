@@ -1,0 +1,56 @@
+"""What no ping can hear is said beforehand."""
+
+import warnings
+from typing import Any
+
+import pytest
+
+from insonify.scenario.scenario import Scenario
+from insonify.validity import PhysicsWarning
+
+REACH = 30.0
+"""Slant range that comes back within the window of `a_survey` [m]."""
+
+
+def a_survey(**changes: Any) -> Scenario:
+    """A small survey of a level bed 8 m below the sonar, heard for 40 ms at 1500 m/s: 30 m."""
+    described: dict[str, Any] = {
+        "water": {"sound_speed": 1500.0},
+        "seabed": {"depth": 20.0, "scattering": {"law": "lambert", "strength_db": -27}},
+        "sonar": {
+            "source_level_db": 220, "pulse": {"kind": "cw", "frequency": 100e3, "duration": 1e-4},
+            "transmit": {"kind": "planar", "width": 1, "height": 0.02},
+            "receive": {"kind": "planar", "width": 1, "height": 0.02},
+        },
+        "track": {"kind": "line", "start": [0, 0, 12], "speed": 2, "pings": 3, "interval": 0.15, "window": [0, 0.04]},
+    }  # fmt: skip
+    return Scenario(**(described | changes))
+
+
+def told(**changes: Any) -> list[str]:
+    """What is said when a survey is described."""
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always", PhysicsWarning)
+        a_survey(**changes)
+    return [str(word.message) for word in said]
+
+
+def test_a_survey_that_hears_its_bed_and_targets_is_silent() -> None:
+    """A bed and a box within 30 m of the track need no word."""
+    box = {"shape": "box", "position": [0, 20], "size": [2, 1, 1]}
+    assert told(targets=[box]) == []
+
+
+@pytest.mark.parametrize(("depth", "words"), [(12 + REACH - 0.1, 0), (12 + REACH + 0.1, 1)])
+def test_a_bed_is_missed_from_the_range_on_that_the_window_ends_at(depth: float, words: int) -> None:
+    """Straight down, sound comes back from c t / 2 = 30 m at the end of the window."""
+    said = told(seabed={"depth": depth, "scattering": {"law": "lambert", "strength_db": -27}})
+    assert len(said) == words
+    assert all("nothing of it is heard" in word for word in said)
+
+
+def test_a_target_in_the_wrong_place_is_named_with_its_distance() -> None:
+    """A point 4 km to the east of a track along north is never heard; its own words say so."""
+    said = told(targets=[{"shape": "point", "label": "buoy", "position": [0, 4000, 15], "target_strength_db": -10}])
+    assert len(said) == 1
+    assert "target buoy: it lies 4000 m or more" in said[0]

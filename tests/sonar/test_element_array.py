@@ -1,0 +1,52 @@
+"""Claims about arrays given element by element."""
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from insonify.sonar.element_array import ArcArray, ElementArray
+from oracles.arrays import heard_by_elements
+
+
+def test_elements_of_an_arc_stand_on_it_and_face_outwards():
+    """All at the radius, evenly from one end to the other, each facing along its own radius."""
+    arc = ArcArray(radius=0.2, span=np.radians(120), elements=7)
+    place, facing = np.array(arc.places), np.array(arc.facings)
+    np.testing.assert_allclose(np.linalg.norm(place, axis=1), 0.2)
+    np.testing.assert_allclose(np.arctan2(place[:, 1], place[:, 0]), facing)
+    np.testing.assert_allclose(np.degrees(np.diff(facing)), 20.0)
+    assert facing[3] == pytest.approx(0.0)
+
+
+def test_two_elements_at_one_place_are_refused():
+    """By name of the second, with that of the first."""
+    with pytest.raises(ValidationError, match="is that of element 0 as well"):
+        ElementArray(places=((0, 0, 0), (0, 0.1, 0), (0, 0, 0)))
+
+
+def test_every_element_has_one_facing():
+    """Two places and three angles do not go together."""
+    with pytest.raises(ValidationError, match="3 angles for 2 places"):
+        ElementArray(places=((0, 0, 0), (0, 0.1, 0)), facings=(0.0, 0.1, 0.2))
+
+
+def test_an_arc_does_not_bite_its_tail():
+    """A full turn puts the last element on the first."""
+    with pytest.raises(ValidationError, match="the last on the first"):
+        ArcArray(radius=0.2, span=2 * np.pi, elements=8)
+
+
+@pytest.mark.parametrize(
+    ("told", "said"),
+    [
+        ({"receive": {"kind": "arc", "radius": 0.2, "span": 1.0, "elements": 4}, "receiver": {"record": "beams"}},
+         "has elements but no beams"),
+        ({"transmit": {"kind": "arc", "radius": 0.2, "span": 1.0, "elements": 4}}, "is for receiving"),
+        ({"receiver": {"record": "beams", "errors": {"gain_db": 1}}}, "are those of single elements"),
+        ({"transmit": {"kind": "line", "length": 0.1, "steer": [0.0, 0.1]}}, "elements hear one transmission"),
+    ],
+)  # fmt: skip
+def test_what_elements_cannot_do_is_said(told, said):
+    """Each with the key to change."""
+    with pytest.raises(ValidationError, match=said):
+        heard_by_elements([(0, 20, 5)], **told)

@@ -1,0 +1,91 @@
+"""Claims about shapes: a few waveforms make the echo of every Doppler factor, and of every place in the band."""
+
+import numpy as np
+import pytest
+
+from insonify.simulation import prepare
+from insonify.sonar.pulse import Pulse
+from insonify.synthesis.grid import finish, finish_shapes, time_grid
+from insonify.synthesis.shapes import MOST, Shapes, doppler_nodes, heard_dopplers, shapes_of
+from oracles.arrays import heard_by_elements
+from synthesis.oracle import pulse_spectrum, spikes
+
+TONE = Pulse(kind="cw", frequency=100e3, duration=2e-3)
+ONE = {"kind": "point", "element": "omni"}
+
+
+def underway(**told):
+    """The stance of a sonar at 3 m/s."""
+    return prepare(heard_by_elements([(0, 20, 5)], **told)).stance(0)
+
+
+def test_any_doppler_is_a_sum_of_the_shapes():
+    """Waveforms 40 times between and beyond the nodes: the exact stretched pulse, 3e-6 of its peak."""
+    here = underway()
+    shapes, pulse = shapes_of(here), here.pulse
+    low, high = heard_dopplers(here)
+    time = np.linspace(-1e-4, 7e-4, 200)
+    for factor in np.linspace(low, high, 40):
+        known = pulse.reshaped(float(factor), np.ones_like).samples(time)
+        made = shapes.samples(pulse, time, np.full(len(time), factor))[0]
+        assert np.abs(made - known).max() < 3e-6
+
+
+def test_all_directions_are_within_the_range():
+    """An omnidirectional sonar hears from -2 v / c to 2 v / c, and a little more is kept; a beam abeam hears less."""
+    low, high = heard_dopplers(underway(receive=ONE))
+    assert -4.4e-3 < low < -4e-3 and 4e-3 < high < 4.4e-3
+    line = {"kind": "line", "length": 0.5}
+    narrow = heard_dopplers(underway(transmit=line, receive=line, receiver={"record": "beams"}))
+    assert narrow[1] - narrow[0] < 0.3 * (high - low)
+
+
+def test_a_standing_sonar_has_one_shape():
+    """At rest, or between hops: the pulse as it was sent."""
+    for track in ({"speed": 0.0}, {"stop_and_hop": True}):
+        shapes = shapes_of(underway(track=track))
+        assert len(shapes.doppler) == 1 and shapes.doppler[0] == 0
+
+
+@pytest.mark.parametrize("width", [1e-5, 1e-3, 8e-3])
+def test_as_many_nodes_as_the_phase_needs(width):
+    """exp(j phi x) by n Chebyshev nodes: the count holds 1e-6 and two fewer do not."""
+    count = doppler_nodes(TONE, width)
+    phi = np.pi * TONE.frequency * TONE.duration * width / 2
+    x = np.linspace(-1, 1, 201)
+
+    def worst(n):
+        node = Shapes(-np.cos((np.arange(n) + 0.5) * np.pi / n))
+        return np.abs(np.exp(1j * phi * node.doppler) @ node.parts(x) - np.exp(1j * phi * x)).max()
+
+    assert worst(count) < 1.1e-6
+    assert count <= 2 or worst(count - 2) > 1e-7
+
+
+def test_there_is_an_end_to_it():
+    """A second of tone at any speed would take hundreds: the count stops, and such scenarios are refused."""
+    assert doppler_nodes(TONE.model_copy(update={"duration": 1.0}), 0.05) == MOST
+
+
+def test_shapes_are_finished_together_as_they_are_one_by_one():
+    """A sum of transforms is the transform of the sum: two bands, three factors, two channels, 1e-6."""
+    grid = time_grid(0.0, 0.02, 25e3, -1e-3, 1e-3)
+    random = np.random.default_rng(2)
+    _, noise = spikes(2 * 2 * 3 * grid.cells().size, 0, 1)
+    cells = noise.reshape(2, 2, 3, -1)
+    spectra = pulse_spectrum(grid.frequencies) * random.normal(size=(2, 3, 1))
+    together = finish_shapes(cells, grid, spectra)
+    apart = sum(finish(cells[b, :, d], grid, spectra[b, d]) for b in range(2) for d in range(3))
+    assert np.abs(together - apart).max() < 1e-6 * np.abs(apart).max()
+
+
+def test_bands_make_the_whole():
+    """Shares of one add to one: all bands at unit weight are the pulse itself, and their samples too."""
+    here = underway(track={"speed": 0.0}, receiver={"sub_bands": 4})
+    shapes, frequencies = shapes_of(here), np.linspace(-12e3, 12e3, 99)
+    spectra = shapes.spectra(here.pulse, frequencies)
+    assert spectra.shape == (4, 1, 99)
+    np.testing.assert_allclose(spectra.sum(axis=(0, 1)), here.pulse.spectrum(frequencies), atol=1e-12)
+    time = np.linspace(0, 5e-4, 30)
+    made = shapes.samples(here.pulse, time, np.zeros(30)).sum(axis=0)
+    np.testing.assert_allclose(made, here.pulse.samples(time), atol=2e-6)
