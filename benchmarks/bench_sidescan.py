@@ -15,8 +15,8 @@ GOALS = {0: 50.0, 2: 15.0, 4: 7.0}
 """Times real time on two cores, by the most bounces of a leg."""
 SURVEYS = {0: 10.0, 2: 25.0}
 """Seconds for a thousand pings, written."""
-PINGS = 100
-"""Pings timed, side by side as a survey has them."""
+PINGS = 400
+"""Pings timed, side by side as a survey has them: on the way to the target, past it and away from it."""
 SCENE = """
 title: Sidescan of fractal ground
 seed: 1

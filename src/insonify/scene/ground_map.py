@@ -30,6 +30,10 @@ NODES_PER_PITCH = 4
 """Nodes to the spacing of an octave's lattice, at least, on which it is drawn."""
 MOST_PIECES = 3072
 """Pieces that are kept: some 150 MB."""
+FRESH = 512
+"""Pieces that have new memory in any case; beyond them, what nobody asked for lately goes first."""
+LATELY = 64
+"""Readings within which a piece is likely to be asked for again."""
 PARTS = 2
 """Parts into which pieces that must be drawn are shared."""
 _EMPTY = np.iinfo(np.int64).min
@@ -137,10 +141,11 @@ class GroundMap:
     def _room(self, along: int, across: int) -> int:
         """A row for one piece, that of another that nobody asks for now if there are too many."""
         row = self._next
-        if row == len(self.pieces):
-            row = int(np.argmin(np.where(self._readers > 0, self._ticket, self._asked)))
-        else:
-            self._next += 1
+        if row >= FRESH:  # new memory costs more than what is drawn there
+            oldest = int(np.argmin(np.where(self._readers[:row] > 0, self._ticket, self._asked[:row])))
+            if row == len(self.pieces) or self._asked[oldest] < self._ticket - LATELY:
+                row = oldest
+        self._next = max(self._next, row + 1)
         i, j = along % AROUND, across % AROUND
         old_a, old_b = self._held[row].tolist()
         if old_a != _EMPTY:
