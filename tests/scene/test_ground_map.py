@@ -148,6 +148,20 @@ def test_the_piece_not_asked_for_longest_makes_room(monkeypatch):
     assert all(where(kept, n, 0) is not None for n in (0, 2, 3, 9))
 
 
+def test_what_nobody_asked_for_lately_goes_before_new_memory_is_taken(monkeypatch):
+    """On a straight survey memory stops growing, though there would be room."""
+    monkeypatch.setattr(module, "FRESH", 2)
+    kept = small(monkeypatch)
+    for n in range(2):
+        kept.claim(numbers((n, 0)))
+    for _ in range(module.LATELY + 1):
+        kept.claim(numbers((1, 0)))
+    kept.claim(numbers((2, 0)))
+    assert where(kept, 0, 0) is None and where(kept, 2, 0) == 0
+    kept.claim(numbers((3, 0)))
+    assert where(kept, 1, 0) == 1 and where(kept, 3, 0) == 2, "what was asked for lately stays"
+
+
 def test_pieces_wanted_together_do_not_push_each_other_out(monkeypatch):
     """As many as there is room for, old and new, whatever was there before."""
     kept = small(monkeypatch)

@@ -141,7 +141,7 @@ class GroundMap:
     def _room(self, along: int, across: int) -> int:
         """A row for one piece, that of another that nobody asks for now if there are too many."""
         row = self._next
-        if row >= FRESH:  # new memory costs more than what is drawn there
+        if row >= min(FRESH, len(self.pieces)):  # new memory costs more than what is drawn there
             oldest = int(np.argmin(np.where(self._readers[:row] > 0, self._ticket, self._asked[:row])))
             if row == len(self.pieces) or self._asked[oldest] < self._ticket - LATELY:
                 row = oldest
