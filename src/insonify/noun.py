@@ -17,10 +17,9 @@ The path starts at the noun whose validator raises it.
 """
 
 from collections.abc import Iterable, Sequence
-from pathlib import Path
 from typing import Annotated
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic_core import PydanticCustomError
 
 from insonify.units import decibels, si
@@ -97,12 +96,3 @@ Celsius = Annotated[float, _quantity("temperature"), Field(json_schema_extra={"u
 Decibels = Annotated[
     float, BeforeValidator(lambda value: decibels(_number(value))), Field(json_schema_extra={"units": "dB"})
 ]
-
-
-def _beside(value: str, info: ValidationInfo) -> str:
-    folder = (info.context or {}).get("folder", "")
-    return str(Path(folder, value).expanduser().absolute())
-
-
-DataFile = Annotated[str, AfterValidator(_beside)]
-"""A file that a scenario names: beside the scenario file (validation context `folder`), else beside the caller."""

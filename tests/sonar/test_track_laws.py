@@ -7,9 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from insonify.data_file import file_digest
 from insonify.ocean.water import Water
 from insonify.sonar import LineTrack, LoggedNavigation, Motion, Poses, WaypointTrack, heard_pulse, logged_poses, poses
-from insonify.sonar.navigation_file import file_digest, plane_from_degrees, read_navigation
+from insonify.sonar.navigation_file import plane_from_degrees, read_navigation
 from insonify.sonar.stance import end_depths, stance
 from insonify.sonar.survey import distance_to_runs, polyline, survey
 from insonify.sonar.track.logged import COLUMNS

@@ -5,7 +5,6 @@ What a file may get wrong is told with its name and the way out: what cannot be 
 may not be what was meant is a warning.
 """
 
-import hashlib
 import io
 import warnings
 from functools import lru_cache
@@ -39,26 +38,6 @@ class MeshError(ValueError):
         """Hold what is wrong and where it was asked for."""
         super().__init__(message)
         self.field = field
-
-
-def file_digest(file: str) -> str | None:
-    """SHA-256 of a file's bytes, in hexadecimal; None where it cannot be read.
-
-    Args:
-        file: Its path.
-    """
-    try:
-        there = Path(file).stat()
-        return _digest(file, there.st_mtime_ns, there.st_size)
-    except (OSError, ValueError):
-        return None
-
-
-@lru_cache(maxsize=64)
-def _digest(file: str, stamp: int, size: int) -> str:
-    """A file's digest, read again only where its time or size has changed."""
-    with Path(file).open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def mesh_triangles(file: str, up: str | None, scale: float, sha256: str | None) -> Triangles:

@@ -7,12 +7,13 @@ mud or come from a file. All but points scatter from their faces and cast shadow
 from typing import Annotated, Any, Literal, Self, TypeGuard
 
 import numpy as np
-from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
-from insonify.noun import DataFile, Decibels, Metres, Noun, Radians, located
+from insonify.data_file import DataFile, Fingerprint, insist_on_the_same
+from insonify.noun import Decibels, Metres, Noun, Radians, located
 from insonify.scattering.lambert import Lambert
 from insonify.scene.library import PRESETS
-from insonify.scene.mesh import MeshError, file_digest, mesh_caution, mesh_triangles
+from insonify.scene.mesh import MeshError, mesh_caution, mesh_triangles
 from insonify.scene.terrain.scour import Moat
 
 Size = Annotated[Metres, Field(gt=0, le=1000)]
@@ -153,22 +154,12 @@ class Mesh(_Body):
     """Its axis that points up; None: y in GLB and glTF files, as their standard has it, z in all others."""
     scale: Annotated[float, Field(gt=0, le=1e6)] = 1.0
     """Metres in one unit of the file [m]: 0.001 for a drawing in millimetres."""
-    sha256: Annotated[str | None, Field(validate_default=True)] = None
+    sha256: Fingerprint = None
     """Fingerprint of the file, filled in when it is read; a file that has changed since is refused."""
-
-    @field_validator("sha256")
-    @classmethod
-    def _fingerprint(cls, value: str | None, info: ValidationInfo) -> str | None:
-        return file_digest(info.data["file"]) if value is None and "file" in info.data else value
 
     @model_validator(mode="after")
     def _can_be_read(self) -> Self:
-        found = file_digest(self.file)
-        if found is not None and found != self.sha256:
-            raise located(
-                "sha256", f"{str(self.sha256)[:12]}...", f"is not the fingerprint of {self.file}: the file has changed "
-                "since. Leave sha256 out to take the file as it is.",
-            )  # fmt: skip
+        insist_on_the_same(self.file, self.sha256)
         try:
             mesh_triangles(self.file, self.up, self.scale, self.sha256)
         except MeshError as fault:

@@ -6,12 +6,9 @@ seconds, or is a date and time by ISO 8601. Every fault is answered with its fil
 """
 
 import csv
-import hashlib
-import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -126,22 +123,6 @@ def read_navigation(path: str | Path, *, origin: tuple[float, float] | None = No
         raise ValueError(f"{path}, line {line}: the file ends after {len(table)} row(s) of values; give at least two.")
     values = {column.name: np.array(part) for column, part in zip(columns, zip(*table, strict=True), strict=True)}
     return _log(values, np.array(lines), origin, path)
-
-
-def file_digest(path: str | Path) -> str:
-    """The sha256 of a file, in hexadecimal digits.
-
-    Raises:
-        OSError: The file cannot be opened.
-    """
-    about = os.stat(path)
-    return _digest(str(path), about.st_mtime_ns, about.st_size)
-
-
-@lru_cache(maxsize=32)
-def _digest(path: str, changed: int, size: int) -> str:
-    with open(path, "rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def plane_from_degrees(latitude: Floats, longitude: Floats, origin: tuple[float, float]) -> Floats:

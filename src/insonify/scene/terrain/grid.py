@@ -14,10 +14,10 @@ from typing import Annotated, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic import Field, ValidationInfo, field_validator, model_validator
+from pydantic import Field, model_validator
 
-from insonify.noun import DataFile, Metres, Noun, Radians, located
-from insonify.scene.mesh import file_digest
+from insonify.data_file import DataFile, Fingerprint, insist_on_the_same
+from insonify.noun import Metres, Noun, Radians, located
 from insonify.scene.terrain import _grid_kernel as kernel
 from insonify.scene.terrain.grid_file import GridError, Soundings, metres_per_degree, place_of, read_grid
 from insonify.scene.terrain.relief import Relief, Survey, places
@@ -48,22 +48,12 @@ class Grid(Noun):
     """East positive [rad]."""
     tide: Annotated[Metres, Field(ge=-20, le=20)] = 0.0
     """Height of the sea above the zero of the file's depths, added to all of them [m]."""
-    sha256: Annotated[str | None, Field(validate_default=True)] = None
+    sha256: Fingerprint = None
     """Fingerprint of the file, filled in when it is read; a file that has changed since is refused."""
-
-    @field_validator("sha256")
-    @classmethod
-    def _fingerprint(cls, value: str | None, info: ValidationInfo) -> str | None:
-        return file_digest(info.data["file"]) if value is None and "file" in info.data else value
 
     @model_validator(mode="after")
     def _can_be_read(self) -> Self:
-        found = file_digest(self.file)
-        if found is not None and found != self.sha256:
-            raise located(
-                "sha256", f"{str(self.sha256)[:12]}...", f"is not the fingerprint of {self.file}: the file has changed "
-                "since. Leave sha256 out to take the file as it is.",
-            )  # fmt: skip
+        insist_on_the_same(self.file, self.sha256)
         if (self.latitude is None) != (self.longitude is None):
             missing = "latitude" if self.latitude is None else "longitude"
             raise located(missing, None, "Give latitude and longitude together, or neither.")

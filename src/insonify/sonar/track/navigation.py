@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from insonify.noun import DataFile, Seconds, located
-from insonify.sonar.navigation_file import NavigationLog, file_digest, read_navigation
+from insonify.data_file import DataFile, file_digest
+from insonify.noun import Seconds, located
+from insonify.sonar.navigation_file import NavigationLog, read_navigation
 from insonify.sonar.track.pinging import PingCount, Pinging, most_pings, ping_times, pings_that_fit
 from insonify.sonar.track.poses import Poses
 
