@@ -87,6 +87,23 @@ def _mix(word: int) -> int:
     return word ^ word >> 31
 
 
+@njit(inline="always")
+def _stirred(
+    x0: np.uint64, x1: np.uint64, x2: np.uint64, x3: np.uint64, a: np.uint64, b: np.uint64
+) -> tuple[np.uint64, np.uint64, np.uint64, np.uint64, np.uint64, np.uint64]:
+    """Four words and a key after one round: both numbers of a pair of words are 32 bits of 64."""
+    # 64-bit words hold the full product of two 32-bit ones.
+    product_0, product_1 = x0 * _MULTIPLIER_0, x2 * _MULTIPLIER_1
+    return (
+        (product_1 >> _SHIFT) ^ x1 ^ a,
+        product_1 & _WORD,
+        (product_0 >> _SHIFT) ^ x3 ^ b,
+        product_0 & _WORD,
+        (a + _WEYL_0) & _WORD,
+        (b + _WEYL_1) & _WORD,
+    )
+
+
 @njit(cache=True, nogil=True)
 def philox(c0: int, c1: int, c2: int, c3: int, k0: int, k1: int) -> tuple[np.uint32, np.uint32, np.uint32, np.uint32]:
     """Four random 32-bit words that belong to four counters and a key.
@@ -104,21 +121,11 @@ def philox(c0: int, c1: int, c2: int, c3: int, k0: int, k1: int) -> tuple[np.uin
 
     Source: Salmon et al. (2011), Philox4x32-10.
     """
-    # 64-bit words hold the full product of two 32-bit ones.
     x0, x1 = np.uint64(c0) & _WORD, np.uint64(c1) & _WORD
     x2, x3 = np.uint64(c2) & _WORD, np.uint64(c3) & _WORD
     a, b = np.uint64(k0) & _WORD, np.uint64(k1) & _WORD
     for _ in range(_ROUNDS):
-        product_0 = x0 * _MULTIPLIER_0
-        product_1 = x2 * _MULTIPLIER_1
-        x0, x1, x2, x3 = (
-            (product_1 >> _SHIFT) ^ x1 ^ a,
-            product_1 & _WORD,
-            (product_0 >> _SHIFT) ^ x3 ^ b,
-            product_0 & _WORD,
-        )
-        a = (a + _WEYL_0) & _WORD
-        b = (b + _WEYL_1) & _WORD
+        x0, x1, x2, x3, a, b = _stirred(x0, x1, x2, x3, a, b)
     return np.uint32(x0), np.uint32(x1), np.uint32(x2), np.uint32(x3)
 
 
@@ -142,16 +149,7 @@ def philox_words(first: int, c1: int, c2: int, c3: int, k0: int, k1: int, words:
         x0, x1, x2, x3 = (begin + np.uint64(n)) & _WORD, second, third, fourth
         a, b = np.uint64(k0) & _WORD, np.uint64(k1) & _WORD
         for _ in range(_ROUNDS):
-            product_0 = x0 * _MULTIPLIER_0
-            product_1 = x2 * _MULTIPLIER_1
-            x0, x1, x2, x3 = (
-                (product_1 >> _SHIFT) ^ x1 ^ a,
-                product_1 & _WORD,
-                (product_0 >> _SHIFT) ^ x3 ^ b,
-                product_0 & _WORD,
-            )
-            a = (a + _WEYL_0) & _WORD
-            b = (b + _WEYL_1) & _WORD
+            x0, x1, x2, x3, a, b = _stirred(x0, x1, x2, x3, a, b)
         w0[n], w1[n], w2[n], w3[n] = x0, x1, x2, x3
 
 
