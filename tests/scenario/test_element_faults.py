@@ -48,7 +48,8 @@ def test_a_band_that_echoes_leave_is_refused_with_the_least_that_holds_them():
 def test_a_sonar_that_looks_abeam_may_have_a_narrow_band():
     """A beam of 2 degrees abeam hears a fiftieth of the shift that one ahead does."""
     line = {"kind": "line", "length": 0.4}
-    heard_by_elements(AHEAD, pulse=TONE, transmit=line, receive=line, receiver={"band": 500.0, "record": "beams"})
+    told = {"band": 500.0, "record": "beams"}
+    assert heard_by_elements(AHEAD, pulse=TONE, transmit=line, receive=line, receiver=told) is not None
 
 
 def test_all_of_a_wide_band_is_kept():

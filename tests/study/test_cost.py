@@ -37,6 +37,14 @@ def test_cost_grows_with_pings_and_sides():
     assert both.seconds == pytest.approx(2 * one.seconds, rel=0.05) and both.disk == 2 * one.disk
 
 
+def test_ground_heard_the_quick_way_is_counted_as_it_is_walked():
+    """A relief's expected intensity takes milliseconds, its drawn scatterers a hundred times as long."""
+    rough = {"relief": {"kind": "power-law", "hurst": 0.8, "rms": 0.05}}
+    told = {"seabed": rough, "track": {"window": (0.02, 0.2)}, "paths": CHEAP, "sonar": SIDES}
+    quick, drawn = (cost(nominal(field=field, **told)) for field in ("incoherent", "coherent"))
+    assert quick.seconds < 0.1 and quick.seconds < drawn.seconds / 20
+
+
 def test_the_program_itself_takes_memory():
     """Even a run of nothing holds Python, its libraries and the compiled kernels: hundreds of megabytes."""
     assert 200e6 < cost(nominal(track={"window": (0.02, 0.03)})).memory < 1e9
