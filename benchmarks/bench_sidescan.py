@@ -39,9 +39,14 @@ paths: {reflections: ORDER}
 
 def sidescan(order: int) -> Scenario:
     """The scene with legs of at most so many bounces."""
+    return loaded(SCENE.replace("ORDER", str(order)))
+
+
+def loaded(text: str) -> Scenario:
+    """A scenario from its text."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "sidescan.yaml"
-        path.write_text(SCENE.replace("ORDER", str(order)))
+        path.write_text(text)
         return load_scenario(path)
 
 

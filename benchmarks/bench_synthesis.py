@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from numba import njit
 
-from insonify.synthesis._element_kernel import spread_elements
+from insonify.synthesis._echo_kernel import Ears, Heard, Sent, spread_echoes
 from insonify.synthesis._groups import add_groups, pulse_table
 from insonify.synthesis._spread import spread, spread_carrier, spread_energy, spread_pairs
 from insonify.synthesis._taps import CELLS_PER_SPIKE, WIDTH, tap_coefficients
@@ -93,26 +93,31 @@ def element_by_element() -> list[Result]:
     count, elements = 50_000, 16
     delay, weight = spikes(count)
     azimuth = np.random.default_rng(2).uniform(0, 2 * np.pi, count)
-    towards = np.stack([np.cos(azimuth), np.sin(azimuth), np.zeros(count)])
+    towards = np.stack([np.cos(azimuth), np.sin(azimuth), np.zeros(count)], axis=1)
     radius = np.maximum(750 * delay, 1.0)
     place = np.outer(np.linspace(-0.5, 0.5, elements), [1.0, 0.0, 0.0])
-    gain, facing, still = np.ones((1, count), np.float32), np.zeros(elements, np.int64), np.zeros((elements, 3))
+    still, ones, number = np.zeros((elements, 3)), np.ones((1, count)), np.arange(elements)
+    sent = Sent(0 * ones, ones, weight[None, None])
+    heard = Heard(delay[None], 1 / radius[None], radius[None], np.empty((1, 0, delay.size)), towards[None],
+                  ones.astype(np.complex64), ones[None].astype(np.float32))  # fmt: skip
+    channels = np.stack([number, number + 1], axis=1)
 
     held = {shapes: GRID.cells(elements * shapes).reshape(elements, shapes, -1) for shapes in (1, 8)}
 
     def kernel(speed: float, bent: bool, shapes: int) -> None:
         made = Shapes(-4e-3 * np.cos((np.arange(shapes) + 0.5) * np.pi / shapes))
         velocity = np.tile([speed, 0.0, 0.0], (elements, 1))
-        spread_elements(
-            held[shapes], *PLACE, delay, 1 / radius, radius, towards, np.zeros(count), weight, gain, facing, place,
-            velocity, still, 1 / 1500, 0.0, bent, 1e-4 * (speed > 0), CARRIER, made.doppler, made.scale,
+        ears = Ears(place, velocity, still, channels, 0 * number, 0 * number)
+        spread_echoes(
+            held[shapes], *PLACE, np.zeros((1, 3), np.int64), sent, heard, ones, ears, 1 / 1500, 0.0, 0.0, bent,
+            1e-4 * (speed > 0), CARRIER, made.doppler, made.scale,
         )  # fmt: skip
 
     kernels = {
-        "spread_elements, at rest": lambda: kernel(0.0, False, 1),
-        "spread_elements, under way, 1 shape": lambda: kernel(3.0, False, 1),
-        "spread_elements, under way, 8 shapes": lambda: kernel(3.0, False, 8),
-        "spread_elements, bent rays, under way, 1 shape": lambda: kernel(3.0, True, 1),
+        "spread_echoes, at rest": lambda: kernel(0.0, False, 1),
+        "spread_echoes, under way, 1 shape": lambda: kernel(3.0, False, 1),
+        "spread_echoes, under way, 8 shapes": lambda: kernel(3.0, False, 8),
+        "spread_echoes, bent rays, under way, 1 shape": lambda: kernel(3.0, True, 1),
     }
     return [Result(name, count * elements / best / 1e6, UNIT) for name, best in best_seconds(kernels).items()]
 

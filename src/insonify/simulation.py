@@ -5,7 +5,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from functools import cached_property, reduce
+from functools import cached_property, partial, reduce
 from importlib.metadata import version
 from itertools import chain
 from operator import iadd
@@ -19,31 +19,36 @@ from numpy.typing import NDArray
 from insonify.engines.paths import Paths
 from insonify.engines.swath import SwathView, swath_of
 from insonify.formats import label_store, zarr_store
+from insonify.propagation.beside import LEAST
+from insonify.propagation.delay_field import DelayField
 from insonify.propagation.medium import rays_in
 from insonify.propagation.rays import FEW_DEPTHS, Domain
 from insonify.records.arrivals import Arrivals, expand, joined
 from insonify.records.labels import LabelNames, Labels, beside, label_dataset
 from insonify.records.recording import Layout, dataset
 from insonify.records.swath import Swath
+from insonify.scenario.carried import platforms, receiver_seed
 from insonify.scenario.citations import citations
 from insonify.scenario.scenario import Scenario
 from insonify.scenario.write import to_yaml
 from insonify.sonar.heard import HeardPulse, heard_pulse
 from insonify.sonar.hydrophones import element_layout
-from insonify.sonar.sonar import Sonar, channel_places
-from insonify.sonar.stance import Stance, end_depths, stance
-from insonify.sonar.survey import Survey, survey
-from insonify.sonar.track import Poses, logged_poses, poses
+from insonify.sonar.platforms import Platforms
+from insonify.sonar.sonar import Sonar, array_position, channel_places, receiver_rotation
+from insonify.sonar.stance import Stance, end_depths, stance, surveys_of
+from insonify.sonar.survey import Survey
+from insonify.sonar.track import Poses, logged_poses
 from insonify.synthesis._groups import PulseTable, pulse_table
 from insonify.synthesis.as_heard import as_heard
+from insonify.synthesis.channel_noise import ChannelNoise, channel_noise
 from insonify.synthesis.coherent import Coherent
 from insonify.synthesis.elements import as_beam
 from insonify.synthesis.grid import TimeGrid, time_grid
 from insonify.synthesis.incoherent import Incoherent
 from insonify.synthesis.labels import POINTS, Labelling, label_names
 from insonify.synthesis.levels import Levels, level_curves
-from insonify.synthesis.noise import noise, noise_intensity
 from insonify.synthesis.perturbation import perturbation
+from insonify.synthesis.receiving import Electronics, electronics
 from insonify.synthesis.shapes import shapes_of
 from insonify.synthesis.traced import Traced, TracedLevels
 
@@ -96,8 +101,8 @@ class Listening:
 
     scenario: Scenario
     engine: Paths
-    poses: Poses
-    survey: Survey
+    platforms: Platforms
+    surveys: tuple[Survey, ...]
     pulse: HeardPulse
     grid: TimeGrid
     tracer: Any = None
@@ -111,20 +116,16 @@ class Listening:
         """The sonar's sides as they stand at one ping, in the order of their channels."""
         return [
             stance(
-                side, self.poses, ping, window=self.scenario.track.window, pulse=self.pulse,
-                water=self.scenario.water, whole=self.survey, later=self._later, seed=self.scenario.seed,
+                side, self.platforms, ping, window=self.scenario.track.window, pulse=self.pulse,
+                water=self.scenario.water, whole=self.surveys, seed=self.scenario.seed,
             )
             for side in self._sides
         ]  # fmt: skip
 
-    @cached_property
-    def _later(self) -> tuple[Poses, Poses] | None:
-        """Poses at the middle and at the end of every window, for pressures of a platform under way."""
-        track, seed = self.scenario.track, self.scenario.seed
-        if track.stop_and_hop or self.scenario.field == "incoherent":
-            return None
-        stop = track.window[1]
-        return poses(track, seed=seed, after=stop / 2), poses(track, seed=seed, after=stop)
+    @property
+    def poses(self) -> Poses:
+        """Poses of the platform that carries the transmitter."""
+        return self.platforms.sending
 
     def expectation(self, here: Stance) -> Incoherent | Traced:
         """The incoherent reading of one ping, by the engine that the scenario asks for."""
@@ -135,25 +136,39 @@ class Listening:
     def incoherent(self, here: Stance) -> Incoherent:
         """The incoherent reading of one ping."""
         scenario = self.scenario
-        return Incoherent(here, self.grid, perturbation(scenario.seed, here.ping, scenario.paths), self._table)
+        shaken = perturbation(scenario.seed, here.ping, scenario.paths)
+        return Incoherent(here, self.grid, shaken, self._table, delay_field(scenario))
 
     def ground(self, here: Stance) -> SwathView | None:
         """The quick way to the seabed of one ping, where there is one."""
         bed = self.engine.scene.seabed.bed
-        if self.tracer is not None or bed is None or bed.span[0] == bed.span[1]:
+        if self.tracer is not None or bed is None or bed.span[0] == bed.span[1] or delay_field(self.scenario):
             return None
         return swath_of(self.engine.scene, self.engine.choice, here, self.engine.rays)
 
     def labelling(self, here: Stance) -> Labelling:
         """The reading that labels one ping."""
-        floor = noise_intensity(self.pulse, self.scenario.water.noise_level_db)
+        floor = float(np.mean(self.noise.power))
         cutters = tuple(target.label for target in self.scenario.scene.occluders)
         return Labelling(self.incoherent(here), self.label_names, cutters, floor)
 
     @property
     def label_names(self) -> LabelNames:
         """The axes of labels."""
-        return label_names(tuple(target.label for target in self.scenario.targets), self.scenario.paths.followed)
+        targets, water = tuple(target.label for target in self.scenario.targets), self.scenario.water
+        suspended = ("water",) * (water.volume_strength_db is not None) + tuple(one.label for one in water.patches)
+        return label_names(targets, self.scenario.paths.followed, water=suspended)
+
+    @cached_property
+    def noise(self) -> ChannelNoise:
+        """The noise of all channels."""
+        scenario = self.scenario
+        return channel_noise(scenario.sonar, scenario.water, self.stances(0), self.pulse, scenario.seed)
+
+    @cached_property
+    def electronics(self) -> Electronics | None:
+        """What is behind the hydrophones."""
+        return electronics(self.scenario.sonar, self.scenario.water, self.pulse, self.grid)
 
     @cached_property
     def _sides(self) -> tuple[Sonar, ...]:
@@ -178,44 +193,66 @@ def prepare(scenario: Scenario) -> Listening:
     scenario.water.absorption(scenario.sonar.pulse.frequency)
     rate = scenario.sonar.receiver.sample_rate
     grid = time_grid(*scenario.track.window, rate, *pulse.ringing)
-    track = poses(scenario.track, seed=scenario.seed)
-    rays = rays_in(scenario.scene, domain(scenario, track, pulse))
-    engine = Paths(scenario.scene, scenario.paths, scenario.seed, rays)
+    carried = platforms(scenario)
+    rays = rays_in(scenario.scene, domain(scenario, carried, pulse))
+    late = delay_field(scenario) if scenario.field == "coherent" else None
+    engine = Paths(scenario.scene, scenario.paths, scenario.seed, rays, delays=late)
     tracer = None
     if scenario.paths.engine == "tracer":
         from insonify.engines.tracer import Tracer  # kernels of its own, which few runs ask for
 
         tracer = Tracer(scenario.scene, scenario.paths, scenario.seed)
-    return Listening(scenario, engine, track, survey(scenario.sonar, track), pulse, grid, tracer)
+    return Listening(scenario, engine, carried, surveys_of(scenario.sonar, carried), pulse, grid, tracer)
 
 
-def domain(scenario: Scenario, track: Poses, pulse: HeardPulse) -> Domain:
+def delay_field(scenario: Scenario) -> DelayField | None:
+    """What the water of a scenario adds to travel times; None where it is even."""
+    uneven = scenario.water.inhomogeneity
+    if uneven is None or uneven.rms_index == 0:
+        return None
+    return DelayField(uneven, scenario.seed, scenario.seabed.depth, scenario.seabed.lattice)
+
+
+def domain(scenario: Scenario, track: Poses | Platforms, pulse: HeardPulse) -> Domain:
     """Where the pings of a scenario ask for rays.
 
     Args:
         scenario: What is simulated.
-        track: Poses of the platform.
+        track: Poses of the platform, or the platforms.
         pulse: The sonar's pulse as heard.
     """
+    carried = Platforms(track) if isinstance(track, Poses) else track
     scene, stop = scenario.scene, scenario.track.window[1] - pulse.faint_start
     # Ends apart by this much can hear a little beyond half of the way.
     apart = 2 * max(float(np.linalg.norm(array.offset)) for array in scenario.sonar.arrays)
-    farthest = scenario.water.fastest * max(stop, 0.0) / 2 + apart + _wandered(scenario, track)
-    depths = [float(depth) for depth in end_depths(scenario.sonar, track)]
+    farthest = scenario.water.fastest * max(stop, 0.0) / 2 + apart + carried.apart + _wandered(scenario, carried)
+    depths = [float(depth) for depth in _asked_depths(scenario, carried)]
     spanned = len(depths) > FEW_DEPTHS
     return Domain((depths[0], depths[-1]) if spanned else tuple(depths), spanned, scene.body_depths, farthest)
 
 
-def _wandered(scenario: Scenario, track: Poses) -> float:
+def _asked_depths(scenario: Scenario, carried: Platforms) -> NDArray[np.float64]:
+    """Depths of the sonar's ends [m], and those of its highest and lowest elements where a platform keeps its depth."""
+    depths, sonar = end_depths(scenario.sonar, carried), scenario.sonar
+    if not scenario.water.layered or sonar.receiver.record != "elements" or len(depths) > 2:
+        return depths
+    body = carried.hearing.rotation(0)
+    centre = array_position(sonar.receive, carried.hearing.position[0], body)[2]
+    rise = float(np.abs((element_layout(sonar.receive)[0] @ receiver_rotation(sonar, body))[:, 2]).max())
+    if rise < LEAST:
+        return depths
+    return np.unique(np.clip([*depths, centre - rise, centre + rise], 0.0, scenario.seabed.depth))
+
+
+def _wandered(scenario: Scenario, carried: Platforms) -> float:
     """How far an element can be from where its array's centre was at the start of a ping, twice, about [m]."""
     size, moved = 0.0, 0.0
     if scenario.sonar.receiver.record == "elements":
         size = float(np.linalg.norm(element_layout(scenario.sonar.receive)[0], axis=1).max())
-    if scenario.field == "coherent" and not scenario.track.stop_and_hop:
-        for after in (scenario.track.window[1] / 2, scenario.track.window[1]):
-            later = poses(scenario.track, seed=scenario.seed, after=after)
-            ways = [later.carried(array.offset) - track.carried(array.offset) for array in scenario.sonar.arrays]
-            moved = max(moved, float(np.linalg.norm(ways, axis=-1).max()))
+    for array, (first, *later) in zip(scenario.sonar.arrays, carried.moments, strict=True):
+        for then in later:
+            way = then.carried(array.offset) - first.carried(array.offset)
+            moved = max(moved, float(np.linalg.norm(way, axis=-1).max()))
     return 2 * (size + moved)
 
 
@@ -318,32 +355,36 @@ def _quick(listening: Listening, ping: int) -> bool:
 
 
 def _heard(listening: Listening, ping: int, pool: Pool) -> NDArray[np.generic]:
-    """All sides of one ping, with the noise, shape (channels, samples)."""
-    scenario, level = listening.scenario, listening.scenario.water.noise_level_db
-    sides = listening.stances(ping)
-    if scenario.field == "incoherent":
-        intensity = [hear(listening, listening.expectation(here), here, pool) for here in sides]
-        return np.asarray(np.concatenate(intensity) + noise_intensity(listening.pulse, level))
+    """All sides of one ping, with the noise, through the receiver, shape (channels, samples)."""
+    sides, behind = listening.stances(ping), listening.electronics
+    if listening.scenario.field == "incoherent":
+        expected = [hear(listening, listening.expectation(here), here, pool) for here in sides]
+        intensity = np.asarray(np.concatenate(expected) + listening.noise.power[:, None])
+        return intensity if behind is None else behind.intensities(intensity)
     sound = np.concatenate([hear(listening, listening.coherent(here), here, pool) for here in sides])
-    return sound + noise(listening.pulse, level, scenario.seed, ping, len(sound), listening.grid.count)
+    sound = sound + listening.noise.draw(ping, sides[0].time, listening.grid)
+    return sound if behind is None else behind.pressures(sound)
 
 
 def hear(listening: Listening, reading: Reading, here: Stance, pool: Pool) -> Any:
     """One ping, heard by one reading: blocks are shared into a fixed number of parts, added in a fixed order."""
     engine = listening.tracer if isinstance(reading, Traced | TracedLevels) else listening.engine
+    if reading.even and isinstance(engine, Paths):
+        engine = replace(engine, delays=None)  # an expectation takes the mean over them
     quick = reading if type(reading) is Incoherent and reading.brief else None
     ground = listening.ground(here) if quick is not None else None
     if ground is not None:
-        engine = replace(listening.engine, choice=ground.rest)
+        engine = replace(engine, choice=ground.rest)
     if isinstance(reading, Labelling):
         fewer = min(listening.scenario.paths.scatterers_per_cell, POINTS)
         engine = replace(engine, choice=engine.choice.model_copy(update={"scatterers_per_cell": fewer}))
+    met = partial(engine.pairs, drowned=False) if isinstance(reading, Coherent) else engine.pairs
     blocks = engine.blocks(here, even=reading.even)
 
     def part(mine: list[Any]) -> Any:
         heard = reading.silence()
         for block in mine:
-            reading.take_in(heard, engine.pairs(here, block))
+            reading.take_in(heard, met(here, block))
         return heard
 
     def swathed(swath: Swath) -> Any:
@@ -457,7 +498,7 @@ def levels(scenario: Scenario, ping: int = 0, *, channel: int = 0, threads: int 
     with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
         whole = listening.expectation(here)
         intensity = hear(listening, TracedLevels(whole) if isinstance(whole, Traced) else Levels(whole), here, pool)
-    floor = noise_intensity(listening.pulse, scenario.water.noise_level_db)
+    floor = float(listening.noise.power[channel])
     curves = level_curves(intensity, floor, listening.grid, channel % scenario.sonar.beam_count % here.channel_count)
     return curves.assign_attrs(**attributes(scenario), ping=ping, channel=channel)
 
@@ -487,6 +528,14 @@ def layout(listening: Listening) -> Layout:
     """What a recording of this scenario holds, but for the sound."""
     scenario, true = listening.scenario, listening.poses
     logged = logged_poses(scenario.track.logged, true, scenario.seed)
+    ears, other = listening.platforms.receiving, scenario.receiver_track
+    second: dict[str, NDArray[np.float64]] = {}
+    if ears is not None and other is not None:
+        told = logged_poses(other.logged, ears, receiver_seed(scenario))
+        second = {
+            "receiver_position": ears.position, "receiver_attitude": ears.attitude,
+            "logged_receiver_position": told.position, "logged_receiver_attitude": told.attitude,
+        }  # fmt: skip
     return Layout(
         field="pressure" if scenario.field == "coherent" else "intensity",
         time=listening.grid.time,
@@ -498,6 +547,7 @@ def layout(listening: Listening) -> Layout:
         attitude=true.attitude,
         logged_position=logged.position,
         logged_attitude=logged.attitude,
+        **second,
     )
 
 

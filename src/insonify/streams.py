@@ -44,6 +44,14 @@ GLINT = 17
 """Stream of the glints of the sea surface: the waves that make them, one draw per place, family and bounce."""
 ELEMENTS = 20
 """Stream of the errors of a receiving array's elements."""
+DELAYS = 37
+"""Stream of the waves that uneven water's delays are made of."""
+TEXTURE = 26
+"""Stream of the seabed's texture: numbers of lattice nodes."""
+VOLUME = 27
+"""Stream of the scatterers in the water: place in the cell and phase."""
+RECEIVER = 35
+"""Stream of the receiver's own noise: one draw per ping, channel and sample, and the phases of its tones."""
 
 _WORD = np.uint64(0xFFFFFFFF)
 _SHIFT = np.uint64(32)

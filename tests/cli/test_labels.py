@@ -33,3 +33,13 @@ def test_a_recording_is_labelled_and_drawn(
     assert main(["show", "a.zarr", "--labels", "-o", "a.png"]) == 0
     assert Path("a.png").read_bytes().startswith(b"\x89PNG")
     assert main(["show", "a.zarr", "--labels", "--ground", "--ping", "0", "-o", "a.png"]) == 2
+
+
+def test_elements_are_not_labelled_and_a_demo_wants_a_folder(tmp_path, capsys):
+    """What output.labels is refused, --labels is; a file is no folder: both are wrong input, and nothing is written."""
+    assert main(["new", str(tmp_path / "ahead"), "--template", "forward-looking"]) == 0
+    out = tmp_path / "ahead.zarr"
+    assert main(["run", str(tmp_path / "ahead.yaml"), "-o", str(out), "--labels"]) == 2
+    assert main(["demo", "forward-looking", "-o", str(tmp_path / "ahead.yaml")]) == 2
+    said = capsys.readouterr().err
+    assert "--labels is for beams" in said and "no folder can be made there" in said and not out.exists()

@@ -152,7 +152,7 @@ def test_any_name_makes_a_scenario_of_that_name(here, name, capsys):
     ("words", "said"),
     [
         (["new", "x", "--template", "sidscan"], "Did you mean sidescan?"),
-        (["new", "x", "--template", "qqq"], "Choose one of nominal, sidescan"),
+        (["new", "x", "--template", "qqq"], "Choose one of coherent-sidescan, forward-looking, interferometric"),
         (["new", "no/x"], "cannot be written"),
         (["check", "gone.yaml"], "there is no such file. Start from a template: insonify new NAME."),
         (["run", "gone.yaml", "-o", "x.zarr"], "gone.yaml: there is no such file"),
@@ -167,6 +167,7 @@ def test_any_name_makes_a_scenario_of_that_name(here, name, capsys):
         (["explain", "gone.zarr", "--time", "3 ms"], "gone.zarr"),
         (["paper", "--figure", "99"], "choose from 1, 2"),
         (["paper", "--figure", "x"], "--figure"),
+        (["demo", "multibeem"], "Did you mean multibeam?"),
         (["chekc", "x"], "chekc"),
     ],
 )
@@ -207,6 +208,6 @@ def test_no_words_at_all_are_answered_with_help(capsys):
     """Every command is named, with a line on what it does."""
     main([])
     told = "".join(capsys.readouterr())
-    for command in ("new", "check", "run", "show", "explain", "paper"):
+    for command in ("new", "check", "run", "show", "explain", "paper", "demo"):
         assert re.search(rf"^\s+{command}\s+\w", told, re.MULTILINE)
     assert cli.main is main

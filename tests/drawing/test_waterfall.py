@@ -57,6 +57,14 @@ def test_a_recording_with_sides_is_drawn_as_one_picture(survey, tmp_path):
     drawing.recording(survey, tmp_path / "ping.png", ping=3)
 
 
+def test_a_part_of_a_survey_says_how_much_of_it_is_there(survey):
+    """Three of four pings; a survey that is whole says nothing."""
+    part = survey.copy(deep=True)
+    part["pressure"][2] = np.nan
+    assert heard(part).named().endswith("3 of 4 pings") and "of 4" not in heard(survey).named()
+    assert "3 of 4" not in heard(part).named(ping=1)
+
+
 def test_an_unknown_gain_is_refused_with_the_nearest(tmp_path, capsys):
     """Before anything is read."""
     assert main(["show", "none.zarr", "-o", str(tmp_path / "a.png"), "--gain", "tvg"]) == 2

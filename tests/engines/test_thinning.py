@@ -221,7 +221,7 @@ def test_all_energy_has_arrived_in_the_end():
     rng = np.random.default_rng(1)
     late = np.cumsum(rng.uniform(0.001, 0.01, (3, 41)), axis=1)
     energy = rng.uniform(0, 1, (3, 40))
-    arrived = thinning._heard_until(late, energy)
+    arrived = thinning.heard_until(late, energy)
     order = np.argsort(late, axis=None)
     assert np.all(np.diff(arrived.ravel()[order]) >= -1e-12)
     assert arrived.max() == pytest.approx(energy.sum(), rel=1e-9)
@@ -231,7 +231,7 @@ def test_all_energy_has_arrived_in_the_end():
 def test_one_pair_alone_has_arrived_as_it_was_sent():
     """Between its own edges the running sum is that of its own stretches, to the grid of times."""
     late, energy = np.linspace(0.01, 0.2, 21)[None], np.linspace(1, 3, 20)[None]
-    np.testing.assert_allclose(thinning._heard_until(late, energy)[0, 1:], np.cumsum(energy), rtol=1e-3)
+    np.testing.assert_allclose(thinning.heard_until(late, energy)[0, 1:], np.cumsum(energy), rtol=1e-3)
 
 
 def test_pairs_that_arrive_within_a_pulse_are_known_however_deep_the_ground():

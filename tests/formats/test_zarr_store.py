@@ -146,6 +146,15 @@ def test_nothing_but_a_recording_is_ever_replaced(tmp_path: Path) -> None:
         open_recording(album)
 
 
+def test_a_place_where_no_folder_can_be_made_is_the_names_fault(tmp_path: Path) -> None:
+    """Below a file, or under a name too long for any folder: said with the way out, and nothing is left there."""
+    (tmp_path / "file").write_text("")
+    for place in (tmp_path / "file" / "a.zarr", tmp_path / ("a" * 300)):
+        with pytest.raises(StoreError, match=r"cannot be written: .* Choose a folder"):
+            create(place, layout(), SAME)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["file"]
+
+
 def test_data_of_the_wrong_shape_are_refused(tmp_path: Path) -> None:
     """Too few channels, or a ping that the track does not have."""
     create(tmp_path / "a.zarr", layout(), SAME)

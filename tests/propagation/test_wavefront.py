@@ -52,7 +52,7 @@ def test_a_leg_to_the_centre_tells_the_legs_beside_it(name, bar):
                 front = wavefront(one.back, row, here.receive_place, one.scatterers.position, scenario.water)
                 when, fade, doppler = np.empty(clear.size), np.empty(clear.size, np.float32), np.empty(clear.size)
                 way = np.ascontiguousarray(one.back.departure[row].T)
-                still = np.ones(clear.size), offset, np.zeros(3), np.zeros(3), 1 / here.sound_speed
-                arrive_bent(one.back.delay[row], front.bend, front.away, *way, *still, front.gradient, 0.0, when, fade,
-                            doppler)  # fmt: skip
+                still = np.ones(clear.size), front.beside, offset, np.zeros(3), np.zeros(3), 1 / here.sound_speed
+                arrive_bent(one.back.delay[row], front.bend, front.away, *way, *still, front.gradient, 0.0, 0.0, when,
+                            fade, doppler)  # fmt: skip
                 np.testing.assert_allclose(when[clear], other.back.delay[row][clear], rtol=0, atol=bar)

@@ -101,6 +101,11 @@ MISTAKES = {
     GOOD + "pings: 0": "2: pings: 0 is out of range (1 or more).",
     GOOD + "pings: .nan": "2: pings: .nan is not a finite number (1 or more).",
     GOOD + "title: .inf": "2: title: .inf is not a finite number.",
+    "seabed: {depth: 0.001}": "1: seabed.depth: 0.001 m is out of range (0.1 to 12000 m).",
+    GOOD + "pings: -1e30": "2: pings: -1e30 is out of range (1 or more).",
+    GOOD + "targets: [x]": "2: targets.0: x where a group of keys (shape: one of box, point; and what belongs to it) "
+    "should be.",
+    GOOD + "band: ''": "2: band: '' is not a frequency; use Hz, kHz, MHz.",
     GOOD + "pings: 1.5": "2: pings: 1.5 where a whole number should be.",
     GOOD + "compress: 3": "2: compress: 3 where true or false should be.",
     GOOD + "field: coherant": "2: field: 'coherant' is not known here (one of coherent, incoherent). "

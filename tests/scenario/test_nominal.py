@@ -20,11 +20,12 @@ scraps = st.sampled_from(
 
 
 def test_the_template_shows_the_defaults() -> None:
-    """What the file shows is what leaving it out gives."""
+    """What the file shows is what leaving it out gives, but for the surface: left out, it is a mirror."""
     scenario = parse(Scenario, NOMINAL)
     sonar = "sonar:" + NOMINAL.split("\nsonar:")[1].split("  receiver:")[0]
     short = parse(Scenario, sonar + "\ntrack: {kind: static, position: [0, 0, 11]}")
-    for name in ("seed", "water", "surface", "track", "paths", "field", "output"):
+    assert short.surface.bounce == "mirror" and scenario.surface.bounce == "statistical"
+    for name in ("seed", "water", "track", "paths", "field", "output"):
         assert getattr(short, name) == getattr(scenario, name), name
     assert short.sonar == scenario.sonar
 

@@ -90,12 +90,23 @@ def test_the_map_is_the_ground():
 
 
 def test_points_of_one_key_are_the_ground_at_these_points():
-    """Kept or not, height and slope are the relief's own; the slope is the derivative of the height."""
+    """Kept or not, height and slope are the relief's own; the slope is the derivative of the height; asked once."""
     ground = bed()
     along, across = np.random.default_rng(2).uniform(-50, 50, (2, 200))
-    survey = ground.survey_points((1, 2, 3), along, across)
-    again = ground.survey_points((1, 2, 3), along, across)
+    asked = []
+
+    def places(sets):
+        asked.extend(sets.tolist())
+        rows = np.concatenate([np.arange(120) if row == 0 else np.arange(120, 200) for row in sets])
+        return along[rows], across[rows]
+
+    survey, again, second = (
+        ground.survey_points(keys, np.array(count), places, np.arange(sum(count)))
+        for keys, count in (([(1,), (2,)], [120, 80]), ([(1,), (2,)], [120, 80]), ([(2,)], [80]))
+    )
+    assert asked == [0, 1]
     np.testing.assert_array_equal(survey.height, again.height)
+    np.testing.assert_array_equal(survey.height[120:], second.height)
     np.testing.assert_allclose(survey.height, ground.depth - ground.depth_at(along, across), atol=1e-12)
     step = 1e-5
     rise = (ground.depth_at(along - step, across) - ground.depth_at(along + step, across)) / (2 * step)

@@ -14,9 +14,10 @@ def after(track, window):
     return course(poses(track, seed=2), later, 0, window)
 
 
-def test_a_platform_at_rest_has_no_course():
-    """Nothing moves, nothing is told."""
-    assert after(LineTrack(start=(0, 0, 5), speed=0.0), 0.2) is None
+def test_a_platform_at_rest_is_told_to_be():
+    """Nothing moves without speed; anything does with some."""
+    assert after(LineTrack(start=(0, 0, 5), speed=0.0), 0.2).still
+    assert not after(LineTrack(start=(0, 0, 5), speed=0.1), 0.2).still
 
 
 def test_a_straight_line_is_told_exactly():

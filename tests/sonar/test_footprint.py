@@ -5,7 +5,8 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from insonify.sonar import LineArray, PointTransducer, beams, two_way_footprint, two_way_width
+from insonify.sonar import LineArray, PlanarArray, PointTransducer, beams, two_way_footprint, two_way_width
+from insonify.sonar.footprint import two_way_height
 
 FREQUENCY, SPEED = 100e3, 1500.0
 WAVELENGTH = SPEED / FREQUENCY
@@ -66,3 +67,11 @@ def test_ends_may_change_places():
     ends = pair(LineArray(length=0.5, shading="hann"), LineArray(length=1.5, steer=(0.0, 0.01)))
     np.testing.assert_allclose(two_way_footprint(*ends), two_way_footprint(*ends[::-1]), rtol=1e-12)
     assert two_way_width(*ends) == two_way_width(*ends[::-1])
+
+
+def test_a_plates_two_way_beam_is_as_high_as_sinc_to_the_fourth_says():
+    """Half power where sinc^4 is 1/2, at 0.3189 of wavelength over height; a line across is not limited: 1 rad."""
+    half = brentq(lambda x: np.sinc(x) ** 4 - 0.5, 0.1, 0.9)
+    plate = PlanarArray(width=1.0, height=0.1)
+    assert two_way_height(*pair(plate, plate)) == pytest.approx(2 * np.arcsin(half * WAVELENGTH / 0.1), rel=0.01)
+    assert two_way_height(*pair(LineArray(length=1.5), LineArray(length=1.5))) == 1.0

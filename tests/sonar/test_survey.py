@@ -55,9 +55,12 @@ def test_runs_left_out_are_never_the_nearest():
         np.testing.assert_allclose(every, plain, rtol=1e-12, atol=1e-12)
 
 
-def test_depths_are_those_of_the_transmitter():
-    """With its lever arm, and with all motion."""
+def test_depths_are_those_of_both_ends():
+    """With their lever arms, and with all motion; of the ends that are asked about."""
     moved = LineTrack(start=(0, 0, 9), speed=1, pings=200, window=(0, 0.2), motion={"roll": {"rms": 0.05, "period": 5}})
-    arm = nominal(transmit={"offset": (0, 2, 1)}).sonar
-    low, high = survey(arm, poses(moved)).depths
+    ends = {"offset": (0, 2, 1)}, {"offset": (0, 0, -1)}
+    for sent, heard in (ends, ends[::-1]):
+        low, high = survey(nominal(transmit=sent, receive=heard).sonar, poses(moved)).depths
+        assert 8.0 <= low < 8.1 and 10.05 < high < 10.4
+    low, high = survey(nominal(transmit=ends[0]).sonar, poses(moved), ends=("transmit",)).depths
     assert 9.6 < low < 9.95 and 10.05 < high < 10.4

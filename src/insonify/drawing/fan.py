@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
+from matplotlib.ticker import MaxNLocator
 
 from insonify.drawing import style
 from insonify.drawing.heard import Floats, Heard, colour_span
@@ -110,7 +111,7 @@ def name_targets(axes: Axes, seen: list[Seen], slant: Floats, steer: Floats) -> 
 
 def _bearings(axes: Axes, farthest: float, steer: Floats, labels: int, ink: str) -> None:
     """Bearings along the outer edge."""
-    angles = np.linspace(steer[0], steer[-1], labels) if labels > 1 else [(steer[0] + steer[-1]) / 2]
+    angles = _round_angles(steer, labels) if labels > 1 else [(steer[0] + steer[-1]) / 2]
     texts = [_degrees(angle) for angle in angles] if labels > 1 else [f"{_degrees(steer[0])} to {_degrees(steer[-1])}"]
     tip = farthest * 1.006
     for angle, text in zip(angles, texts, strict=True):
@@ -118,6 +119,14 @@ def _bearings(axes: Axes, farthest: float, steer: Floats, labels: int, ink: str)
             text, (tip * np.sin(angle), tip * np.cos(angle)), ha="center", va="bottom", fontsize=9, color=ink,
             rotation=-np.degrees(angle), rotation_mode="anchor", annotation_clip=False,
         )  # fmt: skip
+
+
+def _round_angles(steer: Floats, most: int) -> Floats:
+    """Angles of a round number of degrees within a sector [rad]; its ends where it holds less than three."""
+    first, last = np.degrees(steer[0]), np.degrees(steer[-1])
+    ticks = MaxNLocator(most, steps=[1, 1.5, 2, 3, 4.5, 5, 6, 10]).tick_values(first, last)
+    ticks = ticks[(ticks >= first) & (ticks <= last)]
+    return np.radians(ticks) if len(ticks) > 2 else np.linspace(steer[0], steer[-1], most)
 
 
 def _degrees(angle: float) -> str:

@@ -57,6 +57,11 @@ class Heard:
         row = slice(beam, beam + 1)
         return replace(self, level=self.level[:, row], steer=self.steer[row], beam=beam)
 
+    @property
+    def part(self) -> str:
+        """How much of a survey that is not whole is there; empty of one that is."""
+        return part_done(int((~np.isnan(self.level)).any(axis=(1, 2)).sum()), len(self.level))
+
     def named(self, *, ping: int | None = None, channel: int | None = None) -> str:
         """What a picture of one ping, or of one channel, is called.
 
@@ -67,6 +72,8 @@ class Heard:
         parts = [self.title, "expected level" if self.expected else ""]
         if ping is not None and len(self.level) > 1:
             parts.append(f"ping {ping}")
+        elif ping is None:
+            parts.append(self.part)
         if channel is not None and (len(self.steer) > 1 or self.beam is not None):
             number = channel if self.beam is None else self.beam
             parts.append(f"{self._side(number)}beam {number} steered {np.degrees(self.steer[channel]):+.2f} deg")
@@ -89,6 +96,16 @@ class Heard:
         absorption = float(self.scenario.water.absorption(self.scenario.sonar.pulse.frequency))
         lost = level_db(slant**4) + 2 * absorption * slant
         return np.asarray(self.level - self.scenario.sonar.source_level_db + lost)
+
+
+def part_done(done: int, pings: int) -> str:
+    """How much of a survey is drawn, such as "19 of 40 pings"; empty where it is all there.
+
+    Args:
+        done: Pings that are there.
+        pings: Pings of the track.
+    """
+    return f"{done} of {pings} pings" if done < pings else ""
 
 
 def heard(dataset: xr.Dataset) -> Heard:

@@ -66,7 +66,7 @@ def _images(image: xr.Dataset, told: xr.Dataset, sound: Heard) -> Figure:
     figure = style.sheet(10, 9.5)
     upper, lower = figure.subplots(2, 1, sharex=True, sharey=True)
     drawn = lines(upper, image)
-    upper.set_title(", ".join(part for part in (sound.title, "image") if part))
+    upper.set_title(", ".join(part for part in (sound.title, "image", sound.part) if part))
     upper.set_xlabel("")
     figure.colorbar(drawn, ax=[upper, lower], label=NAMES[image.attrs["gain"]], pad=0.01)
     low, high, name = rows(image)

@@ -8,12 +8,12 @@ from insonify.drawing import style
 from insonify.drawing.spikes import BELOW
 from insonify.records.arrivals import Arrivals
 
-BOUNDARIES = ("seabed", "surface")
+BOUNDARIES = ("seabed", "surface", "water")
 
 
 def source_array(axes: Axes, arrivals: Arrivals, level: NDArray[np.float64], label: str, *,
                  span: tuple[float, float] | None = None) -> None:  # fmt: skip
-    """Targets as stems, seabed and surface as dust, each source in its colour.
+    """Targets as stems, seabed, surface and water as dust, each source in its colour.
 
     Args:
         axes: Where to draw.

@@ -36,7 +36,7 @@ def spikes(arrivals: Arrivals, path: str | Path) -> Path:
 
 
 def spike_array(axes: Axes, arrivals: Arrivals, level: NDArray[np.float64], label: str) -> None:
-    """Targets as stems, seabed and surface as dust, each pair of families in its colour.
+    """Targets as stems, seabed, surface and water as dust, each pair of families in its colour.
 
     Args:
         axes: Where to draw.
@@ -46,7 +46,7 @@ def spike_array(axes: Axes, arrivals: Arrivals, level: NDArray[np.float64], labe
     """
     floor = level.max() - BELOW if level.size else -BELOW
     ways = pair_colour(arrivals)
-    dust = (arrivals.owner == "seabed") | (arrivals.owner == "surface")
+    dust = np.isin(arrivals.owner, ("seabed", "surface", "water"))
     delay = arrivals.delay * 1e3
     stems = _tallest(delay, level, ways, np.flatnonzero(~dust))
     axes.vlines(delay[stems], floor, level[stems], colors=ways[stems].tolist(), linewidth=0.7, alpha=0.8)

@@ -20,6 +20,7 @@ CAUSES = {
     "seabed": "#B8720A",
     "surface": "#0B3F73",
     "target": "#D5350E",
+    "water": "#2A9D8F",
     "noise": "#8A8A8A",
     "total": "#1A1A1A",
 }

@@ -21,18 +21,22 @@ Rows = NDArray[np.int32]
 CRESTS = 4
 """Crests that are looked at before a point: the nearest ones that stand out."""
 
+FAINT = 1e-3
+"""Crests that change the pressure by less take nothing: 60 dB below what passes them [1]."""
+
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def find_crests(launch: Floats, step: float, rising: bool, crest: Rows, before: Rows, rise: Floats) -> None:
-    """Crests along lines: where the skyline stops sinking, and how deep the hollow behind each is.
+def find_crests(launch: Floats, step: float, rising: bool, bound: Floats, crest: Rows, met: Floats) -> None:
+    """Skylines, and crests along them: where a skyline stops sinking, and how deep the hollow behind each is.
 
     Args:
-        launch: Launch that meets the ground at each sample, (s, n).
+        launch: Launch that meets the ground at each sample, (s, n); where none does, one that hides nothing is set.
         step: Distance of samples [m].
         rising: Whether rays rise from a bounce: then lines are walked inwards, and what lies above hides.
-        crest: Result, sample of the crest met last up to each sample, -1 for none, (s, n).
-        before: Result, at crests: sample of the one before it, (s, n).
-        rise: Result, at crests: most by which ground behind lies below the ray over it [m], (s, n).
+        bound: Result, smallest launch up to each sample; of rays that rise, the largest from it on, (s, n).
+        crest: Result, number of the crest met last up to each sample, -1 for none, (s, n).
+        met: Result, for each crest in the order of the walk: its sample, its launch, and the most by which ground
+            behind lies below the ray over it [m], (s, n // 2 + 1, 3).
     """
     count, sense = launch.shape[1], -1.0 if rising else 1.0
     for s in range(launch.shape[0]):
@@ -40,21 +44,24 @@ def find_crests(launch: Floats, step: float, rising: bool, crest: Rows, before: 
         for j in range(count):
             k = count - 1 - j if rising else j
             value = sense * launch[s, k]
-            if math.isfinite(value):
+            if not math.isfinite(value):
+                launch[s, k] = sense * np.inf
+            else:
                 if value <= lowest:
                     lowest, at, dark = value, k, False
                 else:
                     if not dark:
-                        before[s, at], last, deep, dark = last, at, 0.0, True
+                        last, deep, dark = last + 1, 0.0, True
+                        met[s, last, 0], met[s, last, 1] = at, launch[s, at]
                     deep = max(deep, (value - lowest) * (k + 1) * step)
-                    rise[s, last] = deep
-            crest[s, k] = last
+                    met[s, last, 2] = deep
+            bound[s, k], crest[s, k] = sense * lowest, last
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def over_crests(
-    launch: Floats, lowest: Floats, crest: Rows, before: Rows, rise: Floats, rows: Integers, points: Integers,
-    reach: Floats, steepness: Floats, ground: bool, step: float, distance: Floats, wavelength: float, table: Complexes,
+    launch: Floats, lowest: Floats, crest: Rows, met: Floats, rows: Integers, points: Integers, reach: Floats,
+    steepness: Floats, ground: bool, step: float, distance: Floats, wavelength: float, table: Complexes,
     per_unit: float, left: Complexes,
 ) -> None:  # fmt: skip
     """Multiply what crests leave of rays that pass over the ground of a line into `left`.
@@ -63,8 +70,7 @@ def over_crests(
         launch: Launch that meets the ground at each sample, (s, n).
         lowest: Smallest up to each sample, (s, n).
         crest: Of `find_crests`, (s, n).
-        before: Likewise.
-        rise: Likewise.
+        met: Likewise, (s, crests, 3).
         rows: Line of each point, (points,).
         points: Which points, (points,).
         reach: Distance in steps up to which the ground can cut, (all,).
@@ -92,14 +98,14 @@ def over_crests(
                 at = crest[s, k + 1]
             elif launch[s, k] <= lowest[s, k]:
                 alone = k  # it dips into ground that still rises
-        left[n] *= least_left(launch[s], before[s], rise[s], at, alone, 1.0, way, ENDLESS, step, distance[n],
+        left[n] *= least_left(launch[s], met[s], at, alone, 1.0, way, ENDLESS, step, distance[n],
                               wavelength, table, per_unit)  # fmt: skip
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def under_crests(
-    launch: Floats, crest: Rows, before: Rows, rise: Floats, rows: Integers, points: Integers, start: Floats,
-    stop: Floats, steepness: Floats, step: float, distance: Floats, wavelength: float, table: Complexes,
+    launch: Floats, crest: Rows, met: Floats, rows: Integers, points: Integers, start: Floats, stop: Floats,
+    steepness: Floats, step: float, distance: Floats, wavelength: float, table: Complexes,
     per_unit: float, lit: NDArray[np.bool_], left: Complexes,
 ) -> None:  # fmt: skip
     """Multiply what crests leave of rays that rise from a bounce into `left`.
@@ -107,8 +113,7 @@ def under_crests(
     Args:
         launch: As of `over_crests`.
         crest: As of `over_crests`.
-        before: As of `over_crests`.
-        rise: As of `over_crests`.
+        met: As of `over_crests`.
         rows: As of `over_crests`.
         points: As of `over_crests`.
         start: Distance in steps from which the ray is looked at, (all,).
@@ -130,22 +135,21 @@ def under_crests(
         way, alone = float(steepness[n]), -1
         if not lit[n] and launch[s, first] > way:
             alone = first  # it rises out of the ground itself
-        left[n] *= least_left(launch[s], before[s], rise[s], crest[s, first], alone, -1.0, way, float(end), step,
+        left[n] *= least_left(launch[s], met[s], crest[s, first], alone, -1.0, way, float(end), step,
                               distance[n], wavelength, table, per_unit)  # fmt: skip
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def least_left(
-    launch: Floats, before: Rows, rise: Floats, at: int, alone: int, sense: float, way: float, end: float, step: float,
+    launch: Floats, met: Floats, last: int, alone: int, sense: float, way: float, end: float, step: float,
     distance: float, wavelength: float, table: Complexes, per_unit: float,
 ) -> complex:  # fmt: skip
     """What the crest that takes most leaves of one ray [1].
 
     Args:
         launch: Launch that meets the ground of the ray's line at each sample, (n,).
-        before: Of `find_crests`, (n,).
-        rise: Likewise.
-        at: Sample of the first crest to look at, -1 for none.
+        met: Of `find_crests`, (crests, 3).
+        last: Number of the first crest to look at, -1 for none.
         alone: Sample of ground that cuts without being a crest, -1 for none.
         sense: 1 for rays that come down on the ground, -1 for those that rise.
         way: Launch of the ray.
@@ -162,13 +166,14 @@ def least_left(
         near = (alone + 1) * step
         high = sense * (way - launch[alone]) * near / stretch
         least = edge_factor(high, ENDLESS, length - near * stretch, length, wavelength, table, per_unit)
-    for _ in range(CRESTS):
-        if at < 0 or at >= end:
+    for number in range(last, max(last - CRESTS, -1), -1):
+        at, edge, rise = float(met[number, 0]), float(met[number, 1]), float(met[number, 2])
+        if at >= end:
             break
         near = (at + 1) * step
-        high = sense * (way - launch[at]) * near / stretch
-        left = edge_factor(high, rise[at] / stretch, length - near * stretch, length, wavelength, table, per_unit)
+        high = sense * (way - edge) * near / stretch
+        left = edge_factor(high, rise / stretch, length - near * stretch, length, wavelength, table, per_unit,
+                           max(FAINT, abs(1 - least)))  # fmt: skip
         if abs(1 - left) > abs(1 - least):
             least = left
-        at = before[at]
     return least

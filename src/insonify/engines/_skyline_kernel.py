@@ -1,4 +1,4 @@
-"""Walks along the ground: which pieces of its map lie under a fan of lines, how deep it is there, what it hides."""
+"""Walks along the ground: how deep it is under a fan of lines, what it hides."""
 
 import math
 from typing import Any
@@ -7,94 +7,128 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from insonify.scene.pages import CELLS, NODES, SHIFT, Pages
+
 Floats = NDArray[np.floating[Any]]
 Integers = NDArray[np.int64]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def mark(
-    along: float, across: float, cosines: Floats, sines: Floats, step: float, first: int, stop: int, side: float,
-    corner_a: int, corner_b: int, wanted: NDArray[np.bool_],
-) -> None:  # fmt: skip
-    """Mark the pieces of the map that some lines cross.
-
-    Args:
-        along: First coordinate of the point from which the lines start [m].
-        across: Second coordinate [m].
-        cosines: Of the directions of the lines, (s,).
-        sines: Likewise, (s,).
-        step: Distance of samples along a line [m].
-        first: Number of the first sample; sample k lies (k + 1) steps out.
-        stop: Number after the last sample.
-        side: Side of a piece [m].
-        corner_a: Number of the first row of pieces.
-        corner_b: Number of the first column.
-        wanted: Result, True for the pieces crossed, (rows, columns).
-    """
-    for s in range(cosines.size):
-        for k in range(first, stop):
-            r = (k + 1) * step
-            a = math.floor((along + r * cosines[s]) / side) - corner_a
-            b = math.floor((across + r * sines[s]) / side) - corner_b
-            wanted[a, b] = True
+TOGETHER = 64
+"""Samples of one line that are taken before those of the next: neighbours read the same piece of the map."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def sample(
-    along: float, across: float, cosines: Floats, sines: Floats, step: float, first: int, stop: int, cell: float,
-    corner_a: int, corner_b: int, row_of: Integers, pieces: Floats, height: Floats,
-) -> None:  # fmt: skip
-    """Heights along lines, linear between the nodes of the map; arguments as of `mark`.
+    here: NDArray[np.float64], rays: NDArray[np.float64], step: float, first: int, level: float, pages: Pages,
+    wanted: NDArray[np.bool_], done: NDArray[np.bool_], depth: Floats,
+) -> bool:  # fmt: skip
+    """Depths of the ground along lines, linear between the nodes of the map; sample k lies (k + 1) steps out.
 
     Args:
-        along: As of `mark`.
-        across: As of `mark`.
-        cosines: As of `mark`.
-        sines: As of `mark`.
-        step: As of `mark`.
-        first: As of `mark`.
-        stop: As of `mark`.
-        cell: Side of a cell of the map [m].
-        corner_a: As of `mark`.
-        corner_b: As of `mark`.
-        row_of: Row of each piece in `pieces`, (rows, columns).
-        pieces: Heights on the nodes [m], (pieces, cells + 1, cells + 1).
-        height: Result, heights [m], (s, stop); samples before the first are left alone.
+        here: Where the lines start on the map [m], (2,).
+        rays: Their directions, (s, 2).
+        step: Distance of samples along a line [m].
+        first: Number of the first sample; those before it are left alone.
+        level: Depth of the plane from which heights are counted [m].
+        pages: The map.
+        wanted: Result, True for the pieces that are missing, (rows, columns) of pieces.
+        done: Which stretches of `TOGETHER` samples need not be walked again, (stretches,).
+        depth: Result [m], (s, stop).
+
+    Returns:
+        Whether all is done.
     """
-    cells = pieces.shape[1] - 1
-    for s in range(cosines.size):
-        for k in range(first, stop):
-            r = (k + 1) * step
-            a, b = (along + r * cosines[s]) / cell, (across + r * sines[s]) / cell
-            i, j = math.floor(a), math.floor(b)
-            f, g = a - i, b - j
-            big_i, big_j = i // cells, j // cells
-            piece = pieces[row_of[big_i - corner_a, big_j - corner_b]]
-            i -= big_i * cells
-            j -= big_j * cells
-            low = piece[i, j] + g * (piece[i, j + 1] - piece[i, j])
-            high = piece[i + 1, j] + g * (piece[i + 1, j + 1] - piece[i + 1, j])
-            height[s, k] = low + f * (high - low)
+    every, top, stop = True, np.float32(level), depth.shape[1]
+    for stretch in range(done.size):
+        if done[stretch]:
+            continue
+        begin, there = first + stretch * TOGETHER, True
+        for s in range(rays.shape[0]):
+            there &= _sample_line(here, rays[s], step, begin, min(begin + TOGETHER, stop), top, pages, wanted, depth[s])
+        done[stretch] = there
+        every &= there
+    return every
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def running_minimum(launch: Floats, lowest: Floats) -> None:
-    """Smallest launch up to each sample of a line: the skyline. Both (s, n)."""
-    for s in range(launch.shape[0]):
-        least = np.inf
-        for k in range(launch.shape[1]):
-            least = min(least, launch[s, k])
-            lowest[s, k] = least
+def _sample_line(
+    here: NDArray[np.float64], ray: NDArray[np.float64], step: float, first: int, stop: int, top: np.float32,
+    pages: Pages, wanted: NDArray[np.bool_], depth: Floats,
+) -> bool:  # fmt: skip
+    """Depths along a stretch of one line; whether no piece of the map is missing. Arguments as of `sample`."""
+    x0, y0, dx, dy = here[0] / pages.cell, here[1] / pages.cell, ray[0] * step / pages.cell, ray[1] * step / pages.cell
+    flat, rows, height, width = pages.heights, pages.row_of, wanted.shape[0], wanted.shape[1]
+    there = True
+    for k in range(first, stop):
+        x, y = x0 + (k + 1) * dx, y0 + (k + 1) * dy
+        i, j = math.floor(x), math.floor(y)
+        row, column = (i >> SHIFT) - pages.corner_a, (j >> SHIFT) - pages.corner_b
+        if not (0 < row < height - 1 and 0 < column < width - 1):
+            wanted[0, 0], there = True, False
+            continue
+        page = rows[row * width + column]
+        if page < 0:
+            wanted[row, column], there = True, False
+            continue
+        f, g = np.float32(x - i), np.float32(y - j)
+        at = (page * NODES + (i & (CELLS - 1))) * NODES + (j & (CELLS - 1))
+        low = flat[at] + g * (flat[at + 1] - flat[at])
+        high = flat[at + NODES] + g * (flat[at + NODES + 1] - flat[at + NODES])
+        depth[k] = top - (low + f * (high - low))
+    return there
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def maximum_ahead(launch: Floats, highest: Floats) -> None:
-    """Largest launch from each sample of a line on, outwards. Both (s, n)."""
-    for s in range(launch.shape[0]):
-        most = -np.inf
-        for k in range(launch.shape[1] - 1, -1, -1):
-            most = max(most, launch[s, k])
-            highest[s, k] = most
+def by_sector(
+    azimuth: Floats, distance: Floats, heading: float, edges: Floats, slices: Integers, together: int,
+    sectors: Integers, starts: Integers, points: Integers, rows: Integers,
+) -> int:  # fmt: skip
+    """Points sorted by the sector of the zone that they lie in, those of one sector in their order.
+
+    Args:
+        azimuth: Bearing of each point [rad], (n,).
+        distance: Horizontal distance [m], (n,).
+        heading: From which bearings are counted [rad].
+        edges: Outer edge of each zone, increasing [m], (zones,).
+        slices: Slices of azimuth in each zone, (zones,).
+        together: Slices in a sector.
+        sectors: Result, zone and number of each sector met, (n, 2).
+        starts: Result, where each begins among `points`; the last number is the end of all, (n + 1,).
+        points: Result, points by sector, (n,).
+        rows: Result, slice of each of these in its sector, (n,).
+
+    Returns:
+        Number of sectors met.
+    """
+    count, last, zones = 0, -1, edges.size
+    own, row = np.empty(azimuth.size, np.int64), np.empty(azimuth.size, np.int64)
+    held = np.zeros(azimuth.size + 1, np.int64)
+    for n in range(azimuth.size):
+        zone = 0
+        while zone < zones - 1 and distance[n] > edges[zone]:
+            zone += 1
+        turn = (azimuth[n] - heading) / (2 * math.pi)
+        turn -= math.floor(turn)
+        piece = min(int(turn * slices[zone]), slices[zone] - 1)
+        sector = piece // together
+        if last < 0 or sectors[last, 0] != zone or sectors[last, 1] != sector:
+            last = 0
+            while last < count and not (sectors[last, 0] == zone and sectors[last, 1] == sector):
+                last += 1
+            if last == count:
+                sectors[last, 0], sectors[last, 1] = zone, sector
+                count += 1
+        own[n], row[n] = last, piece % together
+        held[last] += 1
+    starts[0] = 0
+    for k in range(count):
+        starts[k + 1] = starts[k] + held[k]
+        held[k] = starts[k]
+    for n in range(azimuth.size):
+        at = held[own[n]]
+        points[at], rows[at] = n, row[n]
+        held[own[n]] += 1
+    return count
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -102,7 +136,7 @@ def skyline_at(lowest: Floats, rows: Integers, reach: Floats, points: Integers, 
     """The skyline of some points at a distance, infinite before the first sample.
 
     Args:
-        lowest: Of `running_minimum`, (s, n).
+        lowest: Of `_crest_kernel.find_crests`, (s, n).
         rows: Line of each point, (points,).
         reach: Distance in steps of each point, (all,).
         points: Which points, (points,).
@@ -138,7 +172,7 @@ def steeper_than_ground(
 
     Args:
         launch: Launch that would meet the ground at each sample, (s, n).
-        highest: Of `maximum_ahead`, (s, n): most rays pass above all that follows, and need no walk.
+        highest: Largest from each sample on, (s, n): most rays pass above all that follows, and need no walk.
         steepness: Of the rays, (all,).
         rows: Line of each point, (points,).
         start: Distance in steps from which the ray is looked at, (all,).

@@ -11,16 +11,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines.skyline import SEABED, Skylines, over_ground, steepness
+from insonify.engines.skyline import SEABED, Sighted, Skylines, over_ground, sighted, steepness
 from insonify.propagation.families import bounces
 from insonify.propagation.glints import face, rows_of
 from insonify.propagation.launches import StraightLaunches
 from insonify.propagation.local_planes import Course, level_course, local_course, zone
 from insonify.records.legs import Legs, Status
+from insonify.scene.bed import Bed
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
 
 Floats = NDArray[np.floating[Any]]
+
+FAINT = 3e-4
+"""Pressure that roughness leaves, 70 dB less than before, below which a leg is not followed [1]."""
 
 
 def over_relief(
@@ -47,36 +51,69 @@ def over_relief(
     if not isinstance(skylines.launches, StraightLaunches):
         shaded = over_ground(legs, scatterers, place, skylines, soft=soft)
         return _moved(shaded, bounced, legs, scatterers, place, skylines, scene)
+    seen = sighted(skylines, place, scatterers.position)
     plain = [row for row in range(len(legs.families)) if row not in bounced]
     made = rows_of(legs, list(range(len(legs.families))))
     if soft:
         made = replace(made, visibility=made.visibility.astype(complex))
     if plain:
-        lit = over_ground(rows_of(legs, plain), scatterers, place, skylines, soft=soft)
+        lit = over_ground(rows_of(legs, plain), scatterers, place, skylines, soft=soft, seen=seen)
         for name in ("status", "occluder", "visibility"):
             getattr(made, name)[plain] = getattr(lit, name)
     for row in bounced:
-        way = local_course(legs.families[row], place, scatterers.position, skylines.bed, skylines.wavelength)
-        _put(made, row, way, scatterers, place, skylines, scene, soft=soft)
+        way, silent = _followed(legs, row, place, scatterers.position, skylines)
+        if not silent.all():
+            _put(made, row, way, seen, scatterers, place, skylines, scene, soft=soft)
+        made.boundary[row][silent] = 0.0
     return made
 
 
+def _followed(
+    legs: Legs, row: int, place: NDArray[np.float64], points: NDArray[np.float64], skylines: Skylines
+) -> tuple[Course, NDArray[np.bool_]]:
+    """Ways of one family off local planes, and which of them are too faint for that, shape (n,).
+
+    Those keep to the mean plane, where roughness is judged.
+    """
+    family, bed, wavelength = legs.families[row], skylines.bed, skylines.wavelength
+    if not _may_be_faint(family, legs.length[row], np.abs(legs.departure[row, :, 2]), skylines):
+        return local_course(family, place, points, bed, wavelength), np.zeros(len(points), bool)
+    way = level_course(family, place, points, bed.depth)
+    silent = left_in_step(family, way, bed, wavelength) < FAINT
+    if not silent.all():
+        local = local_course(family, place, points[~silent], bed, wavelength)
+        for name in ("length", "departure", "arrival", "there"):
+            getattr(way, name)[~silent] = getattr(local, name)
+        for name in ("bounce", "part", "sine", "left"):
+            getattr(way, name)[:, ~silent] = getattr(local, name)
+    return way, silent
+
+
+def _may_be_faint(family: str, length: NDArray[np.float64], sine: NDArray[np.float64], skylines: Skylines) -> bool:
+    """Whether roughness may leave next to nothing of any of some legs: by the widest zone and the steepest bounce."""
+    if not len(length):
+        return False
+    widest = np.sqrt(skylines.wavelength * length.max()) / np.sqrt(max(float(sine.min()), 1e-9))
+    once = float(skylines.bed.smoothness(sine.max(), skylines.wavelength, widest))
+    return once ** family.count("B") < FAINT
+
+
 def _put(
-    legs: Legs, row: int, way: Course, scatterers: Scatterers, place: NDArray[np.float64], skylines: Skylines,
-    scene: Scene, *, soft: bool,
+    legs: Legs, row: int, way: Course, seen: Sighted, scatterers: Scatterers, place: NDArray[np.float64],
+    skylines: Skylines, scene: Scene, *, soft: bool,
 ) -> None:  # fmt: skip
     """Write one row of straight legs anew."""
     family = legs.families[row]
-    legs.absorption[row] **= way.length / legs.length[row]
+    legs.absorption[row] = legs.absorption[row] ** (way.length / legs.length[row])
     legs.delay[row] = way.length / scene.water.sound_speed
     legs.length[row], legs.spreading[row] = way.length, 1 / way.length
     legs.departure[row], legs.arrival[row] = way.departure, way.arrival
-    legs.boundary[row] = mirrored(family, way, skylines, scene)
+    legs.boundary[row] = mirrored(family, way, skylines.bed, skylines.wavelength, scene)
     # a side that looked away from the level mirror's ray may look at this one
     away = legs.status[row] == Status.FACING_AWAY
     legs.status[row][away], legs.visibility[row][away] = Status.CLEAR, 1.0
     face(legs, row, scatterers.normal)
-    clear = clear_of_ground(way, place, scatterers, skylines)
+    clear = clear_of_ground(way, place, scatterers, skylines, seen)
     hidden = ~clear & (legs.status[row] == Status.CLEAR)
     legs.status[row][hidden], legs.occluder[row][hidden], legs.visibility[row][hidden] = Status.OCCLUDED, SEABED, 0.0
     if soft:  # what the ground alone leaves of those that targets cut
@@ -84,7 +121,7 @@ def _put(
         legs.visibility[row][cut] = clear[cut]
 
 
-def mirrored(family: str, way: Course, skylines: Skylines, scene: Scene) -> NDArray[np.complex128]:
+def mirrored(family: str, way: Course, bed: Bed, wavelength: float, scene: Scene) -> NDArray[np.complex128]:
     """Product of what all mirrors of a family leave of the coherent sound, with its phase [1], shape (n,).
 
     Each bottom bounce has the bed's own coefficient at its grazing angle with the fitted plane, times
@@ -94,24 +131,36 @@ def mirrored(family: str, way: Course, skylines: Skylines, scene: Scene) -> NDAr
     Args:
         family: Name of the family.
         way: Its ways.
-        skylines: The ground, and the wavelength.
+        bed: The ground.
+        wavelength: Of the sound [m].
         scene: The scene.
     """
-    product = np.ones(len(way.length), complex)
+    product = left_in_step(family, way, bed, wavelength).astype(complex)
     for k, letter in enumerate(bounces(family)):
-        sine = way.sine[k]
-        if letter == "S":
-            product *= scene.surface.mirror(np.arcsin(sine))
-            continue
-        length, width = zone(way, k, skylines.wavelength)
-        axis = np.maximum(2 * np.sqrt(length * width), 1e-6)
-        left = skylines.bed.smoothness(sine, skylines.wavelength, axis, left=way.left[k])
-        product *= scene.seabed.mirror(np.arcsin(sine)) * left
+        product *= (scene.surface if letter == "S" else scene.seabed).mirror(np.arcsin(way.sine[k]))
+    return product
+
+
+def left_in_step(family: str, way: Course, bed: Bed, wavelength: float) -> NDArray[np.float64]:
+    """What roughness leaves of the coherent sound after all bottom bounces of a family [1], shape (n,).
+
+    Args:
+        family: Name of the family.
+        way: Its ways.
+        bed: The ground.
+        wavelength: Of the sound [m].
+    """
+    product = np.ones(len(way.length))
+    for k, letter in enumerate(bounces(family)):
+        if letter == "B":
+            length, width = zone(way, k, wavelength)
+            axis = np.maximum(2 * np.sqrt(length * width), 1e-6)
+            product *= bed.smoothness(way.sine[k], wavelength, axis, left=way.left[k])
     return product
 
 
 def clear_of_ground(
-    way: Course, place: NDArray[np.float64], scatterers: Scatterers, skylines: Skylines
+    way: Course, place: NDArray[np.float64], scatterers: Scatterers, skylines: Skylines, seen: Sighted
 ) -> NDArray[np.bool_]:
     """Whether ways off local planes are there, and meet no ground but the mirrors' own, shape (n,).
 
@@ -123,18 +172,20 @@ def clear_of_ground(
         place: North, east, depth of the sonar's end [m], shape (3,).
         scatterers: The points.
         skylines: The ground about that end.
+        seen: Of `sighted` the points.
     """
-    across = scatterers.position[:, :2] - place[:2]
-    distance, azimuth = np.linalg.norm(across, axis=1), np.arctan2(across[:, 1], across[:, 0])
-    ahead = np.stack([np.cos(azimuth), np.sin(azimuth)], axis=-1)
+    distance, once = seen.distance, 1 / np.maximum(seen.distance, 1e-9)
+    north, east = (scatterers.position[:, :2] - place[:2]).T * once
     count, n = way.part.shape
     nodes, spared = np.empty((count + 2, n, 2)), np.zeros((count + 2, n))
     nodes[0], nodes[-1, :, 0], nodes[-1, :, 1] = (0.0, place[2]), distance, scatterers.position[:, 2]
     for k in range(count):
-        nodes[k + 1, :, 0] = np.clip(np.sum((way.bounce[k, :, :2] - place[:2]) * ahead, axis=1), 0.0, distance)
+        nodes[k + 1, :, 0] = np.clip(
+            (way.bounce[k, :, 0] - place[0]) * north + (way.bounce[k, :, 1] - place[1]) * east, 0.0, distance
+        )
         nodes[k + 1, :, 1] = way.bounce[k, :, 2]
         spared[k + 1] = zone(way, k, skylines.wavelength)[0]
-    return way.there & skylines.clear_courses(azimuth, distance, nodes, spared, ground=scatterers.boundary == "seabed")
+    return way.there & skylines.clear_courses(seen.groups, nodes, spared, ground=scatterers.boundary == "seabed")
 
 
 def _moved(

@@ -11,11 +11,15 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines.audible import families_heard, largest_parts
 from insonify.engines.bounced import over_relief
 from insonify.engines.rings import WIDEST_CELL
 from insonify.engines.skyline import Remembered, Skylines
 from insonify.engines.view import Block, footprint, view
 from insonify.propagation.choice import PathChoice
+from insonify.propagation.delay_field import DelayField
+from insonify.propagation.families import DIRECT, families_for
+from insonify.propagation.images import StraightRays
 from insonify.propagation.knife_edge import soft_edges
 from insonify.propagation.moving import End, met_twice, moving_legs
 from insonify.propagation.rays import Rays
@@ -26,6 +30,7 @@ from insonify.scattering.kirchhoff_facet import SmoothFace
 from insonify.scattering.lambert import Lambert
 from insonify.scene.scatterers import Law, Scatterers
 from insonify.scene.scene import Scene
+from insonify.scene.terrain.kept import Kept
 from insonify.sonar.footprint import two_way_width
 from insonify.sonar.stance import Stance
 
@@ -43,6 +48,10 @@ class Paths:
     """How sound travels in the scene."""
     skylines: Remembered = field(default_factory=lambda: Remembered(4), compare=False, repr=False)
     """What the ground hides from the last few places."""
+    parts: Kept = field(default_factory=lambda: Kept(1 << 20), compare=False, repr=False)
+    """What families have of all that is heard of the ground at the last attitudes."""
+    delays: DelayField | None = None
+    """What uneven water adds to travel times; None: nothing, and an expectation takes its mean."""
 
     def blocks(self, stance: Stance, *, even: bool = False) -> list[Block]:
         """The scatterers of one ping, as blocks that are drawn when they are called.
@@ -56,29 +65,28 @@ class Paths:
         """
         return view(self.scene, self.choice, self.seed, stance, self.rays, even=even).blocks()
 
-    def pairs(self, stance: Stance, block: Block) -> Pairs:
+    def pairs(self, stance: Stance, block: Block, *, drowned: bool = True) -> Pairs:
         """Legs out and back of one block, and the strength of each ordered pair.
 
         Args:
             stance: The sonar at this ping.
             block: One of `blocks(stance)`.
+            drowned: Whether families are followed that others drown at all times, see `audible`.
         """
-        return self.meet(stance, block())
+        scatterers = block()
+        return self.meet(stance, scatterers, None if drowned else self._audible(stance, scatterers))
 
-    def meet(self, stance: Stance, scatterers: Scatterers) -> Pairs:
+    def meet(self, stance: Stance, scatterers: Scatterers, families: tuple[str, ...] | None = None) -> Pairs:
         """Legs out and back of any scatterers, and the strength of each ordered pair.
 
         Args:
             stance: The sonar at this ping.
             scatterers: The points to reach.
+            families: Families that are followed; None: all that are chosen.
         """
-        followed = self.choice.followed
-        out = self.rays.legs(stance.transmit_place, scatterers, followed, stance.frequency)
-        out = self._over_ground(out, scatterers, stance, stance.transmit_place)
-        back = out
-        if not stance.together:
-            back = self.rays.legs(stance.receive_place, scatterers, followed, stance.frequency)
-            back = self._over_ground(back, scatterers, stance, stance.receive_place)
+        kept = self.choice.followed if families is None else families
+        out = self._reached(stance.transmit_place, scatterers, stance, kept, heard=stance.together)
+        back = out if stance.together else self._reached(stance.receive_place, scatterers, stance, kept, heard=True)
         if self.scene.surface.bounce != "mirror":
             out, back = self._off_waves(out, back, scatterers, stance)
         if self.choice.edges == "fresnel":
@@ -92,6 +100,38 @@ class Paths:
             strength *= _slice_width(stance, out, back, pair)
         return Pairs(scatterers, out, back, pair, strength)
 
+    def _audible(self, stance: Stance, scatterers: Scatterers) -> tuple[str, ...] | None:
+        """Families that the ground at some scatterers is heard by; None where nothing is known of that."""
+        bed = self.scene.seabed.bed
+        straight, apart = isinstance(self.rays, StraightRays), stance.receive_survey is not None
+        if scatterers.boundary != "seabed" or bed is None or bed.span[0] == bed.span[1] or apart or not straight:
+            return None
+        families = families_for("seabed", self.choice.followed)
+        if families[:1] != (DIRECT,) or self.choice.geometry == "slice" or isinstance(scatterers.law, SmoothFace):
+            return None
+        law, beams = scatterers.law, (stance.transmit_beams, stance.receive_beams)
+        key = (families, stance.transmit_place[2], *(beam.axes.tobytes() for beam in beams))
+        part = self.parts.get(key, lambda: largest_parts(self.scene, bed, stance, families, law))
+        distance = np.hypot(*(scatterers.position[:, :2] - stance.transmit_place[:2]).T)
+        return families_heard(families, part, stance, distance)
+
+    def _reached(
+        self, place: Floats, scatterers: Scatterers, stance: Stance, families: tuple[str, ...], *, heard: bool
+    ) -> Legs:
+        """Legs between one end and the scatterers, off level mirrors and uneven ground.
+
+        Args:
+            place: North, east, depth of that end [m], shape (3,).
+            scatterers: The points to reach.
+            stance: The sonar at this ping.
+            families: Families that are followed.
+            heard: Whether elements about that end hear them.
+        """
+        legs = self.rays.legs(place, scatterers, families, stance.frequency)
+        if heard and stance.elements is not None:
+            legs = self.rays.around(legs, place, scatterers, stance.reach)
+        return self._late(self._over_ground(legs, scatterers, stance, place), scatterers, stance, place)
+
     def _strength(
         self, scatterers: Scatterers, out: Legs, back: Legs, pair: NDArray[np.int64], frequency: float
     ) -> Floats | NDArray[np.complex128]:
@@ -103,6 +143,10 @@ class Paths:
             wavenumber = 2 * np.pi * frequency / speed
             return scatterers.law.echoes(scatterers.corners, scatterers.normal, arriving, leaving, wavenumber)
         return np.asarray(np.sqrt(_cross_section(scatterers, scatterers.law, out, back, pair) * scatterers.area))
+
+    def _late(self, legs: Legs, scatterers: Scatterers, stance: Stance, place: Floats) -> Legs:
+        """The legs as uneven water delays them; in even water, as they are."""
+        return legs if self.delays is None else self.delays.disturbed(legs, place, scatterers.position, stance.time)
 
     def _off_waves(self, out: Legs, back: Legs, scatterers: Scatterers, stance: Stance) -> tuple[Legs, Legs]:
         """The legs as a moving surface leaves them, each end's at its own times."""
@@ -119,7 +163,7 @@ class Paths:
 
         def bent(legs: Legs, place: Floats) -> Legs:
             wide = self.choice.geometry == "slice"
-            return soft_edges(legs, scatterers, place, self.scene, stance.wavelength, wide=wide)
+            return soft_edges(legs, scatterers, place, self.scene, self._wavelength(stance, place), wide=wide)
 
         first = bent(out, stance.transmit_place)
         return first, (first if out is back else bent(back, stance.receive_place))
@@ -127,21 +171,24 @@ class Paths:
     def _over_ground(self, legs: Legs, scatterers: Scatterers, stance: Stance, place: Floats) -> Legs:
         """The legs as relief leaves them; over a flat bed, as they are."""
         bed = self.scene.seabed.bed
-        if bed is None:
+        if bed is None or not len(scatterers):  # a block of water may lie all under the ground
             return legs
 
         def walked() -> Skylines:
             apart = float(np.linalg.norm(stance.transmit_place - stance.receive_place))
-            farthest = stance.sound_speed * stance.heard_delays[1] / 2 + apart
+            farthest = self.scene.water.fastest * stance.heard_delays[1] / 2 + apart
             width = min(two_way_width(stance.transmit_beams, stance.receive_beams), WIDEST_CELL)
             launches = self.rays.launches(float(place[2]))
-            return Skylines(
-                bed, place, launches, farthest=farthest, wavelength=stance.wavelength, finest_slice=width / 4
-            )
+            wavelength = self._wavelength(stance, place)
+            return Skylines(bed, place, launches, farthest=farthest, wavelength=wavelength, finest_slice=width / 4)
 
         key = (stance.ping, place.tobytes(), stance.bearing)
         soft = self.choice.edges == "fresnel"
         return over_relief(legs, scatterers, place, self.skylines.get(key, walked), self.scene, soft=soft)
+
+    def _wavelength(self, stance: Stance, place: Floats) -> float:
+        """Wavelength at one end of the sonar [m]: an edge does not care whether that end sends or hears."""
+        return float(self.scene.water.speed_at(float(place[2]))) / stance.frequency
 
     def all_pairs(self, stance: Stance, *, even: bool = False) -> Iterator[Pairs]:
         """Every block of one ping in turn."""
@@ -160,18 +207,21 @@ def _slice_width(stance: Stance, out: Legs, back: Legs, pair: NDArray[np.int64])
 
 def _cross_section(scatterers: Scatterers, law: Law, out: Legs, back: Legs, pair: NDArray[np.int64]) -> Floats:
     """Cross section of each ordered pair, (p, n); legs that are not there weigh nothing later."""
+    i, j = pair.T
+    if isinstance(law, Lambert):  # each leg's sine once; the azimuth does not count
+        straight = np.array(np.pi)
+        return law.cross_section(np.abs(out.grazing)[:, None], np.abs(back.grazing)[None], straight)[i, j]
     if out.arrival is back.arrival:
         # every law is reciprocal: each two legs are asked about once
         low, where = np.unique(np.sort(pair, axis=1), axis=0, return_inverse=True)
         if len(low) < len(pair):
             return _cross_section(scatterers, law, out, back, low)[where.ravel()]
-    i, j = pair.T
     if isinstance(law, FastLaw):
         normal = scatterers.normal.T
         return np.array([law.cross_section(out.arrival[a].T, -back.arrival[b].T, normal) for a, b in pair], float)
     # On a level boundary all legs to and from one place share one bearing.
     level = scatterers.boundary != "target" and bool(np.all(scatterers.normal[:, :2] == 0))
-    straight_back = isinstance(law, Lambert) or (out is back and level)
+    straight_back = out is back and level
     azimuth = np.array(np.pi) if straight_back else _azimuth(scatterers.normal, out.arrival[i], back.arrival[j])
     return np.asarray(law.cross_section(np.abs(out.grazing[i]), np.abs(back.grazing[j]), azimuth))
 

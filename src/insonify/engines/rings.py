@@ -90,4 +90,4 @@ class Rings:
         """North and east [m], azimuth counted from half a turn off boresight, where no seam matters."""
         bearing = np.arctan2(self.stance.boresight[1], self.stance.boresight[0]) + np.pi + azimuth
         offset = np.stack([np.cos(bearing), np.sin(bearing)], axis=-1) * distance[..., None]
-        return np.asarray(self.stance.transmit_place[:2] + offset)
+        return np.asarray(self.stance.middle + offset)

@@ -14,7 +14,7 @@ from insonify.propagation.rays import Rays, Reach
 from insonify.scene.lattice import BASE_PITCH, TILE, Lattice, Tiles
 from insonify.scene.scene import Scene
 from insonify.sonar.stance import Stance
-from insonify.sonar.survey import distance_to_runs
+from insonify.sonar.survey import Survey, distance_to_runs
 
 Floats = NDArray[np.float64]
 
@@ -50,6 +50,19 @@ class Resolution:
         between = np.clip(height, nearest, farthest)
         return np.minimum.reduce([self.cell_area(distance, height) for distance in (nearest, between, farthest)])
 
+    def finest_apart(self, ends: list[tuple[Floats, Floats, float]]) -> Floats:
+        """Bound on the smallest cell of a transmitter and a receiver that stand apart [m^2], shape (n,).
+
+        Between them the way out and back grows more slowly along the ground than it does for the farther end alone,
+        and no beam is narrower across than that of the nearer end.
+
+        Args:
+            ends: Of each end its nearest and its farthest horizontal distance [m], shape (n,), and its height [m].
+        """
+        ground = np.minimum.reduce([self.ground(away, height) for *span, height in ends for away in span])
+        across = np.minimum.reduce([np.hypot(nearest, height) * self.width for nearest, _, height in ends])
+        return np.minimum(ground * across / self.per_cell, (2 * ground) ** 2)
+
 
 def survey_speed(scene: Scene, stance: Stance) -> float:
     """Smaller one of the sound speeds at the least and the greatest depth of the sonar on its whole track [m/s].
@@ -61,17 +74,27 @@ def survey_speed(scene: Scene, stance: Stance) -> float:
         scene: Whose water.
         stance: The sonar at any ping.
     """
-    return float(np.min(scene.water.speed_at(np.array(stance.survey.depths))))
+    return float(np.min(scene.water.speed_at(np.array(stance.survey_depths))))
 
 
-def survey_height(stance: Stance, boundary_depth: float) -> float:
-    """Least height of the sonar above a boundary, or depth below it, on the whole track [m].
+def survey_height(survey: Survey, boundary_depth: float) -> float:
+    """Least height of an end of the sonar above a boundary, or depth below it, on its whole track [m].
 
     Args:
-        stance: The sonar at any ping.
+        survey: Where it goes.
         boundary_depth: Depth of the boundary [m].
     """
-    return min(abs(boundary_depth - source) for source in stance.survey.depths)
+    return min(abs(boundary_depth - source) for source in survey.depths)
+
+
+def widest_way(stance: Stance, fastest: float) -> float:
+    """Longest way out and back that is still heard, from one end to the other [m].
+
+    Args:
+        stance: The sonar at this ping.
+        fastest: Greatest speed of sound in the water [m/s].
+    """
+    return fastest * stance.heard_delays[1]
 
 
 def reach(stance: Stance, boundary_depth: float, rays: Rays, families: tuple[str, ...], *, rise: float = 0.0) -> Reach:
@@ -95,8 +118,8 @@ def reach(stance: Stance, boundary_depth: float, rays: Rays, families: tuple[str
 
 def tiles_in_view(
     stance: Stance, lattice: Lattice, boundary_depth: float, rays: Rays, families: tuple[str, ...],
-    resolution: Resolution, beam_floor: float, *, rise: float = 0.0,
-) -> Tiles:  # fmt: skip
+    resolution: Resolution, beam_floor: float, *, rise: float = 0.0, widest: float = np.inf,
+) -> tuple[Tiles, Floats]:  # fmt: skip
     """The tiles of a boundary that one ping can hear, each at the level that the whole track asks for.
 
     Args:
@@ -108,20 +131,22 @@ def tiles_in_view(
         resolution: What the sonar can tell apart.
         beam_floor: Two-way pressure gain below which a tile is left out [1].
         rise: How far the boundary may stand above or lie below its depth [m].
+        widest: Longest way from one end by way of a place to the other that is heard [m], see `widest_way`.
 
     Returns:
-        Tiles in a fixed order.
+        Tiles in a fixed order, and the part of their scatterers that fills the sonar's cells [1], shape (n,): cells of
+        the lattice come in powers of two.
     """
     heard = reach(stance, boundary_depth, rays, families, rise=rise)
     found: list[Tiles] = []
+    density: list[Floats] = []
     if heard.farthest < 0:
-        return _joined(found)
+        return _joined(found), np.zeros(0)
     here = lattice.from_world(stance.transmit_place[:2])
-    height = survey_height(stance, boundary_depth)
+    other = lattice.from_world(stance.receive_place[:2])
     level = max(0, int(np.ceil(np.log2(heard.farthest / (TILE * BASE_PITCH)))) + 1)
     side = TILE * BASE_PITCH * 2.0**level
-    outermost = lattice.from_world(stance.survey.outermost)
-    runs = lattice.from_world(stance.survey.near(stance.transmit_place[:2], heard.farthest + side))
+    grain = _Grain(stance, lattice, boundary_depth, resolution, heard.farthest + side)
     corner = np.floor((here - heard.farthest) / side).astype(np.int64)
     last = np.floor((here + heard.farthest) / side).astype(np.int64)
     grid = np.mgrid[corner[0] : last[0] + 1, corner[1] : last[1] + 1].reshape(2, -1)
@@ -130,17 +155,54 @@ def tiles_in_view(
         half_diagonal = TILE * tiles.pitch / np.sqrt(2)
         distance = np.linalg.norm(tiles.centre - here, axis=-1)
         inside = (distance - half_diagonal <= heard.farthest) & (distance + half_diagonal >= heard.nearest)
+        if stance.receive_survey is not None:
+            way = distance + np.linalg.norm(tiles.centre - other, axis=-1)
+            inside &= way - 2 * half_diagonal <= widest
         tiles = tiles.take(inside)
         centre, half_diagonal = lattice.to_world(*tiles.centre.T), TILE * tiles.pitch / np.sqrt(2)
         bound = beam_bound(centre, half_diagonal, stance, boundary_depth, rays, families, rise=rise)
         tiles, half_diagonal = tiles.take(bound >= beam_floor), half_diagonal[bound >= beam_floor]
-        nearest = np.maximum(distance_to_runs(tiles.centre, runs) - half_diagonal - stance.survey.wander, 0)
-        ends = np.linalg.norm(tiles.centre[:, None] - outermost, axis=-1)
-        finest = resolution.finest(nearest, ends.max(axis=1) + half_diagonal + stance.survey.wander, height)
+        finest = grain.finest(tiles.centre, half_diagonal)
         fine = (tiles.pitch**2 <= finest) | (tiles.level == 0)
         found.append(tiles.take(fine))
+        density.append(np.minimum(found[-1].pitch ** 2 / finest[fine], 1.0))
         tiles = tiles.take(~fine).split()
-    return _joined(found)
+    return _joined(found), np.concatenate(density)
+
+
+class _Grain:
+    """How fine the cells of a boundary must be at a place, from the whole track of each platform."""
+
+    def __init__(
+        self, stance: Stance, lattice: Lattice, boundary_depth: float, resolution: Resolution, reach: float
+    ) -> None:
+        """Look up what of each track can matter to one ping.
+
+        Args:
+            stance: The sonar at this ping.
+            lattice: Frame of the tiles.
+            boundary_depth: Depth of the boundary [m].
+            resolution: What the sonar can tell apart.
+            reach: Distance of the farthest tile from the transmitter [m].
+        """
+        self.resolution = resolution
+        here, apart = stance.transmit_place[:2], float(np.linalg.norm(stance.transmit_place - stance.receive_place))
+        self.ends = [
+            (
+                lattice.from_world(one.near(place, reach + more)), lattice.from_world(one.outermost), one.wander,
+                survey_height(one, boundary_depth),
+            )
+            for one, place, more in zip(stance.surveys, (here, stance.receive_place[:2]), (0.0, apart), strict=False)
+        ]  # fmt: skip
+
+    def finest(self, centre: Floats, half_diagonal: Floats) -> Floats:
+        """Smallest area that one scatterer may stand for anywhere in some tiles [m^2], shape (n,)."""
+        spans = []
+        for runs, outermost, wander, height in self.ends:
+            nearest = np.maximum(distance_to_runs(centre, runs) - half_diagonal - wander, 0)
+            corners = np.linalg.norm(centre[:, None] - outermost, axis=-1)
+            spans.append((nearest, corners.max(axis=1) + half_diagonal + wander, height))
+        return self.resolution.finest(*spans[0]) if len(spans) == 1 else self.resolution.finest_apart(spans)
 
 
 def beam_bound(

@@ -19,7 +19,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from threading import Lock
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +31,8 @@ from insonify.propagation.families import bounces
 from insonify.propagation.knife_edge import PER_UNIT, edge_table
 from insonify.propagation.launches import Launches, StraightLaunches
 from insonify.records.legs import Legs, Status
-from insonify.scene.bed import MAP_CELLS, Bed
+from insonify.scene.bed import Bed
+from insonify.scene.pages import Pages
 from insonify.scene.scatterers import Scatterers
 
 __all__ = ["SEABED", "Launches", "Remembered", "Skylines", "StraightLaunches", "fresnel_half_length", "over_ground"]
@@ -47,6 +48,19 @@ FIRST_ZONE = 128
 """Slices of the innermost zone; each zone further out is twice as far, in twice as many."""
 
 
+class _Skyline(NamedTuple):
+    """What hides along some lines, see `_crest_kernel.find_crests`."""
+
+    launch: Floats
+    """Launch that meets the ground at each sample, shape (slices, samples)."""
+    bound: Floats
+    """What hides by it: the smallest up to each sample; of families that rise, the largest from it on."""
+    crest: NDArray[np.int32]
+    """Number of the crest that was met last, -1 for none."""
+    met: Floats
+    """Sample, launch and depth behind of each crest, shape (slices, crests, 3)."""
+
+
 class _Lines:
     """The ground along neighbouring slices, from the sonar outwards, and the launches that meet it."""
 
@@ -55,34 +69,22 @@ class _Lines:
         self.shallowest = np.fmin.reduce(depth, axis=1)
         self._distance = ((np.arange(depth.shape[1]) + 1) * step).astype(np.float32)
         self._step = step
-        self._made: dict[str, tuple[Floats, Floats]] = {}
-        self._crests: dict[str, tuple[NDArray[np.int32], NDArray[np.int32], Floats]] = {}
+        self._made: dict[str, _Skyline] = {}
         self._lock = Lock()
 
-    def crests(self, family: str) -> tuple[NDArray[np.int32], NDArray[np.int32], Floats]:
-        """Crests that rays of a family pass, see `_crest_kernel.find_crests`, each of shape (slices, samples)."""
-        launch = self.of(family)[0]
-        with self._lock:
-            if family not in self._crests:
-                crest, before = np.empty((2, *launch.shape), np.int32)
-                rise = np.empty(launch.shape, np.float32)
-                crests.find_crests(launch, self._step, family.endswith("B"), crest, before, rise)
-                self._crests[family] = crest, before, rise
-            return self._crests[family]
-
-    def of(self, family: str) -> tuple[Floats, Floats]:
-        """Launch that meets the ground at each sample, (slices, samples), and what hides by it, of the same shape.
-
-        That is the smallest launch up to each sample; of families that rise from the bed, the largest from it on.
-        """
+    def of(self, family: str) -> _Skyline:
+        """The skyline of rays of a family."""
         with self._lock:
             if family not in self._made:
-                launch = self._launches.steepness(family, self._distance, self.depth).astype(np.float32)
-                rising, bound = family.endswith("B"), np.empty_like(launch)
-                launch[np.isnan(launch)] = -np.inf if rising else np.inf
-                (kernel.maximum_ahead if rising else kernel.running_minimum)(launch, bound)
-                self._made[family] = launch, bound
+                self._made[family] = self._walked(family)
             return self._made[family]
+
+    def _walked(self, family: str) -> _Skyline:
+        launch = self._launches.steepness(family, self._distance, self.depth).astype(np.float32, copy=False)
+        bound, crest = np.empty_like(launch), np.empty(launch.shape, np.int32)
+        met = np.empty((len(launch), launch.shape[1] // 2 + 1, 3), np.float32)
+        crests.find_crests(launch, self._step, family.endswith("B"), bound, crest, met)
+        return _Skyline(launch, bound, crest, met)
 
 
 Group = tuple[_Lines, NDArray[np.int64], NDArray[np.int64]]
@@ -112,15 +114,18 @@ class Skylines:
         across = max(bed.ground.finest / SLICES_PER_WAVE, bed.map_cell)
         innermost = FIRST_ZONE * across / (2 * np.pi)
         zones = max(0, int(np.ceil(np.log2(max(farthest, innermost) / innermost))))
-        self.edges = innermost * 2.0 ** np.arange(zones + 1)
+        edges = innermost * 2.0 ** np.arange(zones + 1)
+        edges[-1] = min(edges[-1], max(farthest, innermost))
         widest = 2 ** max(0, int(np.ceil(np.log2(2 * np.pi / finest_slice / FIRST_ZONE))))
-        self.slices = FIRST_ZONE * np.minimum(2 ** np.arange(zones + 1), widest)
+        slices = FIRST_ZONE * np.minimum(2 ** np.arange(zones + 1), widest)
+        own = np.append(slices[1:] != slices[:-1], True)  # zones of the same slices are one
+        self.edges, self.slices = edges[own], slices[own]
         self._lines: dict[tuple[int, int], _Lines] = {}
         self._lock = Lock()
 
     def visible(
         self, families: tuple[str, ...], azimuth: Floats, distance: Floats, sine: Floats, depth: Floats, *,
-        ground: bool = False, left: NDArray[np.complex128] | None = None,
+        ground: bool = False, left: NDArray[np.complex128] | None = None, groups: list[Group] | None = None,
     ) -> NDArray[np.bool_]:  # fmt: skip
         """Whether rays of some families reach places without meeting the ground on their way.
 
@@ -132,11 +137,12 @@ class Skylines:
             depth: Depth of each place [m], shape (n,).
             ground: Whether the places lie on the ground: then the line of their slice is asked, not their own depth.
             left: Result where it is given: what of the pressure bends around crests of the ground [1], shape (f, n).
+            groups: Of `groups_of` these places, where they are known.
 
         Returns:
             True where a ray is clear, shape (f, n).
         """
-        groups = self._groups(azimuth, distance)
+        groups = self.groups_of(azimuth, distance) if groups is None else groups
         found = np.empty((len(families), len(distance)), bool)
         for row, name in enumerate(families):
             soft = None if left is None else np.ones(len(distance), complex)
@@ -175,7 +181,7 @@ class Skylines:
                 way = self._steps(stops[k - 1] + mirrors[k - 1]), self._steps(before)
                 own = np.ones(len(lit), bool)
                 for lines, points, rows in groups:
-                    kernel.steeper_than_ground(*lines.of(passed), steep, rows, *way, points, own)
+                    kernel.steeper_than_ground(*lines.of(passed)[:2], steep, rows, *way, points, own)
                 lit &= own
                 if left is not None:
                     self._under_crests(groups, passed, way, steep, distance, own, left)
@@ -196,7 +202,7 @@ class Skylines:
         steps = self._steps(reach)
         for lines, points, rows in groups:
             crests.over_crests(
-                *lines.of(family), *lines.crests(family), rows, points, steps, steepness, ground, self.step, distance,
+                *lines.of(family), rows, points, steps, steepness, ground, self.step, distance,
                 self.wavelength, edge_table(), PER_UNIT, left,
             )  # fmt: skip
 
@@ -205,19 +211,17 @@ class Skylines:
         lit: NDArray[np.bool_], left: NDArray[np.complex128],
     ) -> None:  # fmt: skip
         for lines, points, rows in groups:
+            launch, _, crest, met = lines.of(family)
             crests.under_crests(
-                lines.of(family)[0], *lines.crests(family), rows, points, *way, steepness, self.step, distance,
+                launch, crest, met, rows, points, *way, steepness, self.step, distance,
                 self.wavelength, edge_table(), PER_UNIT, lit, left,
             )  # fmt: skip
 
-    def clear_courses(
-        self, azimuth: Floats, distance: Floats, nodes: Floats, spared: Floats, *, ground: bool
-    ) -> NDArray[np.bool_]:
+    def clear_courses(self, groups: list[Group], nodes: Floats, spared: Floats, *, ground: bool) -> NDArray[np.bool_]:
         """Whether ways that bounce anywhere reach places without meeting the ground, walked sample by sample.
 
         Args:
-            azimuth: Bearing of each place from the sonar [rad], shape (n,).
-            distance: Horizontal distance [m], shape (n,).
+            groups: Of `groups_of` the places.
             nodes: Horizontal distance and depth of the sonar, of each bounce and of the place [m], shape (k, n, 2).
             spared: Distance about each of these within which the ground is the mirror itself [m], shape (k, n).
             ground: Whether the places lie on the ground: then ways end on that of their slice's line.
@@ -225,8 +229,8 @@ class Skylines:
         Returns:
             True where a way is clear, shape (n,).
         """
-        lit = np.ones(len(distance), bool)
-        for lines, points, rows in self._groups(azimuth, distance):
+        lit = np.ones(nodes.shape[1], bool)
+        for lines, points, rows in groups:
             kernel.clear_along(
                 lines.depth, lines.shallowest, self.step, rows, points, nodes, spared, ground, TOUCH, lit
             )
@@ -235,7 +239,7 @@ class Skylines:
     def _skyline(self, groups: list[Group], family: str, distance: Floats) -> Floats:
         found, reach = np.full(len(distance), np.inf), self._steps(distance)
         for lines, points, rows in groups:
-            kernel.skyline_at(lines.of(family)[1], rows, reach, points, found)
+            kernel.skyline_at(lines.of(family).bound, rows, reach, points, found)
         return found
 
     def _steps(self, distance: Floats) -> Floats:
@@ -245,21 +249,28 @@ class Skylines:
     def _ask_ground(self, groups: list[Group], family: str, distance: Floats, lit: NDArray[np.bool_]) -> None:
         own, reach = np.ones(len(lit), bool), self._steps(distance)
         for lines, points, rows in groups:
-            kernel.ground_at(*lines.of(family), rows, reach, points, own)
+            kernel.ground_at(*lines.of(family)[:2], rows, reach, points, own)
         lit &= own
 
-    def _groups(self, azimuth: Floats, distance: Floats) -> list[Group]:
-        """Points by the lines that pass them."""
-        zone = np.minimum(np.searchsorted(self.edges, distance), len(self.edges) - 1)
-        turn = np.mod((azimuth - self.bed.ground.terrain.lattice.heading) / (2 * np.pi), 1.0)
-        slices = np.minimum((turn * self.slices[zone]).astype(np.int64), self.slices[zone] - 1)
-        code = (zone << 40) + slices // SLICES
-        order = np.argsort(code, kind="stable")
-        starts = np.flatnonzero(np.diff(code[order], prepend=-1))
+    def groups_of(self, azimuth: Floats, distance: Floats) -> list[Group]:
+        """Points by the lines that pass them.
+
+        Args:
+            azimuth: Bearing of each from the sonar [rad], shape (n,).
+            distance: Horizontal distance [m], shape (n,).
+        """
+        count = len(distance)
+        sectors, starts = np.empty((count, 2), np.int64), np.empty(count + 1, np.int64)
+        points, rows = np.empty((2, count), np.int64)
+        heading = self.bed.ground.terrain.lattice.heading
+        met = kernel.by_sector(
+            azimuth, distance, heading, self.edges, self.slices, SLICES, sectors, starts, points, rows
+        )
         return [
-            (self._walk(int(zone[points[0]]), int(slices[points[0]]) // SLICES), points, slices[points] % SLICES)
-            for points in np.split(order, starts[1:])
-            if len(points)
+            (self._walk(zone, sector), points[start:stop], rows[start:stop])
+            for (zone, sector), start, stop in zip(
+                sectors[:met].tolist(), starts[:met].tolist(), starts[1 : met + 1].tolist(), strict=True
+            )
         ]
 
     def _walk(self, zone: int, sector: int) -> _Lines:
@@ -283,20 +294,15 @@ class Skylines:
             return self._lines.setdefault((zone, sector), made)
 
     def _sample(self, turn: Floats, first: int, stop: int, depth: Floats) -> None:
-        """Depths along lines from the pieces of the map that they cross, into the samples from the first on."""
-        cell, side = self.bed.map_cell, self.bed.map_cell * MAP_CELLS
-        cosines, sines = np.cos(turn), np.sin(turn)
-        way = (float(self._here[0]), float(self._here[1]), cosines, sines, self.step, first, stop)
-        rays = np.stack([cosines, sines], axis=-1)[:, None]
-        ends = self._here + rays * (self.step * np.array([first, stop + 1])[:, None])
-        corner = np.floor(ends.min(axis=(0, 1)) / side).astype(int) - 1
-        size = np.floor(ends.max(axis=(0, 1)) / side).astype(int) + 2 - corner
-        wanted = np.zeros(size, bool)
-        kernel.mark(*way, side, *corner, wanted)
-        row_of = np.cumsum(wanted.ravel()).reshape(wanted.shape) - 1
-        pieces = np.stack([self.bed.map_piece(int(a), int(b)) for a, b in corner + np.argwhere(wanted)])
-        kernel.sample(*way, cell, *corner, row_of, pieces, depth)
-        np.subtract(self.bed.depth, depth[:, first:], out=depth[:, first:])
+        """Depths along lines on the map, into the samples from the first on."""
+        rays = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+        ends = self._here + rays[:, None] * (self.step * np.array([first + 1, stop])[:, None])
+        done = np.zeros(-(-(stop - first) // kernel.TOGETHER), bool)
+
+        def ask(pages: Pages, wanted: NDArray[np.bool_]) -> bool:
+            return kernel.sample(self._here, rays, self.step, first, self.bed.depth, pages, wanted, done, depth)
+
+        self.bed.asked(ends.reshape(-1, 2), ask)
 
 
 def steepness(family: str, sine: Floats) -> Floats:
@@ -327,8 +333,33 @@ def fresnel_half_length(bounce: Floats, distance: Floats, tangent: Floats, wavel
     return np.asarray(np.sqrt(wavelength * distance * stretch * share * (1 - share)) * stretch / steep)
 
 
+class Sighted(NamedTuple):
+    """Some points as they lie about one end of the sonar: n of them."""
+
+    distance: Floats
+    """Horizontal distance [m], shape (n,)."""
+    azimuth: Floats
+    """Bearing [rad], shape (n,)."""
+    groups: list[Group]
+    """By the lines that pass them."""
+
+
+def sighted(skylines: Skylines, place: Floats, position: Floats) -> Sighted:
+    """Where some points lie about one end of the sonar.
+
+    Args:
+        skylines: What the ground hides from there.
+        place: North, east, depth of that end [m], shape (3,).
+        position: The same of the points [m], shape (n, 3).
+    """
+    north, east = (position[:, :2] - place[:2]).T
+    distance, azimuth = np.sqrt(north**2 + east**2), np.arctan2(east, north)
+    return Sighted(distance, azimuth, skylines.groups_of(azimuth, distance))
+
+
 def over_ground(
-    legs: Legs, scatterers: Scatterers, place: Floats, skylines: Skylines, *, soft: bool = False
+    legs: Legs, scatterers: Scatterers, place: Floats, skylines: Skylines, *, soft: bool = False,
+    seen: Sighted | None = None,
 ) -> Legs:  # fmt: skip
     """Legs over relief: the ground hides some of them, and its roughness takes from every bottom bounce.
 
@@ -339,17 +370,18 @@ def over_ground(
         skylines: What the ground hides from there.
         soft: Whether sound bends around crests. Visibility is complex then, and that of legs that targets cut is what
             the ground alone leaves, for `knife_edge.soft_edges` to take from.
+        seen: Of `sighted`, where it is known.
     """
-    north, east = (scatterers.position[:, :2] - place[:2]).T
-    distance, azimuth = np.hypot(north, east), np.arctan2(east, north)
+    distance, azimuth, groups = sighted(skylines, place, scatterers.position) if seen is None else seen
     status, occluder = legs.status.copy(), legs.occluder.copy()
     visibility, boundary = legs.visibility.copy(), legs.boundary.copy()
     sine = legs.departure[..., 2]
     on_ground = scatterers.boundary == "seabed"
     left = np.empty(legs.delay.shape, complex) if soft else None
     lit = skylines.visible(
-        legs.families, azimuth, distance, sine, scatterers.position[:, 2], ground=on_ground, left=left
-    )
+        legs.families, azimuth, distance, sine, scatterers.position[:, 2], ground=on_ground, left=left,
+        groups=groups,
+    )  # fmt: skip
     hidden = ~lit & (status == Status.CLEAR)
     status[hidden], occluder[hidden], visibility[hidden] = Status.OCCLUDED, SEABED, 0.0
     if left is not None:

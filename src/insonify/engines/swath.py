@@ -157,10 +157,21 @@ class SwathView:
         n = int(first[-1])
         if cut.any():
             self._shade(lines, heading, cut, first, place, normal, amplitude)
+        if seabed.texture is not None:
+            factor = self._texture(lines, heading, first, place).astype(np.float32)
+            for k, many in enumerate(found):
+                weight[k, :many] *= factor[rows[k, :many]]
         for k, (i, j) in enumerate(thin.pair if not plan.factor.size else ()):
             self._answer(arrival[i], arrival[j], normal, rows[k, : found[k]], weight[k, : found[k]])
         columns = delay[:, :n], amplitude[:, :n], departure[:, :, :n]
         return Swath(*columns, thin.pair, found, rows, weight, meeting[:ranges])
+
+    def _texture(self, lines: Floats, heading: float, first: NDArray[np.int64], place: Floats) -> Floats:
+        """What the seabed's texture makes of the points of some lines [1], shape (n,)."""
+        bearing = np.repeat(np.arctan2(lines[:, 1], lines[:, 0]) + heading, np.diff(first))
+        ahead = np.stack([np.cos(bearing), np.sin(bearing)], axis=-1)
+        here = self.stance.transmit_place[:2]
+        return self.scene.seabed.textured(here + place[0, : len(bearing), None] * ahead)
 
     def _answer(
         self, into: NDArray[np.float32], out: NDArray[np.float32], normal: NDArray[np.float32],

@@ -73,6 +73,28 @@ def target_points(
     return found
 
 
+def target_count(scene: Scene, stance: Stance, slant: float) -> float:
+    """Points on the targets of a scene as one ping meets them, about; none is drawn, and none left out as out of reach.
+
+    Args:
+        scene: The scene.
+        stance: The sonar.
+        slant: What it resolves along the slant range [m].
+    """
+    count = 0.0
+    for target in scene.targets:
+        if isinstance(target, PointTarget):
+            count += 1
+        elif isinstance(target, Box) and target.upright:
+            pitch = min(slant, *target.size) / FACE_CELLS
+            length, width, height = target.size
+            up = height / _rise(scene, target, stance, pitch)
+            count += (2 * (length + width) * up + length * width / pitch) / pitch
+        else:
+            count += float(body_triangles(target).area.sum()) / _solid_pitch(scene, target, stance, slant) ** 2
+    return count
+
+
 @lru_cache(maxsize=4)
 def _drawn_solids(
     solids: tuple[Solid, ...], seabed: Seabed, seed: int, pitches: tuple[float, ...], before: int, even: bool
@@ -115,7 +137,7 @@ def _solid_pitch(scene: Scene, solid: Solid, stance: Stance, slant: float) -> fl
 def _rise(scene: Scene, target: Solid, stance: Stance, pitch: float) -> float:
     """Height of cells on upright faces [m]: direct and bottom paths make fringes up a face, each of some points."""
     nearest = float(np.linalg.norm(np.array(target.position) - stance.track[:, :2], axis=1).min())
-    highest = max(scene.seabed.depth - stance.survey.depths[0], 0.1)
+    highest = max(scene.seabed.depth - stance.survey_depths[0], 0.1)
     wavelength = survey_speed(scene, stance) / stance.frequency
     fringe = wavelength * max(nearest, 1.0) / highest
     return max(min(pitch, fringe / FRINGE_CELLS), wavelength / 4)

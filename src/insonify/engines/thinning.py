@@ -92,7 +92,7 @@ def thinning(
     pulse, total = stance.pulse, energy.sum(axis=0, dtype=float).T
     late = (np.hypot(edges, climbs[:, None]) / speed)[pair].sum(axis=1)
     lasting = np.maximum(np.diff(late, axis=1), pulse.effective_duration) / pulse.effective_duration
-    whole = np.diff(_heard_until(late, total), axis=1) / lasting
+    whole = np.diff(heard_until(late, total), axis=1) / lasting
     wanted = np.ascontiguousarray((total / lasting >= NEGLIGIBLE * whole).T)
     together = _together(edges, climbs, pair, speed, rise, PULSES * pulse.effective_duration, wanted)
     least = np.ascontiguousarray(np.maximum(VARIANCE * whole, 1e-300).T)
@@ -137,7 +137,7 @@ def _strengths(
     return found
 
 
-def _heard_until(late: Floats, energy: Floats) -> Floats:
+def heard_until(late: Floats, energy: Floats) -> Floats:
     """Energy of all pairs that has arrived by some times.
 
     Args:

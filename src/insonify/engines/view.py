@@ -6,22 +6,25 @@ drawn and belong to their places; for an expectation they are laid out evenly, a
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify import streams
 from insonify.engines import rings
-from insonify.engines.sampling import Resolution, reach, survey_speed, tiles_in_view
+from insonify.engines.loudness import Loudness
+from insonify.engines.sampling import Resolution, reach, survey_speed, tiles_in_view, widest_way
 from insonify.engines.targets import target_points
+from insonify.engines.volume import Suspended
 from insonify.propagation.choice import PathChoice
 from insonify.propagation.families import families_for
 from insonify.propagation.rays import Rays, Reach
 from insonify.scene.bed import Bed
 from insonify.scene.facets import facets
-from insonify.scene.lattice import TILE, Draw, Tiles, draw
+from insonify.scene.lattice import CELLS, PARTS, TILE, Draw, Tiles, draw
 from insonify.scene.scatterers import Boundary, Law, Scatterers
 from insonify.scene.scene import Scene
 from insonify.scene.terrain.relief import Survey
@@ -29,11 +32,12 @@ from insonify.sonar.footprint import two_way_footprint, two_way_width
 from insonify.sonar.stance import Stance
 from insonify.units import amplitude_ratio
 
-TILES_PER_BLOCK = 4
-BLOCK = TILES_PER_BLOCK * TILE * TILE
+BLOCK = 16384
 """Scatterers in a block: few enough for the cache, enough to keep Python out of the way."""
 LONGEST_CELL = 0.05
 """Longest cell of slant range, as a part of the sonar's distance from the nearer boundary [1]."""
+EVEN_SEED = 0
+"""Of the places in their cells at which an expectation is taken: the same for every seed."""
 
 Block = Callable[[], Scatterers]
 
@@ -63,6 +67,9 @@ class View:
         surface_law = surface.law(self.stance.frequency)
         if "surface" in self.choice.causes and surface_law is not None:
             made += self._boundary("surface", 0.0, surface_law)
+        if "water" in self.choice.causes and self.scene.water.scatters:
+            suspended = Suspended(self.scene, self.choice, self.seed, self.stance, self.resolution)
+            made += suspended.blocks(even=self.even)
         return made
 
     def _boundary(self, boundary: Boundary, depth: float, law: Law) -> list[Block]:
@@ -71,27 +78,40 @@ class View:
             return []
         if self.choice.geometry == "slice":
             return self._line(boundary, depth, law, kept)
-        return (self._rings if self.even else self._lattice)(boundary, depth, law, kept)
+        # rings follow what one place resolves; between two the cells of the lattice do
+        by_rings = self.even and self.stance.receive_survey is None
+        return (self._rings if by_rings else self._lattice)(boundary, depth, law, kept)
 
     def _lattice(self, boundary: Boundary, depth: float, law: Law, kept: tuple[str, ...]) -> list[Block]:
         """Jittered cells of all tiles in reach of window and beams."""
         lattice = self.scene.seabed.lattice
         floor = float(amplitude_ratio(self.choice.beam_floor_db))
-        tiles = tiles_in_view(
-            self.stance, lattice, depth, self.rays, kept, self.resolution, floor, rise=self.rise(boundary)
-        )
+        tiles, density = tiles_in_view(
+            self.stance, lattice, depth, self.rays, kept, self.resolution, floor, rise=self.rise(boundary),
+            widest=widest_way(self.stance, self.scene.water.fastest),
+        )  # fmt: skip
+        if not len(density):
+            return []
+        if self.even:
+            density = np.ones_like(density)
         stream = streams.SEABED if boundary == "seabed" else streams.SURFACE
+        farthest = max(self._reach(boundary, depth, kept).farthest, 1.0)
+        loudness = Loudness(self.stance, depth, self.rays, kept, lattice, farthest)
+        shares = loudness.shares(tiles, density)
 
-        def drawn(part: Tiles) -> Scatterers:
-            cell = draw(part, self.seed, stream)
+        def drawn(rows: slice) -> Scatterers:
+            part, own = tiles.take(rows), shares.take(rows)
+            seed = EVEN_SEED if self.even else self.seed
+            cell, area = loudness.kept(draw(part, seed, stream, own.most), part, own)
             place = lattice.to_world(cell.along, cell.across)
+            if self.even:
+                return self._lie(boundary, depth, law, place, area, np.ones(len(area), complex), cell.place)
             if boundary == "seabed" and self.bed is not None:
-                ground = survey_tiles(self.bed, part, self.seed, cell)
-                return facets(depth, ground, law, place, cell.area, cell.phase, cell.place)
-            return _on_boundary(boundary, depth, law, place, cell.area, cell.phase, cell.place)
+                ground = survey_tiles(self.bed, part, own.density, self.seed, cell)
+                return self._textured(facets(depth, ground, law, place, area, cell.phase, cell.place))
+            return self._textured(_on_boundary(boundary, depth, law, place, area, cell.phase, cell.place))
 
-        starts = range(0, len(tiles.level), TILES_PER_BLOCK)
-        return [partial(drawn, tiles.take(slice(s, s + TILES_PER_BLOCK))) for s in starts]
+        return [partial(drawn, rows) for rows in _shared_out(shares.most)]
 
     def _rings(self, boundary: Boundary, depth: float, law: Law, kept: tuple[str, ...]) -> list[Block]:
         """Even cells of slant range and azimuth about the sonar."""
@@ -158,8 +178,15 @@ class View:
         """Points of a boundary at places that do not come again: on the ground, or on the plane."""
         if boundary == "seabed" and self.bed is not None:
             ground = self.bed.ground.survey(place[:, 0], place[:, 1])
-            return facets(depth, ground, law, place, area, phase, key)
-        return _on_boundary(boundary, depth, law, place, area, phase, key)
+            return self._textured(facets(depth, ground, law, place, area, phase, key))
+        return self._textured(_on_boundary(boundary, depth, law, place, area, phase, key))
+
+    def _textured(self, points: Scatterers) -> Scatterers:
+        """Points of a boundary, each standing for as much more ground as the texture makes it answer more."""
+        seabed = self.scene.seabed
+        if points.boundary != "seabed" or seabed.texture is None:
+            return points
+        return replace(points, area=points.area * seabed.textured(points.position))
 
     def _targets(self) -> list[Block]:
         made: list[Block] = []
@@ -174,15 +201,16 @@ class View:
 def view(scene: Scene, choice: PathChoice, seed: int, stance: Stance, rays: Rays, *, even: bool = False) -> View:
     """The scene as one ping meets it, sampled by the finest that can be made of the recording."""
     # A pulse longer than the scene is deep would blur what the legs still tell apart: spreading, grazing, shadows.
-    shallowest, deepest = stance.survey.depths
+    shallowest, deepest = stance.survey_depths
     height = max(0.1, min(shallowest, scene.seabed.depth - deepest))
     speed = survey_speed(scene, stance)
     slant = min(stance.pulse.finest_resolution(speed), LONGEST_CELL * height)
     width = two_way_width(stance.transmit_beams, stance.resolving_beams or stance.receive_beams)
+    here = min(stance.sound_speed, stance.receive_speed)
+    if speed != here:
+        width = round(width * speed / here, ndigits=9)
     if stance.pulse.receiver.synthetic_aperture is not None:
-        width = min(width, stance.wavelength / 2 / stance.pulse.receiver.synthetic_aperture)
-    if speed != stance.sound_speed:
-        width = round(width * speed / stance.sound_speed, ndigits=9)
+        width = min(width, speed / stance.frequency / 2 / stance.pulse.receiver.synthetic_aperture)
     return View(scene, choice, seed, stance, rays, Resolution(slant, width, choice.scatterers_per_cell), even)
 
 
@@ -191,20 +219,48 @@ def footprint(stance: Stance, within: float = np.pi) -> float:
     return float(two_way_footprint(stance.transmit_beams, stance.receive_beams, within=within)[0])
 
 
-def survey_tiles(bed: Bed, tiles: Tiles, seed: int, cell: Draw) -> Survey:
-    """The ground under the scatterers of some tiles, tile by tile: each is kept for the pings to come.
+def _shared_out(most: NDArray[np.float64]) -> list[slice]:
+    """Rows of tiles, cut where a block is full.
+
+    Args:
+        most: Largest share of each part of each tile, shape (n, PARTS, PARTS).
+    """
+    full = np.cumsum(np.ceil(most * CELLS).sum(axis=(1, 2))) // BLOCK
+    edges = [0, *(np.flatnonzero(np.diff(full)) + 1).tolist(), len(most)]
+    return [slice(first, last) for first, last in pairwise(edges)]
+
+
+def survey_tiles(bed: Bed, tiles: Tiles, density: NDArray[np.float64], seed: int, cell: Draw) -> Survey:
+    """The ground under some scatterers of the lattice: what is asked is kept for the pings to come.
+
+    Of each tile all scatterers that any ping may keep, or the first quarter of them, or a quarter of that, and so on,
+    are asked together.
 
     Args:
         bed: The ground.
         tiles: The tiles.
+        density: The largest part of their scatterers that any ping keeps, shape (tiles,).
         seed: Seed of the scatterers.
-        cell: What was drawn in the tiles, in their order.
+        cell: What was drawn in them.
     """
-    heights, slopes = np.empty(len(cell.along)), np.empty((len(cell.along), 2))
-    for row, key in enumerate(zip(tiles.level.tolist(), tiles.along.tolist(), tiles.across.tolist(), strict=True)):
-        part = slice(row * TILE * TILE, (row + 1) * TILE * TILE)
-        heights[part], slopes[part] = bed.survey_points((seed, *key), cell.along[part], cell.across[part])
-    return Survey(heights, slopes)
+    count = np.zeros(len(tiles.level), np.int64)
+    np.maximum.at(count, cell.tile, cell.rank + 1)
+    asked = np.flatnonzero(count)
+    if not len(asked):
+        return bed.ground.survey(np.zeros(0), np.zeros(0))
+    every = np.ceil(density[asked] * TILE**2)
+    size = np.ceil(every / 4 ** np.floor(np.log2(every / count[asked]) / 2)).astype(np.int64)
+    names = zip(*(column[asked].tolist() for column in tiles), size.tolist(), strict=True)
+
+    def places(rows: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        wanted = np.broadcast_to((size[rows] / TILE**2)[:, None, None], (len(rows), PARTS, PARTS))
+        first = draw(tiles.take(asked[rows]), seed, cell.stream, np.ascontiguousarray(wanted))
+        order = np.lexsort((first.rank, first.tile))
+        return first.along[order], first.across[order]
+
+    start = np.zeros(len(count), np.int64)
+    start[asked] = np.cumsum(size) - size
+    return bed.survey_points([(seed, *name) for name in names], size, places, start[cell.tile] + cell.rank)
 
 
 def _on_boundary(

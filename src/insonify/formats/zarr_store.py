@@ -6,6 +6,7 @@ enters the mask after its data has arrived, and zarr puts each chunk in place wh
 not at all. What the mask says is there, is there.
 """
 
+import errno
 import json
 import os
 import shutil
@@ -28,13 +29,14 @@ from zarr.codecs import ZstdCodec
 from zarr.core.common import JSON
 from zarr.errors import ZarrUserWarning
 
-from insonify.records.recording import COLUMNS, COORDINATES, FIELDS, LATER, Layout
+from insonify.records.recording import COLUMNS, COORDINATES, FIELDS, LATER, Layout, columns_of
 
 _MUST_AGREE = ("scenario", "seed", "version")
 _IDENTITY = "insonify_recording"
 _MEND = "Restore it from a copy, or delete the folder and simulate again"
 _LEVEL = 0  # of compression: zarr's own
 _PACKED = (ZstdCodec(level=_LEVEL),)
+_FAILURES = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EMFILE, errno.ENFILE)  # the machine's, whatever the name
 _STALE = 600.0  # seconds: nobody needs that long to create an empty store
 
 
@@ -56,18 +58,33 @@ def create(path: str | Path, layout: Layout, attributes: Mapping[str, Any], *, o
         StoreError: The place is taken by another recording, or by something else.
     """
     target = Path(path)
-    _sweep(target)
-    if _is_taken(target) and not overwrite:
-        return _insist_on_the_same(target, attributes)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    # Built aside and renamed, so that a recording is either whole or not there.
-    aside = _aside(target)
-    try:
-        _build(aside, layout, attributes)
-        _move(aside, target, overwrite=overwrite)
-    finally:
-        shutil.rmtree(aside, ignore_errors=True)
+    with _placing(target):
+        _sweep(target)
+        if _is_taken(target) and not overwrite:
+            return _insist_on_the_same(target, attributes)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        # Built aside and renamed, so that a recording is either whole or not there.
+        aside = _aside(target)
+        try:
+            _build(aside, layout, attributes)
+            _move(aside, target, overwrite=overwrite)
+        finally:
+            shutil.rmtree(aside, ignore_errors=True)
     return _insist_on_the_same(target, attributes)
+
+
+@contextmanager
+def _placing(target: Path) -> Iterator[None]:
+    """While a recording is begun: a place where none can be is said to be the fault of its name."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno in _FAILURES:
+            raise
+        raise StoreError(
+            f"{target} cannot be written: {error.strerror or error}. Choose a folder that is there, or can be made, "
+            "and may be written to"
+        ) from None
 
 
 def identity(path: str | Path) -> str:
@@ -196,7 +213,7 @@ def _build(path: Path, layout: Layout, attributes: Mapping[str, Any]) -> None:
         "done", shape=(pings,), chunks=(1,), dtype=bool, fill_value=False, dimension_names=("ping",),
         compressors=_PACKED, attributes={"units": "1", "long_name": "whether the ping has been simulated"},
     )  # fmt: skip
-    for name, (dims, unit, meaning) in COLUMNS.items():
+    for name, (dims, unit, meaning) in columns_of(layout).items():
         values = np.asarray(getattr(layout, name), dtype=float)
         about: dict[str, JSON] = {"units": unit, "long_name": meaning}
         group.create_array(name, data=values, chunks=values.shape, dimension_names=dims, attributes=about)

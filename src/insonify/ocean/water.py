@@ -9,8 +9,11 @@ from pydantic import BeforeValidator, Field, SerializerFunctionWrapHandler, mode
 
 from insonify.noun import Celsius, Decibels, Metres, MetresPerSecond, Noun, located
 from insonify.ocean.absorption import absorption_db_per_m
+from insonify.ocean.inhomogeneity import Inhomogeneity
 from insonify.ocean.profile import SoundSpeedProfile
 from insonify.ocean.rounding import LONGEST
+from insonify.ocean.sea_noise import SeaNoise
+from insonify.ocean.suspended import Patch, WrittenLayers, layers_of, refuse_crooked
 from insonify.ocean.written_profile import WrittenProfile
 from insonify.units import decibels
 
@@ -26,6 +29,9 @@ def _loss_per_metre(value: object) -> object:
     return loss / 1e3 if isinstance(loss, float) and length.strip() == "km" else loss
 
 
+LossPerMetre = Annotated[float, BeforeValidator(_loss_per_metre), Field(ge=0, json_schema_extra={"units": "dB/m"})]
+
+
 class Water(Noun):
     """Sea water of one sound speed, or of a sound speed that changes with depth."""
 
@@ -33,6 +39,8 @@ class Water(Noun):
     """Speed of sound [m/s]; where a profile is given, the mean speed of a vertical ray through all of it."""
     profile: Annotated[WrittenProfile | None, Field(json_schema_extra={"words": "a sound-speed profile"})] = None
     """Sound speed against depth, instead of `sound_speed`: a table's name, rows or columns."""
+    inhomogeneity: Inhomogeneity | None = None
+    """Patches of warmer and colder water, which make travel times random; None: even water."""
     smoothing: Annotated[Metres, Field(gt=0, le=LONGEST)] | None = None
     """Depth within which each corner of the profile is rounded [m]; None leaves straight lines."""
     temperature: Annotated[Celsius, Field(ge=-5, le=45)] = 10.0
@@ -42,11 +50,17 @@ class Water(Noun):
     ph: Annotated[float, Field(ge=7, le=9)] = 8.0
     """Acidity; heard below about 10 kHz only [1]."""
     noise_level_db: Annotated[Decibels, Field(ge=-100, le=250)] | None = None
-    """Spectrum level of the noise in the beam output [dB re 1 uPa^2/Hz]; None is silence."""
-    absorption_db_per_m: (
-        Annotated[float, BeforeValidator(_loss_per_metre), Field(ge=0, json_schema_extra={"units": "dB/m"})] | None
-    ) = None
+    """Spectrum level of the noise in each channel as it is recorded, however directive: at the output of a beam,
+    independent between beams; at each element, from all directions alike [dB re 1 uPa^2/Hz]. None: see `noise`."""
+    noise: SeaNoise | None = None
+    """Noise in the water, of which each channel hears what its directivity lets in; None is silence."""
+    absorption_db_per_m: LossPerMetre | None = None
     """Measured absorption, the same at every frequency [dB/m]; None asks Francois & Garrison."""
+    volume_strength_db: WrittenLayers | None = None
+    """What the water itself sends back, S_v [dB re 1/m]: one number, or rows of a depth and the strength from there
+    down to the next row, null where it is clear; None: clear throughout."""
+    patches: tuple[Patch, ...] = ()
+    """Schools, wakes and the like, each a part of the water that answers more."""
 
     @model_validator(mode="before")
     @classmethod
@@ -58,6 +72,9 @@ class Water(Noun):
                 "profile", None, "sound_speed stands here as well, and one of the two must go. "
                 "Delete the line 'sound_speed: ...' for layered water, or 'profile: ...' for water of one speed.",
             )  # fmt: skip
+        if value.get("noise") is not None and value.get("noise_level_db") is not None:
+            raise located("noise_level_db", None, "says the noise in each channel, and noise that in the water. "
+                          "Delete one of them.")  # fmt: skip
         if value.get("smoothing") is not None and value.get("profile") is None:
             raise located("smoothing", None, "rounds the corners of a profile, and there is none. Delete the line.")
         if value.get("profile") is not None:  # a speed of nothing is none
@@ -68,6 +85,11 @@ class Water(Noun):
     def _speed_of_the_profile(self) -> Self:
         if self.profile is not None:
             self.__dict__["sound_speed"] = _mean_speed(self.profile)  # frozen, and not yet out of the door
+        return self
+
+    @model_validator(mode="after")
+    def _layers_grow_deeper(self) -> Self:
+        refuse_crooked(self.volume_strength_db, "volume_strength_db")
         return self
 
     @model_serializer(mode="wrap")
@@ -82,6 +104,15 @@ class Water(Noun):
     def layered(self) -> bool:
         """Whether sound speed changes with depth, so that rays bend."""
         return self.profile is not None and min(self.profile.speed) < max(self.profile.speed)
+
+    @property
+    def scatters(self) -> bool:
+        """Whether anything in the water itself answers sound."""
+        return self.volume_strength_db is not None or bool(self.patches)
+
+    def layers(self, deepest: float) -> NDArray[np.float64]:
+        """Upper and lower side [m] and s_v [1/m] of the layers that answer, down to a depth [m], shape (layers, 3)."""
+        return layers_of(self.volume_strength_db, deepest)
 
     @property
     def slowest(self) -> float:

@@ -3,11 +3,12 @@
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from insonify.processing.gain import along_db, lambert_db, learnt_db, tvg_db
+from insonify.processing.gain import along_db, lambert_db, learnt_db
 from insonify.processing.ground import first_return, samples_spanned, slant_to_ground
 from insonify.processing.image_labels import image_labels
 from insonify.processing.level import recorded_level
 from insonify.processing.sidescan import GAINS, sidescan
+from insonify.sonar.time_varied_gain import tvg_db
 
 if TYPE_CHECKING:
     from insonify.processing.alike import (

@@ -10,7 +10,7 @@ from insonify.processing.element_series import even_clock
 from insonify.processing.fan import fan_image
 from insonify.processing.level import recorded_level
 from insonify.processing.pulse_compression import matched_filter
-from insonify.processing.recorded_geometry import centre_frequency, elements, transmitter
+from insonify.processing.recorded_geometry import apart, centre_frequency, elements, transmitter
 from insonify.processing.recorder import Keep, decimate, decimated_time
 from insonify.sonar.pulse import Pulse
 from insonify.units import intensity_ratio, level_db
@@ -27,13 +27,15 @@ def compressed_recording(recording: xr.Dataset, replica: Pulse | ArrayLike, *, w
         window: Taper of the replica.
 
     Returns:
-        The recording with `pressure` compressed: an echo is a peak of its own level at its delay.
+        The recording with `pressure` compressed: an echo is a peak of its own level at its delay. The attribute
+        `pulse_duration` [s] tells how long the replica was.
     """
     rate = even_clock(recording["time"].values)[1]
     series = recording["pressure"].transpose(..., "time")
     about = PRESSURE | {"long_name": "received pressure after the matched filter, complex envelope, rms scale"}
     found = series.copy(data=matched_filter(series.values, replica, rate, window=window)).assign_attrs(about)
-    return recording.assign(pressure=found).assign_attrs(matched_filter_window=window)
+    duration = replica.duration if isinstance(replica, Pulse) else np.size(replica) / rate
+    return recording.assign(pressure=found).assign_attrs(matched_filter_window=window, pulse_duration=duration)
 
 
 def beam_recording(
@@ -57,6 +59,9 @@ def beam_recording(
         `pressure` over (ping, beam, time) with coordinates `bearing`, `elevation` and `side`, and what else the
         recording holds of pings and times. `sidescan` makes its image of beams abeam.
     """
+    if focus == "dynamic" and apart(recording):
+        raise ValueError("focus is dynamic, which follows the range of one platform, and the recording has "
+                         "receiver_position. Write far, or a range from the receiver [m].")  # fmt: skip
     bearing = np.atleast_1d(np.asarray(bearings, float))
     down = np.broadcast_to(np.asarray(elevation, float), bearing.shape)
     formed = beamform_delay_sum(

@@ -26,11 +26,13 @@ def synthetic_aperture_image(
         depth: Of the bed [m]: one number, or shape (n, m).
         sound_speed: Of the water [m/s].
         stop_and_hop: Whether the sonar is taken to stand still while it listens; otherwise its elements move on as
-            their places from ping to ping tell.
+            their places from ping to ping tell, and send and hear each echo where they are at the middle of its pulse,
+            if the recording tells how long that was (`compressed_recording` does).
         widest: Widest angle off broadside that counts for a pixel [rad]; None: all.
         angle_shading: Taper over that angle.
         shading: Weight of each ping (ping,), or of each series (ping, channel).
-        transmitter_place: Forward, starboard, down [m]; None: as the recording says, or the middle of the elements.
+        transmitter_place: Forward, starboard, down [m]; None: as the recording says, or the middle of the elements;
+            of two platforms the reference point of the transmitter's.
         navigation: Whether the log or the truth is taken: what the log gets wrong defocuses the image.
         threads: How many cores to use.
 
@@ -38,17 +40,20 @@ def synthetic_aperture_image(
         `pressure` over (north, east), complex [uPa]: the mean over pings, so a point echo keeps its level; `depth`.
     """
     place, rotation = poses(recording, navigation)
-    heard = in_world(place, rotation, elements(recording))
+    heard = in_world(*poses(recording, navigation, receiver=True), elements(recording))
     sent = in_world(place, rotation, transmitter(recording, transmitter_place))
+    sending, moving = (_velocity(ends, recording, stop_and_hop) for ends in (sent, heard))
+    # what the matched filter gives the time of a pulse's start has the phase of its middle
+    half = float(recording.attrs.get("pulse_duration", 0.0)) / 2
+    sent, heard = sent + half * sending, heard + half * moving
     x, y = (np.atleast_1d(np.asarray(axis, float)) for axis in (north, east))
     below = np.broadcast_to(np.asarray(depth, float), (x.size, y.size))
     pixels = np.stack([*np.meshgrid(x, y, indexing="ij"), below], axis=-1)
     image = backproject(
         recording["pressure"].transpose("ping", "channel", "time").values, recording["time"].values, sent, heard,
         pixels, centre_frequency=centre_frequency(recording), sound_speed=sound_speed,
-        receive_velocity=None if stop_and_hop else _velocity(heard, recording), shading=shading,
-        along=None if widest is None else rotation[:, :, 0], widest=widest, angle_shading=angle_shading,
-        threads=threads,
+        receive_velocity=moving, shading=shading, along=None if widest is None else rotation[:, :, 0],
+        widest=widest, angle_shading=angle_shading, threads=threads,
     )  # fmt: skip
     about = {"units": "uPa", "long_name": "back-projected pressure, complex, mean over pings"}
     axes = {name: (name, values, {"units": "m", "long_name": name}) for name, values in (("north", x), ("east", y))}
@@ -58,8 +63,8 @@ def synthetic_aperture_image(
     return xr.Dataset(held, axes, attributes)
 
 
-def _velocity(heard: Floats, recording: xr.Dataset) -> Floats | None:
-    """Velocity of each element at each ping, from its places at the pings about it [m/s]; None of a single ping."""
-    if len(heard) < 2:
-        return None
-    return np.asarray(np.gradient(heard, np.asarray(recording["ping_time"].values, float), axis=0))
+def _velocity(ends: Floats, recording: xr.Dataset, stop_and_hop: bool) -> Floats:
+    """Velocity of transmitter or elements at each ping, from their places at the pings about it [m/s]."""
+    if stop_and_hop or len(ends) < 2:
+        return np.zeros(ends.shape)
+    return np.asarray(np.gradient(ends, np.asarray(recording["ping_time"].values, float), axis=0))

@@ -9,7 +9,15 @@ from insonify.processing.beamforming import beamform_delay_sum
 from insonify.processing.bottom import bottom_detection
 from insonify.processing.element_series import element_weights
 from insonify.processing.interferometer import interferometric_depth
-from insonify.processing.recorded_geometry import Navigation, centre_frequency, elements, in_world, poses, transmitter
+from insonify.processing.recorded_geometry import (
+    Navigation,
+    centre_frequency,
+    elements,
+    in_world,
+    insist_on_one_platform,
+    poses,
+    transmitter,
+)
 
 Floats = NDArray[np.float64]
 
@@ -44,6 +52,7 @@ def interferometric_bathymetry(
         raise ValueError(
             f"channels {channels} are apart by {apart} m; give the upper one first, none ahead of the other"
         )
+    insist_on_one_platform(recording)
     place, rotation = poses(recording, navigation)
     tilt = np.arctan2(side * apart[1], -apart[2]) + side * np.arctan2(rotation[:, 2, 1], rotation[:, 2, 2])
     series = recording["pressure"].transpose("ping", "channel", "time").values
@@ -78,7 +87,9 @@ def multibeam_soundings(
 ) -> xr.Dataset:  # fmt: skip
     """Soundings of a multibeam sonar from its elements; see `bottom_detection`.
 
-    Beams look down and to either side; each is formed of the whole line and of its two halves.
+    Beams look down and to either side; each is formed of the whole line and of its two halves. A pulse without
+    compression is found by its middle: soundings of a tone of duration T come late by up to T / 2, and are too deep by
+    about a quarter of its length c T. Compress the recording first, or take c T / 4 off.
 
     Args:
         recording: `pressure` [uPa] over (ping, channel, time) of a line across the ship, and `element_position`.
@@ -94,6 +105,7 @@ def multibeam_soundings(
         Over (ping, beam): `travel_time` [s] with its `deviation`, `by_phase`, and `north`, `east`, `depth` [m] of the
         soundings; coordinate `angle` [rad].
     """
+    insist_on_one_platform(recording)
     angle, element = np.atleast_1d(np.asarray(angles, float)), elements(recording)
     looking = direction(np.pi / 2, np.pi / 2 - angle)
     starboard = element[:, 1] > np.median(element[:, 1])

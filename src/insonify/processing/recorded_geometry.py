@@ -33,17 +33,45 @@ def elements(recording: xr.Dataset) -> Floats:
 
 
 def transmitter(recording: xr.Dataset, given: ArrayLike | None = None) -> Floats:
-    """Place of the transmitter in the same axes [m], shape (3,).
+    """Place of the transmitter on its platform: forward, starboard, down [m], shape (3,).
 
     Args:
-        recording: With `transmitter_position` over (axis,), or else the middle of its elements is taken.
+        recording: With `transmitter_position` over (axis,), or else the middle of its elements is taken; of two
+            platforms the reference point of the transmitter's.
         given: What the caller knows better [m], shape (3,).
     """
     if given is not None:
         return places("transmitter", given, (3,))
     if "transmitter_position" in recording:
         return places("transmitter_position", recording["transmitter_position"].values, (3,))
+    if apart(recording):
+        return np.zeros(3)
     return np.asarray(elements(recording).mean(axis=0))
+
+
+def apart(recording: xr.Dataset) -> bool:
+    """Whether the receiver has a platform of its own.
+
+    Args:
+        recording: Of any field.
+    """
+    return "receiver_position" in recording
+
+
+def insist_on_one_platform(recording: xr.Dataset) -> None:
+    """Refuse a recording whose receiver has a platform of its own.
+
+    Args:
+        recording: Of any field.
+
+    Raises:
+        ValueError: It has.
+    """
+    if apart(recording):
+        raise ValueError(
+            "the recording has receiver_position, and an echo's time tells a range only where one platform sends and "
+            "hears; between two it tells an ellipse. Back-project it: synthetic_aperture_image"
+        )
 
 
 def centre_frequency(recording: xr.Dataset) -> float:
@@ -60,12 +88,13 @@ def centre_frequency(recording: xr.Dataset) -> float:
     return float(recording.attrs["centre_frequency"])
 
 
-def poses(recording: xr.Dataset, navigation: Navigation = "logged") -> tuple[Floats, Floats]:
+def poses(recording: xr.Dataset, navigation: Navigation = "logged", *, receiver: bool = False) -> tuple[Floats, Floats]:
     """Place of the platform at the start of each ping, and how it lay.
 
     Args:
         recording: With `position` and `attitude`, and what was logged of them.
         navigation: Whether the log or the truth is taken; where there is no log, the truth.
+        receiver: Whether the platform that carries the receiver is wanted, where that is another.
 
     Returns:
         North, east, down [m], shape (ping, 3); rotation, body to world, shape (ping, 3, 3).
@@ -76,6 +105,7 @@ def poses(recording: xr.Dataset, navigation: Navigation = "logged") -> tuple[Flo
     if navigation not in ("logged", "true"):
         raise ValueError(f"navigation is {navigation!r}; choose logged or true")
     prefix = "logged_" if navigation == "logged" and "logged_position" in recording else ""
+    prefix += "receiver_" if receiver and apart(recording) else ""
     place = np.asarray(recording[f"{prefix}position"].values, float)
     return place, pose_rotation(*np.asarray(recording[f"{prefix}attitude"].values, float).T)
 

@@ -6,10 +6,12 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from insonify.processing.gain import LAWS, along_db, lambert_db, learnt_db, tvg_db
+from insonify.processing.gain import LAWS, along_db, lambert_db, learnt_db
 from insonify.processing.ground import first_return, slant_to_ground
 from insonify.processing.level import recorded_level
+from insonify.processing.recorded_geometry import insist_on_one_platform
 from insonify.records.image import Geometry, image
+from insonify.sonar.time_varied_gain import tvg_db
 
 Floats = NDArray[np.float64]
 
@@ -44,6 +46,8 @@ def sidescan(
     recording = recording.rename(beam="channel") if "beam" in recording.dims else recording
     _check("geometry", geometry, get_args(Geometry))
     _check("gain", gain, GAINS)
+    if geometry == "ground":
+        insist_on_one_platform(recording)
     level = np.asarray(recorded_level(recording).values, float)
     slant = np.asarray(recording["time"].values, float) * sound_speed / 2
     height = _altitudes(altitude, level, slant)

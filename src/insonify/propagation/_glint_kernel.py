@@ -18,6 +18,10 @@ from insonify.streams import philox, unit
 
 Floats = NDArray[np.float64]
 
+STAGGER = 1 << 16
+"""Fourth counter of the draw that says when a glint's first life ends: above all quanta."""
+LIVES = 0xFFF
+"""Lives of a glint after which its draws come again."""
 MOST = 4.0  # mean number of quanta that are drawn one by one; those of the longer waves, beyond it, as one Gaussian
 NONE_OF_MOST = math.exp(-MOST)
 """Probability of none of them: most glints of a lively sea ask for it."""
@@ -156,9 +160,9 @@ def _turned(turn: Floats, length: float, chance: float) -> float:
 def glint_row(
     keys: NDArray[np.uint64], points: Floats, normal: Floats, code: int, k0: int, k1: int, phase: Floats,
     wavenumber: Floats, variance: Floats, frequency: Floats, turn: Floats, moment: Floats, guide: NDArray[np.int32],
-    axes: Floats, origin: Floats, place: Floats, start: float, image: float, upward: bool, odd: bool, heights: Floats,
-    sound: float, speed: float, loss: float, delay: Floats, length: Floats, absorption: Floats, departure: Floats,
-    arrival: Floats, grazing: Floats, status: NDArray[np.uint8], facing_away: int, visibility: Any,
+    axes: Floats, origin: Floats, place: Floats, start: float, life: float, image: float, upward: bool, odd: bool,
+    heights: Floats, sound: float, speed: float, loss: float, delay: Floats, length: Floats, absorption: Floats,
+    departure: Floats, arrival: Floats, grazing: Floats, status: NDArray[np.uint8], facing_away: int, visibility: Any,
     out: NDArray[np.complex128], back: NDArray[np.complex128],
 ) -> None:  # fmt: skip
     """Turn one row of mirrored legs into glints, in place; legs that are not there are left alone.
@@ -181,6 +185,7 @@ def glint_row(
         origin: Of the waves' phases, north and east [m], (2,).
         place: North, east, depth of the sonar [m], (3,).
         start: Of the ping [s].
+        life: After which a glint gives way to another [s].
         image: Depth of the family's image source [m].
         upward: Whether the legs begin upwards.
         odd: Whether they end in the other sense.
@@ -210,9 +215,10 @@ def glint_row(
         climb = max(abs(points[n, 2] - image), 1e-6)
         there = math.sqrt(dn * dn + de * de + dd * dd) / speed
         turned, gone, came = 0.0, 0.0, 0.0
+        living = code << 4 | _lives(keys[n], code, k0, k1, start / life) << 20
         for b in range(heights.size):
             # One bounce at least is not coherent; of several the first stands for it.
-            along, across, omega, first = draw_glint(keys[n], code << 4 | b, k0, k1, phase[n], b == 0, wavenumber,
+            along, across, omega, first = draw_glint(keys[n], living | b, k0, k1, phase[n], b == 0, wavenumber,
                                                      variance, frequency, turn, moment, guide)  # fmt: skip
             k_north, k_east = along * axes[0, 0] + across * axes[1, 0], along * axes[0, 1] + across * axes[1, 1]
             part = min(heights[b] / climb, 1.0)
@@ -242,6 +248,13 @@ def glint_row(
             if status[n] == 0:
                 status[n] = facing_away
             visibility[n] = 0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _lives(place: np.uint64, code: int, k0: int, k1: int, lives: float) -> int:
+    """How many glints have come and gone before the one that is there; each place's change at times of its own."""
+    w0, _, _, _ = philox(place & np.uint64(0xFFFFFFFF), place >> np.uint64(32), code, STAGGER, k0, k1)
+    return math.floor(lives + unit(w0)) & LIVES
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -178,14 +178,16 @@ def edge_number(off: float, behind: float, length: float, wavelength: float) -> 
     """
     d = max(behind, wavelength)
     rest = max(length - d, wavelength)
-    longer = off * off * (1 / (math.hypot(off, d) + d) + 1 / (math.hypot(off, rest) + rest))
+    square = off * off
+    longer = square * (1 / (math.sqrt(square + d * d) + d) + 1 / (math.sqrt(square + rest * rest) + rest))
     return math.copysign(2 * math.sqrt(longer / wavelength), off)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def edge_factor(
-    clearance: float, hollow: float, behind: float, length: float, wavelength: float, table: Complexes, per_unit: float
-) -> complex:
+    clearance: float, hollow: float, behind: float, length: float, wavelength: float, table: Complexes, per_unit: float,
+    least: float = 0.0,
+) -> complex:  # fmt: skip
     """Pressure past a crest of the ground, re that without it [1].
 
     A knife edge, in the measure in which the hollow behind it is deep against the Fresnel zone there: with nu_h the
@@ -200,7 +202,10 @@ def edge_factor(
         wavelength: Of the sound [m].
         table: See `past_edge`.
         per_unit: See `past_edge`.
+        least: What differs from 1 by less is not told, and is 1 [1].
     """
+    if least > 0 and clearance < 0 and differs_less(-clearance, hollow, behind, length, wavelength, least):
+        return 1 + 0j
     number = edge_number(clearance, behind, length, wavelength)
     if number < -FAR:
         return 1 + 0j
@@ -208,6 +213,22 @@ def edge_factor(
         return past_edge(number, table, per_unit)
     depth = edge_number(hollow, behind, length, wavelength)
     return 1 + math.expm1(-math.pi * depth * depth) * (1 - past_edge(number, table, per_unit))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def differs_less(clear: float, hollow: float, behind: float, length: float, wavelength: float, least: float) -> bool:
+    """Whether a crest surely changes the pressure of a ray that clears it by less than some part; see `edge_factor`.
+
+    Beyond its shadow a half plane changes it by at most 1/2, and by at most 1 / (sqrt(2) pi nu), the first term of the
+    asymptotic series. Fresnel numbers are at most off sqrt(2 / wavelength (1 / behind + 1 / before)), and less than
+    that by no more than the ratio of that way to one longer by `off`.
+    """
+    d = max(behind, wavelength)
+    rest = max(length - d, wavelength)
+    per = 2 * (d + rest) / (d * rest * wavelength)
+    counts = min(1.0, math.pi * hollow * hollow * per) ** 2
+    near = 2 * min(d, rest)
+    return counts < 4 * least * least or counts * 0.05067 * (near + clear) < least * least * clear * clear * per * near
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

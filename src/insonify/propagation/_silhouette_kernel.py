@@ -15,6 +15,46 @@ Integers = NDArray[Any]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def cut_columns(corners: Floats, bearing: Floats, borders: Floats, columns: Floats) -> None:
+    """Tops and bases of the columns of a silhouette, where the edges of triangles cross their middles.
+
+    Args:
+        corners: Along, across, below the way from the sonar to the middle of the solid [m], (t, 3, 3).
+        bearing: Of the corners re that way [rad], (t, 3).
+        borders: Bearings between the columns, evenly spaced [rad], (c + 1,).
+        columns: Result, as of `around_solid`, depths re the sonar.
+    """
+    count = columns.shape[0]
+    per_width = count / (borders[count] - borders[0])
+    top, base = np.full(count, np.inf), np.full(count, -np.inf)
+    columns[:, 4], columns[:, 5] = np.inf, -np.inf
+    for t in range(corners.shape[0]):
+        for e in range(3):
+            a, b = corners[t, e], corners[t, (e + 1) % 3]
+            one, other = bearing[t, e], bearing[t, (e + 1) % 3]
+            low, high = min(one, other), max(one, other)
+            if low == high:
+                continue
+            first = max(int((low - borders[0]) * per_width - 0.5), 0)
+            for k in range(first, count):
+                turn = (borders[k] + borders[k + 1]) / 2
+                if turn > high:
+                    break
+                if turn < low:
+                    continue
+                c, s = math.cos(turn), math.sin(turn)
+                from_a, from_b = c * a[1] - s * a[0], c * b[1] - s * b[0]
+                part = from_a / (from_a - from_b)
+                x, y, z = a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1]), a[2] + part * (b[2] - a[2])
+                distance = math.hypot(x, y)
+                if z / distance < top[k]:
+                    top[k], columns[k, 0], columns[k, 1] = z / distance, distance, z
+                if z / distance > base[k]:
+                    base[k], columns[k, 2], columns[k, 3] = z / distance, distance, z
+                columns[k, 4], columns[k, 5] = min(columns[k, 4], distance), max(columns[k, 5], distance)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def around_solid(
     place: Floats, points: Floats, arrival: Floats, length: Floats, bounced: bool, water_depth: float,
     wavelength: float, facing: float, borders: Floats, away: Floats, columns: Floats, bed: float, row: int,
@@ -45,19 +85,19 @@ def around_solid(
         occluder: Of the legs, (n,).
         visibility: Result, (n,); a leg that this solid cuts is taken as clear of all others.
     """
-    nearest = np.min(columns[:, 4])
+    nearest, ahead_n, ahead_e = np.min(columns[:, 4]), math.cos(facing), math.sin(facing)
     for n in range(points.shape[0]):
         mine = status[n] == OCCLUDED and occluder[n] == row
-        level = math.hypot(arrival[n, 0], arrival[n, 1])
+        level = math.sqrt(arrival[n, 0] ** 2 + arrival[n, 1] ** 2)
         if not (mine or (status[n] == CLEAR and visibility[n] != 0)) or level < STEEPEST:
             continue
         north, east = points[n, 0] - place[0], points[n, 1] - place[1]
-        reach = math.hypot(north, east)
+        reach = math.sqrt(north * north + east * east)
+        if reach <= nearest or north * ahead_n + east * ahead_e < 0:
+            continue
         turn = math.atan2(east, north) - facing
         turn -= 2 * math.pi * math.floor(turn / (2 * math.pi) + 0.5)
-        if abs(turn) > math.pi / 2:
-            continue
-        if reach <= nearest or beside(reach, turn, level, length[n], wavelength, borders, away, far):
+        if beside(reach, turn, level, length[n], wavelength, borders, away, far):
             continue
         slope = arrival[n, 2] / level
         if not mine and above(points[n, 2], slope, level, reach, length[n], wavelength, columns, far):

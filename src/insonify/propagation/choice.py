@@ -12,7 +12,7 @@ from pydantic import Field, field_validator, model_validator
 from insonify.noun import Decibels, Noun, located
 from insonify.propagation.families import bounces, families, is_family
 
-Cause = Literal["seabed", "surface", "target"]
+Cause = Literal["seabed", "surface", "target", "water"]
 
 
 class PathChoice(Noun):
@@ -35,7 +35,7 @@ class PathChoice(Noun):
     """Most bounces of one leg."""
     families: tuple[str, ...] | None = None
     """Families followed, such as [D, S, BS]; None: all up to `reflections`."""
-    causes: tuple[Cause, ...] = ("seabed", "surface", "target")
+    causes: tuple[Cause, ...] = ("seabed", "surface", "target", "water")
     """Whose echoes are heard; whatever is left out still casts its shadows."""
     edges: Literal["hard", "fresnel"] = "fresnel"
     """How shadows of targets and of the ground end: as sound bends around edges and crests, or at once.
@@ -47,7 +47,7 @@ class PathChoice(Noun):
     amplitude_perturbation: Annotated[float, Field(ge=0, le=1)] = 0.0
     """Largest random change of each replica's amplitude, uniform, as a part of it [1]."""
     scatterers_per_cell: Annotated[float, Field(ge=0.1, le=1000)] = 5.0
-    """Drawn scatterers in each resolution cell [1]."""
+    """Drawn scatterers in each resolution cell of the beam's main lobe; fewer where it hardly listens [1]."""
     beam_floor_db: Annotated[Decibels, Field(ge=-120, le=-10)] = -50.0
     """Two-way beam level below which the ground is left out [dB re the beam's axis]."""
 

@@ -5,7 +5,7 @@ same: directions from the horizontal slowness, which a ray keeps all the way; gr
 it too; absorption over the length of the path, by the water's one coefficient at all depths.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,11 +13,13 @@ from numpy.typing import NDArray
 from insonify.propagation._curved_kernel import DEPTH, RANGE, bearings, curved_row, cut_row
 from insonify.propagation._eigenray_kernel import (
     AMPLITUDE,
+    COLUMNS,
     FOLD,
     FOLD_BEND,
     FOLD_SHARE,
 )
 from insonify.propagation._table_nodes import LOWEST_FREQUENCY
+from insonify.propagation.beside import beside
 from insonify.propagation.caustic import fold_factor
 from insonify.propagation.curved_launches import CurvedLaunches
 from insonify.propagation.curved_reach import Sweep, cones, heard, sweep
@@ -69,6 +71,18 @@ class CurvedRays:
             found = [exact_rays(self.column, f, float(place[2]), depth, ranges) for f in kept]
         return self._assemble(place, scatterers, shared, found, frequency)
 
+    def around(self, legs: Legs, place: Floats, scatterers: Scatterers, reach: tuple[float, float]) -> Legs:
+        """The legs with what rays from four places beside that end say; see `Rays.around`."""
+        points = scatterers.position
+
+        def ask(family: str, depth: float, ranges: Floats) -> Found:
+            if not self.tables.quick(family, scatterers.boundary, depth):
+                n = len(ranges)
+                return Found(family, np.zeros((n, 1, COLUMNS)), np.zeros(n, np.int64), np.zeros(n, np.uint8))
+            return self.tables.rays(family, scatterers.boundary, depth, points[:, 2], ranges)
+
+        return replace(legs, beside=beside(legs, place, points, self.scene.water, reach, self.column.water_depth, ask))
+
     def reach(
         self, depths: tuple[float, float], boundary_depth: float, families: tuple[str, ...],
         delays: tuple[float, float], apart: float, *, rise: float = 0.0,
@@ -79,7 +93,7 @@ class CurvedRays:
         sweeps = [self._sweep(name, depth, level) for name in families for depth in ends for level in levels]
         nearest, farthest = heard(sweeps, delays, apart / self.scene.water.slowest)
         # The ground is sampled as under straight rays: the same places, whatever the water.
-        images = [image_depth(name, depths[0], self.column.mirror_depth) for name in families]
+        images = [image_depth(name, sum(depths) / 2, self.column.mirror_depth) for name in families]
         return Reach(min(abs(boundary_depth - image) for image in images), nearest, farthest)
 
     def cones(

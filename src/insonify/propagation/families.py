@@ -10,7 +10,7 @@ from itertools import pairwise
 from insonify.scene.scatterers import Boundary
 
 DIRECT = "D"
-_OWN_LETTER = {"seabed": "B", "surface": "S", "target": ""}
+_OWN_LETTER = {"seabed": "B", "surface": "S", "target": "", "water": ""}
 
 
 def families(order: int) -> tuple[str, ...]:

@@ -86,6 +86,17 @@ class Tables:
         rays, count, missing = table.rays(source_depth, depths, ranges)
         return Found(family, rays, count, missing)
 
+    def quick(self, family: str, boundary: Boundary, source_depth: float) -> bool:
+        """Whether rays from a depth to points of a boundary are read from a table, or are few.
+
+        Args:
+            family: Name of the family.
+            boundary: What the points lie on.
+            source_depth: Depth of the sonar [m].
+        """
+        table = self._table(family, boundary, source_depth)
+        return table is None or table.covers(source_depth)
+
     def _table(self, family: str, boundary: Boundary, source_depth: float) -> LegTable | None:
         """The table of a family for points on a boundary; None where the exact solver answers."""
         if boundary == "target" and not self.bodies:

@@ -6,6 +6,10 @@ slope that it takes, each with a phase that runs at its own frequency. Powers of
 what bubbles take. A glint is a sum of waves of the sea, see `_glint_kernel`: its slope, its frequency shift and its
 phase all come from the same waves, so that delays, angles, and coherence over time and place belong together.
 
+A glint turns at one frequency, and the sea has a whole band of them: after some time another one takes its place, or a
+synthetic aperture would focus each on a sharp point of its own. Places and glints change at times of their own, and all
+begin with their first.
+
 Points with a phase of their own take two glints each, for many share a cell. Others take several. No echo meets the
 same glint out and back, for of the many that each stands for hardly any does; see `moving.met_twice`.
 """
@@ -34,6 +38,8 @@ FEW, SEVERAL = 2, 6
 """Glints of one leg to a point that has a phase of its own, and to one that has none."""
 GLINT_BITS = 4
 """Bits of a glint's label that number it among those of its ray."""
+LASTING, SLANT = 32.0, 0.2
+"""Life of a glint, in times in which the sea turns its phase by 1 rad at a bounce with that sine of grazing [1]."""
 FAINT = 1e-3
 """Coherent part of a leg below which it is left out [1]."""
 _ROWS = (
@@ -86,6 +92,12 @@ class Sea:
         """North and east of the waves' direction, and of that to the right of it, shape (2, 2)."""
         c, s = math.cos(self.scene.surface.waves_to), math.sin(self.scene.surface.waves_to)
         return np.array([[c, s], [-s, c]])
+
+    @property
+    def life(self) -> float:
+        """Time after which a glint gives way to another [s]: long beside the memory of its phase, yet not for ever."""
+        per_height = 4 * math.pi * self.frequency / float(self.scene.water.speed_at(0.0)) * SLANT
+        return LASTING / max(per_height * math.sqrt(self.waves.moment[2, -1]), 1e-9)
 
     def legs(self, legs: Legs, scatterers: Scatterers, end: End) -> tuple[Legs, Legs]:
         """The legs as the surface leaves them: rows of a coherent part, and behind them rows of glints.
@@ -153,7 +165,7 @@ class Sea:
         glint_row(
             scatterers.place, scatterers.position, scatterers.normal, _code(family, legs.branch[row], number),
             *streams.key(self.seed, streams.GLINT), phase, *waves, self.axes,
-            np.array(self.scene.seabed.lattice.origin), end.place, end.time, image_depth(family, depth, bed),
+            np.array(self.scene.seabed.lattice.origin), end.place, end.time, self.life, image_depth(family, depth, bed),
             string[0] == "S", len(string) % 2 == 1, np.array(surface_climbs(family, depth, bed)), self.frequency,
             float(self.scene.water.speed_at(depth)), float(self.scene.water.absorption(self.frequency)),
             legs.delay[row], legs.length[row], legs.absorption[row], legs.departure[row], legs.arrival[row],
@@ -198,9 +210,10 @@ def rows_of(legs: Legs, rows: list[int]) -> Legs:
     """Some rows of legs, as often as they are named, in columns of their own."""
     columns = {name: getattr(legs, name)[rows] for name in _ROWS}
     caustic = None if legs.caustic is None else legs.caustic[rows]
+    beside = None if legs.beside is None else legs.beside[rows]
     return replace(
         legs, families=tuple(legs.families[row] for row in rows), branch=tuple(legs.branch[row] for row in rows),
-        caustic=caustic, **columns,
+        caustic=caustic, beside=beside, **columns,
     )  # fmt: skip
 
 

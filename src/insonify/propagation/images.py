@@ -60,7 +60,7 @@ def image_legs(
         delay=delay,
         length=length,
         spreading=1 / length,
-        absorption=10 ** (-scene.water.absorption(frequency) * length / 20),
+        absorption=np.exp(-np.log(10) / 20 * scene.water.absorption(frequency) * length),
         boundary=_boundary(scene, strings, boundary_grazing),
         caustics=np.zeros((f, n), np.uint8),
         visibility=(status == Status.CLEAR).astype(float),
@@ -76,10 +76,11 @@ def _boundary(scene: Scene, strings: list[str], grazing: NDArray[np.float64]) ->
     """Product of the mirrors' coefficients along each family, shape of `grazing`."""
     product = np.ones(grazing.shape, complex)
     for row, string in enumerate(strings):
-        if "S" in string:
-            product[row] *= scene.surface.mirror(grazing[row]) ** string.count("S")
-        if "B" in string:
-            product[row] *= scene.seabed.mirror(grazing[row]) ** string.count("B")
+        for letter, boundary in (("S", scene.surface), ("B", scene.seabed)):
+            if letter in string:
+                once = boundary.mirror(grazing[row])
+                for _ in range(string.count(letter)):
+                    product[row] *= once
     return product
 
 
@@ -93,12 +94,17 @@ class StraightRays:
         """Legs from image sources; see `Rays.legs`."""
         return image_legs(self.scene, place, scatterers, families, frequency)
 
+    def around(self, legs: Legs, place: Floats, scatterers: Scatterers, reach: tuple[float, float]) -> Legs:
+        """The legs as they are: spheres about image sources say it all; see `Rays.around`."""
+        return legs
+
     def reach(
         self, depths: tuple[float, float], boundary_depth: float, families: tuple[str, ...],
         delays: tuple[float, float], apart: float, *, rise: float = 0.0,
     ) -> Reach:  # fmt: skip
         """Distances heard, by Pythagoras from the nearest and the farthest image; see `Rays.reach`."""
-        climbs = [abs(boundary_depth - image_depth(name, depths[0], self.scene.seabed.depth)) for name in families]
+        middle, bottom = sum(depths) / 2, self.scene.seabed.depth
+        climbs = [abs(boundary_depth - image_depth(name, middle, bottom)) for name in families]
         shortest, longest = (self.scene.water.sound_speed * delay for delay in delays)
         # a bounce off ground that stands higher or lower moves the image by twice as much
         moved = [rise * (1 + 2 * name.count("B")) for name in families]

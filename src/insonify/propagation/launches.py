@@ -67,9 +67,8 @@ class StraightLaunches:
 
     def steepness(self, family: str, distance: Floats, depth: Floats) -> Floats:
         """From the image source, see `Launches`."""
-        down = 1.0 if not family.endswith("B") else -1.0
         image = image_depth(family, self.source_depth, self.water_depth)
-        return np.asarray(down * (depth - image) / distance)
+        return np.asarray((image - depth if family.endswith("B") else depth - image) / distance)
 
     def bounces(self, family: str, steepness: Floats) -> list[Floats]:
         """Where the unfolded ray passes the mirrors, see `Launches`."""

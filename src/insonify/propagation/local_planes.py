@@ -6,15 +6,15 @@ tells the plane. So planes are found twice: roughly about the bounce on the mean
 they lead to. On an even slope once would be enough.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.propagation._course_kernel import ways
+from insonify.propagation._course_kernel import Columns, Frame, follow_bed, ways, zones
 from insonify.propagation.families import bounces
 from insonify.scene.bed import Bed
-from insonify.scene.bed_plane import fitted_planes
+from insonify.scene.bed_plane import FEW, PATTERN, least_half_axis
 
 Floats = NDArray[np.float64]
 
@@ -56,16 +56,9 @@ def course(place: Floats, points: Floats, anchor: Floats, facing: Floats) -> Cou
     Source: images as in Allen & Berkley (1979), J. Acoust. Soc. Am. 65, 943 (for the idea); exact for planes of any
     tilt.
     """
-    m, n = anchor.shape[:2]
-    made = Course(
-        np.empty(n), np.empty((n, 3)), np.empty((n, 3)), np.empty((m, n, 3)), np.empty((m, n)), np.empty((m, n)),
-        np.zeros((m, n)), np.empty(n, bool),
-    )  # fmt: skip
-    ways(
-        np.asarray(place, float), points, anchor, facing, made.length, made.departure, made.arrival, made.bounce,
-        made.part, made.sine, made.there,
-    )  # fmt: skip
-    return made
+    made = _columns(*anchor.shape[:2])
+    ways(np.asarray(place, float), points, anchor, facing, made)
+    return Course(*made)
 
 
 def level_course(family: str, place: Floats, points: Floats, bed_depth: float) -> Course:
@@ -98,24 +91,29 @@ def local_course(
         Ways in water of one sound speed; the sonar's images, the bounces and the grazing angles are exact for the
         planes fitted.
     """
-    anchor, facing = _level(family, len(points), bed.depth)
-    way = course(place, points, anchor, facing)
-    across = points[:, :2] - place[:2]
-    bearing = np.arctan2(across[:, 1], across[:, 0])
-    ahead = np.stack([np.cos(bearing), np.sin(bearing)], axis=-1)
-    left, level = np.zeros(way.left.shape), way.bounce
-    for rough in (True, False):
-        for k, letter in enumerate(bounces(family)):
-            if letter == "S":
-                continue
-            half_length, half_width = zone(way, k, wavelength)
-            here = way.bounce[k, :, :2]
-            asked = here if met is None else here + place[:2] + met[k][:, None] * ahead - level[k, :, :2]
-            planes = fitted_planes(bed, asked, bearing, half_length, half_width, rough=rough)
-            anchor[k, :, :2], anchor[k, :, 2], facing[k] = here, bed.depth - planes.height, planes.normal
-            left[k] = planes.left
-        way = replace(course(place, points, anchor, facing), left=left)
-    return way
+    string = bounces(family)
+    made = _columns(len(string), len(points))
+    if not len(points):
+        return Course(*made)
+    moved = np.empty((len(string), 0, 2))
+    if met is not None:
+        across = points[:, :2] - place[:2]
+        ahead = across / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), _TINY)
+        moved = place[:2] + met[..., None] * ahead - level_course(family, place, points, bed.depth).bounce[..., :2]
+    lattice, done = bed.ground.terrain.lattice, np.zeros(len(points), bool)
+    frame = Frame(
+        *lattice.origin, np.cos(lattice.heading), np.sin(lattice.heading), bed.depth, wavelength, least_half_axis(bed)
+    )
+    off_bed = np.array([letter == "B" for letter in string])
+    here = np.asarray(place, float)
+    span = lattice.from_world(np.concatenate([points[:, :2], here[None, :2]]))
+    bed.asked(
+        span,
+        lambda pages, wanted: follow_bed(
+            here, points, off_bed, moved, frame, (FEW, PATTERN), pages, wanted, done, made
+        ),
+    )
+    return Course(*made)
 
 
 def zone(way: Course, mirror: int, wavelength: float) -> tuple[Floats, Floats]:
@@ -129,10 +127,18 @@ def zone(way: Course, mirror: int, wavelength: float) -> tuple[Floats, Floats]:
     Source: sqrt(wavelength r1 r2 / (r1 + r2)), along the ray over the sine of the grazing angle, r1 and r2 the ways
     before and after the bounce; no longer than the shorter one of them.
     """
-    part = way.part[mirror]
-    width = np.sqrt(wavelength * way.length * part * (1 - part))
-    longest = way.length * np.minimum(part, 1 - part)
-    return np.asarray(np.maximum(np.minimum(width / np.maximum(way.sine[mirror], _TINY), longest), width)), width
+    found = np.empty((2, len(way.length)))
+    zones(way.length, way.part[mirror], way.sine[mirror], wavelength, found)
+    return found[0], found[1]
+
+
+def _columns(mirrors: int, points: int) -> Columns:
+    """Room for the ways of so many points off so many mirrors."""
+    one, each = (points,), (mirrors, points)
+    return Columns(
+        np.empty(one), np.empty((points, 3)), np.empty((points, 3)), np.empty((mirrors, points, 3)), np.empty(each),
+        np.empty(each), np.zeros(each), np.empty(one, bool),
+    )  # fmt: skip
 
 
 def _level(family: str, count: int, bed_depth: float) -> tuple[Floats, Floats]:

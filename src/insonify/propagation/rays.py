@@ -74,6 +74,16 @@ class Rays(Protocol):
             Legs of shape (rows, n), a row for every family kept and every branch of it.
         """
 
+    def around(self, legs: Legs, place: Floats, scatterers: Scatterers, reach: tuple[float, float]) -> Legs:
+        """The same legs, with what they say about places beside that end.
+
+        Args:
+            legs: Of `legs`, from the same place to the same scatterers.
+            place: North, east, depth of that end [m], shape (3,).
+            scatterers: The points to reach, n of them.
+            reach: How far such places are over ground, and in depth [m].
+        """
+
     def reach(
         self, depths: tuple[float, float], boundary_depth: float, families: tuple[str, ...],
         delays: tuple[float, float], apart: float, *, rise: float = 0.0,

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.propagation._silhouette_kernel import cut_columns
 from insonify.scene.seabed import Seabed
 from insonify.scene.solid import world_triangles
 from insonify.scene.target import Solid
@@ -75,18 +76,8 @@ def outline(corners: Floats, source: tuple[float, float, float], widest: float =
         width = float(np.ptp(bearing)) * float(np.hypot(middle[0], middle[1]))
         count = int(np.clip(np.ceil(width / widest), FEWEST, COLUMNS))
     borders = np.linspace(bearing.min(), bearing.max(), count + 1)
-    stop, other = np.roll(start, -1, axis=1).reshape(-1, 3), np.roll(bearing, -1, axis=1).ravel()
-    start, bearing = start.reshape(-1, 3), bearing.ravel()
     columns = np.empty((count, 6))
-    for k, turn in enumerate((borders[1:] + borders[:-1]) / 2):
-        mine = (np.minimum(bearing, other) <= turn) & (np.maximum(bearing, other) >= turn) & (bearing != other)
-        across = np.array([-np.sin(turn), np.cos(turn)])
-        a, b = start[mine], stop[mine]
-        from_a, from_b = a[:, :2] @ across, b[:, :2] @ across
-        cut = a + (from_a / (from_a - from_b))[:, None] * (b - a)
-        distance, depth = np.hypot(cut[:, 0], cut[:, 1]), cut[:, 2]
-        top, base = np.argmin(depth / distance), np.argmax(depth / distance)
-        columns[k] = distance[top], depth[top], distance[base], depth[base], distance.min(), distance.max()
+    cut_columns(start, bearing, borders, columns)
     columns[:, [1, 3]] += source[2]
     away = np.concatenate([columns[:1, 0], (columns[1:, 0] + columns[:-1, 0]) / 2, columns[-1:, 0]])
     return Silhouette(facing, borders, away, columns)

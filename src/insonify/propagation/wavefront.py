@@ -30,6 +30,8 @@ class Wavefront:
     """Horizontal distance to the point [m], shape (n,)."""
     gradient: float
     """Growth of the speed of sound with depth at the sonar [1/s]."""
+    beside: Floats
+    """What they have beyond this, see `propagation.beside`; (terms, n), or (0, n) where nothing is known of it."""
 
 
 def wavefront(legs: Legs, row: int, place: Floats, points: Floats, water: Water) -> Wavefront:
@@ -50,7 +52,7 @@ def wavefront(legs: Legs, row: int, place: Floats, points: Floats, water: Water)
     length = legs.length[row]
     away = np.hypot(points[:, 0] - place[0], points[:, 1] - place[1])
     if not water.layered:
-        return Wavefront(1 / np.maximum(length, 1e-9), away, 0.0)
+        return Wavefront(1 / np.maximum(length, 1e-9), away, 0.0, np.zeros((0, len(away))))
     depth = float(place[2])
     above, below = max(depth - STEP, 0.0), depth + STEP
     gradient = float(water.speed_at(below) - water.speed_at(above)) / (below - above)
@@ -65,4 +67,5 @@ def wavefront(legs: Legs, row: int, place: Floats, points: Floats, water: Water)
     tube = legs.spreading[row] ** 2 * away * np.abs(sine_there)
     rate = sense * tube / np.where(level, 1.0, there * cosine)
     across = (rate + gradient * np.sign(sine) * cosine**2 / c**2) / np.where(level, 1.0, np.abs(sine))
-    return Wavefront(np.where(level, 1 / np.maximum(length, 1e-9), c * across), away, gradient)
+    beside = np.zeros((0, len(away))) if legs.beside is None else legs.beside[row]
+    return Wavefront(np.where(level, 1 / np.maximum(length, 1e-9), c * across), away, gradient, beside)

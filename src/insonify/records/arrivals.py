@@ -11,7 +11,7 @@ from insonify.records.pairs import Pairs
 from insonify.units import level_db
 
 Floats = NDArray[np.float64]
-Heard = Callable[[int], tuple[Floats, Floats, Floats]]
+Heard = Callable[[int], tuple[Floats, Floats, Floats, Floats]]
 
 SHORT = 40
 """Paths up to which a printed list goes row by row."""
@@ -49,7 +49,7 @@ class Arrivals:
     caustics: NDArray[np.uint8]
     """Caustics touched, out and back; each turns the phase by +90 degrees, shape (n,)."""
     owner: NDArray[np.str_]
-    """What echoed: "seabed", "surface" or a target's label, shape (n,)."""
+    """What echoed: "seabed", "surface", "water" or the label of a target or a patch, shape (n,)."""
     place: Floats
     """Where: north, east, depth [m], shape (n, 3)."""
     departure: Floats
@@ -160,8 +160,9 @@ def expand(
         pairs: The block.
         first_group: Number of the block's first group.
         factors: Perturbation of each ordered pair of rays (`Pairs.rays`), where there is one, each of shape (n,).
-        heard: Of the row of an ordered pair: delays [s], (n,), factors on pressures [1], (n, bands), and Doppler
-            factors less one [1], (n,), as a channel hears them; None: a channel at the centre of a sonar that stands.
+        heard: Of the row of an ordered pair: delays [s], (n,), factors on pressures [1], (n, bands), Doppler factors
+            less one [1], (n,), and directions [1], (n, 3), as a channel hears them; None: a channel at the centre of a
+            sonar that stands.
     """
     n = len(pairs.scatterers)
     group = np.arange(first_group, first_group + n) if pairs.scatterers.drawn else np.full(n, first_group)
@@ -181,8 +182,8 @@ def _rows(pairs: Pairs, row: int, i: int, j: int, group: NDArray[np.int64],
     if factor is not None:
         amplitude = amplitude * factor
     n = len(points)
-    delay, bands, doppler = (
-        (out.delay[i] + back.delay[j], np.ones((n, 1)), np.zeros(n)) if heard is None else heard(row)
+    delay, bands, doppler, towards = (
+        (out.delay[i] + back.delay[j], np.ones((n, 1)), np.zeros(n), back.departure[j]) if heard is None else heard(row)
     )
     return Arrivals(
         delay=delay,
@@ -200,7 +201,7 @@ def _rows(pairs: Pairs, row: int, i: int, j: int, group: NDArray[np.int64],
         owner=np.full(n, points.owner),
         place=points.position,
         departure=out.departure[i],
-        arrival=back.departure[j],
+        arrival=towards,
         grazing_out=out.grazing[i],
         grazing_back=back.grazing[j],
         doppler=doppler,

@@ -46,7 +46,7 @@ class LabelNames:
     """The axes of labels that are not those of the recording."""
 
     owners: tuple[str, ...]
-    """Seabed, surface, and every target's label."""
+    """Seabed, surface, the water and its patches where they answer, and every target's label."""
     pairs: tuple[str, ...]
     """Pairs of families, in either order, such as D-S."""
 

@@ -83,6 +83,9 @@ class Legs:
     """Phasor of unit modulus: +90 degrees for each caustic, and how rays merge near one; None for ones throughout."""
     glints: Glints | None = None
     """What a moving surface makes of some rows; None where nothing is random."""
+    beside: Floats | None = None
+    """What elements about the centre hear beyond a sphere, see `insonify.propagation.beside`, (f, terms, n); None: that
+    is all they hear."""
 
     def __post_init__(self) -> None:
         """Refuse columns whose shape is not (families, points)."""

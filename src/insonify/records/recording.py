@@ -31,6 +31,17 @@ COLUMNS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "logged_attitude": (("ping", "axis"), "rad", "platform heading, pitch, roll as its navigation system logged them"),
 }
 """Dimensions, units and long name of what stands beside it."""
+BISTATIC: dict[str, tuple[tuple[str, ...], str, str]] = {
+    "receiver_position": (("ping", "axis"), "m", "receiver's platform: north, east, down"),
+    "receiver_attitude": (("ping", "axis"), "rad", "receiver's platform: heading, pitch, roll"),
+    "logged_receiver_position": (("ping", "axis"), "m", "receiver's platform as its navigation system logged it"),
+    "logged_receiver_attitude": (
+        ("ping", "axis"),
+        "rad",
+        "heading, pitch, roll of the receiver's platform as its navigation system logged them",
+    ),
+}
+"""Likewise, where the receiver has a platform of its own; `element_position` is then a place on that one."""
 COORDINATES = ("ping_time", "steer", "side", "element_position")
 """Columns that label pings and channels."""
 LATER = ("side", "element_position", "logged_position", "logged_attitude")
@@ -62,6 +73,15 @@ class Layout:
     element_position: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.empty(0))
     """Where each channel hears: its element, or the centre of its array, from the platform's reference point: forward,
     starboard, down [m], shape (channel, 3); left out: that point."""
+    receiver_position: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.empty(0))
+    """True place of the receiver's own platform at the start of each ping: north, east, down [m], shape (ping, 3); this
+    and the three that follow are left out where one platform carries both ends."""
+    receiver_attitude: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.empty(0))
+    """Its true heading, pitch, roll [rad], shape (ping, 3)."""
+    logged_receiver_position: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.empty(0))
+    """What its navigation system says of the position [m], shape (ping, 3)."""
+    logged_receiver_attitude: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.empty(0))
+    """What its navigation system says of the attitude [rad], shape (ping, 3); left out, as of the place: the truth."""
 
     def __post_init__(self) -> None:
         """Fill in what was left out; refuse columns of unequal length."""
@@ -69,18 +89,30 @@ class Layout:
             "element_position": np.zeros((self.steer.size, 3)),
             "logged_position": self.position,
             "logged_attitude": self.attitude,
+            "logged_receiver_position": self.receiver_position,
+            "logged_receiver_attitude": self.receiver_attitude,
             "side": np.zeros(self.steer.shape),
         }
         for name, values in plain.items():
             if not getattr(self, name).size:
                 object.__setattr__(self, name, values)
         rows, beams = (self.ping_time.size, 3), self.steer.shape
-        wanted = {name: rows for name in ("position", "attitude", "logged_position", "logged_attitude")}
+        apart = BISTATIC if self.receiver_position.size else ()
+        wanted = {name: rows for name in ("position", "attitude", "logged_position", "logged_attitude", *apart)}
         places = (*beams, 3)
         for name, shape in (wanted | {"side": beams, "element_position": places}).items():
             found = getattr(self, name).shape
             if found != shape:
                 raise ValueError(f"Layout.{name} has shape {found}; it should be {shape}")
+
+
+def columns_of(layout: Layout) -> dict[str, tuple[tuple[str, ...], str, str]]:
+    """What stands beside the sound of a recording, as `COLUMNS`.
+
+    Args:
+        layout: What it holds.
+    """
+    return COLUMNS | BISTATIC if layout.receiver_position.size else COLUMNS
 
 
 def dataset(
@@ -100,7 +132,7 @@ def dataset(
     dtype, units, long_name = FIELDS[layout.field]
     about = {"units": units, "long_name": long_name}
     variables: dict[str, Any] = {layout.field: (("ping", "channel", "time"), np.asarray(data, dtype), about)}
-    for name, (dims, unit, meaning) in COLUMNS.items():
+    for name, (dims, unit, meaning) in columns_of(layout).items():
         values = getattr(layout, name)
         variables[name] = (dims, values[pings] if dims[0] == "ping" else values, {"units": unit, "long_name": meaning})
     held = xr.Dataset(variables, coords={"ping": ("ping", pings, {"units": "1", "long_name": "number of the ping"})})

@@ -9,17 +9,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.ocean.kinks import Kink, kinks
+from insonify.scenario.aperture_cautions import aperture_cautions
+from insonify.scenario.carried import platforms
 from insonify.scenario.edge_cautions import touches
 from insonify.scenario.ground_faults import unknown_ground
 from insonify.scenario.log_cautions import gaps, jumps
 from insonify.scenario.reach_cautions import reach_cautions
+from insonify.scenario.receiver_faults import receiver_cautions
 from insonify.scenario.smooth_cautions import smooth_cautions
+from insonify.scenario.uneven_cautions import uneven_cautions
 from insonify.scenario.wave_cautions import wave_cautions
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
 from insonify.sonar.beam import grating_lobes
 from insonify.sonar.heard import heard_pulse
 from insonify.sonar.stance import end_depths
-from insonify.sonar.track import poses
 from insonify.validity import PhysicsWarning
 
 if TYPE_CHECKING:
@@ -44,18 +47,27 @@ def cautions(scenario: Scenario) -> None:
     """
     sonar, water = scenario.sonar, scenario.water
     water.absorption(sonar.pulse.frequency)  # for the warning that its law gives of itself
-    track = poses(scenario.track, seed=scenario.seed)
-    depths = end_depths(sonar, track)
+    carried = platforms(scenario)
+    depths = end_depths(sonar, carried)
     slowest = float(np.min(water.speed_at(depths)))  # where waves are shortest, lobes are nearest
     said = [_narrow_receiver(scenario), _kinks(scenario, np.linspace(depths[0], depths[-1], ASKED))]
     for end, array in zip(("transmit", "receive"), sonar.steered_arrays, strict=False):
         said.append(_grating_lobes(end, array, sonar.pulse.frequency, slowest))
-    said += [unknown_ground(scenario, track.position), _thin_steps(scenario), jumps(scenario), gaps(scenario),
-             touches(scenario), *reach_cautions(scenario), *smooth_cautions(scenario)]  # fmt: skip
+    said += [unknown_ground(scenario, carried.positions), _thin_steps(scenario), jumps(scenario), gaps(scenario),
+             touches(scenario), *reach_cautions(scenario), *smooth_cautions(scenario),
+             *uneven_cautions(scenario), _unheard_water(scenario)]  # fmt: skip
+    said += [*receiver_cautions(scenario), *aperture_cautions(scenario, slowest / sonar.pulse.frequency)]
     if scenario.surface.bounce == "waves":
         said += wave_cautions(scenario, float(depths[0]))
     for sentence in filter(None, said):
         warnings.warn(sentence, PhysicsWarning, stacklevel=2)
+
+
+def _unheard_water(scenario: Scenario) -> str:
+    """A word on water that answers where nobody listens to it; empty otherwise."""
+    if not scenario.water.scatters or "water" in scenario.paths.causes:
+        return ""
+    return "paths.causes: water is not among them, and what it sends back is not heard. Add water, or leave causes out."
 
 
 def _narrow_receiver(scenario: Scenario) -> str:

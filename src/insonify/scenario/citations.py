@@ -19,6 +19,13 @@ FOLDS = "Chester, Friedman & Ursell (1957), Proc. Camb. Phil. Soc. 53, 599: path
 WINDY = "APL-UW TR 9407 (1994), section II: backscatter of a windy sea surface"
 FRACTAL = "APL-UW TR 9407 (1994), section IV: power-law relief of the seabed"
 FACETS = "Gordon (1975), IEEE Trans. Antennas Propag. 23, 590: Kirchhoff's integral over flat facets, in closed form"
+PATCHY = "Jakeman & Pusey (1976), IEEE Trans. Antennas Propag. 24, 806: K-distributed echoes"
+SUSPENDED = "Urick (1983), Principles of Underwater Sound, ch. 8: volume reverberation"
+NOISE = (
+    "Wenz (1962), J. Acoust. Soc. Am. 34, 1936, as fitted by Coates (1989); Mellen (1952), 24, 478: noise of the sea"
+)
+FIELD = "Cox (1973), J. Acoust. Soc. Am. 54, 1289: what two receivers hear alike of noise from many directions"
+SURFACE_NOISE = "Cron & Sherman (1962), J. Acoust. Soc. Am. 34, 1732: noise that the surface makes"
 SEDIMENT = "APL-UW TR 9407 (1994): geoacoustics of sediments and their reflection"
 
 
@@ -36,6 +43,10 @@ def citations(scenario: Scenario) -> list[str]:
         found.append(FACETS)
     if isinstance(scenario.seabed.scattering, SedimentLaw):
         found.append(JACKSON)
+    if scenario.seabed.texture is not None:
+        found.append(PATCHY)
+    if scenario.water.scatters:
+        found.append(SUSPENDED)
     if isinstance(scenario.surface.scattering, WindLaw):
         found.append(WINDY)
     if scenario.surface.wind_speed is not None:
@@ -44,6 +55,11 @@ def citations(scenario: Scenario) -> list[str]:
         found.append(FOLDS)
     if not isinstance(scenario.seabed.reflection, float):
         found.append(SEDIMENT)
+    sea, elements = scenario.water.noise, scenario.sonar.receiver.record == "elements"
+    if sea is not None or (elements and scenario.water.noise_level_db is not None):
+        found.append(FIELD)
+    if sea is not None:
+        found += [NOISE] * (sea.level_db is None) + [SURFACE_NOISE] * (sea.whence == "surface")
     found += [
         f"Bathymetry {Path(kind.file).name}: {kind.told}" for kind in scenario.seabed.relief if kind.kind == "grid"
     ]

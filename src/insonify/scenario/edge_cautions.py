@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from insonify.scenario.track_faults import PLATFORM, floor_under, places
+from insonify.scenario.track_faults import PLATFORM, RECEIVER, floor_under, places
 
 if TYPE_CHECKING:
     from insonify.scenario.scenario import Scenario
@@ -24,7 +24,7 @@ def touches(scenario: Scenario) -> str:
     wavelength = scenario.water.slowest / scenario.sonar.pulse.frequency
     near = min(wavelength, SLOW)
     for name, place in places(scenario).items():
-        if name == PLATFORM:
+        if name in (PLATFORM, RECEIVER):
             continue
         above = floor_under(scenario, place) - place[:, 2]
         for what, gap in (("the sea surface", place[:, 2]), ("the seabed", above)):

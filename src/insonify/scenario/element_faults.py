@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 from pydantic_core import PydanticCustomError
 
 from insonify.noun import located
+from insonify.scenario.carried import platforms
 from insonify.sonar.heard import heard_pulse
 from insonify.sonar.hydrophones import element_layout
+from insonify.sonar.platforms import Platforms
 from insonify.sonar.pulse import Pulse, spectrum
 from insonify.sonar.receiver import Receiver, response
-from insonify.sonar.sonar import array_rotation
+from insonify.sonar.sonar import receiver_rotation
 from insonify.sonar.stance import stance
-from insonify.sonar.track import Poses, poses
 from insonify.synthesis.shapes import MOST, doppler_nodes, heard_dopplers
 
 if TYPE_CHECKING:
@@ -52,13 +53,13 @@ def element_faults(scenario: Scenario) -> Iterator[PydanticCustomError]:
 
 def _out_of_the_water(scenario: Scenario) -> Iterator[PydanticCustomError]:
     """The first element that any ping has above the surface or below the level of the bed."""
-    sonar, track = scenario.sonar, poses(scenario.track, seed=scenario.seed)
+    sonar, track = scenario.sonar, platforms(scenario).hearing
     bed = scenario.seabed.depth
     for side in sonar.one_sided:
         places = element_layout(side.receive)[0]
         for ping, position in enumerate(track.position):
             body = track.rotation(ping)
-            axes = array_rotation(side, body)
+            axes = receiver_rotation(side, body)
             centre = float(position[2] + (body @ np.asarray(side.receive.offset))[2])
             depth = centre + (places @ axes)[:, 2]
             wrong = (depth <= 0) | (depth >= bed)
@@ -72,14 +73,16 @@ def _out_of_the_water(scenario: Scenario) -> Iterator[PydanticCustomError]:
 
 def _out_of_the_band(scenario: Scenario) -> Iterator[PydanticCustomError]:
     """A receiver that an echo's Doppler shift leaves, and pulses so long that no sum of shapes holds it."""
-    track, seed, stop = scenario.track, scenario.seed, scenario.track.window[1]
-    now, later = poses(track, seed=seed), (poses(track, seed=seed, after=stop / 2), poses(track, seed=seed, after=stop))
-    arms = [array.offset for side in scenario.sonar.one_sided for array in side.arrays]
-    moved = [later[1].carried(arm) - now.carried(arm) for arm in arms]
+    carried, stop = platforms(scenario), scenario.track.window[1]
+    moved = [
+        moments[-1].carried(array.offset) - moments[0].carried(array.offset)
+        for side in scenario.sonar.one_sided
+        for array, moments in zip(side.arrays, carried.moments, strict=True)
+    ]
     speed = np.max([np.linalg.norm(way, axis=1) for way in moved], axis=0) / stop
     if speed.max() == 0:
         return
-    found = _dopplers(scenario, now, later, int(np.argmax(speed)))
+    found = _dopplers(scenario, carried, int(np.argmax(speed)))
     if found is None:
         return
     pulse, receiver = scenario.sonar.pulse, scenario.sonar.receiver
@@ -102,13 +105,13 @@ def _out_of_the_band(scenario: Scenario) -> Iterator[PydanticCustomError]:
         )  # fmt: skip
 
 
-def _dopplers(scenario: Scenario, now: Poses, later: tuple[Poses, Poses], ping: int) -> tuple[float, float] | None:
+def _dopplers(scenario: Scenario, carried: Platforms, ping: int) -> tuple[float, float] | None:
     """Least and greatest Doppler factor less one at the fastest ping; None where its beams are at fault."""
     pulse, found = heard_pulse(scenario.sonar), []
     for side in scenario.sonar.one_sided:
         try:
-            here = stance(side, now, ping, window=scenario.track.window, pulse=pulse, water=scenario.water,
-                          later=later, seed=scenario.seed)  # fmt: skip
+            here = stance(side, carried, ping, window=scenario.track.window, pulse=pulse, water=scenario.water,
+                          seed=scenario.seed)  # fmt: skip
         except ValueError:
             return None
         found += list((0.0, 0.0) if here.still else heard_dopplers(here))

@@ -14,15 +14,19 @@ from pydantic_core import PydanticCustomError
 
 from insonify.noun import located
 from insonify.propagation.families import bounces
+from insonify.scenario.bistatic_faults import bistatic_faults, clock_faults
+from insonify.scenario.carried import platforms
 from insonify.scenario.element_faults import element_faults
 from insonify.scenario.ground_faults import ground_faults
+from insonify.scenario.receiver_faults import receiver_faults
 from insonify.scenario.track_faults import ENDS, out_of_the_water, places
 from insonify.scene.scene import inside_body, scene_faults
 from insonify.scene.target import PointTarget
+from insonify.scene.volume import patch_faults
 from insonify.sonar.array import PointTransducer
 from insonify.sonar.beam import beams
 from insonify.sonar.stance import end_depths
-from insonify.sonar.track import LineTrack, StaticTrack, poses
+from insonify.sonar.track import LineTrack, StaticTrack
 
 if TYPE_CHECKING:
     from insonify.scenario.scenario import Scenario
@@ -39,7 +43,11 @@ def scenario_faults(scenario: Scenario) -> Iterator[PydanticCustomError]:
     Yields:
         Errors of `located`, each at the guilty value, with its limit and the way out.
     """
+    if untimely := list(clock_faults(scenario)):
+        yield from untimely
+        return
     yield from scene_faults(scenario.settled_seabed, scenario.targets)
+    yield from patch_faults(scenario.water.patches, scenario.settled_seabed, scenario.targets)
     yield from _profile_short_of_the_water(scenario)
     found = places(scenario)
     yield from out_of_the_water(scenario, found)
@@ -47,6 +55,8 @@ def scenario_faults(scenario: Scenario) -> Iterator[PydanticCustomError]:
     yield from _sonar_in_a_body(scenario, found)
     yield from _deaf_beams(scenario)
     yield from element_faults(scenario)
+    yield from bistatic_faults(scenario)
+    yield from receiver_faults(scenario)
     if scenario.paths.geometry == "slice":
         yield from _out_of_the_slice(scenario)
     if scenario.paths.engine == "tracer":
@@ -69,8 +79,20 @@ def _beyond_the_waves(scenario: Scenario) -> Iterator[PydanticCustomError]:
         )  # fmt: skip
 
 
+def _scattering_water(scenario: Scenario, place: str) -> Iterator[PydanticCustomError]:
+    """What hangs in the water, where nobody looks for it."""
+    for name in ("volume_strength_db", "patches"):
+        if getattr(scenario.water, name) not in (None, ()):
+            yield located(f"water.{name}", None, f"is not heard by {place}. Write geometry: 3d and engine: paths under "
+                          "paths, or leave it out.")  # fmt: skip
+
+
 def _beyond_the_tracer(scenario: Scenario) -> Iterator[PydanticCustomError]:
     """What rays that are straight, and energies, cannot tell."""
+    yield from _scattering_water(scenario, "the tracer")
+    if scenario.seabed.texture is not None:
+        yield located("seabed.texture", None, "is not known to the tracer. Write engine: paths under paths, or "
+                      "leave it out.")  # fmt: skip
     if scenario.field == "coherent":
         yield located("field", "coherent", "needs phases, and the tracer's rays have none. Write field: incoherent, or "
                       "engine: paths under paths.")  # fmt: skip
@@ -117,7 +139,7 @@ def _sonar_in_a_body(scenario: Scenario, places: dict[str, Floats]) -> Iterator[
 
 def _deaf_beams(scenario: Scenario) -> Iterator[PydanticCustomError]:
     # Whether a steered beam exists depends on the wavelength, which no array knows by itself.
-    depths = end_depths(scenario.sonar, poses(scenario.track, seed=scenario.seed))
+    depths = end_depths(scenario.sonar, platforms(scenario))
     speeds = scenario.water.speed_at(depths)
     for end, array in zip(ENDS, scenario.sonar.steered_arrays, strict=False):
         for speed in sorted({float(speeds.min()), float(speeds.max())}):
@@ -131,6 +153,7 @@ def _deaf_beams(scenario: Scenario) -> Iterator[PydanticCustomError]:
 def _out_of_the_slice(scenario: Scenario) -> Iterator[PydanticCustomError]:
     """A slice is the vertical plane of one beam, which must not lean and must look along boresight."""
     sonar, track = scenario.sonar, scenario.track
+    yield from _scattering_water(scenario, "a slice, which is one plane")
     if not isinstance(track, StaticTrack | LineTrack) or not track.motion.still:
         path, shown = ("track.kind", track.kind) if track.motion.still else ("track.motion", None)
         yield located(

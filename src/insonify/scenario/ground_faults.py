@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pydantic_core import PydanticCustomError
 
 from insonify.noun import located
+from insonify.scenario.track_faults import PLATFORM
 
 if TYPE_CHECKING:
     from insonify.scenario.scenario import Scenario
@@ -21,15 +22,18 @@ _PINGS, _BEARINGS, _DISTANCES = 20, 24, 16  # where a survey is tried
 
 
 def ground_faults(scenario: Scenario, found: dict[str, Floats]) -> Iterator[PydanticCustomError]:
-    """What keeps a sonar from being heard over a surveyed seabed.
+    """What keeps a sonar from being heard over a seabed with relief.
 
     Args:
         scenario: The scenario.
         found: Places of the platform and of its arrays [m], by name, each of shape (pings, 3).
     """
     grid = scenario.seabed.grid
-    bed = None if grid is None else scenario.settled_seabed.bed
-    if bed is None or grid is None:
+    bed = scenario.settled_seabed.bed
+    if bed is None:
+        return
+    if grid is None:
+        yield from _made_land(scenario, found[PLATFORM])
         return
     for name, place in found.items():
         unknown = np.flatnonzero(np.isnan(bed.depth_at(place[:, 0], place[:, 1])))
@@ -49,6 +53,34 @@ def ground_faults(scenario: Scenario, found: dict[str, Floats]) -> Iterator[Pyda
         )  # fmt: skip
 
 
+def _made_land(scenario: Scenario, place: Floats) -> Iterator[PydanticCustomError]:
+    """Relief that nobody surveyed and that stands out of the water: a slip of units more often than an island."""
+    bed = scenario.settled_seabed.bed
+    if bed is None or bed.span[0] > 0:
+        return
+    depth, farthest = _in_reach(scenario, place)
+    if (shallowest := float(depth.min())) <= 0:
+        yield located(
+            "seabed.relief", None, f"rises {bed.depth - shallowest:.3g} m above its mean plane within {farthest:.3g} m "
+            f"of the track, and the water is {bed.depth:g} m deep. Give lower relief, or a deeper seabed; land is for "
+            "surveyed grids.",
+        )  # fmt: skip
+
+
+def _in_reach(scenario: Scenario, place: Floats) -> tuple[Floats, float]:
+    """Depths of the ground at places spread evenly over what is in reach of a track, and how far that is [m]."""
+    bed = scenario.settled_seabed.bed
+    assert bed is not None
+    farthest = scenario.water.fastest * scenario.track.window[1] / 2
+    tried = place[np.linspace(0, len(place) - 1, min(_PINGS, len(place))).astype(int)]
+    # evenly over the area of a disc
+    distance = farthest * np.sqrt((np.arange(_DISTANCES) + 0.5) / _DISTANCES)
+    bearing = 2 * np.pi * np.arange(_BEARINGS) / _BEARINGS
+    north = tried[:, 0, None, None] + distance[:, None] * np.cos(bearing)
+    east = tried[:, 1, None, None] + distance[:, None] * np.sin(bearing)
+    return bed.depth_at(north, east), farthest
+
+
 def unknown_ground(scenario: Scenario, place: Floats) -> str:
     """A word on a survey that ends within reach of the sonar; empty where it does not.
 
@@ -60,14 +92,8 @@ def unknown_ground(scenario: Scenario, place: Floats) -> str:
     bed = None if grid is None else scenario.settled_seabed.bed
     if bed is None or grid is None:
         return ""
-    farthest = scenario.water.fastest * scenario.track.window[1] / 2
-    tried = place[np.linspace(0, len(place) - 1, min(_PINGS, len(place))).astype(int)]
-    # evenly over the area of a disc
-    distance = farthest * np.sqrt((np.arange(_DISTANCES) + 0.5) / _DISTANCES)
-    bearing = 2 * np.pi * np.arange(_BEARINGS) / _BEARINGS
-    north = tried[:, 0, None, None] + distance[:, None] * np.cos(bearing)
-    east = tried[:, 1, None, None] + distance[:, None] * np.sin(bearing)
-    share = float(np.isnan(bed.depth_at(north, east)).mean())
+    depth, farthest = _in_reach(scenario, place)
+    share = float(np.isnan(depth).mean())
     if share <= MOST_UNKNOWN:
         return ""
     return (

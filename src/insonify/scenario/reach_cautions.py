@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.scenario.track_faults import PLATFORM, floor_under, places
+from insonify.scenario.carried import platforms
+from insonify.scenario.track_faults import PLATFORM, RECEIVER, floor_under, places
 
 if TYPE_CHECKING:
     from insonify.scenario.scenario import Scenario
@@ -26,14 +27,27 @@ def reach_cautions(scenario: Scenario) -> list[str]:
     Args:
         scenario: A scenario without faults.
     """
-    ends = [place for name, place in places(scenario).items() if name != PLATFORM]
+    ends = [place for name, place in places(scenario).items() if name not in (PLATFORM, RECEIVER)]
     stop = scenario.track.window[1]
     farthest = float(scenario.water.fastest * stop / 2)
     told = f"and echoes that come within track.window, up to {1e3 * stop:g} ms, are from {farthest:.3g} m at most"
-    said = [_bed(scenario, ends, farthest, told)] if "seabed" in scenario.paths.causes else []
+    said = [_receiver(scenario, told)]
+    said += [_bed(scenario, ends, farthest, told)] if "seabed" in scenario.paths.causes else []
     if "target" in scenario.paths.causes and scenario.paths.geometry == "3d":
         said += [_target(target.label, target.position, ends, farthest, told) for target in scenario.targets]
     return [word for word in said if word]
+
+
+def _receiver(scenario: Scenario, told: str) -> str:
+    """A word on a receiver so far from the transmitter that no window holds an echo; empty otherwise."""
+    carried = platforms(scenario)
+    nearest = float(np.linalg.norm(carried.sending.position - carried.hearing.position, axis=1).min())
+    if nearest <= scenario.water.fastest * scenario.track.window[1]:
+        return ""
+    return (
+        f"receiver_track: it runs {nearest:.4g} m or more from the transmitter's track, {told}, out and back: nothing "
+        "is heard. Bring them nearer, or give a longer window."
+    )
 
 
 def _bed(scenario: Scenario, ends: list[Floats], farthest: float, told: str) -> str:

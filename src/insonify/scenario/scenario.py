@@ -1,12 +1,13 @@
 """A scenario: everything that one simulation is made from."""
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from insonify.noun import Noun, refuse
 from insonify.ocean.water import Water
 from insonify.propagation.choice import PathChoice
+from insonify.scenario.bistatic_faults import keeping_time
 from insonify.scenario.cautions import cautions
 from insonify.scenario.faults import scenario_faults
 from insonify.scene.scene import Scene
@@ -38,10 +39,18 @@ class Scenario(Noun):
     targets: tuple[Target, ...] = ()
     sonar: Sonar
     track: Track
+    receiver_track: Track | None = None
+    """The receiver's own platform; its clock and pings are those of `track`, which then carries the transmitter alone.
+    None: one platform carries both."""
     paths: PathChoice = PathChoice()
     field: Literal["coherent", "incoherent"] = "coherent"
     """Complex pressure with speckle, or the expected intensity."""
     output: Output = Output()
+
+    @field_validator("receiver_track", mode="before")
+    @classmethod
+    def _same_clock(cls, value: Any, info: ValidationInfo) -> Any:
+        return keeping_time(value, info.data.get("track"))
 
     @property
     def scene(self) -> Scene:

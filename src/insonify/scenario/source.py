@@ -56,7 +56,7 @@ class Source:
     def show(self, path: Path, value: object) -> str:
         """A value as it was typed; lists and mappings in one short line."""
         if path in self.written:
-            return self.written[path]
+            return self.written[path] or "''"
         text = yaml.safe_dump(value, default_flow_style=True, width=10_000).split("\n")[0]
         return text if len(text) <= 60 else text[:57] + "..."
 

@@ -83,7 +83,7 @@ def strays(model: type[BaseModel], source: Source) -> list[Advice]:
             problem = f"{source.written[path]} is not a finite number"
             advice.append(_advice(path, source, problem, _allowed(asked)))
         elif asked and all(choice.kind is not bool for choice in asked):
-            wanted = " or ".join(dict.fromkeys(choice.words() for choice in asked))
+            wanted = _either(asked)
             problem = f"{source.written[path]} means {str(value).lower()} in YAML; it should be {wanted}"
             fix = "Put quotes around it" if any(choice.kind is str for choice in asked) else ""
             advice.append(_advice(path, source, problem, fix=fix))
@@ -147,7 +147,7 @@ def _say(finding: _Finding, source: Source) -> Advice:
         return _missing(finding, source)
     if kind in _UNKNOWN:
         return _unknown_key(finding, source)
-    if kind in _RANGE:
+    if kind in _RANGE or (kind == "int_parsing_size" and any(asked.limits for asked in finding.asked)):
         return _out_of_range(finding, source)
     if kind in ("literal_error", "enum", "union_tag_invalid", "union_tag_not_found"):
         return _unknown_choice(finding, source)
@@ -221,8 +221,19 @@ def _wrong_kind(here: list[_Finding], source: Source) -> Advice:
 
 
 def _wanted(findings: list[_Finding]) -> str:
-    kinds = [asked.words() for finding in findings for asked in finding.asked if asked.kind is not type(None)]
-    return " or ".join(dict.fromkeys(kinds)) or "something else"
+    asked = [choice for finding in findings for choice in finding.asked if choice.kind is not type(None)]
+    return _either(asked) or "something else"
+
+
+def _either(asked: Sequence[Asked]) -> str:
+    """Kinds of value in words; groups that one key tells apart by that key alone: all keys are a paragraph."""
+    groups = [choice for choice in asked if choice.keys]
+    tag = next((key for key in groups[0].keys if all(one.tags(key) for one in groups)), "") if len(groups) > 1 else ""
+    if not tag:
+        return " or ".join(dict.fromkeys(choice.words() for choice in asked))
+    known = ", ".join(dict.fromkeys(word for one in groups for word in sorted(one.tags(tag))))
+    others = [choice.words() for choice in asked if not choice.keys]
+    return " or ".join(dict.fromkeys([f"a group of keys ({tag}: one of {known}; and what belongs to it)", *others]))
 
 
 def _si(typed: str, asked: Asked) -> float | None:
@@ -281,6 +292,8 @@ def _better(number: float, unit: str, limits: dict[str, float], asked: Asked, pa
         why = "Depths are positive downwards; write" if "depth" in str(path[-1:]) else "Did you mean"
         return f"{why} {-number:g} {unit or asked.units}".strip() + ("" if why.endswith("write") else "?")
     for guess, size in UNITS.get(asked.dimension, {}).items():
-        if not unit and _fits(number * size, limits):
+        # nobody leaves out the km of 0.001 km
+        is_handy = abs(number) >= (1.0 if size > 1 else 0.1)
+        if not unit and is_handy and _fits(number * size, limits):
             return f"Did you mean {number:g} {guess}?"
     return ""

@@ -4,19 +4,22 @@ Depth is that of the mean plane less the height of the ground. What was asked is
 lattice come back in every ping.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from insonify.scene.pages import CELLS, Paged, Pages
 from insonify.scene.terrain.ground import Ground
 from insonify.scene.terrain.kept import Kept
 from insonify.scene.terrain.relief import Survey
 
 Floats = NDArray[np.float64]
+Places = Callable[[NDArray[np.int64]], tuple[Floats, Floats]]
 
-MAP_CELLS = 64
+MAP_CELLS = CELLS
 """Cells along the side of one piece of the map."""
 CELLS_PER_WAVE = 8
 """Cells of the map along the shortest wave of the ground."""
@@ -24,7 +27,8 @@ FINEST_CELL = 0.02
 """Smallest cell of the map [m]: ground finer than four of them tilts facets, but throws no shadows."""
 WIDEST_CELL = 0.5
 """Largest [m]: edges of shadows are no sharper."""
-_MOST_KEPT = 192 << 20  # bytes of points, and again of maps
+_MOST_KEPT = 192 << 20  # bytes of points
+_MOST_MAPS = 448 << 20  # of maps: 27 thousand pieces; one fewer than a ping asks for, and all are drawn anew each time
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +40,8 @@ class Bed:
     ground: Ground
     """Heights above that plane, and what they leave to the scattering law."""
     _points: Kept = field(default_factory=lambda: Kept(_MOST_KEPT), repr=False)
-    _maps: Kept = field(default_factory=lambda: Kept(_MOST_KEPT), repr=False)
+    _maps: Kept = field(default_factory=lambda: Kept(_MOST_MAPS), repr=False)
+    _pages: Paged = field(default_factory=Paged, repr=False)
 
     @cached_property
     def span(self) -> tuple[float, float]:
@@ -48,24 +53,29 @@ class Bed:
         """Depth of the ground [m] at places [m], broadcast shape; NaN where nobody knows it."""
         return np.asarray(self.depth - self.ground.height(north, east))
 
-    def survey_points(self, key: tuple[int, ...], along: Floats, across: Floats) -> Survey:
-        """Ground at points of the lattice that come again under the same key.
+    def survey_points(
+        self, keys: list[tuple[int, ...]], count: NDArray[np.int64], places: Places, chosen: NDArray[np.int64]
+    ) -> Survey:
+        """Ground at points of the lattice that come again under the same keys.
 
         Args:
-            key: Name of the points; the same key must mean the same points.
-            along: Lattice coordinates of the points [m], shape (n,).
-            across: Likewise [m], shape (n,).
+            keys: Names of sets of points; the same key must mean the same points.
+            count: Points of each set, shape (sets,).
+            places: Gives the lattice coordinates [m] of the points of some sets, one after the other.
+            chosen: Rows wanted of all points, shape (n,).
 
         Returns:
             Height [m] and gradient to the north and the east [1], shapes (n,) and (n, 2).
         """
-
-        def asked() -> Floats:
-            height, slope = self.ground.terrain.own_survey(along, across)
-            return np.column_stack([height, slope])
-
-        found = np.asarray(self._points.get(key, asked), float)
-        return self.ground.terrain.to_world(Survey(found[:, 0], found[:, 1:]))
+        found = self._points.find(keys)
+        missing = np.array([row for row, points in enumerate(found) if points is None], np.int64)
+        if len(missing):
+            height, slope = self.ground.terrain.own_survey(*places(missing))
+            made = np.split(np.column_stack([height, slope]), np.cumsum(count[missing])[:-1])
+            for row, points in zip(missing.tolist(), made, strict=True):
+                found[row] = self._points.get(keys[row], points.copy)
+        points = np.concatenate([some for some in found if some is not None])[chosen]
+        return self.ground.terrain.to_world(Survey(points[:, 0], points[:, 1:]))
 
     @cached_property
     def map_cell(self) -> float:
@@ -82,13 +92,22 @@ class Bed:
         Returns:
             Heights on nodes a `map_cell` apart, shape (65, 65): the last row and column are the next piece's first.
         """
+        return self._maps.get((along, across), lambda: self._drawn(along, across))
 
-        def drawn() -> NDArray[np.floating]:
-            cells = np.arange(MAP_CELLS + 1)
-            a, b = ((number * MAP_CELLS + cells) * self.map_cell for number in (along, across))
-            return self.ground.terrain.own_survey(a[:, None], b[None, :]).height.astype(np.float32)
+    def _drawn(self, along: int, across: int) -> NDArray[np.floating]:
+        """The same, drawn anew."""
+        cells = np.arange(MAP_CELLS + 1)
+        a, b = ((number * MAP_CELLS + cells) * self.map_cell for number in (along, across))
+        return self.ground.terrain.own_survey(a[:, None], b[None, :]).height.astype(np.float32)
 
-        return self._maps.get((along, across), drawn)
+    def asked(self, own: Floats, ask: Callable[[Pages, NDArray[np.bool_]], bool]) -> None:
+        """Let a kernel read the map until it has all the pieces that it comes to.
+
+        Args:
+            own: Places on the lattice about which it is likely to read [m], shape (n, 2).
+            ask: As of `Paged.answer`.
+        """
+        self._pages.answer(self.map_cell, own.min(axis=0), own.max(axis=0), self.map_piece, ask)
 
     def smoothness(
         self, sine: Floats, wavelength: float, zone: Floats, *, left: Floats | float | None = None

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.scene._plane_kernel import fit_ellipses, mark_ellipses
-from insonify.scene.bed import MAP_CELLS, Bed
+from insonify.scene._plane_kernel import fit_ellipses
+from insonify.scene.bed import Bed
 
 Floats = NDArray[np.float64]
 
@@ -18,16 +18,20 @@ _GOLDEN = 0.6180339887498949
 
 
 def _pattern(count: int) -> Floats:
-    """Samples of the unit disc, evenly over its area and symmetric about both axes and diagonals, (8 count, 2)."""
+    """Samples of the unit disc, evenly over its area and symmetric about both axes and diagonals, (8 count + 1, 2).
+
+    The last row holds the sums of their squares.
+    """
     number = np.arange(count)
     radius, turn = np.sqrt((number + 0.5) / count), np.pi / 4 * np.mod((number + 0.5) * _GOLDEN, 1)
     eighth = radius[:, None] * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
     quarter = np.concatenate([eighth, eighth[:, ::-1]])
-    return np.concatenate([quarter * (side, other) for side in (1, -1) for other in (1, -1)])
+    disc = np.concatenate([quarter * (side, other) for side in (1, -1) for other in (1, -1)])
+    return np.concatenate([disc, np.sum(disc**2, axis=0, keepdims=True)])
 
 
 PATTERN, FEW = _pattern(4), _pattern(1)
-"""Where an ellipse is sampled, as parts of its half axes [1]: 32 places, and 8."""
+"""Where an ellipse is sampled, as parts of its half axes [1]: 32 places, and 8; then the sums of their squares."""
 
 
 class Planes(NamedTuple):
@@ -66,19 +70,18 @@ def fitted_planes(
         mean plane.
     """
     lattice = bed.ground.terrain.lattice
-    own, turn, least = lattice.from_world(place), bearing - lattice.heading, bed.ground.finest / 8
+    own, turn, least = lattice.from_world(place), bearing - lattice.heading, least_half_axis(bed)
     columns = (*own.T, np.cos(turn), np.sin(turn), np.maximum(half_length, least), np.maximum(half_width, least))
     ellipses = np.stack(columns, axis=-1)
-    found = np.empty((len(ellipses), 4))
+    found, done = np.empty((len(ellipses), 4)), np.zeros(len(ellipses), bool)
     if not len(ellipses):
         return Planes(found[:, 0], found[:, 1:3], found[:, 3])
     pattern = FEW if rough else PATTERN
-    side, around = bed.map_cell * MAP_CELLS, ellipses[:, 4:].max(axis=1, keepdims=True)
-    corner = np.floor((own - around).min(axis=0) / side).astype(int)
-    wanted = np.zeros(np.floor((own + around).max(axis=0) / side).astype(int) + 1 - corner, bool)
-    mark_ellipses(ellipses, pattern, side, *corner, wanted)
-    row_of = np.cumsum(wanted.ravel()).reshape(wanted.shape) - 1
-    pieces = np.stack([bed.map_piece(int(a), int(b)) for a, b in corner + np.argwhere(wanted)])
-    fit_ellipses(ellipses, pattern, side, *corner, row_of, pieces, found)
+    bed.asked(own, lambda pages, wanted: fit_ellipses(ellipses, pattern, pages, wanted, done, found))
     c, s, along, across = np.cos(bearing), np.sin(bearing), found[:, 1], found[:, 2]
     return Planes(found[:, 0], np.stack([c * along - s * across, s * along + c * across], axis=-1), found[:, 3])
+
+
+def least_half_axis(bed: Bed) -> float:
+    """Half axis below which ellipses are not told apart [m]: an eighth of the ground's shortest wave."""
+    return bed.ground.finest / 8

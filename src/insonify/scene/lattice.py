@@ -2,10 +2,11 @@
 
 Cells are squares of BASE_PITCH * 2**level in the lattice's own frame, grouped in tiles of
 TILE x TILE cells. Position and phase come from the key (seed, stream, level, cell) alone, so any
-cell can be drawn at any time by any worker, and a world moved as a whole keeps its scatterers.
+cell can be drawn at any time by any worker, and a world moved as a whole keeps its scatterers. So does each cell's
+priority: a sonar that hears a place faintly draws only those that come first, the same in every ping.
 """
 
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -23,6 +24,14 @@ BASE_PITCH = 0.01
 """Side of a cell at level 0 [m]."""
 TILE = 32
 """Cells along the side of a tile."""
+PARTS = 4
+"""Parts along the side of a tile, each as loud as its loudest place."""
+SIDE = TILE // PARTS
+"""Cells along the side of a part."""
+CELLS = SIDE * SIDE
+"""Cells of a part."""
+PART_ORDER, TILE_ORDER = 1, 2
+"""Last counters of the draws that put the cells of a part, and the parts of a tile, in order; 0 for a cell's own."""
 
 
 Coordinate = Annotated[Metres, Field(ge=-1e7, le=1e7)]
@@ -70,7 +79,7 @@ class Tiles(NamedTuple):
         side = TILE * self.pitch
         return np.stack([(self.along + 0.5) * side, (self.across + 0.5) * side], axis=-1)
 
-    def take(self, rows: NDArray[np.bool_] | slice) -> "Tiles":
+    def take(self, rows: NDArray[np.bool_] | Integers | slice) -> "Tiles":
         """The tiles of some rows."""
         return Tiles(self.level[rows], self.along[rows], self.across[rows])
 
@@ -82,56 +91,146 @@ class Tiles(NamedTuple):
 
 
 class Draw(NamedTuple):
-    """What was drawn in the cells of some tiles, columns of shape (n,)."""
+    """What was drawn in some cells of some tiles, columns of shape (n,)."""
 
-    along: NDArray[np.float64]
-    across: NDArray[np.float64]
-    area: NDArray[np.float64]
-    phase: NDArray[np.complex128]
-    place: NDArray[np.uint64]
+    stream: int
+    """Stream of the interface."""
+    level: Integers
+    """Level of the cell."""
+    row: Integers
+    """Number of the cell along the lattice's first axis."""
+    column: Integers
+    """Number of the cell along its second axis."""
+    along: Floats
+    """Lattice coordinate of the scatterer [m]."""
+    across: Floats
+    """Likewise [m]."""
+    turn: Floats
+    """Phase of the place, in turns."""
+    priority: Floats
+    """Uniform number below one that belongs to the place: who keeps a part p of them keeps those below p."""
+    tile: Integers
+    """Row of the tile among those asked for."""
+    rank: Integers
+    """Place in the tile's order, 0 to TILE * TILE - 1: the whole part of its size times the priority."""
+
+    @property
+    def area(self) -> Floats:
+        """Of the cell [m^2]."""
+        return np.asarray((BASE_PITCH * 2.0**self.level) ** 2)
+
+    @property
+    def phase(self) -> NDArray[np.complex128]:
+        """Unit phasor of the place [1]."""
+        phase = np.empty(len(self.turn), complex)
+        _phasors(self.turn, phase)
+        return phase
+
+    @property
+    def place(self) -> NDArray[np.uint64]:
+        """Key of the place."""
+        return lattice_place(self.stream, self.level, self.row, self.column)
+
+    def take(self, rows: NDArray[np.bool_] | NDArray[np.int64]) -> "Draw":
+        """What was drawn in some rows."""
+        columns: list[Any] = [column[rows] for column in self[1:]]
+        return Draw(self.stream, *columns)
 
 
-def draw(tiles: Tiles, seed: int, stream: int) -> Draw:
-    """The scatterers of some tiles, one for each cell.
+def draw(tiles: Tiles, seed: int, stream: int, most: Floats | None = None) -> Draw:
+    """The scatterers of some tiles, one for each cell, or those of least priority.
+
+    The order of a tile's cells is stratified: of any first 4**k one lies in each of 4**k equal squares, and the next
+    are spread over these, as far from the first as they can be. Few of them are still an even lattice of jittered
+    points.
 
     Args:
         tiles: Which tiles.
         seed: Seed of the scenario.
         stream: Stream of the interface, one of `insonify.streams`.
+        most: Priority below which scatterers of each part of each tile are wanted, shape (n, PARTS, PARTS); None: all.
 
     Returns:
-        Lattice coordinates [m], cell area [m^2], unit phasor and key of the place.
+        Tile by tile, part by part, by increasing priority.
+
+    Source: the order is a scrambled base-4 radical inverse, Owen (1995), "Randomly permuted (t,m,s)-nets and
+    (t,s)-sequences", with the digits' order that keeps two of four on a diagonal.
     """
-    n = len(tiles.level) * TILE * TILE
-    along, across, area, phase = np.empty(n), np.empty(n), np.empty(n), np.empty(n, complex)
-    _draw(tiles.level, tiles.along, tiles.across, *streams.key(seed, stream), along, across, area, phase)
-    cell = np.arange(TILE)
-    row, column = (
-        (number[:, None, None] * TILE + cells).repeat(times, axis=axis).ravel()
-        for number, cells, times, axis in (
-            (tiles.along, cell[:, None], TILE, 2),
-            (tiles.across, cell[None, :], TILE, 1),
-        )
-    )
-    place = lattice_place(stream, tiles.level.repeat(TILE * TILE), row, column)
-    return Draw(along, across, area, phase, place)
+    wanted = np.ones((len(tiles.level), PARTS, PARTS)) if most is None else most
+    count = int(np.minimum(np.floor(np.maximum(wanted, 0) * CELLS) + 1, CELLS).sum())
+    kinds = (np.int64,) * 3 + (float,) * 4 + (np.int64,) * 2
+    columns: list[Any] = [np.empty(count, kind) for kind in kinds]
+    count = _draw(*tiles, wanted, *streams.key(seed, stream), *columns)
+    return Draw(stream, *(column[:count] for column in columns))
+
+
+@njit(cache=True, nogil=True)
+def _phasors(turn: Floats, phase: NDArray[np.complex128]) -> None:
+    """Unit phasors of some turns, into phase (n,)."""
+    for n in range(turn.size):
+        angle = 2 * np.pi * turn[n]
+        phase[n] = complex(np.cos(angle), np.sin(angle))
+
+
+@njit(cache=True, nogil=True)
+def _digit(square: int, scramble: int) -> int:
+    """Which of the four comes when: place in the order of a square (two bits) under a scramble (two bits)."""
+    shuffled = square ^ scramble  # in the order 0, 3, 1, 2: the second lies across from the first
+    return (0, 2, 3, 1)[shuffled]
 
 
 @njit(cache=True, nogil=True)
 def _draw(
-    level: Integers, tile_along: Integers, tile_across: Integers, k0: int, k1: int, along: Floats, across: Floats,
-    area: Floats, phase: NDArray[np.complex128],
-) -> None:  # fmt: skip
-    """Fill the columns of `Draw`, tile by tile, cell by cell."""
+    tile_level: Integers, tile_along: Integers, tile_across: Integers, most: Floats, k0: int, k1: int, level: Integers,
+    row: Integers, column: Integers, along: Floats, across: Floats, turn: Floats, priority: Floats, tile: Integers,
+    rank: Integers,
+) -> int:  # fmt: skip
+    """Fill the columns of `Draw`; their number is returned."""
     n = 0
-    for t in range(level.size):
-        pitch = BASE_PITCH * 2.0 ** level[t]
-        for a in range(tile_along[t] * TILE, (tile_along[t] + 1) * TILE):
-            for b in range(tile_across[t] * TILE, (tile_across[t] + 1) * TILE):
-                w0, w1, w2, _ = streams.philox(a & 0xFFFFFFFF, b & 0xFFFFFFFF, level[t], 0, k0, k1)
+    for t in range(tile_level.size):
+        scale = tile_level[t]
+        pitch = BASE_PITCH * 2.0**scale
+        coarse, _, _, _ = streams.philox(
+            tile_along[t] & 0xFFFFFFFF, tile_across[t] & 0xFFFFFFFF, scale, TILE_ORDER, k0, k1
+        )
+        for part in range(PARTS * PARTS):
+            wanted = most[t, part // PARTS, part % PARTS]
+            if wanted <= 0:
+                continue
+            half, quarter = (part >> 3) * 2 + (part >> 1 & 1), (part >> 2 & 1) * 2 + (part & 1)
+            first = _digit(half, int(coarse) & 3) + 4 * _digit(quarter, int(coarse) >> (2 + 2 * half) & 3)
+            if first >= wanted * TILE * TILE:
+                continue
+            a0, b0 = tile_along[t] * TILE + part // PARTS * SIDE, tile_across[t] * TILE + part % PARTS * SIDE
+            w0, w1, _, _ = streams.philox(a0 & 0xFFFFFFFF, b0 & 0xFFFFFFFF, scale, PART_ORDER, k0, k1)
+            fine = np.uint64(w0) | np.uint64(w1) << np.uint64(32)
+            for number in range(CELLS):
+                place = first + PARTS * PARTS * number
+                if place >= wanted * TILE * TILE:
+                    break
+                da, db = _cell(number, fine)
+                a, b = a0 + da, b0 + db
+                w0, w1, w2, w3 = streams.philox(a & 0xFFFFFFFF, b & 0xFFFFFFFF, scale, 0, k0, k1)
+                priority[n] = (place + streams.unit(w3)) / (TILE * TILE)
+                if priority[n] >= wanted:
+                    continue
+                level[n], row[n], column[n], tile[n], rank[n] = scale, a, b, t, place
                 along[n] = (a + streams.unit(w0)) * pitch
                 across[n] = (b + streams.unit(w1)) * pitch
-                area[n] = pitch * pitch
-                angle = 2 * np.pi * streams.unit(w2)
-                phase[n] = complex(np.cos(angle), np.sin(angle))
+                turn[n] = streams.unit(w2)
                 n += 1
+    return n
+
+
+@njit(cache=True, nogil=True)
+def _cell(number: int, scrambles: np.uint64) -> tuple[int, int]:
+    """Row and column in its part of the cell that comes at some place of the part's order."""
+    node, a, b, done = 0, 0, 0, 0
+    for _ in range(3):
+        scramble = int(scrambles >> np.uint64(2 * (done + node))) & 3
+        square = (0, 3, 1, 2)[number & 3] ^ scramble
+        a, b = 2 * a + (square >> 1), 2 * b + (square & 1)
+        done = 4 * done + 1
+        node = 4 * node + square
+        number >>= 2
+    return a, b

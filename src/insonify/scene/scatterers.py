@@ -13,7 +13,7 @@ from insonify.scattering.kirchhoff_facet import SmoothFace
 from insonify.scattering.law import ScatteringLaw
 
 Law = ScatteringLaw | FastLaw
-Boundary = Literal["seabed", "surface", "target"]
+Boundary = Literal["seabed", "surface", "target", "water"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +21,7 @@ class Scatterers:
     """Points of one owner under one law, as columns of equal length n."""
 
     owner: str
-    """Who they belong to: "seabed", "surface" or a target's label."""
+    """Who they belong to: "seabed", "surface", "water" or the label of a target or a patch."""
     boundary: Boundary
     """What they lie on; bounces on that very boundary are not legs of theirs."""
     law: Law | SmoothFace
@@ -31,7 +31,8 @@ class Scatterers:
     normal: NDArray[np.float64]
     """Unit normal into the water, shape (n, 3)."""
     area: NDArray[np.float64]
-    """Share of the interface each stands for [m^2]; [m] along the ground in a slice; 1 for a point target. (n,)."""
+    """Share of the interface each stands for [m^2]; [m] along the ground in a slice; 1 for a point target. (n,).
+    On a seabed with a texture, times its factor; in the water the volume [m^3], times its s_v [1/m]."""
     phase: NDArray[np.complex128]
     """Unit phasor of the place [1], shape (n,); 1 where nothing is drawn."""
     place: NDArray[np.uint64]

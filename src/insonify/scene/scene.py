@@ -20,7 +20,7 @@ from insonify.scene.solid import ground_depth, inside_solid, solid_faults, world
 from insonify.scene.surface import Surface
 from insonify.scene.target import Box, PointTarget, Solid, Target, is_solid
 
-RESERVED = ("seabed", "surface", "target", "noise", "total")
+RESERVED = ("seabed", "surface", "target", "water", "noise", "total")
 _ROUNDING = 1e-9  # what is left when a depth is summed up [m]
 
 
@@ -64,9 +64,14 @@ class Scene(Noun):
 
     @property
     def body_depths(self) -> tuple[float, float]:
-        """Depths of the highest top and of the deepest base of all bodies in the water [m]; without any, of the bed."""
+        """Depths of the highest top and of the deepest base of all bodies in the water [m]; without any, of the bed.
+
+        Where the water itself scatters, its points are anywhere.
+        """
         seabed = self.seabed
         shallowest, deepest = (seabed.depth,) * 2 if seabed.bed is None else seabed.bed.span
+        if self.water.scatters:
+            return 0.0, deepest
         surfaces = [world_triangles(solid, seabed) for solid in self.solids]
         tops = [*self.bodies[:, 6], *(float(one.low[2]) for one in surfaces)]
         bases = [*self.bodies[:, 7], *(float(one.high[2]) for one in surfaces)]

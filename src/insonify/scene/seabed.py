@@ -20,6 +20,7 @@ from insonify.scene.terrain.power_law import PowerLaw
 from insonify.scene.terrain.ripples import Ripples
 from insonify.scene.terrain.scour import Scour
 from insonify.scene.terrain.split import COARSEST, FINEST, Split
+from insonify.scene.texture import Texture
 
 Reflection = Annotated[float, Field(ge=-1, le=1)] | Annotated[str, AfterValidator(known_sediment)]
 ReliefKind = Annotated[PowerLaw | Ripples | Grid | Scour, Field(discriminator="kind")]
@@ -45,11 +46,13 @@ class Seabed(Noun):
     split: Annotated[Metres, Field(ge=FINEST, le=COARSEST)] | None = Split().wavelength
     """Longest wavelength that is left to the scattering law [m]; None: where the sediment's own roughness asks it."""
     seed: Annotated[int, Field(ge=0, lt=2**63)] | None = None
-    """Seed of the relief; None: the scenario's."""
+    """Seed of the relief and of the texture; None: the scenario's."""
     scattering: Annotated[
         Annotated[Lambert | SedimentLaw, Field(discriminator="law")] | None, BeforeValidator(law_by_its_numbers)
     ] = SedimentLaw()
     """Law of diffuse scattering; None for a bed that only mirrors."""
+    texture: Texture | None = None
+    """How the strength of scattering varies about its mean, from place to place; None: not at all."""
     reflection: Reflection = "medium sand"
     """Pressure reflection coefficient [1], or the sediment whose Rayleigh coefficient is used."""
 
@@ -82,14 +85,14 @@ class Seabed(Noun):
         return self
 
     def settled(self, seed: int, frequency: float, sound_speed: float) -> Self:
-        """The same seabed with nothing about its relief left open.
+        """The same seabed with nothing about its relief and its texture left open.
 
         Args:
             seed: Seed of the scenario.
             frequency: Of the sonar [Hz].
             sound_speed: Of the water [m/s].
         """
-        if not self.relief or (self.split is not None and self.seed is not None):
+        if not (self.relief or self.texture) or (self.split is not None and self.seed is not None):
             return self
         split = Split() if self.split is None else Split(wavelength=self.split)
         if self.split is None and isinstance(self.scattering, SedimentLaw):
@@ -112,6 +115,17 @@ class Seabed(Noun):
         if isinstance(self.scattering, SedimentLaw):
             return self.scattering.at(frequency, sound_speed)
         return self.scattering
+
+    def textured(self, place: NDArray[np.float64]) -> NDArray[np.float64]:
+        """What the texture makes of the scattering strength at places [1], shape (n,).
+
+        Args:
+            place: North and east [m], and whatever else, shape (n, 2 or more).
+        """
+        if self.texture is None:
+            return np.ones(len(place))
+        seed = 1 if self.seed is None else self.seed
+        return self.texture.at(place[:, 0], place[:, 1], seed=seed, lattice=self.lattice)
 
     def mirror(self, grazing: NDArray[np.float64]) -> NDArray[np.complex128]:
         """Pressure reflection coefficient of one bottom bounce [1].

@@ -26,6 +26,11 @@ class Course:
     rotation: Floats
     """Axes of the platform in the world, as columns, at the three moments [1], shape (3, 3, 3)."""
 
+    @property
+    def still(self) -> bool:
+        """True where the platform neither moves nor turns."""
+        return bool(np.ptp(self.position, axis=0).max() == 0 and np.ptp(self.rotation, axis=0).max() == 0)
+
     def of(self, offset: Floats) -> tuple[Floats, Floats, Floats]:
         """How things that are fixed to the platform go on.
 
@@ -51,6 +56,11 @@ class Course:
         halves = [velocity * t + acceleration / 2 * t**2 for t in (self.window / 2, self.window)]
         return float(np.linalg.norm(halves, axis=-1).max())
 
+    @property
+    def turns(self) -> bool:
+        """Whether the platform's attitude changes."""
+        return not all(np.array_equal(self.rotation[0], later) for later in self.rotation[1:])
+
     def turned(self, direction: Floats, when: Floats) -> Floats:
         """Directions as they would have to be at the start to be heard by the platform as it is turned later.
 
@@ -61,18 +71,23 @@ class Course:
         Returns:
             Unit vectors, shape (n, 3).
         """
-        first, middle, last = (turn.T for turn in self.rotation)  # world to body
-        if np.array_equal(first, middle) and np.array_equal(first, last):
+        if not self.turns:
             return direction
-        x = (when / self.window)[:, None]
-        rate, bend = 4 * (middle - first) - (last - first), 2 * ((last - first) - 2 * (middle - first))
-        body = direction @ first.T + x * (direction @ rate.T) + x**2 * (direction @ bend.T)
-        world = body @ first
+        t = when[:, None]
+        rate, bend = self.sweep
+        world = direction + t * (direction @ rate.T) + t**2 * (direction @ bend.T)
         return np.asarray(world / np.sqrt(np.einsum("ij,ij->i", world, world))[:, None])
 
+    @property
+    def sweep(self) -> tuple[Floats, Floats]:
+        """What `turned` adds to a direction, once for each second and once for its square [1/s, 1/s^2], (3, 3) each."""
+        first, middle, last = (turn.T for turn in self.rotation)  # world to body
+        rate, bend = 4 * (middle - first) - (last - first), 2 * ((last - first) - 2 * (middle - first))
+        return first.T @ rate / self.window, first.T @ bend / self.window**2
 
-def course(now: Poses, later: tuple[Poses, Poses], ping: int, window: float) -> Course | None:
-    """How the platform goes on from one ping; None where it does not move.
+
+def course(now: Poses, later: tuple[Poses, Poses], ping: int, window: float) -> Course:
+    """How the platform goes on from one ping.
 
     Args:
         now: Poses at the start of each ping.
@@ -83,6 +98,4 @@ def course(now: Poses, later: tuple[Poses, Poses], ping: int, window: float) -> 
     moments = (now, *later)
     position = np.array([poses.position[ping] for poses in moments])
     rotation = np.array([poses.rotation(ping) for poses in moments])
-    if np.ptp(position, axis=0).max() == 0 and np.ptp(rotation, axis=0).max() == 0:
-        return None
     return Course(window, position, rotation)

@@ -54,6 +54,29 @@ def two_way_width(transmit: Beams, receive: Beams) -> float:
     return min(WIDEST, *(_width(transmit.only(channel), receive.only(channel)) for channel in channels))
 
 
+def two_way_height(transmit: Beams, receive: Beams) -> float:
+    """Full height of the lowest two-way beam between its half-power points, across its width [rad], 1 rad at most.
+
+    Args:
+        transmit: Transmit beams, one or as many as receive.
+        receive: Receive beams, one or as many as transmit.
+    """
+    step, heights = 1e-3, []
+    away = np.arange(0, WIDEST, step)
+    for channel in range(max(transmit.channel_count, receive.channel_count)):
+        sent, heard = transmit.only(channel).turned(np.eye(3)), receive.only(channel).turned(np.eye(3))
+        right, down = max(sent, heard, key=lambda end: float(end.per_unit[1])).steer[0]
+        axis = float(np.arcsin(np.clip(down, -1, 1)))
+        turn = float(np.arctan2(right, np.sqrt(max(1 - right**2 - down**2, 0.0))))
+        found = 0.0
+        for side in (-1, 1):
+            up = axis + side * away
+            way = np.stack([np.cos(up) * np.cos(turn), np.cos(up) * np.sin(turn), np.sin(up)], axis=-1)
+            found += _half_power(((sent.gain(way) * heard.gain(way)) ** 2)[0]) * step
+        heights.append(min(found, WIDEST))
+    return min(heights)
+
+
 def _width(transmit: Beams, receive: Beams) -> float:
     """Full width of one two-way beam [rad]; in its own frame it is the same at every ping."""
     key = tuple(

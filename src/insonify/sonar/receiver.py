@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 
-from insonify.noun import Hertz, Metres, Noun
+from insonify.noun import Hertz, Metres, Noun, Seconds
+from insonify.sonar.electronics import Converter, Crosstalk, Gain, SelfNoise
 from insonify.sonar.hydrophones import ElementErrors
 
 ROLL_OFF = 1.25
@@ -32,6 +33,25 @@ class Receiver(Noun):
     """Frequencies across the band at which beams and absorption are taken, for pressures; 1: at its centre only."""
     compress: bool = False
     """Whether the recording is the matched filter's output: peaks at the echoes' delays."""
+    self_noise: SelfNoise | None = None
+    """Noise of the receiver itself; None: it has none."""
+    crosstalk: Crosstalk | None = None
+    """What gets into channels from the transmitter and from each other; None: nothing."""
+    blanking: Annotated[Seconds, Field(ge=0, le=1e3)] | None = None
+    """Time after the end of transmission until which it is deaf [s]; None: it always hears."""
+    gain: Gain | None = None
+    """Gain before the converter; None: 0 dB at all times."""
+    converter: Converter | None = None
+    """What clips and rounds; None: pressures are recorded as they are."""
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """Names of the parts behind the hydrophones that are there, in the order in which sound meets them.
+
+        Gain alone is none of them: it is divided out again.
+        """
+        chain = ("crosstalk", "blanking", "converter")
+        return tuple(name for name in chain if getattr(self, name) is not None)
 
     @property
     def sample_rate(self) -> float:

@@ -31,7 +31,7 @@ class Mounting(Noun):
 
 
 class Sonar(Noun):
-    """A source and its receiver, on one platform, with the same mounting; or a pair of them, one for each side."""
+    """A source and its receiver, with the same mounting if on one platform; or a pair of them, one for each side."""
 
     source_level_db: Decibels = Field(ge=0, le=300)
     """Rms level on the axis of the transmit beam [dB re 1 uPa at 1 m]."""
@@ -40,6 +40,8 @@ class Sonar(Noun):
     receive: Array
     receiver: Receiver = Receiver()
     mounting: Mounting = Mounting()
+    receive_mounting: Mounting | None = None
+    """How the receive array faces on a platform of its own; None: as the transmit array faces on its own."""
     sides: tuple[Side, ...] | None = None
     """A sidescan's sides, in the order of their channels: starboard as mounted, port its mirror image, each with
     its own transmitter and receiver and deaf to the other; None: one sonar, as mounted."""
@@ -201,6 +203,26 @@ def array_rotation(sonar: Sonar, body: NDArray[np.float64]) -> NDArray[np.float6
     return array_axes(body, mounting_rotation(sonar.mounting.bearing, sonar.mounting.tilt))
 
 
+def receiver_rotation(sonar: Sonar, body: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Axes of the receive array in the world, see `array_rotation`.
+
+    Args:
+        sonar: The sonar; only its mounting matters.
+        body: Axes of the receiver's platform in the world as columns, shape (3, 3).
+    """
+    faces = receiver_mounting(sonar)
+    return array_axes(body, mounting_rotation(faces.bearing, faces.tilt))
+
+
+def receiver_mounting(sonar: Sonar) -> Mounting:
+    """How the receive array faces on its platform.
+
+    Args:
+        sonar: The sonar.
+    """
+    return sonar.mounting if sonar.receive_mounting is None else sonar.receive_mounting
+
+
 def array_position(array: AnyArray, position: NDArray[np.float64], body: NDArray[np.float64]) -> NDArray[np.float64]:
     """Place of an array's centre in the world [m].
 
@@ -228,6 +250,7 @@ def channel_places(sonar: Sonar) -> NDArray[np.float64]:
     for side in sonar.one_sided:
         place = np.zeros((side.beam_count, 3))
         if side.receiver.record == "elements":
-            place = element_layout(side.receive)[0] @ mounting_rotation(side.mounting.bearing, side.mounting.tilt)
+            faces = receiver_mounting(side)
+            place = element_layout(side.receive)[0] @ mounting_rotation(faces.bearing, faces.tilt)
         rows.append(place + np.asarray(side.receive.offset))
     return np.concatenate(rows)

@@ -1,6 +1,7 @@
 """The sonar as it stands at one ping: where its two ends are, how its beams point, what it hears and when.
 
-Places and attitudes are those at the start of the pulse; how they go on from there is its `course`.
+Places and attitudes are those at the start of the pulse; how they go on from there is its `course`. The receiver may
+ride a platform of its own.
 """
 
 from dataclasses import dataclass, field
@@ -10,10 +11,11 @@ from numpy.typing import NDArray
 
 from insonify.ocean.water import Water
 from insonify.sonar.beam import Beams, beams
-from insonify.sonar.course import Course, course
+from insonify.sonar.course import Course
 from insonify.sonar.heard import HeardPulse
 from insonify.sonar.hydrophones import Hydrophones, hydrophones, one_element, whole_aperture
-from insonify.sonar.sonar import Sonar, array_position, array_rotation
+from insonify.sonar.platforms import Platforms
+from insonify.sonar.sonar import Sonar, array_position, array_rotation, receiver_rotation
 from insonify.sonar.sub_bands import SubBand, band_nodes
 from insonify.sonar.survey import Survey, survey
 from insonify.sonar.track.poses import Poses
@@ -29,6 +31,8 @@ class Stance:
     """Number of the ping."""
     sound_speed: float
     """Speed of sound at the transmitter [m/s]."""
+    receive_speed: float
+    """Speed of sound at the receiver [m/s]."""
     transmit_place: Floats
     """North, east, depth of the transmitter [m], shape (3,)."""
     receive_place: Floats
@@ -40,9 +44,9 @@ class Stance:
     bearing: float
     """Bearing of the first beam [rad]."""
     track: Floats
-    """Places of the platform at all pings, shape (pings, 3): sampling follows the whole track."""
+    """Places of the platform, or of both, at all pings, shape (n, 3): sampling follows the whole track."""
     survey: Survey
-    """The same in short: how near, how far and how deep the sonar ever gets."""
+    """The same in short: how near, how far and how deep the sonar ever gets; of two platforms the transmitter's."""
     window: tuple[float, float]
     """Start and stop of the recording [s]."""
     pulse: HeardPulse
@@ -61,7 +65,11 @@ class Stance:
     bands: tuple[SubBand, ...] = ()
     """Beams at several frequencies across the band; none: those at its centre serve throughout."""
     course: Course | None = None
-    """How the platform goes on from the start of the ping; None: it stands still until the window ends."""
+    """How the receiver's platform goes on from the start of the ping; None: nothing moves until the window ends."""
+    transmit_course: Course | None = None
+    """How the transmitter's platform goes on: the same course where it is the same platform."""
+    receive_survey: Survey | None = None
+    """Where a receiver goes that has a platform of its own; None: both ends ride the same."""
 
     @property
     def still(self) -> bool:
@@ -71,7 +79,7 @@ class Stance:
     @property
     def transmit_velocity(self) -> Floats:
         """Of the transmitter at the start of the ping [m/s], shape (3,)."""
-        return np.zeros(3) if self.course is None else self.course.of(self.arms[:1])[1][0]
+        return np.zeros(3) if self.transmit_course is None else self.transmit_course.of(self.arms[:1])[1][0]
 
     @property
     def receive_velocity(self) -> Floats:
@@ -82,6 +90,11 @@ class Stance:
     def frequency(self) -> float:
         """Centre frequency [Hz]."""
         return self.pulse.pulse.frequency
+
+    @property
+    def middle(self) -> Floats:
+        """North and east of the middle between both ends [m], shape (2,)."""
+        return np.asarray((self.transmit_place[:2] + self.receive_place[:2]) / 2)
 
     @property
     def wavelength(self) -> float:
@@ -98,8 +111,31 @@ class Stance:
     def spread(self) -> float:
         """How much sooner or later than at the centre of a standing array an echo may come [s]."""
         size = 0.0 if self.elements is None else float(np.linalg.norm(self.elements.place, axis=1).max())
-        moved = 0.0 if self.course is None else self.course.farthest(self.arms)
-        return (size + 2 * moved) / self.sound_speed
+        moved = 0.0
+        if self.course is not None and self.transmit_course is not None:
+            moved = max(self.transmit_course.farthest(self.arms[:1]), self.course.farthest(self.arms[1:]))
+        return (size + 2 * moved) / min(self.sound_speed, self.receive_speed)
+
+    @property
+    def surveys(self) -> tuple[Survey, ...]:
+        """Where each platform goes: the transmitter's, then the receiver's if it is another."""
+        return (self.survey,) if self.receive_survey is None else (self.survey, self.receive_survey)
+
+    @property
+    def survey_depths(self) -> tuple[float, float]:
+        """Least and greatest depth of the sonar on its whole track [m]."""
+        return min(one.depths[0] for one in self.surveys), max(one.depths[1] for one in self.surveys)
+
+    @property
+    def reach(self) -> tuple[float, float]:
+        """Farthest that elements get from the receiver's centre at the start of the ping: over ground, in depth [m]."""
+        own = np.zeros((1, 3)) if self.elements is None else self.elements.place
+        place = own @ self.receive_beams.axes
+        if self.course is not None:
+            _, velocity, acceleration = self.course.of(self.arms[1] + place @ self.course.rotation[0])
+            moments = (0.0, self.course.window / 2, self.course.window)
+            place = np.concatenate([place + velocity * t + acceleration / 2 * t**2 for t in moments])
+        return float(np.hypot(place[:, 0], place[:, 1]).max()), float(np.abs(place[:, 2]).max())
 
     @property
     def alike(self) -> bool:
@@ -117,33 +153,35 @@ class Stance:
         return bool(np.array_equal(self.transmit_place, self.receive_place))
 
 
-def stance(sonar: Sonar, poses: Poses, ping: int, *, window: tuple[float, float], pulse: HeardPulse,
-           water: Water, whole: Survey | None = None, later: tuple[Poses, Poses] | None = None,
-           seed: int = 1) -> Stance:  # fmt: skip
+def stance(sonar: Sonar, poses: Poses | Platforms, ping: int, *, window: tuple[float, float], pulse: HeardPulse,
+           water: Water, whole: tuple[Survey, ...] = (), seed: int = 1) -> Stance:  # fmt: skip
     """The sonar as it stands at one ping.
 
     Args:
         sonar: The sonar, of one side.
-        poses: Poses of its platform.
+        poses: Poses of its one platform, which stops and hops; or its platforms, with how they go on.
         ping: Number of the ping.
         window: Start and stop of the recording [s].
         pulse: The sonar's heard pulse, made once for all pings.
         water: What the arrays stand in: a beam is as wide as the sound speed at its own array makes it.
-        whole: The survey of all its pings; None: it is made here.
-        later: Poses at the middle and at the end of the window of every ping; None: stop and hop.
+        whole: The survey of all its pings, of each platform; none: they are made here.
         seed: Of the scenario: the elements' errors are drawn from it.
     """
-    body = poses.rotation(ping)
-    rotation = array_rotation(sonar, body)
+    both = Platforms(poses) if isinstance(poses, Poses) else poses
+    bodies = [carrier.rotation(ping) for carrier in both.carriers]
+    rotation, ears_rotation = array_rotation(sonar, bodies[0]), receiver_rotation(sonar, bodies[1])
     transmit, receive = sonar.arrays
     frequency = sonar.pulse.frequency
-    places = [array_position(array, poses.position[ping], body) for array in (transmit, receive)]
+    places = [
+        array_position(array, carrier.position[ping], body)
+        for array, carrier, body in zip((transmit, receive), both.carriers, bodies, strict=True)
+    ]
     speeds = [float(water.speed_at(place[2])) for place in places]
     elements, resolving, ears = None, None, sonar.steered_arrays[-1]
     if sonar.receiver.record == "elements":
         side = int(np.sign(np.sin(sonar.mounting.bearing)))
         elements = hydrophones(receive, sonar.receiver.errors, seed, side & 3)
-        resolving = beams(whole_aperture(receive), frequency, speeds[1], rotation)
+        resolving = beams(whole_aperture(receive), frequency, speeds[1], ears_rotation)
         ears = one_element(receive)
     bands: tuple[SubBand, ...] = ()
     if sonar.receiver.sub_bands > 1:
@@ -151,45 +189,60 @@ def stance(sonar: Sonar, poses: Poses, ping: int, *, window: tuple[float, float]
             SubBand(
                 float(offset),
                 beams(sonar.steered_arrays[0], frequency + offset, speeds[0], rotation),
-                beams(ears, frequency + offset, speeds[1], rotation),
+                beams(ears, frequency + offset, speeds[1], ears_rotation),
             )
             for offset in band_nodes(pulse, sonar.receiver.sub_bands)
         )
+    surveys = whole or surveys_of(sonar, both)
+    courses = both.courses(ping, window[1])
     facing = rotation[0] * np.cos(sonar.steers[0]) + rotation[1] * np.sin(sonar.steers[0])
     return Stance(
         ping=ping,
         sound_speed=speeds[0],
+        receive_speed=speeds[1],
         transmit_place=places[0],
         receive_place=places[1],
         transmit_beams=beams(sonar.steered_arrays[0], frequency, speeds[0], rotation),
-        receive_beams=beams(ears, frequency, speeds[1], rotation),
+        receive_beams=beams(ears, frequency, speeds[1], ears_rotation),
         boresight=rotation[0],
         bearing=float(np.arctan2(facing[1], facing[0])),
-        track=poses.position,
-        survey=survey(sonar, poses) if whole is None else whole,
+        track=both.positions,
+        survey=surveys[0],
         window=window,
         pulse=pulse,
         source_level_db=sonar.source_level_db,
         channel_count=sonar.channel_count,
-        time=float(poses.time[ping]),
+        time=float(both.sending.time[ping]),
         elements=elements,
         resolving_beams=resolving,
         bands=bands,
         arms=np.array([array.offset for array in sonar.arrays], float),
-        course=None if later is None else course(poses, later, ping, window[1]),
+        course=courses[1],
+        transmit_course=courses[0],
+        receive_survey=surveys[1] if len(surveys) > 1 else None,
     )
 
 
-def end_depths(sonar: Sonar, poses: Poses) -> Floats:
+def surveys_of(sonar: Sonar, platforms: Platforms) -> tuple[Survey, ...]:
+    """Where each platform of a sonar goes: one survey, or the transmitter's and the receiver's.
+
+    Args:
+        sonar: The sonar, of one side or both.
+        platforms: What carries its ends.
+    """
+    if not platforms.two:
+        return (survey(sonar, platforms.sending),)
+    return survey(sonar, platforms.sending, ends=("transmit",)), survey(sonar, platforms.hearing, ends=("receive",))
+
+
+def end_depths(sonar: Sonar, poses: Poses | Platforms) -> Floats:
     """Depths that transmitter or receiver of any side have on a track [m], increasing, each once.
 
     Args:
         sonar: The sonar.
-        poses: Poses of its platform.
+        poses: Poses of its platform, or its platforms.
     """
-    # The third row of the rotation from body to world, for every ping at once.
-    level = np.cos(poses.pitch)
-    down = np.stack([-np.sin(poses.pitch), level * np.sin(poses.roll), level * np.cos(poses.roll)], axis=-1)
-    arrays = [array for side in sonar.one_sided for array in side.arrays]
-    depths = [poses.position[:, 2] + down @ np.asarray(array.offset) for array in arrays]
+    both = Platforms(poses) if isinstance(poses, Poses) else poses
+    ends = [pair for side in sonar.one_sided for pair in zip(side.arrays, both.carriers, strict=True)]
+    depths = [carrier.depths(array.offset) for array, carrier in ends]
     return np.unique(np.round(depths, 9))  # rounding would make one depth many

@@ -5,6 +5,7 @@ track. What matters is how near and how far the sonar ever gets, and how high ab
 """
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +33,7 @@ class Survey:
     wander: float
     """Largest distance between the track and its polyline [m]; 0 for a straight one."""
     depths: tuple[float, float]
-    """Least and greatest depth of the transmitter [m]."""
+    """Least and greatest depth of the ends that the platform carries [m]."""
 
     def near(self, place: Floats, reach: float) -> Floats:
         """The runs of the polyline that may be the nearest to points about a place.
@@ -52,14 +53,18 @@ class Survey:
         return runs[away <= 2 * reach + away.min()]
 
 
-def survey(sonar: Sonar, poses: Poses) -> Survey:
+Ends = tuple[Literal["transmit", "receive"], ...]
+
+
+def survey(sonar: Sonar, poses: Poses, *, ends: Ends = ("transmit", "receive")) -> Survey:
     """Where the sonar goes on its whole track.
 
     Args:
         sonar: The sonar, of one side or both.
         poses: True poses of its platform.
+        ends: What the platform carries: both ends change places without changing the survey.
     """
-    depth = np.concatenate([poses.carried(side.transmit.offset)[:, 2] for side in sonar.one_sided])
+    depth = np.concatenate([poses.carried(getattr(side, end).offset)[:, 2] for side in sonar.one_sided for end in ends])
     corners, wander = polyline(poses.position[:, :2])
     return Survey(corners, _hull(corners), wander, (float(depth.min()), float(depth.max())))
 

@@ -1,8 +1,8 @@
 """What a simulation will cost, before it is begun: scatterers, time, memory, disk.
 
-Nothing is drawn, and targets are not counted. The ground in reach is walked in rings and sectors; where the beams hear
-anything, the density of scatterers that the sampling asks for is added up. Good to a factor of two, which tells seconds
-from days.
+Nothing is drawn. Targets are counted by the area of their faces, in reach or not, without the flashes of smooth ones.
+The ground in reach is walked in rings and sectors; where the beams hear anything, the density of scatterers that the
+sampling asks for is added up. Good to a factor of two, which tells seconds from days.
 """
 
 import os
@@ -11,8 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines.sampling import Resolution, beam_bound, reach
+from insonify.engines.loudness import Loudness
+from insonify.engines.sampling import Resolution, beam_bound, reach, tiles_in_view, widest_way
+from insonify.engines.targets import target_count
 from insonify.engines.view import view
+from insonify.engines.volume import TOO_MANY, Suspended
 from insonify.propagation.families import families_for
 from insonify.propagation.rays import Rays
 from insonify.scenario.scenario import Scenario
@@ -38,7 +41,7 @@ SECONDS_PER_SWATH, SECONDS_PER_STEP, SECONDS_PER_STEP_LEG = 1e-3, 50e-9, 25e-9
 """One core's time for the ground by the quick way: for any, for each step along a line, for each leg to it [s]."""
 SECONDS_PER_FIT = 3e-6
 """One core's time for one leg off the planes of its own bounces, over relief [s]."""
-BYTES_PER_TILE = 1500
+BYTES_PER_TILE = 2500
 """What a tile of the ground takes while the tiles of a ping are looked for, and as a block in waiting."""
 BYTES_OF_PROGRAM = 350e6
 """What Python takes with the libraries and kernels of a run, before the run takes anything."""
@@ -82,15 +85,12 @@ def cost(scenario: Scenario) -> Cost:
     listening = prepare(scenario)
     sides = listening.stances(0)
     found = [_scatterers(listening, side) for side in sides]
-    points = sum(count for count, _ in found)
-    work = sum(seconds for _, seconds in found)
+    points, work, tiles = (sum(column) for column in zip(*found, strict=True))
     grid, beams = listening.grid, scenario.sonar.beam_count
     wide = 2 * OVERSAMPLING * grid.padded * 8 + grid.count * 8  # of either reading, one channel
     shapes = max(_shapes(side) for side in sides)
     held = beams * wide * shapes
-    memory = (
-        BYTES_OF_PROGRAM + (parts_of(int(held)) + 6 / shapes) * held + BYTES_PER_TILE * points / TILE**2 / len(sides)
-    )
+    memory = BYTES_OF_PROGRAM + (parts_of(int(held)) + 6 / shapes) * held + BYTES_PER_TILE * tiles / len(sides)
     memory += scenario.track.ping_count * 8 * 30 + scenario.sonar.channel_count * grid.count * 16
     count = scenario.track.ping_count
     transform = 60e-9 * grid.padded * np.log2(grid.padded) * scenario.sonar.channel_count * (1 + shapes) / 2
@@ -111,6 +111,8 @@ def too_big(cost: Cost, memory: float | None = None) -> str:
         memory: Of the machine [bytes]; None: it is asked.
     """
     there = _memory() if memory is None else memory
+    if np.isinf(cost.scatterers):
+        return TOO_MANY
     if cost.memory <= SHARE * there:
         return ""
     return (
@@ -121,13 +123,13 @@ def too_big(cost: Cost, memory: float | None = None) -> str:
     )
 
 
-def _scatterers(listening: Listening, stance: Stance) -> tuple[float, float]:
-    """Scatterers of the boundaries that one side meets, and a core's time for them [s]."""
+def _scatterers(listening: Listening, stance: Stance) -> tuple[float, float, float]:
+    """Scatterers that one side meets, a core's time for them [s], and tiles of the boundaries."""
     scenario = listening.scenario
     if scenario.paths.geometry == "slice":
-        return 0.0, 0.0
+        return 0.0, 0.0, 0.0
     seen = view(scenario.scene, scenario.paths, scenario.seed, stance, listening.engine.rays)
-    depth, beams, total, seconds = scenario.seabed.depth, scenario.sonar.beam_count, 0.0, 0.0
+    depth, beams, total, seconds, tiles = scenario.seabed.depth, scenario.sonar.beam_count, 0.0, 0.0, 0.0
     each = _pair_seconds(stance, beams)
     laws = {"seabed": scenario.seabed.scattering, "surface": scenario.surface.scattering}
     found: list[tuple[Boundary, float]] = [("seabed", depth), ("surface", 0.0)]
@@ -139,13 +141,24 @@ def _scatterers(listening: Listening, stance: Stance) -> tuple[float, float]:
             total += steps
             seconds += SECONDS_PER_SWATH + steps * (SECONDS_PER_STEP + len(kept) * SECONDS_PER_STEP_LEG)
             continue
-        count = _on_boundary(stance, level, listening.engine.rays, kept, seen.resolution, scenario, seen.rise(boundary))
-        total += count
+        rise = seen.rise(boundary)
+        count, more = _on_boundary(stance, level, listening.engine.rays, kept, seen.resolution, scenario, rise)
+        total, tiles = total + count, tiles + more
         seconds += count * (2 * len(kept) * SECONDS_PER_LEG + len(kept) ** 2 * each)
         if boundary == "seabed" and scenario.seabed.relief:
             seconds += count * SECONDS_PER_FIT * sum("B" in family for family in kept)
         seconds += count * SECONDS_PER_GROUND * (len(scenario.seabed.relief) if boundary == "seabed" else 0)
-    return total, seconds
+    if "water" in scenario.paths.causes and scenario.water.scatters:
+        suspended = Suspended(scenario.scene, scenario.paths, scenario.seed, stance, seen.resolution)
+        count, kept = suspended.count(even=scenario.field == "incoherent"), scenario.paths.followed
+        total += count
+        seconds += count * (2 * len(kept) * SECONDS_PER_LEG + len(kept) ** 2 * each)
+        seconds += count * SECONDS_PER_GROUND * len(scenario.seabed.relief)
+    if "target" in scenario.paths.causes and scenario.targets:
+        count, kept = target_count(scenario.scene, stance, seen.resolution.slant), scenario.paths.followed
+        total += count
+        seconds += count * (2 * len(kept) * SECONDS_PER_LEG + len(kept) ** 2 * each)
+    return total, seconds, tiles
 
 
 def _quick_steps(listening: Listening, stance: Stance) -> float | None:
@@ -172,11 +185,18 @@ def _pair_seconds(stance: Stance, beams: int) -> float:
 def _on_boundary(
     stance: Stance, level: float, rays: Rays, families: tuple[str, ...], resolution: Resolution,
     scenario: Scenario, rise: float,
-) -> float:  # fmt: skip
-    """Scatterers within reach of window and beams, of a boundary that stands so far [m] above or below its level."""
+) -> tuple[float, float]:  # fmt: skip
+    """Scatterers and tiles in reach of window and beams, of a boundary that stands so far [m] off its level."""
+    floor = float(amplitude_ratio(scenario.paths.beam_floor_db))
+    if stance.receive_survey is not None:  # no rings about two places: its tiles are counted
+        widest = widest_way(stance, scenario.water.fastest)
+        found, density = tiles_in_view(
+            stance, scenario.seabed.lattice, level, rays, families, resolution, floor, rise=rise, widest=widest
+        )
+        return float(density.sum() * TILE**2), float(len(found.level))
     heard = reach(stance, level, rays, families, rise=rise)
     if heard.farthest <= heard.nearest:
-        return 0.0
+        return 0.0, 0.0
     far = np.array([heard.farthest])
     margin = _tile(resolution, far, heard.height, scenario)[0] / 2  # ground comes in whole tiles
     outer = heard.farthest + margin
@@ -190,8 +210,14 @@ def _on_boundary(
         place.reshape(-1, 2) + stance.transmit_place[:2], np.repeat(half, SECTORS), stance, level, rays, families,
         rise=rise,
     )  # fmt: skip
-    loud = (bound >= amplitude_ratio(scenario.paths.beam_floor_db)).reshape(RINGS, SECTORS).mean(axis=1)
-    return float(np.sum(np.pi * np.diff(edges**2) * loud / (tile / TILE) ** 2))
+    loud = (bound >= floor).reshape(RINGS, SECTORS)
+    ground = np.pi * np.diff(edges**2)
+    tiles = float(np.sum(ground * loud.mean(axis=1) / tile**2))
+    if scenario.field == "incoherent":
+        return tiles * TILE**2, tiles
+    loudness = Loudness(stance, level, rays, families, scenario.seabed.lattice, outer)
+    kept = ground * loudness.mean_share(middle) * loud.any(axis=1) / resolution.cell_area(middle, heard.height)
+    return float(kept.sum()), tiles
 
 
 def _tile(resolution: Resolution, distance: Floats, height: float, scenario: Scenario) -> Floats:

@@ -226,7 +226,10 @@ def _verdict(behind: Behind, recorded: complex, name: str) -> str:
 
 def _leftover(scenario: Scenario, name: str) -> str:
     """What the recorded sample holds beyond its arrivals."""
-    parts = ["noise"] if scenario.water.noise_level_db is not None else []
+    water, receiver = scenario.water, scenario.sonar.receiver
+    silent = water.noise_level_db is None and water.noise is None and receiver.self_noise is None
+    parts = [] if silent else ["noise"]
+    parts += [name for name in receiver.parts if name != "converter"]
     # a recording of expected intensity holds the mean over the jitter, the arrivals hold one draw of it
     shaken = scenario.paths.jitter > 0 or scenario.paths.amplitude_perturbation > 0
     return " and ".join([*parts, *(["one draw of jitter"] if shaken and name == "intensity" else []), "rounding"])

@@ -1,4 +1,4 @@
-"""Echoes laid down for every element of an array that may be under way: the innermost loops of element recordings.
+"""When an echo reaches an element of an array that may be under way, and what its way there makes of it.
 
 A leg is known at the array's centre, at the start of the ping. Over the array, and over the way that it goes until the
 echo comes, the wavefront is a sphere about the leg's image source: the distance to an element at d from the centre is
@@ -8,7 +8,7 @@ echo comes, the wavefront is a sphere about the leg's image source: the distance
 
 without a difference of two nearly equal numbers. It is exact in water of one sound speed. Where rays bend, the
 wavefront has a curvature of its own in the vertical plane, and the gradient at the array adds a term (`arrive_bent`).
-Plain numbers and arrays.
+Before that, `send_moving` tells what a transmitter that is under way makes of what it sends. Plain numbers and arrays.
 """
 
 import math
@@ -18,21 +18,67 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from insonify.synthesis._fastmath import sincos_cycles
-from insonify.synthesis._spread import _lay_down, _locate
-from insonify.synthesis._taps import CELLS_PER_SPIKE
-
 Floats = NDArray[np.float64]
 CLOSEST = 0.01
 """Distance below which the sphere about a scatterer grows no louder [m]."""
-_BLOCK = 512
 _FAST = {"contract", "reassoc", "nsz", "arcp"}
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def send_moving(
+    there: Floats, away: Floats, velocity: Floats, middle: float, slowness: float, later: Floats, leaving: Floats,
+    louder: Floats,
+) -> None:  # fmt: skip
+    """What is later for the pulse's middle than for its start, for a transmitter under way, and what else its way does.
+
+    Args:
+        there: Directions in which the sound leaves, (n, 3).
+        away: Radius of its wavefronts [m], (n,).
+        velocity: Of the transmitter [m/s], (3,).
+        middle: Time from the pulse's start to its middle [s].
+        slowness: Of sound at the transmitter [s/m].
+        later: Result [s], (n,).
+        leaving: Result, part of the speed of sound at which it follows what it sends [1], (n,).
+        louder: Result, by what its way changes the pressure [1], (n,).
+    """
+    for n in range(away.size):
+        x = away[n] * there[n, 0] - middle * velocity[0]
+        y = away[n] * there[n, 1] - middle * velocity[1]
+        z = away[n] * there[n, 2] - middle * velocity[2]
+        left = max(math.sqrt(x * x + y * y + z * z), CLOSEST)
+        later[n] = middle + (left - away[n]) * slowness
+        leaving[n] = (x * velocity[0] + y * velocity[1] + z * velocity[2]) / left * slowness
+        louder[n] = away[n] / left
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def turn_towards(
+    towards: Floats, away: Floats, when: Floats, place: Floats, velocity: Floats, acceleration: Floats, seen: Floats
+) -> None:
+    """Directions in which an element sees echoes when they come.
+
+    Args:
+        towards: Directions to where they come from, from the array's centre at the start, (n, 3).
+        away: Ways back [m], (n,).
+        when: When they come [s], (n,).
+        place: Of the element from the centre at the start, in the world [m], (3,).
+        velocity: Of the element [m/s], (3,).
+        acceleration: Likewise [m/s^2], (3,).
+        seen: Result, (n, 3).
+    """
+    for n in range(away.size):
+        once, t = 1 / max(away[n], CLOSEST), when[n]
+        x = towards[n, 0] - once * (place[0] + t * (velocity[0] + t / 2 * acceleration[0]))
+        y = towards[n, 1] - once * (place[1] + t * (velocity[1] + t / 2 * acceleration[1]))
+        z = towards[n, 2] - once * (place[2] + t * (velocity[2] + t / 2 * acceleration[2]))
+        scale = 1 / math.sqrt(x * x + y * y + z * z)
+        seen[n, 0], seen[n, 1], seen[n, 2] = scale * x, scale * y, scale * z
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def arrive_still(
     delay: Floats, radius: Floats, north: Floats, east: Floats, down: Floats, place: Floats, slowness: float,
-    when: Floats, fade: NDArray[Any],
+    loss: float, when: Floats, fade: NDArray[Any],
 ) -> None:  # fmt: skip
     """When echoes reach an element that stands still, and by what its distance changes their pressure.
 
@@ -44,6 +90,7 @@ def arrive_still(
         down: Likewise.
         place: Of the element from the centre, in the world [m], (3,).
         slowness: Of sound at the array [s/m].
+        loss: Part of the pressure that the water takes on a metre [1/m].
         when: Result [s], (n,).
         fade: Result, spreading at the element over that at the centre [1], (n,).
     """
@@ -55,15 +102,16 @@ def arrive_still(
         there = max(math.sqrt(max(r * r + part, 0.0)), CLOSEST)
         both = there + r
         once = 1 / (both * there)  # one division for two: they are what takes the time
-        when[i] = delay[i] + part * there * once * slowness
-        fade[i] = np.float32(r * both * once)
+        farther = part * there * once
+        when[i] = delay[i] + farther * slowness
+        fade[i] = np.float32(r * both * once * (1 - loss * farther))
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def arrive_moving(
     delay: Floats, radius: Floats, north: Floats, east: Floats, down: Floats, following: Floats, place: Floats,
-    velocity: Floats, acceleration: Floats, slowness: float, middle: float, when: Floats, fade: NDArray[Any],
-    doppler: Floats,
+    velocity: Floats, acceleration: Floats, slowness: float, loss: float, middle: float, when: Floats,
+    fade: NDArray[Any], doppler: Floats,
 ) -> None:  # fmt: skip
     """The same for an element under way: its place is that of the moment when the pulse's middle comes.
 
@@ -82,6 +130,7 @@ def arrive_moving(
         velocity: Of the element at the start of the ping [m/s], (3,).
         acceleration: Of the element [m/s^2], (3,).
         slowness: As of `arrive_still`.
+        loss: Likewise.
         middle: Time from the pulse's start to its middle [s].
         when: As of `arrive_still`.
         fade: Likewise.
@@ -110,17 +159,33 @@ def arrive_moving(
             + (r * v - y) * (velocity[1] + tau * acceleration[1])
             + (r * w - z) * (velocity[2] + tau * acceleration[2])
         ) * (both * once * slowness)
-        tau += (delay[i] + part * there * once * slowness - tau) * rate
-        fade[i] = np.float32(r * both * once)
+        farther = part * there * once
+        tau += (delay[i] + farther * slowness - tau) * rate
+        fade[i] = np.float32(r * both * once * (1 - loss * farther))
         doppler[i] = (1 + closing) * following[i] - 1
         when[i] = tau - middle
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def _beyond(beside: Floats, i: int, x: float, z: float) -> tuple[float, float, float]:
+    """Delay beyond the expansion [s], and its growth with x and z [s/m]: for an element x nearer and z deeper.
+
+    The polynomial of `propagation.beside`.
+    """
+    level = beside[0, i] + x * (beside[3, i] + x * beside[7, i])
+    upright = beside[2, i] + z * (beside[6, i] + z * beside[8, i])
+    mixed = beside[1, i] + x * beside[4, i] + z * beside[5, i]
+    late = x * x * level + z * z * upright + x * z * mixed
+    to_x = x * (2 * level + x * (beside[3, i] + 2 * x * beside[7, i])) + z * (mixed + x * beside[4, i])
+    to_z = z * (2 * upright + z * (beside[6, i] + 2 * z * beside[8, i])) + x * (mixed + z * beside[5, i])
+    return late, to_x, to_z
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def arrive_bent(
     delay: Floats, bend: Floats, away: Floats, north: Floats, east: Floats, down: Floats, following: Floats,
-    place: Floats, velocity: Floats, acceleration: Floats, slowness: float, gradient: float, middle: float,
-    when: Floats, fade: NDArray[Any], doppler: Floats,
+    beside: Floats, place: Floats, velocity: Floats, acceleration: Floats, slowness: float, gradient: float,
+    loss: float, middle: float, when: Floats, fade: NDArray[Any], doppler: Floats,
 ) -> None:  # fmt: skip
     """The same where rays bend, for an element that may be under way; the expansion of `propagation.elements`.
 
@@ -132,11 +197,13 @@ def arrive_bent(
         east: Likewise.
         down: Likewise.
         following: As of `arrive_moving`.
-        place: Likewise.
+        beside: What they have beyond this expansion, see `propagation.beside`, (terms, n); or (0, n).
+        place: As of `arrive_moving`.
         velocity: Likewise.
         acceleration: Likewise.
         slowness: Likewise.
         gradient: Growth of the speed of sound with depth at the array [1/s].
+        loss: As of `arrive_still`.
         middle: As of `arrive_moving`.
         when: Likewise.
         fade: Likewise.
@@ -148,7 +215,7 @@ def arrive_bent(
         cosine = math.sqrt(max(u * u + v * v, 1e-30))
         level = 1 / cosine
         rate = 1 - (u * velocity[0] + v * velocity[1] + w * velocity[2]) * slowness
-        tau, over, closing = delay[i], 1.0, 0.0
+        tau, over, closing, later, louder = delay[i], 1.0, 0.0, 0.0, 0.0
         for _ in range(2):
             half = 0.5 * tau
             x = place[0] + tau * (velocity[0] + half * acceleration[0])
@@ -165,122 +232,17 @@ def arrive_bent(
             over = (1 + root) * once
             later = (b * square - 2 * along) * root * once * slowness
             later += half_gradient * (w * along * along + 2 * cosine * along * aside)
-            closing = (
-                (u - b * x) * (velocity[0] + tau * acceleration[0])
-                + (v - b * y) * (velocity[1] + tau * acceleration[1])
-                + (w - b * z) * (velocity[2] + tau * acceleration[2])
-            ) * over
+            turn, tilt = 2 * half_gradient * (w * along + cosine * aside), 2 * half_gradient * cosine * along
+            to_x = (b * closer - cosine) * over * slowness + turn * cosine - tilt * w
+            to_z = (b * z - w) * over * slowness + turn * w + tilt * cosine
+            if beside.shape[0]:
+                beyond, more_x, more_z = _beyond(beside, i, closer, z)
+                later, to_x, to_z = later + beyond, to_x + more_x, to_z + more_z
+                louder = closer * (beside[9, i] + closer * beside[11, i]) + z * (beside[10, i] + z * beside[12, i])
+            v_north, v_east = velocity[0] + tau * acceleration[0], velocity[1] + tau * acceleration[1]
+            nearing = ((far * level * u - x) * v_north + (far * level * v - y) * v_east) / max(far - closer, 1e-9)
+            closing = -(to_x * nearing + to_z * (velocity[2] + tau * acceleration[2]))
             tau += (delay[i] + later - tau) * rate
-        fade[i] = np.float32(over)
-        doppler[i] = (1 + closing * slowness) * following[i] - 1
+        fade[i] = np.float32(over * (1 + louder * (1 + 0.5 * louder)) * (1 - loss * later / slowness))
+        doppler[i] = (1 + closing) * following[i] - 1
         when[i] = tau - middle
-
-
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
-def _shares(doppler: Floats, node: Floats, scale: Floats, share: NDArray[Any], running: NDArray[Any]) -> None:
-    """What each shape contributes to echoes: Lagrange's polynomials over Chebyshev's nodes; flat beyond their range.
-
-    Products of the distances from the nodes before each, then from those after it, in units of half the range.
-    """
-    middle, shapes = 0.5 * (node[0] + node[-1]), node.size
-    half = 0.5 * (node[-1] - node[0]) / math.cos(0.5 * math.pi / shapes)
-    count = doppler.size
-    for s in range(shapes):
-        size, at = np.float32(scale[s] * half ** (shapes - 1)), np.float32((node[max(s - 1, 0)] - middle) / half)
-        for i in range(count):
-            x = np.float32(min(max((doppler[i] - middle) / half, -1.0), 1.0))
-            running[i] = running[i] * (x - at) if s > 0 else np.float32(1)
-            share[s, i] = size * running[i]
-    for s in range(shapes - 1, -1, -1):
-        at = np.float32((node[min(s + 1, shapes - 1)] - middle) / half)
-        for i in range(count):
-            x = np.float32(min(max((doppler[i] - middle) / half, -1.0), 1.0))
-            running[i] = running[i] * (x - at) if s < shapes - 1 else np.float32(1)
-            share[s, i] *= running[i]
-
-
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
-def _turn(when: Floats, fade: NDArray[Any], weight: NDArray[Any], gain: NDArray[Any], frequency: float,
-          turned: NDArray[Any]) -> None:  # fmt: skip
-    """Weights with the element's gain and the phase of the carrier, real and imaginary in turn."""
-    for i in range(when.size):
-        sine, cosine = sincos_cycles(frequency * when[i])
-        size = fade[i] * gain[i]
-        turned[2 * i] = size * (weight[2 * i] * cosine + weight[2 * i + 1] * sine)
-        turned[2 * i + 1] = size * (weight[2 * i + 1] * cosine - weight[2 * i] * sine)
-
-
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
-def _scaled(turned: NDArray[Any], share: NDArray[Any], count: int, part: NDArray[Any]) -> None:
-    """Weights times the share of one shape."""
-    for i in range(count):
-        part[2 * i] = turned[2 * i] * share[i]
-        part[2 * i + 1] = turned[2 * i + 1] * share[i]
-
-
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
-def spread_elements(
-    cells: NDArray[np.complex64], first_time: float, cell_rate: float, delay: Floats, bend: Floats, away: Floats,
-    towards: Floats, leaving: Floats, weight: NDArray[np.complex64], gain: NDArray[np.float32],
-    facing: NDArray[np.int64], place: Floats, velocity: Floats, acceleration: Floats, slowness: float,
-    gradient: float, bent: bool, middle: float, frequency: float, node: Floats, scale: Floats,
-) -> None:  # fmt: skip
-    """Echoes of one pair of legs, for all elements of an array, added to their cells.
-
-    Args:
-        cells: Grids of pressure, shape (elements, shapes, cells): one for every shape that echoes come in.
-        first_time: Time of the first cell [s].
-        cell_rate: Cells per second [Hz].
-        delay: Out and back, at the centre at the start of the ping [s], (n,).
-        bend: Curvature of the wavefronts that come back, in the vertical plane [1/m], (n,).
-        away: Horizontal distance to where each comes from [m], (n,).
-        towards: Direction that each comes from, away from the sonar, (3, n).
-        leaving: Part of the speed of sound at which the transmitter follows the sound it sends [1], (n,).
-        weight: Of each echo, without carrier, (n,).
-        gain: Of an element that faces each way [1], (facings, n).
-        facing: Row of `gain` of each element, -1 for one that is dead, (elements,).
-        place: Of the elements from the centre, in the world, at the start of the ping [m], (elements, 3).
-        velocity: Of each element at the start of the ping [m/s], (elements, 3).
-        acceleration: Of each element [m/s^2], (elements, 3).
-        slowness: Of sound at the array [s/m].
-        gradient: Growth of the speed of sound with depth at the array [1/s].
-        bent: Whether rays bend.
-        middle: Time from the pulse's start to its middle, for an array under way; 0 for one that stands [s].
-        frequency: Of the carrier [Hz].
-        node: Doppler factor less one of each shape [1], (shapes,).
-        scale: One over the product of its distances from the others, (shapes,).
-    """
-    last = cells.shape[2] - CELLS_PER_SPIKE
-    at, inside = np.empty(_BLOCK, np.int32), np.empty(_BLOCK, np.float32)
-    turned, part = np.empty(2 * _BLOCK, np.float32), np.empty(2 * _BLOCK, np.float32)
-    when, doppler = np.empty(_BLOCK), np.empty(_BLOCK)
-    fade, running = np.empty(_BLOCK, np.float32), np.empty(_BLOCK, np.float32)
-    share, following = np.empty((node.size, _BLOCK), np.float32), 1 / (1 - leaving)
-    still = middle == 0.0
-    for begin in range(0, delay.size, _BLOCK):
-        stop = min(begin + _BLOCK, delay.size)
-        count = stop - begin
-        tau, curve, behind = delay[begin:stop], bend[begin:stop], following[begin:stop]
-        u, v, w = towards[0][begin:stop], towards[1][begin:stop], towards[2][begin:stop]
-        r = 1 / curve
-        source = weight[begin:stop].view(np.float32)
-        for e in range(cells.shape[0]):
-            if facing[e] < 0:
-                continue
-            if bent:
-                arrive_bent(tau, curve, away[begin:stop], u, v, w, behind, place[e], velocity[e], acceleration[e],
-                            slowness, gradient, middle, when[:count], fade, doppler[:count])  # fmt: skip
-            elif still:
-                arrive_still(tau, r, u, v, w, place[e], slowness, when[:count], fade)
-            else:
-                arrive_moving(tau, r, u, v, w, behind, place[e], velocity[e], acceleration[e], slowness, middle,
-                              when[:count], fade, doppler[:count])  # fmt: skip
-            _locate(when[:count], first_time, cell_rate, last, at, inside)
-            _turn(when[:count], fade, source, gain[facing[e]][begin:stop], frequency, turned)
-            if node.size == 1:
-                _lay_down(cells[e, 0].view(np.float32), at, inside, turned, count)
-                continue
-            _shares(doppler[:count], node, scale, share, running)
-            for s in range(node.size):
-                _scaled(turned, share[s], count, part)
-                _lay_down(cells[e, s].view(np.float32), at, inside, part, count)

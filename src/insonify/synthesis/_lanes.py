@@ -86,6 +86,44 @@ def add_complex_spike(typingctx: Any, cells: Any, at: Any, place: Any, weights: 
 
 
 @intrinsic
+def add_shaped_spike(
+    typingctx: Any, cells: Any, apart: Any, at: Any, place: Any, weights: Any, shares: Any, stride: Any, shapes: Any,
+    i: Any,
+) -> Any:  # fmt: skip
+    """The same for several grids that lie `apart` numbers apart, each with its share of the weight.
+
+    Grid s takes kernel(place) * shares[s stride + i] * weights[2 i], weights[2 i + 1].
+    """
+
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        apart, at, place = args[1:4]
+        stride, shapes, i = args[6:]
+        single = ir.FloatType()
+        data, weight_data, share_data = (
+            cgutils.create_struct_proxy(signature.args[k])(context, builder, args[k]).data for k in (0, 4, 5)
+        )
+        two = ir.Constant(at.type, 2)
+        weight = _load(builder, builder.gep(weight_data, [builder.mul(i, two)]), _vector(single, 2), 4)
+        kernel, both = _kernel_cells(builder, place), _pick(builder, weight, [0, 1] * 4)
+        parts = [
+            builder.fmul(_pick(builder, kernel, [begin + k // 2 for k in range(8)]), both, flags=("contract",))
+            for begin in range(0, CELLS_PER_SPIKE, 4)
+        ]
+        first = builder.gep(data, [builder.mul(at, two)])
+        with cgutils.for_range(builder, shapes) as loop:
+            share = builder.load(builder.gep(share_data, [builder.add(builder.mul(loop.index, stride), i)]))
+            each, grid = _splat(builder, share, 8), builder.gep(first, [builder.mul(loop.index, apart)])
+            for row, part in enumerate(parts):
+                pointer = builder.gep(grid, [ir.Constant(at.type, 8 * row)])
+                _add_to(builder, pointer, part.type, builder.fmul(part, each, flags=("contract",)), 4)
+        return context.get_dummy_value()
+
+    _require_contiguous(cells)
+    whole = types.intp
+    return types.void(cells, whole, whole, types.float32, weights, shares, whole, whole, whole), codegen
+
+
+@intrinsic
 def add_real_spike(typingctx: Any, cells: Any, at: Any, place: Any, weight: Any) -> Any:
     """cells[at ...] += kernel(place) * weight; all float64."""
 

@@ -17,17 +17,30 @@ BLOCK = 512
 """Energies that are worked out before they are laid down: few enough for the nearest cache."""
 
 
+@njit(cache=True, nogil=True, inline="always", error_model="numpy", fastmath={"contract"})
+def _swept(axes: Floats, row: int, t: float, x: float, y: float, z: float) -> float:
+    """A direction along one of the axes, as they are swept by then [1]."""
+    north = axes[0, row, 0] + t * (axes[1, row, 0] + t * axes[2, row, 0])
+    east = axes[0, row, 1] + t * (axes[1, row, 1] + t * axes[2, row, 1])
+    down = axes[0, row, 2] + t * (axes[1, row, 2] + t * axes[2, row, 2])
+    return x * north + y * east + z * down
+
+
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def leg_sizes(
-    departure: NDArray[np.float32], amplitude: NDArray[np.complex64], axes: Floats, steer: Floats, scale: Floats,
-    tables: tuple[Floats, ...], per_unit: Floats, element: int, out: NDArray[np.float32],
+    departure: NDArray[np.float32], amplitude: NDArray[np.complex64], delay: Floats, axes: Floats, drift: Floats,
+    moving: bool, steer: Floats, scale: Floats, tables: tuple[Floats, ...], per_unit: Floats, element: int,
+    out: NDArray[np.float32],
 ) -> None:  # fmt: skip
     """Magnitude of all legs of a swath times the gain of one beam, as `_beam_kernels.gains`, into out of shape (f, n).
 
     Args:
         departure: Unit vectors in the world [1], (f, 3, n).
         amplitude: Of the legs, 0 where there is none [1], (f, n).
-        axes: As of `Beams`.
+        delay: One way, of the legs [s], (f, n).
+        axes: As of `Beams`, and how they sweep over the world with delay and with its square, (3, 3, 3).
+        drift: By what the array moves on, part of the way; and for each second of delay, (2, 3).
+        moving: Whether it sweeps or moves at all.
         steer: Of its one beam, (1, 2).
         scale: Likewise, (1,).
         tables: As of `Beams`.
@@ -46,9 +59,17 @@ def leg_sizes(
             depth = departure[f, 2, begin : begin + m]
             for k in range(m):
                 x, y, z = np.float64(north[k]), np.float64(east[k]), np.float64(depth[k])
-                ahead[k] = x * axes[0, 0] + y * axes[0, 1] + z * axes[0, 2]
-                right[k] = x * axes[1, 0] + y * axes[1, 1] + z * axes[1, 2]
-                below[k] = x * axes[2, 0] + y * axes[2, 1] + z * axes[2, 2]
+                ahead[k] = x * axes[0, 0, 0] + y * axes[0, 0, 1] + z * axes[0, 0, 2]
+                right[k] = x * axes[0, 1, 0] + y * axes[0, 1, 1] + z * axes[0, 1, 2]
+                below[k] = x * axes[0, 2, 0] + y * axes[0, 2, 1] + z * axes[0, 2, 2]
+            for k in range(m if moving else 0):
+                t = delay[f, begin + k]
+                x = np.float64(north[k]) - drift[0, 0] - t * drift[1, 0]
+                y = np.float64(east[k]) - drift[0, 1] - t * drift[1, 1]
+                z = np.float64(depth[k]) - drift[0, 2] - t * drift[1, 2]
+                a, r, b = _swept(axes, 0, t, x, y, z), _swept(axes, 1, t, x, y, z), _swept(axes, 2, t, x, y, z)
+                size = 1 / math.sqrt(a * a + r * r + b * b)
+                ahead[k], right[k], below[k] = a * size, r * size, b * size
             for k in range(m):
                 own[k] = math.sqrt(leg[k].real * leg[k].real + leg[k].imag * leg[k].imag)
             for k in range(m):

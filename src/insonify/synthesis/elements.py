@@ -14,16 +14,19 @@ from numpy.typing import NDArray
 from insonify.ocean.water import Water
 from insonify.propagation.wavefront import Wavefront, wavefront
 from insonify.records.pairs import Pairs
-from insonify.sonar.beam import Beams
+from insonify.sonar.beam import POINTS_PER_LOBE, Beams
 from insonify.sonar.stance import Stance
 from insonify.sonar.sub_bands import SubBand
-from insonify.synthesis._element_kernel import CLOSEST, spread_elements
+from insonify.synthesis._echo_kernel import Ears, Heard, Sent, spread_echoes
+from insonify.synthesis._element_kernel import CLOSEST, send_moving, turn_towards
 from insonify.synthesis.grid import TimeGrid
 from insonify.synthesis.perturbation import Perturbation
 from insonify.synthesis.shapes import Shapes
 from insonify.units import amplitude_ratio
 
 Floats = NDArray[np.float64]
+PARTED = 0.02
+"""Part of a pattern's own angle, a wavelength over pi apertures, by which elements may see one echo apart [1]."""
 Cells = NDArray[np.complex64]
 
 
@@ -87,12 +90,12 @@ def all_echoes(pairs: Pairs, stance: Stance, water: Water) -> Iterator[Echoes]:
         water: Between sonar and scatterers.
     """
     out, back, places = pairs.out, pairs.back, pairs.scatterers.position
-    sent = {i: _sent_at_the_middle(out.departure[i], out.length[i], stance) for i in np.unique(pairs.pair[:, 0])}
+    sent = {i: sent_at_the_middle(out.departure[i], out.length[i], stance) for i in np.unique(pairs.pair[:, 0])}
     fronts = {j: wavefront(back, j, stance.receive_place, places, water) for j in np.unique(pairs.pair[:, 1])}
     for i, j in pairs.pair:
-        gone, closer, louder = sent[i]
+        gone, leaving, louder = sent[i]
         delay = out.delay[i] + back.delay[j] + gone
-        yield Echoes(delay, back.departure[j], closer / stance.sound_speed, louder, fronts[j])
+        yield Echoes(delay, back.departure[j], leaving, louder, fronts[j])
 
 
 def lay_down(
@@ -111,61 +114,143 @@ def lay_down(
         ends: Of `ends_of`.
         water: Between sonar and scatterers.
     """
-    level = float(amplitude_ratio(stance.source_level_db))
-    out, back = level * pairs.out.amplitude, pairs.back.amplitude
-    for row, echoes in enumerate(all_echoes(pairs, stance, water)):
-        i, j = pairs.pair[row]
-        strength = out[i] * back[j] * pairs.strength[row]
-        some = np.flatnonzero(strength)
-        if not some.size:
-            continue
-        strength = strength * pairs.scatterers.phase
-        if not perturbation.still:
-            strength = strength * perturbation.factor(pairs.scatterers.place, pairs.out.rays[i], pairs.back.rays[j])
-        seen = seen_from(stance, echoes.towards[some], echoes.delay[some])
-        departure, amplitude = pairs.out.departure[i][some], (strength * echoes.louder)[some]
-        travelled = (pairs.out.length[i] + pairs.back.length[j])[some]
-        for band, sub_band in enumerate(stance.bands or (_whole_band(stance),)):
-            taken = amplitude * absorbed(travelled, sub_band.offset, stance.frequency, water)
-            sent = sub_band.transmit_beams.gain(departure)
-            gain = element_gains(stance, sub_band.receive_beams, ends, seen)
-            if stance.elements is not None:
-                _spread(cells[band], some, echoes, taken * sent[0], gain, stance, grid, shapes, ends, water)
-                continue
-            for channel in range(cells.shape[1]):
-                weight, heard = taken * sent[channel % len(sent)], gain[channel % len(gain)][None]
-                one = cells[band, channel : channel + 1]
-                _spread(one, some, echoes, weight, heard, stance, grid, shapes, ends, water)
+    out, back, strength = pairs.out, pairs.back, pairs.strength
+    if not perturbation.still:
+        factors = [perturbation.factor(pairs.scatterers.place, *names) for names in pairs.rays()]
+        strength = strength * np.array(factors)
+    gone, leaving, louder = sent_at_the_middle(out.departure, out.length, stance)
+    amplitude = out.amplitude
+    sent = amplitude * louder * (float(amplitude_ratio(stance.source_level_db)) * pairs.scatterers.phase)
+    left = amplitude if back is out else back.amplitude
+    fronts = [wavefront(back, j, stance.receive_place, pairs.scatterers.position, water) for j in range(len(left))]
+    bend, away, beside = (np.array([getattr(front, name) for front in fronts]) for name in ("bend", "away", "beside"))
+    rows, seen = _directions(pairs, stance, gone, ends)
+    ears = _ears(ends, cells.shape[1], stance, len(seen))
+    middle = 0.0 if stance.still else stance.pulse.pulse.duration / 2
+    for band, sub_band in enumerate(stance.bands or (_whole_band(stance),)):
+        lost = [absorbed(legs.length, sub_band.offset, stance.frequency, water) for legs in (out, back)]
+        beams = sub_band.transmit_beams.gain(out.departure)
+        same = seen[0] is out.departure and stance.elements is None and stance.alike
+        gain = np.asarray(beams, np.float32) if same else element_gains(stance, sub_band.receive_beams, ends, seen)
+        spread_echoes(
+            cells[band], grid.first_time, grid.cell_rate, np.column_stack([pairs.pair, rows]),
+            Sent(out.delay + gone, 1 / (1 - leaving), (beams * (sent * lost[0])).astype(np.complex64)),
+            Heard(back.delay, bend, away, beside, back.departure, (left * lost[1]).astype(np.complex64),
+                  np.ascontiguousarray(np.moveaxis(gain, 1, 0))),
+            strength, ears, 1 / stance.receive_speed, fronts[0].gradient, taken_by(water, stance.frequency),
+            water.layered, middle, stance.frequency, shapes.doppler, shapes.scale,
+        )  # fmt: skip
 
 
-def _spread(
-    cells: Cells, some: NDArray[np.int64], echoes: Echoes, weight: NDArray[np.complex128], gain: NDArray[np.float32],
-    stance: Stance, grid: TimeGrid, shapes: Shapes, ends: Ends, water: Water,
-) -> None:  # fmt: skip
-    front, middle = echoes.front, 0.0 if stance.still else stance.pulse.pulse.duration / 2
-    spread_elements(
-        cells, grid.first_time, grid.cell_rate, echoes.delay[some], front.bend[some], front.away[some],
-        np.ascontiguousarray(echoes.towards[some].T), echoes.leaving[some], weight.astype(np.complex64), gain,
-        ends.facing, ends.place, ends.velocity, ends.acceleration, 1 / stance.sound_speed, front.gradient,
-        water.layered, middle, stance.frequency, shapes.doppler, shapes.scale,
+def _directions(
+    pairs: Pairs, stance: Stance, gone: Floats, ends: Ends
+) -> tuple[NDArray[np.int64], list[Floats]]:  # fmt: skip
+    """Directions of echoes as the platform sees them, and the row of each pair among them; see `come_from`."""
+    rows, towards, when = come_from(pairs, stance, gone, ends)
+    course = stance.course
+    if course is None or not course.turns:
+        return rows, towards
+    return rows, [np.array([course.turned(*row) for row in zip(one, when, strict=True)]) for one in towards]
+
+
+def come_from(
+    pairs: Pairs, stance: Stance, gone: Floats, ends: Ends
+) -> tuple[NDArray[np.int64], list[Floats], Floats]:  # fmt: skip
+    """Directions in which echoes are heard in the world, and when; those of a leg back, if nothing turns.
+
+    Args:
+        pairs: Legs of a block of n scatterers.
+        stance: The sonar at this ping.
+        gone: Of `sent_at_the_middle`, shape (legs, n).
+        ends: Of `ends_of`.
+
+    Returns:
+        Row of each pair among the legs back, or among the pairs; directions of shape (legs or pairs, n, 3), one for
+        the whole array or one for each of its elements; times [s], shape (legs or pairs, n).
+    """
+    out, back = pairs.out, pairs.back
+    rows, towards, away = pairs.pair[:, 1], back.departure, back.length
+    when = out.delay[0] + gone[0] + back.delay  # by another leg out it is hardly another place
+    if stance.course is not None and stance.course.turns:
+        (i, j), rows = pairs.pair.T, np.arange(len(pairs.pair))
+        towards, away, when = towards[j], away[j], out.delay[i] + gone[i] + back.delay[j]
+    if not parted(stance, ends, float(np.fmin.reduce(away, axis=None)), float(np.fmax.reduce(when, axis=None))):
+        return rows, [towards], when
+    return rows, [seen_by(ends, e, towards, away, when) for e in range(len(ends.place))], when
+
+
+def parted(stance: Stance, ends: Ends, nearest: float, latest: float) -> bool:
+    """Whether elements, or beams under way, see the nearest scatterer in directions that their patterns tell apart.
+
+    Args:
+        stance: The sonar at this ping.
+        ends: Of `ends_of`.
+        nearest: Shortest way back [m].
+        latest: When the last echo comes [s].
+    """
+    waves = float(stance.receive_beams.per_unit.max()) / POINTS_PER_LOBE
+    if not waves > 1:
+        return False
+    reach = np.linalg.norm(ends.place, axis=1) + latest * np.linalg.norm(ends.velocity, axis=1)
+    return bool(np.pi * waves * reach.max() > PARTED * max(nearest, CLOSEST))
+
+
+def seen_by(ends: Ends, element: int, towards: Floats, away: Floats, when: Floats) -> Floats:
+    """Directions in which an element sees what the array's centre sees at the start, from its place when echoes come.
+
+    Args:
+        ends: Of `ends_of`.
+        element: Which.
+        towards: Directions from the centre [1], shape (..., 3).
+        away: Ways back [m], shape (...).
+        when: When the echoes come [s], shape (...).
+    """
+    seen = np.empty(towards.shape)
+    turn_towards(
+        np.ascontiguousarray(towards).reshape(-1, 3), np.ascontiguousarray(away).ravel(),
+        np.ascontiguousarray(when).ravel(), ends.place[element], ends.velocity[element], ends.acceleration[element],
+        seen.reshape(-1, 3),
     )  # fmt: skip
+    return seen
+
+
+def _ears(ends: Ends, channels: int, stance: Stance, views: int) -> Ears:
+    """Who hears: each element for itself; beams all at the array's centre."""
+    number, transmit = np.arange(channels), stance.transmit_beams.channel_count
+    if stance.elements is not None:
+        own = np.stack([number, number + 1], axis=1)
+        pattern = ends.facing if views == 1 else np.where(ends.facing < 0, -1, number)
+        return Ears(ends.place, ends.velocity, ends.acceleration, own, 0 * number, pattern)
+    together = np.array([[0, channels]])
+    pattern = number % stance.receive_beams.channel_count
+    return Ears(ends.place, ends.velocity, ends.acceleration, together, number % transmit, pattern)
 
 
 def _whole_band(stance: Stance) -> SubBand:
     return SubBand(0.0, stance.transmit_beams, stance.receive_beams)
 
 
-def absorbed(length: Floats, offset: float, frequency: float, water: Water) -> Floats:
-    """Pressure that is left at one frequency of the band, relative to that left at the carrier [1], shape (n,).
+def taken_by(water: Water, frequency: float) -> float:
+    """Part of the pressure that the water takes on a metre [1/m].
 
     Args:
-        length: Way out and back [m], shape (n,).
+        water: What takes it.
+        frequency: Of the sound [Hz].
+    """
+    return float(water.absorption(frequency)) * np.log(10) / 20
+
+
+def absorbed(length: Floats, offset: float, frequency: float, water: Water) -> Floats:
+    """Pressure that is left at one frequency of the band, relative to that left at the carrier [1], any shape.
+
+    Args:
+        length: Of the way [m], any shape.
         offset: From the carrier [Hz].
         frequency: Of the carrier [Hz].
         water: What takes it.
     """
     if offset == 0:
-        return np.ones(len(length))
+        return np.ones(length.shape)
     more = float(water.absorption(frequency + offset)) - float(water.absorption(frequency))
     return np.asarray(amplitude_ratio(-more * length))
 
@@ -181,36 +266,43 @@ def seen_from(stance: Stance, towards: Floats, delay: Floats) -> Floats:
     return towards if stance.course is None else stance.course.turned(towards, delay)
 
 
-def _sent_at_the_middle(there: Floats, away: Floats, stance: Stance) -> tuple[Floats, Floats, Floats]:
-    """What is later for the pulse's middle than for its start [s], how fast the transmitter follows it [m/s], how loud.
+def sent_at_the_middle(there: Floats, away: Floats, stance: Stance) -> tuple[Floats, Floats, Floats]:
+    """What is later for the pulse's middle than for its start, and what else the transmitter's own way does.
 
     Nothing is later for a sonar that stands still: its echoes are told by their starts.
 
     Args:
-        there: Directions in which the sound leaves, shape (n, 3).
-        away: Radius of its wavefronts [m], shape (n,).
+        there: Directions in which the sound leaves, shape (..., 3).
+        away: Radius of its wavefronts [m], shape (...).
         stance: The sonar.
+
+    Returns:
+        By what it is later [s], part of the speed of sound at which the transmitter follows what it sends [1], by what
+        the pressure changes [1], each of shape (...).
     """
-    if stance.course is None:
-        return np.zeros(len(away)), np.zeros(len(away)), np.ones(len(away))
-    middle, velocity = stance.pulse.pulse.duration / 2, stance.transmit_velocity
-    way = away[:, None] * there - middle * velocity
-    left = np.maximum(np.sqrt(np.einsum("ij,ij->i", way, way)), CLOSEST)
-    return middle + (left - away) / stance.sound_speed, way @ velocity / left, away / left
+    later, leaving, louder = np.zeros(away.shape), np.zeros(away.shape), np.ones(away.shape)
+    if stance.course is not None:
+        send_moving(
+            np.ascontiguousarray(there).reshape(-1, 3), np.ascontiguousarray(away).ravel(), stance.transmit_velocity,
+            stance.pulse.pulse.duration / 2, 1 / stance.sound_speed, later.ravel(), leaving.ravel(), louder.ravel(),
+        )  # fmt: skip
+    return later, leaving, louder
 
 
-def element_gains(stance: Stance, beams: Beams, ends: Ends, direction: Floats) -> NDArray[np.float32]:
-    """Gain of an element that faces each way, (facings, n); or of each beam, (beams, n).
+def element_gains(stance: Stance, beams: Beams, ends: Ends, seen: list[Floats]) -> NDArray[np.float32]:
+    """Gain of an element that faces each way, (facings, ...), or of each element; or of each beam, (beams, ...).
 
     Args:
         stance: The sonar at this ping.
         beams: Its receive beams, at one frequency.
         ends: Of `ends_of`.
-        direction: As of `seen_from`, shape (n, 3).
+        seen: Directions, as of `seen_from`, of shape (..., 3): of the whole array, or of each of its elements.
     """
     if stance.elements is None:
-        return np.asarray(beams.gain(direction), np.float32)
-    rows = [faced(beams, angle).gain(direction)[0] for angle in ends.facings]
+        return np.asarray(beams.gain(seen[0]), np.float32)
+    if len(seen) == 1:
+        return np.asarray([faced(beams, angle).gain(seen[0])[0] for angle in ends.facings], np.float32)
+    rows = [faced(beams, angle).gain(one)[0] for angle, one in zip(ends.facings[ends.facing], seen, strict=True)]
     return np.asarray(rows, np.float32)
 
 

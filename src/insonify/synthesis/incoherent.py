@@ -13,6 +13,7 @@ import scipy.fft
 from numba import njit
 from numpy.typing import NDArray
 
+from insonify.propagation.delay_field import DelayField
 from insonify.records.pairs import Pairs
 from insonify.records.swath import Swath
 from insonify.sonar.beam import Beams
@@ -21,10 +22,12 @@ from insonify.sonar.stance import Stance
 from insonify.synthesis._groups import PulseTable, add_groups
 from insonify.synthesis._spread import spread_energy
 from insonify.synthesis._swath_energies import lay_fringes, lay_pairs, leg_sizes
+from insonify.synthesis.delay_moments import copies
 from insonify.synthesis.grid import TimeGrid, energy_shape, heard_energy
+from insonify.synthesis.heard_later import heard_directions, swept_axes
 from insonify.synthesis.moments import interfering
 from insonify.synthesis.perturbation import Perturbation
-from insonify.synthesis.weights import leg_weights
+from insonify.synthesis.weights import carried, leg_weights
 from insonify.units import amplitude_ratio
 
 Floats = NDArray[np.float64]
@@ -60,6 +63,8 @@ class Incoherent:
     grid: TimeGrid
     perturbation: Perturbation
     table: PulseTable
+    delays: DelayField | None = None
+    """What uneven water adds to travel times; None: nothing."""
 
     @property
     def even(self) -> bool:
@@ -78,8 +83,9 @@ class Incoherent:
     def weights(self, pairs: Pairs) -> tuple[Complexes, Complexes]:
         """Complex weight of the legs out [uPa] and back [1] of a block in each beam, (beams, f, n) each."""
         here, level = self.stance, float(amplitude_ratio(self.stance.source_level_db))
-        heard = leg_weights(pairs.back, here.receive_beams, here.frequency)
-        if pairs.out is pairs.back and here.alike:
+        towards = heard_directions(pairs, here)
+        heard = carried(here.receive_beams.gain(towards), pairs.back, here.frequency)
+        if pairs.out is pairs.back and here.alike and towards is pairs.back.departure:
             return level * heard, heard
         return leg_weights(pairs.out, here.transmit_beams, here.frequency, level), heard
 
@@ -93,7 +99,8 @@ class Incoherent:
             heard: Of its legs back.
         """
         for part in interfering(pairs):
-            self._add(energies, part, sent, heard)
+            for copy in copies(part, self.delays, self.stance):
+                self._add(energies, copy, sent, heard)
 
     def _add(self, energies: Energies, pairs: Pairs, sent: Complexes, heard: Complexes) -> None:
         """Add pairs of which nothing is random but the phase of the place."""
@@ -148,7 +155,8 @@ class Incoherent:
         """Add the mean intensity of all the ground of a part of a ping."""
         stance, level = self.stance, float(amplitude_ratio(self.stance.source_level_db))
         sent = _sizes(stance.transmit_beams, swath)
-        heard = sent if stance.alike else _sizes(stance.receive_beams, swath)
+        swept = swept_axes(stance)
+        heard = sent if stance.alike and swept is None else _sizes(stance.receive_beams, swath, swept)
         kept, mean = self.perturbation.kept_interference, self.perturbation.mean_energy
         pairs = swath.delay, sent, heard, swath.pair, swath.count, swath.rows, swath.section
         cells = energies.cells[0], self.grid.first_time, self.grid.energy_rate
@@ -171,12 +179,13 @@ def _shape(pulse: HeardPulse, grid: TimeGrid) -> Complexes:
     return shape
 
 
-def _sizes(beams: Beams, swath: Swath) -> NDArray[np.float32]:
-    """Size of every leg times the gain of one beam towards it [1], shape (f, n)."""
+def _sizes(beams: Beams, swath: Swath, swept: tuple[Floats, Floats] | None = None) -> NDArray[np.float32]:
+    """Size of every leg times the gain of one beam towards it [1], shape (f, n); swept: as of `swept_axes`."""
     out = np.empty(swath.delay.shape, np.float32)
+    axes, drift = swept or (np.array([beams.axes] * 3), np.zeros((2, 3)))
     leg_sizes(
-        swath.departure, swath.amplitude, beams.axes, beams.steer, beams.scale, beams.tables, beams.per_unit,
-        beams.element, out,
+        swath.departure, swath.amplitude, swath.delay, axes, drift, swept is not None, beams.steer, beams.scale,
+        beams.tables, beams.per_unit, beams.element, out,
     )  # fmt: skip
     return out
 

@@ -33,16 +33,20 @@ HIDDEN = "hidden"
 """Stands for the pair where a key means what an owner hides."""
 POINTS = 3.0
 """Most points to a resolution cell of a boundary: over relief as even as the quick reading of the recording [1]."""
+SURROUNDINGS = ("seabed", "surface", "water")
+"""Owners that are no target."""
 STRAIGHT = pair_name(DIRECT, DIRECT)
 
 
-def label_names(targets: tuple[str, ...], followed: tuple[str, ...]) -> LabelNames:
+def label_names(targets: tuple[str, ...], followed: tuple[str, ...], *, water: tuple[str, ...] = ()) -> LabelNames:
     """The axes of labels.
 
     Args:
         targets: Labels of the scene's targets.
         followed: Families of the legs.
+        water: Who answers in the water: "water" for its layers, and the labels of patches.
     """
+    targets = (*water, *targets)
     causes: tuple[Boundary, ...] = ("seabed", "surface", "target")
     kept = [families_for(cause, followed) for cause in causes if cause != "target" or targets]
     found = {pair_name(out, back) for names in kept for out in names for back in names}
@@ -220,12 +224,12 @@ class Labelling:
         A highlight is no fainter than the echo of the ground that is missing there: it would pass for a shadow.
         """
         silent = np.zeros(by_owner.shape[::2])
-        target = np.array([name not in ("seabed", "surface") for name in self.names.owners])
+        target = np.array([name not in SURROUNDINGS for name in self.names.owners])
         mine = by_owner[:, target].sum(axis=1)
         most = (mine > 0) & (mine >= by_owner[:, ~target].sum(axis=1) + self.noise)
         parts = {True: silent, False: silent}
         for (who, pair), value in echo.items():
-            if who not in ("seabed", "surface"):
+            if who not in SURROUNDINGS:
                 parts["S" in pair] = parts["S" in pair] + value
         ghost = parts[True] > parts[False]
         return most & ~ghost & (mine >= missing), most & ghost

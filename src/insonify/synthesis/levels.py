@@ -17,6 +17,8 @@ from insonify.synthesis.incoherent import Energies, Incoherent
 from insonify.units import level_db
 
 CAUSES = ("seabed", "surface", "target")
+WATER = "water"
+"""The cause that has curves only where the water answers."""
 ALL = "all"
 
 
@@ -81,12 +83,13 @@ def level_curves(
         channel: Channel wanted.
 
     Returns:
-        `level_db` over (cause, pair, time) [dB re 1 uPa]: causes seabed, surface, target, noise, total; pairs
-        of families, and "all". Minus infinity where nothing is heard.
+        `level_db` over (cause, pair, time) [dB re 1 uPa]: causes seabed, surface, target, water (if it
+        answers), noise, total; pairs of families, and "all". Minus infinity where nothing is heard.
     """
     names = sorted({pair for _, pair in intensity if pair != ALL}, key=lambda p: (len(p), p))
     pairs = [ALL, *names]
-    causes = [*CAUSES, "noise", "total"]
+    water = [WATER] if any(cause == WATER for cause, _ in intensity) else []
+    causes = [*CAUSES, *water, "noise", "total"]
     power = np.zeros((len(causes), len(pairs), grid.count))
     for (cause, pair), series in intensity.items():
         power[causes.index(cause), pairs.index(pair)] += series[channel]

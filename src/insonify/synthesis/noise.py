@@ -1,4 +1,6 @@
-"""Ambient noise as the receiver hands it on: one spectrum level, shaped by the receiver's filter."""
+"""Noise as the receiver hands it on: a spectrum level, shaped by the receiver's filter, drawn for each channel."""
+
+from collections.abc import Callable
 
 import numpy as np
 import scipy.fft
@@ -9,6 +11,9 @@ from insonify.sonar.heard import HeardPulse
 from insonify.sonar.pulse import energy_duration, spectrum
 from insonify.sonar.receiver import response
 from insonify.units import intensity_ratio
+
+Slope = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+"""Power of a noise at offsets from the centre frequency [Hz], over that at the centre [1]."""
 
 
 def receiver_filter(pulse: HeardPulse, offset: NDArray[np.float64]) -> NDArray[np.complex128]:
@@ -24,34 +29,38 @@ def receiver_filter(pulse: HeardPulse, offset: NDArray[np.float64]) -> NDArray[n
     return passed
 
 
-def noise_intensity(pulse: HeardPulse, level_db: float | None) -> float:
+def noise_intensity(pulse: HeardPulse, level_db: float | None, slope: Slope | None = None) -> float:
     """Mean-square noise pressure in the recording [uPa^2].
 
     Args:
         pulse: The heard pulse.
-        level_db: Spectrum level at the beam output [dB re 1 uPa^2/Hz]; None is silence.
+        level_db: Spectrum level in the channel, at the centre frequency [dB re 1 uPa^2/Hz]; None is silence.
+        slope: How it changes over the band; None: not.
     """
     if level_db is None:
         return 0.0
     rate = pulse.receiver.sample_rate
     points = max(20_001, 8 * int(pulse.pulse.duration * rate) + 1)  # a few on each lobe of the pulse's spectrum
     offset = np.linspace(-0.5, 0.5, points) * rate
-    power = np.abs(receiver_filter(pulse, offset)) ** 2
+    power = np.abs(receiver_filter(pulse, offset)) ** 2 * (1.0 if slope is None else slope(offset))
     return float(intensity_ratio(level_db) * np.trapezoid(power, offset))
 
 
 def noise(
-    pulse: HeardPulse, level_db: float | None, seed: int, ping: int, channels: int, count: int
-) -> NDArray[np.complex64]:
+    pulse: HeardPulse, level_db: float | None, seed: int, ping: int, channels: int, count: int, *,
+    slope: Slope | None = None, stream: int = streams.NOISE,
+) -> NDArray[np.complex64]:  # fmt: skip
     """Noise of one ping, independent between channels.
 
     Args:
         pulse: The heard pulse.
-        level_db: Spectrum level at the beam output [dB re 1 uPa^2/Hz]; None is silence.
+        level_db: Spectrum level in each channel, at the centre frequency [dB re 1 uPa^2/Hz]; None is silence.
         seed: Seed of the scenario.
         ping: Number of the ping.
         channels: Number of channels.
         count: Samples.
+        slope: How the level changes over the band; None: not.
+        stream: What is drawn.
 
     Returns:
         Circular Gaussian pressure [uPa], shape (channels, count).
@@ -60,10 +69,12 @@ def noise(
         return np.zeros((channels, count), np.complex64)
     rate = pulse.receiver.sample_rate
     period = scipy.fft.next_fast_len(count + int(np.ceil((pulse.stop - pulse.start) * rate)))
-    shape = receiver_filter(pulse, scipy.fft.fftfreq(period, 1 / rate))
+    offset = scipy.fft.fftfreq(period, 1 / rate)
+    shape = receiver_filter(pulse, offset)
+    shape = shape if slope is None else shape * np.sqrt(slope(offset))
     root = np.sqrt(float(intensity_ratio(level_db)) * rate)
     rows = [
-        scipy.fft.ifft(scipy.fft.fft(streams.normals(seed, streams.NOISE, ping, channel, period)) * shape)[:count]
+        scipy.fft.ifft(scipy.fft.fft(streams.normals(seed, stream, ping, channel, period)) * shape)[:count]
         for channel in range(channels)
     ]
     return (root * np.array(rows)).astype(np.complex64)

@@ -139,7 +139,9 @@ def doppler_nodes(pulse: Pulse, width: float, error: float = ERROR) -> int:
 
 
 def heard_dopplers(stance: Stance) -> tuple[float, float]:
-    """Least and greatest Doppler factor less one of what the beams hear during one ping, both legs the same way [1].
+    """Least and greatest Doppler factor less one of what the beams hear during one ping [1].
+
+    On one platform both legs go the same way; between two any way that the one sends meets any that the other hears.
 
     Args:
         stance: The sonar under way.
@@ -150,14 +152,25 @@ def heard_dopplers(stance: Stance) -> tuple[float, float]:
     )
     level = np.cos(down)
     way = np.stack([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(down)], axis=-1).reshape(-1, 3)
-    both = np.abs(stance.transmit_beams.gain(way)).max(axis=0)
+    out = np.abs(stance.transmit_beams.gain(way)).max(axis=0)
+    back = np.ones(len(way))
     if stance.elements is None or not np.any(stance.elements.facing):
-        both = both * np.abs(stance.receive_beams.gain(way)).max(axis=0)
-    loud = way[both >= FAINT * both.max()]
+        back = np.abs(stance.receive_beams.gain(way)).max(axis=0)
+    apart = stance.receive_survey is not None
+    gains = (out, back) if apart else (out * back, out * back)
+    sent_to, heard_from = (way[gain >= FAINT * gain.max()] for gain in gains)
     _, first, growth = (row[0] for row in stance.course.of(stance.arms[1:]))
     sent = stance.transmit_velocity
     heard = [first, first + growth * stance.course.window]
-    leaving = 1 - loud @ sent / stance.sound_speed
-    factor = np.concatenate([(1 + loud @ velocity / stance.sound_speed) / leaving - 1 for velocity in heard])
+    leaving = 1 - sent_to @ sent / stance.sound_speed
+    coming = [1 + heard_from @ velocity / stance.receive_speed for velocity in heard]
+    if apart:
+        leaving, coming = _ends(leaving)[:, None], [_ends(part) for part in coming]
+    factor = np.concatenate([(part / leaving - 1).ravel() for part in coming])
     margin = 0.02 * float(max(np.linalg.norm(sent), *(np.linalg.norm(v) for v in heard))) / stance.sound_speed
     return float(factor.min()) - margin, float(factor.max()) + margin
+
+
+def _ends(values: Floats) -> Floats:
+    """The least and the greatest of some values, shape (2,)."""
+    return np.array([values.min(), values.max()])

@@ -1,7 +1,7 @@
 """What was surveyed is kept for the next ping, up to a bound: it changes the time and not one bit."""
 
 from collections import OrderedDict
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Sequence
 from threading import Lock
 
 import numpy as np
@@ -28,6 +28,19 @@ class Kept:
     def __len__(self) -> int:
         """Number of arrays that are kept."""
         return len(self._arrays)
+
+    def find(self, keys: Sequence[Hashable]) -> list[NDArray[np.floating] | None]:
+        """The arrays of some keys, None for those that are not kept.
+
+        Args:
+            keys: What they are the arrays of.
+        """
+        with self._lock:
+            found = [self._arrays.get(key) for key in keys]
+            for key, array in zip(keys, found, strict=True):
+                if array is not None:
+                    self._arrays.move_to_end(key)
+        return found
 
     def get(self, key: Hashable, make: Callable[[], NDArray[np.floating]]) -> NDArray[np.floating]:
         """The array of a key, made where it is not kept; two threads may both make it, and get the same values.

@@ -52,6 +52,17 @@ class Poses:
         """
         return pose_rotation(float(self.heading[ping]), float(self.pitch[ping]), float(self.roll[ping]))
 
+    def depths(self, offset: tuple[float, float, float]) -> Floats:
+        """How deep something that is fixed to the platform is at every ping [m], shape (pings,).
+
+        Args:
+            offset: Its place from the reference point: forward, starboard, down [m].
+        """
+        # The third row of the rotation from body to world, for every ping at once.
+        level = np.cos(self.pitch)
+        down = np.stack([-np.sin(self.pitch), level * np.sin(self.roll), level * np.cos(self.roll)], axis=-1)
+        return np.asarray(self.position[:, 2] + down @ np.asarray(offset))
+
     def carried(self, offset: tuple[float, float, float]) -> Floats:
         """Where something that is fixed to the platform goes with it.
 

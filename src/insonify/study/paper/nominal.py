@@ -1,4 +1,4 @@
-"""The paper's nominal scene, with what a figure changes in it. Its shadows end at once, as the paper's do."""
+"""The paper's nominal scene, with what a figure changes in it. Its surface is a mirror and its shadows end at once."""
 
 from functools import lru_cache
 from importlib.resources import files
@@ -12,7 +12,8 @@ from insonify.scenario.scenario import Scenario
 def _template() -> Scenario:
     text = (files("insonify.scenario") / "templates" / "nominal.yaml").read_text(encoding="utf-8")
     scenario = parse(Scenario, text)
-    return scenario.model_copy(update={"paths": scenario.paths.model_copy(update={"edges": "hard"})})
+    mirror = scenario.surface.model_copy(update={"bounce": "mirror", "wind_speed": None})
+    return scenario.model_copy(update={"surface": mirror, "paths": scenario.paths.model_copy(update={"edges": "hard"})})
 
 
 def nominal(changes: dict[str, Any] | None = None) -> Scenario:

@@ -1,0 +1,63 @@
+"""Water that is not even: patches of warmer and colder water, and what they do to a travel time.
+
+The relative change mu of sound speed is a Gaussian random field whose correlation falls with distance r as
+exp(-r^2 / l^2). A ray of length R gathers -(1 / c) times the integral of mu along it, a delay of variance
+
+    <mu^2> / c^2 times the double integral of exp(-(s - s')^2 / l^2)
+        = <mu^2> l^2 / c^2 (sqrt(pi) x erf x + exp(-x^2) - 1),    x = R / l.
+
+Over many patches that is sqrt(pi) <mu^2> l R / c^2: Phi^2 = sqrt(pi) k^2 <mu^2> l R for the phase.
+"""
+
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import Field
+from scipy.special import erf
+
+from insonify.noun import Metres, Noun, Seconds
+
+Floats = NDArray[np.float64]
+
+
+class Inhomogeneity(Noun):
+    """Smooth random changes of the speed of sound, fixed in the water."""
+
+    rms_index: Annotated[float, Field(ge=0, le=1e-2)]
+    """Root mean square of the relative change of sound speed [1]: 1e-4 is 0.15 m/s, or 0.05 degC."""
+    length: Annotated[Metres, Field(ge=0.1, le=1000)]
+    """Distance over which the changes' correlation falls to 1/e [m]."""
+    lifetime: Annotated[Seconds, Field(gt=0, le=1e6)] | None = None
+    """Time over which it falls to 1/e at one place [s]; None: the changes stay."""
+
+
+def delay_variance(way: ArrayLike, sound_speed: ArrayLike, uneven: Inhomogeneity) -> Floats:
+    """Variance of the travel time along straight rays [s^2].
+
+    Args:
+        way: Length of each ray [m], any shape.
+        sound_speed: Mean along it [m/s], broadcast.
+        uneven: The water.
+
+    Returns:
+        Variance, broadcast shape.
+
+    Source: the double integral above, which is exact for straight rays. Its limit for way >> length is the one that
+    Chernov (1960), Wave Propagation in a Random Medium, is quoted for (from memory: the book was not at hand). Valid
+    where rays do not diffract: wavelength << length, and `wave_parameter` below 1; beyond, about half of it is left.
+    """
+    x = np.asarray(way, float) / uneven.length
+    patches = np.sqrt(np.pi) * x * erf(x) + np.expm1(-(x**2))
+    return np.asarray((uneven.rms_index * uneven.length / np.asarray(sound_speed, float)) ** 2 * patches)
+
+
+def wave_parameter(way: float, wavelength: float, uneven: Inhomogeneity) -> float:
+    """Size of the first Fresnel zone against a patch, 4 R / (k l^2) [1]: above 1 patches focus and scatter.
+
+    Args:
+        way: Length of a ray [m].
+        wavelength: Of the sound [m].
+        uneven: The water.
+    """
+    return 4 * way * wavelength / (2 * np.pi * uneven.length**2)

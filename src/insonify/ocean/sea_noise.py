@@ -1,0 +1,66 @@
+"""Noise that comes through the water, as a hydrophone without directivity hears it.
+
+Either its level has been measured, or its causes are named. Every array then hears its own part of
+it: directive channels less than a hydrophone does, channels near to each other much the same.
+"""
+
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import Field, model_validator
+
+from insonify.noun import Decibels, MetresPerSecond, Noun, located
+from insonify.ocean.ambient_noise import noise_components_db, noise_level_db, thermal_noise_db
+from insonify.ocean.wind import STRONGEST
+from insonify.units import intensity_ratio
+
+Floats = NDArray[np.float64]
+Whence = Literal["everywhere", "surface"]
+"""All directions alike; or the sea surface, of which each part radiates as a vertical dipole."""
+
+
+class SeaNoise(Noun):
+    """The sea's own noise: a measured level, or wind, ships, rain and the water's molecules."""
+
+    level_db: Annotated[Decibels, Field(ge=-100, le=250)] | None = None
+    """Measured spectrum level, taken as the same over the band [dB re 1 uPa^2/Hz]; None: that of the causes below."""
+    wind_speed: Annotated[MetresPerSecond, Field(ge=0, le=STRONGEST)] | None = None
+    """Wind at 10 m height [m/s]."""
+    shipping: Annotated[float, Field(ge=0, le=1, json_schema_extra={"units": "1"})] = 0.5
+    """How busy the sea is, from 0 (remote) to 1 (heavy traffic); heard below some kilohertz only [1]."""
+    rain_rate: Annotated[float, Field(ge=0, le=500, json_schema_extra={"units": "mm/h"})] = 0.0
+    """Rainfall [mm/h]."""
+    whence: Whence = "everywhere"
+    """Where it comes from; thermal noise comes from everywhere in any case."""
+
+    @model_validator(mode="after")
+    def _one_of_both(self) -> Self:
+        if self.level_db is None and self.wind_speed is None:
+            raise located("", None, "says nothing of its level. Give level_db, or wind_speed (0 m/s in a calm).")
+        if self.level_db is not None and (self.wind_speed is not None or self.rain_rate > 0):
+            raise located("level_db", f"{self.level_db:g} dB", "is the level of all causes together. Leave wind_speed "
+                          "and rain_rate out, or level_db.")  # fmt: skip
+        return self
+
+    def density(self, frequency: ArrayLike) -> dict[Whence, Floats]:
+        """Power of the noise by where it comes from [uPa^2/Hz]; warned where a law is heard outside its range.
+
+        Args:
+            frequency: Frequency [Hz], any shape.
+
+        Returns:
+            What a hydrophone without directivity hears from each, shape of `frequency`.
+        """
+        f = np.asarray(frequency, dtype=float)
+        if self.level_db is not None:
+            return {self.whence: np.full(f.shape, float(intensity_ratio(self.level_db)))}
+        causes: dict[str, Any] = {
+            "wind_speed": self.wind_speed, "shipping": self.shipping, "rain_rate": self.rain_rate,
+        }  # fmt: skip
+        whole = intensity_ratio(noise_level_db(f, **causes))
+        if self.whence == "everywhere":
+            return {"everywhere": whole}
+        thermal = intensity_ratio(thermal_noise_db(f))
+        rest = [level for name, level in noise_components_db(f, **causes).items() if name != "thermal"]
+        return {"everywhere": thermal, "surface": np.asarray(sum(intensity_ratio(level) for level in rest))}

@@ -1,0 +1,46 @@
+"""The sum of waves that a field of delays is made of, along the ways of one family. Plain numbers and arrays."""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def add_waves(
+    place: Floats, north: Floats, east: Floats, down: Floats, water_depth: float, part: Floats, wave: Floats,
+    turn: Floats, total: Floats,
+) -> None:  # fmt: skip
+    """Add the waves of a field, each taken where the ray has done its own part of the way.
+
+    A ray goes straight through surface and bottom; the depth in the water is how far it is from the nearest image of
+    the surface.
+
+    Args:
+        place: Where the rays start: north, east, depth [m], (3,).
+        north: Where each ends [m], (n,).
+        east: Likewise.
+        down: Likewise, unfolded.
+        water_depth: Between surface and bottom [m].
+        part: Part of the way at which each wave is met [1], (m,).
+        wave: Cycles per metre to the north, to the east and down of each wave [1/m], (m, 3).
+        turn: Phase of each [cycles], (m,).
+        total: Result, the sum of all cosines [1], (n,); filled with zeros at first.
+    """
+    period = 2 * water_depth
+    for m in range(part.size):
+        s = part[m]
+        x, y, z = s * wave[m, 0], s * wave[m, 1], wave[m, 2]
+        start = (1 - s) * (place[0] * wave[m, 0] + place[1] * wave[m, 1]) + turn[m]
+        below = (1 - s) * place[2]
+        for i in range(total.size):
+            depth = below + s * down[i]
+            depth = abs(depth - period * np.rint(depth / period))
+            cycles = start + x * north[i] + y * east[i] + z * depth
+            # cos 2a = 1 - 2 sin^2 a, and Taylor's series of the sine to 6e-8
+            a = np.pi * (cycles - np.rint(cycles))
+            b = a * a
+            sine = 1 / 362880 + b * (-1 / 39916800)
+            sine = 1 + b * (-1 / 6 + b * (1 / 120 + b * (-1 / 5040 + b * sine)))
+            total[i] += 1 - 2 * b * sine * sine

@@ -1,0 +1,117 @@
+"""A smooth random field of delays: what uneven water adds to the travel time of every leg.
+
+The delay of a leg is a sum of waves, each met at its own part s of the way from the sonar to the place. With s uniform
+and the waves drawn from the spectrum of the water's changes, two legs of one field are as alike as the integrals along
+them: the mean over s of exp(-d(s)^2 / l^2), with d(s) the distance between the legs at s. So what is near each other
+(scatterers, families, pings, ends of the sonar) shares its delay, and what is apart by more than l does not.
+"""
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtri
+
+from insonify import streams
+from insonify.ocean.inhomogeneity import Inhomogeneity, delay_variance
+from insonify.propagation._delay_field_kernel import add_waves
+from insonify.propagation.families import image_depth
+from insonify.records.legs import Legs
+from insonify.scene.lattice import Lattice
+
+Floats = NDArray[np.float64]
+WAVES = 64
+"""Waves of a field: its fourth moment is 3 (1 - 1 / 128) times the square of its second."""
+PARTS = 24
+"""Parts of the way at which two legs' distance is taken."""
+
+
+@dataclass(frozen=True, slots=True)
+class DelayField:
+    """What the uneven water of one scene adds to travel times."""
+
+    uneven: Inhomogeneity
+    seed: int
+    """Of the scenario."""
+    water_depth: float
+    """Depth of the bottom's mean plane [m]."""
+    lattice: Lattice
+    """Frame of the patches: a scene that is moved as a whole keeps them."""
+
+    def disturbed(self, legs: Legs, place: Floats, points: Floats, time: float) -> Legs:
+        """Legs with the delays of the uneven water in theirs.
+
+        Args:
+            legs: From one end of the sonar to n points.
+            place: That end: north, east, depth [m], shape (3,).
+            points: The points [m], shape (n, 3).
+            time: Of the ping [s].
+        """
+        part, wave, turn, beat = _waves(self.seed, self.uneven)
+        start = np.array([*self.lattice.from_world(place[:2]), place[2]])
+        along, across = np.ascontiguousarray(self.lattice.from_world(points[:, :2]).T)
+        total = np.zeros(legs.delay.shape)
+        for row, family in enumerate(legs.families):
+            if legs.branch[row]:
+                total[row] = total[row - legs.branch[row]]  # rays of one family: much the same way
+                continue
+            down = self._unfolded(family, points[:, 2])
+            add_waves(start, along, across, down, self.water_depth, part, wave, turn + beat * time, total[row])
+        return replace(legs, delay=legs.delay + self.spread_of(legs) * np.sqrt(2 / WAVES) * total)
+
+    def spread_of(self, legs: Legs) -> Floats:
+        """Root mean square of each leg's delay [s], shape (f, n); 0 where there is no leg."""
+        there = (legs.visibility != 0) & (legs.delay > 0)
+        length = np.where(there, legs.length, 0.0)
+        speed = np.where(there, legs.length / np.where(there, legs.delay, 1.0), 1.0)
+        return np.sqrt(np.maximum(delay_variance(length, speed, self.uneven), 0.0))
+
+    def covariance(self, sides: list[tuple[Legs, Floats]], points: Floats, asked: NDArray[np.int64]) -> Floats:
+        """Covariance of the delays of all legs to the same points [s^2], shape (m, legs, legs).
+
+        Args:
+            sides: Legs to n points, and where they start [m], shape (3,); one such pair or several.
+            points: Where all of them end [m], shape (n, 3).
+            asked: Rows of the points that are asked about, shape (m,).
+        """
+        spread, points = np.concatenate([self.spread_of(legs)[:, asked] for legs, _ in sides]), points[asked]
+        ways = [self._way(family, place, points) for legs, place in sides for family in legs.families]
+        found = np.empty((len(points), len(ways), len(ways)))
+        for a, first in enumerate(ways):
+            for b, second in enumerate(ways[: a + 1]):
+                square = np.sum((first - second) ** 2, axis=-1)
+                alike = np.exp(-square / self.uneven.length**2).mean(axis=0)
+                found[:, a, b] = found[:, b, a] = spread[a] * spread[b] * alike
+        return found
+
+    def _way(self, family: str, place: Floats, points: Floats) -> Floats:
+        """Points of the water that a leg meets after even parts of its way, shape (parts, n, 3)."""
+        part = ((np.arange(PARTS) + 0.5) / PARTS)[:, None, None]
+        ends = np.column_stack([points[:, :2], self._unfolded(family, points[:, 2])])
+        way = place + part * (ends - place)
+        depth = np.mod(way[..., 2], 2 * self.water_depth)
+        way[..., 2] = np.minimum(depth, 2 * self.water_depth - depth)
+        return way
+
+    def _unfolded(self, family: str, depth: Floats) -> Floats:
+        """Depth at which a family's ray arrives if it goes straight through surface and bottom [m]."""
+        turned = family if family == "D" else family[::-1]
+        moved, sign = image_depth(turned, 0.0, self.water_depth), (-1) ** (0 if family == "D" else len(family))
+        return np.asarray(moved + sign * depth, float)
+
+
+@lru_cache(maxsize=8)
+def _waves(seed: int, uneven: Inhomogeneity) -> tuple[Floats, Floats, Floats, Floats]:
+    """The waves of a field: part of the way (m,), cycles per metre (m, 3), phase (m,) [cycles], cycles per second (m,).
+
+    exp(-r^2 / l^2) is the mean of cos(K r) over K normal with variance 2 / l^2 in each direction; so it is in time.
+    """
+    number = np.arange(WAVES)
+    first = streams.uniforms(seed, streams.DELAYS, number, 0)
+    second = streams.uniforms(seed, streams.DELAYS, number, 1)
+    wave = ndtri(first[:, :3]) * np.sqrt(2) / uneven.length / (2 * np.pi)
+    beat = np.zeros(WAVES)
+    if uneven.lifetime is not None:
+        beat = ndtri(second[:, 0]) * np.sqrt(2) / uneven.lifetime / (2 * np.pi)
+    return (number + second[:, 1]) / WAVES, wave, first[:, 3], beat

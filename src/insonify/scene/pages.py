@@ -1,0 +1,117 @@
+"""The map of a bed as kernels read it: the pieces that were ever asked for, side by side in memory.
+
+A kernel looks up the pieces that it comes to. Where one is missing it says so and goes on with the next question; what
+is missing is then drawn, and what was left is asked again. So nobody has to know beforehand where bounces will lie.
+"""
+
+from collections.abc import Callable
+from threading import Lock
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Singles = NDArray[np.float32]
+SHIFT = 6
+CELLS = 1 << SHIFT
+"""Cells along the side of one piece of the map."""
+NODES = CELLS + 1
+_MOST_BYTES = 96 << 20
+
+
+class Pages(NamedTuple):
+    """Some pieces of a map, and where each is kept; never changed once it is made."""
+
+    corner_a: int
+    """Number of the first row of pieces."""
+    corner_b: int
+    """Number of the first column."""
+    cell: float
+    """Side of a cell [m]."""
+    row_of: NDArray[np.int32]
+    """Row of each piece in `heights`, -1 for one that is missing, (rows x columns,); the border always is."""
+    heights: Singles
+    """On the nodes [m], (pieces x nodes x nodes,)."""
+
+
+class Paged:
+    """The pages of one map, which grow as they are asked for. Threads may share it."""
+
+    def __init__(self, most_bytes: int = _MOST_BYTES) -> None:
+        """No page yet.
+
+        Args:
+            most_bytes: Size of all pages beyond which a new question begins anew [bytes].
+        """
+        self.most_bytes, self._lock = most_bytes, Lock()
+        self._forget()
+
+    def __reduce__(self) -> tuple[type["Paged"], tuple[int]]:
+        """Another process begins without pages."""
+        return Paged, (self.most_bytes,)
+
+    def _forget(self) -> None:
+        self._begin = self._end = np.zeros(2, int)
+        self._row_of = np.full((0, 0), -1, np.int32)
+        # the first page is one to look at where another is missing
+        self._heights, self._used = np.zeros((16, NODES, NODES), np.float32), 1
+
+    def answer(
+        self, cell: float, low: NDArray[np.float64], high: NDArray[np.float64],
+        piece: Callable[[int, int], NDArray[np.floating]], ask: Callable[[Pages, NDArray[np.bool_]], bool],
+    ) -> None:  # fmt: skip
+        """Ask a kernel until nothing is missing.
+
+        Args:
+            cell: Side of a cell [m].
+            low: Least coordinates on the map that are likely to be met [m], shape (2,).
+            high: Greatest, likewise.
+            piece: Draws the piece of a row and a column, shape (nodes, nodes).
+            ask: Asks what has no answer yet: marks the pieces that are missing, True when none is.
+        """
+        begin, end = (np.floor(bound / (CELLS * cell)).astype(int) for bound in (low, high))
+        with self._lock:
+            if self._used * NODES**2 * 4 > self.most_bytes:
+                self._forget()
+        drawn: dict[tuple[int, int], NDArray[np.floating]] = {}
+        while True:
+            with self._lock:
+                # another thread may have forgotten what was there when these were drawn
+                there = np.array([begin - 2, end + 2, *(np.array(place) for place in drawn)])
+                self._reach(there.min(axis=0), there.max(axis=0) + 1)
+                self._keep(drawn)
+                corner, shape = self._begin, self._row_of.shape
+                pages = Pages(int(corner[0]), int(corner[1]), cell, self._row_of.ravel(), self._heights.ravel())
+            wanted = np.zeros(shape, bool)
+            if ask(pages, wanted):
+                return
+            if wanted[0, 0]:  # beyond the border
+                begin, end = begin - shape, end + shape
+                wanted[0, 0] = False
+            drawn = {(int(a), int(b)): piece(int(a), int(b)) for a, b in corner + np.argwhere(wanted)}
+
+    def _reach(self, begin: NDArray[np.int64], end: NDArray[np.int64]) -> None:
+        """Make room for pieces up to there; what others read is not touched."""
+        if self._row_of.size:
+            begin, end = np.minimum(begin, self._begin), np.maximum(end, self._end)
+        if self._row_of.size and np.array_equal(begin, self._begin) and np.array_equal(end, self._end):
+            return
+        row_of = np.full(end - begin, -1, np.int32)
+        a, b = self._begin - begin
+        row_of[a : a + self._row_of.shape[0], b : b + self._row_of.shape[1]] = self._row_of
+        self._begin, self._end, self._row_of = begin, end, row_of
+
+    def _keep(self, drawn: dict[tuple[int, int], NDArray[np.floating]]) -> None:
+        """Take in further pieces; what others read is not touched."""
+        row_of, heights = self._row_of.copy(), self._heights
+        places = {(a - int(self._begin[0]), b - int(self._begin[1])): made for (a, b), made in drawn.items()}
+        new = {place: made for place, made in places.items() if row_of[place] < 0}
+        if not new:
+            return
+        if self._used + len(new) > len(heights):
+            heights = np.empty((2 * (self._used + len(new)), NODES, NODES), np.float32)
+            heights[: self._used] = self._heights[: self._used]
+        for place, made in new.items():
+            heights[self._used], row_of[place] = made, self._used
+            self._used += 1
+        self._row_of, self._heights = row_of, heights

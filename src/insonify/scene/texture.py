@@ -1,0 +1,121 @@
+"""Texture: ground that answers more here and less there, so that its echoes are K-distributed and not Rayleigh.
+
+A normal field on a lattice is mapped, quantile by quantile, to a gamma distribution of mean one. It multiplies the
+strength of each place of the seabed, whatever the angle and the path: the mean level stays, and where the sonar
+resolves the texture, intensities spread more than speckle alone lets them.
+"""
+
+from functools import lru_cache
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import Field
+from scipy.interpolate import BSpline
+from scipy.special import gammainccinv, gammaincinv, gammaln, log_ndtr, ndtr
+
+from insonify import streams
+from insonify.noun import Metres, Noun
+from insonify.scene._texture_kernel import normal_field, through_table
+from insonify.scene.lattice import Lattice
+
+Floats = NDArray[np.float64]
+
+FARTHEST = 8.0
+"""Standard deviations up to which the map from normal to gamma is tabled [1]."""
+PER_UNIT = 256.0
+"""Entries of that table per standard deviation [1]."""
+ORDERS = 24
+"""Hermite orders of the map that its correlation is summed over [1]."""
+
+
+class Texture(Noun):
+    """Strength of the ground about its mean: a gamma field of mean one, tied to the ground."""
+
+    shape: Annotated[float, Field(ge=0.1, le=1000)]
+    """Shape of the gamma distribution, nu [1]: the smaller, the patchier; variance 1 / nu."""
+    length: Annotated[Metres, Field(ge=0.01, le=10_000)]
+    """Distance at which the correlation of the texture has fallen to 1/e [m]."""
+
+    def at(self, north: Floats, east: Floats, *, seed: int, lattice: Lattice) -> Floats:
+        """Factor on the scattering strength at places [1]; mean one, variance 1 / shape.
+
+        The same for the same place and seed, whoever asks, and in a world that is moved together with its lattice.
+
+        Args:
+            north: Of the places [m], shape (n,).
+            east: Likewise [m], shape (n,).
+            seed: Of the seabed.
+            lattice: Frame of the seabed.
+
+        Returns:
+            Factors, shape (n,).
+
+        Source: Jakeman & Pusey (1976), IEEE Trans. Antennas Propag. 24, 806-814, for K-distributed amplitudes; that
+        they are speckle on a gamma texture: Ward (1981), Electron. Lett. 17, 561-563 (both from memory).
+        """
+        own = lattice.from_world(np.stack([north, east], axis=-1)) / self.pitch
+        out = np.empty(len(own))
+        normal_field(np.ascontiguousarray(own[:, 0]), np.ascontiguousarray(own[:, 1]),
+                     *streams.key(seed, streams.TEXTURE), out)  # fmt: skip
+        through_table(out, -FARTHEST, PER_UNIT, _log_quantiles(self.shape))
+        return out
+
+    @property
+    def pitch(self) -> float:
+        """Spacing of the nodes of the normal field [m].
+
+        Its own correlation is nearly exp(-3 r^2 / (4 pitch^2)): along the lattice that of a cubic spline with itself.
+        """
+        return self.length / _pitches(self.shape)
+
+    def correlation(self, distance: ArrayLike) -> Floats:
+        """Correlation of the texture at places so far apart along the lattice [m], mean over its shifts [1].
+
+        Args:
+            distance: Any shape; along a diagonal it is lower by 0.002 at most.
+        """
+        return _correlation(self.shape, np.asarray(distance, float) / self.pitch)
+
+
+def _correlation(shape: float, apart: Floats) -> Floats:
+    """Correlation of the texture at places so many pitches apart along the lattice [1], shape of `apart`.
+
+    Source: Mehler's expansion: a function with Hermite coefficients a_n keeps sum a_n^2 n! rho^n of its variance.
+    """
+    itself = BSpline.basis_element(np.arange(-4.0, 5.0), extrapolate=False)  # a cubic one against itself
+    normal = np.nan_to_num(itself(np.clip(np.abs(apart), 0, 4))) / float(itself(0.0))
+    return np.asarray(np.polynomial.polynomial.polyval(normal, np.array([0.0, *_shares(shape)])))
+
+
+@lru_cache(maxsize=16)
+def _pitches(shape: float) -> float:
+    """Pitches after which the correlation of the texture has fallen to 1/e [1]."""
+    apart = np.linspace(0, 4, 4001)
+    return float(np.interp(-np.exp(-1.0), -_correlation(shape, apart), apart))
+
+
+@lru_cache(maxsize=16)
+def _shares(shape: float) -> tuple[float, ...]:
+    """Part of the texture's variance in each Hermite order of the normal field, from the first on [1]."""
+    x = np.linspace(-FARTHEST, FARTHEST, int(2 * FARTHEST * PER_UNIT) + 1)
+    gamma = np.exp(_log_quantiles(shape)) * np.exp(-(x**2) / 2) / np.sqrt(2 * np.pi) / PER_UNIT
+    before, now = np.zeros_like(x), np.ones_like(x)  # of unit mean square: He_n / sqrt(n!)
+    found = []
+    for n in range(ORDERS):
+        before, now = now, (x * now - np.sqrt(n) * before) / np.sqrt(n + 1)
+        found.append(float(np.sum(gamma * now) ** 2))
+    return tuple(np.array(found) / sum(found))
+
+
+@lru_cache(maxsize=16)
+def _log_quantiles(shape: float) -> Floats:
+    """Logarithm of the gamma quantile at each entry of a normal number [1]."""
+    x = np.linspace(-FARTHEST, FARTHEST, int(2 * FARTHEST * PER_UNIT) + 1)
+    with np.errstate(divide="ignore"):
+        plain = np.log(np.where(x < 0, gammaincinv(shape, ndtr(x)), gammainccinv(shape, ndtr(-x))) / shape)
+    # far down the lower tail P = t^nu / Gamma(nu + 1)
+    tail = (log_ndtr(x) + gammaln(shape + 1)) / shape - np.log(shape)
+    table = np.maximum(np.where(tail < -50, tail, plain), -700.0)
+    table.flags.writeable = False  # shared by all pings
+    return table

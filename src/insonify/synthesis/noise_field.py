@@ -1,0 +1,176 @@
+"""What the channels of an array hear alike of a noise that comes from many directions at once.
+
+Each direction sends a plane wave of its own, independent of all others. So the covariance of two channels is the
+mean over directions of one pattern times the other, turned by the phase between their places: the sine of k d over
+k d for hydrophones in noise from everywhere, one over the directivity factor on the diagonal.
+
+Wavelengths are those of the centre of the band.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import roots_legendre, spherical_jn
+
+from insonify.ocean.sea_noise import Whence
+from insonify.sonar._beam_kernels import BAFFLED, OMNI
+from insonify.sonar.beam import POINTS_PER_LOBE, Beams
+from insonify.sonar.stance import Stance
+from insonify.synthesis.elements import faced
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+FLAT = 1e-9
+"""Depth of an array along boresight, in wavelengths, below which it is flat [1]."""
+AT_ONCE = 4_000_000
+"""Channels times directions that are worked on together."""
+LEAST_AROUND = 720
+"""Directions around an array whose elements face different ways: its baffles' edges lie between them."""
+LOAD = 1e-9
+"""Share of power that is added to the diagonal, so that channels that hear the very same can be told apart [1]."""
+
+
+def noise_covariance(stance: Stance, whence: Whence) -> Complexes:
+    """Covariance of the channels' noise, for unit power at a hydrophone without directivity [1].
+
+    Args:
+        stance: The sonar at one ping; beams and elements at rest.
+        whence: Where the noise comes from.
+
+    Returns:
+        Shape (channels, channels), Hermitian. Channels that share one receive beam are taken as if each had a
+        ping of its own, and are independent; elements are without their errors of gain and phase.
+
+    Source: Cox (1973), J. Acoust. Soc. Am. 54(5), 1289-1301 (plane waves of any directional density); Cron & Sherman
+    (1962), J. Acoust. Soc. Am. 34(11), 1732-1736 (everywhere: sin kd / kd; surface dipoles: density cos / pi of the
+    angle from the zenith, 2 J1(kd) / kd side by side). The closed forms follow from the mean over directions; the
+    papers themselves were not opened.
+    Valid: plane waves; a surface without bottom bounces, at depths where absorption has not yet bared the zenith.
+    """
+    if stance.elements is None and stance.receive_beams.channel_count < stance.channel_count:
+        alone = _mean_over_directions(stance, whence)
+        return alone[0, 0] * np.eye(stance.channel_count)
+    plain = _closed_form(stance) if whence == "everywhere" else None
+    return _mean_over_directions(stance, whence) if plain is None else plain.astype(complex)
+
+
+def factor(covariance: Complexes) -> Complexes:
+    """Lower triangle whose product with its conjugate transpose is a covariance.
+
+    Args:
+        covariance: Hermitian, positive or nearly so, shape (n, n).
+    """
+    load = LOAD * max(float(np.trace(covariance).real) / len(covariance), np.finfo(float).tiny)
+    return np.asarray(np.linalg.cholesky(covariance + load * np.eye(len(covariance))))
+
+
+def _closed_form(stance: Stance) -> Floats | None:
+    """Noise from everywhere in small elements that are all round, or that face one way from a flat array; else None."""
+    elements, pattern = stance.elements, stance.receive_beams
+    if elements is None or any(len(table) for table in pattern.tables):
+        return None
+    wavelength = stance.receive_speed / stance.frequency
+    apart = 2 * np.pi / wavelength * _distances(elements.place)
+    if pattern.element == OMNI:
+        return np.sinc(apart / np.pi)
+    flat = np.ptp(elements.place[:, 0]) < FLAT * wavelength
+    if not flat or np.any(elements.facing != 0):
+        return None
+    # by symmetry the front half of all directions has half of what both halves have
+    if pattern.element == BAFFLED:
+        return np.asarray(np.sinc(apart / np.pi) / 2)
+    far = np.where(apart > 1e-4, apart, 1.0)
+    return np.asarray(np.where(apart > 1e-4, spherical_jn(1, far) / far, 1 / 3) / 2)
+
+
+def _distances(place: Floats) -> Floats:
+    return np.asarray(np.sqrt(sum((axis[:, None] - axis) ** 2 for axis in place.T)))
+
+
+def _mean_over_directions(stance: Stance, whence: Whence) -> Complexes:
+    """The covariance by a sum over directions that is fine enough for all patterns and distances."""
+    ears = stance.receive_beams
+    place, facing = np.zeros((1, 3)), np.zeros(1)
+    if stance.elements is not None:
+        place, facing = stance.elements.place, stance.elements.facing
+    wavelength = stance.receive_speed / stance.frequency
+    channels = ears.channel_count if stance.elements is None else len(place)
+    found = np.zeros((channels, channels), complex)
+    level = whence == "everywhere" and np.ptp(place[:, 2]) == 0
+    parts = _directions(ears, place / wavelength, facing, max(1, AT_ONCE // channels), mirrored=level)
+    for direction, weight in parts:
+        outward = direction @ ears.axes
+        density = np.full(len(weight), 1 / (4 * np.pi)) if whence == "everywhere" else _from_above(outward)
+        heard = _patterns(ears, facing, outward) * np.exp(2j * np.pi / wavelength * (place @ direction.T))
+        found += (heard * (weight * density)) @ heard.conj().T
+    return np.asarray((found + found.conj().T) / 2, complex)
+
+
+def _from_above(outward: Floats) -> Floats:
+    """Density of noise from surface dipoles over directions in north, east, down [1/sr], shape (n,)."""
+    return np.maximum(-outward[:, 2], 0.0) / np.pi
+
+
+def _patterns(ears: Beams, facing: Floats, outward: Floats) -> Floats:
+    """Amplitude of each channel towards directions in the world [1], shape (channels or 1, n)."""
+    if not facing.any():
+        return ears.gain(outward)
+    ways, row = np.unique(facing, return_inverse=True)
+    return np.concatenate([faced(ears, float(way)).gain(outward) for way in ways])[row]
+
+
+def _directions(
+    ears: Beams, place: Floats, facing: Floats, most: int, *, mirrored: bool
+) -> Iterator[tuple[Floats, Floats]]:
+    """Directions in the array's frame and their solid angles [sr], in parts of no more than so many.
+
+    Args:
+        ears: Patterns of the channels.
+        place: Of the channels in the array's frame [wavelengths], shape (m, 3).
+        facing: Of the elements [rad], shape (m,).
+        most: Directions in a part.
+        mirrored: Whether what elements hear from above and from below the array's plane is the same.
+    """
+    # the tables have so many rows to each wavelength of aperture
+    across, down, piston_across, piston_down = ears.per_unit / POINTS_PER_LOBE
+    ahead, right, below = np.ptp(place, axis=0)
+    wide, high = right + across + piston_across, below + down + piston_down
+    whole = 2 * np.pi * float(np.linalg.norm([wide, high, ahead]))
+    if np.ptp(facing) == 0:
+        # pole to the right: the edge of a baffle, and the horizon of an array that is not tilted, are meridians
+        quarters = np.arange(-2, 3) * np.pi / 2 - np.pi / 2
+        along = _gauss(np.array([-1.0, 1.0]), whole)
+        around = _gauss(quarters, 2 * np.pi * np.hypot(high, ahead))
+        frame = [1, 0, 2]
+    else:
+        along = _gauss(np.array([0.0, 1.0]) if mirrored else np.array([-1.0, 0.0, 1.0]), whole)
+        count = max(LEAST_AROUND, _enough(2 * np.pi * np.hypot(wide, ahead)) * 2)
+        around = (np.arange(count) + 0.5) * 2 * np.pi / count, np.full(count, 2 * np.pi / count)
+        frame = [2, 0, 1]
+        along = (along[0], 2 * along[1]) if mirrored else along
+    rows = max(1, most // len(around[0]))
+    for first in range(0, len(along[0]), rows):
+        pole, turn = (grid.ravel() for grid in np.meshgrid(along[0][first : first + rows], around[0], indexing="ij"))
+        ring = np.sqrt(1 - pole**2)
+        direction = np.empty((len(pole), 3))
+        for axis, values in zip(frame, (pole, ring * np.cos(turn), ring * np.sin(turn)), strict=True):
+            direction[:, axis] = values
+        yield direction, np.outer(along[1][first : first + rows], around[1]).ravel()
+
+
+def _gauss(edges: Floats, cycles: float) -> tuple[Floats, Floats]:
+    """Nodes and weights over neighbouring intervals, for waves of so many radians to each unit.
+
+    Source: Gauss-Legendre quadrature; a wave exp(j K x) over -1 to 1 needs a little over K / 2 nodes.
+    """
+    half = np.diff(edges)[0] / 2
+    node, weight = roots_legendre(_enough(cycles * half))
+    middles = (edges[:-1] + edges[1:]) / 2
+    return (middles[:, None] + half * node).ravel(), np.tile(half * weight, len(middles))
+
+
+def _enough(waves: float) -> int:
+    """Nodes for a wave of so many radians over half an interval."""
+    return int(np.ceil(waves / 2 + 6 * np.cbrt(waves) + 12))

@@ -1,0 +1,93 @@
+"""Claims about what is too faint to be worked out: it is as faint as that, and the sum does not miss it."""
+
+import itertools
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from insonify.engines import audible, bounced
+from insonify.propagation._knife_edge_kernel import differs_less, edge_factor
+from insonify.propagation.knife_edge import PER_UNIT, edge_table
+from insonify.propagation.local_planes import level_course
+from insonify.scene.scatterers import Scatterers
+from insonify.scene.seabed import Seabed
+from insonify.simulation import listen, prepare
+from oracles.scenes import nominal
+
+ROUGH = {"depth": 20.0, "relief": {"kind": "power-law", "hurst": 0.8, "rms": 0.05}}
+
+
+def amplitudes(seabed, points, families):
+    """Amplitudes of the legs to some points above the bed, (families, n)."""
+    scenario = nominal(seabed=seabed, track={"window": (0.01, 0.25)}, paths={"families": families, "reflections": 4})
+    listening = prepare(scenario)
+    ones, keys = np.ones(len(points)), np.arange(len(points)).astype(np.uint64)
+    law = scenario.seabed.law(1e5, 1500.0)
+    met = Scatterers("any", "target", law, points, np.zeros(points.shape), ones, ones.astype(complex), keys)
+    legs = listening.engine.meet(listening.stance(0), met).out
+    return np.abs(legs.amplitude) / legs.spreading
+
+
+def test_legs_left_out_are_seventy_decibels_down(monkeypatch):
+    """Those followed keep their bits; followed all the same, the others are below 1e-3, half of them below 3e-4."""
+    rng = np.random.default_rng(1)
+    distance, azimuth = rng.uniform(5, 150, 400), rng.uniform(0, 0.02, 400)
+    points = np.stack([distance * np.cos(azimuth), distance * np.sin(azimuth), rng.uniform(12, 18, 400)], axis=1)
+    families = ["D", "BS", "SBS", "BSBS"]
+    kept = amplitudes(ROUGH, points, families)
+    monkeypatch.setattr(bounced, "FAINT", 0.0)
+    every = amplitudes(ROUGH, points, families)
+    left_out = (kept == 0) & (every > 0)
+    assert 0.2 < left_out[1:].mean() < 0.9 and not left_out[0].any()
+    np.testing.assert_array_equal(kept[~left_out], every[~left_out])
+    assert every[left_out].max() < 1e-3 and np.median(every[left_out]) < 3e-4
+
+
+def test_families_left_out_are_drowned_in_what_arrives_with_them(monkeypatch):
+    """Of a ping over rough ground with up to 4 bounces a leg, in every 10 ms at least 40 dB below what is heard."""
+    scenario = nominal(
+        seabed=ROUGH, track={"window": (0.01, 0.11)}, paths={"reflections": 4, "scatterers_per_cell": 0.5}
+    )
+    listening = prepare(scenario)
+    here = listening.stance(0)
+    ground = [block for block in listening.engine.blocks(here) if block().boundary == "seabed"]
+    legs = [len(listening.engine.pairs(here, block, drowned=False).out.families) for block in ground]
+    assert max(legs) < 5  # of 5
+    fewer = dict(listen(listening, [0], 2))[0]
+    monkeypatch.setattr(audible, "NEGLIGIBLE", 0.0)
+    every = dict(listen(prepare(scenario), [0], 2))[0]
+    missing, heard = (np.sum(np.abs(a[:, : a.shape[1] // 10 * 10].reshape(-1, 10, a.shape[1] // 10)) ** 2, axis=(0, 2))
+                      for a in (fewer - every, every))  # fmt: skip
+    assert missing.max() > 0 and (missing < 1e-4 * heard).all()
+
+
+def test_crests_passed_over_change_as_little_as_that():
+    """50000 crests below rays, of any depth and place: told to change the pressure by less than a part, they do."""
+    rng, table = np.random.default_rng(2), edge_table()
+    count = 0
+    for clear, hollow, behind, before, exponent in zip(
+        10 ** rng.uniform(-3, 1, 50_000), 10 ** rng.uniform(-4, 1, 50_000), 10 ** rng.uniform(-1, 2.5, 50_000),
+        10 ** rng.uniform(-1, 2.5, 50_000), rng.uniform(-4, -0.5, 50_000), strict=True,
+    ):  # fmt: skip
+        way = behind, behind + before, 0.015
+        if differs_less(clear, hollow, *way, 10**exponent):
+            count += 1
+            assert abs(1 - edge_factor(-clear, hollow, *way, table, PER_UNIT)) < 10**exponent
+    assert count > 10_000
+
+
+@pytest.mark.parametrize("family", ["B", "BS", "SBS", "BSBS"])
+def test_legs_that_cannot_be_faint_are_told_before_they_are_judged(family):
+    """Where the widest zone and the steepest bounce together leave enough, every leg on the mean plane has enough."""
+    bed = Seabed(**ROUGH, split=0.5, seed=1).settled(1, 1e5, 1500.0).bed
+    place, found = np.array([0.0, 0.0, 12.0]), set()
+    for near, wavelength in itertools.product((5.0, 40.0, 150.0), (0.015, 0.15, 0.6)):
+        points = np.stack([np.linspace(near, near + 10, 50), np.zeros(50), np.full(50, 15.0)], axis=1)
+        skylines = SimpleNamespace(bed=bed, wavelength=wavelength)
+        way = level_course(family, place, points, bed.depth)
+        may = bounced._may_be_faint(family, way.length, np.abs(way.departure[:, 2]), skylines)
+        least = bounced.left_in_step(family, way, bed, wavelength).min()
+        assert may or least >= bounced.FAINT
+        found.add(may)
+    assert False in found

@@ -1,0 +1,158 @@
+"""Scatterers are left out where a beam hardly listens, and nothing that is heard changes."""
+
+import numpy as np
+import pytest
+
+from insonify.engines import loudness
+from insonify.scenario.scenario import Scenario
+from insonify.simulation import prepare, simulate
+from oracles.scenes import each_ping, nominal
+
+WINDOW = {"window": (0.12, 0.16)}
+QUIET = {"noise_level_db": None}
+LENGTH, WAVELENGTH = 1.5, 0.015
+
+
+def bed(seed=1, *, window=(0.12, 0.16), order=0, **top):
+    """The nominal bed without targets."""
+    return nominal(seed=seed, water=QUIET, track={"window": window}, paths={"reflections": order}, **top)
+
+
+def passing(*, step, pings=2, order=2, window=(0.12, 0.16)):
+    """The nominal bed under a sonar that stops and hops northward."""
+    told = bed(order=order).model_dump()
+    told["track"] = {"kind": "line", "start": (0, 0, 11.0), "speed": 1.0, "pings": pings, "interval": step,
+                     "window": window, "stop_and_hop": True}  # fmt: skip
+    return Scenario(**told)
+
+
+def met(scenario, ping=0):
+    """Place, key and area of all scatterers of one ping."""
+    listening = prepare(scenario)
+    found = [block() for block in listening.engine.blocks(listening.stance(ping))]
+    return (np.concatenate([getattr(part, name) for part in found]) for name in ("position", "place", "area"))
+
+
+def off_axis(place, here=(0.0, 0.0, 11.0)):
+    """Sine off the beam's axis in wavelengths of the aperture [1]: one at the first zero."""
+    way = place - here
+    return np.abs(way[:, 0]) / np.linalg.norm(way, axis=1) * LENGTH / WAVELENGTH
+
+
+def unthinned(monkeypatch):
+    """Every scatterer of every beam."""
+    monkeypatch.setattr(loudness, "BEAM_EDGE_DB", -300.0)
+    monkeypatch.setattr(loudness, "ELEMENT_EDGE_DB", -300.0)
+
+
+def test_the_main_lobe_keeps_all_and_side_lobes_few(monkeypatch):
+    """Within 19 dB of the axis the very scatterers of an endless share; of what lies beyond the first zero, a tenth."""
+    place, key, area = met(bed())
+    unthinned(monkeypatch)
+    every, known, whole = met(bed())
+    axis, all_axis = off_axis(place), off_axis(every)
+    lobe = np.sinc(0.72) ** 2  # 19 dB down
+    assert lobe == pytest.approx(10 ** (-19 / 20), rel=0.05)
+    np.testing.assert_array_equal(np.sort(key[axis < 0.72]), np.sort(known[all_axis < 0.72]))
+    assert area[axis < 0.72].sum() == pytest.approx(whole[all_axis < 0.72].sum(), rel=1e-12)
+    assert np.sum(axis > 1) < 0.1 * np.sum(all_axis > 1)
+
+
+def test_what_is_kept_stands_for_what_is_not(monkeypatch):
+    """Beyond the first zero, areas times the beam's envelope: those kept come to all, within 4 standard errors.
+
+    Each is kept or left out by itself at worst, so the variance of the sum is no more than that of all the squares.
+    """
+    place, _, area = met(bed(window=(0.08, 0.16)))
+    unthinned(monkeypatch)
+    every, _, whole = met(bed(window=(0.08, 0.16)))
+    for low, high in ((1.0, 2.0), (2.0, 5.0)):
+        kept, there = ((off_axis(some) > low) & (off_axis(some) < high) for some in (place, every))
+        part = area[kept] * off_axis(place[kept]) ** -4
+        total = (whole[there] * off_axis(every[there]) ** -4).sum()
+        assert kept.sum() > 100
+        assert part.sum() == pytest.approx(total, abs=4 * np.sqrt(np.sum(part**2)))
+
+
+def test_no_scatterer_left_over_is_louder_than_those_at_the_edge():
+    """Area times two-way energy gain, of an aperture sinc^4: off the main lobe no more than 17 dB down.
+
+    20 dB, and 3 dB for the parts of tiles between whose corners gains are interpolated.
+    """
+    place, _, area = met(bed())
+    axis = off_axis(place)
+    far = axis > 1
+    assert np.max(area[far] * np.sinc(axis[far]) ** 4) < 2e-2 * area[axis < 0.5].max()
+
+
+def test_pings_nearby_keep_the_same():
+    """A sonar that moves by 5 cm keeps nearly all; whoever stays has the same key, place and phase."""
+    listening = prepare(passing(step=0.05))
+    pings = [
+        {int(k): (*p, a) for part in (block() for block in listening.engine.blocks(listening.stance(ping)))
+         for k, p, a in zip(part.place, part.position, part.area, strict=True)}
+        for ping in (0, 1)
+    ]  # fmt: skip
+    both = pings[0].keys() & pings[1].keys()
+    assert len(both) > 0.93 * len(pings[0])
+    assert all(pings[0][key][:3] == pings[1][key][:3] for key in both)
+    change = np.array([pings[1][key][3] / pings[0][key][3] for key in both])
+    assert np.mean(np.abs(change - 1) < 0.25) > 0.9
+
+
+def test_the_coherence_of_pings_is_that_of_all_scatterers(monkeypatch):
+    """Ping to ping, 10 and 30 cm on: within 0.01 of that without any left out; the sound itself within -20 dB."""
+
+    def heard(step):
+        return simulate(passing(step=step), threads=2).pressure.values[:, 0]
+
+    def coherence(pair):
+        return np.abs(np.vdot(*pair)) / np.prod([np.linalg.norm(one) for one in pair])
+
+    thin = [heard(step) for step in (0.1, 0.3)]
+    unthinned(monkeypatch)
+    full = [heard(step) for step in (0.1, 0.3)]
+    for some, every in zip(thin, full, strict=True):
+        assert coherence(some) == pytest.approx(coherence(every), abs=0.01)
+        assert np.linalg.norm(some[0] - every[0]) < 0.1 * np.linalg.norm(every[0])
+
+
+@pytest.mark.slow
+def test_a_shadow_that_side_lobes_fill_is_as_loud_and_speckles():
+    """A wall 4 m wide cuts the main lobe: behind it 48 beds come to the expectation within 0.5 dB, 20 dB down or more.
+
+    12 ms of 0.155 ms, N = 3700: 0.1 dB if Rayleigh; its index is 2 to 4, for few scatterers share the work.
+    """
+    wall = {"box": {"size": (4.0, 1.0, 1.0)}, "window": (0.19, 0.2225)}
+    heard = each_ping([bed(seed, **wall) for seed in range(48)], lambda s: simulate(s, threads=1).pressure.values[0, 0])
+    scenario = bed(**wall)
+    expected = simulate(scenario.model_copy(update={"field": "incoherent"})).intensity.values[0, 0]
+    time = prepare(scenario).grid.time
+    dark = (time > 0.2145) & (time < 0.2220)
+    assert expected[dark].mean() < 1e-2 * expected[time < 0.2].mean()
+    power = np.abs(heard[:, dark]) ** 2 / expected[dark]
+    assert 10 * np.log10(power.mean()) == pytest.approx(0, abs=0.5)
+    assert 1.8 < np.mean(power**2) / np.mean(power) ** 2 < 4
+
+
+def test_recorded_elements_keep_what_they_are_sent():
+    """All that the transmitter insonifies within 13 dB, and its second side lobe, 17.8 dB down, in proportion: 66 %."""
+    line = {"receive": {"kind": "line", "length": 0.24, "elements": 4}}
+    place, _, area = met(bed(**line, sonar={"receiver": {"record": "elements"}}))
+    axis = off_axis(place)
+    whole = area[axis < 0.6]
+    assert whole.max() < 1.5 * whole.min()
+    lobe = area[(axis > 2.4) & (axis < 2.52)]
+    assert whole.mean() / lobe.mean() == pytest.approx(10**-1.78 / 10**-1.6, rel=0.15)
+
+
+def test_a_world_moved_keeps_its_choice():
+    """Sonar and lattice moved by kilometres and turned: the same keys are kept."""
+    shift, turn = np.array([3000.0, -700.0]), 0.7
+    moved = nominal(
+        water=QUIET, track={**WINDOW, "position": (*shift, 11.0), "heading": turn}, paths={"reflections": 2},
+        seabed={"lattice": {"origin": tuple(shift), "heading": turn}},
+    )  # fmt: skip
+    _, here, _ = met(bed(order=2))
+    _, there, _ = met(moved)
+    assert len(here) == len(there) and np.mean(here == there) == 1.0

@@ -1,0 +1,118 @@
+"""Claims about ways off tilted planes: Fermat's shortest way, mirror angles, and the order in which they are asked."""
+
+import numpy as np
+import pytest
+
+from insonify.propagation.local_planes import course, level_course, local_course, zone
+from insonify.scene.seabed import Seabed
+
+SONAR = np.array([1.0, -2.0, 11.0])
+DEPTH = 20.0
+
+
+def tilted(rng, count, mirrors):
+    """Planes near the surface and near the bed in turn, tilted by a few per cent; the last is the surface's."""
+    anchor, facing = np.zeros((mirrors, count, 3)), np.zeros((mirrors, count, 3))
+    for k in range(mirrors):
+        bed = (mirrors - k) % 2 == 0
+        lean = rng.uniform(-0.03, 0.03, (count, 2))
+        normal = np.concatenate([lean, np.full((count, 1), -1.0 if bed else 1.0)], axis=1)
+        anchor[k, :, 2] = (DEPTH if bed else 0.0) + rng.uniform(-0.1, 0.1, count)
+        facing[k] = normal / np.linalg.norm(normal, axis=1, keepdims=True)
+    return anchor, facing
+
+
+def points_about(rng, count):
+    """Points on about the bed, 20 to 80 m away."""
+    distance, azimuth = rng.uniform(20, 80, count), rng.uniform(-np.pi, np.pi, count)
+    depth = rng.uniform(14, 19, count)
+    return np.stack([distance * np.cos(azimuth), distance * np.sin(azimuth), depth], axis=1)
+
+
+@pytest.mark.parametrize("mirrors", [1, 2, 3, 4])
+@pytest.mark.parametrize("count", [1, 128, 300])
+def test_a_way_is_a_chain_of_straight_lines_off_its_mirrors(mirrors, count):
+    """Bounces lie on their planes, segments add up to the length, and each mirror turns what comes in by its law."""
+    rng = np.random.default_rng(mirrors * 1000 + count)
+    anchor, facing = tilted(rng, count, mirrors)
+    points = points_about(rng, count)
+    way = course(SONAR, points, anchor, facing)
+    assert way.there.all()
+    np.testing.assert_allclose(np.sum((way.bounce - anchor) * facing, axis=-1), 0, atol=1e-10)
+    stops = np.concatenate([np.broadcast_to(SONAR, (1, count, 3)), way.bounce, points[None]])
+    segments = np.diff(stops, axis=0)
+    lengths = np.linalg.norm(segments, axis=-1)
+    np.testing.assert_allclose(lengths.sum(axis=0), way.length, rtol=1e-12)
+    np.testing.assert_allclose(np.cumsum(lengths, axis=0)[:-1] / way.length, way.part, rtol=1e-9)
+    along = segments / lengths[..., None]
+    np.testing.assert_allclose(along[0], way.departure, atol=1e-9)
+    np.testing.assert_allclose(along[-1], way.arrival, atol=1e-9)
+    for k in range(mirrors):
+        turned = np.sum(along[k] * facing[k], axis=-1, keepdims=True)
+        np.testing.assert_allclose(along[k] - 2 * turned * facing[k], along[k + 1], atol=1e-9)
+        np.testing.assert_allclose(np.abs(turned[:, 0]), way.sine[k], atol=1e-12)
+
+
+def test_no_way_is_shorter():
+    """Fermat: bounces moved by a centimetre on their planes make every way longer."""
+    rng = np.random.default_rng(5)
+    anchor, facing = tilted(rng, 50, 2)
+    points = points_about(rng, 50)
+    way = course(SONAR, points, anchor, facing)
+    for _ in range(20):
+        moved = way.bounce + 0.01 * rng.normal(size=way.bounce.shape)
+        moved -= np.sum((moved - anchor) * facing, axis=-1, keepdims=True) * facing
+        stops = np.concatenate([np.broadcast_to(SONAR, (1, 50, 3)), moved, points[None]])
+        assert np.all(np.linalg.norm(np.diff(stops, axis=0), axis=-1).sum(axis=0) > way.length)
+
+
+def test_a_point_below_its_mirror_has_no_way():
+    """The bed as a mirror at 20 m: 19.9 m is above it, 20.1 m is not."""
+    points = np.array([[30.0, 0.0, 19.9], [30.0, 0.0, 20.1]])
+    np.testing.assert_array_equal(level_course("B", SONAR, points, DEPTH).there, [True, False])
+
+
+@pytest.mark.parametrize("family", ["B", "BS", "SBS"])
+def test_points_have_their_ways_whoever_is_asked_with_them(family):
+    """Alone, in another order or among hundreds: the same bits, over ground that is drawn when it is come to."""
+    relief = {"kind": "power-law", "hurst": 0.8, "rms": 0.05}
+    points = points_about(np.random.default_rng(7), 150)
+    points[:, 1] = 0.05 * np.abs(points[:, 0])
+
+    def ways(rows):
+        bed = Seabed(depth=DEPTH, relief=relief, seed=1, split=0.5, scattering=None).settled(1, 1e5, 1500.0).bed
+        return local_course(family, SONAR, points[rows], bed, 0.015)
+
+    order = np.random.default_rng(8).permutation(150)
+    every, mixed, few = ways(np.arange(150)), ways(order), ways(np.arange(140, 143))
+    for name in ("length", "departure", "arrival", "there"):
+        np.testing.assert_array_equal(getattr(mixed, name), getattr(every, name)[order])
+        np.testing.assert_array_equal(getattr(few, name), getattr(every, name)[140:143])
+    for name in ("bounce", "part", "sine", "left"):
+        np.testing.assert_array_equal(getattr(mixed, name), getattr(every, name)[:, order])
+
+
+def test_ground_without_height_is_the_mean_plane():
+    """Ripples of a micrometre: fitted planes give the level ways, to 1e-6 m and 1e-6 rad."""
+    bed = Seabed(depth=DEPTH, relief={"kind": "ripples", "height": 1e-6, "wavelength": 2.0}, split=0.5).bed
+    points = points_about(np.random.default_rng(9), 40)
+    found, level = local_course("BS", SONAR, points, bed, 0.015), level_course("BS", SONAR, points, DEPTH)
+    np.testing.assert_allclose(found.length, level.length, atol=3e-6)
+    np.testing.assert_allclose(found.departure, level.departure, atol=1e-5)
+
+
+def test_zones_are_those_of_fresnel():
+    """Half the width is the distance at which a way round is half a wave longer; the length is that over the sine."""
+    points = np.array([[40.0, 0.0, 12.0], [70.0, 10.0, 16.0]])
+    way = level_course("B", SONAR, points, DEPTH)
+    length, width = zone(way, 0, 0.015)
+    before, after = way.part[0] * way.length, (1 - way.part[0]) * way.length
+    round_it = np.hypot(before, width) + np.hypot(after, width)
+    np.testing.assert_allclose(round_it - way.length, 0.015 / 2, rtol=0.01)
+    np.testing.assert_allclose(length, width / way.sine[0], rtol=1e-12)
+
+
+def test_no_points_have_no_ways():
+    """Nothing is asked of the ground."""
+    bed = Seabed(depth=DEPTH, relief={"kind": "ripples", "height": 0.02, "wavelength": 2.0}, split=0.5).bed
+    assert local_course("BS", SONAR, np.empty((0, 3)), bed, 0.015).bounce.shape == (2, 0, 3)

@@ -1,0 +1,113 @@
+"""Scenario files with uneven water, receivers of their own and layered answers: written back, cited, warned of."""
+
+import warnings
+
+import pytest
+
+from insonify.scenario.bistatic_faults import CLOCK, keeping_time
+from insonify.scenario.citations import FIELD, NOISE, PATCHY, SURFACE_NOISE, SUSPENDED, citations
+from insonify.scenario.load import parse
+from insonify.scenario.uneven_cautions import SHARED, uneven_cautions
+from insonify.scenario.write import to_yaml
+from insonify.validity import PhysicsWarning
+from oracles.arrays import WINDOW, heard_by_elements
+
+WAY = 1500 * WINDOW[1] / 2
+WAVELENGTH = 1500 / 100e3
+
+
+def scene(water=None, **top):
+    """Elements in silent water, whatever is said of it."""
+    plain = {"sound_speed": 1500.0, "absorption_db_per_m": 0.0, "noise_level_db": None}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PhysicsWarning)
+        return heard_by_elements([(0.0, 30.0, 8.0)], water={**plain, **(water or {})}, **top)
+
+
+def uneven(length, *, receive=None, rms=1e-4, record="elements"):
+    """Cautions of such water."""
+    told = {"inhomogeneity": {"rms_index": rms, "length": length}}
+    return uneven_cautions(scene(told, receive=receive, receiver={"record": record}))
+
+
+def test_small_patches_are_told_from_where_a_fresnel_zone_fills_them():
+    """4 R / (k l^2) = 1 at l = sqrt(2 R wavelength / pi), 0.68 m here: a word below it, none above."""
+    edge = (2 * WAY * WAVELENGTH / 3.141592653589793) ** 0.5
+    assert edge == pytest.approx(0.677, abs=1e-3)
+    (said,) = uneven(0.98 * edge)
+    assert "water.inhomogeneity.length" in said and f"{edge:.2g} m or more" in said
+    assert uneven(1.02 * edge) == []
+
+
+def test_what_is_advised_needs_no_further_word():
+    """The patches that a caution offers, to its two digits and a little, are large enough."""
+    (said,) = uneven(0.3, record="beams")
+    offered = float(said.split("Give patches of ")[1].split(" m")[0])
+    assert uneven(1.05 * offered, record="beams") == []
+
+
+@pytest.mark.parametrize(("part", "words"), [(0.96, 0), (1.04, 1)])
+def test_an_array_longer_than_half_a_patch_is_told(part, words):
+    """Its elements would not share their delays; beams that are recorded are told nothing of it."""
+    line = {"kind": "line", "length": part * SHARED * 3.0 * 32 / 31, "elements": 32, "element": "omni"}
+    assert len(uneven(3.0, receive=line)) == words
+    assert uneven(3.0, receive=line, record="beams") == []
+
+
+def test_even_water_is_never_warned_of():
+    """Patches of any size without changes; no patches at all."""
+    assert uneven(0.1, rms=0.0) == [] and uneven_cautions(scene()) == []
+
+
+@pytest.mark.parametrize("told", [
+    {"inhomogeneity": {"rms_index": 1e-4, "length": "5 m", "lifetime": "20 s"}},
+    {"noise": {"level_db": "40 dB", "whence": "surface"}},
+    {"volume_strength_db": [["0 m", -80], ["10 m", None], ["12 m", "-60 dB"]]},
+    {"patches": [{"position": [0, 25, 10], "size": ["2 m", 1, 1], "heading": "30 deg", "volume_strength_db": -40,
+                  "form": "box"}]},
+])  # fmt: skip
+def test_water_is_written_back_as_it_was_read(told):
+    """Round trip through a file, units and nulls included."""
+    one = scene(told)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PhysicsWarning)
+        assert parse(type(one), to_yaml(one)) == one
+
+
+@pytest.mark.parametrize(("water", "top", "source"), [
+    ({"noise": {"level_db": 40}}, {}, FIELD), ({"noise_level_db": 40}, {}, FIELD),
+    ({"noise": {"wind_speed": 5}}, {}, NOISE), ({"noise": {"level_db": 40, "whence": "surface"}}, {}, SURFACE_NOISE),
+    ({"volume_strength_db": -70}, {}, SUSPENDED),
+    ({}, {"seabed": {"depth": 20, "texture": {"shape": 2, "length": "1 m"}}}, PATCHY),
+])  # fmt: skip
+def test_what_runs_is_cited_and_nothing_else(water, top, source):
+    """Each source by what asks for it; a scene without any of it names none of them."""
+    assert source in citations(scene(water, **top))
+    assert not {FIELD, NOISE, SURFACE_NOISE, SUSPENDED, PATCHY} & set(citations(scene()))
+
+
+def test_a_receiver_keeps_the_transmitters_time_unless_it_says_its_own():
+    """What is left out of its track is the transmitter's clock; what is written stays."""
+    track = scene(track={"pings": 7, "interval": 0.4}).track
+    kept = keeping_time({"kind": "static", "position": (0, 0, 3)}, track)
+    assert kept["pings"] == 7 and all(kept[name] == getattr(track, name) for name in CLOCK)
+    assert keeping_time({"kind": "static", "pings": 3}, track)["pings"] == 3
+    for strange in (None, 5, "north"):
+        assert keeping_time(strange, track) == strange
+    assert keeping_time({"kind": "static"}, None) == {"kind": "static"}
+
+
+@pytest.mark.parametrize("name", ["interval", "window", "stop_and_hop"])
+def test_another_clock_is_refused_at_the_field_that_differs(name):
+    """Each part of the clock by its own name, with the way out."""
+    other = {"interval": 0.9, "window": (0.0, 0.05), "stop_and_hop": True}[name]
+    receiver = {"kind": "static", "position": (10.0, 0.0, 5.0), name: other}
+    with pytest.raises(ValueError, match=rf"receiver_track.{name}: differs from track.{name}, .* Leave it out"):
+        scene(receiver_track=receiver)
+
+
+@pytest.mark.parametrize("depth", [-1.0, 0.0, 20.0, 30.0])
+def test_a_receiver_out_of_the_water_is_told_at_its_own_track(depth):
+    """At or above the surface, at or below the bed: the receiver's position, not the transmitter's, is named."""
+    with pytest.raises(ValueError, match=r"receiver_track\.position"):
+        scene(receiver_track={"kind": "static", "position": (10.0, 0.0, depth)})
