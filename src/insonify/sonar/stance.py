@@ -68,6 +68,8 @@ class Stance:
     """How the receiver's platform goes on from the start of the ping; None: nothing moves until the window ends."""
     transmit_course: Course | None = None
     """How the transmitter's platform goes on: the same course where it is the same platform."""
+    moved: float = 0.0
+    """How far either end gets from where it stands before the window ends [m]."""
     receive_survey: Survey | None = None
     """Where a receiver goes that has a platform of its own; None: both ends ride the same."""
 
@@ -111,10 +113,7 @@ class Stance:
     def spread(self) -> float:
         """How much sooner or later than at the centre of a standing array an echo may come [s]."""
         size = 0.0 if self.elements is None else float(np.linalg.norm(self.elements.place, axis=1).max())
-        moved = 0.0
-        if self.course is not None and self.transmit_course is not None:
-            moved = max(self.transmit_course.farthest(self.arms[:1]), self.course.farthest(self.arms[1:]))
-        return (size + 2 * moved) / min(self.sound_speed, self.receive_speed)
+        return (size + 2 * self.moved) / min(self.sound_speed, self.receive_speed)
 
     @property
     def surveys(self) -> tuple[Survey, ...]:
@@ -195,6 +194,9 @@ def stance(sonar: Sonar, poses: Poses | Platforms, ping: int, *, window: tuple[f
         )
     surveys = whole or surveys_of(sonar, both)
     courses = both.courses(ping, window[1])
+    arms, moved = np.array([array.offset for array in sonar.arrays], float), 0.0
+    if courses[0] is not None and courses[1] is not None:
+        moved = max(courses[0].farthest(arms[:1]), courses[1].farthest(arms[1:]))
     facing = rotation[0] * np.cos(sonar.steers[0]) + rotation[1] * np.sin(sonar.steers[0])
     return Stance(
         ping=ping,
@@ -216,9 +218,10 @@ def stance(sonar: Sonar, poses: Poses | Platforms, ping: int, *, window: tuple[f
         elements=elements,
         resolving_beams=resolving,
         bands=bands,
-        arms=np.array([array.offset for array in sonar.arrays], float),
+        arms=arms,
         course=courses[1],
         transmit_course=courses[0],
+        moved=moved,
         receive_survey=surveys[1] if len(surveys) > 1 else None,
     )
 

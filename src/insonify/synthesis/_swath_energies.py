@@ -57,7 +57,7 @@ def leg_sizes(
             leg, own = amplitude[f, begin : begin + m], out[f, begin : begin + m]
             north, east = departure[f, 0, begin : begin + m], departure[f, 1, begin : begin + m]
             depth = departure[f, 2, begin : begin + m]
-            for k in range(m):
+            for k in range(0 if moving else m):
                 x, y, z = np.float64(north[k]), np.float64(east[k]), np.float64(depth[k])
                 ahead[k] = x * axes[0, 0, 0] + y * axes[0, 0, 1] + z * axes[0, 0, 2]
                 right[k] = x * axes[0, 1, 0] + y * axes[0, 1, 1] + z * axes[0, 1, 2]
