@@ -36,10 +36,10 @@ def _out_of_focus(
 ) -> str:  # fmt: skip
     """A word on an array so long that all it hears lies in its near field, where its beam is no far-field pattern.
 
-    At half of L^2 / wavelength the wavefront of a point is bent by a quarter of a wavelength over the array.
+    At a quarter of L^2 / wavelength the wavefront of a point is bent by half a wavelength over the array.
     """
     size = _size(array)
-    if size**2 / (2 * wavelength) <= farthest:
+    if size**2 / (4 * wavelength) <= farthest:
         return ""
     return (
         f"sonar.{end}: beams are far-field patterns, which for {size:.3g} m at {1e3 * wavelength:.3g} mm of wavelength "
