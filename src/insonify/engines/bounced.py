@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines.skyline import SEABED, Sighted, Skylines, over_ground, sighted, steepness
+from insonify.propagation._course_kernel import Course
 from insonify.propagation.families import bounces
 from insonify.propagation.glints import face, rows_of
 from insonify.propagation.launches import StraightLaunches
-from insonify.propagation.local_planes import Course, level_course, local_course, zone
+from insonify.propagation.local_planes import level_course, local_course, zone
 from insonify.records.legs import Legs, Status
 from insonify.scene.bed import Bed
 from insonify.scene.scatterers import Scatterers

@@ -20,25 +20,25 @@ _CHUNK = 128
 _FAST = {"contract", "reassoc", "nsz", "arcp"}
 
 
-class Columns(NamedTuple):
-    """Ways of n points off m mirrors: what the kernels fill in, see `insonify.propagation.local_planes.Course`."""
+class Course(NamedTuple):
+    """Ways of one family from one place to n points, off m mirrors each."""
 
     length: Floats
-    """Of the whole way [m], (n,)."""
+    """Length of the whole way [m], shape (n,)."""
     departure: Floats
-    """Direction of travel at the sonar, (n, 3)."""
+    """Unit vector of travel at the sonar, shape (n, 3)."""
     arrival: Floats
-    """Direction of travel at the point, (n, 3)."""
+    """Unit vector of travel at the point, shape (n, 3)."""
     bounce: Floats
-    """The bounces [m], (m, n, 3)."""
+    """North, east, depth of each bounce [m], shape (m, n, 3)."""
     part: Floats
-    """Part of the way that lies before each bounce, (m, n)."""
+    """Part of the way that lies before each bounce [1], shape (m, n)."""
     sine: Floats
-    """Of the grazing angle at each mirror, (m, n)."""
+    """Sine of the grazing angle at each mirror [1], shape (m, n)."""
     left: Floats
-    """Mean square of the resolved ground about each mirror [m^2], (m, n)."""
+    """Mean square of the resolved ground about each mirror [m^2], shape (m, n)."""
     there: NDArray[np.bool_]
-    """Whether point and sonar lie on the right side of every mirror, (n,)."""
+    """False where a mirror lies on the wrong side: the point, or the sonar, is below it, shape (n,)."""
 
 
 class Frame(NamedTuple):
@@ -188,7 +188,7 @@ def _unfold(place: Floats, points: Floats, which: NDArray[np.int64], count: int,
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _hand_out(room: Room, which: NDArray[np.int64], count: int, made: Columns) -> None:
+def _hand_out(room: Room, which: NDArray[np.int64], count: int, made: Course) -> None:
     """Write the ways in the room to their columns."""
     mirrors = room.anchor.shape[0] // 3
     for q in range(count):
@@ -205,7 +205,7 @@ def _hand_out(room: Room, which: NDArray[np.int64], count: int, made: Columns) -
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def ways(place: Floats, points: Floats, anchor: Floats, facing: Floats, made: Columns) -> None:
+def ways(place: Floats, points: Floats, anchor: Floats, facing: Floats, made: Course) -> None:
     """Images of a place in planes, and the ways that they unfold.
 
     Args:
@@ -246,7 +246,7 @@ def zones(length: Floats, part: Floats, sine: Floats, wavelength: float, found: 
 @njit(cache=True, nogil=True, error_model="numpy")
 def follow_bed(
     place: Floats, points: Floats, off_bed: NDArray[np.bool_], moved: Floats, frame: Frame,
-    patterns: tuple[Floats, ...], pages: Pages, wanted: NDArray[np.bool_], done: NDArray[np.bool_], made: Columns,
+    patterns: tuple[Floats, ...], pages: Pages, wanted: NDArray[np.bool_], done: NDArray[np.bool_], made: Course,
 ) -> bool:  # fmt: skip
     """Ways off the planes fitted to the bed about each bounce, of those points that have none yet.
 
@@ -293,7 +293,7 @@ def follow_bed(
 def _fit_mirror(
     place: Floats, points: Floats, which: NDArray[np.int64], k: int, moved: Floats, frame: Frame, pattern: Floats,
     pages: Pages, wanted: NDArray[np.bool_], known: NDArray[np.bool_], at: NDArray[np.int32], inside: Floats,
-    corners: NDArray[np.float32], room: Room, made: Columns,
+    corners: NDArray[np.float32], room: Room, made: Course,
 ) -> None:  # fmt: skip
     """Put one mirror of the ways in the room on the planes about their bounces; arguments as of `follow_bed`."""
     mirrors = room.anchor.shape[0] // 3

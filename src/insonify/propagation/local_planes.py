@@ -6,12 +6,10 @@ tells the plane. So planes are found twice: roughly about the bounce on the mean
 they lead to. On an even slope once would be enough.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.propagation._course_kernel import Columns, Frame, follow_bed, ways, zones
+from insonify.propagation._course_kernel import Course, Frame, follow_bed, ways, zones
 from insonify.propagation.families import bounces
 from insonify.scene.bed import Bed
 from insonify.scene.bed_plane import FEW, PATTERN, least_half_axis
@@ -20,28 +18,6 @@ Floats = NDArray[np.float64]
 
 _DOWN = np.array([0.0, 0.0, 1.0])
 _TINY = 1e-9
-
-
-@dataclass(frozen=True, slots=True)
-class Course:
-    """Ways of one family from one place to n points, off m mirrors each."""
-
-    length: Floats
-    """Length of the whole way [m], shape (n,)."""
-    departure: Floats
-    """Unit vector of travel at the sonar, shape (n, 3)."""
-    arrival: Floats
-    """Unit vector of travel at the point, shape (n, 3)."""
-    bounce: Floats
-    """North, east, depth of each bounce [m], shape (m, n, 3)."""
-    part: Floats
-    """Part of the way that lies before each bounce [1], shape (m, n)."""
-    sine: Floats
-    """Sine of the grazing angle at each mirror [1], shape (m, n)."""
-    left: Floats
-    """Mean square of the resolved ground about each mirror [m^2], shape (m, n)."""
-    there: NDArray[np.bool_]
-    """False where a mirror lies on the wrong side: the point, or the sonar, is below it, shape (n,)."""
 
 
 def course(place: Floats, points: Floats, anchor: Floats, facing: Floats) -> Course:
@@ -58,7 +34,7 @@ def course(place: Floats, points: Floats, anchor: Floats, facing: Floats) -> Cou
     """
     made = _columns(*anchor.shape[:2])
     ways(np.asarray(place, float), points, anchor, facing, made)
-    return Course(*made)
+    return made
 
 
 def level_course(family: str, place: Floats, points: Floats, bed_depth: float) -> Course:
@@ -94,7 +70,7 @@ def local_course(
     string = bounces(family)
     made = _columns(len(string), len(points))
     if not len(points):
-        return Course(*made)
+        return made
     moved = np.empty((len(string), 0, 2))
     if met is not None:
         across = points[:, :2] - place[:2]
@@ -113,7 +89,7 @@ def local_course(
             here, points, off_bed, moved, frame, (FEW, PATTERN), pages, wanted, done, made
         ),
     )
-    return Course(*made)
+    return made
 
 
 def zone(way: Course, mirror: int, wavelength: float) -> tuple[Floats, Floats]:
@@ -132,10 +108,10 @@ def zone(way: Course, mirror: int, wavelength: float) -> tuple[Floats, Floats]:
     return found[0], found[1]
 
 
-def _columns(mirrors: int, points: int) -> Columns:
+def _columns(mirrors: int, points: int) -> Course:
     """Room for the ways of so many points off so many mirrors."""
     one, each = (points,), (mirrors, points)
-    return Columns(
+    return Course(
         np.empty(one), np.empty((points, 3)), np.empty((points, 3)), np.empty((mirrors, points, 3)), np.empty(each),
         np.empty(each), np.zeros(each), np.empty(one, bool),
     )  # fmt: skip
