@@ -1,18 +1,20 @@
-"""How long a coherent ping takes against the sea: the sidescan of `bench_sidescan`, its echoes added in phase."""
+"""How long a coherent ping takes against the sea: the sidescan of `bench_sidescan`, its echoes added in phase.
 
-import time
+What is timed is a survey under way: the kernels are there, the ground about the track is drawn and the memory has been
+touched by the pings before. Eight pings are timed, heard as a survey has them.
+"""
 
 from bench_sidescan import SCENE, WINDOW, loaded
 from insonify.scenario.scenario import Scenario
-from insonify.simulation import listen, prepare
-from measure import Result
+from insonify.simulation import prepare
+from measure import THREADS, Result, ping_seconds
 
 GOALS = {2: 4.0, 4: 2.0}
 """Times real time on two cores, both sides, by the most bounces of a leg."""
 ELEMENTS_GOAL = 1.0
 """The same for 32 recorded elements, one side."""
-PINGS = 4
-"""Pings timed, each by all threads."""
+WARM, PINGS = 4, 8
+"""Pings heard before the clock starts, and timed, each by all threads."""
 
 
 def sidescan(order: int) -> Scenario:
@@ -38,15 +40,10 @@ def pings() -> list[Result]:
 
 def _told(name: str, scenario: Scenario, goal: float) -> list[Result]:
     listening = prepare(scenario)
-    for _ in listen(listening, range(1), 2):
-        pass
-    wall, cores = time.perf_counter(), time.process_time()
-    for _ in listen(listening, range(1, 1 + PINGS), 2):
-        pass
-    wall, cores = (time.perf_counter() - wall) / PINGS, (time.process_time() - cores) / PINGS
-    blocks = [block for here in listening.stances(1) for block in listening.engine.blocks(here)]
+    wall, cores = ping_seconds(listening, WARM, PINGS)
+    blocks = [block for here in listening.stances(WARM) for block in listening.engine.blocks(here)]
     return [
-        Result(f"{name}, 2 threads", WINDOW / wall, "x real time", f"goal {goal:g}"),
+        Result(f"{name}, {THREADS} threads", WINDOW / wall, "x real time", f"goal {goal:g}"),
         Result(f"{name}, processor time", 1e3 * cores, "ms", f"goal {2e3 * WINDOW / goal:.0f}"),
         Result(f"{name}, scatterers", sum(len(block()) for block in blocks) / 1e3, "k", ""),
     ]

@@ -102,7 +102,10 @@ def element_by_element() -> list[Result]:
                   ones.astype(np.complex64), ones[None].astype(np.float32))  # fmt: skip
     channels = np.stack([number, number + 1], axis=1)
 
-    held = {shapes: GRID.cells(elements * shapes).reshape(elements, shapes, -1) for shapes in (1, 8)}
+    held = {
+        shapes: GRID.cells(elements * shapes).reshape(elements, -(-shapes // 4), -1, min(shapes, 4))
+        for shapes in (1, 8)
+    }
 
     def kernel(speed: float, bent: bool, shapes: int) -> None:
         made = Shapes(-4e-3 * np.cos((np.arange(shapes) + 0.5) * np.pi / shapes))
@@ -110,7 +113,7 @@ def element_by_element() -> list[Result]:
         ears = Ears(place, velocity, still, channels, 0 * number, 0 * number)
         spread_echoes(
             held[shapes], *PLACE, np.zeros((1, 3), np.int64), sent, heard, ones, ears, 1 / 1500, 0.0, 0.0, bent,
-            1e-4 * (speed > 0), CARRIER, made.doppler, made.scale,
+            1e-4 * (speed > 0), CARRIER, made.doppler,
         )  # fmt: skip
 
     kernels = {

@@ -4,6 +4,13 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+from insonify.simulation import Listening, listen
+
+THREADS = 2
+"""By which pings are heard."""
+STRETCHES = 3
+"""Stretches of a survey that are timed one after the other: other work on the machine slows some of them."""
+
 
 @dataclass(frozen=True, slots=True)
 class Result:
@@ -38,3 +45,23 @@ def best_seconds(candidates: Mapping[str, Callable[[], object]], repeats: int = 
             run()
             best[name] = min(best[name], time.perf_counter() - begin)
     return best
+
+
+def ping_seconds(listening: Listening, warm: int, timed: int) -> tuple[float, float]:
+    """Wall and processor seconds of one ping of a survey that is under way, the least of `STRETCHES` of it.
+
+    Args:
+        listening: A scenario that has been prepared.
+        warm: Pings heard first, which compile what is missing, draw the ground and touch the memory that a run holds.
+        timed: Those of each stretch after them, heard as a survey has them.
+    """
+    for _ in listen(listening, range(warm), THREADS):
+        pass
+    found = []
+    for begin in range(warm, warm + STRETCHES * timed, timed):
+        wall, cores = time.perf_counter(), time.process_time()
+        for _ in listen(listening, range(begin, begin + timed), THREADS):
+            pass
+        found.append(((time.perf_counter() - wall) / timed, (time.process_time() - cores) / timed))
+    walls, cores_of = zip(*found, strict=True)
+    return min(walls), min(cores_of)

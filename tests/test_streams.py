@@ -21,6 +21,7 @@ from insonify.streams import (
     key,
     normals,
     philox,
+    philox_each,
     philox_words,
     uniforms,
     unit,
@@ -44,6 +45,16 @@ def test_words_of_many_counters_are_those_of_each(first):
     philox_words(first, -7, 8, 2**33 + 1, 12345, 67890, words)
     each = [philox(first + n, -7, 8, 2**33 + 1, 12345, 67890) for n in range(19)]
     np.testing.assert_array_equal(words.T, each)
+
+
+def test_words_of_any_counters_are_those_of_each():
+    """Word for word, for counters of either sign and beyond 2^32; what stands behind them is left alone."""
+    first, second = np.random.default_rng(1).integers(-(2**34), 2**34, (2, 37))
+    words = np.full((4, 40), 9, np.uint32)
+    philox_each(first, second, 8, -3, 12345, 67890, words)
+    each = [philox(a, b, 8, -3, 12345, 67890) for a, b in zip(first.tolist(), second.tolist(), strict=True)]
+    np.testing.assert_array_equal(words[:, :37].T, each)
+    assert (words[:, 37:] == 9).all()
 
 
 def test_cells_west_of_the_origin_are_counters_too():

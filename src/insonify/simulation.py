@@ -17,8 +17,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from insonify.engines.paths import Paths
+from insonify.engines.skyline import Remembered
 from insonify.engines.swath import SwathView, swath_of
 from insonify.formats import label_store, zarr_store
+from insonify.freed_memory import keep_freed_memory
 from insonify.propagation.beside import LEAST
 from insonify.propagation.delay_field import DelayField
 from insonify.propagation.medium import rays_in
@@ -34,8 +36,8 @@ from insonify.scenario.write import to_yaml
 from insonify.sonar.heard import HeardPulse, heard_pulse
 from insonify.sonar.hydrophones import element_layout
 from insonify.sonar.platforms import Platforms
-from insonify.sonar.sonar import Sonar, array_position, channel_places, receiver_rotation
-from insonify.sonar.stance import Stance, end_depths, stance, surveys_of
+from insonify.sonar.sonar import array_position, channel_places, receiver_rotation
+from insonify.sonar.stance import Riding, Stance, end_depths, surveys_of
 from insonify.sonar.survey import Survey
 from insonify.sonar.track import Poses, logged_poses
 from insonify.synthesis._groups import PulseTable, pulse_table
@@ -54,10 +56,11 @@ from insonify.synthesis.traced import Traced, TracedLevels
 
 CHUNKS = 16
 """Parts that a ping's blocks are shared into: fixed, so that sums do not depend on the number of threads."""
-PARTS_BYTES = 2 << 30
-"""Memory beyond which there are fewer parts, down to `LEAST_PARTS` [bytes]."""
+PARTS_BYTES = 64 << 20
+"""Memory beyond which there are fewer parts, down to `LEAST_PARTS`: to add them up costs time too [bytes]."""
 LEAST_PARTS = 2
-
+MOST_BYTES = 64 << 20
+"""Memory of a coherent ping's sound, of one side and part, up to which pings are heard side by side [bytes]."""
 
 AHEAD = 2
 """Pings that are heard, or wait for a thread, beyond one for each thread."""
@@ -114,13 +117,7 @@ class Listening:
 
     def stances(self, ping: int) -> list[Stance]:
         """The sonar's sides as they stand at one ping, in the order of their channels."""
-        return [
-            stance(
-                side, self.platforms, ping, window=self.scenario.track.window, pulse=self.pulse,
-                water=self.scenario.water, whole=self.surveys, seed=self.scenario.seed,
-            )
-            for side in self._sides
-        ]  # fmt: skip
+        return [side.at(ping) for side in self._sides]
 
     @property
     def poses(self) -> Poses:
@@ -171,8 +168,9 @@ class Listening:
         return electronics(self.scenario.sonar, self.scenario.water, self.pulse, self.grid)
 
     @cached_property
-    def _sides(self) -> tuple[Sonar, ...]:
-        return self.scenario.sonar.one_sided
+    def _sides(self) -> tuple[Riding, ...]:
+        told = self.platforms, self.scenario.track.window, self.pulse, self.scenario.water, self.surveys
+        return tuple(Riding(side, *told, self.scenario.seed) for side in self.scenario.sonar.one_sided)
 
     @cached_property
     def _table(self) -> PulseTable:
@@ -324,12 +322,13 @@ def listen(
 ) -> Iterator[tuple[int, NDArray[np.generic]]]:
     """What the sonar hears, ping by ping: number of the ping, and its series of shape (channels, samples).
 
-    Many quick pings are shared among the threads, a few of them ahead of the one that is asked for; others are heard
-    one after the other, each by all threads.
+    Many pings are shared among the threads, a few of them ahead of the one that is asked for; few pings, and those that
+    take much memory, are heard one after the other, each by all threads.
     """
     wanted, workers = list(pings), threads or os.cpu_count() or 1
+    keep_freed_memory()
     with ThreadPoolExecutor(workers) as pool:
-        if len(wanted) < 2 * workers or not _quick(listening, wanted[0]):
+        if len(wanted) < 2 * workers or not _side_by_side(listening, wanted[0]):
             yield from ((ping, _heard(listening, ping, pool)) for ping in wanted)
             return
         begun: deque[tuple[int, Future[NDArray[np.generic]]]] = deque()
@@ -347,11 +346,14 @@ def listen(
                 series.cancel()
 
 
-def _quick(listening: Listening, ping: int) -> bool:
-    """Whether a ping is so quick that sharing it costs more than it saves."""
-    if listening.scenario.field == "coherent" or listening.tracer is not None:
+def _side_by_side(listening: Listening, ping: int) -> bool:
+    """Whether pings are so quick that sharing one costs more than it saves, or so small that there is room for many."""
+    if listening.tracer is not None:
         return False
-    return all(listening.incoherent(here).brief and listening.ground(here) for here in listening.stances(ping))
+    here = listening.stances(ping)
+    if listening.scenario.field == "coherent":
+        return all(listening.coherent(side).silence().nbytes <= MOST_BYTES for side in here)
+    return all(listening.incoherent(side).brief and listening.ground(side) for side in here)
 
 
 def _heard(listening: Listening, ping: int, pool: Pool) -> NDArray[np.generic]:
@@ -369,6 +371,8 @@ def _heard(listening: Listening, ping: int, pool: Pool) -> NDArray[np.generic]:
 def hear(listening: Listening, reading: Reading, here: Stance, pool: Pool) -> Any:
     """One ping, heard by one reading: blocks are shared into a fixed number of parts, added in a fixed order."""
     engine = listening.tracer if isinstance(reading, Traced | TracedLevels) else listening.engine
+    if isinstance(pool, Alone) and isinstance(engine, Paths):
+        engine = replace(engine, skylines=Remembered(2))  # nobody else asks for this ping
     if reading.even and isinstance(engine, Paths):
         engine = replace(engine, delays=None)  # an expectation takes the mean over them
     quick = reading if type(reading) is Incoherent and reading.brief else None
@@ -393,7 +397,7 @@ def hear(listening: Listening, reading: Reading, here: Stance, pool: Pool) -> An
         quick.take_in_swath(heard, swath)
         return heard
 
-    count = min(parts_of(getattr(reading.silence(), "nbytes", 0)), len(blocks))
+    count = min(parts_of(getattr(reading.silence(), "nbytes", 0)), len(blocks)) if blocks else 0
     parts = [blocks[k::count] for k in range(count)]
     swaths = ground.gather(pool.map, swathed) if ground is not None else []
     sounds = chain(pool.map(part, parts), swaths)

@@ -50,6 +50,8 @@ TEXTURE = 26
 """Stream of the seabed's texture: numbers of lattice nodes."""
 VOLUME = 27
 """Stream of the scatterers in the water: place in the cell and phase."""
+FAINT = 36
+"""Stream of the scatterers that answer faint pairs of legs: one draw per place."""
 RECEIVER = 35
 """Stream of the receiver's own noise: one draw per ping, channel and sample, and the phases of its tones."""
 
@@ -85,14 +87,20 @@ def key(seed: int, stream: int) -> tuple[int, int]:
 
 
 def _mix(word: int) -> int:
-    """Spread every bit of a 64-bit word over all its bits, one to one.
+    """`mixed` of a Python number."""
+    return int(mixed(np.uint64(word)))
+
+
+@njit(cache=True, nogil=True)
+def mixed(word: np.uint64) -> np.uint64:
+    """Spread every bit of a 64-bit word over all its bits, one to one [1]. To be called from other kernels too.
 
     Source: Steele, Lea & Flood (2014), "Fast splittable pseudorandom number generators",
     OOPSLA: the output function of SplitMix64.
     """
-    word = (word ^ word >> 30) * 0xBF58476D1CE4E5B9 % _SEED_LIMIT
-    word = (word ^ word >> 27) * 0x94D049BB133111EB % _SEED_LIMIT
-    return word ^ word >> 31
+    word = (word ^ (word >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    word = (word ^ (word >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return np.uint64(word ^ (word >> np.uint64(31)))
 
 
 @njit(inline="always")
@@ -155,6 +163,31 @@ def philox_words(first: int, c1: int, c2: int, c3: int, k0: int, k1: int, words:
     third, fourth = np.uint64(c2) & _WORD, np.uint64(c3) & _WORD
     for n in range(words.shape[1]):
         x0, x1, x2, x3 = (begin + np.uint64(n)) & _WORD, second, third, fourth
+        a, b = np.uint64(k0) & _WORD, np.uint64(k1) & _WORD
+        for _ in range(_ROUNDS):
+            x0, x1, x2, x3, a, b = _stirred(x0, x1, x2, x3, a, b)
+        w0[n], w1[n], w2[n], w3[n] = x0, x1, x2, x3
+
+
+@njit(cache=True, nogil=True)
+def philox_each(
+    first: NDArray[np.int64], second: NDArray[np.int64], c2: int, c3: int, k0: int, k1: int, words: NDArray[np.uint32]
+) -> None:
+    """The words of any first and second counters: what `philox` has, in vectors.
+
+    Args:
+        first: First counters [1], shape (n,).
+        second: Second counters, likewise [1].
+        c2: Third counter of all [1].
+        c3: Fourth counter of all [1].
+        k0: First word of the key [1].
+        k1: Second word of the key [1].
+        words: Result, the four words of each, shape (4, n or more).
+    """
+    w0, w1, w2, w3 = words[0], words[1], words[2], words[3]
+    third, fourth = np.uint64(c2) & _WORD, np.uint64(c3) & _WORD
+    for n in range(first.size):
+        x0, x1, x2, x3 = np.uint64(first[n]) & _WORD, np.uint64(second[n]) & _WORD, third, fourth
         a, b = np.uint64(k0) & _WORD, np.uint64(k1) & _WORD
         for _ in range(_ROUNDS):
             x0, x1, x2, x3, a, b = _stirred(x0, x1, x2, x3, a, b)

@@ -45,7 +45,7 @@ def test_bent_rays_in_nearly_even_water_hide_what_straight_ones_hide(tmp_path):
         clear &= one.boundary != 0  # legs that rough ground leaves nothing of are not followed
         np.testing.assert_allclose(one.delay[clear], other.delay[clear], atol=1e-7)
         hidden |= set(np.unique(one.occluder))
-    assert hidden == {-2, -1, 0, 1, 2, 3, 4}
+    assert hidden == {-2, -1, 0, 1, 2, 4}  # the drum, 3, lies behind the baffle: nobody asks for its points
     assert unlike < 2e-3 * met
 
 

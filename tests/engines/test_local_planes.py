@@ -5,9 +5,7 @@ import pytest
 from scipy.optimize import minimize
 
 from insonify.records.legs import SEABED, Status
-from insonify.scene.bed_plane import PATTERN, fitted_planes
 from insonify.scene.scatterers import Scatterers
-from insonify.scene.seabed import Seabed
 from insonify.simulation import prepare
 from oracles.scenes import nominal
 
@@ -170,20 +168,6 @@ def test_a_wall_of_ground_cuts_the_rising_leg(tmp_path):
                           reach=110.0)  # fmt: skip
         legs, _ = legs_to([[0.0, 100.0, 11.0]], seabed, families=("B",))
         assert (legs.status[0, 0] == Status.OCCLUDED) == cut
-
-
-def test_the_samples_of_an_ellipse_fit_every_plane_exactly(tmp_path):
-    """Whatever its bearing and size; their second moments are those of a disc. Unknown ground is the mean plane's."""
-    samples = PATTERN[:-1]
-    np.testing.assert_allclose(samples.T @ samples / len(samples), np.eye(2) / 4, atol=1e-12)
-    bed = Seabed(**inclined(tmp_path)).bed
-    rng = np.random.default_rng(4)
-    place, bearing = rng.uniform(-120, 120, (200, 2)), rng.uniform(-np.pi, np.pi, 200)
-    found = fitted_planes(bed, place, bearing, rng.uniform(0.0, 40.0, 200), rng.uniform(0.0, 2.0, 200))
-    np.testing.assert_allclose(found.height, -place @ [NORTHWARD, EASTWARD], atol=2e-5)
-    np.testing.assert_allclose(found.slope, np.tile([-NORTHWARD, -EASTWARD], (200, 1)), atol=1e-4)
-    beyond = fitted_planes(bed, np.array([[500.0, 0.0]]), np.zeros(1), np.ones(1), np.ones(1))
-    assert beyond.height[0] == 0 and (beyond.slope == 0).all()
 
 
 PROFILE = [[0.0, 1502.0], [8.0, 1500.0], [14.0, 1490.0], [20.0, 1488.0]]

@@ -46,15 +46,15 @@ def unthinned(monkeypatch):
 
 
 def test_the_main_lobe_keeps_all_and_side_lobes_few(monkeypatch):
-    """Within 19 dB of the axis the very scatterers of an endless share; of what lies beyond the first zero, a tenth."""
+    """Within 13 dB of the axis the very scatterers of an endless share; of what lies beyond the first zero, a tenth."""
     place, key, area = met(bed())
     unthinned(monkeypatch)
     every, known, whole = met(bed())
     axis, all_axis = off_axis(place), off_axis(every)
-    lobe = np.sinc(0.72) ** 2  # 19 dB down
-    assert lobe == pytest.approx(10 ** (-19 / 20), rel=0.05)
-    np.testing.assert_array_equal(np.sort(key[axis < 0.72]), np.sort(known[all_axis < 0.72]))
-    assert area[axis < 0.72].sum() == pytest.approx(whole[all_axis < 0.72].sum(), rel=1e-12)
+    lobe = np.sinc(0.62) ** 2  # 13 dB down
+    assert lobe == pytest.approx(10 ** (-13 / 20), rel=0.05)
+    np.testing.assert_array_equal(np.sort(key[axis < 0.62]), np.sort(known[all_axis < 0.62]))
+    assert area[axis < 0.62].sum() == pytest.approx(whole[all_axis < 0.62].sum(), rel=1e-12)
     assert np.sum(axis > 1) < 0.1 * np.sum(all_axis > 1)
 
 
@@ -75,14 +75,14 @@ def test_what_is_kept_stands_for_what_is_not(monkeypatch):
 
 
 def test_no_scatterer_left_over_is_louder_than_those_at_the_edge():
-    """Area times two-way energy gain, of an aperture sinc^4: off the main lobe no more than 17 dB down.
+    """Area times two-way energy gain, of an aperture sinc^4: off the main lobe no more than 11 dB down.
 
-    20 dB, and 3 dB for the parts of tiles between whose corners gains are interpolated.
+    14 dB, and 3 dB for the parts of tiles between whose corners gains are interpolated.
     """
     place, _, area = met(bed())
     axis = off_axis(place)
     far = axis > 1
-    assert np.max(area[far] * np.sinc(axis[far]) ** 4) < 2e-2 * area[axis < 0.5].max()
+    assert np.max(area[far] * np.sinc(axis[far]) ** 4) < 8e-2 * area[axis < 0.5].max()
 
 
 def test_pings_nearby_keep_the_same():
@@ -136,14 +136,17 @@ def test_a_shadow_that_side_lobes_fill_is_as_loud_and_speckles():
 
 
 def test_recorded_elements_keep_what_they_are_sent():
-    """All that the transmitter insonifies within 13 dB, and its second side lobe, 17.8 dB down, in proportion: 66 %."""
+    """All that the transmitter insonifies within 6 dB, and its second side lobe, 17.8 dB down, in proportion.
+
+    42 %, and 30 % of that: where few are kept the middle of a tile speaks for places up to 3 dB louder.
+    """
     line = {"receive": {"kind": "line", "length": 0.24, "elements": 4}}
     place, _, area = met(bed(**line, sonar={"receiver": {"record": "elements"}}))
     axis = off_axis(place)
     whole = area[axis < 0.6]
     assert whole.max() < 1.5 * whole.min()
     lobe = area[(axis > 2.4) & (axis < 2.52)]
-    assert whole.mean() / lobe.mean() == pytest.approx(10**-1.78 / 10**-1.6, rel=0.15)
+    assert whole.mean() / lobe.mean() == pytest.approx(10**-1.78 / 10**-1.4, rel=0.3)
 
 
 def test_a_world_moved_keeps_its_choice():

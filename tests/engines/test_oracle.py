@@ -1,5 +1,7 @@
 """The whole engine against a sum over echoes, frequency by frequency, that shares nothing with it but the draws."""
 
+from functools import cache
+
 import finufft
 import numpy as np
 import pytest
@@ -123,22 +125,35 @@ def leg(end, place, family, block, row):
     return path.length / SPEED, bounced / path.length * 10 ** (-0.035 * path.length / 20), path.departure, sine
 
 
-def brute_force(blocks, shaken):
-    """Delay, family pair and weight in each channel of every echo."""
+@cache
+def echoes():
+    """Delay, weight in each channel, and which block, row and families, of every echo of `scatterers`."""
     ends = [np.array([1.0, -2.0, 11.0]) + BODY @ offset for offset in ([0.4, 0.1, -0.3], [-0.2, 0.0, 0.5])]
     strength = {"seabed": -20, "surface": -20, "box": -10}
-    delay, weight = [], []
-    for block in blocks:
+    found = []
+    for which, block in enumerate(scatterers()):
         for n, place in enumerate(block.position):
             names = ("D", "S", "B", "SB", "BS")
-            out, back = ({f: found for f in names if (found := leg(end, place, f, block, n))} for end in ends)
-            for f, (t1, a1, way1, sine1) in out.items():
-                for g, (t2, a2, way2, sine2) in back.items():
+            out, back = (
+                {f: (*one, np.array([gain(one[2], s) for s in STEER]))
+                 for f in names if (one := leg(end, place, f, block, n))}
+                for end, gain in zip(ends, (transmit_gain, receive_gain), strict=True)
+            )  # fmt: skip
+            for f, (t1, a1, _, sine1, sent) in out.items():
+                for g, (t2, a2, _, sine2, caught) in back.items():
                     sigma = 0.1 if block.owner == "buoy" else 10 ** (strength[block.owner] / 10) * sine1 * sine2
                     echo = a1 * a2 * np.sqrt(sigma * block.area[n]) * block.phase[n] * 10 ** (LEVEL / 20)
-                    echo *= shaken(block, f, g)[n]
-                    delay.append(t1 + t2)
-                    weight.append([echo * transmit_gain(way1, s) * receive_gain(way2, s) for s in STEER])
+                    found.append((t1 + t2, echo * sent * caught, (which, n, f, g)))
+    return found
+
+
+def brute_force(blocks, shaken):
+    """Delay, and weight in each channel, of every echo."""
+    factor = cache(lambda which, f, g: shaken(blocks[which], f, g))
+    delay, weight = [], []
+    for when, echo, (which, n, f, g) in echoes():
+        delay.append(when)
+        weight.append(echo * factor(which, f, g)[n])
     return np.array(delay), np.array(weight).T
 
 

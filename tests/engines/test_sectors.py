@@ -56,3 +56,42 @@ def test_the_ground_along_a_line_is_that_of_the_place():
         sagitta = height / 2 * (2 * np.pi / wave * skylines.bed.map_cell) ** 2 / 8
         own = away > inner + 2 * skylines.step
         assert np.abs(lines.depth[rows[0]] - true)[own].max() < sagitta + 1e-5
+
+
+def skylines_of(finest, *, farthest=200.0):
+    """Skylines of flat ground for beams of which a third is so wide."""
+    return Skylines(
+        bed_of(), np.array([0.0, 0.0, 10.0]), StraightLaunches(10.0, 20.0), farthest=farthest, wavelength=0.015,
+        finest_slice=finest,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("finest", [0.1, 0.03, 0.01, 0.003, 0.001])
+def test_slices_are_no_narrower_than_they_need_be(finest):
+    """The narrowest are at most as wide as was asked, or a quarter of a wave of ground: never half as wide as both."""
+    skylines = skylines_of(finest)
+    width = 2 * np.pi / skylines.slices
+    across = max(skylines.bed.ground.finest / 4, skylines.bed.map_cell)
+    assert (width > finest / 2 - 1e-12).all() or skylines.slices.max() == 128
+    enough = (width <= finest) | (width * skylines.edges <= across * (1 + 1e-9))
+    assert enough.all()
+
+
+def test_a_finer_beam_wants_more_slices_far_away_and_none_near():
+    """Halved widths: the innermost zone has as many slices as before, the outermost more until waves decide."""
+    counts = [skylines_of(finest).slices for finest in (0.04, 0.02, 0.01)]
+    assert {int(slices[0]) for slices in counts} == {128}
+    assert [int(slices[-1]) for slices in counts] == [256, 512, 1024]
+
+
+def test_zones_do_not_depend_on_how_far_is_asked():
+    """Ground nearer than the farthest is cut the same however long the window is."""
+    near, far = skylines_of(0.01, farthest=60.0), skylines_of(0.01, farthest=200.0)
+    distance, azimuth = np.linspace(0.5, 59.5, 200), np.linspace(-3, 3, 200)
+    for points in (slice(None, 100), slice(100, None)):
+        cut = [
+            {(int(at), int(row)) for _, met, rows in one.groups_of(azimuth[points], distance[points])
+             for at, row in zip(met, rows, strict=True)}
+            for one in (near, far)
+        ]  # fmt: skip
+        assert cut[0] == cut[1]

@@ -145,8 +145,9 @@ def test_the_map_is_the_ground() -> None:
     bed = prepare(made()).engine.scene.seabed.bed
     assert bed is not None
     kept = GroundMap(bed)
-    (row, *piece), *_ = kept.claim(np.array([[2, -3]]))
-    kept.draw(row, *piece)
+    piece = 2, -3
+    (row,) = rows = kept.claim(np.array([piece]))
+    kept.draw(rows)
     node = np.arange(65)
     along, across = ((number * 64 + node) * kept.cell for number in piece)
     height, slope = bed.ground.terrain.own_survey(along[:, None], across[None, :])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from engines.test_swath import SIDESCAN, made, quickly, thoroughly
-from insonify.engines import _ground_kernel, _swath_kernel, swath_plan, thinning
+from insonify.engines import _ground_kernel, _points_kernel, swath, swath_plan, thinning
 from insonify.engines import _straight_kernel as kernel
 from insonify.engines._thin_kernel import longer_steps, shares_of
 from insonify.engines.swath import swath_of
@@ -15,19 +15,25 @@ FLAT = {**SIDESCAN["seabed"], "relief": None}
 PART = slice(350, 1200)
 
 
+def forget():
+    """Nothing is kept from the pings before."""
+    swath._LAST.clear()
+    swath_plan._LAST.clear()
+
+
 @pytest.fixture
 def whole(monkeypatch):
     """Calls a function twice: with faint pairs thinned, and with every point of every pair."""
 
     def both(listen):
-        swath_plan._LAST.clear()
+        forget()
         thin = listen()
         with monkeypatch.context() as all_of_it:
             all_of_it.setattr(thinning, "FEWEST", thinning.WHOLE)
             all_of_it.setattr(thinning, "NEGLIGIBLE", 0.0)
-            swath_plan._LAST.clear()
+            forget()
             full = listen()
-        swath_plan._LAST.clear()
+        forget()
         return thin, full
 
     return both
@@ -95,7 +101,7 @@ def test_priorities_are_spread_evenly():
     """Along any line, and across lines at any sample, each share has its part of any 320 places, within 4."""
     turn = np.empty((320, 320), np.int32)
     for number in range(320):
-        _swath_kernel.priorities(float(number), 320, turn[number])
+        _points_kernel.priorities(float(number), 320, turn[number])
     for share in (1, 2, 5, 16, 31):
         taken = turn < share
         assert np.abs(taken.sum(axis=0) - 10 * share).max() <= 4
@@ -125,43 +131,44 @@ def test_every_piece_that_a_line_reads_is_asked_for():
     bearing[:4] = np.arange(4) * np.pi / 2
     lines[:, 0], lines[:, 1], lines[:, 5] = np.cos(bearing), np.sin(bearing), rng.uniform(1, 60, 200)
     lines[:, 6], lines[:, 8] = rng.uniform(0.01, 1, 200), rng.choice([1, 2, 8], 200)
-    found, mark = np.empty((4000, 2), np.int64), np.zeros((512, 512), np.int8)
-    count = _ground_kernel.pieces_on_lines(3.3, -7.1, lines, 0.05, 0.05, mark, found)
+    samples = np.ceil(lines[:, 5] / 0.05 / lines[:, 8] - lines[:, 6]).astype(np.int64)
+    found, mark = np.empty((4000, 2), np.int64), np.zeros((41, 41), np.int8)
+    count = _ground_kernel.pieces_on_lines(63.3, 60.9, lines, 0.05, samples, np.arange(200), 0.05, mark, found)
     told = set(map(tuple, found[:count].tolist()))
-    assert count == len(told)
-    for line in lines:
-        r = (np.arange(int(np.ceil(line[5] / 0.05 / line[8] - line[6]))) + line[6]) * 0.05 * line[8]
-        cell = np.floor(np.stack([3.3 + r * line[0], -7.1 + r * line[1]], axis=-1) / 0.05)
+    assert count == len(told) and not mark.any()
+    for line, many in zip(lines, samples, strict=True):
+        r = (np.arange(many) + line[6]) * 0.05 * line[8]
+        cell = np.floor(np.stack([63.3 + r * line[0], 60.9 + r * line[1]], axis=-1) / 0.05)
         assert set(map(tuple, (cell // 64).astype(int).tolist())) <= told
 
 
 def test_ground_along_a_line_is_that_of_the_map():
     """Heights of a plane are exact, slopes those of the nearest node; across pieces, forwards and back."""
-    slot, node = np.full((512, 512), -1, np.int64), np.arange(65)
+    slot, node = np.zeros((4, 4), np.uint32), np.arange(65)
     pieces = np.zeros((16, 65, 65, 3), np.float32)
     for row, (a, b) in enumerate((a, b) for a in range(-2, 2) for b in range(-2, 2)):
-        slot[a % 512, b % 512] = row
+        slot[a + 2, b + 2] = row
         x, y = (a * 64 + node)[:, None], (b * 64 + node)[None, :]
         pieces[row, :, :, 0], pieces[row, :, :, 1], pieces[row, :, :, 2] = 0.01 * x - 0.03 * y, x + 0 * y, y + 0 * x
-    height, slope = np.empty(500, np.float32), np.empty((2, 500), np.float32)
+    where, depth, slope = np.empty(500, np.uint32), np.empty(500, np.float32), np.empty((2, 500), np.float32)
     for bearing in np.linspace(0, 2 * np.pi, 17):
         line = np.array([np.cos(bearing), np.sin(bearing), 0, 0, 0, 60.0, 0.37, 0, 1])
-        _ground_kernel.look_up(1.3, -2.1, line, 0.2, 300, 0.5, slot, pieces, False, height, slope)
+        _ground_kernel.look_up(65.3, 61.9, line, 0.2, 300, 0.5, 0.0, slot, pieces, False, where, depth, slope)
         x = (1.3 + (np.arange(300) + 0.37) * 0.2 * line[0]) / 0.5
         y = (-2.1 + (np.arange(300) + 0.37) * 0.2 * line[1]) / 0.5
-        np.testing.assert_allclose(height[:300], 0.01 * x - 0.03 * y, atol=2e-5)
+        np.testing.assert_allclose(-depth[:300], 0.01 * x - 0.03 * y, atol=2e-5)
         assert np.abs(slope[0, :300] - x).max() <= 0.5 + 1e-4 and np.abs(slope[1, :300] - y).max() <= 0.5 + 1e-4
 
 
 def test_a_law_of_two_factors_may_as_well_be_asked_pair_by_pair(monkeypatch):
     """Lambert's law as a part of each leg, or as an answer to each pair: the same to a ten thousandth."""
     listening = prepare(made(2))
-    swath_plan._LAST.clear()
+    forget()
     in_legs = quickly(listening)[0, PART]
     monkeypatch.setattr(FastLaw, "factor", None)
-    swath_plan._LAST.clear()
+    forget()
     np.testing.assert_allclose(quickly(listening)[0, PART], in_legs, rtol=1e-4)
-    swath_plan._LAST.clear()
+    forget()
 
 
 def test_a_law_that_is_no_product_is_told_the_same_by_both_ways():
@@ -178,7 +185,7 @@ def test_a_sonar_that_only_moves_on_keeps_its_plan():
     assert all(plan is plans[0] for plan in plans)
     assert deeper.ground(deeper.stance(0)).plan is not plans[0]
     first = quickly(listening)
-    swath_plan._LAST.clear()
+    forget()
     np.testing.assert_array_equal(quickly(listening), first)
 
 
@@ -195,18 +202,20 @@ def test_legs_are_straight_lines_from_the_image_source():
     n, image, speed, loss = 200, -12.0, 1500.0, 0.01
     reach, depth = rng.uniform(1, 200, n), 20 + rng.normal(0, 0.1, n)
     slope = rng.normal(0, 0.5, (2, n)).astype(np.float32)
-    north, east, down, area, x, y, z, out, size, slant = np.empty((10, n), np.float32)
+    north, east, down, area, x, y, z, ahead, aside, out, size, slant = np.empty((12, n), np.float32)
+    turn = np.array([np.cos(0.71), np.sin(0.71)], np.float32)[:, None] * np.ones(n, np.float32)
     delay, bits = np.empty(n), np.full(n, 2, np.int32)
     c, s = np.cos(0.7), np.sin(0.7)
     kernel.tilted(reach, slope[0], slope[1], 1.0, 0.0, 0.02, north, east, down, area)
-    kernel.straight(reach, depth, image, 1 / speed, loss, c, s, -1.0, 1, bits, north, east, down, delay, x, y, z, out,
-                    size, slant)  # fmt: skip
+    kernel.straight(reach, depth, image, 1 / speed, loss, c, s, -1.0, 1, bits, north, east, down, turn[0], turn[1],
+                    delay, x, y, z, ahead, aside, out, size, slant)  # fmt: skip
     way = np.stack([reach * c, reach * s, depth - image])
     length = np.linalg.norm(way, axis=0)
     normal = -np.stack([slope[0], slope[1], np.ones(n)]) / np.sqrt(1 + (slope**2).sum(axis=0))
     np.testing.assert_allclose(delay, length / speed, rtol=1e-14)
     np.testing.assert_allclose(np.stack([x, y, z]), way / length, atol=3e-7)
     np.testing.assert_allclose(out, -z)
+    np.testing.assert_allclose(np.stack([ahead, aside]), turn * (reach / length), atol=3e-7)
     np.testing.assert_allclose(np.stack([north, east, down]), normal, atol=3e-7)
     np.testing.assert_allclose(area, reach * 0.02 * np.sqrt(1 + (slope**2).sum(axis=0)), rtol=1e-6)
     sine = -np.sum(way / length * normal, axis=0)

@@ -5,6 +5,7 @@ Apertures summed point by point, pulses integrated, echoes added by frequency. S
 
 import numpy as np
 
+STEPS = 64
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(400)
 
 
@@ -79,17 +80,28 @@ def heard(delay, weight, time, carrier, spectrum, rate, bins):
         rate: Width of the band over which to sum [Hz].
         bins: Frequencies in it: the sum repeats itself after bins / rate.
     """
-    offset = ((np.arange(bins) + 0.5) / bins - 0.5) * rate
-    pulse, middle = spectrum(offset), delay.mean()
     carried = weight * np.exp(-2j * np.pi * ((carrier * delay) % 1.0))
-    echoes = np.empty(bins, complex)
-    for part in np.array_split(np.arange(bins), max(1, bins // 256)):
-        echoes[part] = np.exp(-2j * np.pi * np.outer(offset[part], delay - middle)) @ carried
-    series = [
-        np.exp(2j * np.pi * np.outer(some - middle, offset)) @ (echoes * pulse)
-        for some in np.array_split(np.asarray(time), max(1, len(time) // 256))
-    ]
-    return np.concatenate(series) * rate / bins
+    return summed(delay, carried, time, spectrum, rate, bins)
+
+
+def summed(delay, weight, time, spectrum, rate, bins):
+    """Sum over echoes of weight p(t - delay), frequency by frequency; arguments as of `heard`."""
+    offset = ((np.arange(bins) + 0.5) / bins - 0.5) * rate
+    late = delay - np.mean(delay)
+    # a frequency is one of a coarse row and a step from it: turns of both, multiplied, are its own to rounding
+    rows = -(-bins // STEPS)
+    coarse, step = offset[::STEPS], np.arange(STEPS) * rate / bins
+    echoes = ((turns(-coarse, late) * weight) @ turns(late, -step)).ravel()
+    echoes[:bins] *= spectrum(offset)
+    echoes[bins:] = 0
+    since = np.asarray(time) - np.mean(delay)
+    series = np.sum((turns(since, step) @ echoes.reshape(rows, STEPS).T) * turns(since, coarse), axis=1)
+    return series * rate / bins
+
+
+def turns(first, second):
+    """Phasors of so many cycles: of every product of the two."""
+    return np.exp(2j * np.pi * np.outer(first, second))
 
 
 def relative_rms(value, truth):

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from insonify.propagation.local_planes import course, level_course, local_course, zone
+from insonify.scene._plane_kernel import MOST_SAMPLES
+from insonify.scene.bed_plane import FEW, PATTERN
 from insonify.scene.seabed import Seabed
 
 SONAR = np.array([1.0, -2.0, 11.0])
@@ -74,17 +76,21 @@ def test_a_point_below_its_mirror_has_no_way():
 
 @pytest.mark.parametrize("family", ["B", "BS", "SBS"])
 def test_points_have_their_ways_whoever_is_asked_with_them(family):
-    """Alone, in another order or among hundreds: the same bits, over ground that is drawn when it is come to."""
+    """Alone, in another order, among hundreds or after others far off: the same bits, over ground drawn on the way."""
     relief = {"kind": "power-law", "hurst": 0.8, "rms": 0.05}
     points = points_about(np.random.default_rng(7), 150)
     points[:, 1] = 0.05 * np.abs(points[:, 0])
 
-    def ways(rows):
+    def ways(rows, *before):
         bed = Seabed(depth=DEPTH, relief=relief, seed=1, split=0.5, scattering=None).settled(1, 1e5, 1500.0).bed
+        for place in before:  # widens the map of the bed
+            local_course(family, SONAR + place, points + place, bed, 0.015)
         return local_course(family, SONAR, points[rows], bed, 0.015)
 
     order = np.random.default_rng(8).permutation(150)
     every, mixed, few = ways(np.arange(150)), ways(order), ways(np.arange(140, 143))
+    for one, other in zip(every, ways(np.arange(150), np.array([-60.0, 30.0, 0.0])), strict=True):
+        np.testing.assert_array_equal(one, other)
     for name in ("length", "departure", "arrival", "there"):
         np.testing.assert_array_equal(getattr(mixed, name), getattr(every, name)[order])
         np.testing.assert_array_equal(getattr(few, name), getattr(every, name)[140:143])
@@ -99,6 +105,40 @@ def test_ground_without_height_is_the_mean_plane():
     found, level = local_course("BS", SONAR, points, bed, 0.015), level_course("BS", SONAR, points, DEPTH)
     np.testing.assert_allclose(found.length, level.length, atol=3e-6)
     np.testing.assert_allclose(found.departure, level.departure, atol=1e-5)
+
+
+def test_an_inclined_bed_is_its_own_plane(tmp_path):
+    """A bed that falls by 3 % to the north and rises by as much to the east: the image in it, and nothing left over.
+
+    Whatever the bearings and the sizes of the zones. Where nobody knows the ground it is the mean plane.
+    """
+    nodes = np.arange(-120.0, 121.0, 2.0)
+    depth = DEPTH + 0.03 * nodes[:, None] - 0.03 * nodes[None, :]
+    np.savez(tmp_path / "survey.npz", depth=depth, north=nodes, east=nodes)
+    relief = {"kind": "grid", "file": str(tmp_path / "survey.npz"), "origin": (0.0, 0.0)}
+    bed = Seabed(depth=DEPTH, relief=relief).bed
+    points = points_about(np.random.default_rng(4), 200) - [0.0, 0.0, 5.0]  # above the bank
+    anchor = np.broadcast_to([0.0, 0.0, DEPTH], (1, 200, 3))
+    normal = np.array([0.03, -0.03, -1.0]) / np.sqrt(1.0018)
+    exact = course(SONAR, points, anchor, np.broadcast_to(normal, (1, 200, 3)))
+    found = local_course("B", SONAR, points, bed, 0.015)
+    assert found.there.all()
+    np.testing.assert_allclose(found.length, exact.length, atol=2e-5)
+    np.testing.assert_allclose(found.bounce, exact.bounce, atol=5e-3)
+    np.testing.assert_allclose(found.departure, exact.departure, atol=1e-4)
+    np.testing.assert_allclose(found.left, 0, atol=1e-8)
+    beyond = SONAR + np.array([500.0, 0.0, 0.0]), points + np.array([500.0, 0.0, 0.0])
+    np.testing.assert_array_equal(
+        local_course("B", *beyond, bed, 0.015).length, level_course("B", *beyond, DEPTH).length
+    )
+
+
+def test_the_samples_of_a_plane_weigh_as_a_disc():
+    """Second moments of both patterns are those of the unit disc, a quarter; no more of them than there is room."""
+    for pattern in (PATTERN, FEW):
+        samples = pattern[:-1]
+        np.testing.assert_allclose(samples.T @ samples / len(samples), np.eye(2) / 4, atol=1e-12)
+        assert len(samples) <= MOST_SAMPLES
 
 
 def test_zones_are_those_of_fresnel():

@@ -181,6 +181,36 @@ def test_a_facet_reflects_to_its_point():
     np.testing.assert_allclose(np.linalg.norm(leaving, axis=1), 1, atol=1e-12)
 
 
+@pytest.mark.parametrize("across", [-0.01, 0.01])
+def test_a_facet_that_rises_to_the_right_sends_sound_to_the_right(across):
+    """Law of reflection across the way, for a small slope: what comes back to its point was met on the left."""
+    lines = unfolded("S", PLACE, np.array([[0.0, 60.0, 20.0]]), 20.0)
+    bent = bend(lines, np.array([0.0, across])[None, :, None])
+    normal = np.array([0.0, 0.0, 2 * 31 / np.hypot(60, 31)]) + bent.arrival[0] - bent.departure[0]
+    # right of east is south, and the normal into the water leans to where elevation rises
+    assert -normal[0] / normal[2] == pytest.approx(across, rel=1e-3)
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_glints_leave_as_their_phase_runs(axis):
+    """A sonar that moves meets a phase that grows by 2 pi f / c times the cosine of departure: 2000 glints, 10 %.
+
+    North is across their way, east along it. Close by, where slopes are small against the grazing angle.
+    """
+    moved = np.zeros(3)
+    moved[axis] = 1e-5
+    mirror, here, _ = off_the_surface(3.0, east=10.0, count=2000)
+    _, there, _ = off_the_surface(3.0, east=10.0, count=2000, place=PLACE + moved)
+    row = here.glints.label.index(max(here.glints.label))
+    turned = np.angle(there.glints.phasor[row] / here.glints.phasor[row])
+    phase = turned - 2 * np.pi * F * (there.delay[row] - here.delay[row])
+    runs = np.angle(np.exp(1j * phase)) / (2 * np.pi * F / C * 1e-5)
+    straight = mirror.departure[0, :, axis]
+    bent = here.departure[row, :, axis] - straight
+    assert np.sum((runs - straight) * bent) / np.sum(bent**2) == pytest.approx(1.0, abs=0.1)
+    assert np.corrcoef(runs - straight, bent)[0, 1] > 0.97
+
+
 @pytest.mark.parametrize("slopes", [(0.01, 0.0), (0.0, 0.01), (0.006, -0.008)])
 def test_a_small_slope_lengthens_a_leg_by_its_square(slopes):
     """Excess length = 2 r1 r2 / (r1 + r2) (along^2 + across^2 sin^2 g), to second order."""

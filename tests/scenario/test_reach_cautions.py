@@ -54,3 +54,24 @@ def test_a_target_in_the_wrong_place_is_named_with_its_distance() -> None:
     said = told(targets=[{"shape": "point", "label": "buoy", "position": [0, 4000, 15], "target_strength_db": -10}])
     assert len(said) == 1
     assert "target buoy: it lies 4000 m or more" in said[0]
+
+
+SCHOOL = {"label": "school", "size": [4, 4, 2], "volume_strength_db": -40}
+
+
+@pytest.mark.parametrize(("east", "words"), [(REACH + 2.9, 0), (REACH + 3.1, 1)])
+def test_a_patch_of_water_out_of_reach_is_named(east: float, words: int) -> None:
+    """A school beside the track, at its depth, of 3 m from its middle to a corner: 30 m of water are heard."""
+    said = told(water={"sound_speed": 1500.0, "patches": [{**SCHOOL, "position": [0, east, 12]}]})
+    assert len(said) == words
+    assert all("school lies 30.1 m or more from the track" in word for word in said)
+
+
+@pytest.mark.parametrize(("depth", "words"), [(19.9, 0), (20.0, 1), (60.0, 1)])
+def test_a_layer_below_the_bed_is_named(depth: float, words: int) -> None:
+    """Of three rows the last one, where it begins at or below the bed at 20 m; clear water is nothing to miss."""
+    rows = [[0, -80], [5, None], [depth, -60]]
+    said = told(water={"sound_speed": 1500.0, "volume_strength_db": rows})
+    assert len(said) == words
+    assert all(f"the layer from {depth:g} m down lies below the seabed, which is at 20 m" in word for word in said)
+    assert told(water={"sound_speed": 1500.0, "volume_strength_db": [[0, -80], [depth, None]]}) == []

@@ -12,6 +12,7 @@ from insonify.scenario.scenario import Scenario
 from insonify.scenario.write import to_yaml
 from insonify.validity import PhysicsWarning
 from oracles.arrays import heard_by_elements
+from oracles.scenes import PULSE, nominal
 
 
 def quiet(receive=None, *, water=None, frequency=100e3, **receiver):
@@ -78,6 +79,24 @@ def test_receivers_that_may_not_be_meant_are_told(told, said):
     """40 dB re 1 uPa^2/Hz over 21.9 kHz of filter is 83 dB."""
     with pytest.warns(PhysicsWarning, match=said):
         quiet(**told)
+
+
+@pytest.mark.parametrize(("dead", "words"), [([0, 1, 3], 0), ([3, 1, 2, 0], 1), ([0, 0, 1, 2], 0)])
+def test_an_array_without_a_living_element_is_told(dead, words):
+    """Of four elements any one alive is enough; the same one twice is one."""
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        quiet(errors={"dead": dead})
+    assert sum("all 4 elements are among them" in str(word.message) for word in said) == words
+
+
+@pytest.mark.parametrize(("duration", "words"), [(12e-3, 0), (12.1e-3, 1)])
+def test_a_pulse_that_outlasts_the_window_is_told(duration, words):
+    """A window that ends at 12 ms hears the end of no longer pulse."""
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        nominal(track={"window": (0.0, 0.012)}, sonar={"pulse": {**PULSE, "duration": duration}})
+    assert sum("no echo is heard whole" in str(word.message) for word in said) == words
 
 
 def test_a_receiver_that_fits_is_not_warned_of_and_is_written_back():

@@ -34,6 +34,7 @@ def test_what_was_written_is_read_again(strength):
         ({"patches": [{**SCHOOL, "position": (0.0, 60.0, 25.0)}]}, {}, "is below the seabed"),
         ({"patches": [SCHOOL, SCHOOL]}, {}, "is taken"),
         ({"patches": [{**SCHOOL, "label": "water"}]}, {}, "is taken"),
+        ({"patches": [{**SCHOOL, "label": ""}]}, {}, "at least 1 character"),
         ({"volume_strength_db": -70}, {"paths": {"geometry": "slice"}}, "a slice, which is one plane"),
         ({"patches": [SCHOOL]}, {"paths": {"engine": "tracer"}, "field": "incoherent"}, "not heard by the tracer"),
     ],

@@ -1,15 +1,21 @@
 """A scenario written down and read again is the same scenario."""
 
+import importlib.util
+from importlib.resources import files
 from typing import Annotated
 
+import pytest
+import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import Field
 
 from insonify.noun import Metres, Noun
 from insonify.scattering import Lambert
-from insonify.scenario.load import parse
+from insonify.scenario.load import load_scenario, parse
 from insonify.scenario.write import to_yaml
+
+TEMPLATES = files("insonify.scenario") / "templates"
 
 
 class Note(Noun):
@@ -36,3 +42,16 @@ notes = st.builds(
 def test_round_trip_loses_nothing(note: Note) -> None:
     """Every bit of every number and every letter of every text comes back."""
     assert parse(Note, to_yaml(note)) == note
+
+
+@pytest.mark.parametrize("template", sorted(one.name for one in TEMPLATES.iterdir() if one.name.endswith(".yaml")))
+def test_what_is_written_is_the_same_without_the_compiled_library(
+    template: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Recordings go on where texts agree: PyYAML's own emitter and libyaml's write the same of each template."""
+    scenario = load_scenario(str(TEMPLATES / template))
+    written = to_yaml(scenario)
+    monkeypatch.delattr(yaml, "CSafeDumper", raising=False)
+    plain = importlib.util.module_from_spec(importlib.util.find_spec("insonify.scenario.write"))
+    plain.__loader__.exec_module(plain)
+    assert plain.to_yaml(scenario) == written and plain.SafeDumper is yaml.SafeDumper

@@ -139,7 +139,8 @@ def test_points_of_a_key_face_as_the_turned_ground_does():
     lattice = Lattice(origin=(300.0, -80.0), heading=0.9)
     ground = bed(FRACTAL, lattice=lattice)
     own = np.random.default_rng(5).uniform(-60, 60, (2, 100))
-    survey = ground.survey_points([(7,)], np.array([100]), lambda _: tuple(own), np.arange(100))
+    whole = np.zeros(100, np.int64), np.arange(100)
+    survey = ground.survey_points(1, np.array([7]), np.array([100]), lambda _: tuple(own), *whole)
     north, east = lattice.to_world(*own).T
     step = 1e-5
     for axis, (n, e) in enumerate(((step, 0), (0, step))):

@@ -85,7 +85,7 @@ def test_slopes_of_a_piece_are_the_grounds():
     """Octaves filled in by cubics change slopes by 0.7 % in the mean square, and none by more than 5 %."""
     ground = bed()
     kept = GroundMap(ground)
-    kept.draw(0, -2, 31)
+    kept.draw(kept.claim(numbers((-2, 31))))
     along, across = ((number * MAP_CELLS + np.arange(MAP_CELLS + 1)) * kept.cell for number in (-2, 31))
     told = ground.ground.terrain.own_survey(along[:, None], across[None]).slope
     off, size = kept.pieces[0, ..., 1:] - told, told.std()
@@ -98,8 +98,8 @@ def test_a_piece_is_the_ground_of_its_numbers(relief, piece):
     """Fractal octaves by cubics, other kinds by their own law: heights within 1 % of their rms, either side of 0."""
     ground = bed(relief)
     kept = GroundMap(ground)
-    (row, *asked), *_ = kept.claim(numbers(piece))
-    kept.draw(row, *asked)
+    (row,) = rows = kept.claim(numbers(piece))
+    kept.draw(rows)
     told = ground.map_piece(*piece)
     off = kept.pieces[row, :, :, 0] - told
     assert np.abs(off).max() < 0.03 * told.std() and off.std() < 0.01 * told.std()
@@ -108,7 +108,7 @@ def test_a_piece_is_the_ground_of_its_numbers(relief, piece):
 def test_slopes_of_a_piece_are_those_of_its_heights():
     """Trapezoid over the slopes along both axes gives the rise from node to node, to the step's square."""
     kept = GroundMap(bed({**RIPPLES, "wavelength": 4.0}))
-    kept.draw(0, 3, -2)
+    kept.draw(kept.claim(numbers((3, -2))))
     piece = kept.pieces[0].astype(float)
     for axis in (0, 1):
         height, slope = np.moveaxis(piece[..., 0], axis, 0), np.moveaxis(piece[..., 1 + axis], axis, 0)
@@ -119,8 +119,7 @@ def test_slopes_of_a_piece_are_those_of_its_heights():
 def test_neighbouring_pieces_of_the_map_meet():
     """The last nodes of one are the first of the next in height and slope, wherever they are kept."""
     kept = GroundMap(bed())
-    for row, piece in enumerate([(0, 0), (1, 0), (0, 1)]):
-        kept.draw(row, *piece)
+    kept.draw(kept.claim(numbers((0, 0), (1, 0), (0, 1))))
     here, north, east = kept.pieces[:3]
     assert here.shape == (MAP_CELLS + 1, MAP_CELLS + 1, 3)
     np.testing.assert_allclose(here[-1], north[0], atol=2e-6)
@@ -131,10 +130,10 @@ def test_a_piece_is_asked_for_once():
     """What is there need not be drawn again, and keeps its row."""
     kept = GroundMap(bed())
     first = kept.claim(numbers((0, 0), (0, 1)))
-    assert [piece for _, *piece in first] == [[0, 0], [0, 1]]
+    assert kept._held[first].tolist() == [[0, 0], [0, 1]]
     second = kept.claim(numbers((0, 1), (5, 5)))
-    assert [piece for _, *piece in second] == [[5, 5]]
-    assert where(kept, 0, 1) == first[1][0] and where(kept, 0, 0) == first[0][0]
+    assert kept._held[second].tolist() == [[5, 5]]
+    assert where(kept, 0, 1) == first[1] and where(kept, 0, 0) == first[0]
 
 
 def test_the_piece_not_asked_for_longest_makes_room(monkeypatch):
@@ -178,7 +177,7 @@ def test_pieces_of_one_slot_replace_each_other():
     kept.claim(numbers((2, 3)))
     missing = kept.claim(numbers((2 + AROUND, 3)))
     assert len(missing) == 1 and where(kept, 2, 3) is None
-    assert where(kept, 2 + AROUND, 3) == missing[0][0]
+    assert where(kept, 2 + AROUND, 3) == missing[0]
     assert len(kept.claim(numbers((2, 3)))) == 1
 
 
@@ -213,8 +212,8 @@ def test_readers_at_the_same_time_find_their_ground(monkeypatch):
         found = list(pool.map(read, asked))
     for wanted, pieces in zip(asked, found, strict=True):
         for piece, got in zip(wanted.tolist(), pieces, strict=True):
-            alone.draw(0, *piece)
-            np.testing.assert_array_equal(got, alone.pieces[0])
+            alone.draw(alone.claim(numbers(piece)))
+            np.testing.assert_array_equal(got, alone.pieces[where(alone, *piece)])
     assert not kept._readers.any()
 
 

@@ -93,17 +93,17 @@ def test_points_of_one_key_are_the_ground_at_these_points():
     """Kept or not, height and slope are the relief's own; the slope is the derivative of the height; asked once."""
     ground = bed()
     along, across = np.random.default_rng(2).uniform(-50, 50, (2, 200))
+    tile, rank = np.repeat([0, 1], [120, 80]), np.concatenate([np.arange(120), np.arange(80)])
     asked = []
 
     def places(sets):
         asked.extend(sets.tolist())
-        rows = np.concatenate([np.arange(120) if row == 0 else np.arange(120, 200) for row in sets])
+        rows = np.isin(tile, sets)
         return along[rows], across[rows]
 
-    survey, again, second = (
-        ground.survey_points(keys, np.array(count), places, np.arange(sum(count)))
-        for keys, count in (([(1,), (2,)], [120, 80]), ([(1,), (2,)], [120, 80]), ([(2,)], [80]))
-    )
+    both, own = np.array([11, 12]), tile == 1
+    survey, again = (ground.survey_points(1, both, np.array([120, 80]), places, tile, rank) for _ in range(2))
+    second = ground.survey_points(1, both[1:], np.array([80]), places, tile[own] - 1, rank[own])
     assert asked == [0, 1]
     np.testing.assert_array_equal(survey.height, again.height)
     np.testing.assert_array_equal(survey.height[120:], second.height)

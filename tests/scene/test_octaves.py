@@ -13,6 +13,7 @@ from insonify.scattering.sediments import Sediment
 from insonify.scene.terrain import Ground, PowerLaw, Ripples, Split, grow, upward_normal
 from insonify.scene.terrain.octaves import SPLINE_ENERGY, Octaves, quantiles, single, spline_spectrum
 from insonify.scene.terrain.relief import FARTHEST
+from insonify.streams import TERRAIN, key, philox
 
 SEVENTH = BSpline.basis_element(np.arange(-4.0, 5.0), extrapolate=False)
 """The cubic B-spline's correlation with itself is the B-spline of degree seven."""
@@ -34,6 +35,39 @@ def octave(pitch=2.0, amplitude=1.0, seed=5, layer=0, level=7):
 def somewhere(count=500, reach=300.0, seed=1):
     """Places within a square."""
     return np.random.default_rng(seed).uniform(-reach, reach, (2, count))
+
+
+def by_hand(one, north, east):
+    """Height of one octave at a place: numbers on 16 nodes, each its own draw, times splines of scipy."""
+    turn, shift_a, shift_b, _ = one.placed()[0]
+    c, s = np.cos(2 * np.pi * turn), np.sin(2 * np.pi * turn)
+    a, b = (c * north + s * east) / one.pitch[0] + shift_a, (c * east - s * north) / one.pitch[0] + shift_b
+    height, spline = 0.0, BSpline.basis_element(np.arange(-2.0, 3.0), extrapolate=False)
+    for i in range(math.floor(a) - 1, math.floor(a) + 3):
+        for j in range(math.floor(b) - 1, math.floor(b) + 3):
+            words = philox(i, (j + 1) // 4, int(one.level[0]), 2 * one.layer, *key(one.seed, TERRAIN))
+            number = np.interp(float(words[(j + 1) % 4]) * 2.0**-32 * 1024, np.arange(1025), quantiles())
+            height += number * float(spline(a - i)) * float(spline(b - j))
+    return one.amplitude[0] * height
+
+
+@pytest.mark.parametrize("reach", [3.0, 60.0, 1e5])
+def test_an_octave_is_splines_of_numbers_on_nodes(reach):
+    """Places in one window of nodes, in several, and each on its own, 61 of them: a sum written out anew, to 1e-12."""
+    one, (north, east) = octave(0.7, amplitude=0.3), somewhere(61, reach)
+    expected = [by_hand(one, *place) for place in zip(north.tolist(), east.tolist(), strict=True)]
+    np.testing.assert_allclose(one.height(north, east), expected, rtol=0, atol=1e-12 * (1 + reach / 100))
+
+
+def test_places_that_nobody_knows_leave_others_alone():
+    """NaN among places in order and in none: NaN there, the same bits everywhere else."""
+    one = octave()
+    for north, east in (somewhere(300, 4.0), somewhere(300, 4000.0)):
+        holes, hidden = np.arange(300) % 7 == 3, north.copy()
+        hidden[holes] = np.nan
+        found = one.height(hidden, east)
+        assert np.isnan(found[holes]).all()
+        np.testing.assert_array_equal(found[~holes], one.height(north, east)[~holes])
 
 
 def test_energies_of_the_spline_are_values_of_the_seventh():

@@ -5,10 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from insonify.scene._plane_kernel import MOST_SAMPLES
-from insonify.scene.bed_plane import FEW, PATTERN, fitted_planes
 from insonify.scene.pages import CELLS, NODES, Paged
-from insonify.scene.seabed import Seabed
 
 SIDE = 0.5 * CELLS
 
@@ -72,21 +69,3 @@ def test_threads_share_pages():
         found = list(pool.map(lambda places: read(paged, places), wanted))
     for places, told in zip(wanted, found, strict=True):
         np.testing.assert_array_equal(told, places @ [1000, 1])
-
-
-def test_planes_do_not_depend_on_what_was_asked_before():
-    """The same ellipses, alone on a fresh bed and after others that widened the map: the same bits."""
-    relief = {"kind": "power-law", "hurst": 0.8, "rms": 0.05}
-    place = np.random.default_rng(4).uniform(-3, 3, (60, 2))
-    ones = np.ones(60)
-
-    def planes(*before):
-        bed = Seabed(depth=20.0, relief=relief, seed=1, split=0.5, scattering=None).settled(1, 1e5, 1500.0).bed
-        for centre in before:
-            fitted_planes(bed, place + centre, 0 * ones, ones, ones)
-        return fitted_planes(bed, place, ones, 3 * ones, ones)
-
-    alone, after = planes(), planes([-60.0, 30.0])
-    for one, other in zip(alone, after, strict=True):
-        np.testing.assert_array_equal(one, other)
-    assert max(len(PATTERN), len(FEW)) - 1 <= MOST_SAMPLES

@@ -114,8 +114,8 @@ def test_the_quick_map_is_the_ground_wherever_it_lies(north, east, heading):
     c, s = np.cos(heading), np.sin(heading)
     there = np.array([c * away[0] + s * away[1], -s * away[0] + c * away[1]])  # of the moat, along the lattice
     piece = np.floor(there / (kept.cell * 64)).astype(int)
-    (row, *_), *_ = kept.claim(piece[None])
-    kept.draw(row, *piece)
+    (row,) = rows = kept.claim(piece[None])
+    kept.draw(rows)
     node = np.arange(65)
     along, across = ((number * 64 + node) * kept.cell for number in piece)
     told = bed.ground.terrain.own_survey(along[:, None], across[None, :])

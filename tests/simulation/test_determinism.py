@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from insonify.simulation import arrivals, prepare, simulate
+from insonify.simulation import arrivals, listen, prepare, simulate
 from insonify.synthesis.coherent import hear_arrivals
 from oracles.listening import relative_rms
 from oracles.scenes import nominal, point
@@ -28,6 +28,22 @@ def test_a_ping_does_not_know_which_others_were_asked_for():
     whole, some = simulate(scenario), simulate(scenario, pings=[3, 1])
     for row, ping in enumerate((3, 1)):
         np.testing.assert_array_equal(some.pressure.values[row], whole.pressure.values[ping])
+
+
+def test_a_ping_that_surges_does_not_know_which_came_before():
+    """Rough ground under a sonar that listens longer at some pings than at others: the same bits after another."""
+    track = {"kind": "line", "start": (0, 0, 12), "speed": 2.0, "pings": 4, "interval": 0.4, "window": (0.0, 0.06),
+             "stop_and_hop": False, "motion": {"surge": {"rms": 0.5, "period": 2.0}}}  # fmt: skip
+    rough = {"relief": {"kind": "power-law", "hurst": 0.8, "rms": 0.2, "outer_scale": 20.0}}
+    fan = {"kind": "planar", "length": None, "width": 1.0, "height": 0.02}
+    told = nominal(
+        seabed=rough, transmit=fan, receive=fan, sonar={"mounting": {"bearing": np.pi / 2, "tilt": np.radians(20)}},
+        paths={"reflections": 1, "scatterers_per_cell": 1.0},
+    )  # fmt: skip
+    scenario = type(told)(**{**told.model_dump(), "track": track})
+    heard = dict(listen(prepare(scenario), [0, 1, 2], 1))
+    for ping in (1, 2):
+        np.testing.assert_array_equal(heard[ping], dict(listen(prepare(scenario), [ping], 1))[ping])
 
 
 def moving(track, **paths):

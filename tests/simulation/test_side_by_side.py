@@ -40,15 +40,16 @@ def survey(**changes: Any) -> Scenario:
     return Scenario.model_validate({**SURVEY, **changes})
 
 
-def test_any_number_of_threads_gives_the_same_bits() -> None:
+@pytest.mark.parametrize("field", ["incoherent", "coherent"])
+def test_any_number_of_threads_gives_the_same_bits(field: str) -> None:
     """One, two, five and sixteen threads, together and ping by ping, forwards and backwards: not one bit differs."""
-    listening = prepare(survey())
+    listening = prepare(survey(field=field))
     pings = list(range(PINGS))
-    assert simulation._quick(listening, 0)
+    assert simulation._side_by_side(listening, 0)
     first = dict(listen(listening, pings, 1))
     assert list(first) == pings
     for order, threads in ((pings, 2), (pings[::-1], 5), (pings, 16), ([7], 1), ([3, 3, 9, 0], 2)):
-        again = list(listen(prepare(survey()), order, threads))
+        again = list(listen(prepare(survey(field=field)), order, threads))
         assert [ping for ping, _ in again] == order
         for ping, series in again:
             np.testing.assert_array_equal(series, first[ping])

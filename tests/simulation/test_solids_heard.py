@@ -101,7 +101,8 @@ def test_a_target_does_not_hear_of_the_others() -> None:
 @pytest.mark.parametrize("target", [{"shape": "drum"}, {"shape": "box", "size": (2.0, 1.0, 1.0)}])
 def test_a_place_on_a_target_keeps_its_phase_along_a_track(target: dict[str, object]) -> None:
     """Sailing 60 m past it and a little on, every ping meets the same points: cells follow the closest approach."""
-    still = nominal(targets=[{**target, "position": (0.0, 60.0)}], paths={"causes": ["target"]}).model_dump()
+    paths = {"causes": ["target"], "beam_floor_db": -120}  # at 45 degrees there is little but side lobes
+    still = nominal(targets=[{**target, "position": (0.0, 60.0)}], paths=paths).model_dump()
     track = {"kind": "line", "start": (-60.0, 0.0, 11.0), "speed": 5.0, "pings": 13, "interval": 1.0}
     scenario = Scenario(**{**still, "track": {**track, "window": (0.05, 0.15)}})
     listening = prepare(scenario)
@@ -119,6 +120,19 @@ def test_a_solid_beyond_the_window_costs_nothing() -> None:
         here = listening.stance(0)
         slant = view(scenario.scene, scenario.paths, 1, here, listening.engine.rays).resolution.slant
         assert bool(target_points(scenario.scene, scenario.paths, 1, here, slant, even=False)) is heard
+
+
+def test_a_target_that_no_beam_comes_near_is_left_out_and_would_not_be_heard() -> None:
+    """A drum at 60 m, 45 degrees off a sidescan's beam: no points; drawn all the same it is 50 dB below one abeam."""
+    heard = {}
+    for name, place, floor in (("abeam", (0.0, 60.0), -50), ("aside", (42.4, 42.4), -50), ("all", (42.4, 42.4), -120)):
+        paths = {"causes": ["target"], "reflections": 0, "beam_floor_db": floor}
+        heard[name] = simulate(nominal(field="incoherent", paths=paths, targets=[{"shape": "drum", "position": place}]))
+    loud = {name: float(series.intensity.max()) for name, series in heard.items()}
+    assert loud["all"] > loud["aside"]
+    assert 10 * np.log10(loud["all"] / loud["abeam"]) < -50
+    quiet = simulate(nominal(field="incoherent", paths={"causes": ["target"]}))
+    np.testing.assert_allclose(heard["aside"].intensity, quiet.intensity)
 
 
 def test_what_lies_behind_a_solid_is_in_its_shadow() -> None:

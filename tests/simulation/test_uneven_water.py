@@ -104,9 +104,9 @@ def test_expectations_keep_the_mean_of_what_paths_make_together(receiver_track):
     near = {**ONE, "position": (40.0, 10.0, 1.0)}
     common = {"targets": [near], "families": ("D", "S"), "receiver_track": receiver_track,
               "track": {**STAYS, "position": (0.0, 0.0, 1.5)}}  # fmt: skip
-    energy = [
-        np.sum(np.abs(simulate(uneven(4e-4, 0.8, seed=seed, **common)).pressure.values) ** 2) for seed in range(1, 201)
-    ]
+    scenario = uneven(4e-4, 0.8, **common)
+    drawn = (simulate(scenario.model_copy(update={"seed": seed})) for seed in range(1, 201))
+    energy = [np.sum(np.abs(heard.pressure.values) ** 2) for heard in drawn]
     expected, even = (
         np.sum(simulate(uneven(strength, 0.8, field="incoherent", **common)).intensity.values)
         for strength in (4e-4, 0.0)

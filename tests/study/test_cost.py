@@ -1,9 +1,12 @@
 """Claims about the cost of a run: right to a factor of two before anything is drawn, and said before it is too much."""
 
+import numpy as np
 import pytest
 
 from insonify.cli import main
 from insonify.engines import volume
+from insonify.engines.targets import target_count
+from insonify.engines.view import view
 from insonify.simulation import parts_of, prepare
 from insonify.study.cost import Cost, cost, too_big
 from oracles.arrays import heard_by_elements, line_of
@@ -30,14 +33,37 @@ def test_scatterers_are_counted_to_a_factor_of_two(changes):
     assert 0.5 < cost(scenario).scatterers / drawn < 2
 
 
-@pytest.mark.parametrize("body", [{"shape": "box", "size": (2, 1, 1)}, {"shape": "plate", "length": 3, "width": 2}])
-def test_points_on_targets_are_counted_to_a_factor_of_two(body):
-    """Those of an upright box and of a solid, where nothing else is heard."""
+BODIES = [
+    {"shape": "box", "size": (2, 1, 1)},
+    {"shape": "plate", "length": 3, "width": 2},
+    {"shape": "cylinder", "length": 60, "diameter": 30, "burial": 0.4},  # of no more points than a solid may have
+    {"shape": "library", "name": "rock"},
+]
+
+
+@pytest.mark.parametrize("body", BODIES, ids=lambda body: body["shape"])
+def test_points_on_targets_are_counted_before_they_are_drawn(body):
+    """All of them, and those that face the sonar, to a fifth: of upright, flat, half-buried and uneven bodies."""
     told = {"causes": ["target"], "reflections": 0}
-    scenario = nominal(targets=[{**body, "position": (0, 30)}], track={"window": (0.02, 0.1)}, paths=told)
+    scenario = nominal(targets=[{**body, "position": (0, 40)}], track={"window": (0.02, 0.1)}, paths=told)
     listening = prepare(scenario)
-    drawn = sum(len(block()) for side in listening.stances(0) for block in listening.engine.blocks(side))
-    assert drawn > 1000 and 0.45 < cost(scenario).scatterers / drawn < 2.2
+    here = listening.stance(0)
+    blocks = [block() for block in listening.engine.blocks(here)]
+    drawn = sum(len(block) for block in blocks)
+    towards = [np.sum((here.transmit_place - block.position) * block.normal, axis=1) > 0 for block in blocks]
+    facing = sum(int(one.sum()) for one in towards)
+    slant = view(scenario.scene, scenario.paths, 1, here, listening.engine.rays).resolution.slant
+    found = target_count(scenario.scene, scenario.paths, here, slant, listening.engine.rays)
+    assert drawn > 500 and found == pytest.approx((drawn, facing), rel=0.2)
+    assert cost(scenario).scatterers == pytest.approx(drawn, rel=0.2)
+
+
+@pytest.mark.parametrize(("east", "heard"), [(-50.0, False), (50.0, True), (400.0, False)])
+def test_targets_out_of_beams_and_window_cost_nothing(east, heard):
+    """A cylinder behind the baffle of a sonar that looks east, before it, and beyond the window."""
+    body = {"shape": "cylinder", "length": 2, "diameter": 1, "position": (0, east)}
+    told = nominal(targets=[body], track={"window": (0.02, 0.1)}, paths={"causes": ["target"], "reflections": 0})
+    assert (cost(told).scatterers > 0) == heard
 
 
 def test_cost_grows_with_pings_and_sides():
@@ -95,7 +121,7 @@ def test_check_and_run_refuse_a_run_that_is_too_big(tmp_path, capsys):
 
 def test_a_large_array_is_held_in_fewer_parts():
     """Parts of a ping each hold the sound of all elements: 16 of small ones, two of any that are larger than 1 GB."""
-    assert parts_of(1_000_000) == 16 and parts_of(1 << 28) == 8 and parts_of(1 << 32) == 2
+    assert parts_of(1_000_000) == 16 and parts_of(8 << 20) == 8 and parts_of(1 << 32) == 2
     few, many = (
         cost(heard_by_elements([(0, 20, 5)], receive=line_of(count, 1.0), track={"window": (0.0, 1.0)}))
         for count in (8, 400)
@@ -126,3 +152,60 @@ def test_water_that_would_take_forever_is_refused_with_what_to_change(monkeypatc
     listening = prepare(endless)
     with pytest.raises(ValueError, match="leave clear water clear"):
         listening.engine.blocks(listening.stance(0), even=field == "incoherent")
+
+
+ROUGH = {"relief": {"kind": "power-law", "hurst": 0.8, "rms": 0.05}}
+DRAWN = {"reflections": 2, "causes": ["seabed"]}
+
+
+def test_faint_pairs_are_counted_as_they_are_met():
+    """Rough ground with up to four bounces takes less than twice its direct paths: most pairs are met at few places."""
+    few, many = (
+        cost(nominal(seabed=ROUGH, track={"window": (0.02, 0.1)}, paths={**DRAWN, "reflections": order})).seconds
+        for order in (2, 4)
+    )
+    assert few < many < 1.5 * few
+    flat, uneven = (
+        cost(nominal(seabed=seabed, track={"window": (0.02, 0.1)}, paths={**DRAWN, "reflections": 4}))
+        for seabed in ({}, ROUGH)
+    )
+    assert uneven.scatterers == pytest.approx(flat.scatterers, rel=0.3)
+    assert uneven.seconds < 3 * flat.seconds
+
+
+def test_targets_below_the_floor_of_the_beams_cost_nothing():
+    """A cylinder 60 degrees aside of a beam 0.6 degrees wide: nothing is drawn, and nothing is told."""
+    body = {"shape": "cylinder", "length": 2, "diameter": 1, "position": (45, 25)}
+    told = [
+        nominal(targets=[body], track={"window": (0.02, 0.1)},
+                paths={"causes": ["target"], "reflections": 0, "beam_floor_db": floor})
+        for floor in (-30, -120)
+    ]  # fmt: skip
+    assert [cost(scenario).scatterers > 0 for scenario in told] == [False, True]
+    for scenario in told:
+        listening = prepare(scenario)
+        drawn = sum(len(block()) for block in listening.engine.blocks(listening.stance(0)))
+        assert (drawn > 0) == (cost(scenario).scatterers > 0)
+
+
+@pytest.mark.parametrize(
+    "moves", [{"bounce": "statistical", "wind_speed": 3.0}, {"bounce": "waves", "wind_speed": 3.0}]
+)
+def test_a_surface_that_moves_costs_more_than_a_mirror(moves):
+    """Glints are found for every leg off it; legs that keep away from it cost what they did."""
+    for order, dearer in ((0, False), (1, True)):
+        still, moving = (
+            cost(nominal(surface=surface, track={"window": (0.02, 0.1)}, paths={**DRAWN, "reflections": order}))
+            for surface in ({}, moves)
+        )
+        assert (moving.seconds > 1.2 * still.seconds) == dearer
+
+
+def test_bent_rays_cost_more_than_straight_ones():
+    """The same scene in layered water: as many scatterers to a fifth, and more time for their legs."""
+    layers = {"noise_level_db": None, "profile": [(0, 1500), (10, 1495), (20, 1490)]}
+    straight, bent = (
+        cost(nominal(water=water, track={"window": (0.02, 0.1)}, paths=CHEAP))
+        for water in ({"noise_level_db": None}, layers)
+    )
+    assert bent.scatterers == pytest.approx(straight.scatterers, rel=0.2) and bent.seconds > straight.seconds

@@ -1,20 +1,11 @@
 """Figures 2-7, the sidescan model: each shows the numbers that it must show, in both waters."""
 
-from collections.abc import Iterable
-
 import numpy as np
 import pytest
 import xarray as xr
 
-from insonify.study.paper import figure2, figure3, figure4, figure5, figure6, figure7, model1
+from insonify.study.paper import figure3, figure4, figure5, figure6, figure7, model1
 from insonify.study.paper.model1 import WATERS, Water
-from insonify.study.paper.numbers import Number
-
-
-def insist(rows: Iterable[Number]) -> None:
-    """Every number that something is expected of holds."""
-    for row in rows:
-        assert row.holds is not False, (row.name, row.value, row.expected)
 
 
 def test_the_shadow_by_eye() -> None:
@@ -38,12 +29,6 @@ def test_a_shadow_that_is_known_is_found() -> None:
     assert model1.dawn(time, 0.01 + part, 0.2051) == pytest.approx(0.205, abs=1 / 40e3)
 
 
-@pytest.mark.slow
-def test_the_numbers_of_figure_2_hold() -> None:
-    """Flat bed smooth within 0.2 dB, fractal bed not; target 10 dB up; shadow as dark and as long as geometry says."""
-    insist(figure2.numbers(seeds=1))
-
-
 @pytest.mark.parametrize("water", WATERS)
 @pytest.mark.parametrize("height", [0.25, 0.5, 1.0])
 def test_the_length_of_the_shadow_follows_the_height(water: Water, height: float) -> None:
@@ -58,12 +43,6 @@ def test_the_face_shows_at_its_distance(water: Water) -> None:
     assert figure3.face(water) == pytest.approx(150.0, abs=0.075)
 
 
-@pytest.mark.slow
-def test_the_numbers_of_figure_3_hold() -> None:
-    """The width of the shadow along the track as well: 2 m and the two-way beam's 1.27 m."""
-    insist(figure3.numbers())
-
-
 @pytest.mark.parametrize("reflection", [0.35, "medium sand"])
 @pytest.mark.parametrize("water", WATERS)
 def test_the_bed_in_front_makes_the_echo_larger(water: Water, reflection: float | str) -> None:
@@ -72,11 +51,6 @@ def test_the_bed_in_front_makes_the_echo_larger(water: Water, reflection: float 
     assert found == pytest.approx(expected, abs=0.2)
     if water == "one speed":
         assert found == pytest.approx({0.35: 1.77, "medium sand": 7.6}[reflection], abs=0.2)
-
-
-def test_the_numbers_of_figure_4_hold() -> None:
-    """Echoes ac and cc at the delays of exact rays, 3 dB more of a peak over sand, nothing new 10 m away."""
-    insist(figure4.numbers())
 
 
 def test_a_face_and_the_bed_make_a_corner() -> None:
@@ -130,25 +104,10 @@ def test_the_surface_lights_the_shadow(water: Water) -> None:
     assert figure5.rise(water) > figure5.RISE
 
 
-def test_the_numbers_of_figure_6_hold() -> None:
-    """The shadow's contrast falls from the 20.8 dB of the beam by more than 15 dB; so does the target's over it."""
-    insist(figure6.numbers())
-
-
 def test_arrays_that_are_narrow_in_elevation_keep_the_shadow() -> None:
     """Figure 6: 10 degrees wide and 6 degrees down, they hear the surface's image 15 dB or more below the bed's."""
     broad, narrow = (figure6.shadow_contrast("one speed", 2, beam) for beam in ("broad", "narrow"))
     assert narrow > broad + 5
-
-
-@pytest.mark.slow
-@pytest.mark.filterwarnings("ignore::insonify.validity.PhysicsWarning")  # a wind of 3 m/s is at the law's edge
-def test_the_numbers_of_figure_7_hold() -> None:
-    """10 pings under a breeze: alike by more than 0.95 in the direct echo, by less than 0.3 in the ghosts.
-
-    Ten pings drawn anew are alike by 0.1 by chance.
-    """
-    insist(figure7.numbers())
 
 
 def test_pings_that_are_the_same_are_alike_and_drawn_ones_are_not() -> None:

@@ -3,6 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from oracles.listening import summed
+
 RATE = 25e3
 CARRIER = 100e3
 DURATION = 2e-4
@@ -17,9 +19,7 @@ def pulse_spectrum(offset: NDArray[np.float64]) -> NDArray[np.complex128]:
 
 def series(delay, weight, time, spectrum=pulse_spectrum, bins=4096):
     """Sum of weight p(t - delay), by the midpoint rule over the band; periodic in bins / RATE."""
-    offset = ((np.arange(bins) + 0.5) / bins - 0.5) * RATE
-    echoes = spectrum(offset) * (np.exp(-2j * np.pi * np.outer(offset, delay)) @ weight)
-    return np.exp(2j * np.pi * np.outer(time, offset)) @ echoes * (RATE / bins)
+    return summed(delay, weight, time, spectrum, RATE, bins)
 
 
 def carried(delay, amplitude):

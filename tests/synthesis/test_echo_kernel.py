@@ -5,6 +5,7 @@ import pytest
 
 from insonify.synthesis._echo_kernel import Ears, Heard, Sent, spread_echoes
 from insonify.synthesis._element_kernel import arrive_moving
+from insonify.synthesis._shape_kernel import laid_out
 from insonify.synthesis._spread import spread
 from insonify.synthesis.shapes import Shapes
 
@@ -29,11 +30,11 @@ def test_beams_hear_the_sum_over_pairs(beams, patterns):
     way = np.tile([1.0, 0, 0], (3, COUNT, 1))
     channel = np.arange(3)
     ears = Ears(centre, centre, centre, np.array([[0, 3]]), channel % beams, channel % patterns)
-    cells = np.zeros((3, 1, 4000), np.complex64)
+    cells = np.zeros((3, 1, 4000, 1), np.complex64)
     spread_echoes(
         cells, 0.0, RATE, pair, Sent(out, np.ones_like(out), (sent * shading).astype(np.complex64)),
         Heard(back, 1 / (1500 * back), back, np.empty((3, 0, COUNT)), way, heard, gain), strength, ears, 1 / 1500, 0.0,
-        0.0, False, 0.0, CARRIER, np.zeros(1), np.ones(1),
+        0.0, False, 0.0, CARRIER, np.zeros(1),
     )  # fmt: skip
     expected = np.zeros((3, 4000), np.complex64)
     for row, (i, j, _) in enumerate(pair):
@@ -42,7 +43,7 @@ def test_beams_hear_the_sum_over_pairs(beams, patterns):
         for c in range(3):
             weight = turned * shading[c % beams, i] * gain[j, c % patterns]
             spread(expected[c], 0.0, RATE, delay, weight.astype(np.complex64))
-    assert np.linalg.norm(cells[:, 0] - expected) < 1e-6 * np.linalg.norm(expected)
+    assert np.linalg.norm(cells[:, 0, :, 0] - expected) < 1e-6 * np.linalg.norm(expected)
 
 
 def test_deaf_channels_stay_silent():
@@ -50,16 +51,16 @@ def test_deaf_channels_stay_silent():
     one, place = np.ones((1, 5)), np.zeros((2, 3))
     own = np.array([[0, 1], [1, 2]])
     ears = Ears(place, place, place, own, np.zeros(2, int), np.array([-1, 0]))
-    cells = np.zeros((2, 1, 4000), np.complex64)
+    cells = np.zeros((2, 1, 4000, 1), np.complex64)
     single = one.astype(np.complex64)
     heard = Heard(0.01 * one, one, one, np.empty((1, 0, 5)), np.ones((1, 5, 3)), single, np.ones((1, 1, 5), np.float32))
     pair = np.zeros((1, 3), np.int64)
     spread_echoes(cells, 0.0, RATE, pair, Sent(0.01 * one, one, single[None]), heard, one, ears, 1 / 1500, 0.0, 0.0,
-                  False, 0.0, CARRIER, np.zeros(1), np.ones(1))  # fmt: skip
+                  False, 0.0, CARRIER, np.zeros(1))  # fmt: skip
     assert not cells[0].any() and cells[1].any()
 
 
-@pytest.mark.parametrize("shapes", [2, 5])
+@pytest.mark.parametrize("shapes", [2, 3, 4, 5])
 def test_an_echo_under_way_is_shared_among_its_shapes(shapes):
     """Two elements at 3 m/s: each grid holds the echo times Lagrange's polynomial of its Doppler factor, to 2e-5."""
     rng = np.random.default_rng(shapes)
@@ -72,15 +73,17 @@ def test_an_echo_under_way_is_shared_among_its_shapes(shapes):
     ears = Ears(place, velocity, still, np.stack([number, number + 1], axis=1), 0 * number, 0 * number)
     none = np.empty((1, 0, COUNT))
     heard = Heard(away / 1500, 1 / away, away, none, way, one.astype(np.complex64), one[None].astype(np.float32))
-    cells, middle = np.zeros((2, shapes, 4000), np.complex64), 1e-3
+    groups, together = laid_out(shapes)
+    cells, middle = np.zeros((2, groups, 4000, together), np.complex64), 1e-3
     spread_echoes(cells, 0.0, RATE, np.zeros((1, 3), np.int64), Sent(away / 1500, one, weight[None]), heard, one, ears,
-                  1 / 1500, 0.0, 0.0, False, middle, CARRIER, made.doppler, made.scale)  # fmt: skip
+                  1 / 1500, 0.0, 0.0, False, middle, CARRIER, made.doppler)  # fmt: skip
     for e in range(2):
         when, fade, doppler = np.empty(COUNT), np.empty(COUNT, np.float32), np.empty(COUNT)
         arrive_moving(2 * away[0] / 1500, away[0], *np.ascontiguousarray(way[0].T), one[0], place[e], velocity[e],
                       still[e], 1 / 1500, 0.0, middle, when, fade, doppler)  # fmt: skip
         turned = weight[0] * fade * np.exp(-2j * np.pi * CARRIER * when)
-        for grid, part in zip(cells[e], made.parts(doppler), strict=True):
+        grids = np.moveaxis(cells[e], 2, 1).reshape(-1, 4000)
+        for grid, part in zip(grids, made.parts(doppler), strict=False):
             expected = np.zeros(4000, np.complex64)
             spread(expected, 0.0, RATE, when, (turned * part).astype(np.complex64))
             assert np.linalg.norm(grid - expected) < 2e-5 * np.linalg.norm(expected)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from insonify.synthesis._echo_kernel import _shares
 from insonify.synthesis._element_kernel import arrive_bent, arrive_moving, arrive_still, send_moving
+from insonify.synthesis._shape_kernel import place_among, shaping, share_out
 from insonify.synthesis.shapes import Shapes
 
 SPEED = 1500.0
@@ -92,8 +92,13 @@ def test_shares_are_lagrange_s(count):
     """The running products of the kernel are the polynomials written out: 2e-5, and flat beyond the range."""
     shapes = Shapes(-4e-3 * np.cos((np.arange(count) + 0.5) * np.pi / count) + 1e-3)
     where = np.linspace(-6e-3, 8e-3, 300)
-    share, running = np.empty((count, 300), np.float32), np.empty(300, np.float32)
-    _shares(where, shapes.doppler, shapes.scale, share, running)
+    share, x, shaped = (
+        np.empty((count, 300), np.float32),
+        np.empty(300, np.float32),
+        shaping(shapes.doppler),
+    )
+    place_among(where, shaped, x)
+    share_out(x, shaped.node, shaped.scale, share)
     np.testing.assert_allclose(share, shapes.parts(where), atol=2e-5)
 
 

@@ -74,7 +74,7 @@ def test_shapes_are_finished_together_as_they_are_one_by_one():
     _, noise = spikes(2 * 2 * 3 * grid.cells().size, 0, 1)
     cells = noise.reshape(2, 2, 3, -1)
     spectra = pulse_spectrum(grid.frequencies) * random.normal(size=(2, 3, 1))
-    together = finish_shapes(cells, grid, spectra)
+    together = finish_shapes(cells[..., None], grid, spectra)
     apart = sum(finish(cells[b, :, d], grid, spectra[b, d]) for b in range(2) for d in range(3))
     assert np.abs(together - apart).max() < 1e-6 * np.abs(apart).max()
 
@@ -89,3 +89,18 @@ def test_bands_make_the_whole():
     time = np.linspace(0, 5e-4, 30)
     made = shapes.samples(here.pulse, time, np.zeros(30)).sum(axis=0)
     np.testing.assert_allclose(made, here.pulse.samples(time), atol=2e-6)
+
+
+def test_kept_spectra_are_those_of_their_own_sonar():
+    """Other speeds, pulses and windows in turn: each has what it had when it came first, and what is made anew."""
+    changes = [{}, {"track": {"speed": 2.0}}, {"pulse": TONE.model_dump()}, {"track": {"window": (0.0, 0.2)}}]
+    asked = []
+    for change in changes:
+        listening = prepare(heard_by_elements([(0, 20, 5)], **change))
+        here = listening.stance(0)
+        asked.append((shapes_of(here), here.pulse, listening.grid.frequencies))
+    first = [shapes.spectra(pulse, frequencies).copy() for shapes, pulse, frequencies in asked]
+    for (shapes, pulse, frequencies), spectra in zip(asked, first, strict=True):
+        np.testing.assert_array_equal(shapes.spectra(pulse, frequencies), spectra)
+        np.testing.assert_array_equal(shapes._spectra(pulse, frequencies), spectra)
+    assert len({spectra.tobytes() for spectra in first}) == len(changes)

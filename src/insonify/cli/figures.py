@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from insonify.cli.words import InputError
+from insonify.cli.words import InputError, check_choice, make_folder
 
 
 def paper(
@@ -27,6 +27,7 @@ def paper(
     if strange:
         there = ", ".join(map(str, study.FIGURES))
         raise InputError(f"--figure {strange[0]}: not a figure that can be drawn; choose from {there}")
+    make_folder(out, "-o")
     with progress(False, "figure") as on_figure:
         paths = study.run(figure or None, out, on_figure=on_figure)
     for path in paths:
@@ -54,15 +55,11 @@ def demo(
     Example: insonify demo forward-looking -o shown
     """
     from insonify.cli.progress import progress
-    from insonify.cli.words import check_choice
     from insonify.study.demo import DEMOS, show, words
 
     for name in names or []:
         check_choice(name, DEMOS, "demo")
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"-o {out}: no folder can be made there ({error.strerror}). Choose another") from None
+    make_folder(out, "-o")
     for name in names or DEMOS:
         with progress(False) as on_ping:
             shown = show(name, out, threads=threads, overwrite=overwrite, on_ping=on_ping)

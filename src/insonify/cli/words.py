@@ -2,6 +2,7 @@
 
 import difflib
 import re
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -94,3 +95,24 @@ def check_picture(path: Path, option: str) -> None:
         raise InputError(f"{option} {path}: not a picture; end its name in {', '.join(PICTURES)}")
     if not path.parent.is_dir():
         raise InputError(f"{option} {path}: there is no folder {path.parent}. Make it first: mkdir -p {path.parent}")
+    try:
+        if path.exists():
+            path.open("ab").close()
+        else:  # asking the system whether it may be written to would not do: /proc says yes
+            tempfile.TemporaryFile(dir=path.parent).close()
+    except OSError as error:
+        why = error.strerror or "not allowed"
+        raise InputError(f"{option} {path}: no picture can be written there ({why}). Choose another place") from None
+
+
+def make_folder(path: Path, option: str) -> None:
+    """Make a folder, with those above it, where there is none.
+
+    Args:
+        path: The folder.
+        option: The option it was typed for, as messages name it.
+    """
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{option} {path}: no folder can be made there ({error.strerror}). Choose another") from None

@@ -26,17 +26,20 @@ FAINT = 1e-3
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def find_crests(launch: Floats, step: float, rising: bool, bound: Floats, crest: Rows, met: Floats) -> None:
+def find_crests(
+    launch: Floats, step: float, rising: bool, wavelength: float, bound: Floats, crest: Rows, met: Floats
+) -> None:
     """Skylines, and crests along them: where a skyline stops sinking, and how deep the hollow behind each is.
 
     Args:
         launch: Launch that meets the ground at each sample, (s, n); where none does, one that hides nothing is set.
         step: Distance of samples [m].
         rising: Whether rays rise from a bounce: then lines are walked inwards, and what lies above hides.
+        wavelength: Of the sound [m].
         bound: Result, smallest launch up to each sample; of rays that rise, the largest from it on, (s, n).
         crest: Result, number of the crest met last up to each sample, -1 for none, (s, n).
-        met: Result, for each crest in the order of the walk: its sample, its launch, and the most by which ground
-            behind lies below the ray over it [m], (s, n // 2 + 1, 3).
+        met: Result, for each crest in the order of the walk: its sample, its launch, the most by which ground behind
+            lies below the ray over it [m], and of `felt_until` [m], (s, n // 2 + 1, 4).
     """
     count, sense = launch.shape[1], -1.0 if rising else 1.0
     for s in range(launch.shape[0]):
@@ -56,13 +59,97 @@ def find_crests(launch: Floats, step: float, rising: bool, bound: Floats, crest:
                     deep = max(deep, (value - lowest) * (k + 1) * step)
                     met[s, last, 2] = deep
             bound[s, k], crest[s, k] = sense * lowest, last
+        for number in range(last + 1):
+            near = (float(met[s, number, 0]) + 1) * step
+            met[s, number, 3] = felt_until(near, float(met[s, number, 2]), wavelength)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def felt_until(near: float, hollow: float, wavelength: float) -> float:
+    """Horizontal distance from which on a crest changes rays that clear it by less than `FAINT` [m].
+
+    The hollow behind it is too shallow for the Fresnel zone, however near it a ray passes, see
+    `_knife_edge_kernel.differs_less`.
+
+    Args:
+        near: Distance of the crest [m].
+        hollow: Depth of the hollow [m].
+        wavelength: Of the sound [m].
+    """
+    left = 0.999 * 2 * FAINT * wavelength / (2 * math.pi * max(hollow * hollow, 1e-30)) - 1 / near
+    return near + max(1 / left, wavelength) if left > 0 else np.inf
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def never_rises(depth: Floats, distance: Floats, image: np.float32, step: int) -> bool:
+    """Whether rays that go straight from an image of the sonar surely meet farther ground less steeply: none is hidden.
+
+    Args:
+        depth: Depth of the ground at the samples [m], (s, n).
+        distance: Of the samples [m], (n,).
+        image: Depth of the image [m]; ground above it is not told about.
+        step: Samples that are looked at before it is asked whether that was enough.
+    """
+    more = np.float32(1 + 1e-6)  # than what rounding can make of a product, or of a quotient
+    for s in range(depth.shape[0]):
+        for first in range(0, depth.shape[1] - 1, step):
+            end = min(first + step, depth.shape[1] - 1)
+            here, there = depth[s, first:end], depth[s, first + 1 : end + 1]
+            near, far = distance[first:end], distance[first + 1 : end + 1]
+            sinks = 0
+            for k in range(near.size):  # no number where the ground is not known: nothing is told then
+                low, high = here[k] - image, there[k] - image
+                sinks += (high * near[k] * more <= low * far[k]) & (low > 0) & (high > 0)
+            if sinks < near.size:
+                return False
+    return True
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def ground_over_crests(
+    launch: Floats, crest: Rows, met: Floats, rows: Integers, points: Integers, reach: Floats,
+    step: float, distance: Floats, wavelength: float, table: Complexes, per_unit: float, soft: bool,
+    lit: NDArray[np.bool_], left: Complexes,
+) -> None:  # fmt: skip
+    """Whether the ground of lines is seen where some points lie, and what crests leave of the rays to it.
+
+    Args:
+        launch: As of `over_crests`, like all that is not told here.
+        crest: As of `over_crests`.
+        met: As of `over_crests`.
+        rows: As of `over_crests`.
+        points: As of `over_crests`.
+        reach: Distance of the points in steps; between samples the ground is as linear as the launches to it, (all,).
+        step: As of `over_crests`.
+        distance: As of `over_crests`.
+        wavelength: As of `over_crests`.
+        table: As of `over_crests`.
+        per_unit: As of `over_crests`.
+        soft: Whether sound bends around crests.
+        lit: Result, False is written where the ground is hidden, (all,).
+        left: Result, multiplied, where edges are soft [1], (all,).
+    """
+    last = launch.shape[1] - 2
+    for m in range(points.size):
+        n, s = points[m], rows[m]
+        k = min(math.floor(reach[n]) - 1, last)
+        if k < 0:
+            continue
+        here, at = launch[s, k], crest[s, k]
+        way = here + min(reach[n] - (k + 1), 1.0) * (launch[s, k + 1] - here)
+        # the skyline is the ground itself, or the launch over the last crest
+        if way > (here if at < 0 else min(here, met[s, at, 1])):
+            lit[n], at = False, crest[s, k + 1]
+        if soft and at >= 0:
+            left[n] *= least_left(launch[s], met[s], at, -1, 1.0, way, ENDLESS, step, distance[n], wavelength, table,
+                                  per_unit)  # fmt: skip
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def over_crests(
     launch: Floats, lowest: Floats, crest: Rows, met: Floats, rows: Integers, points: Integers, reach: Floats,
-    steepness: Floats, ground: bool, step: float, distance: Floats, wavelength: float, table: Complexes,
-    per_unit: float, left: Complexes,
+    steepness: Floats, step: float, distance: Floats, wavelength: float, table: Complexes, per_unit: float,
+    left: Complexes,
 ) -> None:  # fmt: skip
     """Multiply what crests leave of rays that pass over the ground of a line into `left`.
 
@@ -70,12 +157,11 @@ def over_crests(
         launch: Launch that meets the ground at each sample, (s, n).
         lowest: Smallest up to each sample, (s, n).
         crest: Of `find_crests`, (s, n).
-        met: Likewise, (s, crests, 3).
+        met: Likewise, (s, crests, 4).
         rows: Line of each point, (points,).
         points: Which points, (points,).
         reach: Distance in steps up to which the ground can cut, (all,).
         steepness: Of the rays, (all,).
-        ground: Whether the points lie on the ground of the line, at `reach`: then the rays are those to it.
         step: Distance of samples [m].
         distance: Horizontal length of the whole leg [m], (all,).
         wavelength: Of the sound [m].
@@ -89,16 +175,10 @@ def over_crests(
         k = min(math.floor(reach[n]) - 1, last)
         if k < 0:
             continue
-        way, at = float(steepness[n]), crest[s, k]
-        if ground:
-            way = launch[s, k] + min(reach[n] - (k + 1), 1.0) * (launch[s, k + 1] - launch[s, k])
-        alone = -1
-        if way > lowest[s, k]:
-            if ground:
-                at = crest[s, k + 1]
-            elif launch[s, k] <= lowest[s, k]:
-                alone = k  # it dips into ground that still rises
-        left[n] *= least_left(launch[s], met[s], at, alone, 1.0, way, ENDLESS, step, distance[n],
+        way, alone = float(steepness[n]), -1
+        if way > lowest[s, k] and launch[s, k] <= lowest[s, k]:
+            alone = k  # it dips into ground that still rises
+        left[n] *= least_left(launch[s], met[s], crest[s, k], alone, 1.0, way, ENDLESS, step, distance[n],
                               wavelength, table, per_unit)  # fmt: skip
 
 
@@ -148,7 +228,7 @@ def least_left(
 
     Args:
         launch: Launch that meets the ground of the ray's line at each sample, (n,).
-        met: Of `find_crests`, (crests, 3).
+        met: Of `find_crests`, (crests, 4).
         last: Number of the first crest to look at, -1 for none.
         alone: Sample of ground that cuts without being a crest, -1 for none.
         sense: 1 for rays that come down on the ground, -1 for those that rise.
@@ -160,20 +240,23 @@ def least_left(
         table: See `over_crests`.
         per_unit: Likewise.
     """
-    stretch, least = math.sqrt(1 + way * way), 1 + 0j
+    stretch, least, most = math.sqrt(1 + way * way), 1 + 0j, 0.0
     length = distance * stretch
     if alone >= 0:
         near = (alone + 1) * step
         high = sense * (way - launch[alone]) * near / stretch
         least = edge_factor(high, ENDLESS, length - near * stretch, length, wavelength, table, per_unit)
+        most = (1 - least.real) ** 2 + least.imag**2
     for number in range(last, max(last - CRESTS, -1), -1):
-        at, edge, rise = float(met[number, 0]), float(met[number, 1]), float(met[number, 2])
+        at, above = float(met[number, 0]), sense * (way - met[number, 1])
         if at >= end:
             break
+        if above < 0 and distance > met[number, 3]:
+            continue
         near = (at + 1) * step
-        high = sense * (way - edge) * near / stretch
-        left = edge_factor(high, rise / stretch, length - near * stretch, length, wavelength, table, per_unit,
-                           max(FAINT, abs(1 - least)))  # fmt: skip
-        if abs(1 - left) > abs(1 - least):
-            least = left
+        left = edge_factor(above * near / stretch, met[number, 2] / stretch, length - near * stretch, length,
+                           wavelength, table, per_unit, max(FAINT, math.sqrt(most)))  # fmt: skip
+        differs = (1 - left.real) ** 2 + left.imag**2
+        if differs > most:
+            least, most = left, differs
     return least

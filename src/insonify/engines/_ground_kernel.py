@@ -1,11 +1,12 @@
 """The ground along lines, read off its map, and the pieces of the map that this takes. Numbers and arrays only."""
 
-import math
 from typing import Any
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+
+from insonify.engines._ahead import ask_for
 
 Floats = NDArray[np.float64]
 Integers = NDArray[Any]
@@ -13,127 +14,93 @@ Singles = NDArray[np.float32]
 
 CELLS = 64
 """Cells along a piece of the map."""
-AROUND = 512
 NODE_ROW = 3 * (CELLS + 1)
-_NONE, _FIRST, _SECOND, _EAST, _NORTH, _BOTH = (np.uint32(n) for n in (0, 1, 2, 3, NODE_ROW, NODE_ROW + 3))
+PIECE = NODE_ROW * (CELLS + 1)
+_SIX, _INSIDE, _THREE = np.uint32(6), np.uint32(CELLS - 1), np.uint32(3)
+_NONE, _FIRST, _SECOND, _EAST, _NORTH, _BOTH = (np.uint64(n) for n in (0, 1, 2, 3, NODE_ROW, NODE_ROW + 3))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def pieces_on_lines(
-    along: float, across: float, lines: Floats, step: float, cell: float, mark: Integers, found: Integers
-) -> int:
-    """Numbers of the pieces of the map that some lines cross.
+    along: float, across: float, lines: Floats, step: float, samples: Integers, chosen: Integers, cell: float,
+    mark: Integers, found: Integers,
+) -> int:  # fmt: skip
+    """Numbers in a window of the pieces of the map that samples of some lines lie in.
 
     Args:
-        along: Where the lines start, in the frame of the map [m].
+        along: Where the lines start, from the first node of the window [m].
         across: Likewise [m].
         lines: As of `walk`.
         step: Distance of samples [m].
+        samples: How many are looked at, of the lists of points, (lists,).
+        chosen: Which of these lists each line has, (s,).
         cell: Side of a cell of the map [m].
-        mark: Scratch, zeros on entry, (AROUND, AROUND).
+        mark: Scratch, zeros on entry and on exit, (any, any).
         found: Result, (most, 2).
 
     Returns:
         How many there are, `most` at the most.
     """
-    count = 0
     for s in range(lines.shape[0]):
         own = step * lines[s, 8]
-        stop = max(math.ceil(lines[s, 5] / own - lines[s, 6]), 0)
-        at = lines[s, 6] * own
-        last, side = (stop + lines[s, 6]) * own, cell * CELLS
-        da, db = lines[s, 0] / side, lines[s, 1] / side
-        while stop > 0:
-            x, y = along / side + at * da, across / side + at * db
-            a, b = math.floor(x), math.floor(y)
-            if mark[a & (AROUND - 1), b & (AROUND - 1)] == 0:
-                mark[a & (AROUND - 1), b & (AROUND - 1)] = 1
-                found[count, 0], found[count, 1] = a, b
-                count += 1
-                if count == found.shape[0]:
-                    return count
-            if at >= last:
-                break
-            # on to the next border, and a millionth of a step beyond
-            to_a = (a + (da > 0) - x) / da if da != 0 else np.inf
-            to_b = (b + (db > 0) - y) / db if db != 0 else np.inf
-            at = min(at + max(min(to_a, to_b), 0.0) + 1e-6 * step, last)
+        a, b, step_a, step_b = along / cell, across / cell, lines[s, 0] * own / cell, lines[s, 1] * own / cell
+        for k in range(samples[chosen[s]]):
+            place = k + lines[s, 6]
+            mark[np.uint32(a + place * step_a) >> _SIX, np.uint32(b + place * step_b) >> _SIX] = 1
+    count = 0
+    for i in range(mark.shape[0]):
+        for j in range(mark.shape[1]):
+            if mark[i, j] != 0:
+                mark[i, j] = 0
+                if count < found.shape[0]:
+                    found[count, 0], found[count, 1] = i, j
+                    count += 1
     return count
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def look_up(
-    along: float, across: float, line: Floats, step: float, count: int, cell: float, slot: Integers,
-    pieces: Singles, flat: bool, height: Singles, slope: Singles,
+    along: float, across: float, line: Floats, step: float, count: int, cell: float, level: float, slot: Integers,
+    pieces: Singles, flat: bool, where: Integers, depth: Singles, slope: Singles,
 ) -> None:  # fmt: skip
     """Ground along one line: heights linear between nodes, slopes of the nearest node, so that none gets gentler.
 
     Args:
         along: As of `walk`.
         across: As of `walk`.
-        line: One row of `lines`, (8,).
-        step: As of `walk`.
+        line: One row of `lines`, (9,).
+        step: Distance of the line's own samples [m].
         count: Samples wanted.
         cell: As of `walk`.
+        level: Depth of the mean plane [m].
         slot: As of `walk`.
         pieces: As of `walk`.
         flat: As of `walk`.
-        height: Result [m], (at least count,).
+        where: Scratch, unsigned, (at least count,).
+        depth: Result [m], (at least count,).
         slope: Result, along the frame's axes [1], (2, at least count).
     """
+    mean = np.float32(level)
     if flat:
-        height[:count] = 0
+        depth[:count] = mean
         slope[:, :count] = 0
         return
-    start_a, start_b = along / cell, across / cell
-    step_a, step_b = line[0] * step / cell, line[1] * step / cell
-    k = 0
-    while k < count:
-        # all samples up to the border of a piece
-        x, y = start_a + (k + line[6]) * step_a, start_b + (k + line[6]) * step_b
-        a, b = math.floor(x) >> 6, math.floor(y) >> 6
-        x, y = x - a * CELLS, y - b * CELLS
-        more = min(steps_within(x, step_a), steps_within(y, step_b), count - k)
-        stop = k + max(more, 1)
-        piece = pieces[slot[a & (AROUND - 1), b & (AROUND - 1)]].ravel()
-        read(piece, x, y, step_a, step_b, height[k:stop], slope[0, k:stop], slope[1, k:stop])
-        k = stop
-
-
-@njit(inline="always")
-def steps_within(place: float, step: float) -> int:
-    """Steps from a place in a piece, in cells, until it is left."""
-    if step == 0:
-        return 1 << 60
-    return math.ceil((CELLS - place) / step if step > 0 else place / -step)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def read(
-    piece: Singles, x: float, y: float, step_x: float, step_y: float, height: Singles, slope_x: Singles,
-    slope_y: Singles,
-) -> None:  # fmt: skip
-    """Ground at even steps within one piece.
-
-    Args:
-        piece: Height [m] and slopes [1] on its nodes, node after node, (65 * 65 * 3,).
-        x: Place of the first sample along the piece's first axis [cells].
-        y: Along its second.
-        step_x: From sample to sample [cells].
-        step_y: Likewise.
-        height: Result [m], (n,).
-        slope_x: Result [1], (n,).
-        slope_y: Result [1], (n,).
-    """
-    top, half = np.int32(CELLS - 1), np.float32(0.5)
-    for k in range(height.size):
-        u, v = x + k * step_x, y + k * step_y
-        # rounding may put the first or the last a hair outside
-        i, j = min(max(np.int32(u), np.int32(0)), top), min(max(np.int32(v), np.int32(0)), top)
-        f, g = np.float32(u - i), np.float32(v - j)
-        at = np.uint32(i * np.int32(NODE_ROW) + j * np.int32(3))
-        one, two, three, four = piece[at], piece[at + _EAST], piece[at + _NORTH], piece[at + _BOTH]
+    a, b, step_a, step_b = along / cell, across / cell, line[0] * step / cell, line[1] * step / cell
+    node, half = pieces.reshape(pieces.size), np.float32(0.5)
+    slope_a, slope_b = slope[0], slope[1]
+    for k in range(count):  # each sample for itself, and first all places: the map is far larger than any cache
+        place = k + line[6]
+        x, y = a + place * step_a, b + place * step_b
+        i, j = np.uint32(x), np.uint32(y)
+        at = np.uint32(slot[i >> _SIX, j >> _SIX]) * np.uint32(PIECE)
+        at += (i & _INSIDE) * np.uint32(NODE_ROW) + (j & _INSIDE) * _THREE
+        ask_for(node, np.uint64(at))
+        ask_for(node, np.uint64(at) + _NORTH)
+        where[k], slope_a[k], slope_b[k] = at, np.float32(x - i), np.float32(y - j)
+    for k in range(count):
+        here, f, g = np.uint64(where[k]), slope_a[k], slope_b[k]
+        one, two, three, four = node[here], node[here + _EAST], node[here + _NORTH], node[here + _BOTH]
         low, high = one + g * (two - one), three + g * (four - three)
-        height[k] = low + f * (high - low)
-        near = at + (_NORTH if f >= half else _NONE) + (_EAST if g >= half else _NONE)
-        slope_x[k], slope_y[k] = piece[near + _FIRST], piece[near + _SECOND]
+        depth[k] = mean - (low + f * (high - low))
+        near = here + (_NORTH if f >= half else _NONE) + (_EAST if g >= half else _NONE)
+        slope_a[k], slope_b[k] = node[near + _FIRST], node[near + _SECOND]

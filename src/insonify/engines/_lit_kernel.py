@@ -46,18 +46,17 @@ def bounds_of(ground: Singles, image: float, rising: bool, step: float, first: f
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def reached_by(
-    family: int, lit: Integers, turn: Integers, stretch: Integers, share: Integers, count: int, first: float,
-    step: float, ground: Singles, image: float, source: float, water_depth: float, wavelength: float,
-    letters: Integers, prefix: Integers, launch: Singles, bound: Singles,
+    family: int, lit: Integers, sample: Integers, wanted: Integers, count: int, first: float, step: float,
+    ground: Singles, image: float, source: float, water_depth: float, wavelength: float, letters: Integers,
+    prefix: Integers, launch: Singles, bound: Singles,
 ) -> None:  # fmt: skip
-    """Mark the samples of a line that one family reaches, segment by segment; for ground below the sonar only.
+    """Mark the points of a line that one family reaches, segment by segment; for ground below the sonar only.
 
     Args:
         family: Row of the family, and the bit that is set.
-        lit: Bits of the families that reach each sample, (at least count,).
-        turn: Priority of each sample, (at least count,).
-        stretch: First sample of each stretch of the line, (b + 1,).
-        share: Priority below which the family is wanted in each stretch, (b,).
+        lit: Bits of the families that reach each point, (at least m,).
+        sample: Number of each point along the line, (m,).
+        wanted: Bits of the families that it is wanted by, (m,).
         count: Samples of the line.
         first: Place of the first sample in steps.
         step: Distance of samples [m].
@@ -74,25 +73,21 @@ def reached_by(
     bounces = 0
     while bounces < letters.shape[1] and letters[family, bounces] > 0:
         bounces += 1
-    bit = np.int32(1 << family)
+    bit, none = np.int32(1 << family), np.int32(0)
     free = bounces == 0 or (bounces == 1 and letters[family, 0] == 1)  # on its way up it meets no ground
     own_launch, own_bound = launch[prefix[family, bounces]], bound[prefix[family, bounces]]
-    for b in range(share.size):
-        part = np.int32(share[b])
-        if part == 0:
-            continue
-        if free:
-            for k in range(stretch[b], stretch[b + 1]):
-                there = (own_launch[k] <= own_bound[k]) & (turn[k] < part)
-                lit[k] |= bit if there else np.int32(0)
-            continue
-        for k in range(stretch[b], stretch[b + 1]):
-            if turn[k] < part and own_launch[k] <= own_bound[k]:
-                reach = (k + first) * step
-                tangent = abs(ground[k] - image) / reach
-                if passes(family, bounces, reach, tangent, count, first, step, source, water_depth, wavelength,
-                          letters, prefix, launch, bound):  # fmt: skip
-                    lit[k] |= bit
+    for i in range(sample.size if free else 0):
+        k = np.uint32(sample[i])
+        there = (own_launch[k] <= own_bound[k]) & (ground[k] > 0)
+        lit[i] |= wanted[i] & (bit if there else none)
+    for i in range(0 if free else sample.size):
+        at = sample[i]
+        if (wanted[i] & bit) != 0 and own_launch[at] <= own_bound[at] and ground[at] > 0:
+            reach = (at + first) * step
+            tangent = abs(ground[at] - image) / reach
+            if passes(family, bounces, reach, tangent, count, first, step, source, water_depth, wavelength,
+                      letters, prefix, launch, bound):  # fmt: skip
+                lit[i] |= bit
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

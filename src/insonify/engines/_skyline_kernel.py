@@ -13,6 +13,8 @@ Floats = NDArray[np.floating[Any]]
 Integers = NDArray[np.int64]
 
 
+ONE, NEXT = np.uint32(1), np.uint32(NODES)
+CLEAR, OCCLUDED, GROUND = 0, 2, -2  # the values of records.legs.Status, and of its SEABED
 TOGETHER = 64
 """Samples of one line that are taken before those of the next: neighbours read the same piece of the map."""
 
@@ -39,12 +41,14 @@ def sample(
         Whether all is done.
     """
     every, top, stop = True, np.float32(level), depth.shape[1]
+    at, part = np.empty(TOGETHER, np.uint32), np.empty((2, TOGETHER), np.float32)
     for stretch in range(done.size):
         if done[stretch]:
             continue
         begin, there = first + stretch * TOGETHER, True
         for s in range(rays.shape[0]):
-            there &= _sample_line(here, rays[s], step, begin, min(begin + TOGETHER, stop), top, pages, wanted, depth[s])
+            end = min(begin + TOGETHER, stop)
+            there &= _sample_line(here, rays[s], step, begin, end, top, pages, wanted, at, part, depth[s])
         done[stretch] = there
         every &= there
     return every
@@ -53,29 +57,61 @@ def sample(
 @njit(cache=True, nogil=True, error_model="numpy")
 def _sample_line(
     here: NDArray[np.float64], ray: NDArray[np.float64], step: float, first: int, stop: int, top: np.float32,
-    pages: Pages, wanted: NDArray[np.bool_], depth: Floats,
+    pages: Pages, wanted: NDArray[np.bool_], at: NDArray[np.uint32], part: Floats, depth: Floats,
 ) -> bool:  # fmt: skip
-    """Depths along a stretch of one line; whether no piece of the map is missing. Arguments as of `sample`."""
+    """Depths along a stretch of one line; whether no piece of the map is missing. Arguments as of `sample`.
+
+    Cells and places in them are worked out first, in vectors, into `at` and `part` of (TOGETHER,), (2, TOGETHER).
+    """
     x0, y0, dx, dy = here[0] / pages.cell, here[1] / pages.cell, ray[0] * step / pages.cell, ray[1] * step / pages.cell
     flat, rows, height, width = pages.heights, pages.row_of, wanted.shape[0], wanted.shape[1]
-    there = True
-    for k in range(first, stop):
-        x, y = x0 + (k + 1) * dx, y0 + (k + 1) * dy
-        i, j = math.floor(x), math.floor(y)
-        row, column = (i >> SHIFT) - pages.corner_a, (j >> SHIFT) - pages.corner_b
-        if not (0 < row < height - 1 and 0 < column < width - 1):
-            wanted[0, 0], there = True, False
-            continue
-        page = rows[row * width + column]
+    there, k = True, first
+    while k < stop:
+        i, j = math.floor(x0 + (k + 1) * dx) >> SHIFT, math.floor(y0 + (k + 1) * dy) >> SHIFT
+        row, column, page = i - pages.corner_a, j - pages.corner_b, -1
+        if 0 < row < height - 1 and 0 < column < width - 1:
+            page = rows[row * width + column]
+        else:
+            row, column = 0, 0
         if page < 0:
             wanted[row, column], there = True, False
+            k += 1
             continue
-        f, g = np.float32(x - i), np.float32(y - j)
-        at = (page * NODES + (i & (CELLS - 1))) * NODES + (j & (CELLS - 1))
-        low = flat[at] + g * (flat[at + 1] - flat[at])
-        high = flat[at + NODES] + g * (flat[at + NODES + 1] - flat[at + NODES])
-        depth[k] = top - (low + f * (high - low))
+        piece, north, east = (
+            flat[page * NODES * NODES : (page + 1) * NODES * NODES],
+            float(i << SHIFT),
+            float(j << SHIFT),
+        )
+        run = min(_samples_left(x0 - north, dx, k), _samples_left(y0 - east, dy, k), stop - k)
+        for m in range(run):
+            x, y = x0 + (k + m + 1) * dx - north, y0 + (k + m + 1) * dy - east
+            a, b = np.int32(x), np.int32(y)
+            at[m], part[0, m], part[1, m] = a * NODES + b, np.float32(x - a), np.float32(y - b)
+        own = depth[k : k + run]
+        for m in range(run):
+            node, f, g = at[m], part[0, m], part[1, m]  # unsigned: no index from the end
+            low = piece[node] + g * (piece[node + ONE] - piece[node])
+            high = piece[node + NEXT] + g * (piece[node + NEXT + ONE] - piece[node + NEXT])
+            own[m] = top - (low + f * (high - low))
+        k += run
     return there
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _samples_left(start: float, step: float, first: int) -> int:
+    """How many samples of a line, from one that lies on a piece of the map on, lie there along one axis for certain.
+
+    Args:
+        start: Where the line starts, from the edge of the piece [cells].
+        step: How far apart samples are [cells].
+        first: Number of the first sample: it lies one more step out.
+    """
+    edge = float(CELLS) if step > 0 else 0.0
+    if abs(step) < 1e-9:
+        return 1
+    count = max(min(math.floor((edge - start) / step) - first - 1, TOGETHER), 1)
+    last = start + (first + count) * step
+    return count if 0 <= last < CELLS else 1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -150,20 +186,6 @@ def skyline_at(lowest: Floats, rows: Integers, reach: Floats, points: Integers, 
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def ground_at(
-    launch: Floats, lowest: Floats, rows: Integers, reach: Floats, points: Integers, lit: NDArray[np.bool_]
-) -> None:
-    """Whether the ground of a line itself is seen at a distance, linear between samples; arguments of `skyline_at`."""
-    last = lowest.shape[1] - 2
-    for m in range(points.size):
-        n, s = points[m], rows[m]
-        k = min(math.floor(reach[n]) - 1, last)
-        if k >= 0:
-            f = min(reach[n] - (k + 1), 1.0)
-            lit[n] = launch[s, k] + f * (launch[s, k + 1] - launch[s, k]) <= lowest[s, k]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
 def steeper_than_ground(
     launch: Floats, highest: Floats, steepness: Floats, rows: Integers, start: Floats, stop: Floats, points: Integers,
     lit: NDArray[np.bool_],
@@ -189,6 +211,30 @@ def steeper_than_ground(
             if launch[s, k] > steepness[n]:
                 lit[n] = False
                 break
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def hide(lit: NDArray[np.bool_], status: NDArray[Any], occluder: NDArray[Any]) -> None:
+    """Mark the legs that the ground cuts: those that are there but not lit.
+
+    Args:
+        lit: Whether the ground lets each pass, (f, n).
+        status: Changed from clear to cut, (f, n).
+        occluder: Changed to the ground where that happens, (f, n).
+    """
+    for f in range(lit.shape[0]):
+        for n in range(lit.shape[1]):
+            if not lit[f, n] and status[f, n] == CLEAR:
+                status[f, n], occluder[f, n] = OCCLUDED, GROUND
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def as_they_were(status: NDArray[Any], visibility: NDArray[Any], left: NDArray[np.complex128]) -> None:
+    """Put the visibility of legs that are not there, nor cut, into `left`; all are of shape (f, n)."""
+    for f in range(left.shape[0]):
+        for n in range(left.shape[1]):
+            if status[f, n] != CLEAR and status[f, n] != OCCLUDED:
+                left[f, n] = visibility[f, n]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -11,7 +11,6 @@ Floats = NDArray[np.float64]
 Integers = NDArray[Any]
 Singles = NDArray[np.float32]
 
-GOLDEN = 0.6180339887498949
 _FAST = {"contract", "reassoc", "nsz", "arcp"}
 _E = tuple(np.float32(c) for c in (1.0, 0.69314718, 0.24022651, 0.05550411, 0.00961813, 0.00133336, 0.00015404))
 
@@ -58,9 +57,9 @@ def tilted(
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=_FAST)
 def straight(
     reach: Floats, depth: Floats, image: float, slowness: float, loss: float, cosine: float, sine: float,
-    turned: float, bit: int, bits: Integers, normal_n: Singles, normal_e: Singles, normal_d: Singles, delay: Floats,
-    into_n: Singles, into_e: Singles, into_d: Singles, out_d: Singles, size: Singles,
-    slant: Singles,
+    turned: float, bit: int, bits: Integers, normal_n: Singles, normal_e: Singles, normal_d: Singles,
+    ahead_n: Singles, ahead_e: Singles, delay: Floats, into_n: Singles, into_e: Singles, into_d: Singles,
+    out_n: Singles, out_e: Singles, out_d: Singles, size: Singles, slant: Singles,
 ) -> None:  # fmt: skip
     """Straight legs of one family to points of one line: delay, directions, spreading with absorption.
 
@@ -78,11 +77,15 @@ def straight(
         normal_n: Of the facets, (n,).
         normal_e: Likewise.
         normal_d: Likewise.
+        ahead_n: North of the bearing at which the beams are asked there [1], (n,).
+        ahead_e: East of it, (n,).
         delay: Result [s], (n,).
         into_n: Result, direction of travel at the point, (n,).
         into_e: Likewise.
         into_d: Likewise.
-        out_d: Result, vertical part of the direction at the sonar, (n,).
+        out_n: Result, direction at the sonar, (n,).
+        out_e: Likewise.
+        out_d: Likewise.
         size: Result, pressure re 1 m but for bounces, 0 where the leg is not there [1], (n,).
         slant: Result, root of one less the sine of the facet's grazing angle [1], (n,).
     """
@@ -95,6 +98,7 @@ def straight(
         delay[i] = length * slowness
         level, fall = np.float32(reach[i]) * inverse, np.float32(dz) * inverse
         x, y = level * c, level * s
+        out_n[i], out_e[i] = level * ahead_n[i], level * ahead_e[i]
         into_n[i], into_e[i], into_d[i], out_d[i] = x, y, fall, fall * t
         off = x * normal_n[i] + y * normal_e[i] + fall * normal_d[i]
         there = ((bits[i] & mask) != 0) & (off < np.float32(0))
@@ -121,59 +125,61 @@ def shared_out(factor: Singles, slant: Singles, size: Singles) -> None:
         size[i] *= math.sqrt(factor[cell] + part * (factor[cell + np.uint32(1)] - factor[cell]))
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=_FAST)
-def aside(which: Integers, shift: float, width: float, cosine: float, sine: float, out_n: Singles, out_e: Singles,
-          into_n: Singles, into_e: Singles) -> None:  # fmt: skip
-    """Directions at the sonar, turned within the width of the line's cell, another part of it for each sample.
-
-    Args:
-        which: Number of each sample, (n,).
-        shift: Place within the width of sample 0 [1].
-        width: Of the cell, 0 for its middle alone [rad].
-        cosine: Of the line's bearing.
-        sine: Likewise.
-        out_n: Result, (n,).
-        out_e: Result, (n,).
-        into_n: Direction at the point, (n,).
-        into_e: Likewise.
-    """
-    for i in range(which.size):
-        place = shift + (which[i] + 0.5) * GOLDEN
-        turn = np.float32((place - math.floor(place) - 0.5) * width)
-        middle = np.float32(1) - np.float32(0.5) * turn * turn
-        out_n[i] = into_n[i] * middle - into_e[i] * turn
-        out_e[i] = into_e[i] * middle + into_n[i] * turn
-
-
 @njit(cache=True, nogil=True, error_model="numpy")
 def legs_along(
     line: Floats, heading: float, step: float, m: int, speed: float, loss: float, images: Floats, letters: Integers,
-    mirrors: NDArray[np.complex64], factor: Singles, wanted: Integers, kept: Floats, facet: Singles, bits: Integers,
-    n: int, delay: Floats, amplitude: NDArray[np.complex64], departure: Singles, arrival: Singles, normal: Singles,
+    mirrors: NDArray[np.complex64], factor: Singles, families: int, ahead_n: Singles, ahead_e: Singles,
+    facet: Singles, bits: Integers, n: int, place: Floats, delay: Floats, amplitude: NDArray[np.complex64],
+    departure: Singles, arrival: Singles, normal: Singles,
 ) -> None:  # fmt: skip
-    """Legs to the m points of one line, as rows from n on; other arguments as of `walk` and `points_of`."""
+    """Legs to the m points of one line, as rows from n on; other arguments as of `walk` and of `points_of`.
+
+    Args:
+        line: One row of `lines`, (9,).
+        heading: As of `walk`.
+        step: Distance of the line's own samples [m].
+        m: Points.
+        speed: As of `walk`, like those that follow up to `factor`.
+        loss: Likewise.
+        images: Likewise.
+        letters: Likewise.
+        mirrors: Likewise.
+        factor: Likewise.
+        families: Those that any of the points is wanted by, a bit for each.
+        ahead_n: As of `straight`, (m,).
+        ahead_e: Likewise.
+        facet: As of `points_of`; areas into the fourth row.
+        bits: Families that reach each point, (at least m,).
+        n: Number of the first point.
+        place: As of `walk`, like those that follow.
+        delay: Likewise.
+        amplitude: Likewise.
+        departure: Likewise.
+        arrival: Likewise.
+        normal: Likewise.
+    """
     stop = n + m
     cos_h, sin_h = math.cos(heading), math.sin(heading)
     cosine, sine = cos_h * line[0] - sin_h * line[1], sin_h * line[0] + cos_h * line[1]
-    reach, depth, size, area, slant = kept[0, :m], kept[1, :m], facet[2, :m], facet[3, :m], facet[4, :m]
+    # rows of whole arrays: the compiler must see that they lie side by side
+    reach, depth, size, area, slant = place[0, n:stop], place[1, n:stop], facet[2, :m], facet[3, :m], facet[4, :m]
     north, east, down = normal[0, n:stop], normal[1, n:stop], normal[2, n:stop]
     tilted(reach, facet[0, :m], facet[1, :m], cos_h, sin_h, step * line[2], north, east, down, area)
     nodes = mirrors.shape[1] - 1
     for f in range(images.size):
-        if wanted[f].max() == 0:
+        if families & (1 << f) == 0:
             amplitude[f, n:stop] = 0
             continue
         odd, bounces = 1.0, 0
         for q in range(letters.shape[1]):
             if letters[f, q] > 0:
                 odd, bounces = -odd, bounces + 1
-        straight(reach, depth, images[f], 1 / speed, loss, cosine, sine, odd, f, bits[0, :m], north, east, down,
-                 delay[f, n:stop], arrival[f, 0, n:stop], arrival[f, 1, n:stop], arrival[f, 2, n:stop],
-                 departure[f, 2, n:stop], size, slant)  # fmt: skip
+        straight(reach, depth, images[f], 1 / speed, loss, cosine, sine, odd, f, bits[:m], north, east, down,
+                 ahead_n, ahead_e, delay[f, n:stop], arrival[f, 0, n:stop], arrival[f, 1, n:stop],
+                 arrival[f, 2, n:stop], departure[f, 0, n:stop], departure[f, 1, n:stop], departure[f, 2, n:stop],
+                 size, slant)  # fmt: skip
         if factor.size > 0:
             shared_out(factor, slant, size)
-        aside(bits[1, :m], line[7] * GOLDEN, line[3], cosine, sine, departure[f, 0, n:stop], departure[f, 1, n:stop],
-              arrival[f, 0, n:stop], arrival[f, 1, n:stop])  # fmt: skip
         if bounces == 0:
             for i in range(m):
                 amplitude[f, n + i] = np.complex64(size[i])

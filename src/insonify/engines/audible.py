@@ -1,15 +1,21 @@
-"""Which families of legs one ping hears of uneven ground: what others drown at the same time is not followed.
+"""Which pairs of legs one ping hears of uneven ground: what others drown at the same time is asked at few scatterers.
 
-Roughness takes next to all of a leg that bounces steeply or often, and such legs cost most. Whether a family counts is
-reckoned by the sonar equation over the mean plane, all its pairs with others against everything that arrives with
-them, distance by distance and channel by channel.
+Roughness takes much of a leg that bounces steeply or often, and such legs cost most. How much a pair counts is reckoned
+by the sonar equation over the mean plane, its energy against everything that arrives with it, distance by distance and
+channel by channel. A family of which all pairs are negligible is not followed. A pair that is faint is met at some
+of the scatterers, which stand for the others: a scatterer has a number that belongs to its place, and answers the pair
+where that lies below the pair's share, as much louder as its share is smaller. So nothing is lost in the mean, every
+ping, channel and thread asks the same places, and each echo of a faint pair is no louder than those of a loud one.
 """
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify import streams
+from insonify.engines._audible_kernel import answers, stretches
 from insonify.engines.bounced import mirrored
 from insonify.engines.thinning import NEGLIGIBLE, heard_until
 from insonify.propagation.local_planes import level_course
@@ -30,9 +36,113 @@ BEYOND = 1.25
 """How much farther than what is heard last the ground goes on [1]."""
 CHANNELS = 8
 """Channels that are asked, of more some of all directions."""
+LOUD = 0.25
+"""Part of what is heard at a time from which on a pair is met at every scatterer; below, its share is its part re this,
+so that no echo is louder than there [1]."""
+LEAST = 1 / 32
+"""Smallest share of a pair that is heard at all."""
 
 
-def families_heard(families: tuple[str, ...], part: Floats, stance: Stance, distance: Floats) -> tuple[str, ...]:
+@dataclass(frozen=True, slots=True)
+class Audible:
+    """What one ping hears of some places of the ground: n of them."""
+
+    families: tuple[str, ...]
+    """Families that are followed, f of them; the first always."""
+    wanted: NDArray[np.bool_] | None
+    """Whether any pair of each family is met at a place, shape (f, n); None: all are everywhere."""
+    louder: NDArray[np.float32] | None
+    """By what the answer to each pair of families is louder for standing for others, 0 where it is not met [1], shape
+    (f, f, n); None: one throughout."""
+
+    def factor(self, out: tuple[str, ...], back: tuple[str, ...]) -> NDArray[np.float32] | None:
+        """What the strengths of some pairs are multiplied by [1], shape (p, n); None: nothing.
+
+        Args:
+            out: Family of the leg out of each pair.
+            back: The same of the leg back.
+        """
+        if self.louder is None:
+            return None
+        number, every = (
+            {name: k for k, name in enumerate(self.families)},
+            self.louder.reshape(-1, self.louder.shape[-1]),
+        )
+        row = [number[one] * len(number) + number[other] for one, other in zip(out, back, strict=True)]
+        return every if row == list(range(len(every))) else np.asarray(every[row])
+
+
+def audible(
+    families: tuple[str, ...], part: Floats, stance: Stance, position: NDArray[np.float64], place: NDArray[np.uint64],
+    seed: int,
+) -> Audible:  # fmt: skip
+    """What is heard of some places of the ground, by which pairs of families.
+
+    Args:
+        families: Families that reach the bed.
+        part: Of `largest_parts`, shape (f, f, STRETCHES).
+        stance: The sonar at this ping.
+        position: North, east, depth of the places [m], shape (n, 3).
+        place: Their keys, shape (n,).
+        seed: Of the scatterers.
+    """
+    stretch, north, east = np.empty(len(place), np.int32), float(stance.middle[0]), float(stance.middle[1])
+    stretches(position, north, east, _edges(stance), stretch)
+    span = slice(stretch.min(), stretch.max() + 1) if len(place) else slice(0, 0)
+    kept = families_heard(families, part, stance, span)
+    rows = [families.index(name) for name in kept]
+    share = _shares(part[np.ix_(rows, rows)] * _told_apart(stance))
+    if (share[..., span] >= 1).all():
+        return Audible(kept, None, None)
+    wanted, louder = np.empty((len(kept), len(place)), bool), np.empty((len(kept), len(kept), len(place)), np.float32)
+    low, high = streams.key(seed, streams.FAINT)
+    answers(place, stretch, share, np.uint64(high << 32 | low), wanted, louder)
+    return Audible(kept, wanted, louder)
+
+
+def shares_met(families: tuple[str, ...], part: Floats, stance: Stance, distance: Floats) -> Floats:
+    """At what share of the scatterers each pair is met, 0 where a leg of it is not followed [1], shape (f, f, n).
+
+    Args:
+        families: Families that reach the bed.
+        part: Of `largest_parts`, shape (f, f, STRETCHES).
+        stance: The sonar at this ping.
+        distance: Of the scatterers over ground [m], shape (n,).
+    """
+    share = _shares(part * _told_apart(stance))
+    for stretch in range(STRETCHES):
+        kept = families_heard(families, part, stance, slice(stretch, stretch + 1))
+        lost = [row for row, name in enumerate(families) if name not in kept]
+        share[lost, :, stretch] = share[:, lost, stretch] = 0.0
+    there = np.searchsorted(_edges(stance), distance, side="right") - 1
+    return np.asarray(share[..., np.clip(there, 0, STRETCHES - 1)])
+
+
+def _shares(part: Floats) -> Floats:
+    """Part of the scatterers at which each pair is met, the same for both orders, shape of `part`.
+
+    A stretch has the largest share of its neighbours, for the ground is not level.
+    """
+    share = np.clip((part + part.swapaxes(0, 1)) / LOUD, LEAST, 1.0)
+    share[0, 0] = 1.0
+    wide = np.pad(share, ((0, 0), (0, 0), (1, 1)), mode="edge")
+    return np.asarray(np.maximum.reduce([wide[..., k : k + STRETCHES] for k in range(3)]))
+
+
+def _told_apart(stance: Stance) -> float:
+    """How many times fainter than all that arrives with it a pair may be and still be found by steering in height.
+
+    Beams are what they are. Elements tell as many heights apart as there are beams between up and down.
+    """
+    if stance.elements is None:
+        return 1.0
+    ahead = np.array([np.cos(stance.bearing), np.sin(stance.bearing), 0.0])
+    place = stance.elements.place @ stance.receive_beams.axes
+    reach = np.hypot(np.ptp(place @ ahead), np.ptp(place[:, 2]))
+    return float(min(1 + 2 * reach / stance.wavelength, len(place)))
+
+
+def families_heard(families: tuple[str, ...], part: Floats, stance: Stance, span: slice) -> tuple[str, ...]:
     """Families that some places of the ground are heard by; the first always.
 
     A stretch hears what its neighbours hear, for the ground is not level. Recorded elements may be steered to what is
@@ -40,21 +150,18 @@ def families_heard(families: tuple[str, ...], part: Floats, stance: Stance, dist
 
     Args:
         families: Families that reach the bed.
-        part: Of `largest_parts`, shape (f, STRETCHES).
+        part: Of `largest_parts`, shape (f, f, STRETCHES).
         stance: The sonar at this ping.
-        distance: Of the places, from the transmitter over ground [m], shape (n,).
+        span: Stretches that the places lie in.
     """
-    if not distance.size:
-        return families[:1]
-    ends = np.searchsorted(_edges(stance), [distance.min(), distance.max()], side="right") - 1
-    first, last = np.clip(ends, 1, STRETCHES) - [1, 0]
     elements = 1 if stance.elements is None else len(stance.elements.place)
-    heard = part[:, first : last + 2].max(axis=1) >= NEGLIGIBLE / elements
+    own = (part.sum(axis=0) + part.sum(axis=1))[:, max(span.start - 1, 0) : span.stop + 1]
+    heard = own.max(axis=1, initial=0.0) >= NEGLIGIBLE / elements
     return families[:1] + tuple(name for name, kept in zip(families[1:], heard[1:], strict=True) if kept)
 
 
 def largest_parts(scene: Scene, bed: Bed, stance: Stance, families: tuple[str, ...], law: Law) -> Floats:
-    """What the pairs of each family have of all that arrives with them, at most in any channel [1], (f, STRETCHES).
+    """What each pair has of all that arrives with it, at most in any channel [1], (f, f, STRETCHES).
 
     Args:
         scene: The scene; its water has one sound speed.
@@ -73,14 +180,11 @@ def largest_parts(scene: Scene, bed: Bed, stance: Stance, families: tuple[str, .
     own = (section * power[pair[:, 0]] * power[pair[:, 1]] * ground) * gains[:, pair[:, 0], pair[:, 1]]
     late = (_legs(scene, bed, stance, families, edges)[0] / stance.sound_speed)[pair].sum(axis=1)
     own *= late[:, :-1] < stance.heard_delays[1]
-    part = np.zeros((len(families), STRETCHES))
+    part = np.zeros((len(pair), STRETCHES))
     for energy in own:
         whole = np.diff(heard_until(late, energy), axis=1)
-        mine = np.zeros_like(part)
-        for end in pair.T:
-            np.add.at(mine, end, energy / np.maximum(whole, 1e-300))
-        part = np.maximum(part, mine)
-    return part
+        part = np.maximum(part, energy / np.maximum(whole, 1e-300))
+    return part.reshape(len(families), len(families), STRETCHES)
 
 
 def _edges(stance: Stance) -> Floats:
@@ -114,7 +218,7 @@ def _gains(stance: Stance, into: Floats, up: NDArray[np.bool_]) -> Floats:
     channels = np.unique(np.linspace(0, stance.channel_count - 1, CHANNELS).astype(int))
     if stance.elements is not None:
         channels = channels[:1]
-    sent, heard = stance.transmit_beams, stance.receive_beams
+    sent, heard = stance.transmit_beams, stance.ears
     outwards = channels % sent.channel_count, channels % heard.channel_count
     axes = np.concatenate([_axis(sent, outwards[0]), _axis(heard, outwards[1])])
     around = np.linspace(0, 2 * np.pi, BEARINGS, endpoint=False)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from insonify.engines.skyline import SEABED, Sighted, Skylines, over_ground, sighted, steepness
 from insonify.propagation._course_kernel import Course
 from insonify.propagation.families import bounces
-from insonify.propagation.glints import face, rows_of
+from insonify.propagation.glints import face, points_of, rows_of
 from insonify.propagation.launches import StraightLaunches
 from insonify.propagation.local_planes import level_course, local_course, zone
 from insonify.records.legs import Legs, Status
@@ -30,17 +30,18 @@ FAINT = 3e-4
 
 def over_relief(
     legs: Legs, scatterers: Scatterers, place: NDArray[np.float64], skylines: Skylines, scene: Scene, *,
-    soft: bool = False,
+    soft: bool = False, wanted: NDArray[np.bool_] | None = None,
 ) -> Legs:  # fmt: skip
     """Legs as relief leaves them: moved to the planes that they bounce off, dimmed by roughness, hidden by ground.
 
     Args:
-        legs: Legs over the mean plane.
+        legs: Legs over the mean plane, which nobody else holds: their columns are written over.
         scatterers: The points that they reach.
         place: North, east, depth of the sonar's end [m], shape (3,).
         skylines: What the ground hides from there.
         scene: The scene; its bed has relief.
         soft: As of `over_ground`; legs off local planes end at once behind ground.
+        wanted: Which bounced legs are asked for, shape (f, n); others over straight rays are silent. None: all.
 
     Returns:
         The same rows. A bed whose relief has no height leaves everything as it is, bit for bit.
@@ -54,19 +55,34 @@ def over_relief(
         return _moved(shaded, bounced, legs, scatterers, place, skylines, scene)
     seen = sighted(skylines, place, scatterers.position)
     plain = [row for row in range(len(legs.families)) if row not in bounced]
-    made = rows_of(legs, list(range(len(legs.families))))
-    if soft:
-        made = replace(made, visibility=made.visibility.astype(complex))
+    made = replace(legs, visibility=legs.visibility.astype(complex)) if soft else legs
     if plain:
-        lit = over_ground(rows_of(legs, plain), scatterers, place, skylines, soft=soft, seen=seen)
+        first = legs.first(len(plain)) if plain == list(range(len(plain))) else rows_of(legs, plain)
+        lit = over_ground(first, scatterers, place, skylines, soft=soft, seen=seen)
         for name in ("status", "occluder", "visibility"):
             getattr(made, name)[plain] = getattr(lit, name)
     for row in bounced:
-        way, silent = _followed(legs, row, place, scatterers.position, skylines)
-        if not silent.all():
-            _put(made, row, way, seen, scatterers, place, skylines, scene, soft=soft)
-        made.boundary[row][silent] = 0.0
+        if wanted is None or wanted[row].all():
+            _bounce(made, row, seen, scatterers, place, skylines, scene, soft=soft)
+            continue
+        some = np.flatnonzero(wanted[row])
+        part, points = points_of(made, row, some), scatterers.take(some)
+        _bounce(part, 0, sighted(skylines, place, points.position), points, place, skylines, scene, soft=soft)
+        made.boundary[row] = 0.0
+        for name in _PUT:
+            getattr(made, name)[row, some] = getattr(part, name)[0]
     return made
+
+
+def _bounce(
+    legs: Legs, row: int, seen: Sighted, scatterers: Scatterers, place: NDArray[np.float64], skylines: Skylines,
+    scene: Scene, *, soft: bool,
+) -> None:  # fmt: skip
+    """Write one row of legs anew, off local planes; what is too faint for that is silent."""
+    way, silent = _followed(legs, row, place, scatterers.position, skylines)
+    if not silent.all():
+        _put(legs, row, way, seen, scatterers, place, skylines, scene, soft=soft)
+    legs.boundary[row][silent] = 0.0
 
 
 def _followed(
@@ -226,6 +242,10 @@ def _moved(
     return made
 
 
+_PUT = (
+    "absorption", "delay", "length", "spreading", "departure", "arrival", "boundary", "status", "visibility", "grazing",
+    "occluder",
+)  # fmt: skip
 _CHANGED = (
     "delay", "length", "spreading", "absorption", "departure", "arrival", "grazing", "status", "visibility",
 )  # fmt: skip

@@ -53,7 +53,8 @@ def lines_in_view(
     """
     key = (
         stance.transmit_beams.axes.tobytes(), stance.receive_beams.axes.tobytes(), stance.boresight.tobytes(),
-        float(stance.transmit_place[2]), depth, heard, resolution, families, floor, heading, _patterns(stance),
+        float(stance.transmit_place[2]), depth, heard, resolution, families, floor, heading,
+        stance.transmit_beams.pattern, stance.receive_beams.pattern,
     )  # fmt: skip
     held = _LAST.get(key)
     if held is None:
@@ -67,12 +68,6 @@ def lines_in_view(
 
 _LAST: dict[Any, tuple[Floats, tuple[Floats, ...]]] = {}
 _MOST = 8
-
-
-def _patterns(stance: Stance) -> tuple[Any, ...]:
-    """What tells the beams of two stances apart, but for their attitude."""
-    ends = (stance.transmit_beams, stance.receive_beams)
-    return tuple((end.steer.tobytes(), end.scale.tobytes(), end.element, *map(id, end.tables)) for end in ends)
 
 
 def _lines(

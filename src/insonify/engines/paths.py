@@ -11,7 +11,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines.audible import families_heard, largest_parts
+from insonify.engines._audible_kernel import products
+from insonify.engines.audible import Audible, audible, largest_parts, shares_met
 from insonify.engines.bounced import over_relief
 from insonify.engines.rings import WIDEST_CELL
 from insonify.engines.skyline import Remembered, Skylines
@@ -63,6 +64,8 @@ class Paths:
         Returns:
             Blocks in a fixed order, however many threads will draw them.
         """
+        if not self.choice.causes:
+            return []
         return view(self.scene, self.choice, self.seed, stance, self.rays, even=even).blocks()
 
     def pairs(self, stance: Stance, block: Block, *, drowned: bool = True) -> Pairs:
@@ -71,22 +74,23 @@ class Paths:
         Args:
             stance: The sonar at this ping.
             block: One of `blocks(stance)`.
-            drowned: Whether families are followed that others drown at all times, see `audible`.
+            drowned: Whether pairs are met everywhere that others drown at all times, see `audible`.
         """
         scatterers = block()
         return self.meet(stance, scatterers, None if drowned else self._audible(stance, scatterers))
 
-    def meet(self, stance: Stance, scatterers: Scatterers, families: tuple[str, ...] | None = None) -> Pairs:
+    def meet(self, stance: Stance, scatterers: Scatterers, heard: Audible | None = None) -> Pairs:
         """Legs out and back of any scatterers, and the strength of each ordered pair.
 
         Args:
             stance: The sonar at this ping.
             scatterers: The points to reach.
-            families: Families that are followed; None: all that are chosen.
+            heard: Families that are followed, and where their pairs are met; None: all that are chosen, everywhere.
         """
-        kept = self.choice.followed if families is None else families
-        out = self._reached(stance.transmit_place, scatterers, stance, kept, heard=stance.together)
-        back = out if stance.together else self._reached(stance.receive_place, scatterers, stance, kept, heard=True)
+        out = self._reached(stance.transmit_place, scatterers, stance, heard, elements=stance.together)
+        back = out
+        if not stance.together:
+            back = self._reached(stance.receive_place, scatterers, stance, heard, elements=True)
         if self.scene.surface.bounce != "mirror":
             out, back = self._off_waves(out, back, scatterers, stance)
         if self.choice.edges == "fresnel":
@@ -95,28 +99,52 @@ class Paths:
         pair = pair.reshape(-1, 2)
         weight = met_twice(out, back, pair)
         pair, weight = pair[weight > 0], weight[weight > 0]
-        strength = self._strength(scatterers, out, back, pair, stance.frequency) * weight[:, None]
+        louder = None if heard is None else heard.factor(*_names(out, back, pair))
+        strength = self._strength(scatterers, out, back, pair, stance.frequency, louder)
+        if (weight != 1).any():
+            strength *= weight[:, None]
         if self.choice.geometry == "slice" and scatterers.boundary != "target":
             strength *= _slice_width(stance, out, back, pair)
         return Pairs(scatterers, out, back, pair, strength)
 
-    def _audible(self, stance: Stance, scatterers: Scatterers) -> tuple[str, ...] | None:
-        """Families that the ground at some scatterers is heard by; None where nothing is known of that."""
+    def met(self, stance: Stance, distance: Floats) -> tuple[tuple[str, ...], Floats] | None:
+        """Families that reach the seabed, and at what share of its scatterers drawn pings meet their pairs.
+
+        Args:
+            stance: The sonar at this ping.
+            distance: Over ground from the middle between both ends [m], shape (n,).
+
+        Returns:
+            Families, f of them, and shares [1], shape (f, f, n); None: all pairs are met everywhere.
+        """
+        seabed = self.scene.seabed
+        law = seabed.law(stance.frequency, float(self.scene.water.speed_at(seabed.depth)))
+        told = None if law is None else self._parts(stance, law)
+        return None if told is None else (told[0], np.asarray(shares_met(*told, stance, distance), float))
+
+    def _audible(self, stance: Stance, scatterers: Scatterers) -> Audible | None:
+        """What is heard of the ground at some scatterers; None where nothing is known of that."""
+        if scatterers.boundary != "seabed" or isinstance(scatterers.law, SmoothFace):
+            return None
+        told = self._parts(stance, scatterers.law)
+        return None if told is None else audible(*told, stance, scatterers.position, scatterers.place, self.seed)
+
+    def _parts(self, stance: Stance, law: Law) -> tuple[tuple[str, ...], Floats] | None:
+        """Families that reach the bed, and of `largest_parts` what they have of all that is heard of it."""
         bed = self.scene.seabed.bed
         straight, apart = isinstance(self.rays, StraightRays), stance.receive_survey is not None
-        if scatterers.boundary != "seabed" or bed is None or bed.span[0] == bed.span[1] or apart or not straight:
+        if bed is None or bed.span[0] == bed.span[1] or apart or not straight:
             return None
         families = families_for("seabed", self.choice.followed)
-        if families[:1] != (DIRECT,) or self.choice.geometry == "slice" or isinstance(scatterers.law, SmoothFace):
+        if families[:1] != (DIRECT,) or self.choice.geometry == "slice":
             return None
-        law, beams = scatterers.law, (stance.transmit_beams, stance.receive_beams)
-        key = (families, stance.transmit_place[2], *(beam.axes.tobytes() for beam in beams))
+        beams = stance.transmit_beams, stance.receive_beams
+        key = (families, stance.transmit_place[2], stance.heard_delays, *(beam.axes.tobytes() for beam in beams))
         part = self.parts.get(key, lambda: largest_parts(self.scene, bed, stance, families, law))
-        distance = np.hypot(*(scatterers.position[:, :2] - stance.transmit_place[:2]).T)
-        return families_heard(families, part, stance, distance)
+        return families, np.asarray(part, float)
 
     def _reached(
-        self, place: Floats, scatterers: Scatterers, stance: Stance, families: tuple[str, ...], *, heard: bool
+        self, place: Floats, scatterers: Scatterers, stance: Stance, heard: Audible | None, *, elements: bool
     ) -> Legs:
         """Legs between one end and the scatterers, off level mirrors and uneven ground.
 
@@ -124,25 +152,32 @@ class Paths:
             place: North, east, depth of that end [m], shape (3,).
             scatterers: The points to reach.
             stance: The sonar at this ping.
-            families: Families that are followed.
-            heard: Whether elements about that end hear them.
+            heard: Families that are followed, and where; None: all that are chosen, everywhere.
+            elements: Whether elements about that end hear them.
         """
+        families = self.choice.followed if heard is None else heard.families
         legs = self.rays.legs(place, scatterers, families, stance.frequency)
-        if heard and stance.elements is not None:
+        if elements and stance.elements is not None:
             legs = self.rays.around(legs, place, scatterers, stance.reach)
-        return self._late(self._over_ground(legs, scatterers, stance, place), scatterers, stance, place)
+        wanted = None if heard is None else heard.wanted
+        return self._late(self._over_ground(legs, scatterers, stance, place, wanted), scatterers, stance, place)
 
     def _strength(
-        self, scatterers: Scatterers, out: Legs, back: Legs, pair: NDArray[np.int64], frequency: float
-    ) -> Floats | NDArray[np.complex128]:
-        """Pressure that each ordered pair scatters to 1 m re incident pressure [m], (p, n)."""
+        self, scatterers: Scatterers, out: Legs, back: Legs, pair: NDArray[np.int64], frequency: float,
+        louder: NDArray[np.float32] | None,
+    ) -> Floats | NDArray[np.complex128]:  # fmt: skip
+        """Pressure that each ordered pair scatters to 1 m re incident pressure [m], where it is met, (p, n)."""
         if isinstance(scatterers.law, SmoothFace):
             assert scatterers.corners is not None
             speed = self.scene.water.speed_at(scatterers.position[:, 2])
             arriving, leaving = out.arrival[pair[:, 0]], back.arrival[pair[:, 1]]
             wavenumber = 2 * np.pi * frequency / speed
             return scatterers.law.echoes(scatterers.corners, scatterers.normal, arriving, leaving, wavenumber)
-        return np.asarray(np.sqrt(_cross_section(scatterers, scatterers.law, out, back, pair) * scatterers.area))
+        root = np.sqrt(scatterers.area)
+        if isinstance(scatterers.law, Lambert):
+            return _products(scatterers.law, out, back, pair, root, louder)
+        strength = np.sqrt(_cross_section(scatterers, scatterers.law, out, back, pair, louder)) * root
+        return np.asarray(strength if louder is None else strength * louder)
 
     def _late(self, legs: Legs, scatterers: Scatterers, stance: Stance, place: Floats) -> Legs:
         """The legs as uneven water delays them; in even water, as they are."""
@@ -168,7 +203,9 @@ class Paths:
         first = bent(out, stance.transmit_place)
         return first, (first if out is back else bent(back, stance.receive_place))
 
-    def _over_ground(self, legs: Legs, scatterers: Scatterers, stance: Stance, place: Floats) -> Legs:
+    def _over_ground(
+        self, legs: Legs, scatterers: Scatterers, stance: Stance, place: Floats, wanted: NDArray[np.bool_] | None
+    ) -> Legs:
         """The legs as relief leaves them; over a flat bed, as they are."""
         bed = self.scene.seabed.bed
         if bed is None or not len(scatterers):  # a block of water may lie all under the ground
@@ -180,20 +217,27 @@ class Paths:
             width = min(two_way_width(stance.transmit_beams, stance.receive_beams), WIDEST_CELL)
             launches = self.rays.launches(float(place[2]))
             wavelength = self._wavelength(stance, place)
-            return Skylines(bed, place, launches, farthest=farthest, wavelength=wavelength, finest_slice=width / 4)
+            return Skylines(bed, place, launches, farthest=farthest, wavelength=wavelength, finest_slice=width / 3)
 
         key = (stance.ping, place.tobytes(), stance.bearing)
         soft = self.choice.edges == "fresnel"
-        return over_relief(legs, scatterers, place, self.skylines.get(key, walked), self.scene, soft=soft)
+        return over_relief(
+            legs, scatterers, place, self.skylines.get(key, walked), self.scene, soft=soft, wanted=wanted
+        )
 
     def _wavelength(self, stance: Stance, place: Floats) -> float:
         """Wavelength at one end of the sonar [m]: an edge does not care whether that end sends or hears."""
         return float(self.scene.water.speed_at(float(place[2]))) / stance.frequency
 
     def all_pairs(self, stance: Stance, *, even: bool = False) -> Iterator[Pairs]:
-        """Every block of one ping in turn."""
+        """Every block of one ping in turn: what a recording of drawn scatterers is made of, or an expectation."""
         for block in self.blocks(stance, even=even):
-            yield self.pairs(stance, block)
+            yield self.pairs(stance, block, drowned=even)
+
+
+def _names(out: Legs, back: Legs, pair: NDArray[np.int64]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Families out and back of each ordered pair."""
+    return tuple(out.families[i] for i in pair[:, 0]), tuple(back.families[j] for j in pair[:, 1])
 
 
 def _slice_width(stance: Stance, out: Legs, back: Legs, pair: NDArray[np.int64]) -> Floats:
@@ -205,25 +249,62 @@ def _slice_width(stance: Stance, out: Legs, back: Legs, pair: NDArray[np.int64])
     return np.asarray(np.sqrt(footprint(stance)) * reach**0.25)
 
 
-def _cross_section(scatterers: Scatterers, law: Law, out: Legs, back: Legs, pair: NDArray[np.int64]) -> Floats:
-    """Cross section of each ordered pair, (p, n); legs that are not there weigh nothing later."""
+def _products(
+    law: Lambert, out: Legs, back: Legs, pair: NDArray[np.int64], root: Floats, louder: NDArray[np.float32] | None
+) -> Floats:
+    """Strengths by a law that is a product of one factor for each direction, each leg's worked out once, (p, n).
+
+    Args:
+        law: The law.
+        out: Legs out.
+        back: Legs back.
+        pair: Rows of each ordered pair, (p, 2).
+        root: Of the area that each point stands for [m], (n,).
+        louder: What strengths are multiplied by, (p, n); None: nothing.
+    """
+    level, straight = np.array(np.pi / 2), np.array(np.pi)
+    facing = np.sqrt(law.cross_section(level, level, straight))
+
+    def factor(legs: Legs) -> Floats:
+        return np.asarray(np.sqrt(law.cross_section(np.abs(legs.grazing), level, straight) / facing))
+
+    one = factor(out)
+    other = (one if back is out else factor(back)) * root
+    made = np.empty((len(pair), len(root)))
+    products(one, other, pair, np.empty((0, len(root)), np.float32) if louder is None else louder, made)
+    return made
+
+
+def _cross_section(
+    scatterers: Scatterers, law: Law, out: Legs, back: Legs, pair: NDArray[np.int64],
+    louder: NDArray[np.float32] | None = None,
+) -> Floats:  # fmt: skip
+    """Cross section of each ordered pair, (p, n); legs that are not there, and pairs not met, weigh nothing later."""
     i, j = pair.T
-    if isinstance(law, Lambert):  # each leg's sine once; the azimuth does not count
-        straight = np.array(np.pi)
-        return law.cross_section(np.abs(out.grazing)[:, None], np.abs(back.grazing)[None], straight)[i, j]
     if out.arrival is back.arrival:
         # every law is reciprocal: each two legs are asked about once
         low, where = np.unique(np.sort(pair, axis=1), axis=0, return_inverse=True)
         if len(low) < len(pair):
-            return _cross_section(scatterers, law, out, back, low)[where.ravel()]
+            first = None if louder is None else louder[np.unique(where.ravel(), return_index=True)[1]]
+            return _cross_section(scatterers, law, out, back, low, first)[where.ravel()]
     if isinstance(law, FastLaw):
-        normal = scatterers.normal.T
-        return np.array([law.cross_section(out.arrival[a].T, -back.arrival[b].T, normal) for a, b in pair], float)
+        return _answers(law, scatterers.normal, out, back, pair, louder)
     # On a level boundary all legs to and from one place share one bearing.
     level = scatterers.boundary != "target" and bool(np.all(scatterers.normal[:, :2] == 0))
     straight_back = out is back and level
     azimuth = np.array(np.pi) if straight_back else _azimuth(scatterers.normal, out.arrival[i], back.arrival[j])
     return np.asarray(law.cross_section(np.abs(out.grazing[i]), np.abs(back.grazing[j]), azimuth))
+
+
+def _answers(
+    law: FastLaw, normal: Floats, out: Legs, back: Legs, pair: NDArray[np.int64], louder: NDArray[np.float32] | None
+) -> Floats:
+    """Cross sections by a compiled law, asked only where a pair is met, (p, n)."""
+    made = np.zeros((len(pair), len(normal)))
+    for row, (i, j) in enumerate(pair):
+        met = slice(None) if louder is None or louder[row].all() else np.flatnonzero(louder[row])
+        made[row, met] = law.cross_section(out.arrival[i, met].T, -back.arrival[j, met].T, normal[met].T)
+    return made
 
 
 def _azimuth(normal: Floats, arriving: Floats, leaving: Floats) -> Floats:

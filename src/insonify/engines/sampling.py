@@ -18,6 +18,9 @@ from insonify.sonar.survey import Survey, distance_to_runs
 
 Floats = NDArray[np.float64]
 
+FIRST_TILES = 8
+"""Tiles to the farthest distance, at most, that are looked at before any is cut in four."""
+
 
 @dataclass(frozen=True, slots=True)
 class Resolution:
@@ -41,6 +44,15 @@ class Resolution:
         ground = self.ground(distance, height)
         across = np.hypot(distance, height) * self.width
         return np.minimum(ground * across / self.per_cell, (2 * ground) ** 2)
+
+    def coarsest(self, reach: float, height: float) -> float:
+        """Bound on all `cell_area` up to some distance [m] at a height [m]: [m^2].
+
+        The area without its limit grows to where the disc below the sonar ends, and is convex beyond.
+        """
+        edge = (self.slant / 2 + np.hypot(self.slant / 2, 2 * height)) / 2
+        distance = np.array([np.sqrt(self.slant * edge / 2), reach])
+        return float(np.max(self.ground(distance, height) * np.hypot(distance, height)) * self.width / self.per_cell)
 
     def finest(self, nearest: Floats, farthest: Floats, height: float) -> Floats:
         """Smallest `cell_area` between two horizontal distances [m^2]: at either of them, or where they are `height`.
@@ -147,6 +159,9 @@ def tiles_in_view(
     level = max(0, int(np.ceil(np.log2(heard.farthest / (TILE * BASE_PITCH)))) + 1)
     side = TILE * BASE_PITCH * 2.0**level
     grain = _Grain(stance, lattice, boundary_depth, resolution, heard.farthest + side)
+    # from tiles that are all too coarse, few enough to be looked at one by one
+    while level > 0 and side * FIRST_TILES > heard.farthest and (side / TILE / 2) ** 2 > grain.coarsest:
+        level, side = level - 1, side / 2
     corner = np.floor((here - heard.farthest) / side).astype(np.int64)
     last = np.floor((here + heard.farthest) / side).astype(np.int64)
     grid = np.mgrid[corner[0] : last[0] + 1, corner[1] : last[1] + 1].reshape(2, -1)
@@ -160,7 +175,7 @@ def tiles_in_view(
             inside &= way - 2 * half_diagonal <= widest
         tiles = tiles.take(inside)
         centre, half_diagonal = lattice.to_world(*tiles.centre.T), TILE * tiles.pitch / np.sqrt(2)
-        bound = beam_bound(centre, half_diagonal, stance, boundary_depth, rays, families, rise=rise)
+        bound = beam_bound(centre, half_diagonal, stance, boundary_depth, rays, families, rise=rise, enough=beam_floor)
         tiles, half_diagonal = tiles.take(bound >= beam_floor), half_diagonal[bound >= beam_floor]
         finest = grain.finest(tiles.centre, half_diagonal)
         fine = (tiles.pitch**2 <= finest) | (tiles.level == 0)
@@ -186,6 +201,8 @@ class _Grain:
             reach: Distance of the farthest tile from the transmitter [m].
         """
         self.resolution = resolution
+        self.coarsest = resolution.coarsest(reach, survey_height(stance.surveys[0], boundary_depth))
+        """No cell within reach is larger [m^2]."""
         here, apart = stance.transmit_place[:2], float(np.linalg.norm(stance.transmit_place - stance.receive_place))
         self.ends = [
             (
@@ -207,7 +224,7 @@ class _Grain:
 
 def beam_bound(
     centre: Floats, half_diagonal: Floats, stance: Stance, boundary_depth: float, rays: Rays,
-    families: tuple[str, ...], *, rise: float = 0.0,
+    families: tuple[str, ...], *, rise: float = 0.0, enough: float = np.inf,
 ) -> Floats:  # fmt: skip
     """Upper bound of the two-way gain anywhere near some places of a boundary, by any pair of families.
 
@@ -219,6 +236,8 @@ def beam_bound(
         rays: How sound travels in the scene.
         families: Families that reach the boundary.
         rise: How far the boundary may stand above or lie below its depth [m].
+        enough: Gain at which no further family need be looked at [1]: where it is reached, less than the bound may
+            be told.
 
     Returns:
         Two-way pressure gain [1], shape (n,).
@@ -226,13 +245,20 @@ def beam_bound(
     transmit, receive = np.zeros(len(centre)), np.zeros(len(centre))
     if not len(centre):
         return transmit
+    ends = [(stance.transmit_place, stance.transmit_beams, transmit)]
+    if stance.together and stance.alike:
+        receive = transmit
+    else:
+        ends.append((stance.receive_place, stance.ears, receive))
+    rows = np.arange(len(centre))
     for name in families:
-        for place, beams, best in (
-            (stance.transmit_place, stance.transmit_beams, transmit),
-            (stance.receive_place, stance.receive_beams, receive),
-        ):
-            cones = rays.cones(name, place, centre, half_diagonal, boundary_depth, rise=rise)
-            np.maximum(best, np.where(cones.there, beams.bound(cones.way, cones.margin), 0.0), out=best)
+        for place, beams, best in ends:
+            cones = rays.cones(name, place, centre[rows], half_diagonal[rows], boundary_depth, rise=rise)
+            one = np.where(cones.there, beams.bound(cones.way, cones.margin), 0.0)
+            best[rows] = np.maximum(best[rows], one)
+        rows = rows[transmit[rows] * receive[rows] < enough]
+        if not len(rows):
+            break
     return transmit * receive
 
 

@@ -7,7 +7,7 @@ ground, and those that come down from the surface, by the skyline of their own f
 bounce by the same walk with its sense turned.
 
 Ground is walked along slices of azimuth on the map of the bed, whose cells follow the split alone: shadows do not
-depend on how densely scatterers lie. A slice is a quarter of the shortest wave wide where it ends, or a quarter of
+depend on how densely scatterers lie. A slice is a quarter of the shortest wave wide where it ends, or a third of
 the finest beam where that is wider. A point of the ground is lit where the ground of its slice's middle line is.
 
 Where edges are soft, sound bends around the crests along a line, ground behind which ground lies dark: of the nearest
@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from insonify.engines import _crest_kernel as crests
 from insonify.engines import _skyline_kernel as kernel
 from insonify.engines.strays import TOUCH, walk_over_ground
-from insonify.propagation.families import bounces
+from insonify.propagation.families import bounces, image_depth
 from insonify.propagation.knife_edge import PER_UNIT, edge_table
 from insonify.propagation.launches import Launches, StraightLaunches
 from insonify.records.legs import Legs, Status
@@ -44,6 +44,8 @@ SEABED = -2
 SLICES = 32
 """Slices of azimuth that are walked together."""
 SLICES_PER_WAVE = 4
+TOGETHER = 256
+"""Samples of a line that are looked at before it is asked whether that was enough."""
 FIRST_ZONE = 128
 """Slices of the innermost zone; each zone further out is twice as far, in twice as many."""
 
@@ -58,19 +60,34 @@ class _Skyline(NamedTuple):
     crest: NDArray[np.int32]
     """Number of the crest that was met last, -1 for none."""
     met: Floats
-    """Sample, launch and depth behind of each crest, shape (slices, crests, 3)."""
+    """Sample, launch, depth behind and reach of each crest, shape (slices, crests, 4)."""
 
 
 class _Lines:
     """The ground along neighbouring slices, from the sonar outwards, and the launches that meet it."""
 
-    def __init__(self, depth: Floats, step: float, launches: Launches) -> None:
-        self.depth, self._launches = depth, launches
+    def __init__(self, depth: Floats, step: float, launches: Launches, wavelength: float) -> None:
+        self.depth, self._launches, self._wavelength = depth, launches, wavelength
         self.shallowest = np.fmin.reduce(depth, axis=1)
         self._distance = ((np.arange(depth.shape[1]) + 1) * step).astype(np.float32)
         self._step = step
         self._made: dict[str, _Skyline] = {}
+        self._open: dict[str, bool] = {}
         self._lock = Lock()
+
+    def open(self, family: str) -> bool:
+        """Whether surely none of the ground along the lines is hidden from straight rays of a family without bottom."""
+        with self._lock:
+            if family not in self._open:
+                self._open[family] = self._never_rises(family)
+            return self._open[family]
+
+    def _never_rises(self, family: str) -> bool:
+        rays = self._launches
+        if not isinstance(rays, StraightLaunches) or "B" in family:
+            return False
+        image = np.float32(image_depth(family, rays.source_depth, rays.water_depth))
+        return bool(crests.never_rises(self.depth, self._distance, image, TOGETHER))
 
     def of(self, family: str) -> _Skyline:
         """The skyline of rays of a family."""
@@ -82,8 +99,8 @@ class _Lines:
     def _walked(self, family: str) -> _Skyline:
         launch = self._launches.steepness(family, self._distance, self.depth).astype(np.float32, copy=False)
         bound, crest = np.empty_like(launch), np.empty(launch.shape, np.int32)
-        met = np.empty((len(launch), launch.shape[1] // 2 + 1, 3), np.float32)
-        crests.find_crests(launch, self._step, family.endswith("B"), bound, crest, met)
+        met = np.empty((len(launch), launch.shape[1] // 2 + 1, 4), np.float32)
+        crests.find_crests(launch, self._step, family.endswith("B"), self._wavelength, bound, crest, met)
         return _Skyline(launch, bound, crest, met)
 
 
@@ -144,7 +161,14 @@ class Skylines:
         """
         groups = self.groups_of(azimuth, distance) if groups is None else groups
         found = np.empty((len(families), len(distance)), bool)
+        steps = self._steps(distance)
         for row, name in enumerate(families):
+            if ground and self._plain(name):
+                found[row] = True
+                if left is not None:
+                    left[row] = 1.0
+                self._see_ground(groups, name, steps, distance, found[row], None if left is None else left[row])
+                continue
             soft = None if left is None else np.ones(len(distance), complex)
             found[row] = self._lit(name, groups, distance, sine[row], ground, soft)
             steep = steepness(name, sine[row])
@@ -157,6 +181,25 @@ class Skylines:
             if left is not None:
                 left[row] = soft
         return found
+
+    def _plain(self, family: str) -> bool:
+        """Whether rays of a family to the ground can be cut on their last segment only, and are as many as places."""
+        return isinstance(self.launches, StraightLaunches) and (family == "D" or (family == "S" and self._all_below))
+
+    def _see_ground(
+        self, groups: list[Group], family: str, reach: Floats, distance: Floats, lit: NDArray[np.bool_],
+        left: NDArray[np.complex128] | None,
+    ) -> None:  # fmt: skip
+        """Mark ground that the ground before it hides, and take what crests take of the rays to it, on one segment."""
+        soft = left is not None
+        held = np.empty(0, complex) if left is None else left
+        for lines, points, rows in groups:
+            if not lines.open(family):
+                launch, _, crest, met = lines.of(family)
+                crests.ground_over_crests(
+                    launch, crest, met, rows, points, reach, self.step, distance, self.wavelength, edge_table(),
+                    PER_UNIT, soft, lit, held,
+                )  # fmt: skip
 
     def _lit(
         self, family: str, groups: list[Group], distance: Floats, sine: Floats, ground: bool,
@@ -188,22 +231,24 @@ class Skylines:
                 continue
             leaves = -steep if k == 0 and string.startswith("S") else steep
             if ends:
-                self._ask_ground(groups, passed, distance, lit)
-            else:
-                lit &= leaves <= self._skyline(groups, passed, before)
+                own = np.ones(len(lit), bool)
+                self._see_ground(groups, passed, self._steps(distance), distance, own, left)
+                lit &= own
+                continue
+            lit &= leaves <= self._skyline(groups, passed, before)
             if left is not None:
-                self._over_crests(groups, passed, before, leaves, distance, ends, left)
+                self._over_crests(groups, passed, before, leaves, distance, left)
         return lit
 
     def _over_crests(
-        self, groups: list[Group], family: str, reach: Floats, steepness: Floats, distance: Floats, ground: bool,
+        self, groups: list[Group], family: str, reach: Floats, steepness: Floats, distance: Floats,
         left: NDArray[np.complex128],
     ) -> None:  # fmt: skip
         steps = self._steps(reach)
         for lines, points, rows in groups:
             crests.over_crests(
-                *lines.of(family), rows, points, steps, steepness, ground, self.step, distance,
-                self.wavelength, edge_table(), PER_UNIT, left,
+                *lines.of(family), rows, points, steps, steepness, self.step, distance, self.wavelength,
+                edge_table(), PER_UNIT, left,
             )  # fmt: skip
 
     def _under_crests(
@@ -246,12 +291,6 @@ class Skylines:
         """Distances [m] in samples along a line; bounces that never come are far away."""
         return np.asarray(np.minimum(distance, 1e12) / self.step)
 
-    def _ask_ground(self, groups: list[Group], family: str, distance: Floats, lit: NDArray[np.bool_]) -> None:
-        own, reach = np.ones(len(lit), bool), self._steps(distance)
-        for lines, points, rows in groups:
-            kernel.ground_at(*lines.of(family)[:2], rows, reach, points, own)
-        lit &= own
-
     def groups_of(self, azimuth: Floats, distance: Floats) -> list[Group]:
         """Points by the lines that pass them.
 
@@ -289,7 +328,7 @@ class Skylines:
             first = nearer.shape[1]
             depth[:, :first] = nearer[inner % SLICES]
         self._sample((numbers + 0.5) * (2 * np.pi / count), first, stop, depth)
-        made = _Lines(depth, self.step, self.launches)
+        made = _Lines(depth, self.step, self.launches, self.wavelength)
         with self._lock:
             return self._lines.setdefault((zone, sector), made)
 
@@ -373,8 +412,9 @@ def over_ground(
         seen: Of `sighted`, where it is known.
     """
     distance, azimuth, groups = sighted(skylines, place, scatterers.position) if seen is None else seen
-    status, occluder = legs.status.copy(), legs.occluder.copy()
-    visibility, boundary = legs.visibility.copy(), legs.boundary.copy()
+    status, occluder, boundary = legs.status.copy(), legs.occluder.copy(), legs.boundary
+    if any("B" in family for family in legs.families):
+        boundary = boundary.copy()
     sine = legs.departure[..., 2]
     on_ground = scatterers.boundary == "seabed"
     left = np.empty(legs.delay.shape, complex) if soft else None
@@ -382,10 +422,13 @@ def over_ground(
         legs.families, azimuth, distance, sine, scatterers.position[:, 2], ground=on_ground, left=left,
         groups=groups,
     )  # fmt: skip
-    hidden = ~lit & (status == Status.CLEAR)
-    status[hidden], occluder[hidden], visibility[hidden] = Status.OCCLUDED, SEABED, 0.0
-    if left is not None:
-        visibility = np.where((status == Status.CLEAR) | (status == Status.OCCLUDED), left, visibility)
+    visibility: NDArray[np.float64] | NDArray[np.complex128]
+    if left is None:
+        visibility = np.where(lit | (status != Status.CLEAR), legs.visibility, 0.0)
+    else:
+        kernel.as_they_were(status, legs.visibility, left)
+        visibility = left
+    kernel.hide(lit, status, occluder)
     for row, family in enumerate(legs.families):
         if "B" in family:
             boundary[row] *= _bounced(skylines, family, distance, steepness(family, sine[row]))

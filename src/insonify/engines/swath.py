@@ -5,8 +5,9 @@ few of every point. Here lines of the ground are walked once each (`_swath_kerne
 kept for the next ping. What it holds for is asked by `swath_of`; everything else is left to the general engine.
 """
 
+import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from math import prod
 from threading import local
@@ -16,23 +17,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines import _swath_kernel as kernel
-from insonify.engines._ground_kernel import CELLS, pieces_on_lines
+from insonify.engines._ground_kernel import CELLS
+from insonify.engines._points_kernel import Points
 from insonify.engines.lines import lines_in_view
 from insonify.engines.sampling import beam_bound, reach
-from insonify.engines.swath_plan import PARTS, Plan, planned
-from insonify.engines.thinning import WHOLE
+from insonify.engines.swath_plan import Plan, planned
+from insonify.engines.swath_window import Window, chosen, lines_passing, window_of
 from insonify.engines.view import view
 from insonify.propagation.choice import PathChoice
 from insonify.propagation.families import families_for
 from insonify.propagation.images import StraightRays
-from insonify.propagation.knife_edge import ROUGH_RIPPLES, soft_edges
+from insonify.propagation.knife_edge import soft_edges
 from insonify.propagation.rays import Rays
 from insonify.records.legs import Status
 from insonify.records.swath import Swath
 from insonify.scattering.fast import FastLaw, compiled
 from insonify.scattering.lambert import Lambert
-from insonify.scene.bed import Bed
-from insonify.scene.ground_map import AROUND, MOST_PIECES, ground_map, unmapped
+from insonify.scene.ground_map import AROUND, ground_map, unmapped
 from insonify.scene.scatterers import Law, Scatterers
 from insonify.scene.scene import Scene
 from insonify.scene.solid import world_triangles
@@ -46,6 +47,8 @@ GROUP = 8192
 """Questions asked of a law in one go."""
 LONGEST_STEP = 0.5
 """Longest step along a line over a flat bed [m]."""
+AWAY = 4.0
+"""Distance within which a sonar that moves on need not ask again whether it hears a target [m]."""
 
 
 class _Scratch(local):
@@ -65,6 +68,23 @@ class _Scratch(local):
 _SCRATCH = _Scratch()
 
 
+@dataclass(frozen=True, eq=False)
+class Known:
+    """What all pings have in common while the sonar only moves on."""
+
+    plan: Plan
+    heading: float
+    """Of the frame of the lines [rad]."""
+    farthest: float
+    """Distance that is heard [m]."""
+    rest: PathChoice
+    """The same paths for all that is not the seabed."""
+    quiet: PathChoice
+    """Without targets, too."""
+    deaf: list[Floats] = field(default_factory=list)
+    """The last place from `AWAY` about which no beam comes near any target [m]."""
+
+
 @dataclass(frozen=True)
 class SwathView:
     """What the quick way knows of one ping before it walks."""
@@ -72,21 +92,22 @@ class SwathView:
     scene: Scene
     choice: PathChoice
     stance: Stance
-    plan: Plan
-    crossed: NDArray[np.int64]
-    """Numbers of the pieces of the ground's map that the lines cross, (n, 2)."""
+    known: Known
+    passing: NDArray[np.bool_]
+    """Which of the plan's lines pass a target, (s,)."""
+    window: Window
+    """Where on the ground's map they are."""
+
+    @property
+    def plan(self) -> Plan:
+        """What is done at every such ping."""
+        return self.known.plan
 
     @property
     def rest(self) -> PathChoice:
         """The same paths for all that is not the seabed, without targets that no beam comes near."""
-        causes = [cause for cause in self.choice.causes if cause != "seabed"]
-        if "target" in causes and not self._near_a_target():
-            causes.remove("target")
-        return (
-            self.choice.model_copy(update={"causes": tuple(causes)})
-            if causes != list(self.choice.causes)
-            else self.choice
-        )
+        near = "target" in self.choice.causes and self._near_a_target()
+        return self.known.rest if near else self.known.quiet
 
     def _near_a_target(self) -> bool:
         """Whether any beam is above the floor towards any target; points are always heard."""
@@ -95,66 +116,66 @@ class SwathView:
             return True
         if not scene.occluders:
             return False
+        here = self.stance.transmit_place[:2]
+        if any(math.dist(here, place) <= AWAY for place in self.known.deaf):
+            return False
+        if not self._heard_from_about(AWAY):
+            self.known.deaf[:] = [here]
+            return False
+        return self._heard_from_about(0.0)
+
+    def _heard_from_about(self, away: float) -> bool:
+        """Whether any beam may be above the floor towards any target, from within a distance of where it is [m]."""
         rims = self.plan.rims
-        top, base = _depths(scene)
+        top, base = _depths(self.scene)
         floor = float(amplitude_ratio(self.choice.beam_floor_db))
         bound = beam_bound(
-            rims[:, :2], rims[:, 2], self.stance, (top + base) / 2, StraightRays(scene), self.choice.followed,
-            rise=(base - top) / 2,
+            rims[:, :2], rims[:, 2] + away, self.stance, (top + base) / 2, StraightRays(self.scene),
+            self.choice.followed, rise=(base - top) / 2,
         )  # fmt: skip
         return bool((bound >= floor).any())
 
     def gather(self, share: Mapped, hear: Callable[[Swath], Any]) -> list[Any]:
-        """All the ground heard, in a fixed number of parts.
+        """All the ground heard.
 
         Args:
             share: Calls a function with each of some things, as `map` does, perhaps on several threads.
-            hear: What is done with each part; its columns are written over afterwards.
+            hear: What is done with it; its columns are written over afterwards.
 
         Returns:
-            What hearing each part came to.
+            What hearing it came to.
         """
-        bed, here = self.scene.seabed.bed, self.stance.transmit_place[:2]
+        bed, window = self.scene.seabed.bed, self.window
         if bed is None:
-            place, (pieces, slot) = (float(here[0]), float(here[1])), unmapped()
-            return list(share(lambda part: hear(self._walk(part, place, 0.0, pieces, slot, 1.0)), range(PARTS)))
-        kept, lattice = ground_map(bed), bed.ground.terrain.lattice
-        along, across = (float(x) for x in lattice.from_world(here))
-        with kept.reading(self.crossed, share):
+            pieces, slot = unmapped()
+            return [hear(self._walk(pieces, slot, 1.0))]
+        kept = ground_map(bed)
+        slot = np.zeros((window.side, window.side), np.uint32)
+        with kept.reading(window.corner + window.crossed, share) as rows:
+            slot[tuple(window.crossed.T)] = rows
+            return [hear(self._walk(kept.pieces, slot, kept.cell))]
 
-            def walked(part: int) -> Any:
-                return hear(self._walk(part, (along, across), lattice.heading, kept.pieces, kept.slot, kept.cell))
-
-            return list(share(walked, range(PARTS)))
-
-    def _walk(
-        self, part: int, start: tuple[float, float], heading: float, pieces: NDArray[np.float32],
-        slot: NDArray[np.int64], cell: float,
-    ) -> Swath:  # fmt: skip
-        """The points of every so many-th line, with the strength of each pair of legs."""
-        seabed, stance, plan = self.scene.seabed, self.stance, self.plan
-        lines, share, most = plan.parts[part]
-        cut, thin = self._behind_targets(lines, heading), plan.thinning
-        if cut.any():  # in a shadow the faint is all there is
-            share = share.copy()
-            share[cut] = np.where(share[cut] > 0, WHOLE, 0)
+    def _walk(self, pieces: NDArray[np.float32], slot: NDArray[np.uint32], cell: float) -> Swath:
+        """The points of all lines, with the strength of each pair of legs."""
+        seabed, stance, plan, lists = self.scene.seabed, self.stance, self.plan, self.plan.lists
+        lines, cut, heading, thin = plan.lines, self.passing, self.known.heading, plan.thinning
+        taken = chosen(cut)
+        most, takes, ranges = _sizes(lists, taken)
         f, p = len(plan.families), len(thin.pair)
         delay = _SCRATCH.of("delay", (f, most), np.float64)
         amplitude = _SCRATCH.of("amplitude", (f, most), np.complex64)
         departure = _SCRATCH.of("departure", (f, 3, most), np.float32)
         arrival = _SCRATCH.of("arrival", (f, 3, most), np.float32)
         normal, place = _SCRATCH.of("normal", (3, most), np.float32), _SCRATCH.of("place", (2, most), np.float64)
-        rows, weight = _SCRATCH.of("rows", (p, most), np.int32), _SCRATCH.of("weight", (p, most), np.float32)
+        rows, weight = _SCRATCH.of("rows", (p, takes), np.int32), _SCRATCH.of("weight", (p, takes), np.float32)
         found, first = np.empty(p, np.int64), np.empty(len(lines) + 1, np.int64)
-        meeting = _SCRATCH.of("meeting", (most, 2), np.int64)
+        meeting = _SCRATCH.of("meeting", (ranges, 2), np.int64)
         ranges = kernel.walk(
-            *start, heading, float(stance.transmit_place[2]), seabed.depth, self.scene.water.sound_speed,
-            stance.wavelength, lines, plan.step, cell, slot, pieces, seabed.bed is None, plan.images, plan.letters,
-            plan.prefix, plan.way_images, plan.way_rising, plan.mirrors, plan.factor, plan.loss, thin.edges,
-            thin.pair, share, thin.close, place, delay, amplitude, departure, arrival, normal, rows, weight, found,
-            first, meeting,
+            *self.window.start, heading, float(stance.transmit_place[2]), seabed.depth, self.scene.water.sound_speed,
+            stance.wavelength, lines, plan.step, lists, taken, cell, slot, pieces, seabed.bed is None, plan.images,
+            plan.letters, plan.prefix, plan.way_images, plan.way_rising, plan.mirrors, plan.factor, plan.loss, place,
+            delay, amplitude, departure, arrival, normal, rows, weight, found, first, meeting,
         )  # fmt: skip
-        n = int(first[-1])
         if cut.any():
             self._shade(lines, heading, cut, first, place, normal, amplitude)
         if seabed.texture is not None:
@@ -163,8 +184,7 @@ class SwathView:
                 weight[k, :many] *= factor[rows[k, :many]]
         for k, (i, j) in enumerate(thin.pair if not plan.factor.size else ()):
             self._answer(arrival[i], arrival[j], normal, rows[k, : found[k]], weight[k, : found[k]])
-        columns = delay[:, :n], amplitude[:, :n], departure[:, :, :n]
-        return Swath(*columns, thin.pair, found, rows, weight, meeting[:ranges])
+        return Swath(delay, amplitude, departure, thin.pair, found, rows, weight, meeting[:ranges])
 
     def _texture(self, lines: Floats, heading: float, first: NDArray[np.int64], place: Floats) -> Floats:
         """What the seabed's texture makes of the points of some lines [1], shape (n,)."""
@@ -186,17 +206,6 @@ class SwathView:
             kernel.facing(into, out, normal, some, one, two, up)
             self.plan.law.fill(one, two, up, answer[: len(some)])
             section[begin : begin + GROUP] *= answer[: len(some)]
-
-    def _behind_targets(self, lines: Floats, heading: float) -> NDArray[np.bool_]:
-        """Which lines pass a target, (s,)."""
-        bearing, place = np.arctan2(lines[:, 1], lines[:, 0]) + heading, self.stance.transmit_place
-        cut = np.zeros(len(lines), bool)
-        for north, east, radius in self.plan.rims:
-            apart, towards = np.hypot(north - place[0], east - place[1]), np.arctan2(east - place[1], north - place[0])
-            off = np.abs(np.mod(bearing - towards + np.pi, 2 * np.pi) - np.pi)
-            half = np.arcsin(min(1.0, radius / max(apart, 1e-9))) + self._rippled(apart)
-            cut |= (apart <= radius) | (off <= half)
-        return cut
 
     def _shade(
         self, lines: Floats, heading: float, cut: NDArray[np.bool_], first: NDArray[np.int64], place: Floats,
@@ -228,11 +237,12 @@ class SwathView:
             left = there * soft_edges(whole, hidden, here, scene, self.stance.wavelength, roughly=True).visibility
         amplitude[:, row] *= left
 
-    def _rippled(self, apart: float) -> float:
-        """Bearing beside a target's rim up to which its soft edge is looked at [rad]."""
-        if self.choice.edges == "hard":
-            return 0.0
-        return ROUGH_RIPPLES * float(np.sqrt(self.stance.wavelength / (2 * max(apart, self.stance.wavelength))))
+
+def _sizes(lists: Points, taken: NDArray[np.int64]) -> tuple[int, int, int]:
+    """Points of some lists, the most that any pair takes of them, and ranges where pairs may interfere."""
+    takes = np.diff(lists.pair_first, axis=1)[taken].sum(axis=0)
+    points, ranges = (int((many[taken + 1] - many[taken]).sum()) for many in (lists.first, lists.close_first))
+    return points, int(takes.max()), ranges
 
 
 def swath_of(scene: Scene, choice: PathChoice, stance: Stance, rays: Rays) -> SwathView | None:
@@ -247,13 +257,41 @@ def swath_of(scene: Scene, choice: PathChoice, stance: Stance, rays: Rays) -> Sw
         stance: The sonar at this ping.
         rays: How sound travels in the scene.
     """
+    if not stance.together:
+        return None
+    # a sonar that only moves on, its attitude kept in the very same beams, asks for the same again
+    key = (
+        id(scene), id(choice), id(rays), id(stance.transmit_beams), id(stance.receive_beams), id(stance.survey),
+        id(stance.pulse), float(stance.transmit_place[2]), stance.moved, stance.window,
+    )  # fmt: skip
+    held = _LAST.get(key)
+    if held is None:
+        # what the key names is kept, so that nothing else can take its number
+        names = scene, choice, rays, stance.transmit_beams, stance.receive_beams, stance.survey, stance.pulse
+        while len(_LAST) >= _MOST:
+            _LAST.pop(next(iter(tuple(_LAST)), None), None)  # a copy: threads come and go
+        held = _LAST[key] = _known(scene, choice, stance, rays), names
+    known = held[0]
+    if known is None:
+        return None
+    passing = lines_passing(known.plan, stance, known.heading, choice.edges)
+    window = window_of(scene.seabed.bed, stance, known.plan, chosen(passing), known.farthest)
+    return None if window is None else SwathView(scene, choice, stance, known, passing, window)
+
+
+_LAST: dict[Any, tuple[Known | None, Any]] = {}
+_MOST = 8
+
+
+def _known(scene: Scene, choice: PathChoice, stance: Stance, rays: Rays) -> Known | None:
+    """What does not change while the sonar only moves on; None where the scene asks more than the quick way can do."""
     seabed, bed = scene.seabed, scene.seabed.bed
     law = _quick(seabed.law(stance.frequency, float(scene.water.speed_at(seabed.depth))))
     families = families_for("seabed", choice.followed)
     moving = scene.surface.bounce != "mirror" and any("S" in name for name in families)
     if not isinstance(rays, StraightRays) or choice.geometry != "3d" or "seabed" not in choice.causes or moving:
         return None
-    if not stance.together or stance.channel_count != 1 or law is None or not families:
+    if stance.channel_count != 1 or law is None or not families:
         return None
     source, rise = float(stance.transmit_place[2]), 0.0
     if bed is not None:
@@ -271,17 +309,17 @@ def swath_of(scene: Scene, choice: PathChoice, stance: Stance, rays: Rays) -> Sw
     heading = 0.0 if bed is None else bed.ground.terrain.lattice.heading
     lines = lines_in_view(stance, seabed.depth, heard, sampling, families, floor, heading)
     plan = planned(scene, stance, families, law, lines, step, heading, rise)
-    crossed = np.empty((0, 2), np.int64) if bed is None else _crossed(bed, stance, plan.lines, step)
-    if len(crossed) > MOST_PIECES:
-        return None
-    return SwathView(scene, choice, stance, plan, crossed)
+    return Known(plan, heading, heard.farthest, _without(choice, scene, stance, ()),
+                 _without(choice, scene, stance, ("target",)))  # fmt: skip
 
 
-def _crossed(bed: Bed, stance: Stance, lines: Floats, step: float) -> NDArray[np.int64]:
-    """Numbers of the pieces of a map that some lines cross, (n, 2); more than there is room for if there are more."""
-    along, across = (float(x) for x in bed.ground.terrain.lattice.from_world(stance.transmit_place[:2]))
-    mark, found = np.zeros((AROUND, AROUND), np.int8), np.empty((MOST_PIECES + 1, 2), np.int64)
-    return found[: pieces_on_lines(along, across, lines, step, bed.map_cell, mark, found)]
+def _without(choice: PathChoice, scene: Scene, stance: Stance, more: tuple[str, ...]) -> PathChoice:
+    """The same paths for all but the seabed, what does not answer in this scene, and some causes more."""
+    silent = ["seabed", *more]
+    silent += ["surface"] if scene.surface.law(stance.frequency) is None else []
+    silent += [] if scene.water.scatters else ["water"]
+    left = tuple(cause for cause in choice.causes if cause not in silent)
+    return choice.model_copy(update={"causes": left})
 
 
 @lru_cache(maxsize=16)

@@ -11,18 +11,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines._points_kernel import WHOLE, Points, list_points
 from insonify.engines.skyline import fresnel_half_length
 from insonify.engines.thinning import Thinning, thinning
 from insonify.propagation.families import bounces, image_depth
+from insonify.propagation.rims import rims
 from insonify.scattering.fast import FastLaw
 from insonify.scene.scene import Scene
-from insonify.scene.solid import world_triangles
 from insonify.sonar.stance import Stance
 
 Floats = NDArray[np.float64]
 
-PARTS = 1
-"""Parts that the lines of a ping are shared into: fixed, so that sums do not depend on the number of threads."""
 MIRROR_NODES = 2049
 """Sines of the grazing angle at which the bounces of a family are tabled."""
 STEEPNESS = 0.05
@@ -51,8 +50,14 @@ class Plan:
     loss: float
     rims: Floats
     """Middle, north and east, and radius of an upright cylinder about each target that casts a shadow [m], (t, 3)."""
-    parts: tuple[tuple[Floats, NDArray[np.uint8], int], ...]
-    """Lines of each part, their shares, and the most points that they can have."""
+    lists: Points
+    """Points of each line; then, where there are such targets, of each line that passes one: there all that is wanted
+    is taken at every sample, because in a shadow the faint is all there is."""
+
+    @property
+    def steps(self) -> int:
+        """Samples of the ground that a ping looks at whose lines pass no target."""
+        return int(self.lists.samples[: len(self.lines)].sum())
 
 
 def planned(
@@ -97,14 +102,10 @@ def _plan(
         stance, depth, rise, families, lines, step, heading, law, mirrors, absorption_db, STEEPNESS if rough else 0.0
     )
     lines, (letters, prefix, ways) = thin.lines, _ways(families)
-    length = np.maximum(lines[:, 5] - lines[:, 4], 0) / (step * lines[:, 8])
-    parts = tuple(
-        (
-            np.ascontiguousarray(lines[k::PARTS]), np.ascontiguousarray(thin.share[k::PARTS]),
-            int(length[k::PARTS].sum()) + 2 * len(lines) + 2,
-        )
-        for k in range(PARTS)
-    )  # fmt: skip
+    circles = rims(scene)[:, :3]
+    shares = [thin.share] if not len(circles) else [thin.share, np.where(thin.share > 0, np.uint8(WHOLE), np.uint8(0))]
+    share = np.ascontiguousarray(np.concatenate(shares))
+    lists = _listed(np.concatenate([lines] * len(shares)), heading, step, thin, share, letters, prefix, len(ways))
     return Plan(
         families, law, lines, step, thin, letters, prefix,
         images=np.array([image_depth(name, source, depth) for name in families]),
@@ -113,9 +114,34 @@ def _plan(
         mirrors=mirrors,
         factor=np.zeros(0, np.float32) if law.factor is None else law.factor,
         loss=absorption_db / 20 * float(np.log2(10)),
-        rims=_rims(scene),
-        parts=parts,
+        rims=circles,
+        lists=lists,
     )  # fmt: skip
+
+
+def _listed(
+    lines: Floats, heading: float, step: float, thin: Thinning, share: NDArray[np.uint8], letters: NDArray[np.int64],
+    prefix: NDArray[np.int64], ways: int,
+) -> Points:  # fmt: skip
+    """Points of some lines with some shares: counted first, then filled in."""
+
+    def room(points: int, rows: int, ranges: int) -> Points:
+        count = len(lines)
+        return Points(
+            np.zeros(count + 1, np.int64), np.zeros(count, np.int64), np.zeros(count, np.int64),
+            np.zeros((count, ways), bool), np.empty(points, np.int32), np.empty(points, np.int32), np.empty(points),
+            np.empty((2, points), np.float32), np.zeros((count, len(thin.pair) + 1), np.int64),
+            np.empty(rows, np.int32), np.empty(rows, np.float32), np.zeros(count + 1, np.int64),
+            np.empty((ranges, 2), np.int64),
+        )  # fmt: skip
+
+    asked = lines, heading, step, thin.edges, thin.pair, share, thin.close, letters, prefix
+    counted = room(0, 0, 0)
+    list_points(*asked, counted, False)
+    rows = int(counted.pair_first[-1, -1]) if len(lines) else 0
+    lists = room(int(counted.first[-1]), rows, int(counted.close_first[-1]))
+    list_points(*asked, lists, True)
+    return lists
 
 
 def _ways(families: tuple[str, ...]) -> tuple[NDArray[np.int64], NDArray[np.int64], tuple[str, ...]]:
@@ -159,16 +185,3 @@ def _mirror_table(
                 zone = np.maximum(2 * half * np.sqrt(np.maximum(sine, 1e-6)), 1e-6)
                 table[row] *= bed.smoothness(sine, wavelength, np.asarray(zone, float))
     return table.astype(np.complex64)
-
-
-def _rims(scene: Scene) -> Floats:
-    """Middle, north and east, and radius of an upright cylinder about each target that casts a shadow [m]."""
-    found = []
-    for box in scene.bodies:
-        found.append((float(box[0]), float(box[1]), float(np.hypot(box[4], box[5]))))
-    for solid in scene.solids:
-        surface = world_triangles(solid, scene.seabed)
-        low, high = np.asarray(surface.low)[:2], np.asarray(surface.high)[:2]
-        middle = (low + high) / 2
-        found.append((float(middle[0]), float(middle[1]), float(np.linalg.norm(high - low)) / 2))
-    return np.array(found).reshape(-1, 3)

@@ -5,22 +5,35 @@ ping's distance or from the speed of sound at its depth, so that a place on a ta
 """
 
 from functools import lru_cache, partial
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines.faces import smooth_facets
-from insonify.engines.sampling import survey_speed
+from insonify.engines.sampling import beam_bound, survey_speed
 from insonify.propagation.choice import PathChoice
+from insonify.propagation.families import families_for
+from insonify.propagation.images import StraightRays
+from insonify.propagation.rays import Rays
+from insonify.propagation.rims import rims
 from insonify.scene.box import box_scatterers, box_section
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene, point_scatterer
 from insonify.scene.seabed import Seabed
-from insonify.scene.solid import body_triangles, ground_depth, resting, solid_scatterers, world_triangles
+from insonify.scene.solid import (
+    body_triangles,
+    cell_side,
+    ground_depth,
+    resting,
+    solid_scatterers,
+    world_triangles,
+)
 from insonify.scene.solid_section import solid_section
 from insonify.scene.target import Box, PointTarget, Solid
 from insonify.sonar.footprint import two_way_footprint
 from insonify.sonar.stance import Stance
+from insonify.units import amplitude_ratio
 
 Floats = NDArray[np.float64]
 
@@ -37,8 +50,8 @@ LATER = 0.95
 
 
 def target_points(
-    scene: Scene, choice: PathChoice, seed: int, stance: Stance, slant: float, *, even: bool
-) -> list[Scatterers]:
+    scene: Scene, choice: PathChoice, seed: int, stance: Stance, slant: float, *, even: bool, rays: Rays | None = None,
+) -> list[Scatterers]:  # fmt: skip
     """The points of all targets that one ping can hear, target by target.
 
     Args:
@@ -48,6 +61,7 @@ def target_points(
         stance: The sonar at this ping.
         slant: What it resolves along the slant range [m].
         even: Points laid out evenly for an expectation, or drawn ones.
+        rays: How sound travels in the scene; None: nobody asks whether beams hear a target but faintly.
     """
     if choice.geometry == "slice":
         solids = iter(_solid_sections(scene, seed, stance, slant, even=even))
@@ -60,12 +74,11 @@ def target_points(
             found.append(point_scatterer(target))
             continue
         if isinstance(target, Box) and target.upright:
-            points = _box_points(scene, choice, seed, stance, slant, target, even=even)
-            near = choice.geometry == "slice" or not _deaf(points.position, stance)
+            points, near = _box_points(scene, choice, seed, stance, slant, target, even=even), True
         else:
             points, near = next(solids), _may_be_heard(target, scene, stance)
-            if choice.geometry != "slice":
-                near = near and not _deaf(world_triangles(target, scene.seabed).corners.reshape(-1, 3), stance)
+        if near and choice.geometry != "slice":
+            near = _within_beams(scene, target, choice, stance, rays)
         if near:
             found.append(points)
         if target.smooth and near and len(points):
@@ -73,26 +86,52 @@ def target_points(
     return found
 
 
-def target_count(scene: Scene, stance: Stance, slant: float) -> float:
-    """Points on the targets of a scene as one ping meets them, about; none is drawn, and none left out as out of reach.
+class Count(NamedTuple):
+    """How many points on targets one ping meets, about."""
+
+    asked: float
+    """All that legs are followed to [1]."""
+    facing: float
+    """Those of them that face the sonar: others send nothing back [1]."""
+
+
+def target_count(scene: Scene, choice: PathChoice, stance: Stance, slant: float, rays: Rays | None = None) -> Count:
+    """Points on the targets of a scene that one ping can hear, about: by the area of their faces, none is drawn.
 
     Args:
         scene: The scene.
+        choice: Which paths are heard, down to what floor of the beams.
         stance: The sonar.
         slant: What it resolves along the slant range [m].
+        rays: As of `target_points`.
     """
-    count = 0.0
+    asked = facing = 0.0
     for target in scene.targets:
         if isinstance(target, PointTarget):
-            count += 1
-        elif isinstance(target, Box) and target.upright:
-            pitch = min(slant, *target.size) / FACE_CELLS
-            length, width, height = target.size
-            up = height / _rise(scene, target, stance, pitch)
-            count += (2 * (length + width) * up + length * width / pitch) / pitch
-        else:
-            count += float(body_triangles(target).area.sum()) / _solid_pitch(scene, target, stance, slant) ** 2
-    return count
+            asked, facing = asked + 1, facing + 1
+            continue
+        surface, upright = world_triangles(target, scene.seabed), isinstance(target, Box) and target.upright
+        near = upright or _may_be_heard(target, scene, stance)
+        if not (near and _within_beams(scene, target, choice, stance, rays)):
+            continue
+        middle, down = surface.corners.mean(axis=1), surface.corners[..., 2]
+        low, high = down.min(axis=1), down.max(axis=1)
+        free = np.clip((ground_depth(scene.seabed, middle[:, :2]) - low) / np.maximum(high - low, 1e-9), 0, 1)
+        points = np.nan_to_num(free) * surface.area / _cells(scene, target, stance, slant)
+        asked += float(points.sum())
+        facing += float(points[np.sum((stance.transmit_place - middle) * surface.normal, axis=1) > 0].sum())
+    return Count(asked, facing)
+
+
+def _cells(scene: Scene, target: Solid, stance: Stance, slant: float) -> Floats:
+    """Area of the cell that each point of a body stands for, on each of its triangles [m^2], shape (t,)."""
+    surface = world_triangles(target, scene.seabed)
+    if isinstance(target, Box) and target.upright:
+        pitch = min(slant, *target.size) / FACE_CELLS
+        level = np.abs(surface.normal[:, 2]) > np.abs(surface.normal[:, :2]).max(axis=1)
+        return pitch * np.where(level, pitch, min(pitch, _rise(scene, target, stance, pitch)))
+    side = cell_side(float(surface.area.sum()), _solid_pitch(scene, target, stance, slant))
+    return np.full(len(surface.faces), side**2)
 
 
 @lru_cache(maxsize=4)
@@ -104,6 +143,18 @@ def _drawn_solids(
         solid_scatterers(solid, seabed, seed, pitch, before + row, even=even)
         for row, (solid, pitch) in enumerate(zip(solids, pitches, strict=True))
     )
+
+
+@lru_cache(maxsize=8)
+def _drawn_box(
+    box: Box, seabed: Seabed, base: float, seed: int, pitch: float, rise: float, occluder: int, even: bool
+) -> Scatterers:
+    """The points of an upright box that are above the ground: every ping wants the same."""
+    whole = box_scatterers(box, base, seed, pitch, occluder, rise=rise, even=even)
+    if not seabed.relief:
+        return whole
+    place = whole.position
+    return whole.take(place[:, 2] < ground_depth(seabed, place[:, :2]))
 
 
 def _solid_sections(
@@ -149,11 +200,7 @@ def _box_points(
     """The points of an upright box, or of the part of it that a slice meets."""
     pitch = min(slant, *box.size) / FACE_CELLS
     rise = _rise(scene, box, stance, pitch)
-    occluder = scene.boxes.index(box)
-    whole = box_scatterers(box, scene.depth_under(box), seed, pitch, occluder, rise=rise, even=even)
-    if scene.seabed.relief:
-        place = whole.position
-        whole = whole.take(place[:, 2] < ground_depth(scene.seabed, place[:, :2]))
+    whole = _drawn_box(box, scene.seabed, scene.depth_under(box), seed, pitch, rise, scene.boxes.index(box), even)
     if choice.geometry != "slice":
         return whole
     here = stance.transmit_place
@@ -176,21 +223,41 @@ def _may_be_heard(solid: Solid, scene: Scene, stance: Stance) -> bool:
     return way * LATER / stance.sound_speed <= stance.heard_delays[1]
 
 
-def _deaf(places: Floats, stance: Stance) -> bool:
+def _within_beams(scene: Scene, target: Solid, choice: PathChoice, stance: Stance, rays: Rays | None) -> bool:
+    """Whether beams hear a target at all; where it is known how sound travels, above their floor."""
+    if isinstance(rays, StraightRays):
+        return not _faint(scene, target, choice, stance, rays)
+    return not _deaf(scene, target, stance)
+
+
+def _faint(scene: Scene, target: Solid, choice: PathChoice, stance: Stance, rays: Rays) -> bool:
+    """Whether no two paths reach a target above the floor of the beams, in water where directions follow from places.
+
+    A sidescan's beams swim past a target long before and after they hear more of it than their side lobes take in.
+    """
+    bed, (north, east, radius, top, base) = scene.seabed.bed, rims(scene)[scene.occluders.index(target)]
+    rise = (base - top) / 2 + (0.0 if bed is None else (bed.span[1] - bed.span[0]) / 2)
+    bound = beam_bound(
+        np.array([[north, east]]), np.array([radius]), stance, (top + base) / 2, rays,
+        families_for("target", choice.followed), rise=rise,
+    )  # fmt: skip
+    return float(bound[0]) < float(amplitude_ratio(choice.beam_floor_db))
+
+
+def _deaf(scene: Scene, target: Solid, stance: Stance) -> bool:
     """Whether no beam sends, or none hears, anything towards a body, however the paths rise or fall.
 
     A sidescan's side is deaf to what lies behind its baffle; its other side is not.
 
     Args:
-        places: Of the body, shape (n, 3) [m].
+        scene: The scene.
+        target: The body.
         stance: The sonar.
     """
-    if not len(places):
-        return False
-    middle = (places.min(axis=0) + places.max(axis=0))[:2] / 2
-    radius = float(np.linalg.norm(np.ptp(places[:, :2], axis=0))) / 2
+    north, east, radius, *_ = rims(scene)[scene.occluders.index(target)]
+    middle = np.array([north, east])
     for here, beams in (
-        (stance.transmit_place, stance.transmit_beams), (stance.receive_place, stance.receive_beams)
+        (stance.transmit_place, stance.transmit_beams), (stance.receive_place, stance.ears)
     ):  # fmt: skip
         offset = middle - here[:2]
         away = float(np.linalg.norm(offset))

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines._points_kernel import WHOLE
 from insonify.engines._thin_kernel import Beam, energies_of, longer_steps, shares_of
 from insonify.propagation.families import bounces, image_depth
 from insonify.scattering.fast import FastLaw
@@ -21,8 +22,6 @@ from insonify.sonar.stance import Stance
 
 Floats = NDArray[np.float64]
 
-WHOLE = 32
-"""Shares are counted in parts of this."""
 FEWEST = 1
 """Smallest share of a pair that is heard."""
 STRETCHES = 48

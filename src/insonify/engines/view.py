@@ -24,16 +24,18 @@ from insonify.propagation.families import families_for
 from insonify.propagation.rays import Rays, Reach
 from insonify.scene.bed import Bed
 from insonify.scene.facets import facets
-from insonify.scene.lattice import CELLS, PARTS, TILE, Draw, Tiles, draw
-from insonify.scene.scatterers import Boundary, Law, Scatterers
+from insonify.scene.lattice import PARTS, TILE, Draw, Tiles, draw, ranks
+from insonify.scene.scatterers import Boundary, Law, Scatterers, lattice_place
 from insonify.scene.scene import Scene
 from insonify.scene.terrain.relief import Survey
 from insonify.sonar.footprint import two_way_footprint, two_way_width
 from insonify.sonar.stance import Stance
 from insonify.units import amplitude_ratio
 
-BLOCK = 16384
+BLOCK = 32768
 """Scatterers in a block: few enough for the cache, enough to keep Python out of the way."""
+LEAST_OF_TILE = 4
+"""Scatterers of a block that one more tile counts for at least."""
 LONGEST_CELL = 0.05
 """Longest cell of slant range, as a part of the sonar's distance from the nearer boundary [1]."""
 EVEN_SEED = 0
@@ -97,21 +99,23 @@ class View:
         stream = streams.SEABED if boundary == "seabed" else streams.SURFACE
         farthest = max(self._reach(boundary, depth, kept).farthest, 1.0)
         loudness = Loudness(self.stance, depth, self.rays, kept, lattice, farthest)
-        shares = loudness.shares(tiles, density)
+        bounds = loudness.bounds(tiles, density)
+        bed = self.bed
 
         def drawn(rows: slice) -> Scatterers:
-            part, own = tiles.take(rows), shares.take(rows)
+            part = tiles.take(rows)
+            own = loudness.shares(part, bounds.take(rows))
             seed = EVEN_SEED if self.even else self.seed
             cell, area = loudness.kept(draw(part, seed, stream, own.most), part, own)
             place = lattice.to_world(cell.along, cell.across)
             if self.even:
                 return self._lie(boundary, depth, law, place, area, np.ones(len(area), complex), cell.place)
-            if boundary == "seabed" and self.bed is not None:
-                ground = survey_tiles(self.bed, part, own.density, self.seed, cell)
+            if boundary == "seabed" and bed is not None:
+                ground = survey_tiles(bed, part, own.density, self.seed, cell)
                 return self._textured(facets(depth, ground, law, place, area, cell.phase, cell.place))
             return self._textured(_on_boundary(boundary, depth, law, place, area, cell.phase, cell.place))
 
-        return [partial(drawn, rows) for rows in _shared_out(shares.most)]
+        return [partial(drawn, rows) for rows in _shared_out(loudness.expected(bounds))]
 
     def _rings(self, boundary: Boundary, depth: float, law: Law, kept: tuple[str, ...]) -> list[Block]:
         """Even cells of slant range and azimuth about the sonar."""
@@ -191,7 +195,7 @@ class View:
     def _targets(self) -> list[Block]:
         made: list[Block] = []
         for points in target_points(
-            self.scene, self.choice, self.seed, self.stance, self.resolution.slant, even=self.even
+            self.scene, self.choice, self.seed, self.stance, self.resolution.slant, even=self.even, rays=self.rays
         ):
             size = BLOCK if points.drawn else max(len(points), 1)  # what interferes stays together
             made += [partial(points.take, slice(s, s + size)) for s in range(0, len(points), size)]
@@ -219,14 +223,14 @@ def footprint(stance: Stance, within: float = np.pi) -> float:
     return float(two_way_footprint(stance.transmit_beams, stance.receive_beams, within=within)[0])
 
 
-def _shared_out(most: NDArray[np.float64]) -> list[slice]:
+def _shared_out(count: NDArray[np.float64]) -> list[slice]:
     """Rows of tiles, cut where a block is full.
 
     Args:
-        most: Largest share of each part of each tile, shape (n, PARTS, PARTS).
+        count: Scatterers of each tile that are likely to be drawn, shape (n,).
     """
-    full = np.cumsum(np.ceil(most * CELLS).sum(axis=(1, 2))) // BLOCK
-    edges = [0, *(np.flatnonzero(np.diff(full)) + 1).tolist(), len(most)]
+    full = np.cumsum(count + LEAST_OF_TILE) // BLOCK
+    edges = [0, *(np.flatnonzero(np.diff(full)) + 1).tolist(), len(count)]
     return [slice(first, last) for first, last in pairwise(edges)]
 
 
@@ -243,24 +247,26 @@ def survey_tiles(bed: Bed, tiles: Tiles, density: NDArray[np.float64], seed: int
         seed: Seed of the scatterers.
         cell: What was drawn in them.
     """
-    count = np.zeros(len(tiles.level), np.int64)
-    np.maximum.at(count, cell.tile, cell.rank + 1)
+    count = ranks(cell, len(tiles.level))
     asked = np.flatnonzero(count)
     if not len(asked):
         return bed.ground.survey(np.zeros(0), np.zeros(0))
     every = np.ceil(density[asked] * TILE**2)
     size = np.ceil(every / 4 ** np.floor(np.log2(every / count[asked]) / 2)).astype(np.int64)
-    names = zip(*(column[asked].tolist() for column in tiles), size.tolist(), strict=True)
+    some = tiles.take(asked)
 
     def places(rows: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         wanted = np.broadcast_to((size[rows] / TILE**2)[:, None, None], (len(rows), PARTS, PARTS))
-        first = draw(tiles.take(asked[rows]), seed, cell.stream, np.ascontiguousarray(wanted))
-        order = np.lexsort((first.rank, first.tile))
-        return first.along[order], first.across[order]
+        first = draw(some.take(rows), seed, cell.stream, np.ascontiguousarray(wanted))
+        at = (np.cumsum(size[rows]) - size[rows])[first.tile] + first.rank
+        along, across = np.empty((2, len(at)))
+        along[at], across[at] = first.along, first.across
+        return along, across
 
-    start = np.zeros(len(count), np.int64)
-    start[asked] = np.cumsum(size) - size
-    return bed.survey_points([(seed, *name) for name in names], size, places, start[cell.tile] + cell.rank)
+    row = np.zeros(len(count), np.int64)
+    row[asked] = np.arange(len(asked))
+    key = lattice_place(cell.stream, some.level, some.along, some.across).view(np.int64)
+    return bed.survey_points(seed, key, size, places, row[cell.tile], cell.rank)
 
 
 def _on_boundary(

@@ -186,7 +186,7 @@ class Suspended:
         gain += 1
         for place, beams in (
             (stance.transmit_place, stance.transmit_beams),
-            (stance.receive_place, stance.receive_beams),
+            (stance.receive_place, stance.ears),
         ):
             closest, farthest, best = np.full(len(centre), np.inf), np.zeros(len(centre)), np.zeros(len(centre))
             for family in self.choice.followed:

@@ -20,7 +20,7 @@ WrittenLayers = Strength | tuple[Row, ...]
 class Patch(Noun):
     """A school of fish, a wake, a plume: a part of the water that answers more than the rest, alike all round."""
 
-    label: str = "patch"
+    label: Annotated[str, Field(min_length=1)] = "patch"
     """Whose echoes these are, in labels and arrivals."""
     position: tuple[Metres, Metres, Annotated[Metres, Field(gt=0)]]
     """North, east and depth of its middle [m]."""

@@ -13,6 +13,7 @@ import scipy.fft
 from numba import njit
 from numpy.typing import NDArray
 
+from insonify.cycles import sincos_cycles
 from insonify.processing._four_cells import four_cells
 
 FINER = 4
@@ -83,29 +84,6 @@ def fine_cells(series: NDArray[np.complex64], *, workers: int = 1) -> NDArray[np
     return np.ascontiguousarray(scipy.fft.ifft(wide, axis=-1, workers=workers)[..., : FINER * (count + 2 * REACH)])
 
 
-# Minimax fits over a quarter turn y either side of zero, in powers of y^2, by iterated weighted least squares:
-# sin(2 pi y) / y to 3e-9, cos(2 pi y) to 2e-10; float32 rounding is what remains.
-_S0, _S1, _S2, _S3, _S4 = (np.float32(c) for c in (6.28318516, -41.34165503, 81.60100413, -76.54978348, 39.53671477))
-_C0, _C1, _C2, _C3, _C4, _C5 = (
-    np.float32(c) for c in (1.0, -19.73920855, 64.93934663, -85.45357167, 60.14401583, -24.9822425)
-)
-_ONE, _TWO = np.float32(1), np.float32(2)
-
-
-@njit(inline="always")
-def turn(cycles: float) -> tuple[np.float32, np.float32]:
-    """Sine and cosine of an angle in cycles, a float64 scalar with its whole turns; float32, each within 2e-7."""
-    # Half turns come out, in float64: both functions change sign, and the polynomials see a quarter turn at most.
-    half = np.floor(2.0 * cycles + 0.5)
-    y = np.float32(cycles - 0.5 * half)
-    odd = np.float32(half - 2.0 * np.floor(0.5 * half))
-    sign = _ONE - _TWO * odd
-    t = y * y
-    sine = y * (_S0 + t * (_S1 + t * (_S2 + t * (_S3 + t * _S4))))
-    cosine = _C0 + t * (_C1 + t * (_C2 + t * (_C3 + t * (_C4 + t * _C5))))
-    return sign * sine, sign * cosine
-
-
 @njit(inline="always")
 def aim(
     count: int, position: Doubles, cycles: Doubles, share: Singles, last: int, at: NDArray[np.int32], apart: Singles,
@@ -138,7 +116,7 @@ def aim(
         inner, inner_odd = _B0 + t * _B2, y * (_B1 + t * _B3)
         first[i], fourth[i] = outer + outer_odd, outer - outer_odd
         second[i], third[i] = inner + inner_odd, inner - inner_odd
-        sine, cosine = turn(cycles[i] if inside else 0.0)
+        sine, cosine = sincos_cycles(cycles[i] if inside else 0.0)
         weight = share[i] if inside else np.float32(0)
         real[i], imaginary[i] = weight * cosine, weight * sine
     for i in range(count):  # apart from the loop above, which would no longer work on several values at a time

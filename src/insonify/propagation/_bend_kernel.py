@@ -39,8 +39,8 @@ def corner(far: float, climb: float, height: float, along: float, across: float)
     x = 2 * height * rest / max(linear + root, 1e-12)
     r1, r2 = math.sqrt(x * x + height * height), math.sqrt((far - x) * (far - x) + h2 * h2)
     limit = WIDEST * min(r1, r2)
-    # to first order, offset = 2 slope sin(grazing) / (1 / r1 + 1 / r2)
-    right = across * (height / r1 + h2 / r2) / (1 / r1 + 1 / r2)
+    # to first order, and away from where the surface rises: offset = -2 slope sin(grazing) / (1 / r1 + 1 / r2)
+    right = -across * (height / r1 + h2 / r2) / (1 / r1 + 1 / r2)
     return x, min(max(right, -limit), limit)
 
 

@@ -16,8 +16,8 @@ CLEAR, FACING_AWAY, OCCLUDED = 0, 1, 2  # the values of records.legs.Status
 @njit(cache=True, nogil=True, error_model="numpy")
 def straight_legs(
     source: Floats, image_depths: Floats, bounces: Integers, first_up: NDArray[np.bool_], water_depth: float,
-    speed: float, points: Floats, normals: Floats, boxes: Floats, own_box: int, delay: Floats, departure: Floats,
-    arrival: Floats, grazing: Floats, boundary_sine: Floats, status: Integers, occluder: Integers,
+    speed: float, points: Floats, normals: Floats, boxes: Floats, own_box: int, delay: Floats, length: Floats,
+    spreading: Floats, departure: Floats, arrival: Floats, grazing_sine: Floats, status: Integers, occluder: Integers,
 ) -> None:  # fmt: skip
     """Geometry and hard occlusion of every leg.
 
@@ -33,38 +33,44 @@ def straight_legs(
         boxes: Occluding bodies, (b, 8), see `insonify.scene.box.box_body`.
         own_box: Row of the box that the points lie on, or -1.
         delay: Result, one-way travel time [s], (f, n).
+        length: Result [m], (f, n).
+        spreading: Result, 1 m over the length [1], (f, n).
         departure: Result, direction of travel at the sonar, (f, n, 3).
         arrival: Result, direction of travel at the point, (f, n, 3).
-        grazing: Result, angle between the ray and the point's interface [rad], (f, n).
-        boundary_sine: Result, sine of the grazing angle at surface and bottom [1], (f, n).
+        grazing_sine: Result, sine of the angle between the ray and the point's interface [1], (f, n).
         status: Result, (f, n).
         occluder: Result, row of the box that cuts the leg, -1 for none, (f, n).
     """
+    slowness = 1 / speed
     for f in range(image_depths.size):
         sign = 1.0 if bounces[f] % 2 == 0 else -1.0
         for n in range(points.shape[0]):
             dx = points[n, 0] - source[0]
             dy = points[n, 1] - source[1]
             dz = points[n, 2] - image_depths[f]
-            length = max(math.sqrt(dx * dx + dy * dy + dz * dz), 1e-6)
-            delay[f, n] = length / speed
-            arrival[f, n, 0] = departure[f, n, 0] = dx / length
-            arrival[f, n, 1] = departure[f, n, 1] = dy / length
-            arrival[f, n, 2] = dz / length
-            departure[f, n, 2] = sign * dz / length
-            boundary_sine[f, n] = abs(dz) / length
-            sine = -(dx * normals[n, 0] + dy * normals[n, 1] + dz * normals[n, 2]) / length
-            grazing[f, n] = math.asin(min(1.0, max(-1.0, sine)))
+            away = max(math.sqrt(dx * dx + dy * dy + dz * dz), 1e-6)
+            once = 1 / away
+            length[f, n], delay[f, n], spreading[f, n] = away, away * slowness, once
+            arrival[f, n, 0] = departure[f, n, 0] = dx * once
+            arrival[f, n, 1] = departure[f, n, 1] = dy * once
+            arrival[f, n, 2] = dz * once
+            departure[f, n, 2] = sign * dz * once
+            sine = -(dx * normals[n, 0] + dy * normals[n, 1] + dz * normals[n, 2]) * once
+            grazing_sine[f, n] = min(1.0, max(-1.0, sine))
             occluder[f, n] = -1
             # A point without a normal answers in all directions.
             free = normals[n, 0] == 0 and normals[n, 1] == 0 and normals[n, 2] == 0
             status[f, n] = CLEAR if sine > 0 or free else FACING_AWAY
-            if status[f, n] == CLEAR and boxes.shape[0] > 0:
+        if boxes.shape[0] > 0:
+            for n in range(points.shape[0]):
+                if status[f, n] != CLEAR:
+                    continue
+                dz = points[n, 2] - image_depths[f]
                 upward = first_up[f] if bounces[f] > 0 else dz < 0
-                cut = first_occluder(source, dx, dy, abs(dz), bounces[f], upward, water_depth, boxes, own_box)
+                cut = first_occluder(source, points[n, 0] - source[0], points[n, 1] - source[1], abs(dz), bounces[f],
+                                     upward, water_depth, boxes, own_box)  # fmt: skip
                 if cut >= 0:
-                    status[f, n] = OCCLUDED
-                    occluder[f, n] = cut
+                    status[f, n], occluder[f, n] = OCCLUDED, cut
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -33,31 +33,48 @@ def past_edge(number: float, table: Complexes, per_unit: float) -> complex:
         return 0j if number > 0 else 1 + 0j
     if size >= FAR:
         # the first term of the asymptotic series: Born & Wolf, Principles of Optics, 8.8.1, conjugated
-        smooth = complex(0.5, -0.5) / (math.pi * size)
+        real = 0.5 / (math.pi * size)
+        imag = -real
     else:
         place = size * per_unit
         row = min(max(math.floor(place), 1), table.size - 3)
         t = place - row
-        smooth = (
-            -t * (t - 1) * (t - 2) / 6 * table[row - 1]
-            + (t + 1) * (t - 1) * (t - 2) / 2 * table[row]
-            - (t + 1) * t * (t - 2) / 2 * table[row + 1]
-            + (t + 1) * t * (t - 1) / 6 * table[row + 2]
-        )
-    turn = -math.pi / 2 * size * size
-    field = smooth * complex(math.cos(turn), math.sin(turn))
+        a, b = -t * (t - 1) * (t - 2) * (1 / 6), (t + 1) * (t - 1) * (t - 2) * 0.5
+        c, d = -(t + 1) * t * (t - 2) * 0.5, (t + 1) * t * (t - 1) * (1 / 6)
+        one, two, three, four = table[row - 1], table[row], table[row + 1], table[row + 2]
+        real = a * one.real + b * two.real + c * three.real + d * four.real
+        imag = a * one.imag + b * two.imag + c * three.imag + d * four.imag
+    cosine, sine = turned(size * size)
+    field = complex(real * cosine + imag * sine, imag * cosine - real * sine)
     return field if number >= 0 else 1 - field
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def turned(quarters: float) -> tuple[float, float]:
+    """Cosine and sine of some quarters of a turn, to 1e-11, in a fraction of the usual time.
+
+    Taylor's series, to the eleventh and twelfth power of at most pi / 4.
+    """
+    whole = math.floor(quarters + 0.5)
+    x = math.pi / 2 * (quarters - whole)
+    y = x * x
+    s = x * (1 + y * (-1 / 6 + y * (1 / 120 + y * (-1 / 5040 + y * (1 / 362880 - y * (1 / 39916800))))))
+    c = 1 + y * (-1 / 2 + y * (1 / 24 + y * (-1 / 720 + y * (1 / 40320 + y * (-1 / 3628800 + y * (1 / 479001600))))))
+    side = int(whole)
+    along, across = (s, c) if side & 1 else (c, s)
+    return -along if (side + 1) & 2 else along, -across if side & 2 else across
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def around_boxes(
-    place: Floats, points: Floats, arrival: Floats, length: Floats, bounced: NDArray[np.bool_], water_depth: float,
-    wavelength: float, boxes: Floats, beds: Floats, own_box: int, wide: bool, table: Complexes, per_unit: float,
-    status: Integers, occluder: Integers, visibility: Complexes,
+    rows: Integers, place: Floats, points: Floats, arrival: Floats, length: Floats, bounced: NDArray[np.bool_],
+    water_depth: float, wavelength: float, boxes: Floats, beds: Floats, own_box: int, wide: bool, table: Complexes,
+    per_unit: float, status: Integers, occluder: Integers, visibility: Complexes,
 ) -> None:  # fmt: skip
     """Multiply what boxes leave of every leg into its visibility; legs that others cut stay as they are.
 
     Args:
+        rows: Which of the points are looked at, (r,).
         place: North, east, depth of the sonar [m], (3,).
         points: Ends of the legs [m], (n, 3).
         arrival: Direction of travel at the points, (f, n, 3).
@@ -77,7 +94,7 @@ def around_boxes(
     """
     numbers = np.empty(4)
     for f in range(status.shape[0]):
-        for n in range(points.shape[0]):
+        for n in rows:
             cut = status[f, n] == OCCLUDED
             if not (status[f, n] == CLEAR or (cut and 0 <= occluder[f, n] < boxes.shape[0])):
                 continue
@@ -176,11 +193,16 @@ def edge_number(off: float, behind: float, length: float, wavelength: float) -> 
         length: Of the leg [m].
         wavelength: Of the sound [m].
     """
+    return math.copysign(2 * math.sqrt(longer_way(off, behind, length, wavelength) / wavelength), off)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def longer_way(off: float, behind: float, length: float, wavelength: float) -> float:
+    """How much longer the way around an edge is than the straight one [m]; arguments of `edge_number`."""
     d = max(behind, wavelength)
     rest = max(length - d, wavelength)
     square = off * off
-    longer = square * (1 / (math.sqrt(square + d * d) + d) + 1 / (math.sqrt(square + rest * rest) + rest))
-    return math.copysign(2 * math.sqrt(longer / wavelength), off)
+    return square * (1 / (math.sqrt(square + d * d) + d) + 1 / (math.sqrt(square + rest * rest) + rest))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -211,8 +233,9 @@ def edge_factor(
         return 1 + 0j
     if hollow >= ENDLESS:
         return past_edge(number, table, per_unit)
-    depth = edge_number(hollow, behind, length, wavelength)
-    return 1 + math.expm1(-math.pi * depth * depth) * (1 - past_edge(number, table, per_unit))
+    counts = math.expm1(-4 * math.pi / wavelength * longer_way(hollow, behind, length, wavelength))
+    past = past_edge(number, table, per_unit)
+    return complex(1 + counts * (1 - past.real), -counts * past.imag)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -56,7 +56,7 @@ def cut_columns(corners: Floats, bearing: Floats, borders: Floats, columns: Floa
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def around_solid(
-    place: Floats, points: Floats, arrival: Floats, length: Floats, bounced: bool, water_depth: float,
+    rows: Integers, place: Floats, points: Floats, arrival: Floats, length: Floats, bounced: bool, water_depth: float,
     wavelength: float, facing: float, borders: Floats, away: Floats, columns: Floats, bed: float, row: int,
     wide: bool, far: float, table: Complexes, per_unit: float, status: Integers, occluder: Integers,
     visibility: Complexes,
@@ -64,6 +64,7 @@ def around_solid(
     """Multiply what one solid leaves of the legs of one family into their visibility.
 
     Args:
+        rows: Which of the legs are looked at, (r,).
         place: North, east, depth of the sonar [m], (3,).
         points: Ends of the legs [m], (n, 3).
         arrival: Direction of travel at the points, (n, 3).
@@ -86,7 +87,7 @@ def around_solid(
         visibility: Result, (n,); a leg that this solid cuts is taken as clear of all others.
     """
     nearest, ahead_n, ahead_e = np.min(columns[:, 4]), math.cos(facing), math.sin(facing)
-    for n in range(points.shape[0]):
+    for n in rows:
         mine = status[n] == OCCLUDED and occluder[n] == row
         level = math.sqrt(arrival[n, 0] ** 2 + arrival[n, 1] ** 2)
         if not (mine or (status[n] == CLEAR and visibility[n] != 0)) or level < STEEPEST:

@@ -291,8 +291,9 @@ def lowest_owner(
 @njit(cache=True, nogil=True, error_model="numpy")
 def shade_legs(
     source: Floats, image_depths: Floats, bounces: Integers, first_up: NDArray[np.bool_], water_depth: float,
-    points: Floats, normals: Floats, bounds: Floats, skip: Integers, first: Integers, count: Integers,
-    least: Integers, corner: Floats, owner: Integers, clear: int, cut: int, status: Integers, occluder: Integers,
+    rows: Integers, points: Floats, normals: Floats, bounds: Floats, skip: Integers, first: Integers,
+    count: Integers, least: Integers, corner: Floats, owner: Integers, clear: int, cut: int, status: Integers,
+    occluder: Integers,
 ) -> None:  # fmt: skip
     """Mark the legs that solids cut; each segment between two bounces is tested on its own.
 
@@ -302,6 +303,7 @@ def shade_legs(
         bounces: Number of bounces of each family, (f,).
         first_up: True where the first bounce is off the surface, (f,).
         water_depth: Depth of the bottom [m].
+        rows: Which of the points are looked at, (r,).
         points: Scatterers [m], (n, 3).
         normals: Their unit normals, (n, 3); ways end `OFF` before a point, on the side that its normal faces.
         bounds: Nodes of the tree, as in `nearest_hits`.
@@ -317,7 +319,7 @@ def shade_legs(
         occluder: Set to the lowest owner there, (f, n).
     """
     none = np.iinfo(np.int64).max
-    for n in range(points.shape[0]):
+    for n in rows:
         x = points[n, 0] + OFF * normals[n, 0]
         y = points[n, 1] + OFF * normals[n, 1]
         z = points[n, 2] + OFF * normals[n, 2]

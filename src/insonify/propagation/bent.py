@@ -96,7 +96,7 @@ def bend(lines: Unfolded, slopes: Floats) -> Bend:
     """Lines with a corner at every surface bounce, where the surface has the slopes given.
 
     In the vertical plane the corner is exact: with the elevation's slope tan(e) the rays to both ends graze at angles
-    that differ by 2 e. Across it, offset = 2 slope sin(grazing) / (1/r1 + 1/r2), to first order.
+    that differ by 2 e. Across it, offset = -2 slope sin(grazing) / (1/r1 + 1/r2), to first order.
 
     Args:
         lines: The straight lines.

@@ -49,7 +49,7 @@ class PathChoice(Noun):
     scatterers_per_cell: Annotated[float, Field(ge=0.1, le=1000)] = 5.0
     """Drawn scatterers in each resolution cell of the beam's main lobe; fewer where it hardly listens [1]."""
     beam_floor_db: Annotated[Decibels, Field(ge=-120, le=-10)] = -50.0
-    """Two-way beam level below which the ground is left out [dB re the beam's axis]."""
+    """Two-way beam level below which ground and bodies are left out [dB re the beam's axis]."""
 
     @field_validator("families")
     @classmethod

@@ -217,6 +217,17 @@ def rows_of(legs: Legs, rows: list[int]) -> Legs:
     )  # fmt: skip
 
 
+def points_of(legs: Legs, row: int, points: NDArray[np.int64]) -> Legs:
+    """One row of legs to some of its points, in columns of their own."""
+    columns = {name: getattr(legs, name)[row : row + 1, points] for name in _ROWS}
+    caustic = None if legs.caustic is None else legs.caustic[row : row + 1, points]
+    beside = None if legs.beside is None else legs.beside[row : row + 1, :, points]
+    return replace(
+        legs, families=legs.families[row : row + 1], branch=legs.branch[row : row + 1], caustic=caustic,
+        beside=beside, **columns,
+    )  # fmt: skip
+
+
 def _numbered(legs: Legs, kept: list[int], glints: list[tuple[int, int]]) -> tuple[int, ...]:
     """Branches of the rows kept, and of the glints, which are further rays of their family."""
     numbers = [legs.branch[row] for row in kept]

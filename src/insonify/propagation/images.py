@@ -6,10 +6,12 @@ for the geometry), so delay, directions and spreading are exact.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.ocean.water import Water
 from insonify.propagation._image_kernel import straight_legs
 from insonify.propagation.families import bounces, families_for, image_depth
 from insonify.propagation.launches import StraightLaunches
@@ -23,8 +25,9 @@ Floats = NDArray[np.float64]
 
 
 def image_legs(
-    scene: Scene, place: NDArray[np.float64], scatterers: Scatterers, families: tuple[str, ...], frequency: float
-) -> Legs:
+    scene: Scene, place: NDArray[np.float64], scatterers: Scatterers, families: tuple[str, ...], frequency: float, *,
+    level: bool = True,
+) -> Legs:  # fmt: skip
     """The legs between one end of the sonar and some scatterers.
 
     Args:
@@ -33,14 +36,16 @@ def image_legs(
         scatterers: The points to reach, n of them.
         families: Families to follow; those that would count a scatterer twice are left out.
         frequency: Frequency of the absorption [Hz].
+        level: Whether the bottom mirrors as its mean plane does; if not, that is left to who knows how its ground
+            lies, and bottom bounces count as 1.
 
     Returns:
         Legs of shape (families kept, n).
     """
     kept = families_for(scatterers.boundary, families)
     f, n = len(kept), len(scatterers)
-    delay, grazing, boundary_sine = (np.empty((f, n)) for _ in range(3))
-    departure, arrival = np.empty((f, n, 3)), np.empty((f, n, 3))
+    delay, length, spreading, absorption, grazing = np.empty((5, f, n))
+    departure, arrival = np.empty((2, f, n, 3))
     status, occluder = np.empty((f, n), np.uint8), np.empty((f, n), np.int16)
     depth = scene.seabed.depth
     images = np.array([image_depth(name, place[2], depth) for name in kept])
@@ -49,36 +54,42 @@ def image_legs(
     starts_up = np.array([string.startswith("S") for string in strings])
     straight_legs(
         place, images, count, starts_up, depth, scene.water.sound_speed, scatterers.position, scatterers.normal,
-        scene.bodies, scatterers.occluder, delay, departure, arrival, grazing, boundary_sine, status, occluder,
+        scene.bodies, scatterers.occluder, delay, length, spreading, departure, arrival, grazing, status, occluder,
     )  # fmt: skip
     shade_by_solids(scene, place, scatterers, images, count, starts_up, status, occluder)
-    length = delay * scene.water.sound_speed
-    boundary_grazing = np.arcsin(np.minimum(boundary_sine, 1.0))
+    np.multiply(length, -_absorbed(scene.water, frequency), out=absorption)
     return Legs(
         families=kept,
         branch=(0,) * f,
         delay=delay,
         length=length,
-        spreading=1 / length,
-        absorption=np.exp(-np.log(10) / 20 * scene.water.absorption(frequency) * length),
-        boundary=_boundary(scene, strings, boundary_grazing),
+        spreading=spreading,
+        absorption=np.exp(absorption, out=absorption),
+        boundary=_boundary(scene, strings, departure[..., 2], level=level),
         caustics=np.zeros((f, n), np.uint8),
         visibility=(status == Status.CLEAR).astype(float),
         departure=departure,
         arrival=arrival,
-        grazing=grazing,
+        grazing=np.arcsin(grazing, out=grazing),
         status=status,
         occluder=occluder,
     )
 
 
-def _boundary(scene: Scene, strings: list[str], grazing: NDArray[np.float64]) -> NDArray[np.complex128]:
-    """Product of the mirrors' coefficients along each family, shape of `grazing`."""
-    product = np.ones(grazing.shape, complex)
+@lru_cache(maxsize=16)
+def _absorbed(water: Water, frequency: float) -> float:
+    """What water takes of the logarithm of the pressure [1/m]."""
+    return float(np.log(10) / 20 * water.absorption(frequency))
+
+
+def _boundary(scene: Scene, strings: list[str], sine: NDArray[np.float64], *, level: bool) -> NDArray[np.complex128]:
+    """Product of the mirrors' coefficients along each family, shape of `sine`: of the angle with the boundaries."""
+    product = np.ones(sine.shape, complex)
     for row, string in enumerate(strings):
         for letter, boundary in (("S", scene.surface), ("B", scene.seabed)):
-            if letter in string:
-                once = boundary.mirror(grazing[row])
+            if letter in string and (level or letter == "S"):
+                # the surface mirrors alike at any angle
+                once = boundary.mirror(sine[row] if letter == "S" else np.arcsin(np.minimum(np.abs(sine[row]), 1.0)))
                 for _ in range(string.count(letter)):
                     product[row] *= once
     return product
@@ -91,8 +102,10 @@ class StraightRays:
     scene: Scene
 
     def legs(self, place: Floats, scatterers: Scatterers, families: tuple[str, ...], frequency: float) -> Legs:
-        """Legs from image sources; see `Rays.legs`."""
-        return image_legs(self.scene, place, scatterers, families, frequency)
+        """Legs from image sources; see `Rays.legs`. Of ground with relief the coefficient comes later."""
+        bed = self.scene.seabed.bed
+        level = bed is None or bed.span[0] == bed.span[1]
+        return image_legs(self.scene, place, scatterers, families, frequency, level=level)
 
     def around(self, legs: Legs, place: Floats, scatterers: Scatterers, reach: tuple[float, float]) -> Legs:
         """The legs as they are: spheres about image sources say it all; see `Rays.around`."""

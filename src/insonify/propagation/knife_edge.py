@@ -24,6 +24,7 @@ from scipy.special import fresnel
 from insonify.propagation._knife_edge_kernel import FAR, around_boxes
 from insonify.propagation._silhouette_kernel import around_solid
 from insonify.propagation.families import bounces, image_depth
+from insonify.propagation.rims import near_rims, off_screens
 from insonify.propagation.silhouette import silhouette
 from insonify.records.legs import Legs, Status
 from insonify.scene.scatterers import Scatterers
@@ -107,18 +108,34 @@ def soft_edges(
     """
     if not scene.occluders:
         return legs
+    near = _near(legs, scatterers, place, scene, wavelength, ROUGH_RIPPLES if roughly else RIPPLES)
+    if not any(map(len, near)) and not np.any(legs.occluder >= 0):
+        return legs
     visibility = (legs.status == Status.CLEAR).astype(complex)
-    if scene.boxes:
+    boxed = near[: len(scene.boxes)]
+    if any(map(len, boxed)):
         beds = np.array([scene.depth_under(box) for box in scene.boxes]) - TOUCHING
         bounced = np.array([bool(bounces(name)) for name in legs.families])
         around_boxes(
-            place, scatterers.position, legs.arrival, legs.length, bounced, scene.seabed.depth, wavelength,
-            scene.bodies, beds, scatterers.occluder, wide, edge_table(), PER_UNIT, legs.status, legs.occluder,
-            visibility,
+            np.unique(np.concatenate(boxed)), place, scatterers.position, legs.arrival, legs.length, bounced,
+            scene.seabed.depth, wavelength, scene.bodies, beds, scatterers.occluder, wide, edge_table(), PER_UNIT,
+            legs.status, legs.occluder, visibility,
         )  # fmt: skip
     for row, solid in enumerate(scene.solids, start=len(scene.boxes)):
-        if row != scatterers.occluder:
-            _around(legs, scatterers, place, scene, wavelength, solid, row, visibility, wide=wide, roughly=roughly)
+        if row != scatterers.occluder and len(near[row]):
+            _around(
+                legs,
+                scatterers,
+                near[row],
+                place,
+                scene,
+                wavelength,
+                solid,
+                row,
+                visibility,
+                wide=wide,
+                roughly=roughly,
+            )
     # what the ground cuts, or is not there at all, stays as it was; over relief the ground has had its share
     by_target = (legs.status == Status.OCCLUDED) & (legs.occluder >= 0)
     ground = 1.0 if scene.seabed.bed is None else legs.visibility
@@ -126,9 +143,26 @@ def soft_edges(
     return replace(legs, visibility=np.where(partly, visibility * ground, legs.visibility))
 
 
+def _near(
+    legs: Legs, scatterers: Scatterers, place: NDArray[np.float64], scene: Scene, wavelength: float, ripples: float
+) -> list[NDArray[np.int64]]:
+    """Rows of the points at which each target that casts a shadow may change anything."""
+    longest = float(legs.length.max(initial=0.0))
+    if not np.isfinite(longest):  # what is not there has no length
+        longest = float(np.fmax.reduce(legs.length, axis=None, initial=0.0))
+    boxes, found, points = len(scene.boxes), [], scatterers.position
+    if boxes:
+        beside = off_screens(longest, wavelength, FAR)
+        found = near_rims(scene, place, points, beside, legs.arrival)[:boxes]
+    if boxes < len(scene.occluders):
+        beside = off_screens(longest, wavelength, ripples)
+        found += near_rims(scene, place, points, beside)[boxes:]
+    return found
+
+
 def _around(
-    legs: Legs, scatterers: Scatterers, place: NDArray[np.float64], scene: Scene, wavelength: float, solid: Solid,
-    row: int, visibility: NDArray[np.complex128], *, wide: bool, roughly: bool,
+    legs: Legs, scatterers: Scatterers, rows: NDArray[np.int64], place: NDArray[np.float64], scene: Scene,
+    wavelength: float, solid: Solid, row: int, visibility: NDArray[np.complex128], *, wide: bool, roughly: bool,
 ) -> None:  # fmt: skip
     """Multiply what one solid leaves of all legs into their visibility."""
     bed = scene.depth_under(solid) - TOUCHING
@@ -138,7 +172,7 @@ def _around(
         seen = silhouette(solid, scene.seabed, (float(place[0]), float(place[1]), depth), widest)
         if seen is not None:
             around_solid(
-                place, scatterers.position, legs.arrival[f], legs.length[f], bool(bounces(family)), scene.seabed.depth,
-                wavelength, *seen, bed, row, wide, far, edge_table(), PER_UNIT, legs.status[f], legs.occluder[f],
-                visibility[f],
+                rows, place, scatterers.position, legs.arrival[f], legs.length[f], bool(bounces(family)),
+                scene.seabed.depth, wavelength, *seen, bed, row, wide, far, edge_table(), PER_UNIT, legs.status[f],
+                legs.occluder[f], visibility[f],
             )  # fmt: skip

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.propagation._solid_kernel import build_tree, lowest_below, nearest_hits, owners_along, shade_legs
+from insonify.propagation.rims import near_rims
 from insonify.records.legs import Status
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
@@ -89,9 +90,14 @@ def shade_by_solids(
     solids = scene.solids
     if not solids:
         return
+    # from above a leg of any family is one line: most points have no solid on it
+    behind = near_rims(scene, place, scatterers.position)[len(scene.boxes) :]
+    rows = behind[0] if len(behind) == 1 else np.unique(np.concatenate(behind))
+    if not len(rows):
+        return
     tree = _scene_tree(solids, scene.seabed, len(scene.boxes))
     shade_legs(
-        place, images, bounces, first_up, scene.seabed.depth, scatterers.position, scatterers.normal, *tree[:7],
+        place, images, bounces, first_up, scene.seabed.depth, rows, scatterers.position, scatterers.normal, *tree[:7],
         int(Status.CLEAR), int(Status.OCCLUDED), status, occluder,
     )  # fmt: skip
 

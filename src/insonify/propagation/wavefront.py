@@ -16,6 +16,8 @@ from insonify.records.legs import Legs
 Floats = NDArray[np.float64]
 STEP = 0.01
 """Half the distance over which a profile's gradient is taken [m]."""
+CLOSEST_SOURCE = 1e-9
+"""Radius below which a sphere about a point is bent no more [m]."""
 LEVEL = 1e-6
 """Sine below which a ray counts as level: its tube then says nothing of the wavefront [1]."""
 
@@ -52,7 +54,7 @@ def wavefront(legs: Legs, row: int, place: Floats, points: Floats, water: Water)
     length = legs.length[row]
     away = np.hypot(points[:, 0] - place[0], points[:, 1] - place[1])
     if not water.layered:
-        return Wavefront(1 / np.maximum(length, 1e-9), away, 0.0, np.zeros((0, len(away))))
+        return Wavefront(1 / np.maximum(length, CLOSEST_SOURCE), away, 0.0, np.zeros((0, len(away))))
     depth = float(place[2])
     above, below = max(depth - STEP, 0.0), depth + STEP
     gradient = float(water.speed_at(below) - water.speed_at(above)) / (below - above)

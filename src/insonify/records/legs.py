@@ -1,6 +1,6 @@
 """Legs: the one-way paths between one end of the sonar and the scatterers of the scene."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 
 import numpy as np
@@ -102,6 +102,15 @@ class Legs:
     def rays(self) -> tuple[str, ...]:
         """Name of each row: its family, and for further rays of it their number, as in D, D2, D3."""
         return tuple(ray_name(family, branch) for family, branch in zip(self.families, self.branch, strict=True))
+
+    def first(self, rows: int) -> "Legs":
+        """The first few rows, in columns that are shared."""
+        columns = {name: getattr(self, name)[:rows] for name in (*_COLUMNS, "departure", "arrival")}
+        caustic = None if self.caustic is None else self.caustic[:rows]
+        beside = None if self.beside is None else self.beside[:rows]
+        return replace(
+            self, families=self.families[:rows], branch=self.branch[:rows], caustic=caustic, beside=beside, **columns
+        )
 
     @property
     def amplitude(self) -> NDArray[np.complex128]:

@@ -1,4 +1,4 @@
-"""What lies so far from the whole track that no ping can hear it: more often a slip of units than a wish."""
+"""What lies so far from the whole track, or so deep, that no ping hears it: more often a slip of units than a wish."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.ocean.suspended import Patch
 from insonify.scenario.carried import platforms
 from insonify.scenario.track_faults import PLATFORM, RECEIVER, floor_under, places
+from insonify.scene.volume import deepest
 
 if TYPE_CHECKING:
     from insonify.scenario.scenario import Scenario
@@ -22,7 +24,7 @@ SLOPES = 2.0
 
 
 def reach_cautions(scenario: Scenario) -> list[str]:
-    """Words on a bed or on targets out of reach of every ping's window; none where all may be heard.
+    """Words on a bed, on targets, patches or layers out of reach of every ping's window; none where all may be heard.
 
     Args:
         scenario: A scenario without faults.
@@ -35,6 +37,9 @@ def reach_cautions(scenario: Scenario) -> list[str]:
     said += [_bed(scenario, ends, farthest, told)] if "seabed" in scenario.paths.causes else []
     if "target" in scenario.paths.causes and scenario.paths.geometry == "3d":
         said += [_target(target.label, target.position, ends, farthest, told) for target in scenario.targets]
+    if "water" in scenario.paths.causes:
+        said += [_patch(patch, ends, farthest, told) for patch in scenario.water.patches]
+        said += _layers(scenario)
     return [word for word in said if word]
 
 
@@ -72,3 +77,27 @@ def _target(label: str, position: tuple[float, ...], ends: list[Floats], farthes
         f"target {label}: it lies {nearest:.4g} m or more from the track, {told}: it is not heard. Move it "
         "(north, then east), or the track, or give a longer window."
     )
+
+
+def _patch(patch: Patch, ends: list[Floats], farthest: float, told: str) -> str:
+    """A word on a patch of water that no ping comes near; empty otherwise."""
+    away = min(np.linalg.norm(place - np.array(patch.position), axis=1).min() for place in ends)
+    nearest = float(away - np.linalg.norm(patch.size) / 2)
+    if nearest <= farthest:
+        return ""
+    return (
+        f"water.patches: {patch.label} lies {nearest:.4g} m or more from the track, {told}: it is not heard. Move it "
+        "(north, east, depth), or the track, or give a longer window."
+    )
+
+
+def _layers(scenario: Scenario) -> list[str]:
+    """Words on layers of the water that begin where there is none any more."""
+    written, bed = scenario.water.volume_strength_db, deepest(scenario.settled_seabed)
+    rows = written if isinstance(written, tuple) else ()
+    return [
+        f"water.volume_strength_db: the layer from {depth:g} m down lies below the seabed, which is at {bed:.4g} m at "
+        "most: nothing of it is heard. Give a lesser depth, or leave the row out."
+        for depth, strength in rows
+        if strength is not None and depth >= bed
+    ]

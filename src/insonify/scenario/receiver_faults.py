@@ -78,7 +78,13 @@ def receiver_cautions(scenario: Scenario) -> Iterator[str]:
         scenario: A scenario without faults.
     """
     sonar, water = scenario.sonar, scenario.water
-    receiver = sonar.receiver
+    receiver, stop = sonar.receiver, scenario.track.window[1]
+    if sonar.pulse.duration > stop:
+        yield (f"sonar.pulse.duration: {sonar.pulse.duration * 1e3:g} ms is longer than track.window, up to "
+               f"{stop * 1e3:g} ms: no echo is heard whole. Give a shorter pulse or a longer window.")  # fmt: skip
+    if receiver.record == "elements" and len(set(receiver.errors.dead)) == sonar.beam_count:
+        yield (f"sonar.receiver.errors.dead: all {sonar.beam_count} elements are among them: no echo is heard. Leave "
+               "some out.")  # fmt: skip
     if receiver.converter is None:
         if receiver.gain is not None:
             yield ("sonar.receiver.gain: it is divided out again, and without a converter there is nothing between: "

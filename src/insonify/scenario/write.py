@@ -5,6 +5,11 @@ from pydantic import BaseModel
 
 from insonify.scenario.source import plain_value
 
+try:  # the same text in a quarter of the time, but for escapes of rare letters
+    from yaml import CSafeDumper as SafeDumper
+except ImportError:
+    from yaml import SafeDumper  # type: ignore[assignment]
+
 
 def to_yaml(scenario: BaseModel) -> str:
     """A scenario as YAML, every value in SI; reading it back gives an equal scenario.
@@ -20,7 +25,7 @@ def to_yaml(scenario: BaseModel) -> str:
     )
 
 
-class _Quoting(yaml.SafeDumper):
+class _Quoting(SafeDumper):
     """Quotes every text that our reader would take for a number or a word of YAML, such as a label 1e3."""
 
     def represent_text(self, text: str) -> yaml.ScalarNode:

@@ -176,3 +176,23 @@ def draw_octaves(
     for i in range(nodes):
         for j in range(nodes):
             into[i, j, 0], into[i, j, 1], into[i, j, 2] = height[i, j], slope[i, j], slant[i, j]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def draw_pieces(
+    rows: NDArray[np.int64], held: NDArray[np.int64], cell: float, octaves: Floats, names: NDArray[np.int64],
+    quantiles: Floats, pieces: Singles,
+) -> None:  # fmt: skip
+    """`draw_octaves` on some pieces of a map.
+
+    Args:
+        rows: Which, (n,).
+        held: Numbers of the piece in each row, (rows, 2).
+        cell: As of `draw_octaves`.
+        octaves: Likewise.
+        names: Likewise.
+        quantiles: Likewise.
+        pieces: Result, (rows, nodes, nodes, 3).
+    """
+    for row in rows:
+        draw_octaves(held[row, 0], held[row, 1], cell, octaves, names, quantiles, pieces[row])

@@ -145,33 +145,3 @@ def _known(
     mean = total / max(known, 1)
     along, across = (along - mean * lean_u) / pattern[samples, 0], (across - mean * lean_v) / pattern[samples, 1]
     return mean, along, across, squares / max(known, 1), min(1.0, 2.0 * known / samples)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def fit_ellipses(
-    ellipses: Floats, pattern: Floats, pages: Pages, wanted: NDArray[np.bool_], done: NDArray[np.bool_], found: Floats
-) -> bool:
-    """Planes of some ellipses, those that have none yet.
-
-    Args:
-        ellipses: Middle along and across [m], cosine and sine of the long axis, half length and half width [m], (n, 6).
-        pattern: As of `fit_ellipse`.
-        pages: Likewise.
-        wanted: Likewise.
-        done: Which have their plane, (n,).
-        found: Result, as of `fit_ellipse`, (n, 4).
-
-    Returns:
-        Whether all have.
-    """
-    whole = True
-    at, inside = np.empty((2, MOST_SAMPLES), np.int32), np.empty((2, MOST_SAMPLES))
-    corners = np.empty((4, MOST_SAMPLES), np.float32)
-    for n in range(ellipses.shape[0]):
-        if not done[n]:
-            a, b, c, s, length, width = ellipses[n]
-            done[n], found[n, 0], found[n, 1], found[n, 2], found[n, 3] = fit_ellipse(
-                a, b, c, s, length, width, pattern, pages, wanted, at, inside, corners
-            )
-            whole = whole and done[n]
-    return whole

@@ -21,23 +21,27 @@ _FOUR = ir.VectorType(_SINGLE, 4)
 _FUSED = ("contract",)  # a multiplication and an addition may round once
 
 
-class _Arithmetic:
-    """Sums and products of vectors, and of vectors and plain numbers."""
+class Arithmetic:
+    """Sums and products of vectors of one kind, and of vectors and plain numbers."""
 
-    def __init__(self, builder: Any) -> None:
-        self.builder = builder
+    def __init__(self, builder: Any, kind: ir.VectorType = _ROW) -> None:
+        """Nothing worked out yet."""
+        self.builder, self.kind = builder, kind
 
     def of(self, number: Any) -> Any:
         """A plain number in every lane."""
-        return ir.Constant(_ROW, [number] * LANES) if isinstance(number, float) else number
+        return ir.Constant(self.kind, [number] * self.kind.count) if isinstance(number, float) else number
 
     def plus(self, a: Any, b: Any) -> Any:
+        """Sum."""
         return self.builder.fadd(self.of(a), self.of(b), flags=_FUSED)
 
     def minus(self, a: Any, b: Any) -> Any:
+        """Difference."""
         return self.builder.fsub(self.of(a), self.of(b), flags=_FUSED)
 
     def times(self, a: Any, b: Any) -> Any:
+        """Product."""
         return self.builder.fmul(self.of(a), self.of(b), flags=_FUSED)
 
     def dot(self, weights: list[Any], values: list[Any]) -> Any:
@@ -46,6 +50,11 @@ class _Arithmetic:
         for weight, value in zip(weights[1:], values[1:], strict=True):
             total = self.plus(total, self.times(weight, value))
         return total
+
+    def pairs(self, weights: list[Any], values: list[Any]) -> Any:
+        """Sum of four products, by twos."""
+        first, second, third, fourth = map(self.times, weights, values)
+        return self.plus(self.plus(first, second), self.plus(third, fourth))
 
     def weights(self, f: Any) -> tuple[list[Any], list[Any]]:
         """The four cubic B-splines that reach a cell, at fractions f of it, and their derivatives."""
@@ -113,7 +122,7 @@ def _spline(builder: Any, data: Any, stride: Any, a: Any, b: Any) -> tuple[Any, 
     )
     places = [builder.extract_element(addresses, ir.Constant(_INDEX, k)) for k in range(LANES)]
     down = builder.mul(stride, ir.Constant(_PLACE, 4))
-    do = _Arithmetic(builder)
+    do = Arithmetic(builder)
     across, across_slope = do.weights(g)
     heights, slopes = [], []
     for _ in range(4):
@@ -164,7 +173,7 @@ def add_spline(
         )
         stride, a, b, per_a, per_b = arguments[1:6]
         number = ir.Constant(_ROW, [float(k) for k in range(LANES)])
-        do = _Arithmetic(builder)
+        do = Arithmetic(builder)
         places = [
             do.plus(_splat(builder, first, _ROW), do.times(number, _splat(builder, per, _ROW)))
             for first, per in ((a, per_a), (b, per_b))

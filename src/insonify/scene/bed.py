@@ -11,7 +11,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from insonify.scene._held_kernel import gather
+from insonify.scene.held import Held
 from insonify.scene.pages import CELLS, Paged, Pages
+from insonify.scene.pen import Pen
 from insonify.scene.terrain.ground import Ground
 from insonify.scene.terrain.kept import Kept
 from insonify.scene.terrain.relief import Survey
@@ -28,7 +31,7 @@ FINEST_CELL = 0.02
 WIDEST_CELL = 0.5
 """Largest [m]: edges of shadows are no sharper."""
 _MOST_KEPT = 192 << 20  # bytes of points
-_MOST_MAPS = 448 << 20  # of maps: 27 thousand pieces; one fewer than a ping asks for, and all are drawn anew each time
+_MOST_MAPS = 64 << 20  # of single pieces of the map; kernels read pages of their own
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +42,7 @@ class Bed:
     """Of the mean plane, from which heights are counted [m]."""
     ground: Ground
     """Heights above that plane, and what they leave to the scattering law."""
-    _points: Kept = field(default_factory=lambda: Kept(_MOST_KEPT), repr=False)
+    _points: dict[int, Held] = field(default_factory=dict, repr=False)
     _maps: Kept = field(default_factory=lambda: Kept(_MOST_MAPS), repr=False)
     _pages: Paged = field(default_factory=Paged, repr=False)
 
@@ -54,33 +57,43 @@ class Bed:
         return np.asarray(self.depth - self.ground.height(north, east))
 
     def survey_points(
-        self, keys: list[tuple[int, ...]], count: NDArray[np.int64], places: Places, chosen: NDArray[np.int64]
-    ) -> Survey:
-        """Ground at points of the lattice that come again under the same keys.
+        self, seed: int, key: NDArray[np.int64], size: NDArray[np.int64], places: Places, tile: NDArray[np.int64],
+        rank: NDArray[np.int64],
+    ) -> Survey:  # fmt: skip
+        """Ground at points of tiles that come again under the same keys.
 
         Args:
-            keys: Names of sets of points; the same key must mean the same points.
-            count: Points of each set, shape (sets,).
-            places: Gives the lattice coordinates [m] of the points of some sets, one after the other.
-            chosen: Rows wanted of all points, shape (n,).
+            seed: Under which they were drawn.
+            key: Names of the tiles, each once, shape (tiles,); the same key must mean the same points.
+            size: Points of each that are worked out together, the first of them, shape (tiles,).
+            places: Gives the lattice coordinates [m] of these points of some tiles, one after the other.
+            tile: Row among the tiles of each point that is wanted, shape (n,).
+            rank: Its place among its tile's points, below `size`, shape (n,).
 
         Returns:
             Height [m] and gradient to the north and the east [1], shapes (n,) and (n, 2).
         """
-        found = self._points.find(keys)
-        missing = np.array([row for row, points in enumerate(found) if points is None], np.int64)
-        if len(missing):
-            height, slope = self.ground.terrain.own_survey(*places(missing))
-            made = np.split(np.column_stack([height, slope]), np.cumsum(count[missing])[:-1])
-            for row, points in zip(missing.tolist(), made, strict=True):
-                found[row] = self._points.get(keys[row], points.copy)
-        points = np.concatenate([some for some in found if some is not None])[chosen]
-        return self.ground.terrain.to_world(Survey(points[:, 0], points[:, 1:]))
+        terrain = self.ground.terrain
+
+        def made(rows: NDArray[np.int64]) -> Floats:
+            survey = terrain.to_world(terrain.own_survey(*places(rows)))
+            return np.column_stack([survey.height, survey.slope])
+
+        held = self._points.get(seed) or self._points.setdefault(seed, Held(_MOST_KEPT))
+        rows, start = held.rows_of(key, size, made)
+        found = Survey(np.empty(len(tile)), np.empty((len(tile), 2)))
+        gather(rows, start, tile, rank, *found)
+        return found
 
     @cached_property
     def map_cell(self) -> float:
         """Side of a cell of the map [m]."""
         return float(np.clip(self.ground.finest / CELLS_PER_WAVE, FINEST_CELL, WIDEST_CELL))
+
+    @cached_property
+    def pen(self) -> Pen:
+        """What draws the map that kernels read."""
+        return Pen(self.ground.terrain, self.map_cell)
 
     def map_piece(self, along: int, across: int) -> NDArray[np.floating]:
         """Heights on a square of the lattice frame, for shadows [m]; single precision, 10 um at 100 m.
@@ -107,7 +120,7 @@ class Bed:
             own: Places on the lattice about which it is likely to read [m], shape (n, 2).
             ask: As of `Paged.answer`.
         """
-        self._pages.answer(self.map_cell, own.min(axis=0), own.max(axis=0), self.map_piece, ask)
+        self._pages.answer(self.map_cell, own.min(axis=0), own.max(axis=0), self.pen.heights, ask)
 
     def smoothness(
         self, sine: Floats, wavelength: float, zone: Floats, *, left: Floats | float | None = None

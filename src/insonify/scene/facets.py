@@ -8,6 +8,7 @@ density, but ground that is finer than the cells is met at fewer places than it 
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.scene._facet_kernel import lay
 from insonify.scene.scatterers import Law, Scatterers
 from insonify.scene.terrain.relief import Survey
 
@@ -33,9 +34,6 @@ def facets(
     if not known.all():
         survey = Survey(survey.height[known], survey.slope[known])
         place, area, phase, key = place[known], area[known], phase[known], key[known]
-    north, east = survey.slope[:, 0], survey.slope[:, 1]
-    stretch = np.sqrt(1 + north**2 + east**2)
-    position, normal = np.empty((len(place), 3)), np.empty((len(place), 3))
-    position[:, :2], position[:, 2] = place, depth - survey.height
-    normal[:, 0], normal[:, 1], normal[:, 2] = -north / stretch, -east / stretch, -1 / stretch
-    return Scatterers("seabed", "seabed", law, position, normal, area * stretch, phase, key)
+    position, normal, wide = np.empty((len(place), 3)), np.empty((len(place), 3)), np.empty(len(place))
+    lay(depth, survey.height, survey.slope, place, area, position, normal, wide)
+    return Scatterers("seabed", "seabed", law, position, normal, wide, phase, key)

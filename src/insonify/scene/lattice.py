@@ -49,7 +49,9 @@ class Lattice(Noun):
         """North and east [m], shape (n, 2), of lattice coordinates [m], shape (n,)."""
         c, s = np.cos(self.heading), np.sin(self.heading)
         north, east = self.origin
-        return np.stack([north + c * along - s * across, east + s * along + c * across], axis=-1)
+        place = np.empty((*np.shape(along), 2))
+        place[..., 0], place[..., 1] = north + c * along - s * across, east + s * along + c * across
+        return place
 
     def from_world(self, place: NDArray[np.float64]) -> NDArray[np.float64]:
         """Lattice coordinates [m] of north and east [m], shape (..., 2) both."""
@@ -71,7 +73,7 @@ class Tiles(NamedTuple):
     @property
     def pitch(self) -> NDArray[np.float64]:
         """Side of a cell [m], shape (n,)."""
-        return np.asarray(BASE_PITCH * 2.0**self.level)
+        return np.ldexp(BASE_PITCH, self.level)
 
     @property
     def centre(self) -> NDArray[np.float64]:
@@ -117,7 +119,7 @@ class Draw(NamedTuple):
     @property
     def area(self) -> Floats:
         """Of the cell [m^2]."""
-        return np.asarray((BASE_PITCH * 2.0**self.level) ** 2)
+        return np.square(np.ldexp(BASE_PITCH, self.level))
 
     @property
     def phase(self) -> NDArray[np.complex128]:
@@ -164,6 +166,48 @@ def draw(tiles: Tiles, seed: int, stream: int, most: Floats | None = None) -> Dr
     return Draw(stream, *(column[:count] for column in columns))
 
 
+def below(cell: Draw, share: Floats) -> tuple[Draw, Floats]:
+    """The scatterers whose priority lies below a share of their own, and these shares.
+
+    Args:
+        cell: What was drawn; its columns are used for the answer and hold nothing more.
+        share: Shape (n,); likewise.
+    """
+    count = _below(*cell[1:], share)
+    columns: list[Any] = [column[:count] for column in cell[1:]]
+    return Draw(cell.stream, *columns), share[:count]
+
+
+@njit(cache=True, nogil=True)
+def _below(
+    level: Integers, row: Integers, column: Integers, along: Floats, across: Floats, turn: Floats, priority: Floats,
+    tile: Integers, rank: Integers, share: Floats,
+) -> int:  # fmt: skip
+    """Move the rows whose priority is below their share to the front; their number is returned."""
+    n = 0
+    for m in range(share.size):
+        if priority[m] < share[m]:
+            level[n], row[n], column[n], tile[n], rank[n] = level[m], row[m], column[m], tile[m], rank[m]
+            along[n], across[n], turn[n] = along[m], across[m], turn[m]
+            priority[n], share[n] = priority[m], share[m]
+            n += 1
+    return n
+
+
+def ranks(cell: Draw, tiles: int) -> Integers:
+    """How far into each tile's order its scatterers reach: 0 where it has none, shape (tiles,)."""
+    count = np.zeros(tiles, np.int64)
+    _ranks(cell.tile, cell.rank, count)
+    return count
+
+
+@njit(cache=True, nogil=True)
+def _ranks(tile: Integers, rank: Integers, count: Integers) -> None:
+    """The same, into count (tiles,)."""
+    for n in range(tile.size):
+        count[tile[n]] = max(count[tile[n]], rank[n] + 1)
+
+
 @njit(cache=True, nogil=True)
 def _phasors(turn: Floats, phase: NDArray[np.complex128]) -> None:
     """Unit phasors of some turns, into phase (n,)."""
@@ -186,39 +230,51 @@ def _draw(
     rank: Integers,
 ) -> int:  # fmt: skip
     """Fill the columns of `Draw`; their number is returned."""
-    n = 0
+    words, n = np.empty((4, TILE * TILE), np.uint32), 0
     for t in range(tile_level.size):
         scale = tile_level[t]
         pitch = BASE_PITCH * 2.0**scale
-        coarse, _, _, _ = streams.philox(
-            tile_along[t] & 0xFFFFFFFF, tile_across[t] & 0xFFFFFFFF, scale, TILE_ORDER, k0, k1
-        )
-        for part in range(PARTS * PARTS):
-            wanted = most[t, part // PARTS, part % PARTS]
-            if wanted <= 0:
+        last = n + _in_order(scale, tile_along[t], tile_across[t], most[t], k0, k1, row[n:], column[n:], rank[n:])
+        streams.philox_each(row[n:last], column[n:last], scale, 0, k0, k1, words)
+        first = n
+        for m in range(first, last):
+            w = m - first
+            before = (rank[m] + streams.unit(words[3, w])) / (TILE * TILE)
+            a, b = row[m], column[m]
+            if before >= most[t, a % TILE // SIDE, b % TILE // SIDE]:
                 continue
-            half, quarter = (part >> 3) * 2 + (part >> 1 & 1), (part >> 2 & 1) * 2 + (part & 1)
-            first = _digit(half, int(coarse) & 3) + 4 * _digit(quarter, int(coarse) >> (2 + 2 * half) & 3)
-            if first >= wanted * TILE * TILE:
-                continue
-            a0, b0 = tile_along[t] * TILE + part // PARTS * SIDE, tile_across[t] * TILE + part % PARTS * SIDE
-            w0, w1, _, _ = streams.philox(a0 & 0xFFFFFFFF, b0 & 0xFFFFFFFF, scale, PART_ORDER, k0, k1)
-            fine = np.uint64(w0) | np.uint64(w1) << np.uint64(32)
-            for number in range(CELLS):
-                place = first + PARTS * PARTS * number
-                if place >= wanted * TILE * TILE:
-                    break
-                da, db = _cell(number, fine)
-                a, b = a0 + da, b0 + db
-                w0, w1, w2, w3 = streams.philox(a & 0xFFFFFFFF, b & 0xFFFFFFFF, scale, 0, k0, k1)
-                priority[n] = (place + streams.unit(w3)) / (TILE * TILE)
-                if priority[n] >= wanted:
-                    continue
-                level[n], row[n], column[n], tile[n], rank[n] = scale, a, b, t, place
-                along[n] = (a + streams.unit(w0)) * pitch
-                across[n] = (b + streams.unit(w1)) * pitch
-                turn[n] = streams.unit(w2)
-                n += 1
+            level[n], row[n], column[n], tile[n], rank[n], priority[n] = scale, a, b, t, rank[m], before
+            along[n] = (a + streams.unit(words[0, w])) * pitch
+            across[n] = (b + streams.unit(words[1, w])) * pitch
+            turn[n] = streams.unit(words[2, w])
+            n += 1
+    return n
+
+
+@njit(cache=True, nogil=True)
+def _in_order(
+    scale: int, tile_along: int, tile_across: int, most: Floats, k0: int, k1: int, row: Integers, column: Integers,
+    rank: Integers,
+) -> int:  # fmt: skip
+    """Cells of one tile that come before some priority in each part: their row, column and place in the order."""
+    n = 0
+    coarse, _, _, _ = streams.philox(tile_along & 0xFFFFFFFF, tile_across & 0xFFFFFFFF, scale, TILE_ORDER, k0, k1)
+    for part in range(PARTS * PARTS):
+        wanted = most[part // PARTS, part % PARTS]
+        half, quarter = (part >> 3) * 2 + (part >> 1 & 1), (part >> 2 & 1) * 2 + (part & 1)
+        first = _digit(half, int(coarse) & 3) + 4 * _digit(quarter, int(coarse) >> (2 + 2 * half) & 3)
+        if wanted <= 0 or first >= wanted * TILE * TILE:
+            continue
+        a0, b0 = tile_along * TILE + part // PARTS * SIDE, tile_across * TILE + part % PARTS * SIDE
+        w0, w1, _, _ = streams.philox(a0 & 0xFFFFFFFF, b0 & 0xFFFFFFFF, scale, PART_ORDER, k0, k1)
+        fine = np.uint64(w0) | np.uint64(w1) << np.uint64(32)
+        for number in range(CELLS):
+            place = first + PARTS * PARTS * number
+            if place >= wanted * TILE * TILE:
+                break
+            da, db = _cell(number, fine)
+            row[n], column[n], rank[n] = a0 + da, b0 + db, place
+            n += 1
     return n
 
 

@@ -1,7 +1,10 @@
-"""The map of a bed as kernels read it: the pieces that were ever asked for, side by side in memory.
+"""The map of a bed as kernels read it: the pieces that were lately asked for, side by side in memory.
 
 A kernel looks up the pieces that it comes to. Where one is missing it says so and goes on with the next question; what
 is missing is then drawn, and what was left is asked again. So nobody has to know beforehand where bounces will lie.
+
+Memory is given out from one end to the other. When half of all is full a new half is begun; what is asked for of the
+older one is copied, the rest is forgotten with it.
 """
 
 from collections.abc import Callable
@@ -16,7 +19,7 @@ SHIFT = 6
 CELLS = 1 << SHIFT
 """Cells along the side of one piece of the map."""
 NODES = CELLS + 1
-_MOST_BYTES = 96 << 20
+_MOST_BYTES = 448 << 20  # half of it, 13 thousand pieces, must hold what a ping reads, or all is drawn anew each time
 
 
 class Pages(NamedTuple):
@@ -41,20 +44,25 @@ class Paged:
         """No page yet.
 
         Args:
-            most_bytes: Size of all pages beyond which a new question begins anew [bytes].
+            most_bytes: Size of all pages beyond which those not asked for lately are forgotten [bytes].
         """
         self.most_bytes, self._lock = most_bytes, Lock()
-        self._forget()
+        self._begin_anew()
+        self._before = self._begin, self._row_of, self._heights
 
     def __reduce__(self) -> tuple[type["Paged"], tuple[int]]:
         """Another process begins without pages."""
         return Paged, (self.most_bytes,)
 
-    def _forget(self) -> None:
+    def _begin_anew(self) -> None:
         self._begin = self._end = np.zeros(2, int)
         self._row_of = np.full((0, 0), -1, np.int32)
-        # the first page is one to look at where another is missing
-        self._heights, self._used = np.zeros((16, NODES, NODES), np.float32), 1
+        self._room = max(self.most_bytes // 2 // (NODES**2 * 4), 2)
+        room = (
+            self._room + self._room // 4 + 1
+        )  # for what one more question reads; costs nothing until it is written to
+        self._heights, self._used = np.empty((room, NODES, NODES), np.float32), 1
+        self._heights[0] = 0  # one to look at where another is missing
 
     def answer(
         self, cell: float, low: NDArray[np.float64], high: NDArray[np.float64],
@@ -71,8 +79,10 @@ class Paged:
         """
         begin, end = (np.floor(bound / (CELLS * cell)).astype(int) for bound in (low, high))
         with self._lock:
-            if self._used * NODES**2 * 4 > self.most_bytes:
-                self._forget()
+            if self._used >= self._room:
+                self._before = self._begin, self._row_of, self._heights
+                self._begin_anew()
+            before = self._before
         drawn: dict[tuple[int, int], NDArray[np.floating]] = {}
         while True:
             with self._lock:
@@ -88,7 +98,10 @@ class Paged:
             if wanted[0, 0]:  # beyond the border
                 begin, end = begin - shape, end + shape
                 wanted[0, 0] = False
-            drawn = {(int(a), int(b)): piece(int(a), int(b)) for a, b in corner + np.argwhere(wanted)}
+            drawn = {}
+            for a, b in (corner + np.argwhere(wanted)).tolist():
+                held = _held(before, a, b)
+                drawn[a, b] = piece(a, b) if held is None else held
 
     def _reach(self, begin: NDArray[np.int64], end: NDArray[np.int64]) -> None:
         """Make room for pieces up to there; what others read is not touched."""
@@ -108,10 +121,21 @@ class Paged:
         new = {place: made for place, made in places.items() if row_of[place] < 0}
         if not new:
             return
-        if self._used + len(new) > len(heights):
+        if self._used + len(new) > len(heights):  # one question that reads much of what is kept
             heights = np.empty((2 * (self._used + len(new)), NODES, NODES), np.float32)
             heights[: self._used] = self._heights[: self._used]
         for place, made in new.items():
             heights[self._used], row_of[place] = made, self._used
             self._used += 1
         self._row_of, self._heights = row_of, heights
+
+
+def _held(
+    pages: tuple[NDArray[np.int64], NDArray[np.int32], Singles], along: int, across: int
+) -> NDArray[np.floating] | None:
+    """One piece, from the first row and column of pieces, where each is kept, and their heights; None if it is not."""
+    begin, row_of, heights = pages
+    i, j = along - int(begin[0]), across - int(begin[1])
+    if not (0 <= i < row_of.shape[0] and 0 <= j < row_of.shape[1]) or row_of[i, j] < 0:
+        return None
+    return heights[row_of[i, j]]

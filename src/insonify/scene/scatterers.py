@@ -55,7 +55,7 @@ class Scatterers:
         """Number of scatterers."""
         return len(self.position)
 
-    def take(self, rows: slice | NDArray[np.bool_]) -> "Scatterers":
+    def take(self, rows: slice | NDArray[np.bool_] | NDArray[np.int64]) -> "Scatterers":
         """The scatterers of some rows."""
         return replace(
             self, position=self.position[rows], normal=self.normal[rows], area=self.area[rows],

@@ -32,9 +32,14 @@ class Triangles:
         return self.vertices[self.faces]
 
     @cached_property
+    def normal(self) -> Floats:
+        """Normal of every triangle, outwards and twice its area long [m^2], shape (t, 3)."""
+        return np.cross(self.corners[:, 1] - self.corners[:, 0], self.corners[:, 2] - self.corners[:, 0])
+
+    @cached_property
     def area(self) -> Floats:
         """Area of every triangle [m^2], shape (t,)."""
-        return np.asarray(np.linalg.norm(_cross(self.corners), axis=1) / 2)
+        return np.asarray(np.linalg.norm(self.normal, axis=1) / 2)
 
     @property
     def volume(self) -> float:
@@ -63,11 +68,6 @@ class Triangles:
     def centred(self) -> "Triangles":
         """With the middle of its extent at the origin."""
         return Triangles(self.vertices - (self.low + self.high) / 2, self.faces)
-
-
-def _cross(corners: Floats) -> Floats:
-    """Normal of every triangle, twice its area long."""
-    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
 
 
 def joined(parts: list[Triangles]) -> Triangles:

@@ -157,8 +157,7 @@ def solid_scatterers(
     """
     body = body_triangles(solid)
     whole = float(body.area.sum())
-    side = float(np.clip(pitch, np.sqrt(whole / MOST_POINTS), np.sqrt(whole / FEWEST_POINTS)))
-    cells: Cells = surface_cells(body, side)
+    cells: Cells = surface_cells(body, cell_side(whole, pitch))
     n = np.arange(len(cells))
     u = streams.uniforms(seed, streams.TARGET, n // ROW, n % ROW, SOLID_FACE, zlib.crc32(solid.label.encode()))
     place, normal = cells.points(u[:, :3], even=even)
@@ -177,6 +176,16 @@ def solid_scatterers(
         occluder=occluder,
     )
     return points.take(position[:, 2] < ground_depth(seabed, position[:, :2]) - STANDING)
+
+
+def cell_side(whole: float, pitch: float) -> float:
+    """Side of the cells of a solid [m]: as wanted, but for no more points than many and no fewer than few.
+
+    Args:
+        whole: Area of its surface [m^2].
+        pitch: What is wanted [m].
+    """
+    return float(np.clip(pitch, np.sqrt(whole / MOST_POINTS), np.sqrt(whole / FEWEST_POINTS)))
 
 
 def inside_solid(surface: Triangles, place: Floats) -> NDArray[np.bool_]:

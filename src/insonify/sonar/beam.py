@@ -5,6 +5,7 @@ amplitude, the product of a pattern across, a pattern down and one element's dir
 unit gain on the steered axis. Patterns come from cubic tables in direction cosine.
 """
 
+from collections.abc import Hashable
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
@@ -50,6 +51,11 @@ class Beams:
     def channel_count(self) -> int:
         """Number of beams."""
         return len(self.steer)
+
+    @property
+    def pattern(self) -> tuple[Hashable, ...]:
+        """What tells these beams from others, but for their attitude, as long as their tables are kept."""
+        return (self.steer.tobytes(), self.scale.tobytes(), self.element, *map(id, self.tables))
 
     def only(self, channel: int) -> "Beams":
         """One of the beams alone; a single beam serves every channel.

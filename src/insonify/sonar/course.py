@@ -42,9 +42,7 @@ class Course:
         """
         moments = zip(self.position, self.rotation, strict=True)
         first, middle, last = (place + offset @ turned.T for place, turned in moments)
-        velocity = (4 * (middle - first) - (last - first)) / self.window
-        acceleration = 4 * ((last - first) - 2 * (middle - first)) / self.window**2
-        return first, velocity, acceleration
+        return first, *_parabola(middle - first, last - first, self.window)
 
     def farthest(self, offset: Floats) -> float:
         """Farthest that anything fixed to the platform gets from where it started, about [m].
@@ -59,7 +57,7 @@ class Course:
     @property
     def turns(self) -> bool:
         """Whether the platform's attitude changes."""
-        return not all(np.array_equal(self.rotation[0], later) for later in self.rotation[1:])
+        return bool((self.rotation[0] != self.rotation[1:]).any())
 
     def turned(self, direction: Floats, when: Floats) -> Floats:
         """Directions as they would have to be at the start to be heard by the platform as it is turned later.
@@ -86,6 +84,53 @@ class Course:
         return first.T @ rate / self.window, first.T @ bend / self.window**2
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Courses:
+    """The platform during each of its pings."""
+
+    position: Floats
+    """As of `Course`, shape (pings, 3, 3)."""
+    rotation: Floats
+    """Likewise, shape (pings, 3, 3, 3)."""
+    moves: NDArray[np.bool_]
+    """Whether the platform moves or turns during the ping, shape (pings,)."""
+
+    def at(self, ping: int, window: float) -> Course:
+        """How the platform goes on from one ping.
+
+        Args:
+            ping: Number of the ping.
+            window: Length of the window [s].
+        """
+        return Course(window, self.position[ping], self.rotation[ping])
+
+    def farthest(self, offset: Floats) -> Floats:
+        """Farthest that something fixed to the platform gets during each ping [m], as `Course.farthest`, (pings,).
+
+        Args:
+            offset: Its place from the reference point: forward, starboard, down [m], shape (3,).
+        """
+        place = self.position + self.rotation @ offset
+        middle, last = (place[:, k] - place[:, 0] for k in (1, 2))
+        velocity, acceleration = _parabola(middle, last, 1.0)
+        halves = [velocity * t + acceleration / 2 * t**2 for t in (0.5, 1.0)]
+        return np.asarray(np.linalg.norm(halves, axis=-1).max(axis=0))
+
+
+def courses(now: Poses, later: tuple[Poses, Poses]) -> Courses:
+    """How the platform goes on from every ping.
+
+    Args:
+        now: Poses at the start of each ping.
+        later: Poses half a window, and a whole window, after the start of each ping.
+    """
+    moments = (now, *later)
+    position = np.stack([poses.position for poses in moments], axis=1)
+    rotation = np.stack([poses.rotations for poses in moments], axis=1)
+    moves = np.ptp(position, axis=1).max(axis=-1) > 0
+    return Courses(position, rotation, moves | (np.ptp(rotation, axis=1).max(axis=(-2, -1)) > 0))
+
+
 def course(now: Poses, later: tuple[Poses, Poses], ping: int, window: float) -> Course:
     """How the platform goes on from one ping.
 
@@ -95,7 +140,9 @@ def course(now: Poses, later: tuple[Poses, Poses], ping: int, window: float) -> 
         ping: Number of the ping.
         window: Length of the window [s].
     """
-    moments = (now, *later)
-    position = np.array([poses.position[ping] for poses in moments])
-    rotation = np.array([poses.rotation(ping) for poses in moments])
-    return Course(window, position, rotation)
+    return courses(now, later).at(ping, window)
+
+
+def _parabola(middle: Floats, last: Floats, window: float) -> tuple[Floats, Floats]:
+    """Velocity at the start [m/s] and acceleration [m/s^2] of what has moved so far at the middle and the end [m]."""
+    return (4 * middle - last) / window, 4 * (last - 2 * middle) / window**2

@@ -79,9 +79,7 @@ def two_way_height(transmit: Beams, receive: Beams) -> float:
 
 def _width(transmit: Beams, receive: Beams) -> float:
     """Full width of one two-way beam [rad]; in its own frame it is the same at every ping."""
-    key = tuple(
-        (end.steer.tobytes(), end.scale.tobytes(), end.element, *map(id, end.tables)) for end in (transmit, receive)
-    )
+    key = transmit.pattern, receive.pattern
     known = _KNOWN.get(key)  # one look: another thread may be forgetting it
     if known is None:
         for oldest in list(_KNOWN)[:-64]:

@@ -4,17 +4,18 @@ A pair of platforms is bistatic: the receiver keeps the transmitter's clock, its
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.sonar.course import Course, course
+from insonify.sonar.course import Course, Courses, courses
 from insonify.sonar.track.poses import Poses
 
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Platforms:
     """What carries transmitter and receiver, at every ping."""
 
@@ -42,7 +43,7 @@ class Platforms:
         """What carries the transmitter, and what carries the receiver."""
         return self.sending, self.hearing
 
-    @property
+    @cached_property
     def positions(self) -> Floats:
         """Places of every platform at all pings [m], shape (n, 3)."""
         if self.receiving is None:
@@ -67,10 +68,20 @@ class Platforms:
             ping: Number of the ping.
             window: Length of the window [s].
         """
-        if self.sending_later is None:
+        if self.ways is None:
             return None, None
-        first = course(self.sending, self.sending_later, ping, window)
-        other = first
-        if self.receiving is not None and self.receiving_later is not None:
-            other = course(self.receiving, self.receiving_later, ping, window)
-        return (None, None) if first.still and other.still else (first, other)
+        first, other = self.ways
+        if not (first.moves[ping] or other.moves[ping]):
+            return None, None
+        way = first.at(ping, window)
+        return way, way if other is first else other.at(ping, window)
+
+    @cached_property
+    def ways(self) -> tuple[Courses, Courses] | None:
+        """How each carrier goes on from every ping; None where they stop and hop."""
+        if self.sending_later is None:
+            return None
+        first = courses(self.sending, self.sending_later)
+        if self.receiving is None or self.receiving_later is None:
+            return first, first
+        return first, courses(self.receiving, self.receiving_later)

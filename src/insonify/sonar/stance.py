@@ -4,14 +4,17 @@ Places and attitudes are those at the start of the pulse; how they go on from th
 ride a platform of its own.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.ocean.water import Water
+from insonify.sonar._beam_kernels import OMNI
 from insonify.sonar.beam import Beams, beams
 from insonify.sonar.course import Course
+from insonify.sonar.element_array import AnyArray
 from insonify.sonar.heard import HeardPulse
 from insonify.sonar.hydrophones import Hydrophones, hydrophones, one_element, whole_aperture
 from insonify.sonar.platforms import Platforms
@@ -139,12 +142,22 @@ class Stance:
     @property
     def alike(self) -> bool:
         """True where both ends have the same beams."""
-        sent, heard = self.transmit_beams, self.receive_beams
-        return (
+        sent, heard = self.transmit_beams, self.ears
+        return sent is heard or (
             np.array_equal(sent.axes, heard.axes) and np.array_equal(sent.steer, heard.steer)
             and sent.element == heard.element and np.array_equal(sent.scale, heard.scale)
             and all(a is b for a, b in zip(sent.tables, heard.tables, strict=True))
         )  # fmt: skip
+
+    @property
+    def ears(self) -> Beams:
+        """The receive beams; where elements face aside, what hears all around as loudly as any of them at most."""
+        heard = self.receive_beams
+        if self.elements is None or not np.any(self.elements.facing):
+            return heard
+        none, rows = np.empty(0), np.empty((0, 4))
+        return replace(heard, element=OMNI, tables=(rows,) * 4, majorants=(none,) * 4, steer=np.zeros((1, 2)),
+                       scale=np.ones(1))  # fmt: skip
 
     @property
     def together(self) -> bool:
@@ -167,63 +180,149 @@ def stance(sonar: Sonar, poses: Poses | Platforms, ping: int, *, window: tuple[f
         seed: Of the scenario: the elements' errors are drawn from it.
     """
     both = Platforms(poses) if isinstance(poses, Poses) else poses
-    bodies = [carrier.rotation(ping) for carrier in both.carriers]
-    rotation, ears_rotation = array_rotation(sonar, bodies[0]), receiver_rotation(sonar, bodies[1])
-    transmit, receive = sonar.arrays
-    frequency = sonar.pulse.frequency
-    places = [
-        array_position(array, carrier.position[ping], body)
-        for array, carrier, body in zip((transmit, receive), both.carriers, bodies, strict=True)
-    ]
-    speeds = [float(water.speed_at(place[2])) for place in places]
-    elements, resolving, ears = None, None, sonar.steered_arrays[-1]
-    if sonar.receiver.record == "elements":
-        side = int(np.sign(np.sin(sonar.mounting.bearing)))
-        elements = hydrophones(receive, sonar.receiver.errors, seed, side & 3)
-        resolving = beams(whole_aperture(receive), frequency, speeds[1], ears_rotation)
-        ears = one_element(receive)
-    bands: tuple[SubBand, ...] = ()
-    if sonar.receiver.sub_bands > 1:
-        bands = tuple(
-            SubBand(
-                float(offset),
-                beams(sonar.steered_arrays[0], frequency + offset, speeds[0], rotation),
-                beams(ears, frequency + offset, speeds[1], ears_rotation),
-            )
-            for offset in band_nodes(pulse, sonar.receiver.sub_bands)
+    return Riding(sonar, both, window, pulse, water, whole or surveys_of(sonar, both), seed).at(ping)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Attitude:
+    """What of a stance stays while the ends keep their attitude and the sound its speed there."""
+
+    transmit_beams: Beams
+    receive_beams: Beams
+    resolving: Beams | None
+    bands: tuple[SubBand, ...]
+    boresight: Floats
+    bearing: float
+
+
+@dataclass(frozen=True, eq=False)
+class Riding:
+    """A sonar of one side on its platforms, to be asked for any of its pings; arguments as of `stance`."""
+
+    sonar: Sonar
+    platforms: Platforms
+    window: tuple[float, float]
+    pulse: HeardPulse
+    water: Water
+    surveys: tuple[Survey, ...]
+    seed: int
+
+    def at(self, ping: int) -> Stance:
+        """The sonar as it stands at one ping.
+
+        Args:
+            ping: Number of the ping.
+        """
+        both, bodies = self.platforms, [carrier.rotation(ping) for carrier in self.platforms.carriers]
+        places = [
+            array_position(array, carrier.position[ping], body)
+            for array, carrier, body in zip(self._arrays, both.carriers, bodies, strict=True)
+        ]
+        speeds = tuple(self._speed(float(place[2])) for place in places)
+        facing, courses = self._attitude(bodies, speeds), both.courses(ping, self.window[1])
+        return Stance(
+            ping=ping,
+            sound_speed=speeds[0],
+            receive_speed=speeds[1],
+            transmit_place=places[0],
+            receive_place=places[1],
+            transmit_beams=facing.transmit_beams,
+            receive_beams=facing.receive_beams,
+            boresight=facing.boresight,
+            bearing=facing.bearing,
+            track=both.positions,
+            survey=self.surveys[0],
+            window=self.window,
+            pulse=self.pulse,
+            source_level_db=self.sonar.source_level_db,
+            channel_count=self._channel_count,
+            time=float(both.sending.time[ping]),
+            elements=self._elements,
+            resolving_beams=facing.resolving,
+            bands=facing.bands,
+            arms=self._arms,
+            course=courses[1],
+            transmit_course=courses[0],
+            moved=0.0 if self._moved is None or courses[0] is None else float(self._moved[ping]),
+            receive_survey=self.surveys[1] if len(self.surveys) > 1 else None,
         )
-    surveys = whole or surveys_of(sonar, both)
-    courses = both.courses(ping, window[1])
-    arms, moved = np.array([array.offset for array in sonar.arrays], float), 0.0
-    if courses[0] is not None and courses[1] is not None:
-        moved = max(courses[0].farthest(arms[:1]), courses[1].farthest(arms[1:]))
-    facing = rotation[0] * np.cos(sonar.steers[0]) + rotation[1] * np.sin(sonar.steers[0])
-    return Stance(
-        ping=ping,
-        sound_speed=speeds[0],
-        receive_speed=speeds[1],
-        transmit_place=places[0],
-        receive_place=places[1],
-        transmit_beams=beams(sonar.steered_arrays[0], frequency, speeds[0], rotation),
-        receive_beams=beams(ears, frequency, speeds[1], ears_rotation),
-        boresight=rotation[0],
-        bearing=float(np.arctan2(facing[1], facing[0])),
-        track=both.positions,
-        survey=surveys[0],
-        window=window,
-        pulse=pulse,
-        source_level_db=sonar.source_level_db,
-        channel_count=sonar.channel_count,
-        time=float(both.sending.time[ping]),
-        elements=elements,
-        resolving_beams=resolving,
-        bands=bands,
-        arms=arms,
-        course=courses[1],
-        transmit_course=courses[0],
-        moved=moved,
-        receive_survey=surveys[1] if len(surveys) > 1 else None,
-    )
+
+    def _attitude(self, bodies: list[Floats], speeds: tuple[float, ...]) -> _Attitude:
+        """The beams of one attitude, the same ones as long as it is kept."""
+        key: tuple[object, ...] = (*(body.tobytes() for body in bodies), *speeds)
+        held = self._last.get(key)
+        if held is None:
+            self._last.clear()
+            held = self._last[key] = self._turned(bodies, speeds)
+        return held
+
+    def _turned(self, bodies: list[Floats], speeds: tuple[float, ...]) -> _Attitude:
+        """The same, made anew."""
+        sonar, frequency = self.sonar, self.sonar.pulse.frequency
+        rotation, ears_rotation = array_rotation(sonar, bodies[0]), receiver_rotation(sonar, bodies[1])
+        mouth, ears, resolving = sonar.steered_arrays[0], sonar.steered_arrays[-1], None
+        if self._elements is not None:
+            resolving = beams(whole_aperture(sonar.receive), frequency, speeds[1], ears_rotation)
+            ears = one_element(sonar.receive)
+        bands: tuple[SubBand, ...] = ()
+        if sonar.receiver.sub_bands > 1:
+            bands = tuple(
+                SubBand(
+                    float(offset),
+                    beams(mouth, frequency + offset, speeds[0], rotation),
+                    beams(ears, frequency + offset, speeds[1], ears_rotation),
+                )
+                for offset in band_nodes(self.pulse, sonar.receiver.sub_bands)
+            )
+        facing = rotation[0] * np.cos(sonar.steers[0]) + rotation[1] * np.sin(sonar.steers[0])
+        sent = beams(mouth, frequency, speeds[0], rotation)
+        alike = mouth == ears and speeds[0] == speeds[1] and np.array_equal(rotation, ears_rotation)
+        heard = sent if alike else beams(ears, frequency, speeds[1], ears_rotation)
+        bearing = float(np.arctan2(facing[1], facing[0]))
+        return _Attitude(sent, heard, resolving, bands, rotation[0], bearing)
+
+    @cached_property
+    def _last(self) -> dict[tuple[object, ...], _Attitude]:
+        return {}
+
+    @cached_property
+    def _arrays(self) -> tuple[AnyArray, AnyArray]:
+        return self.sonar.arrays
+
+    @cached_property
+    def _arms(self) -> Floats:
+        return np.array([array.offset for array in self._arrays], float)
+
+    @cached_property
+    def _channel_count(self) -> int:
+        return self.sonar.channel_count
+
+    @cached_property
+    def _elements(self) -> Hydrophones | None:
+        if self.sonar.receiver.record != "elements":
+            return None
+        side = int(np.sign(np.sin(self.sonar.mounting.bearing)))
+        return hydrophones(self.sonar.receive, self.sonar.receiver.errors, self.seed, side & 3)
+
+    @cached_property
+    def _moved(self) -> Floats | None:
+        """How far either end gets during each ping [m]; rounded, or one speed would be many."""
+        if self.platforms.ways is None:
+            return None
+        ends = [way.farthest(arm) for way, arm in zip(self.platforms.ways, self._arms, strict=True)]
+        return np.asarray(np.round(np.maximum(*ends), 9))
+
+    def _speed(self, depth: float) -> float:
+        """Of sound, at one depth [m/s]."""
+        held = self._speeds.get(depth)
+        if held is None:
+            self._speeds.clear()
+            held = self._speeds[depth] = float(self.water.speed_at(depth))
+        return held
+
+    @cached_property
+    def _speeds(self) -> dict[float, float]:
+        return {}
 
 
 def surveys_of(sonar: Sonar, platforms: Platforms) -> tuple[Survey, ...]:

@@ -1,6 +1,7 @@
 """What a simulation will cost, before it is begun: scatterers, time, memory, disk.
 
-Nothing is drawn. Targets are counted by the area of their faces, in reach or not, without the flashes of smooth ones.
+Nothing is drawn. Targets are counted by the area of their faces, at a few pings, where beams and window may hear
+them, without the flashes of smooth ones; faces that look away are reached but send nothing back.
 The ground in reach is walked in rings and sectors; where the beams hear anything, the density of scatterers that the
 sampling asks for is added up. Good to a factor of two, which tells seconds from days.
 """
@@ -17,6 +18,7 @@ from insonify.engines.targets import target_count
 from insonify.engines.view import view
 from insonify.engines.volume import TOO_MANY, Suspended
 from insonify.propagation.families import families_for
+from insonify.propagation.images import StraightRays
 from insonify.propagation.rays import Rays
 from insonify.scenario.scenario import Scenario
 from insonify.scene.lattice import BASE_PITCH, TILE
@@ -31,16 +33,22 @@ Floats = NDArray[np.float64]
 
 RINGS, SECTORS = 48, 360
 """How finely the ground is walked [1]."""
-SECONDS_PER_LEG, SECONDS_PER_PAIR = 0.25e-6, 0.1e-6
+TARGET_PINGS = 9
+"""Pings at which targets are looked at [1]."""
+SECONDS_PER_LEG, SECONDS_PER_PAIR = 0.09e-6, 0.09e-6
 """One core's time for one leg, and for one pair in one channel [s]: a plain x86 core of the 2020s."""
-SECONDS_PER_ELEMENT, SECONDS_PER_SHAPE = 15e-9, 8e-9
+SECONDS_PER_CELL = 8e-9, 3.5e-9
+"""One core's time for a cell of a series and each doubling of their number, coherent and incoherent [s]."""
+SECONDS_PER_ELEMENT, SECONDS_PER_SHAPE = 6.5e-9, 4.5e-9
 """One core's time for one echo at one element of an array, and for each shape beyond the first [s]."""
-SECONDS_PER_GROUND = 0.5e-6
+SECONDS_PER_GROUND = 0.45e-6
 """One core's time for the height and slope of one kind of relief at one place [s]."""
-SECONDS_PER_SWATH, SECONDS_PER_STEP, SECONDS_PER_STEP_LEG = 1e-3, 50e-9, 25e-9
+SECONDS_PER_SWATH, SECONDS_PER_STEP, SECONDS_PER_STEP_LEG = 1e-3, 45e-9, 18e-9
 """One core's time for the ground by the quick way: for any, for each step along a line, for each leg to it [s]."""
-SECONDS_PER_FIT = 3e-6
-"""One core's time for one leg off the planes of its own bounces, over relief [s]."""
+SECONDS_PER_FIT, SECONDS_PER_GLINT = 2.2e-6, 1.7e-6
+"""One core's time for one leg off the planes of its own bounces, over relief, and for the glints of one [s]."""
+SECONDS_PER_BEND = 0.5e-6
+"""One core's time more for one leg of bent rays [s]."""
 BYTES_PER_TILE = 2500
 """What a tile of the ground takes while the tiles of a ping are looked for, and as a block in waiting."""
 BYTES_OF_PROGRAM = 350e6
@@ -80,11 +88,11 @@ def cost(scenario: Scenario) -> Cost:
         scenario: The scenario.
 
     Returns:
-        The cost of all its pings, judged by the first of them.
+        The cost of all its pings, judged by the first of them, and for targets by a few.
     """
     listening = prepare(scenario)
     sides = listening.stances(0)
-    found = [_scatterers(listening, side) for side in sides]
+    found = [_scatterers(listening, side) for side in sides] + [(*_on_targets(listening), 0.0)]
     points, work, tiles = (sum(column) for column in zip(*found, strict=True))
     grid, beams = listening.grid, scenario.sonar.beam_count
     wide = 2 * OVERSAMPLING * grid.padded * 8 + grid.count * 8  # of either reading, one channel
@@ -93,11 +101,11 @@ def cost(scenario: Scenario) -> Cost:
     memory = BYTES_OF_PROGRAM + (parts_of(int(held)) + 6 / shapes) * held + BYTES_PER_TILE * tiles / len(sides)
     memory += scenario.track.ping_count * 8 * 30 + scenario.sonar.channel_count * grid.count * 16
     count = scenario.track.ping_count
-    transform = 60e-9 * grid.padded * np.log2(grid.padded) * scenario.sonar.channel_count * (1 + shapes) / 2
+    transform = SECONDS_PER_CELL[scenario.field == "incoherent"] * grid.padded * np.log2(grid.padded) * (1 + shapes) / 2
     return Cost(
         pings=count,
         scatterers=points,
-        seconds=float(count * (work + transform)),
+        seconds=float(count * (work + transform * scenario.sonar.channel_count)),
         memory=float(memory),
         disk=float(count * scenario.sonar.channel_count * grid.count * 8),
     )
@@ -124,7 +132,7 @@ def too_big(cost: Cost, memory: float | None = None) -> str:
 
 
 def _scatterers(listening: Listening, stance: Stance) -> tuple[float, float, float]:
-    """Scatterers that one side meets, a core's time for them [s], and tiles of the boundaries."""
+    """Scatterers of boundaries and water on one side, a core's time for them [s], and tiles of the boundaries."""
     scenario = listening.scenario
     if scenario.paths.geometry == "slice":
         return 0.0, 0.0, 0.0
@@ -142,23 +150,66 @@ def _scatterers(listening: Listening, stance: Stance) -> tuple[float, float, flo
             seconds += SECONDS_PER_SWATH + steps * (SECONDS_PER_STEP + len(kept) * SECONDS_PER_STEP_LEG)
             continue
         rise = seen.rise(boundary)
-        count, more = _on_boundary(stance, level, listening.engine.rays, kept, seen.resolution, scenario, rise)
+        points, place, more = _on_boundary(stance, level, listening.engine.rays, kept, seen.resolution, scenario, rise)
+        count = float(points.sum())
         total, tiles = total + count, tiles + more
-        seconds += count * (2 * len(kept) * SECONDS_PER_LEG + len(kept) ** 2 * each)
-        if boundary == "seabed" and scenario.seabed.relief:
-            seconds += count * SECONDS_PER_FIT * sum("B" in family for family in kept)
+        legs, pairs = _met(listening, stance, boundary, kept, points, place)
+        seconds += legs + pairs * each
         seconds += count * SECONDS_PER_GROUND * (len(scenario.seabed.relief) if boundary == "seabed" else 0)
     if "water" in scenario.paths.causes and scenario.water.scatters:
         suspended = Suspended(scenario.scene, scenario.paths, scenario.seed, stance, seen.resolution)
         count, kept = suspended.count(even=scenario.field == "incoherent"), scenario.paths.followed
         total += count
-        seconds += count * (2 * len(kept) * SECONDS_PER_LEG + len(kept) ** 2 * each)
+        seconds += count * (sum(_legs(listening, stance, name) for name in kept) + len(kept) ** 2 * each)
         seconds += count * SECONDS_PER_GROUND * len(scenario.seabed.relief)
-    if "target" in scenario.paths.causes and scenario.targets:
-        count, kept = target_count(scenario.scene, stance, seen.resolution.slant), scenario.paths.followed
-        total += count
-        seconds += count * (2 * len(kept) * SECONDS_PER_LEG + len(kept) ** 2 * each)
     return total, seconds, tiles
+
+
+def _met(
+    listening: Listening, stance: Stance, boundary: Boundary, kept: tuple[str, ...], points: Floats, place: Floats
+) -> tuple[float, float]:
+    """A core's time for the legs to some scatterers at some distances [s], and the pairs that are met there."""
+    drawn = boundary == "seabed" and listening.scenario.field == "coherent"
+    known = listening.engine.met(stance, place) if drawn else None
+    if known is None:
+        count = float(points.sum())
+        return count * sum(_legs(listening, stance, name) for name in kept), count * len(kept) ** 2
+    families, share = known
+    followed, fitted = ((points * part).sum(axis=1) for part in ((share > 0).any(axis=1), share.max(axis=1)))
+    seconds = sum(
+        _legs(listening, stance, name, fitted=float(part)) * float(count)
+        for name, count, part in zip(families, followed, fitted / np.maximum(followed, 1e-300), strict=True)
+    )
+    return seconds, float((points * share).sum())
+
+
+def _legs(listening: Listening, stance: Stance, family: str, *, fitted: float = 1.0) -> float:
+    """A core's time for the legs of one family to a scatterer from all ends [s], a part of them off fitted planes."""
+    scenario = listening.scenario
+    each = SECONDS_PER_LEG
+    if not isinstance(listening.engine.rays, StraightRays):
+        each += SECONDS_PER_BEND
+    if scenario.seabed.relief and "B" in family:
+        each += SECONDS_PER_FIT * fitted
+    if scenario.field == "coherent" and scenario.surface.bounce != "mirror" and "S" in family:
+        each += SECONDS_PER_GLINT
+    return each * (1 if stance.together else 2)
+
+
+def _on_targets(listening: Listening) -> tuple[float, float]:
+    """Points on targets in one ping, all sides, and a core's time for them [s]: means of a few pings."""
+    scenario = listening.scenario
+    if "target" not in scenario.paths.causes or not scenario.targets or scenario.paths.geometry == "slice":
+        return 0.0, 0.0
+    kept, scene, total, seconds = scenario.paths.followed, scenario.scene, 0.0, 0.0
+    pings = np.unique(np.linspace(0, scenario.track.ping_count - 1, TARGET_PINGS).round().astype(int)).tolist()
+    for stance in (side for ping in pings for side in listening.stances(ping)):
+        seen = view(scene, scenario.paths, scenario.seed, stance, listening.engine.rays)
+        asked, facing = target_count(scene, scenario.paths, stance, seen.resolution.slant, listening.engine.rays)
+        total += asked
+        seconds += asked * sum(_legs(listening, stance, name) for name in kept)
+        seconds += facing * len(kept) ** 2 * _pair_seconds(stance, scenario.sonar.beam_count)
+    return total / len(pings), seconds / len(pings)
 
 
 def _quick_steps(listening: Listening, stance: Stance) -> float | None:
@@ -166,7 +217,7 @@ def _quick_steps(listening: Listening, stance: Stance) -> float | None:
     if listening.scenario.field == "coherent" or not listening.incoherent(stance).brief:
         return None
     ground = listening.ground(stance)
-    return None if ground is None else float(sum(most for _, _, most in ground.plan.parts))
+    return None if ground is None else float(ground.plan.steps)
 
 
 def _shapes(stance: Stance) -> int:
@@ -185,18 +236,18 @@ def _pair_seconds(stance: Stance, beams: int) -> float:
 def _on_boundary(
     stance: Stance, level: float, rays: Rays, families: tuple[str, ...], resolution: Resolution,
     scenario: Scenario, rise: float,
-) -> tuple[float, float]:  # fmt: skip
-    """Scatterers and tiles in reach of window and beams, of a boundary that stands so far [m] off its level."""
+) -> tuple[Floats, Floats, float]:  # fmt: skip
+    """Scatterers at some distances [m], and tiles, in reach of window and beams: of a boundary so far [m] off level."""
     floor = float(amplitude_ratio(scenario.paths.beam_floor_db))
     if stance.receive_survey is not None:  # no rings about two places: its tiles are counted
         widest = widest_way(stance, scenario.water.fastest)
         found, density = tiles_in_view(
             stance, scenario.seabed.lattice, level, rays, families, resolution, floor, rise=rise, widest=widest
         )
-        return float(density.sum() * TILE**2), float(len(found.level))
+        return density * TILE**2, np.zeros(len(density)), float(len(found.level))
     heard = reach(stance, level, rays, families, rise=rise)
     if heard.farthest <= heard.nearest:
-        return 0.0, 0.0
+        return np.zeros(1), np.zeros(1), 0.0
     far = np.array([heard.farthest])
     margin = _tile(resolution, far, heard.height, scenario)[0] / 2  # ground comes in whole tiles
     outer = heard.farthest + margin
@@ -212,12 +263,12 @@ def _on_boundary(
     )  # fmt: skip
     loud = (bound >= floor).reshape(RINGS, SECTORS)
     ground = np.pi * np.diff(edges**2)
-    tiles = float(np.sum(ground * loud.mean(axis=1) / tile**2))
+    tiles = ground * loud.mean(axis=1) / tile**2
     if scenario.field == "incoherent":
-        return tiles * TILE**2, tiles
+        return tiles * TILE**2, middle, float(tiles.sum())
     loudness = Loudness(stance, level, rays, families, scenario.seabed.lattice, outer)
     kept = ground * loudness.mean_share(middle) * loud.any(axis=1) / resolution.cell_area(middle, heard.height)
-    return float(kept.sum()), tiles
+    return kept, middle, float(tiles.sum())
 
 
 def _tile(resolution: Resolution, distance: Floats, height: float, scenario: Scenario) -> Floats:

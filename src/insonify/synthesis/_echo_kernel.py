@@ -7,21 +7,21 @@ that hears there lays them down with its own weights. Beams share one ear, the a
 Plain numbers and arrays.
 """
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from insonify.cycles import sincos_cycles
 from insonify.synthesis._element_kernel import arrive_bent, arrive_moving, arrive_still
-from insonify.synthesis._fastmath import sincos_cycles
-from insonify.synthesis._lanes import add_shaped_spike
-from insonify.synthesis._spread import _lay_down, _locate
+from insonify.synthesis._shape_kernel import lay_down_all, place_among, shaping, share_out
+from insonify.synthesis._spread import _locate
 from insonify.synthesis._taps import CELLS_PER_SPIKE
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+Flags = NDArray[np.uint8]
 _BLOCK = 512
 _FAST = {"contract", "reassoc", "nsz", "arcp"}
 
@@ -74,29 +74,6 @@ class Ears(NamedTuple):
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
-def _shares(doppler: Floats, node: Floats, scale: Floats, share: NDArray[Any], running: NDArray[Any]) -> None:
-    """What each shape contributes to echoes: Lagrange's polynomials over Chebyshev's nodes; flat beyond their range.
-
-    Products of the distances from the nodes before each, then from those after it, in units of half the range.
-    """
-    middle, shapes = 0.5 * (node[0] + node[-1]), node.size
-    half = 0.5 * (node[-1] - node[0]) / math.cos(0.5 * math.pi / shapes)
-    count = doppler.size
-    for s in range(shapes):
-        size, at = np.float32(scale[s] * half ** (shapes - 1)), np.float32((node[max(s - 1, 0)] - middle) / half)
-        for i in range(count):
-            x = np.float32(min(max((doppler[i] - middle) / half, -1.0), 1.0))
-            running[i] = running[i] * (x - at) if s > 0 else np.float32(1)
-            share[s, i] = size * running[i]
-    for s in range(shapes - 1, -1, -1):
-        at = np.float32((node[min(s + 1, shapes - 1)] - middle) / half)
-        for i in range(count):
-            x = np.float32(min(max((doppler[i] - middle) / half, -1.0), 1.0))
-            running[i] = running[i] * (x - at) if s < shapes - 1 else np.float32(1)
-            share[s, i] *= running[i]
-
-
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _turn(when: Floats, fade: NDArray[Any], weight: NDArray[Any], gain: NDArray[Any], frequency: float,
           turned: NDArray[Any]) -> None:  # fmt: skip
     """Weights with the element's gain and the phase of the carrier, real and imaginary in turn."""
@@ -107,43 +84,55 @@ def _turn(when: Floats, fade: NDArray[Any], weight: NDArray[Any], gain: NDArray[
         turned[2 * i + 1] = size * (weight[2 * i + 1] * cosine - weight[2 * i] * sine)
 
 
-@njit(inline="always")
-def _lay_down_shapes(
-    cells: NDArray[np.float32], apart: int, at: NDArray[np.int32], place: NDArray[np.float32],
-    weight: NDArray[np.float32], share: NDArray[np.float32], count: int,
-) -> None:  # fmt: skip
-    """The spikes of a block on the grids of all shapes, which lie side by side."""
-    shares, shapes = share.ravel(), np.intp(share.shape[0])
-    for i in range(count):
-        if at[i] >= 0 and (weight[2 * i] != 0 or weight[2 * i + 1] != 0):
-            add_shaped_spike(
-                cells, np.intp(apart), np.intp(at[i]), place[i], weight, shares, np.intp(_BLOCK), shapes, i
-            )
+@njit(cache=True, nogil=True, error_model="numpy")
+def audible(sent: Sent, heard: Heard) -> tuple[Flags, Flags, Flags]:
+    """Whether legs out bring anything in any beam, (f, n), legs back, (g, n); whether a pattern hears, (rows, n)."""
+    beams, legs, n = sent.weight.shape
+    out, ear = np.zeros((legs, n), np.uint8), np.zeros((heard.gain.shape[0], n), np.uint8)
+    back = np.zeros(heard.weight.shape, np.uint8)
+    for beam in range(beams):
+        for i in range(legs):
+            for k in range(n):
+                out[i, k] |= sent.weight[beam, i, k] != 0
+    for j in range(heard.weight.shape[0]):
+        for k in range(n):
+            back[j, k] = heard.weight[j, k] != 0
+    for row in range(heard.gain.shape[0]):
+        for pattern in range(heard.gain.shape[1]):
+            for k in range(n):
+                ear[row, k] |= heard.gain[row, pattern, k] != 0
+    return out, back, ear
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _has_echo(sent: Sent, heard: Heard, strength: Any, gain_row: int, i: int, j: int, n: int) -> bool:
-    """Whether anything of one scatterer is heard by one pair of legs in any channel."""
-    if strength == 0 or heard.weight[j, n] == 0:
-        return False
-    for beam in range(sent.weight.shape[0]):
-        if sent.weight[beam, i, n] != 0:
-            for pattern in range(heard.gain.shape[1]):
-                if heard.gain[gain_row, pattern, n] != 0:
-                    return True
-    return False
+def that_echo(begin: int, strength: NDArray[Any], out: Flags, back: Flags, ear: Flags, which: NDArray[np.int32]) -> int:
+    """How many scatterers of a part have an echo by one pair of legs, and which.
+
+    Args:
+        begin: Number of the first of the part.
+        strength: What each makes of the pair, (part,).
+        out: Of `audible`, of the leg out, (part,).
+        back: Likewise, of the leg back.
+        ear: Likewise, of those that hear.
+        which: Result; one longer than the part.
+    """
+    count = 0
+    for k in range(strength.size):  # without a branch, which would be foreseen too seldom
+        which[np.uintp(count)] = begin + k
+        count += out[k] & back[k] & ear[k] & np.uint8(strength[k] != 0)
+    return count
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def spread_echoes(
     cells: NDArray[np.complex64], first_time: float, cell_rate: float, pair: Integers, sent: Sent, heard: Heard,
     strength: NDArray[Any], ears: Ears, slowness: float, gradient: float, loss: float, bent: bool, middle: float,
-    frequency: float, node: Floats, scale: Floats,
+    frequency: float, node: Floats,
 ) -> None:  # fmt: skip
     """Echoes of one block by all pairs of legs, for all channels, added to their cells.
 
     Args:
-        cells: Grids of pressure, shape (channels, shapes, cells): one for every shape that echoes come in.
+        cells: Grids of pressure, shape (channels, groups, cells, shapes of a group): see `laid_out`.
         first_time: Time of the first cell [s].
         cell_rate: Cells per second [Hz].
         pair: Row of the leg out, of the leg back and of the gain of each pair, (p, 3).
@@ -158,40 +147,47 @@ def spread_echoes(
         middle: Time from the pulse's start to its middle, for an array under way; 0 for one that stands [s].
         frequency: Of the carrier [Hz].
         node: Doppler factor less one of each shape [1], (shapes,).
-        scale: One over the product of its distances from the others, (shapes,).
     """
     last = cells.shape[2] - CELLS_PER_SPIKE
-    at, inside, which = np.empty(_BLOCK, np.int32), np.empty(_BLOCK, np.float32), np.empty(_BLOCK, np.int64)
+    at, inside, which = np.empty(_BLOCK, np.int32), np.empty(_BLOCK, np.float32), np.empty(_BLOCK + 1, np.int32)
     tau, curve, away, behind = np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK)
     u, v, w, r = np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK)
     source, tuned = np.empty(2 * _BLOCK, np.float32), np.empty(_BLOCK, np.float32)
     turned = np.empty(2 * _BLOCK, np.float32)
     when, doppler = np.empty(_BLOCK), np.empty(_BLOCK)
-    fade, running = np.empty(_BLOCK, np.float32), np.empty(_BLOCK, np.float32)
-    share = np.empty((node.size, _BLOCK), np.float32)
+    fade, x = np.empty(_BLOCK, np.float32), np.zeros(_BLOCK, np.float32)
+    shaped = shaping(node)
+    share = np.zeros((4 * cells.shape[1], _BLOCK if cells.shape[1] > 1 else 1), np.float32)
     terms, still = heard.beside.shape[1], middle == 0.0
     beside = np.empty((terms, _BLOCK))
+    outs, backs, hears = audible(sent, heard)
     for begin in range(0, strength.shape[1], _BLOCK):
+        end = min(begin + _BLOCK, strength.shape[1])
         for p in range(pair.shape[0]):
             i, j, gain_row = pair[p]
-            count = 0
-            for n in range(begin, min(begin + _BLOCK, strength.shape[1])):
-                if _has_echo(sent, heard, strength[p, n], gain_row, i, j, n):
-                    which[count] = n
-                    tau[count] = sent.delay[i, n] + heard.delay[j, n]
-                    curve[count], behind[count] = heard.bend[j, n], sent.following[i, n]
-                    u[count], v[count], w[count] = heard.towards[j, n]
-                    count += 1
+            count = that_echo(
+                begin,
+                strength[p, begin:end],
+                outs[i, begin:end],
+                backs[j, begin:end],
+                hears[gain_row, begin:end],
+                which,
+            )
             if count == 0:
                 continue
+            for k in range(count):
+                n = np.uintp(which[k])
+                tau[k] = sent.delay[i, n] + heard.delay[j, n]
+                curve[k], behind[k] = heard.bend[j, n], sent.following[i, n]
+                u[k], v[k], w[k] = heard.towards[j, n, 0], heard.towards[j, n, 1], heard.towards[j, n, 2]
             for k in range(count):
                 r[k] = 1 / curve[k]
             if bent:
                 for k in range(count):
-                    away[k] = heard.away[j, which[k]]
+                    away[k] = heard.away[j, np.uintp(which[k])]
                 for t in range(terms):
                     for k in range(count):
-                        beside[t, k] = heard.beside[j, t, which[k]]
+                        beside[t, k] = heard.beside[j, t, np.uintp(which[k])]
             beam, pattern = -1, -1
             for e in range(ears.place.shape[0]):
                 place, velocity, acceleration = ears.place[e], ears.velocity[e], ears.acceleration[e]
@@ -205,23 +201,21 @@ def spread_echoes(
                                   middle, when, fade, doppler)  # fmt: skip
                 _locate(when[:count], first_time, cell_rate, last, at, inside)
                 if node.size > 1:
-                    _shares(doppler[:count], node, scale, share, running)
+                    place_among(doppler[:count], shaped, x)
+                if cells.shape[1] > 1:
+                    share_out(x[:count], shaped.node, shaped.scale, share)
                 for c in range(ears.channels[e, 0], ears.channels[e, 1]):
                     if ears.pattern[c] < 0:
                         continue
                     if ears.beam[c] != beam:
                         beam = ears.beam[c]
                         for k in range(count):
-                            n = which[k]
-                            weight = sent.weight[beam, i, n] * heard.weight[j, n] * strength[p, n]
+                            n = np.uintp(which[k])
+                            weight = sent.weight[beam, i, n] * heard.weight[j, n] * np.complex64(strength[p, n])
                             source[2 * k], source[2 * k + 1] = weight.real, weight.imag
                     if ears.pattern[c] != pattern:
                         pattern = ears.pattern[c]
                         for k in range(count):
-                            tuned[k] = heard.gain[gain_row, pattern, which[k]]
+                            tuned[k] = heard.gain[gain_row, pattern, np.uintp(which[k])]
                     _turn(when[:count], fade, source, tuned, frequency, turned)
-                    if node.size == 1:
-                        _lay_down(cells[c, 0].view(np.float32), at, inside, turned, count)
-                        continue
-                    grids = cells[c].view(np.float32)
-                    _lay_down_shapes(grids.ravel(), grids.shape[1], at, inside, turned, share, count)
+                    lay_down_all(cells, c, 1, 1, at, inside, turned, x, shaped, share, count)

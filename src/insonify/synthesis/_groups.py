@@ -17,7 +17,7 @@ _FAST = {"contract", "reassoc", "nsz", "arcp"}
 _SHORT = 64
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class PulseTable:
     """The received pulse, sampled so finely that a cubic through four samples is as good as the pulse."""
 

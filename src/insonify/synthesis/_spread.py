@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from insonify.synthesis._fastmath import sincos_cycles
+from insonify.cycles import sincos_cycles
 from insonify.synthesis._lanes import add_complex_spike, add_real_spike
 from insonify.synthesis._taps import CELLS_PER_SPIKE, WIDTH
 

@@ -7,8 +7,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from insonify.sonar._beam_kernels import element_gain, look_up
-from insonify.synthesis._fastmath import sincos_cycles
+from insonify.cycles import sincos_cycles
+from insonify.sonar._beam_kernels import element_gain
 from insonify.synthesis._spread import spread_energy
 
 Floats = NDArray[np.float64]
@@ -49,8 +49,7 @@ def leg_sizes(
         out: Result, with its sign [1], (f, n).
     """
     across, down, piston_across, piston_down = tables
-    plain = piston_across.shape[0] == 0 and piston_down.shape[0] == 0
-    ahead, right, below = np.empty((3, BLOCK))
+    ahead, right, below, gain = np.empty((4, BLOCK))
     for f in range(departure.shape[0]):
         for begin in range(0, departure.shape[2], BLOCK):
             m = min(BLOCK, departure.shape[2] - begin)
@@ -71,17 +70,28 @@ def leg_sizes(
                 size = 1 / math.sqrt(a * a + r * r + b * b)
                 ahead[k], right[k], below[k] = a * size, r * size, b * size
             for k in range(m):
-                own[k] = math.sqrt(leg[k].real * leg[k].real + leg[k].imag * leg[k].imag)
+                size = math.sqrt(leg[k].real * leg[k].real + leg[k].imag * leg[k].imag)
+                gain[k] = size * scale[0] * element_gain(element, ahead[k])
+            _times_pattern(across, per_unit[0], steer[0, 0], right[:m], gain)
+            _times_pattern(down, per_unit[1], steer[0, 1], below[:m], gain)
+            _times_pattern(piston_across, per_unit[2], 0.0, right[:m], gain)
+            _times_pattern(piston_down, per_unit[3], 0.0, below[:m], gain)
             for k in range(m):
-                if own[k] == 0:
-                    continue
-                gain = scale[0] * element_gain(element, ahead[k])
-                gain *= look_up(across, per_unit[0], right[k] - steer[0, 0])
-                gain *= look_up(down, per_unit[1], below[k] - steer[0, 1])
-                if not plain:
-                    gain *= look_up(piston_across, per_unit[2], right[k])
-                    gain *= look_up(piston_down, per_unit[3], below[k])
-                own[k] *= np.float32(gain)
+                own[k] = gain[k]
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+def _times_pattern(table: Floats, per_unit: float, axis: float, cosine: Floats, gain: Floats) -> None:
+    """Multiply gains by a pattern at some direction cosines, as `_beam_kernels.look_up` from its axis."""
+    if table.shape[0] == 0:
+        return
+    cubics, last = table.reshape(table.size), np.uint32(table.shape[0] - 1)
+    one, two, three = np.uint64(1), np.uint64(2), np.uint64(3)
+    for k in range(cosine.size):
+        place = abs(cosine[k] - axis) * per_unit
+        row = min(np.uint32(place), last)
+        t, at = place - np.float64(row), np.uint64(4) * np.uint64(row)
+        gain[k] *= cubics[at] + t * (cubics[at + one] + t * (cubics[at + two] + t * cubics[at + three]))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

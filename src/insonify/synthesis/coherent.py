@@ -14,9 +14,10 @@ from insonify.ocean.water import Water
 from insonify.records.arrivals import Arrivals
 from insonify.records.pairs import Pairs
 from insonify.sonar.stance import Stance
+from insonify.synthesis._shape_kernel import laid_out
 from insonify.synthesis._spread import spread
 from insonify.synthesis.arrival_weights import arrival_weights
-from insonify.synthesis.elements import Ends, ends_of, lay_down
+from insonify.synthesis.elements import Ends, ends_of, lay_down, taken_by
 from insonify.synthesis.grid import TimeGrid, finish, finish_shapes
 from insonify.synthesis.perturbation import Perturbation
 from insonify.synthesis.shapes import Shapes, shapes_of, start_after
@@ -42,6 +43,10 @@ class Coherent:
     def _ends(self) -> Ends:
         return ends_of(self.stance)
 
+    @cached_property
+    def _loss(self) -> float:
+        return taken_by(self.water, self.stance.frequency)
+
     @property
     def plain(self) -> bool:
         """Whether beams of a standing sonar are heard: the centre's far field tells all."""
@@ -56,13 +61,16 @@ class Coherent:
         """Cells with nothing in them, one row a channel."""
         if self.plain:
             return self.grid.cells(self.stance.channel_count)
-        rows = len(self.shapes.band), self.stance.channel_count, len(self.shapes.doppler)
-        return self.grid.cells(int(np.prod(rows))).reshape(*rows, -1)
+        groups, together = laid_out(len(self.shapes.doppler))
+        rows = len(self.shapes.band), self.stance.channel_count, groups
+        return self.grid.cells(int(np.prod(rows)) * together).reshape(*rows, -1, together)
 
     def take_in(self, cells: Cells, pairs: Pairs) -> None:
         """Add the echoes of one block of scatterers to the cells."""
         if not self.plain:
-            lay_down(cells, pairs, self.stance, self.grid, self.perturbation, self.shapes, self._ends, self.water)
+            lay_down(
+                cells, pairs, self.stance, self.grid, self.perturbation, self.shapes, self._ends, self.water, self._loss
+            )
             return
         level = float(amplitude_ratio(self.stance.source_level_db))
         sent = leg_weights(pairs.out, self.stance.transmit_beams, self.stance.frequency, level)
@@ -128,4 +136,4 @@ def hear_arrivals(
         weight = arrival_weights(arrivals, stance, chosen[row], band) * turn
         for cell, part in zip(cells[band, row], parts, strict=True):
             spread(cell, grid.first_time, grid.cell_rate, delay, (weight * part).astype(np.complex64))
-    return finish_shapes(cells, grid, made.spectra(stance.pulse, grid.frequencies))
+    return finish_shapes(cells[..., None], grid, made.spectra(stance.pulse, grid.frequencies))

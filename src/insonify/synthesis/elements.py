@@ -12,13 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.ocean.water import Water
-from insonify.propagation.wavefront import Wavefront, wavefront
+from insonify.propagation.wavefront import CLOSEST_SOURCE, Wavefront, wavefront
 from insonify.records.pairs import Pairs
 from insonify.sonar.beam import POINTS_PER_LOBE, Beams
 from insonify.sonar.stance import Stance
 from insonify.sonar.sub_bands import SubBand
+from insonify.synthesis._aperture_kernel import spread_to_elements
 from insonify.synthesis._echo_kernel import Ears, Heard, Sent, spread_echoes
 from insonify.synthesis._element_kernel import CLOSEST, send_moving, turn_towards
+from insonify.synthesis._leg_kernel import brought
+from insonify.synthesis.apertures import nodes_along
 from insonify.synthesis.grid import TimeGrid
 from insonify.synthesis.perturbation import Perturbation
 from insonify.synthesis.shapes import Shapes
@@ -100,12 +103,12 @@ def all_echoes(pairs: Pairs, stance: Stance, water: Water) -> Iterator[Echoes]:
 
 def lay_down(
     cells: Cells, pairs: Pairs, stance: Stance, grid: TimeGrid, perturbation: Perturbation, shapes: Shapes, ends: Ends,
-    water: Water,
+    water: Water, loss: float,
 ) -> None:  # fmt: skip
     """Add the echoes of one block of scatterers to the cells of all channels.
 
     Args:
-        cells: Grids of pressure, shape (bands, channels, dopplers, cells).
+        cells: Grids of pressure, shape (bands, channels, groups, cells, dopplers of a group).
         pairs: Legs out and back of the block, and strengths.
         stance: The sonar at this ping.
         grid: The grid that the cells belong to.
@@ -113,6 +116,7 @@ def lay_down(
         shapes: Waveforms of which echoes are sums.
         ends: Of `ends_of`.
         water: Between sonar and scatterers.
+        loss: Of `taken_by`.
     """
     out, back, strength = pairs.out, pairs.back, pairs.strength
     if not perturbation.still:
@@ -120,26 +124,55 @@ def lay_down(
         strength = strength * np.array(factors)
     gone, leaving, louder = sent_at_the_middle(out.departure, out.length, stance)
     amplitude = out.amplitude
-    sent = amplitude * louder * (float(amplitude_ratio(stance.source_level_db)) * pairs.scatterers.phase)
+    level, phase = float(amplitude_ratio(stance.source_level_db)), np.ascontiguousarray(pairs.scatterers.phase)
     left = amplitude if back is out else back.amplitude
-    fronts = [wavefront(back, j, stance.receive_place, pairs.scatterers.position, water) for j in range(len(left))]
-    bend, away, beside = (np.array([getattr(front, name) for front in fronts]) for name in ("bend", "away", "beside"))
+    bend, away, gradient, beside = _fronts(pairs, stance, water)
     rows, seen = _directions(pairs, stance, gone, ends)
     ears = _ears(ends, cells.shape[1], stance, len(seen))
     middle = 0.0 if stance.still else stance.pulse.pulse.duration / 2
+    end = (
+        1 / stance.receive_speed, gradient, loss, water.layered, middle, stance.frequency, shapes.doppler,
+    )  # fmt: skip
+    nodes = None
+    if stance.elements is not None:
+        nearest = 1 / float(np.fmax.reduce(np.abs(bend), axis=None, initial=1e-9))
+        if water.layered:
+            nearest = float(np.fmin.reduce(away, axis=None, initial=nearest))
+        latest, wavelength = grid.start + grid.count / grid.sample_rate, stance.receive_speed / stance.frequency
+        nodes = nodes_along(ends.place, ends.velocity, ends.acceleration, nearest, latest, wavelength)
     for band, sub_band in enumerate(stance.bands or (_whole_band(stance),)):
-        lost = [absorbed(legs.length, sub_band.offset, stance.frequency, water) for legs in (out, back)]
+        lost, kept = np.empty((0, 0)), left
+        if sub_band.offset != 0:
+            lost = absorbed(out.length, sub_band.offset, stance.frequency, water)
+            kept = left * absorbed(back.length, sub_band.offset, stance.frequency, water)
         beams = sub_band.transmit_beams.gain(out.departure)
+        sent = np.empty(beams.shape, np.complex64)
+        brought(amplitude, louder, phase, level, lost, beams, sent)
         same = seen[0] is out.departure and stance.elements is None and stance.alike
         gain = np.asarray(beams, np.float32) if same else element_gains(stance, sub_band.receive_beams, ends, seen)
-        spread_echoes(
+        begin = (
             cells[band], grid.first_time, grid.cell_rate, np.column_stack([pairs.pair, rows]),
-            Sent(out.delay + gone, 1 / (1 - leaving), (beams * (sent * lost[0])).astype(np.complex64)),
-            Heard(back.delay, bend, away, beside, back.departure, (left * lost[1]).astype(np.complex64),
+            Sent(out.delay + gone, 1 / (1 - leaving), sent),
+            Heard(back.delay, bend, away, beside, back.departure, kept.astype(np.complex64),
                   np.ascontiguousarray(np.moveaxis(gain, 1, 0))),
-            strength, ears, 1 / stance.receive_speed, fronts[0].gradient, taken_by(water, stance.frequency),
-            water.layered, middle, stance.frequency, shapes.doppler, shapes.scale,
+            strength, ears,
         )  # fmt: skip
+        if nodes is None:
+            spread_echoes(*begin, *end)
+        else:
+            spread_to_elements(*begin, nodes, *end)
+
+
+def _fronts(pairs: Pairs, stance: Stance, water: Water) -> tuple[Floats, Floats, float, Floats]:
+    """The wavefronts of all legs back, as of `Wavefront`, leg by leg; distances on ground where rays bend alone."""
+    back = pairs.back
+    if not water.layered:
+        bend = 1 / np.maximum(back.length, CLOSEST_SOURCE)
+        return bend, bend, 0.0, np.zeros((len(bend), 0, bend.shape[1]))
+    place, points = stance.receive_place, pairs.scatterers.position
+    fronts = [wavefront(back, j, place, points, water) for j in range(len(back.length))]
+    bend, away, beside = (np.array([getattr(front, name) for front in fronts]) for name in ("bend", "away", "beside"))
+    return bend, away, fronts[0].gradient, beside
 
 
 def _directions(

@@ -21,6 +21,8 @@ from insonify.synthesis._taps import CELLS_PER_SPIKE, kernel_transform
 OVERSAMPLING = 2
 """Cells per output sample of the grid of pressures; the grid of energies has twice as many."""
 
+_LINE = 8
+
 
 @dataclass(frozen=True, slots=True)
 class TimeGrid:
@@ -68,8 +70,11 @@ class TimeGrid:
         return np.asarray(scipy.fft.fftfreq(self.padded, 1 / self.sample_rate))
 
     def cells(self, channels: int = 1) -> NDArray[np.complex64]:
-        """An empty grid of pressures, shape (channels, OVERSAMPLING * padded)."""
-        return np.zeros((channels, OVERSAMPLING * self.padded), np.complex64)
+        """An empty grid of pressures, shape (channels, OVERSAMPLING * padded); it starts where a cache line does."""
+        count = channels * OVERSAMPLING * self.padded
+        room = np.zeros(count + _LINE, np.complex64)
+        begin = -room.ctypes.data // room.itemsize % _LINE
+        return room[begin : begin + count].reshape(channels, -1)
 
     def energy_cells(self, channels: int = 1) -> NDArray[np.float64]:
         """An empty grid of energies, shape (channels, 2 * OVERSAMPLING * energy_padded)."""
@@ -129,7 +134,7 @@ def finish_shapes(
     """What is heard of echoes that are sums of several shapes.
 
     Args:
-        cells: Grids of pressure, shape (bands, channels, dopplers, OVERSAMPLING * padded): a grid for each shape.
+        cells: Grids of pressure, shape (bands, channels, groups, OVERSAMPLING * padded, dopplers of a group).
         grid: The grid the cells belong to.
         spectra: Of each shape, as of `finish`, shape (bands, dopplers, padded).
 
@@ -142,9 +147,11 @@ def finish_shapes(
     heard = np.empty((cells.shape[1], grid.count), np.complex64)
     for channel in range(len(heard)):
         total = np.zeros(grid.padded, complex)
-        for band, doppler in np.ndindex(bare.shape[:2]):
-            row = cells[band, channel, doppler].astype(np.complex128)  # float64: as in `finish`
-            total += _central(scipy.fft.fft(row, overwrite_x=True), grid.padded) * bare[band, doppler]
+        for band, shapes in enumerate(bare):
+            rows = np.moveaxis(cells[band, channel], 2, 1).reshape(-1, cells.shape[3])
+            for row, shape in zip(rows, shapes, strict=False):  # the last group may have room for more
+                transform = scipy.fft.fft(row.astype(np.complex128), overwrite_x=True)  # float64: as in `finish`
+                total += _central(transform, grid.padded) * shape
         heard[channel] = scipy.fft.ifft(total, overwrite_x=True)[grid.lead : grid.lead + grid.count]
     return heard
 
@@ -174,13 +181,12 @@ def heard_energy(cells: NDArray[np.float64], grid: TimeGrid, shape: NDArray[np.c
     Returns:
         Intensity at grid.time, shape (channels, count).
     """
-    period = grid.energy_padded
     heard = np.empty((len(cells), grid.count))
     for channel, row in enumerate(cells):
-        spectrum = scipy.fft.rfft(row)[: period + 1] * shape
-        # Every second sample is wanted: the upper half of the band is folded onto the lower.
-        folded = spectrum[: period // 2 + 1] + spectrum[: (period - 1) // 2 : -1].conj()
-        heard[channel] = scipy.fft.irfft(folded, period)[grid.lead : grid.lead + grid.count]
+        # Every fourth cell is a series at the output's own rate: four short transforms, each with a filter of its own.
+        parts = scipy.fft.rfft(row.reshape(-1, 2 * OVERSAMPLING), axis=0)
+        whole = scipy.fft.irfft(np.einsum("jr,jr->j", parts, shape), grid.energy_padded)
+        heard[channel] = whole[grid.lead : grid.lead + grid.count]
     return np.maximum(heard, 0.0, out=heard)
 
 
@@ -192,7 +198,8 @@ def energy_shape(grid: TimeGrid, spectrum: NDArray[np.complex128]) -> NDArray[np
         spectrum: Of the received pulse at grid.frequencies [s], shape (padded,).
 
     Returns:
-        Factors [1], half of them for the fold of `heard_energy`, shape (energy_padded + 1,).
+        Factors [1] of the transforms of every fourth cell, from the first, the second, the third and the fourth one on;
+        shape (energy_padded // 2 + 1, 4).
     """
     # |p|^2 in samples at twice the output rate, over one period: exact, for p has no more than the output band.
     spread = np.zeros(2 * grid.padded, np.complex128)
@@ -203,7 +210,12 @@ def energy_shape(grid: TimeGrid, spectrum: NDArray[np.complex128]) -> NDArray[np
     # The period of energies is longer: by silence, between what rings after the pulse and what rings before it.
     silent = 2 * grid.lead + grid.count
     power = np.insert(power, silent, np.zeros(2 * (period - grid.padded)))
-    return np.asarray(scipy.fft.rfft(power) / _kernel_of_bins(period, 2 * OVERSAMPLING * period) / 2)
+    shape = scipy.fft.rfft(power) / _kernel_of_bins(period, 2 * OVERSAMPLING * period) / 2
+    # Every second sample of it is wanted: the upper half of the band is folded onto the lower.
+    low, part = np.arange(period // 2 + 1)[:, None], np.arange(2 * OVERSAMPLING)
+    turn = -2j * np.pi / (2 * OVERSAMPLING * period)
+    high = period - low
+    return np.asarray(shape[low] * np.exp(turn * low * part) + np.conj(shape[high] * np.exp(turn * high * part)))
 
 
 def _central(transform: NDArray[np.complex128], count: int) -> NDArray[np.complex128]:

@@ -146,10 +146,7 @@ class Incoherent:
     @property
     def brief(self) -> bool:
         """Whether overlaps of the pulse with itself are well told by their energy: it is no long chirp."""
-        likeness, energy = _likeness(self.table)
-        rate = self.table.rate / LAGS_PER_CELL
-        alike = np.abs(likeness[1:]).sum() * 2 / rate
-        return bool(alike > 0.25 * energy)
+        return _brief(self.table)
 
     def take_in_swath(self, energies: Energies, swath: Swath) -> None:
         """Add the mean intensity of all the ground of a part of a ping."""
@@ -190,14 +187,17 @@ def _sizes(beams: Beams, swath: Swath, swept: tuple[Floats, Floats] | None = Non
     return out
 
 
-def _likeness(table: PulseTable) -> tuple[NDArray[np.complex64], float]:
-    """Autocorrelation of the pulse at lags from 0 on, 1 at 0, and how long the pulse's energy takes in time [s]."""
-    return _likeness_of(table.samples.tobytes(), table.rate)
+@lru_cache(maxsize=4)
+def _brief(table: PulseTable) -> bool:
+    likeness, energy = _likeness(table)
+    alike = np.abs(likeness[1:]).sum() * 2 * LAGS_PER_CELL / table.rate
+    return bool(alike > 0.25 * energy)
 
 
 @lru_cache(maxsize=4)
-def _likeness_of(samples: bytes, rate: float) -> tuple[NDArray[np.complex64], float]:
-    pulse = np.frombuffer(samples, np.complex128)
+def _likeness(table: PulseTable) -> tuple[NDArray[np.complex64], float]:
+    """Autocorrelation of the pulse at lags from 0 on, 1 at 0, and how long the pulse's energy takes in time [s]."""
+    pulse, rate = table.samples, table.rate
     size = scipy.fft.next_fast_len(2 * len(pulse))
     power = np.abs(scipy.fft.fft(pulse, size)) ** 2
     alike = scipy.fft.ifft(power)[: len(pulse) : LAGS_PER_CELL]

@@ -12,14 +12,16 @@ Approximation Theory and Approximation Practice, ch. 8 (bound for entire functio
 import math
 from dataclasses import dataclass, field
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from insonify.sonar.beam import Beams
 from insonify.sonar.heard import HeardPulse
 from insonify.sonar.pulse import Pulse
 from insonify.sonar.stance import Stance
-from insonify.sonar.sub_bands import half_band, scales, shares
+from insonify.sonar.sub_bands import half_band, shares
 
 Floats = NDArray[np.float64]
 
@@ -43,13 +45,22 @@ class Shapes:
     edge: float = np.inf
     """Offset from the carrier beyond which what an echo loses changes no more [Hz]."""
 
-    @property
-    def scale(self) -> Floats:
-        """One over the product of each Doppler node's distances from the others, shape (dopplers,)."""
-        return scales(self.doppler)
-
     def spectra(self, pulse: HeardPulse, frequencies: Floats) -> NDArray[np.complex128]:
-        """Spectrum of each shape at offsets from the carrier [s], shape (bands, dopplers, frequencies)."""
+        """Spectrum of each shape at offsets from the carrier [s], shape (bands, dopplers, frequencies).
+
+        Those of the last few sonars are kept: one that keeps its speed and attitude asks for the same at every ping.
+        """
+        key = (id(pulse), self.doppler.tobytes(), self.band.tobytes(), self.edge, hash(frequencies.tobytes()))
+        held = _SPECTRA.get(key)
+        if held is None:
+            if len(_SPECTRA) >= _MOST_KEPT:
+                _SPECTRA.clear()
+            # the pulse is kept, so that no other can take its number
+            held = _SPECTRA[key] = self._spectra(pulse, frequencies), pulse
+        return held[0]
+
+    def _spectra(self, pulse: HeardPulse, frequencies: Floats) -> NDArray[np.complex128]:
+        """The same, made anew."""
         moved = [
             pulse.spectrum(frequencies, float(factor)) * _about_the_middle(pulse, float(factor), frequencies)
             for factor in self.doppler
@@ -147,18 +158,9 @@ def heard_dopplers(stance: Stance) -> tuple[float, float]:
         stance: The sonar under way.
     """
     assert stance.course is not None
-    azimuth, down = np.meshgrid(
-        np.linspace(-np.pi, np.pi, _AZIMUTHS, endpoint=False), np.linspace(-np.pi / 2, np.pi / 2, _ELEVATIONS)
-    )
-    level = np.cos(down)
-    way = np.stack([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(down)], axis=-1).reshape(-1, 3)
-    out = np.abs(stance.transmit_beams.gain(way)).max(axis=0)
-    back = np.ones(len(way))
-    if stance.elements is None or not np.any(stance.elements.facing):
-        back = np.abs(stance.receive_beams.gain(way)).max(axis=0)
     apart = stance.receive_survey is not None
-    gains = (out, back) if apart else (out * back, out * back)
-    sent_to, heard_from = (way[gain >= FAINT * gain.max()] for gain in gains)
+    alike = stance.elements is None or not np.any(stance.elements.facing)
+    sent_to, heard_from = _loud_ways(stance.transmit_beams, stance.receive_beams if alike else None, apart=apart)
     _, first, growth = (row[0] for row in stance.course.of(stance.arms[1:]))
     sent = stance.transmit_velocity
     heard = [first, first + growth * stance.course.window]
@@ -169,6 +171,39 @@ def heard_dopplers(stance: Stance) -> tuple[float, float]:
     factor = np.concatenate([(part / leaving - 1).ravel() for part in coming])
     margin = 0.02 * float(max(np.linalg.norm(sent), *(np.linalg.norm(v) for v in heard))) / stance.sound_speed
     return float(factor.min()) - margin, float(factor.max()) + margin
+
+
+_LOUD: dict[Any, tuple[Floats, Floats, list[Beams]]] = {}
+_SPECTRA: dict[Any, tuple[NDArray[np.complex128], HeardPulse]] = {}
+_MOST_KEPT = 8
+
+
+def _loud_ways(sent: Beams, heard: Beams | None, *, apart: bool) -> tuple[Floats, Floats]:
+    """Directions that beams send to and hear from, of some all around, each (any, 3); kept for the same beams.
+
+    Args:
+        sent: Transmit beams.
+        heard: Receive beams; None: they hear all around.
+        apart: Whether they are on two platforms, or else what counts is heard both ways.
+    """
+    ends = [beams for beams in (sent, heard) if beams is not None]
+    key = (apart, *((beams.axes.tobytes(), beams.pattern) for beams in ends))
+    held = _LOUD.get(key)
+    if held is None:
+        azimuth, down = np.meshgrid(
+            np.linspace(-np.pi, np.pi, _AZIMUTHS, endpoint=False), np.linspace(-np.pi / 2, np.pi / 2, _ELEVATIONS)
+        )
+        level = np.cos(down)
+        way = np.stack([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(down)], axis=-1).reshape(-1, 3)
+        out = np.abs(sent.gain(way)).max(axis=0)
+        back = np.ones(len(way)) if heard is None else np.abs(heard.gain(way)).max(axis=0)
+        gains = (out, back) if apart else (out * back, out * back)
+        one, other = (way[gain >= FAINT * gain.max()] for gain in gains)
+        if len(_LOUD) >= _MOST_KEPT:
+            _LOUD.clear()
+        # the beams are kept, so that no others can take their tables' numbers
+        held = _LOUD[key] = one, other, ends
+    return held[:2]
 
 
 def _ends(values: Floats) -> Floats:

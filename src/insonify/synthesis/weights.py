@@ -4,9 +4,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from insonify.cycles import sincos_cycles
 from insonify.records.legs import Legs
 from insonify.sonar.beam import Beams
-from insonify.synthesis._fastmath import sincos_cycles
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]

@@ -1,8 +1,8 @@
 """Smooth noise on an endless lattice: every node has a keyed number, and nothing is stored.
 
 A band of relief is a sum of cubic B-splines, one on each node of a square lattice. The numbers
-on the nodes come from their counters, so any point can be evaluated at any time. Nodes met
-again and again are kept in a small cache of blocks, which changes the time and not one bit.
+on the nodes come from their counters, so any point can be evaluated at any time. Points that
+follow one another share nodes where they can, which changes the time and not one bit.
 """
 
 import math
@@ -11,18 +11,15 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from insonify.streams import philox
+from insonify.scene.terrain._stencil_lanes import POINTS, splines
+from insonify.streams import philox_each
 
 Floats = NDArray[np.float64]
 
-BLOCK = 16
-"""Cells along the side of a cached block."""
-_ROWS, _COLUMNS = BLOCK + 3, BLOCK + 4  # nodes that the cells of a block reach, columns in whole groups of four
-_SIZE = _ROWS * _COLUMNS
-_SLOTS = 256
-_NOBODY = 1 << 60
-_WIDEST = 1 << 20  # cells across a window of nodes
-_ONE, _TWO, _THREE = np.uint64(1), np.uint64(2), np.uint64(3)
+_NOBODY = 1 << 50
+_WIDEST = 1024  # groups of four nodes in a window that only some points share: 32 kB
+_LARGEST = 1 << 16  # in one that all share
+_CHUNK = 256  # points that are worked out in one go
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -34,95 +31,61 @@ def normal(word: np.uint32, quantiles: Floats) -> float:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _group(row, group, level, layer, k0, k1, quantiles, out, at):  # type: ignore[no-untyped-def]
-    """Numbers of four neighbouring nodes, into out[at : at + 4]; node j belongs to group (j + 1) // 4."""
-    w0, w1, w2, w3 = philox(row, group, level, layer, k0, k1)
-    out[at] = normal(w0, quantiles)
-    out[at + 1] = normal(w1, quantiles)
-    out[at + 2] = normal(w2, quantiles)
-    out[at + 3] = normal(w3, quantiles)
+def _fill(row, group, level, layer, k0, k1, quantiles, words, node):  # type: ignore[no-untyped-def]
+    """Numbers of groups of four neighbouring nodes, one after the other; node j belongs to group (j + 1) // 4."""
+    philox_each(row, group, level, layer, k0, k1, words)
+    for n in range(row.size):
+        for lane in range(4):
+            node[4 * n + lane] = normal(words[lane, n], quantiles)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _fill_block(block_i, block_j, level, layer, k0, k1, quantiles, out, at):  # type: ignore[no-untyped-def]
-    """Numbers of all nodes that the cells of a block reach, row by row."""
-    for row in range(_ROWS):
-        for group in range(_COLUMNS // 4):
-            _group(
-                block_i * BLOCK - 1 + row, block_j * (BLOCK // 4) + group, level, layer, k0, k1, quantiles,
-                out, at + row * _COLUMNS + 4 * group,
-            )  # fmt: skip
+def _together(x, y, first, most, c, s, per_pitch, offset_a, offset_b):  # type: ignore[no-untyped-def]
+    """Points from the first on that share a window of so many groups of nodes: where they end, and the window.
 
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _fill_cell(i, j, level, layer, k0, k1, quantiles, out, at):  # type: ignore[no-untyped-def]
-    """Numbers of the 4 x 4 nodes around one cell, in rows of eight; returns where the first of them is."""
-    first = j >> 2  # of node j - 1
-    for row in range(4):
-        for part in range(((j + 3) >> 2) - first + 1):
-            _group(i - 1 + row, first + part, level, layer, k0, k1, quantiles, out, at + 8 * row + 4 * part)
-    return at + j - 4 * first
-
-
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-def _stencil(node, at, stride, f, g):  # type: ignore[no-untyped-def]
-    """Value and both slopes per pitch of the spline at fractions f and g of its cell."""
-    b0, b1, b2, b3 = _weights(g)
-    e0, e1, e2, e3 = _slopes(g)
-    h0, s0 = _row(node, at, b0, b1, b2, b3, e0, e1, e2, e3)
-    h1, s1 = _row(node, at + stride, b0, b1, b2, b3, e0, e1, e2, e3)
-    h2, s2 = _row(node, at + stride + stride, b0, b1, b2, b3, e0, e1, e2, e3)
-    h3, s3 = _row(node, at + stride + stride + stride, b0, b1, b2, b3, e0, e1, e2, e3)
-    a0, a1, a2, a3 = _weights(f)
-    d0, d1, d2, d3 = _slopes(f)
-    value = (a0 * h0 + a1 * h1) + (a2 * h2 + a3 * h3)
-    along = (d0 * h0 + d1 * h1) + (d2 * h2 + d3 * h3)
-    return value, along, (a0 * s0 + a1 * s1) + (a2 * s2 + a3 * s3)
-
-
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-def _row(node, at, b0, b1, b2, b3, e0, e1, e2, e3):  # type: ignore[no-untyped-def]
-    """Value and slope of four neighbouring nodes, weighted along their row."""
-    # Unsigned places: an index that may be negative costs a test at every load.
-    g0, g1, g2, g3 = node[at], node[at + _ONE], node[at + _TWO], node[at + _THREE]
-    return (b0 * g0 + b1 * g1) + (b2 * g2 + b3 * g3), (e0 * g0 + e1 * g1) + (e2 * g2 + e3 * g3)
-
-
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-def _weights(f):  # type: ignore[no-untyped-def]
-    """The four cubic B-splines that reach a cell."""
-    r, sixth = 1.0 - f, 1.0 / 6.0
-    rr, ff = r * r, f * f
-    return sixth * rr * r, 2 / 3 - 0.5 * ff * (2.0 - f), 2 / 3 - 0.5 * rr * (2.0 - r), sixth * ff * f
-
-
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-def _slopes(f):  # type: ignore[no-untyped-def]
-    """Their derivatives."""
-    r = 1.0 - f
-    return -0.5 * r * r, f * (1.5 * f - 2.0), -r * (1.5 * r - 2.0), 0.5 * f * f
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _window(x, y, c, s, per_pitch, offset_a, offset_b):  # type: ignore[no-untyped-def]
-    """First cell row, first group, rows and groups of the nodes that some points reach together; 0 rows for too many.
-
-    Too many are more nodes than would be drawn for each point alone.
+    Returns:
+        Row after the last of them; first cell row, first group, rows and groups of the nodes that they reach; 0 rows
+        where that are more nodes than would be drawn for each point alone.
     """
     first_i = first_j = _NOBODY
     last_i = last_j = -_NOBODY
-    for n in range(x.size):
+    rows = groups = 0
+    end = first
+    while end < x.size:
+        a, b = (c * x[end] + s * y[end]) * per_pitch + offset_a, (c * y[end] - s * x[end]) * per_pitch + offset_b
+        if not (abs(a) < _NOBODY and abs(b) < _NOBODY):  # nowhere: nobody shares anything with it
+            end += end == first
+            break
+        i, j = math.floor(a), math.floor(b)
+        if i < first_i or i > last_i or j < first_j or j > last_j:
+            low_i, high_i, low_j, high_j = min(first_i, i), max(last_i, i), min(first_j, j), max(last_j, j)
+            tall, wide = high_i - low_i + 4, ((high_j + 3) >> 2) - (low_j >> 2) + 1
+            if end > first and (tall > most or wide > most or tall * wide > most):
+                break
+            first_i, last_i, first_j, last_j, rows, groups = low_i, high_i, low_j, high_j, tall, wide
+        end += 1
+    if rows * groups > 6 * (end - first):  # a point alone draws some six groups
+        rows = 0
+    return end, first_i, first_j >> 2, rows, groups
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _window(first_i, first_group, rows, groups, row, group):  # type: ignore[no-untyped-def]
+    """Names of the groups of a window, row by row; returns their number."""
+    for n in range(rows * groups):
+        row[n], group[n] = first_i - 1 + n // groups, first_group + n % groups
+    return rows * groups
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _cells(x, y, first, end, c, s, per_pitch, offset_a, offset_b, row, group):  # type: ignore[no-untyped-def]
+    """Names of the groups around the cell of each of some points, two to a row; returns their number."""
+    for n in range(first, end):
         i = math.floor((c * x[n] + s * y[n]) * per_pitch + offset_a)
         j = math.floor((c * y[n] - s * x[n]) * per_pitch + offset_b)
-        first_i, last_i = min(first_i, i), max(last_i, i)
-        first_j, last_j = min(first_j, j), max(last_j, j)
-    if x.size == 0 or last_i - first_i > _WIDEST or last_j - first_j > _WIDEST:
-        return 0, 0, 0, 0
-    group = first_j >> 2
-    rows, groups = last_i - first_i + 4, ((last_j + 3) >> 2) - group + 1
-    if rows * groups > 6 * x.size:  # a point alone draws some six groups
-        return 0, 0, 0, 0
-    return first_i, group, rows, groups
+        for k in range(8):
+            row[8 * (n - first) + k], group[8 * (n - first) + k] = i - 1 + (k >> 1), (j >> 2) + (k & 1)
+    return 8 * (end - first)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -132,46 +95,41 @@ def add_band(
 ) -> None:  # fmt: skip
     """Add one band's height and its slopes along x and y at points x, y, into out of shape (n, 3).
 
-    Points close together share one window of nodes. Else a block of nodes is computed when it is met for the
-    second time: scattered points pay for their own 16 nodes only, dense ones share.
+    Points close together that follow one another share a window of nodes; others have 16 nodes of their own.
     """
     c, s = math.cos(turn), math.sin(turn)
     per_pitch, steep = 1.0 / pitch, amplitude / pitch
-    first_i, first_group, rows, groups = _window(x, y, c, s, per_pitch, offset_a, offset_b)
-    slots = 0 if rows > 0 else _SLOTS
-    seen, kept = np.full((slots, 2), _NOBODY), np.full((slots, 2), _NOBODY)
-    node = np.empty(max(slots * _SIZE + 32, rows * groups * 4))  # the blocks, then the nodes of a lone cell
-    for row in range(rows):
-        for group in range(groups):
-            _group(first_i - 1 + row, first_group + group, level, layer, k0, k1, quantiles, node,
-                   4 * (row * groups + group))  # fmt: skip
-    for n in range(x.size):
-        a = (c * x[n] + s * y[n]) * per_pitch + offset_a
-        b = (c * y[n] - s * x[n]) * per_pitch + offset_b
-        i, j = math.floor(a), math.floor(b)
+    most, end = _WIDEST, 0
+    if _together(x, y, 0, most, c, s, per_pitch, offset_a, offset_b)[3] == 0:
+        last, _, _, rows, groups = _together(x, y, 0, min(6 * x.size, _LARGEST), c, s, per_pitch, offset_a, offset_b)
+        if last == x.size and rows > 0:  # in no order, but close to one another
+            most = max(most, rows * groups)
+    row, group = np.empty(most, np.int64), np.empty(most, np.int64)
+    words, node = np.empty((4, most), np.uint32), np.empty(4 * most)
+    at, f, g = np.zeros(_CHUNK, np.int64), np.zeros(_CHUNK), np.zeros(_CHUNK)
+    found = np.empty(3 * _CHUNK)
+    while end < x.size:
+        first = end
+        end, first_i, first_group, rows, groups = _together(x, y, first, most, c, s, per_pitch, offset_a, offset_b)
         if rows > 0:
-            stride = 4 * groups
-            at = (i - first_i) * stride + j - 4 * first_group
+            count, stride = _window(first_i, first_group, rows, groups, row, group), 4 * groups
         else:
-            at, stride = _cached(i, j, seen, kept, level, layer, k0, k1, quantiles, node)
-        # One call for all, so that all give the same bits.
-        value, along, across = _stencil(node, np.uint64(at), np.uint64(stride), a - i, b - j)
-        out[n, 0] += amplitude * value
-        out[n, 1] += steep * (c * along - s * across)
-        out[n, 2] += steep * (s * along + c * across)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _cached(i, j, seen, kept, level, layer, k0, k1, quantiles, node):  # type: ignore[no-untyped-def]
-    """Where the nodes around one cell stand among the kept blocks, or behind them, and the length of their rows."""
-    block_i, block_j = i >> 4, j >> 4
-    slot = (block_i * 37 + block_j * 101) & (_SLOTS - 1)
-    known = kept[slot, 0] == block_i and kept[slot, 1] == block_j
-    if not known and seen[slot, 0] == block_i and seen[slot, 1] == block_j:
-        _fill_block(block_i, block_j, level, layer, k0, k1, quantiles, node, slot * _SIZE)
-        kept[slot, 0], kept[slot, 1] = block_i, block_j
-        known = True
-    if known:
-        return slot * _SIZE + (i - BLOCK * block_i) * _COLUMNS + j - BLOCK * block_j, _COLUMNS
-    seen[slot, 0], seen[slot, 1] = block_i, block_j
-    return _fill_cell(i, j, level, layer, k0, k1, quantiles, node, _SLOTS * _SIZE), 8
+            end = min(end, first + most // 8)
+            count, stride = _cells(x, y, first, end, c, s, per_pitch, offset_a, offset_b, row, group), 8
+        _fill(row[:count], group[:count], level, layer, k0, k1, quantiles, words, node)
+        for begin in range(first, end, _CHUNK):
+            some = min(end - begin, _CHUNK)
+            for k in range(some):
+                n = begin + k
+                a = (c * x[n] + s * y[n]) * per_pitch + offset_a
+                b = (c * y[n] - s * x[n]) * per_pitch + offset_b
+                i, j = math.floor(a), math.floor(b)
+                at[k] = (i - first_i) * stride + j - 4 * first_group if rows > 0 else 32 * (n - first) + (j & 3)
+                f[k], g[k] = a - i, b - j
+            for k in range(0, some, POINTS):  # the last with what others left there: all points have the same bits
+                splines(node, stride, at, f, g, k, found, _CHUNK)
+            for k in range(some):
+                along, across = found[_CHUNK + k], found[2 * _CHUNK + k]
+                out[begin + k, 0] += amplitude * found[k]
+                out[begin + k, 1] += steep * (c * along - s * across)
+                out[begin + k, 2] += steep * (s * along + c * across)

@@ -9,7 +9,7 @@ nearly the Gaussian exp(-p^2 K^2 / 3), which is why octaves add up to a power la
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -74,7 +74,7 @@ class Octaves(Relief):
 
     def placed(self) -> Floats:
         """Turn of each octave's lattice [turns] and its two shifts [pitches], shape (n, 4); the last says nothing."""
-        return streams.uniforms(self.seed, streams.TERRAIN, 0, 0, self.level, 2 * self.layer + _PLACEMENT)
+        return _placed(self.seed, self.layer, tuple(self.level.tolist()))
 
     def add_to(self, x: Floats, y: Floats, out: Floats) -> None:
         """Add height [m] and slopes [1] at places [m] of shape (n,), without any check, to `out` of shape (n, 3)."""
@@ -109,6 +109,13 @@ class Octaves(Relief):
         K = numbers("wavenumber", wavenumber, "rad/m", 0.0)[..., None]
         power = (self.amplitude * self.pitch / (2 * np.pi)) ** 2
         return np.asarray(np.sum(power * spline_spectrum(K * self.pitch), axis=-1))
+
+
+@lru_cache(maxsize=64)
+def _placed(seed: int, layer: int, level: tuple[int, ...]) -> Floats:
+    found = streams.uniforms(seed, streams.TERRAIN, 0, 0, np.array(level, np.int64), 2 * layer + _PLACEMENT)
+    found.setflags(write=False)
+    return found
 
 
 def spline_spectrum(s: Floats) -> Floats:

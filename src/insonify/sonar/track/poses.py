@@ -1,6 +1,7 @@
 """Poses: where the platform is and how it leans, one row per ping."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,7 @@ from insonify.frames import pose_rotation
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Poses:
     """Where the platform is and how it leans, one row per ping."""
 
@@ -50,7 +51,14 @@ class Poses:
         Returns:
             Forward, starboard and down as columns in north, east, down [1], shape (3, 3).
         """
-        return pose_rotation(float(self.heading[ping]), float(self.pitch[ping]), float(self.roll[ping]))
+        return np.asarray(self.rotations[ping])
+
+    @cached_property
+    def rotations(self) -> Floats:
+        """The same at every ping, shape (pings, 3, 3)."""
+        turned = pose_rotation(self.heading, self.pitch, self.roll)
+        turned.flags.writeable = False  # every ping reads it
+        return turned
 
     def depths(self, offset: tuple[float, float, float]) -> Floats:
         """How deep something that is fixed to the platform is at every ping [m], shape (pings,).
@@ -72,4 +80,4 @@ class Poses:
         Returns:
             North, east, down at every ping [m], shape (pings, 3).
         """
-        return np.asarray(self.position + pose_rotation(self.heading, self.pitch, self.roll) @ np.asarray(offset))
+        return np.asarray(self.position + self.rotations @ np.asarray(offset))

@@ -103,11 +103,12 @@ def numbers(realisations: int = REALISATIONS) -> list[Number]:
     return rows
 
 
-def draw(folder: Path) -> list[Path]:
+def draw(folder: Path, realisations: int = REALISATIONS) -> list[Path]:
     """The picture and its numbers.
 
     Args:
         folder: Where they go.
+        realisations: How many seeds the numbers are of.
 
     Returns:
         The files written.
@@ -116,7 +117,7 @@ def draw(folder: Path) -> list[Path]:
         figure = style.sheet(9.5, 9.5)
         _panels(figure)
         picture = style.keep(figure, folder / "figure11.png")
-    return [picture, write(folder / "figure11.json", 11, TITLE, {"seed 1": scene()}, numbers())]
+    return [picture, write(folder / "figure11.json", 11, TITLE, {"seed 1": scene()}, numbers(realisations))]
 
 
 def _panels(figure: Figure) -> None:

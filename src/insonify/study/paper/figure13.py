@@ -69,17 +69,18 @@ def numbers(realisations: int = REALISATIONS) -> list[Number]:
     ]  # fmt: skip
 
 
-def draw(folder: Path) -> list[Path]:
+def draw(folder: Path, realisations: int = REALISATIONS) -> list[Path]:
     """The picture and its numbers.
 
     Args:
         folder: Where they go.
+        realisations: How many seeds the numbers are of.
 
     Returns:
         The files written.
     """
     scenarios = {f"jitter {jitter:g}": scene(jitter) for jitter in JITTERS}
-    rows = numbers()
+    rows = numbers(realisations)
     with style.page():
         figure = style.sheet(9.5, 9.5)
         panels = figure.subplots(len(JITTERS), 1, sharex=True, sharey=True)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from insonify.synthesis._fastmath import sincos_cycles
+from insonify.cycles import sincos_cycles
 
 
 @njit(fastmath={"contract"})  # as the kernels compile it

@@ -1,0 +1,47 @@
+"""Points behind upright cylinders. Plain numbers and arrays only."""
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Integers = NDArray[Any]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def passing(place: Floats, points: Floats, ways: Floats, rim: Floats, beside: float, rows: Integers) -> int:
+    """Points to which some way passes a cylinder, seen from above.
+
+    Args:
+        place: Where the ways begin [m], (3,).
+        points: Where they end [m], (n, 3).
+        ways: Directions in which they get there, of any length, (f, n, 3); none: straight from `place`, (0, n, 3).
+        rim: North, east, radius of the cylinder [m], and more, (3 or more,).
+        beside: How far beside it a way may pass [m].
+        rows: Result, the points, increasing, (n,).
+
+    Returns:
+        How many they are.
+    """
+    met, radius = 0, rim[2]
+    most = (radius + beside) ** 2
+    for n in range(points.shape[0]):
+        dx, dy = points[n, 0] - rim[0], points[n, 1] - rim[1]
+        north, east = points[n, 0] - place[0], points[n, 1] - place[1]
+        square = north * north + east * east
+        for f in range(max(ways.shape[0], 1)):
+            if ways.shape[0] > 0:
+                north, east = ways[f, n, 0], ways[f, n, 1]
+            along = north * north + east * east
+            off = dy * north - dx * east
+            if off * off > most * along:  # a way straight up or down has no side
+                continue
+            back, length = dx * north + dy * east, math.sqrt(along)
+            if back >= -radius * length and back <= (math.sqrt(square) + radius) * length:
+                rows[met] = n
+                met += 1
+                break
+    return met

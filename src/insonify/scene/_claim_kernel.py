@@ -1,0 +1,81 @@
+"""Where the pieces of a map are kept: who has which row, and who must go. Plain numbers and arrays only."""
+
+from typing import Any
+
+from numba import njit
+from numpy.typing import NDArray
+
+Integers = NDArray[Any]
+
+EMPTY = -(2**63)
+"""Number of a piece that is not there."""
+
+
+@njit(cache=True, nogil=True)
+def fits(wanted: Integers, slot: Integers, number: Integers, readers: Integers) -> bool:
+    """Whether there is room for some pieces without what others read; arguments as of `claim`."""
+    around, taken, missing, held = slot.shape[0], False, 0, 0
+    for w in range(wanted.shape[0]):
+        a, b = wanted[w, 0] % around, wanted[w, 1] % around
+        row, there = slot[a, b], number[a, b, 0] == wanted[w, 0] and number[a, b, 1] == wanted[w, 1]
+        missing += 0 if there else 1
+        taken |= not there and row >= 0 and readers[row] > 0
+        held += 1 if there and readers[row] == 0 else 0
+    if missing == 0 or readers.max() == 0:
+        return True
+    for row in range(readers.size):
+        held += 1 if readers[row] > 0 else 0
+    return not taken and held + missing <= readers.size
+
+
+@njit(cache=True, nogil=True)
+def claim(
+    wanted: Integers, slot: Integers, number: Integers, held: Integers, asked: Integers, readers: Integers,
+    ticket: int, used: int, fresh: int, lately: int, blank: Integers,
+) -> tuple[int, int]:  # fmt: skip
+    """Give pieces their rows.
+
+    Args:
+        wanted: Numbers of the pieces, each once, (n, 2).
+        slot: Row of each stretch of ground, by its numbers modulo the size of this, -1 for none, (around, around).
+        number: Numbers of the piece that is there, (around, around, 2).
+        held: Numbers of the piece in each row, (rows, 2).
+        asked: Ticket of the last reading that asked for each row, (rows,).
+        readers: How many read each row now, (rows,).
+        ticket: Of this reading.
+        used: Rows that were ever used.
+        fresh: Rows that are used before any is used again.
+        lately: Readings within which a piece is likely to be asked for again.
+        blank: Result, rows of pieces that were not there, (at least n,).
+
+    Returns:
+        How many these are, and how many rows were ever used.
+    """
+    around, count = slot.shape[0], 0
+    for w in range(wanted.shape[0]):
+        a, b = wanted[w, 0] % around, wanted[w, 1] % around
+        if number[a, b, 0] == wanted[w, 0] and number[a, b, 1] == wanted[w, 1]:
+            asked[slot[a, b]] = ticket
+    for w in range(wanted.shape[0]):
+        a, b = wanted[w, 0] % around, wanted[w, 1] % around
+        if number[a, b, 0] == wanted[w, 0] and number[a, b, 1] == wanted[w, 1]:
+            continue
+        row = used
+        if row >= min(fresh, held.shape[0]):  # new memory costs more than what is drawn there
+            oldest, age = 0, ticket + 1
+            for k in range(used):
+                last = ticket if readers[k] > 0 else asked[k]
+                if last < age:
+                    oldest, age = k, last
+            if row == held.shape[0] or asked[oldest] < ticket - lately:
+                row = oldest
+        used = max(used, row + 1)
+        if held[row, 0] != EMPTY:
+            slot[held[row, 0] % around, held[row, 1] % around] = -1
+            number[held[row, 0] % around, held[row, 1] % around] = EMPTY
+        if slot[a, b] >= 0:
+            held[slot[a, b]] = EMPTY
+        slot[a, b], asked[row], blank[count] = row, ticket, row
+        number[a, b], held[row] = wanted[w], wanted[w]
+        count += 1
+    return count, used

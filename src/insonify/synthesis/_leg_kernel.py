@@ -1,0 +1,31 @@
+"""What of the sound a leg brings to scatterers, and takes back from them. Plain numbers and arrays only."""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def brought(
+    amplitude: NDArray[np.complex128], louder: Floats, phase: NDArray[np.complex128], level: float, lost: Floats,
+    beams: Floats, sent: NDArray[np.complex64],
+) -> None:  # fmt: skip
+    """Pressure at the scatterers by each transmit beam, with the phase of their place.
+
+    Args:
+        amplitude: Of the legs out, re 1 m [1], (f, n).
+        louder: By what the transmitter's own way changes it [1], (f, n).
+        phase: Phasors of the places [1], (n,).
+        level: Pressure at 1 m [uPa].
+        lost: What else is left of it at this frequency [1], (f, n); or (0, 0): all.
+        beams: Gain of each beam along the legs [1], (beams, f, n).
+        sent: Result [uPa], (beams, f, n).
+    """
+    whole = lost.size == 0
+    for beam in range(beams.shape[0]):
+        for f in range(amplitude.shape[0]):
+            for n in range(amplitude.shape[1]):
+                size = level * louder[f, n] * beams[beam, f, n] * (1.0 if whole else lost[f, n])
+                sent[beam, f, n] = amplitude[f, n] * phase[n] * size

@@ -1,0 +1,139 @@
+"""Echoes on the grids of all shapes that they come in, which lie side by side: a cell holds up to four shapes.
+
+So one echo is one stretch of memory, in vectors that start where cells do. Of more than four shapes there are groups of
+four, each with a grid of its own. Plain numbers and arrays.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from insonify.synthesis._lanes import add_complex_spike, add_shaped_spike, add_spike_of_2, add_spike_of_4
+
+Floats = NDArray[np.float64]
+TOGETHER = 4
+"""Shapes of one cell at most."""
+_FAST = {"contract", "reassoc", "nsz", "arcp"}
+
+
+def laid_out(shapes: int) -> tuple[int, int]:
+    """Groups of grids and shapes of each cell, for so many shapes: no more than four share one."""
+    if shapes <= 2:
+        return 1, shapes
+    return -(-shapes // TOGETHER), TOGETHER
+
+
+class Shaping(NamedTuple):
+    """How echoes are shared among shapes: Lagrange's polynomials over the nodes; flat beyond their range."""
+
+    middle: float
+    """Of the range of Doppler factors [1]."""
+    half: float
+    """Half of that range [1]; 0 where there is one shape."""
+    node: NDArray[np.float32]
+    """Doppler factors of the shapes, from the middle, in units of half the range [1], (shapes,)."""
+    scale: NDArray[np.float32]
+    """One over the product of each node's distances from the others, in the same units, (shapes,)."""
+    curve: NDArray[np.float32]
+    """Up to 4 shapes: coefficients of the polynomials, constant first, each twice; of two, all over again, (4, 8)."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def shaping(doppler: Floats) -> Shaping:
+    """How echoes are shared among shapes of some Doppler factors less one, (shapes,)."""
+    shapes = doppler.size
+    middle = 0.5 * (doppler[0] + doppler[-1])
+    half = 0.5 * (doppler[-1] - doppler[0]) / math.cos(0.5 * math.pi / shapes) if shapes > 1 else 0.0
+    node, scale, curve = np.zeros(shapes), np.ones(shapes), np.zeros((TOGETHER, 8), np.float32)
+    if shapes > 1:
+        node[:] = (doppler - middle) / half
+    for s in range(shapes):
+        row = np.array([1.0, 0.0, 0.0, 0.0])
+        for other in range(shapes):
+            if other != s:
+                scale[s] /= node[s] - node[other]
+                for power in range(TOGETHER - 1, -1, -1):  # times x less that node
+                    row[power] = (row[power - 1] if power > 0 else 0.0) - row[power] * node[other]
+        if shapes <= TOGETHER:
+            for lane in range(2 * s, 8, 4 if shapes == 2 else 8):
+                curve[:, lane : lane + 2] = (scale[s] * row).reshape(-1, 1)
+    return Shaping(middle, half, node.astype(np.float32), scale.astype(np.float32), curve)
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def place_among(doppler: Floats, shaped: Shaping, x: NDArray[np.float32]) -> None:
+    """Where echoes of some Doppler factors less one lie among the shapes, -1..1 where these meet them, into x."""
+    once = 1 / shaped.half
+    for i in range(doppler.size):
+        x[i] = np.float32(min(max((doppler[i] - shaped.middle) * once, -1.0), 1.0))
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def share_out(x: NDArray[np.float32], node: NDArray[Any], scale: NDArray[Any], share: NDArray[Any]) -> None:
+    """What each of many shapes contributes to echoes: products of the distances from nodes before it and after it.
+
+    Args:
+        x: Where echoes lie among the shapes [1], (n,).
+        node: Of `Shaping`.
+        scale: Likewise.
+        share: Result, (shapes or more, at least n).
+    """
+    running = np.empty(x.size, np.float32)
+    shapes = node.size
+    for s in range(shapes):
+        size, at = scale[s], node[max(s - 1, 0)]
+        for i in range(x.size):
+            running[i] = running[i] * (x[i] - at) if s > 0 else np.float32(1)
+            share[s, i] = size * running[i]
+    for s in range(shapes - 1, -1, -1):
+        at = node[min(s + 1, shapes - 1)]
+        for i in range(x.size):
+            running[i] = running[i] * (x[i] - at) if s < shapes - 1 else np.float32(1)
+            share[s, i] *= running[i]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def lay_down_all(
+    cells: NDArray[np.complex64], channel: int, used: int, wide: int, at: NDArray[np.int32],
+    place: NDArray[np.float32], weight: NDArray[np.float32], x: NDArray[np.float32], shaped: Shaping,
+    share: NDArray[np.float32], count: int,
+) -> None:  # fmt: skip
+    """Spikes of some echoes, each in some channels, laid on the grids of all shapes.
+
+    Those off the grid are passed over.
+
+    Args:
+        cells: Grids of pressure, (channels, groups, cells, shapes of a group).
+        channel: The first that hears them.
+        used: How many channels from there on hear each echo.
+        wide: Spikes from one echo to the next, `used` or more.
+        at: First cell of each spike, -1 where it has no room, (count wide,).
+        place: Of each between cells, (count wide,).
+        weight: Of each, real and imaginary in turn, (2 count wide,).
+        x: Where each lies among the shapes, (count wide,).
+        shaped: How they are shared.
+        share: For more than four shapes: what each shape takes, (shapes or more, spikes).
+        count: How many echoes.
+    """
+    flat = cells.reshape(-1).view(np.float32)
+    groups, lanes = cells.shape[1], cells.shape[3]
+    row = groups * cells.shape[2]
+    shares, stride = share.reshape(-1), share.shape[1]
+    for i in range(count):
+        for e in range(used):
+            k = np.uintp(i * wide + e)  # unsigned: a sign would be looked at, in each column
+            if at[k] < 0:
+                continue
+            first = np.intp((channel + e) * row + at[k])
+            if groups > 1:
+                add_shaped_spike(flat, np.intp(8 * cells.shape[2]), first, place[k], weight, shares, np.intp(stride),
+                                 np.intp(groups), np.intp(k))  # fmt: skip
+            elif lanes == 4:
+                add_spike_of_4(flat, first, place[k], weight, x[k], shaped.curve, np.intp(k))
+            elif lanes == 2:
+                add_spike_of_2(flat, first, place[k], weight, x[k], shaped.curve, np.intp(k))
+            else:
+                add_complex_spike(flat, first, place[k], weight, np.intp(k))

@@ -1,0 +1,96 @@
+"""Claims about pairs of legs that are met at some scatterers: nothing is lost in the mean, and nobody disagrees."""
+
+import numpy as np
+import pytest
+
+from insonify.engines import audible
+from insonify.engines._audible_kernel import answers
+from insonify.engines.audible import LEAST, STRETCHES, _shares
+from insonify.simulation import arrivals, listen, prepare, simulate
+from insonify.synthesis.coherent import hear_arrivals
+from oracles.scenes import nominal
+
+ROUGH = {"depth": 20.0, "relief": {"kind": "power-law", "hurst": 0.8, "rms": 0.05}}
+
+
+def scene(**more):
+    """Rough ground at 60 m, where legs off the bottom are 15 to 25 dB fainter than all that arrives with them."""
+    return nominal(**{
+        "seabed": ROUGH, "track": {"window": (0.08, 0.092)}, "paths": {"reflections": 2, "scatterers_per_cell": 2.0},
+        **more,
+    })  # fmt: skip
+
+
+def ground(listening):
+    """Pairs of the first blocks of the ground, thinned."""
+    here = listening.stance(0)
+    blocks = [block for block in listening.engine.blocks(here) if block().boundary == "seabed"]
+    return [listening.engine.pairs(here, block, drowned=False) for block in blocks]
+
+
+def test_scatterers_stand_for_those_left_out():
+    """Of 200 000 places a pair meets its share to 4 standard errors, and their weights squared come to the whole."""
+    rng = np.random.default_rng(1)
+    place, stretch = rng.integers(0, 2**63, 200_000).astype(np.uint64), rng.integers(0, 2, 200_000).astype(np.int32)
+    share = np.array([[[1.0, 1.0], [0.5, 0.04]], [[0.5, 0.04], [0.25, 0.03125]]])
+    wanted, louder = np.empty((2, len(place)), bool), np.empty((2, 2, len(place)), np.float32)
+    answers(place, stretch, share, np.uint64(7), wanted, louder)
+    for b in range(2):
+        own = stretch == b
+        met, error = (louder[..., own] > 0).mean(axis=-1), np.sqrt(share[..., b] * (1 - share[..., b]) / own.sum())
+        assert (np.abs(met - share[..., b]) <= 4 * error).all()
+        np.testing.assert_allclose((louder[..., own] ** 2).mean(axis=-1) * share[..., b], met, rtol=1e-5)
+    np.testing.assert_array_equal(wanted, (louder > 0).any(axis=1))
+
+
+def test_shares_follow_what_a_pair_has_of_all():
+    """A pair and its twin count together; a quarter of all is whole, the least is heard at one place in 32."""
+    part = np.zeros((2, 2, STRETCHES))
+    part[0, 1], part[1, 0], part[1, 1] = 0.02, 0.03, 1e-9
+    share = _shares(part)
+    np.testing.assert_allclose(share[0, 1], 0.2)
+    np.testing.assert_array_equal(share[0, 1], share[1, 0])
+    assert (share[0, 0] == 1).all() and (share[1, 1] == LEAST).all()
+    part[0, 1, 10] = 1.0
+    np.testing.assert_array_equal(np.flatnonzero(_shares(part)[0, 1] == 1), [9, 10, 11])
+
+
+def test_a_recording_is_the_sum_of_its_arrivals():
+    """Faint pairs thinned in both: to 1e-5 of the rms."""
+    scenario = scene(track={"window": (0.08, 0.084)})
+    listening = prepare(scenario)
+    assert any((pairs.strength == 0).any(axis=1).any() for pairs in ground(listening))
+    heard = simulate(scenario, threads=1).pressure.values[0]
+    written = hear_arrivals(arrivals(scenario), listening.stance(0), listening.grid)
+    assert np.sqrt(np.mean(np.abs(heard - written) ** 2) / np.mean(np.abs(heard) ** 2)) < 1e-5
+
+
+def test_a_leg_is_followed_where_any_of_its_pairs_is_met():
+    """Legs off the bottom are silent at more than half of the places; where a pair is met, its legs are there."""
+    for pairs in ground(prepare(scene())):
+        if "BS" not in pairs.out.families:
+            continue
+        row = pairs.out.families.index("BS")
+        met = (pairs.strength[(pairs.pair == row).any(axis=1)] > 0).any(axis=0)
+        assert met.mean() < 0.5
+        assert (pairs.out.amplitude[row][~met] == 0).all()
+        assert (pairs.out.amplitude[row][met] != 0).mean() > 0.5
+
+
+@pytest.mark.slow
+def test_faint_pairs_keep_their_energy(monkeypatch):
+    """Bottom legs by themselves, 16 grounds: thinned over whole 0 dB, within 3 standard errors, those below 0.5 dB."""
+    ratio = []
+    for seed in range(16):
+        scenario = scene(seed=seed)
+        thinned = simulate(scenario, threads=1).pressure.values[0]
+        with monkeypatch.context() as patch:
+            patch.setattr(audible, "LOUD", 1e-12)
+            whole = dict(listen(prepare(scenario), [0], 1))[0]
+            direct = simulate(scenario.model_copy(update={"paths": scenario.paths.model_copy(
+                update={"families": ("D", "S")})}), threads=1).pressure.values[0]  # fmt: skip
+        ratio.append([np.sum(np.abs(one - direct) ** 2) for one in (thinned, whole)])
+    thin, full = np.array(ratio).T
+    error = np.std(thin - full) / np.sqrt(len(thin)) / full.mean()
+    assert error < 0.12
+    assert abs(thin.mean() / full.mean() - 1) < 3 * error

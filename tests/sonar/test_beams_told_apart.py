@@ -1,0 +1,62 @@
+"""Claims about what tells the beams of one array from those of another, whatever way they are turned."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from insonify.frames import mounting_rotation
+from insonify.sonar import LineArray, PlanarArray, PointTransducer, beams
+
+FREQUENCY, SPEED = 100e3, 1500.0
+ARRAYS = [
+    LineArray(length=1.0),
+    LineArray(length=1.0, elements=32, steer=["-10 deg", 0, "10 deg"]),
+    PlanarArray(width=0.4, height=0.1, steer="20 deg"),
+    PointTransducer(),
+]
+TOLD = [array.kind for array in ARRAYS]
+
+
+@pytest.mark.parametrize("array", ARRAYS, ids=TOLD)
+@given(st.floats(-np.pi, np.pi), st.floats(-1.5, 1.5))
+def test_turned_beams_are_the_same_beams(array, bearing, tilt):
+    """Attitude is no part of the pattern: whatever is kept by it serves a sonar that rolls."""
+    bare = beams(array, FREQUENCY, SPEED)
+    turned = bare.turned(mounting_rotation(bearing, tilt))
+    assert turned.pattern == bare.pattern and hash(turned.pattern) == hash(bare.pattern)
+    assert beams(array, FREQUENCY, SPEED, mounting_rotation(bearing, tilt)).pattern == bare.pattern
+
+
+@pytest.mark.parametrize("array", ARRAYS, ids=TOLD)
+def test_the_same_array_has_the_same_pattern_when_asked_again(array):
+    """Two nouns of equal fields share their tables, and with them the pattern."""
+    again = type(array)(**array.model_dump())
+    assert beams(again, FREQUENCY, SPEED).pattern == beams(array, FREQUENCY, SPEED).pattern
+
+
+@pytest.mark.parametrize(
+    "changes", [{"steer": "5 deg"}, {"length": 1.1}, {"shading": "hann"}, {"elements": 32}, {"element": "cosine"}],
+    ids=lambda changes: next(iter(changes)),
+)  # fmt: skip
+def test_another_steer_size_shading_or_element_is_another_pattern(changes):
+    """Whatever changes a gain changes the pattern: nothing that is kept for one is given to the other."""
+    one, other = (beams(LineArray(**{"length": 1.0, **more}), FREQUENCY, SPEED) for more in ({}, changes))
+    angle = np.linspace(-1.4, 1.4, 301)
+    way = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
+    assert not np.allclose(one.gain(way), other.gain(way), atol=1e-6)
+    assert one.pattern != other.pattern
+
+
+def test_another_frequency_is_another_pattern():
+    """The same metres are more wavelengths."""
+    one, other = (beams(LineArray(length=1.0), frequency, SPEED) for frequency in (100e3, 101e3))
+    assert one.pattern != other.pattern
+
+
+def test_one_beam_of_many_is_told_from_the_others():
+    """Each channel alone has a pattern of its own, and none has that of all."""
+    fan = beams(ARRAYS[1], FREQUENCY, SPEED)
+    told = {fan.only(channel).pattern for channel in range(3)}
+    assert len(told) == 3 and fan.pattern not in told
+    assert fan.only(1).pattern == fan.only(1).pattern
