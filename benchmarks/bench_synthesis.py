@@ -8,11 +8,14 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from numba import njit
 
-from insonify.synthesis._echo_kernel import Ears, Heard, Sent, spread_echoes
+from insonify.synthesis._aperture_kernel import spread_to_elements
+from insonify.synthesis._echo_kernel import Ears, Heard, Sent
 from insonify.synthesis._groups import add_groups, pulse_table
 from insonify.synthesis._spread import spread, spread_carrier, spread_energy, spread_pairs
 from insonify.synthesis._taps import CELLS_PER_SPIKE, WIDTH, tap_coefficients
+from insonify.synthesis.apertures import nodes_along
 from insonify.synthesis.grid import finish, time_grid
+from insonify.synthesis.sectors import NONE
 from insonify.synthesis.shapes import Shapes
 from measure import Result, best_seconds
 
@@ -111,16 +114,17 @@ def element_by_element() -> list[Result]:
         made = Shapes(-4e-3 * np.cos((np.arange(shapes) + 0.5) * np.pi / shapes))
         velocity = np.tile([speed, 0.0, 0.0], (elements, 1))
         ears = Ears(place, velocity, still, channels, 0 * number, 0 * number)
-        spread_echoes(
-            held[shapes], *PLACE, np.zeros((1, 3), np.int64), sent, heard, ones, ears, 1 / 1500, 0.0, 0.0, bent,
-            1e-4 * (speed > 0), CARRIER, made.doppler,
+        nodes = nodes_along(place, velocity, still, float(radius.min()), WINDOW, 1500 / CARRIER)
+        spread_to_elements(
+            held[shapes], *PLACE, np.zeros((1, 3), np.int64), sent, heard, ones, ears, nodes, NONE, 1 / 1500, 0.0, 0.0,
+            bent, 1e-4 * (speed > 0), CARRIER, made.doppler,
         )  # fmt: skip
 
     kernels = {
-        "spread_echoes, at rest": lambda: kernel(0.0, False, 1),
-        "spread_echoes, under way, 1 shape": lambda: kernel(3.0, False, 1),
-        "spread_echoes, under way, 8 shapes": lambda: kernel(3.0, False, 8),
-        "spread_echoes, bent rays, under way, 1 shape": lambda: kernel(3.0, True, 1),
+        "spread_to_elements, at rest": lambda: kernel(0.0, False, 1),
+        "spread_to_elements, under way, 1 shape": lambda: kernel(3.0, False, 1),
+        "spread_to_elements, under way, 8 shapes": lambda: kernel(3.0, False, 8),
+        "spread_to_elements, bent rays, under way, 1 shape": lambda: kernel(3.0, True, 1),
     }
     return [Result(name, count * elements / best / 1e6, UNIT) for name, best in best_seconds(kernels).items()]
 

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from insonify.engines.audible import LEAST, STRETCHES, Audible, largest_parts, shares_met
 from insonify.propagation.families import families_for
+from insonify.records.pairs import Thinned
 from insonify.simulation import prepare
 from oracles.scenes import nominal
 
@@ -14,10 +15,16 @@ NAMES = ("D", "B", "S", "BS")
 ROUGH = {"depth": 20.0, "relief": {"kind": "power-law", "hurst": 0.8, "rms": 0.05}}
 
 
-def known(n=30, seed=1):
-    """Four families and a table whose every number is its own."""
-    louder = np.random.default_rng(seed).permutation(16 * n).reshape(4, 4, n).astype(np.float32)
-    return Audible(NAMES, np.ones((4, n), bool), louder)
+def known(seed=1):
+    """Four families and a table of shares whose every number is its own, for one place in each of 30 stretches."""
+    share = (np.random.default_rng(seed).permutation(16 * 30) + 1).reshape(16, 30).astype(np.float32) / 500
+    number, stretch = np.full(30, 1e-4, np.float32), np.arange(30).astype(np.uint8)
+    return Audible(NAMES, np.ones((4, 30), bool), Thinned(number, stretch, share))
+
+
+def row_of(heard, one, other):
+    """Shares of one pair of families."""
+    return heard.thinned.share[4 * NAMES.index(one) + NAMES.index(other)]
 
 
 def scene(**more):
@@ -29,16 +36,16 @@ def scene(**more):
 def test_each_pair_has_the_row_of_its_two_names(pairs):
     """Out first and back second, however many pairs, in any order, some more than once."""
     heard, out, back = known(), *(tuple(pair[k] for pair in pairs) for k in (0, 1))
-    rows = heard.factor(out, back)
-    assert rows.shape == (len(pairs), 30)
-    for row, (one, other) in zip(rows, pairs, strict=True):
-        np.testing.assert_array_equal(row, heard.louder[NAMES.index(one), NAMES.index(other)])
+    rows = heard.met(out, back)
+    assert rows.louder.shape == (len(pairs), 30)
+    for row, (one, other) in zip(rows.share, pairs, strict=True):
+        np.testing.assert_array_equal(row, row_of(heard, one, other))
 
 
 def test_the_way_out_is_told_from_the_way_back():
     """A pair and its twin have rows of their own, though shares make them alike."""
     heard = known()
-    there, back = heard.factor(("D",), ("B",)), heard.factor(("B",), ("D",))
+    there, back = heard.met(("D",), ("B",)).share, heard.met(("B",), ("D",)).share
     assert (there != back).all()
 
 
@@ -46,25 +53,35 @@ def test_all_pairs_in_their_order_are_the_table_itself():
     """Nothing is copied where everything is asked for as it lies."""
     heard = known()
     out, back = (tuple(NAMES[k] for k in np.indices((4, 4))[axis].ravel()) for axis in (0, 1))
-    assert np.shares_memory(heard.factor(out, back), heard.louder)
-    assert not np.shares_memory(heard.factor(out[::-1], back[::-1]), heard.louder)
+    assert np.shares_memory(heard.met(out, back).share, heard.thinned.share)
+    assert not np.shares_memory(heard.met(out[::-1], back[::-1]).share, heard.thinned.share)
 
 
 def test_glints_of_one_family_share_its_row():
     """A rough surface splits a family into several legs of one name: all are met where the family is."""
     heard = known()
     out, back = ("S", "S", "S", "D"), ("D", "S", "D", "S")
-    rows = heard.factor(out, back)
+    rows = heard.met(out, back).share
     np.testing.assert_array_equal(rows[0], rows[2])
-    np.testing.assert_array_equal(rows[1], heard.louder[2, 2])
-    np.testing.assert_array_equal(rows[3], heard.louder[0, 2])
+    np.testing.assert_array_equal(rows[1], row_of(heard, "S", "S"))
+    np.testing.assert_array_equal(rows[3], row_of(heard, "D", "S"))
+
+
+def test_a_pair_is_met_where_the_number_lies_below_its_share():
+    """Over all places met, what is louder squared times the share is one; elsewhere nothing is heard."""
+    number = np.linspace(0, 1, 1001)[:-1].astype(np.float32)
+    share = np.array([[1.0, 0.3], [0.05, 1 / 32]], np.float32)
+    stretch = np.repeat([0, 1], 500).astype(np.uint8)
+    louder = Thinned(number, stretch, share).louder
+    np.testing.assert_array_equal(louder > 0, number < share[:, stretch])
+    np.testing.assert_allclose((louder**2 * share[:, stretch])[louder > 0], 1, rtol=1e-6)
 
 
 def test_where_all_is_met_nothing_is_multiplied():
     """No table, no factor, whatever the pairs; and a family that is not followed has no row."""
-    assert Audible(NAMES, None, None).factor(("D", "D"), ("B", "S")) is None
+    assert Audible(NAMES, None, None).met(("D", "D"), ("B", "S")) is None
     with pytest.raises(KeyError):
-        known().factor(("SBS",), ("D",))
+        known().met(("SBS",), ("D",))
 
 
 @pytest.mark.parametrize("reflections", [1, 2])
@@ -82,7 +99,7 @@ def test_shares_told_ahead_are_those_of_the_scatterers(reflections):
         distance = np.hypot(*(points.position[:, :2] - here.middle[:2]).T)
         families, share = listening.engine.met(here, distance)
         told += share.sum()
-        met += len(heard.families) ** 2 * len(points) if heard.louder is None else (heard.louder > 0).sum()
+        met += len(heard.families) ** 2 * len(points) if heard.thinned is None else (heard.thinned.louder > 0).sum()
         assert families == families_for("seabed", listening.scenario.paths.followed)
     assert told == pytest.approx(met, rel=0.02)
 

@@ -83,8 +83,9 @@ def test_the_shadow_of_a_ridge_ends_where_the_ray_over_its_crest_comes_down(name
     skylines, water = seen_from(ridge(50.0, height), profile)
     distance = np.arange(45.0, 90.0, 0.02)
     ray, there = rays_to(water, family, distance, np.full(distance.shape, DEPTH))
-    lit = skylines.visible((family,), np.zeros(distance.size), distance, ray[None, :, SIN_LAUNCH],
-                           np.full(distance.shape, DEPTH), ground=True)[0]  # fmt: skip
+    groups = skylines.groups_of(np.zeros(distance.size), distance)
+    lit = skylines.visible((family,), distance, ray[None, :, SIN_LAUNCH], np.full(distance.shape, DEPTH), groups,
+                           ground=True)[0]  # fmt: skip
     ends = []
     for top in (height - 0.06, height):
         over, _ = rays_to(water, family, np.array([50.0]), np.array([DEPTH - top]))
@@ -113,7 +114,7 @@ def test_skylines_are_right_about_rays_that_are_walked_step_by_step(name, family
     ray, there = rays_to(water, family, distance, depth)
     there &= np.isfinite(ray[:, SIN_LAUNCH])
     distance, azimuth, depth, sine = distance[there], azimuth[there], depth[there], ray[there, SIN_LAUNCH]
-    told = skylines.visible((family,), azimuth, distance, sine[None], depth)[0]
+    told = skylines.visible((family,), distance, sine[None], depth, skylines.groups_of(azimuth, distance))[0]
     seen = [_walked(bed, PROFILES[name], family, *row) for row in zip(distance, azimuth, sine, strict=True)]
     assert len(seen) > 80
     assert np.mean(told == seen) > (0.98 if family in ("D", "S") else 0.95)

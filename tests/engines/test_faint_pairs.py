@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 from insonify.engines import audible
-from insonify.engines._audible_kernel import answers
+from insonify.engines._audible_kernel import answers, numbered
 from insonify.engines.audible import LEAST, STRETCHES, _shares
+from insonify.records.pairs import Thinned
 from insonify.simulation import arrivals, listen, prepare, simulate
 from insonify.synthesis.coherent import hear_arrivals
+from oracles.listening import relative_rms
 from oracles.scenes import nominal
 
 ROUGH = {"depth": 20.0, "relief": {"kind": "power-law", "hurst": 0.8, "rms": 0.05}}
@@ -31,10 +33,17 @@ def ground(listening):
 def test_scatterers_stand_for_those_left_out():
     """Of 200 000 places a pair meets its share to 4 standard errors, and their weights squared come to the whole."""
     rng = np.random.default_rng(1)
-    place, stretch = rng.integers(0, 2**63, 200_000).astype(np.uint64), rng.integers(0, 2, 200_000).astype(np.int32)
-    share = np.array([[[1.0, 1.0], [0.5, 0.04]], [[0.5, 0.04], [0.25, 0.03125]]])
-    wanted, louder = np.empty((2, len(place)), bool), np.empty((2, 2, len(place)), np.float32)
-    answers(place, stretch, share, np.uint64(7), wanted, louder)
+    place, count = rng.integers(0, 2**63, 200_000).astype(np.uint64), 200_000
+    distance, bearing = rng.uniform(0, 3.0, count), rng.uniform(0, 2 * np.pi, count)
+    position = np.stack([5 + distance * np.cos(bearing), distance * np.sin(bearing)], axis=1)
+    stretch, number = np.empty(count, np.uint8), np.empty(count, np.float32)
+    first = np.array([0, 0, 1, 1], np.uint8)
+    numbered(position, 5.0, 0.0, np.array([0, 1.0, 2.0]), first, place, np.uint64(7), stretch, number)
+    np.testing.assert_array_equal(stretch, distance >= 1)  # beyond the last is the last
+    share = np.array([[[1.0, 1.0], [0.5, 0.04]], [[0.5, 0.04], [0.25, 0.03125]]], np.float32)
+    wanted = np.empty((2, count), bool)
+    answers(number, stretch, share.max(axis=1), wanted)
+    louder = Thinned(number, stretch, share.reshape(4, 2)).louder.reshape(2, 2, count)
     for b in range(2):
         own = stretch == b
         met, error = (louder[..., own] > 0).mean(axis=-1), np.sqrt(share[..., b] * (1 - share[..., b]) / own.sum())
@@ -94,3 +103,17 @@ def test_faint_pairs_keep_their_energy(monkeypatch):
     error = np.std(thin - full) / np.sqrt(len(thin)) / full.mean()
     assert error < 0.12
     assert abs(thin.mean() / full.mean() - 1) < 3 * error
+
+
+def test_ends_at_two_depths_may_be_exchanged_over_rough_ground():
+    """Transmitter 8 m above the receiver, or below it: one sound to 1e-4 (by the shares of one end alone 0.2 off)."""
+    apart = (0.0, 0.0, -4.0), (0.0, 0.0, 4.0)
+    one, other = (
+        simulate(
+            scene(transmit={"offset": sent}, receive={"offset": heard}, water={"noise_level_db": None},
+                  track={"window": (0.05, 0.054)}),
+            threads=1,
+        ).pressure.values
+        for sent, heard in (apart, apart[::-1])
+    )  # fmt: skip
+    assert np.linalg.norm(one) > 0 and relative_rms(other, one) < 1e-4

@@ -1,9 +1,11 @@
 """Lines of the ground about a stance: they cover what is heard once, whatever the beam, the heading and the floor."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from insonify.engines.lines import FAINT, lines_in_view
+from insonify.engines.lines import FAINT, heard_about, lines_in_view
 from insonify.engines.rings import WIDEST_CELL
 from insonify.engines.sampling import Resolution, beam_bound
 from insonify.propagation.rays import Reach
@@ -170,3 +172,38 @@ def test_nothing_heard_is_no_line(listening):
     """A window that closes before the first echo, and a floor above the loudest beam."""
     assert lines(listening, heard=Reach(HEIGHT, 0.0, -1.0)).shape == (0, 9)
     assert lines(listening, floor=1.5).shape == (0, 9)
+
+
+@pytest.mark.parametrize(("family", "climb", "up"), [("D", 9.0, 1), ("S", 31.0, -1), ("BS", 49.0, 1)])
+@pytest.mark.parametrize("zone", [(20.0, 40.0), (40.0, 200.0)])
+def test_no_place_of_a_patch_is_louder_than_the_patch_is_said_to_be(listening, zone, family, climb, up):
+    """4000 places in 64 patches of 0.02 rad about the beam: two-way gains by another program stay below the bound.
+
+    Nor is the bound far off: its loudest patch is at most 1.5 times as loud as the loudest place.
+    """
+    here, rng = listening.stance(0), np.random.default_rng(9)
+    heard = heard_about(here, DEPTH, (family,))
+    middle = np.pi / 2 + 0.02 * (np.arange(64) - 31.5)
+    told = heard(middle, 0.02, zone)
+    patch = rng.integers(0, 64, 4000)
+    bearing, distance = middle[patch] + rng.uniform(-0.01, 0.01, 4000), rng.uniform(*zone, 4000)
+    way = np.column_stack([distance * np.cos(bearing), distance * np.sin(bearing), np.full(4000, up * climb)])
+    way /= np.linalg.norm(way, axis=1, keepdims=True)
+    gain = np.abs(here.transmit_beams.gain(way)[0] * here.receive_beams.gain(way)[0])
+    assert np.all(gain <= told[patch] * (1 + 1e-6) + 1e-9)
+    assert told.max() < 1.5 * gain.max()
+
+
+def test_ends_apart_widen_what_is_asked_and_wide_patches_are_not_told(listening):
+    """Ends 2 m apart: at 20 m a patch is 0.2 rad wider for the other end, never less loud; near by nothing is told.
+
+    Beyond half a radian, and of two platforms, there is no bound.
+    """
+    here = listening.stance(0)
+    apart = replace(here, receive_place=here.receive_place + np.array([2.0, 0.0, 0.0]))
+    middle = np.pi / 2 + 0.05 * np.arange(-8, 9)
+    alone, both = (heard_about(one, DEPTH, ("D",)) for one in (here, apart))
+    assert np.all(both(middle, 0.02, (20.0, 40.0)) >= alone(middle, 0.02, (20.0, 40.0)))
+    assert np.all(np.isinf(both(middle, 0.02, (0.0, 20.0)))) and np.all(np.isinf(alone(middle, 0.6, (20.0, 40.0))))
+    assert np.all(np.isfinite(alone(middle, 0.02, (0.0, 20.0))))
+    assert heard_about(replace(here, receive_survey=here.survey), DEPTH, ("D",)) is None

@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 
+from insonify import streams
 from insonify.engines import loudness
+from insonify.engines.view import view
 from insonify.scenario.scenario import Scenario
+from insonify.scene.lattice import Lattice, Tiles, draw
 from insonify.simulation import prepare, simulate
 from oracles.scenes import each_ping, nominal
 
@@ -72,6 +75,30 @@ def test_what_is_kept_stands_for_what_is_not(monkeypatch):
         total = (whole[there] * off_axis(every[there]) ** -4).sum()
         assert kept.sum() > 100
         assert part.sum() == pytest.approx(total, abs=4 * np.sqrt(np.sum(part**2)))
+
+
+def test_what_is_kept_is_what_the_lattice_draws():
+    """Of 60 tiles near and far, loud and faint: the very places and phases of the lattice, each by its priority.
+
+    Who stands for 1/p of a cell has a priority below p; the phase is the turn's to 3e-7.
+    """
+    scenario = bed(order=2)
+    lattice, listening = Lattice(heading=0.3), prepare(scenario)
+    here, rays = listening.stance(0), listening.engine.rays
+    along, across = np.meshgrid(np.arange(-2, 4), np.arange(-1, 9))
+    tiles = Tiles(np.full(60, 2), along.ravel() * 4, across.ravel() * 4)
+    loud = loudness.Loudness(here, 20.0, rays, ("D", "S"), lattice, 100.0)
+    kept = loud.kept(tiles, loud.bounds(tiles, np.full(60, 0.7)), 7, streams.SEABED, 20.0)
+    cell = draw(tiles, 7, streams.SEABED)
+    order = np.argsort(cell.place)
+    rows = order[np.searchsorted(cell.place, kept.key, sorter=order)]
+    np.testing.assert_array_equal(cell.place[rows], kept.key)
+    np.testing.assert_array_equal(kept.position[:, :2], lattice.to_world(cell.along, cell.across)[rows])
+    np.testing.assert_allclose(kept.phase, np.exp(2j * np.pi * cell.turn[rows]), atol=3e-7)
+    np.testing.assert_array_equal([cell.tile[rows], cell.rank[rows]], [kept.tile, kept.rank])
+    assert len(set(kept.key.tolist())) == len(rows) > 500
+    assert np.all(cell.priority[rows] < cell.area[rows] / kept.area)
+    assert np.ptp(kept.area) > 20 * kept.area.min()
 
 
 def test_no_scatterer_left_over_is_louder_than_those_at_the_edge():
@@ -159,3 +186,23 @@ def test_a_world_moved_keeps_its_choice():
     _, here, _ = met(bed(order=2))
     _, there, _ = met(moved)
     assert len(here) == len(there) and np.mean(here == there) == 1.0
+
+
+def test_a_ping_fills_the_cells_that_it_has_itself():
+    """Right below the sonar cells are larger than the track has them at 45 degrees: no more are kept than fill them.
+
+    In the main lobe each scatterer stands for half of its part of a cell to all of it; those of the whole track would
+    stand for 0.3 of it on the average.
+    """
+    scenario = passing(step=0.5, window=(0.011, 0.02), pings=40)
+    listening = prepare(scenario)
+    here = listening.stance(20)
+    seen = view(scenario.scene, scenario.paths, scenario.seed, here, listening.engine.rays)
+    height = scenario.seabed.depth - here.transmit_place[2]
+    place, _, area = met(scenario, 20)
+    distance = np.linalg.norm(place[:, :2] - here.transmit_place[:2], axis=1)
+    below = (off_axis(place, here.transmit_place) < 0.6) & (distance < 0.3 * height)
+    part = area[below] / seen.resolution.cell_area(distance[below], height)
+    assert below.sum() > 30
+    assert part.max() <= 1.0
+    assert part.mean() > 0.5

@@ -5,8 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from insonify.engines._crest_kernel import FAINT, felt_until, find_crests, never_rises
+from insonify.engines._crest_kernel import FAINT, felt_until, find_crests, never_rises, over_crests
 from insonify.propagation._knife_edge_kernel import differs_less, turned
+from insonify.propagation.knife_edge import PER_UNIT, edge_table
 
 STEP, WAVE = 0.25, 0.015
 
@@ -17,7 +18,7 @@ def crests_of(depth: np.ndarray, image: np.float32) -> int:
     launch = (depth - image) / distance
     bound, crest = np.empty_like(launch), np.empty(launch.shape, np.int32)
     met = np.empty((len(launch), launch.shape[1] // 2 + 1, 4), np.float32)
-    find_crests(launch, STEP, False, WAVE, bound, crest, met)
+    find_crests(launch, distance, False, WAVE, bound, crest, met)
     return int(crest.max()) + 1
 
 
@@ -58,7 +59,7 @@ def test_beyond_its_reach_a_crest_changes_nothing_that_clears_it(wavelength: flo
         distance, slope = until * rng.uniform(1.0001, 3), rng.uniform(0, 2)
         stretch = np.sqrt(1 + slope**2)
         length, clear = distance * stretch, 10 ** rng.uniform(-4, 1)
-        assert differs_less(clear, hollow / stretch, length - near * stretch, length, wavelength, FAINT)
+        assert differs_less(clear, hollow / stretch, length - near * stretch, length, wavelength, FAINT**2)
         told += 1
     assert told > 300
 
@@ -69,3 +70,67 @@ def test_quarters_of_a_turn_are_those_of_sine_and_cosine() -> None:
     found = np.array([turned(q) for q in quarters])
     np.testing.assert_allclose(found[:, 0], np.cos(np.pi / 2 * quarters), atol=2e-11)
     np.testing.assert_allclose(found[:, 1], np.sin(np.pi / 2 * quarters), atol=2e-11)
+
+
+def walked_by_hand(launch: np.ndarray, distance: np.ndarray, rising: bool) -> tuple[list, list, list]:
+    """Bound, number of the last crest and (sample, launch, hollow) of each, for one line, from their definitions."""
+    sense, order = (-1.0, range(len(launch) - 1, -1, -1)) if rising else (1.0, range(len(launch)))
+    bound, crest, met = [0.0] * len(launch), [0] * len(launch), []
+    seen: list[int] = []
+    dark = False
+    for k in order:
+        if np.isfinite(launch[k]):
+            best = min(seen, key=lambda i: sense * launch[i], default=None)
+            if best is None or sense * launch[k] <= sense * launch[best]:
+                dark = False
+            else:
+                best = max((i for i in seen if launch[i] == launch[best]), key=seen.index)
+                if not dark:
+                    met.append([best, launch[best], 0.0])
+                met[-1][2] = max(met[-1][2], sense * (launch[k] - launch[best]) * distance[k])
+                dark = True
+            seen.append(k)
+        bound[k] = sense * min((sense * launch[i] for i in seen), default=np.inf)
+        crest[k] = len(met) - 1
+    return bound, crest, met
+
+
+@pytest.mark.parametrize("rising", [False, True])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_crests_are_where_the_skyline_stops_sinking(seed: int, rising: bool) -> None:
+    """Lines of 120 drawn samples, some of them unknown: bounds, crests and hollows as their definitions say."""
+    rng = np.random.default_rng(seed)
+    distance = (np.arange(120, dtype=np.float32) + 1) * np.float32(STEP)
+    launch = ((8 + rng.standard_normal((4, 120)).cumsum(axis=1) / 20) / distance).astype(np.float32)
+    launch[rng.random(launch.shape) < 0.05] = np.nan
+    by_hand = [walked_by_hand(line.astype(float), distance.astype(float), rising) for line in launch]
+    bound, crest = np.empty_like(launch), np.empty(launch.shape, np.int32)
+    met = np.empty((4, 61, 4), np.float32)
+    find_crests(launch, distance, rising, WAVE, bound, crest, met)
+    for s, (lowest, last, crests) in enumerate(by_hand):
+        np.testing.assert_array_equal(bound[s], np.array(lowest, np.float32))
+        np.testing.assert_array_equal(crest[s], last)
+        np.testing.assert_allclose(met[s, : len(crests), :3], np.reshape(crests, (-1, 3)), rtol=1e-5)
+        assert np.all(met[s, : len(crests), 3] > 0)
+
+
+def test_a_ray_to_ground_is_one_of_that_launch() -> None:
+    """At samples of drawn ground, seen or hidden: told by the ground or by the ray's own launch, the same is left."""
+    rng = np.random.default_rng(5)
+    distance = (np.arange(400, dtype=np.float32) + 1) * np.float32(STEP)
+    launch = ((8 + rng.standard_normal((2, 400)).cumsum(axis=1) / 30) / distance).astype(np.float32)
+    bound, crest, met = np.empty_like(launch), np.empty(launch.shape, np.int32), np.empty((2, 201, 4), np.float32)
+    find_crests(launch, distance, False, WAVE, bound, crest, met)
+    points, rows = np.arange(700), np.repeat([0, 1], 350)
+    sample = np.tile(np.arange(20, 370), 2)
+    reach, steep = distance[sample].astype(float), launch[rows, sample].astype(float)
+    told = []
+    for ground in (True, False):
+        lit, left = np.ones(700, bool), np.ones(700, complex)
+        over_crests(launch, bound, crest, met, rows, points, reach, steep, STEP, reach, WAVE, edge_table(), PER_UNIT,
+                    ground, True, lit, left)  # fmt: skip
+        told.append((lit, left))
+    hidden = steep > bound[rows, sample]
+    np.testing.assert_array_equal(told[0][0], ~hidden)
+    assert 0.1 < hidden.mean() < 0.9 and np.abs(told[0][1] - 1).max() > 0.3
+    np.testing.assert_allclose(told[0][1], told[1][1], atol=1e-6)

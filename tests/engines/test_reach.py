@@ -141,6 +141,30 @@ def test_every_resolution_cell_holds_what_was_asked_for(window: tuple[float, flo
         assert np.all(points.area[lobe] <= cell[lobe] / per_cell * (1 + 1e-9) + BASE_PITCH**2)
 
 
+def test_ground_is_drawn_as_finely_as_it_will_be_focused() -> None:
+    """A synthetic aperture of 6 m resolves wavelength / 12 m of angle: such cells hold as many scatterers as are asked.
+
+    Half a wavelength over the aperture, for both ways; the beam of 0.3 m is ten times as wide.
+    """
+    kept = {"band": 20e3, "record": "elements"}
+    most = np.zeros(2)
+    for row, receiver in enumerate((kept | {"synthetic_aperture": 6.0}, kept)):
+        scenario = nominal(line={"length": 0.3}, paths={"reflections": 0, "scatterers_per_cell": 5.0},
+                           sonar={"receiver": receiver}, track={"window": (0.1, 0.101)})  # fmt: skip
+        listening = prepare(scenario)
+        here = listening.stance(0)
+        slant = 1500 / 2 * here.pulse.resolution_time
+        for block in listening.engine.blocks(here):
+            points = block()
+            away = np.linalg.norm(points.position[:, :2], axis=1)
+            far = np.hypot(away, 9.0)
+            lobe = (np.abs(points.position[:, 0]) / far < 0.6 * 0.015 / 0.3) & (points.position[:, 1] > 0)
+            cell = (slant * far / away) * far * (0.015 / 2 / 6.0)
+            most[row] = np.max((points.area / cell)[lobe], initial=most[row])
+    focused, beamed = most
+    assert 0 < focused <= 1 / 5.0 + 1e-9 and beamed > 3 * focused
+
+
 def test_cells_shrink_with_the_pulse_and_the_beam() -> None:
     """Half the pulse or half the beam's width: half the area; a wide beam is capped at squares of two range cells."""
     away = np.array([100.0])

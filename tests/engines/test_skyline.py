@@ -20,9 +20,8 @@ def lit_ground(skylines, family, distance, azimuth=0.0):
     tangent = skylines.launches.steepness(family, distance, np.full(distance.shape, DEPTH))
     first = -1 if bounces(family).startswith("S") else 1
     sine = first * tangent / np.hypot(1, tangent)
-    return skylines.visible(
-        (family,), np.full(distance.shape, azimuth), distance, sine[None], np.full(distance.shape, DEPTH), ground=True
-    )[0]
+    groups = skylines.groups_of(np.full(distance.shape, azimuth), distance)
+    return skylines.visible((family,), distance, sine[None], np.full(distance.shape, DEPTH), groups, ground=True)[0]
 
 
 @pytest.mark.parametrize(("family", "climb"), [("D", 9.0), ("S", 31.0)])
@@ -107,9 +106,9 @@ def test_the_walk_agrees_with_rays_walked_step_by_step(family):
     """
     bed = Bed(DEPTH, grow([PowerLaw(hurst=0.7, rms=0.2)], seed=3, split=Split(wavelength=0.5)))
     skylines = seen_from(bed, farthest=120.0)
-    zone = len(skylines.edges) - 1
-    azimuth = 2 * np.pi * (100.5 / skylines.slices[zone])
-    distance = np.linspace(skylines.edges[-2] + 1, 119.0, 3000)
+    zone = len(skylines.cut.edges) - 1
+    azimuth = 2 * np.pi * (100.5 / skylines.cut.counts[zone])
+    distance = np.linspace(skylines.cut.edges[-2] + 1, 119.0, 3000)
     lit = lit_ground(skylines, family, distance, azimuth)
     image = SONAR if family == "D" else -SONAR
 
@@ -136,7 +135,14 @@ def test_a_world_moved_as_a_whole_keeps_its_shadows():
         tangent = 9 / distance
         sine = (tangent / np.hypot(1, tangent))[None]
         flags.append(
-            skylines.visible(("D",), azimuth + turn, distance, sine, np.full(distance.shape, DEPTH), ground=True)[0]
+            skylines.visible(
+                ("D",),
+                distance,
+                sine,
+                np.full(distance.shape, DEPTH),
+                skylines.groups_of(azimuth + turn, distance),
+                ground=True,
+            )[0]
         )
     assert 0.2 < flags[0].mean() < 0.98
     assert np.mean(flags[0] == flags[1]) > 0.999

@@ -25,8 +25,8 @@ def on_ground(skylines, family, distance):
     tangent = skylines.launches.steepness(family, distance, np.full(distance.shape, DEPTH))
     sine = (-1 if bounces(family).startswith("S") else 1) * tangent / np.hypot(1, tangent)
     left = np.empty((1, len(distance)), complex)
-    depth, azimuth = np.full(distance.shape, DEPTH), np.zeros(len(distance))
-    lit = skylines.visible((family,), azimuth, distance, sine[None], depth, ground=True, left=left)
+    depth, groups = np.full(distance.shape, DEPTH), skylines.groups_of(np.zeros(len(distance)), distance)
+    lit = skylines.visible((family,), distance, sine[None], depth, groups, ground=True, left=left)
     return lit[0], left[0]
 
 

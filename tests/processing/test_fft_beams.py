@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from insonify.processing import beamform_delay_sum, beamform_fft
-from oracles.point_echoes import bell, decibels, heard
+from oracles.point_echoes import bell, decibels, heard, two_way
 
 F, C, RATE, COUNT = 100e3, 1500.0, 60e3, 48
 PITCH = C / F / 2
@@ -58,6 +58,30 @@ def test_any_number_of_beams_and_any_start():
     few = beamform_fft(series, TIME, np.linspace(-0.1, 0.3, 5), **about)
     np.testing.assert_allclose(few, many[:, 50:91:10], atol=1e-5)
     np.testing.assert_allclose(many[1], 2 * many[0], atol=1e-5)
+
+
+def test_a_focus_that_follows_the_sound_is_that_of_delay_and_sum():
+    """Echoes from 3 to 3.6 m at any angle, an array of 0.36 m whose near field ends at 8.6 m: -35 dB of DAS apart.
+
+    Phases of 0.05 rad are left at the ends of the line where the series begins (seen: -38 dB). With a focus far away
+    they are 4 dB below it apart.
+    """
+    time = 2 * 2.9 / C + np.arange(80) / RATE
+    sines = np.array([-0.75, -0.3, 0.0, 0.4, 0.7])
+    points = np.linspace(3.0, 3.6, 5)[:, None] * towards(sines)
+    series = heard(time, two_way(points, np.zeros(3), LINE, C), F, bell(9e3), np.ones(5))
+    beams = np.linspace(-0.8, 0.8, 65)
+    by_sum = beamform_delay_sum(series, LINE, time, towards(beams), centre_frequency=F)
+    by_fft, far = (
+        beamform_fft(series, time, beams, spacing=PITCH, centre_frequency=F, focus=focus)
+        for focus in ("dynamic", "far")
+    )
+    loudest = np.max(np.abs(by_sum))
+    assert loudest == pytest.approx(1, abs=0.1)
+    assert decibels(np.max(np.abs(by_fft - by_sum)) / loudest) < -35
+    assert decibels(np.max(np.abs(far - by_sum)) / loudest) > -10
+    with pytest.raises(ValueError, match="choose far or dynamic"):
+        beamform_fft(series, time, beams, spacing=PITCH, centre_frequency=F, focus="near")
 
 
 def test_uneven_beams_are_refused_with_the_way_out():

@@ -42,6 +42,17 @@ def test_the_phase_of_an_echo_tells_its_elevation(elevation_deg):
     assert np.degrees(phase_to_elevation(phase, **about)) == pytest.approx(elevation_deg, abs=0.01)
 
 
+@pytest.mark.parametrize("off_deg", [-50.0, 20.0, 45.0, 80.0])
+def test_a_wavefront_close_by_is_told_nearer_to_broadside(off_deg):
+    """Ways from a place to both receivers, a / R of 1/5: by (a / 4 R)^2 sin(2 angle), but for (a / R)^4."""
+    baseline, slant, off = 0.2, 1.0, np.radians(off_deg)
+    place = slant * np.array([0, np.cos(TILT + off), np.sin(TILT + off)])
+    upper, lower = np.linalg.norm(place - receivers(baseline), axis=1)
+    told = phase_to_elevation(2 * np.pi / WAVE * (lower - upper), baseline=baseline, tilt=TILT, centre_frequency=F)
+    shorter = (baseline / (4 * slant)) ** 2 * np.sin(2 * off)
+    assert TILT + off - told == pytest.approx(shorter, abs=0.1 * (baseline / slant) ** 4)
+
+
 def test_phase_and_elevation_undo_each_other():
     """Anywhere in front; beyond the baseline's reach there is no angle."""
     about = {"baseline": 0.1, "tilt": 0.3, "centre_frequency": F}

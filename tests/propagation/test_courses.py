@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from insonify.propagation.local_planes import course, level_course, local_course, zone
+from insonify.propagation.local_planes import course, level_bounces, level_course, local_course, zone
 from insonify.scene._plane_kernel import MOST_SAMPLES
 from insonify.scene.bed_plane import FEW, PATTERN
 from insonify.scene.seabed import Seabed
@@ -72,6 +72,16 @@ def test_a_point_below_its_mirror_has_no_way():
     """The bed as a mirror at 20 m: 19.9 m is above it, 20.1 m is not."""
     points = np.array([[30.0, 0.0, 19.9], [30.0, 0.0, 20.1]])
     np.testing.assert_array_equal(level_course("B", SONAR, points, DEPTH).there, [True, False])
+
+
+@pytest.mark.parametrize("family", ["B", "S", "BS", "SB", "SBS", "BSB", "BSBS"])
+def test_level_ways_are_told_by_their_lengths(family):
+    """Parts of the way before each bounce, by how much it climbs till then: those of images in level planes."""
+    points = points_about(np.random.default_rng(6), 50)
+    way = level_course(family, SONAR, points, DEPTH)
+    told = level_bounces(family, SONAR[2], way.length, np.abs(way.departure[:, 2]), DEPTH)
+    np.testing.assert_allclose(told.part, way.part, rtol=1e-9)
+    np.testing.assert_allclose(told.sine, way.sine, rtol=1e-9)
 
 
 @pytest.mark.parametrize("family", ["B", "BS", "SBS"])

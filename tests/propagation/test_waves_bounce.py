@@ -8,6 +8,7 @@ from insonify.ocean.wave_spectrum import angular_frequency
 from insonify.propagation.bent import unfolded
 from insonify.propagation.glints import End
 from insonify.propagation.images import image_legs
+from insonify.propagation.moving import moving_legs
 from insonify.propagation.tilted import planes, tilted_legs
 from insonify.scene.scene import Scene, point_scatterer
 from insonify.scene.surface import Surface, Swell
@@ -27,6 +28,29 @@ def legs(where, family="S", *, time=0.0, target=TARGET):
     point = point_scatterer(PointTarget(position=target))
     mirror = image_legs(where, PLACE, point, (family,), 1e5)
     return mirror, *tilted_legs(mirror, where, point, End(PLACE, time))
+
+
+@pytest.mark.parametrize(
+    "surface",
+    [
+        {"bounce": "tilted", "swell": SWELL},
+        {"bounce": "waves", "swell": SWELL},
+        {"bounce": "statistical", "wind_speed": 5.0},
+    ],
+    ids=["tilted", "waves", "statistical"],
+)
+def test_sound_from_elsewhere_meets_the_sea_on_its_way_back_when_it_gets_there(surface):
+    """A sender farther away by 60 m: the sea of 40 ms later on the way back, and the same on the way out."""
+    where, point = Scene(surface={**surface, "waves_to": 0.7}), point_scatterer(PointTarget(position=TARGET))
+    mirror = image_legs(where, PLACE, point, ("S",), 1e5)
+    away = (np.array(TARGET) - PLACE) / np.linalg.norm(np.array(TARGET) - PLACE)
+    ends = End(PLACE, 1.0), End(PLACE, 1.04), End(PLACE, 1.0, PLACE - 60 * away)
+    now, later, called = (moving_legs(mirror, where, 3, point, 1e5, end) for end in ends)
+    np.testing.assert_allclose(called[1].delay, later[1].delay, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(called[1].amplitude, later[1].amplitude, rtol=1e-7)
+    np.testing.assert_array_equal(called[0].amplitude, now[0].amplitude)
+    turned = np.exp(-2e5j * np.pi * (called[1].delay - now[1].delay)) * called[1].amplitude / now[1].amplitude
+    assert np.max(np.abs(turned - 1)) > 0.1
 
 
 @pytest.mark.parametrize("time", [0.0, 1.3, 2.9])

@@ -111,6 +111,7 @@ MISTAKES = {
     GOOD + "field: coherant": "2: field: 'coherant' is not known here (one of coherent, incoherent). "
     "Did you mean 'coherent'?",
     GOOD + "title: 12": '2: title: 12 is read as a number. Write "12", with quotes.',
+    GOOD + "compres: off": "2: compres: unknown key 'compres'; did you mean 'compress'?",
     GOOD + "title: off": "2: title: off means false in YAML; it should be text. Put quotes around it.",
     GOOD + "pings: 1\npings: 2": "3: pings: key 'pings' is here twice (first on line 2). Delete one of them.",
     GOOD + "? [a]\n: 2": "2: a key must be one word.",

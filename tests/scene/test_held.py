@@ -15,11 +15,11 @@ def told(held, key, size, made=None):
     """What is said of all points of some tiles: each point says its tile and its rank."""
     key, size = np.asarray(key, np.int64), np.asarray(size, np.int64)
 
-    def make(rows):
+    def make(rows, known):
         if made is not None:
             made.extend(key[rows].tolist())
-        return np.concatenate([np.column_stack([np.full(n, k), np.arange(n), np.zeros(n)])
-                               for k, n in zip(key[rows].tolist(), size[rows].tolist(), strict=True)])  # fmt: skip
+        each = zip(key[rows].tolist(), known.tolist(), size[rows].tolist(), strict=True)
+        return np.concatenate([np.stack([np.full(n - m, k), np.arange(m, n), np.zeros(n - m)], 1) for k, m, n in each])
 
     rows, start = held.rows_of(key, size, make)
     for k, first, n in zip(key.tolist(), start.tolist(), size.tolist(), strict=True):
@@ -28,7 +28,7 @@ def told(held, key, size, made=None):
 
 
 def test_points_are_worked_out_once_and_fewer_of_them_are_there_too():
-    """Five tiles, then fewer points of four of them; more of one are worked out anew."""
+    """Five tiles, then fewer points of four of them; of one that is asked for more, one point is missing."""
     held, made = Held(1 << 20), []
     told(held, KEYS, [5, 1, 16, 64, 2], made)
     told(held, KEYS[1:], [1, 4, 64, 1], made)
@@ -82,3 +82,17 @@ def test_another_process_begins_with_nothing():
     other, made = pickle.loads(pickle.dumps(held)), []
     told(other, [1], [4], made)
     assert other.most_bytes == 12345 and made == [1]
+
+
+def test_of_a_tile_that_grows_only_what_is_missing_is_worked_out():
+    """4, then 16, then 64 points of a tile: 64 in all, from whichever half those before are in."""
+    held, made = Held(2 * 80 * 24), []
+
+    def make(rows, known):
+        made.extend(known.tolist())
+        return np.column_stack([np.arange(known[0], size), np.zeros((size - known[0], 2))])
+
+    for size in (4, 16, 64):
+        rows, start = held.rows_of(np.array([5]), np.array([size]), make)
+        np.testing.assert_array_equal(rows[start[0] : start[0] + size, 0], np.arange(size))
+    assert made == [0, 4, 16]

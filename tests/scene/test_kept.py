@@ -93,24 +93,25 @@ def test_points_of_one_key_are_the_ground_at_these_points():
     """Kept or not, height and slope are the relief's own; the slope is the derivative of the height; asked once."""
     ground = bed()
     along, across = np.random.default_rng(2).uniform(-50, 50, (2, 200))
-    tile, rank = np.repeat([0, 1], [120, 80]), np.concatenate([np.arange(120), np.arange(80)])
-    asked = []
+    first, size, asked = np.array([0, 120]), np.array([120, 80]), []
 
-    def places(sets):
-        asked.extend(sets.tolist())
-        rows = np.isin(tile, sets)
+    def places(sets, known):
+        asked.extend(zip(sets.tolist(), known.tolist(), strict=True))
+        rows = np.concatenate([np.arange(first[t] + n, first[t] + size[t]) for t, n in zip(sets, known, strict=True)])
         return along[rows], across[rows]
 
-    both, own = np.array([11, 12]), tile == 1
-    survey, again = (ground.survey_points(1, both, np.array([120, 80]), places, tile, rank) for _ in range(2))
-    second = ground.survey_points(1, both[1:], np.array([80]), places, tile[own] - 1, rank[own])
-    assert asked == [0, 1]
-    np.testing.assert_array_equal(survey.height, again.height)
-    np.testing.assert_array_equal(survey.height[120:], second.height)
-    np.testing.assert_allclose(survey.height, ground.depth - ground.depth_at(along, across), atol=1e-12)
+    def told(tiles):
+        rows, start = ground.survey_points(1, np.array([11, 12])[tiles], size[tiles], places)
+        return np.concatenate([rows[n : n + some] for n, some in zip(start, size[tiles], strict=True)])
+
+    survey, again, second = told([0, 1]), told([0, 1]), told([1])
+    assert asked == [(0, 0), (1, 0)]
+    np.testing.assert_array_equal(survey, again)
+    np.testing.assert_array_equal(survey[120:], second)
+    np.testing.assert_allclose(survey[:, 0], ground.depth - ground.depth_at(along, across), atol=1e-12)
     step = 1e-5
     rise = (ground.depth_at(along - step, across) - ground.depth_at(along + step, across)) / (2 * step)
-    np.testing.assert_allclose(survey.slope[:, 0], rise, atol=1e-6)
+    np.testing.assert_allclose(survey[:, 1], rise, atol=1e-6)
 
 
 def test_the_span_holds_all_of_the_ground():

@@ -29,8 +29,8 @@ def told(targets, water, *, receive=None, families=("D", "S"), surface=None, spe
     )  # fmt: skip
 
 
-def brute_force(scenario, out, back, pairs):
-    """What each element hears: over pairs of ways out and back, by name, with a weight for each."""
+def brute_force(scenario, out, back, pairs, rows=slice(None)):
+    """What each element hears, or some of them: over pairs of ways out and back, by name, with a weight for each."""
     listening = prepare(scenario)
     here = listening.stance(0)
     velocity = scenario.track.speed * np.array([np.cos(HEADING), np.sin(HEADING), 0.0])
@@ -39,7 +39,7 @@ def brute_force(scenario, out, back, pairs):
         return lambda time: place + np.asarray(time)[:, None] * velocity
 
     ways = {name: out_of(way, path(here.transmit_place), scenario.sonar.pulse.duration) for name, way in out.items()}
-    places = here.receive_place + here.elements.place @ here.receive_beams.axes
+    places = here.receive_place + here.elements.place[rows] @ here.receive_beams.axes
     raw = np.zeros((len(places), len(TIME)), complex)
     for row, place in enumerate(places):
         for i, j, weight in pairs:
@@ -108,6 +108,19 @@ def test_so_are_echoes_off_a_wind_sea():
     assert relative_rms(heard, off_glints(scenario, targets)) < 1e-5
     mirrored = simulate(told(targets, EVEN, receive=line_of(2)), threads=1).pressure.values[0]
     assert relative_rms(heard, mirrored) > 0.1
+
+
+@pytest.mark.parametrize("abeam", [1.2, 40.0])
+def test_an_array_of_32_hears_what_is_abeam_at_its_ends_and_between(abeam):
+    """A line of 0.5 m at 3 m/s, 20 points within so many degrees of its beam: rms 1e-5 (seen: 5e-6)."""
+    random = np.random.default_rng(7)
+    bearing = HEADING + np.pi / 2 + np.radians(random.uniform(-abeam, abeam, 20))
+    away, depth = random.uniform(15, 40, 20), random.uniform(5, 9, 20)
+    targets = np.stack([away * np.cos(bearing), away * np.sin(bearing), depth], axis=1)
+    scenario, rows = told(targets, EVEN, receive=line_of(32, 0.5), families=("D",)), [0, 13, 31]
+    ways = {"D": straight(targets, SPEED, np.ones(20), loss_db=LOSS)}
+    known = brute_force(scenario, ways, ways, [("D", "D", 1.0)], rows)
+    assert relative_rms(simulate(scenario, threads=1).pressure.values[0][rows], known) < 1e-5
 
 
 def test_transmitter_and_receiver_change_places_in_a_thermocline():

@@ -66,11 +66,13 @@ def test_the_mean_coherent_power_of_a_flat_bed_is_the_sonar_equation(ensemble):
 
 
 def test_a_flat_bed_speckles_as_rayleigh_said(ensemble):
-    """Scintillation index 2.00 +- 0.1; phase uniform, I and Q unrelated.
+    """Scintillation index 2.00 +- 0.1; power exponential; phase uniform, I and Q unrelated.
 
-    24 beds of 1200 cells: 0.026 standard error of the index.
+    24 beds of 1200 cells: 0.026 standard error of the index. Kolmogorov-Smirnov distance below 0.02 of one sample in
+    four, N = 28 000 nearly independent ones (0.0097 once in a hundred times).
     """
     power = np.abs(ensemble) ** 2
+    assert kstest(power[:, ::4].ravel() / power.mean(), "expon").statistic < 0.02
     assert np.mean(power**2) / np.mean(power) ** 2 == pytest.approx(2.0, abs=0.1)
     turns = np.exp(1j * np.angle(ensemble))
     assert abs(turns.mean()) < 0.03

@@ -144,19 +144,20 @@ def test_elements_wait_as_long_as_the_water_at_the_receiver_says():
 
 
 @pytest.mark.parametrize(
-    ("field", "water", "causes"),
+    ("field", "water", "causes", "ground"),
     [
-        ("coherent", {"sound_speed": SPEED}, ["seabed", "target"]),
-        ("incoherent", {"sound_speed": SPEED}, ["seabed", "target"]),
-        ("coherent", {"profile": [[0, 1510], [8, 1508], [12, 1492], [20, 1490]]}, ["target"]),
+        ("coherent", {"sound_speed": SPEED}, ["seabed", "target"], {}),
+        ("incoherent", {"sound_speed": SPEED}, ["seabed", "target"], {}),
+        ("coherent", {"profile": [[0, 1510], [8, 1508], [12, 1492], [20, 1490]]}, ["target"], {}),
+        ("coherent", {"sound_speed": SPEED}, ["seabed"], {"relief": {"kind": "power-law", "hurst": 0.8, "rms": 0.05}}),
     ],
-    ids=["speckle", "expectation", "thermocline"],
+    ids=["speckle", "expectation", "thermocline", "rough ground"],
 )
-def test_transmitter_and_receiver_may_be_exchanged(field, water, causes):
+def test_transmitter_and_receiver_may_be_exchanged(field, water, causes, ground):
     """Platforms, arrays and mountings exchanged, over sand with all bounces: the same series, relative rms 1e-4."""
     faces, ears = {"bearing": 0.4, "tilt": 0.2}, {"bearing": 1.9, "tilt": -0.1}
     arrays = {"transmit": {**LINE, "length": 0.05}, "receive": POINT, "mounting": faces, "receive_mounting": ears}
-    common = {"field": field, "water": {"noise_level_db": None, **water}, "seabed": SAND,
+    common = {"field": field, "water": {"noise_level_db": None, **water}, "seabed": SAND | ground,
               "paths": {"causes": causes, "reflections": 2, "scatterers_per_cell": 1}}  # fmt: skip
     swapped = {"transmit": POINT, "receive": arrays["transmit"], "mounting": ears, "receive_mounting": faces}
     clock = {"window": (0.03, 0.05)}
@@ -179,6 +180,33 @@ def test_one_track_written_twice_is_one_platform():
     beside = told(track=GOES, receiver_track={**FOLLOWS, "start": (0.0, 0.0, 11 + 1e-9), "speed": 4.0, "heading": 0.3})
     assert prepare(beside).platforms.two
     assert relative_rms(simulate(beside).pressure.values[0], other.pressure.values[0]) < 1e-5
+
+
+@pytest.mark.parametrize("bounce", ["tilted", "waves"])
+def test_the_way_back_meets_the_sea_when_sound_gets_there(bounce):
+    """A transmitter 300 m off, a target 40 m away: D-S comes later by 2 eta sin(grazing) / c, eta 0.2 s on.
+
+    A swell of 2 cm by 40 m, at the mirror's bounce point and the moment when sound from the transmitter comes by: to
+    5 % of the greatest change; by the moment of an echo from the receiver's own place a quarter of it would be missed.
+    """
+    target, sends, hears = np.array([0.0, 40.0, 15.0]), np.array([0.0, -300.0, 11.0]), np.array([0.0, 0.0, 11.0])
+    length, height = 40.0, 0.02
+    surface = {"bounce": bounce, "swell": {"length": length, "height": height}, "waves_to": np.pi / 2}
+    about = {
+        "targets": [{"shape": "point", "label": "p", "target_strength_db": 0.0, "position": tuple(target)}],
+        "track": {"kind": "static", "position": tuple(sends), "window": (0.2, 0.3), "interval": 0.7, "pings": 6},
+        "receiver_track": {"kind": "static", "position": tuple(hears)},
+    }  # fmt: skip
+    part = hears[2] / (hears[2] + target[2])
+    slant = np.hypot(40.0, hears[2] + target[2])
+    late = (np.linalg.norm(target - sends) + (1 - part) * slant) / SPEED
+    wave = 2 * np.pi / length
+    for ping in range(6):
+        moved, still = (arrivals(told(surface=sea, **about), ping=ping) for sea in (surface, {}))
+        by_sea = [found.delay[(found.family_out == "D") & (found.family_back == "S")][0] for found in (moved, still)]
+        eta = height / 2 * np.cos(wave * part * 40.0 - np.sqrt(9.81 * wave) * (0.7 * ping + late))
+        most = height * (hears[2] + target[2]) / slant / SPEED
+        assert by_sea[0] - by_sea[1] == pytest.approx(eta / (height / 2) * most, abs=0.05 * most)
 
 
 def test_a_ring_of_sand_is_the_sonar_equation():

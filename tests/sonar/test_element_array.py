@@ -24,6 +24,13 @@ def test_two_elements_at_one_place_are_refused():
         ElementArray(places=((0, 0, 0), (0, 0.1, 0), (0, 0, 0)))
 
 
+def test_elements_hardly_apart_are_found_whatever_lies_between_their_depths():
+    """First and last 2 um apart in depth, with another one between them that lies far aside."""
+    with pytest.raises(ValidationError, match=r"places\.2.*is that of element 0 as well"):
+        ElementArray(places=((0, 0, 0), (0, 0.1, 1e-6), (0, 0, 2e-6)))
+    assert len(ElementArray(places=((0, 0, 0), (0, 0.1, 1e-6), (0, 0, 2e-5))).places) == 3
+
+
 def test_every_element_has_one_facing():
     """Two places and three angles do not go together."""
     with pytest.raises(ValidationError, match="3 angles for 2 places"):

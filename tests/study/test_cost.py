@@ -120,7 +120,7 @@ def test_check_and_run_refuse_a_run_that_is_too_big(tmp_path, capsys):
 
 
 def test_a_large_array_is_held_in_fewer_parts():
-    """Parts of a ping each hold the sound of all elements: 16 of small ones, two of any that are larger than 1 GB."""
+    """Parts of a ping each hold the sound of all elements: 16 where 64 MiB hold them all, or fewer, down to two."""
     assert parts_of(1_000_000) == 16 and parts_of(8 << 20) == 8 and parts_of(1 << 32) == 2
     few, many = (
         cost(heard_by_elements([(0, 20, 5)], receive=line_of(count, 1.0), track={"window": (0.0, 1.0)}))

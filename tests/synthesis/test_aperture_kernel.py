@@ -4,29 +4,31 @@ import numpy as np
 import pytest
 
 from insonify.synthesis._aperture_kernel import Nodes, spread_to_elements
-from insonify.synthesis._echo_kernel import Ears, Heard, Sent, spread_echoes
+from insonify.synthesis._echo_kernel import Ears, Heard, Sent
 from insonify.synthesis._shape_kernel import laid_out
 from insonify.synthesis.apertures import node_count, nodes_along
+from insonify.synthesis.sectors import NONE
 from insonify.synthesis.shapes import Shapes
+from oracles.echoes import spread_echoes
 
 CARRIER, RATE, COUNT, SPEED = 100e3, 40e3, 700, 1500.0
 NEAREST = 6.0
 
 
-def met(elements, *, bent, patterns, dopplers, velocity):
+def met(elements, *, bent, patterns, dopplers, velocity, count=COUNT):
     """Two legs out and two back between some scatterers and a line of 1 m that turns while it goes ahead."""
     rng = np.random.default_rng(elements)
     along = np.linspace(-0.5, 0.5, elements)[:, None]
     place = along * np.array([0.8, 0.6, 0.0])
     speed = velocity * (np.array([2.0, 0.5, 0.1]) + along * np.array([0.0, 0.1, 0.05]))
     growth = velocity * (np.array([0.0, 0.2, 0.0]) + along * np.array([0.1, 0.0, 0.0]))
-    away = rng.uniform(NEAREST, 25, (2, COUNT))
-    way = rng.normal(size=(2, COUNT, 3))
+    away = rng.uniform(NEAREST, 25, (2, count))
+    way = rng.normal(size=(2, count, 3))
     way /= np.linalg.norm(way, axis=-1, keepdims=True)
     terms = 13 if bent else 0
-    beside = 1e-12 * rng.normal(size=(2, terms, COUNT))
-    weight = (rng.normal(size=(2, 2, COUNT)) * (rng.uniform(size=(2, 2, COUNT)) > 1 / 3)).astype(np.complex64)
-    gain = rng.normal(size=(2, patterns, COUNT)).astype(np.float32)
+    beside = 1e-12 * rng.normal(size=(2, terms, count))
+    weight = (rng.normal(size=(2, 2, count)) * (rng.uniform(size=(2, 2, count)) > 1 / 3)).astype(np.complex64)
+    gain = rng.normal(size=(2, patterns, count)).astype(np.float32)
     number = np.arange(elements)
     ears = Ears(place, speed, growth, np.stack([number, number + 1], axis=1), 0 * number, number % patterns)
     level = away * np.hypot(way[..., 0], way[..., 1])
@@ -37,7 +39,7 @@ def met(elements, *, bent, patterns, dopplers, velocity):
     shapes = Shapes(velocity * 3e-3 * -np.cos((np.arange(dopplers) + 0.5) * np.pi / dopplers))
     middle = 1e-3 if velocity else 0.0
     end = 1 / SPEED, 0.02 * bent, 1e-3, bent, middle, CARRIER, shapes.doppler
-    return ears, (0.0, RATE, pair, sent, heard, rng.uniform(0.5, 1, (4, COUNT)), ears), end
+    return ears, (0.0, RATE, pair, sent, heard, rng.uniform(0.5, 1, (4, count)), ears), end
 
 
 def silence(elements, dopplers):
@@ -57,9 +59,21 @@ def test_nodes_tell_what_each_element_hears(elements, bent, patterns, dopplers, 
     nodes = nodes_along(*ears[:3], nearest, 0.04, SPEED / CARRIER)
     assert bent or len(nodes.place) < elements / 2
     few, each = silence(elements, dopplers), silence(elements, dopplers)
-    spread_to_elements(few, *begin, nodes, *end)
+    spread_to_elements(few, *begin, nodes, NONE, *end)
     spread_echoes(each, *begin, *end)
     assert np.linalg.norm(few - each) < 2e-6 * np.linalg.norm(each)
+
+
+def test_echoes_before_the_grid_are_not_heard_by_way_of_a_second_part():
+    """Of 33,000 scatterers, more than are taken at once, most echo before the grid: as one by one, none before it."""
+    ears, begin, end = met(6, bent=False, patterns=1, dopplers=1, velocity=0.0, count=33_000)
+    begin = (0.028, *begin[1:])
+    nodes = nodes_along(*ears[:3], NEAREST, 0.04, SPEED / CARRIER)
+    few, each = silence(8, 1), silence(6, 1)
+    spread_to_elements(few[1:7], *begin, nodes, NONE, *end)
+    spread_echoes(each, *begin, *end)
+    assert not few[0].any() and not few[7].any() and each.any()
+    assert np.linalg.norm(few[1:7] - each) < 1e-5 * np.linalg.norm(each)
 
 
 def test_elements_off_a_line_are_told_one_by_one():
@@ -70,7 +84,7 @@ def test_elements_off_a_line_are_told_one_by_one():
     assert isinstance(nodes, Nodes) and len(nodes.place) == 12
     begin = (*begin[:-1], ears._replace(place=place))
     few, each = silence(12, 3), silence(12, 3)
-    spread_to_elements(few, *begin, nodes, *end)
+    spread_to_elements(few, *begin, nodes, NONE, *end)
     spread_echoes(each, *begin, *end)
     assert np.linalg.norm(few - each) < 1e-6 * np.linalg.norm(each)
 

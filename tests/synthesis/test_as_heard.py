@@ -27,8 +27,9 @@ HEAD = {"kind": "arc", "radius": 0.2, "span": "120 deg", "elements": 5, "element
         {"receiver": {"sub_bands": 3}, "transmit": {"kind": "line", "length": 0.3}},
         {**BEAMS, "receiver": {"record": "beams"}},
         {**BEAMS, "receiver": {"record": "beams", "sub_bands": 3}, "track": {"speed": 0.0}},
+        {**BEAMS, "receiver": {"record": "beams"}, "water": PROFILE},
     ],
-    ids=["errors", "still", "rolling", "layered", "arc", "sub-bands", "beams", "beams in bands"],
+    ids=["errors", "still", "rolling", "layered", "arc", "sub-bands", "beams", "beams in bands", "layered beams"],
 )
 def test_arrivals_heard_again_are_the_recording(told):
     """Each channel's own arrivals, with their Doppler factors, give that channel back to 1e-5 of its rms."""

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
-from insonify.synthesis._echo_kernel import Ears, Heard, Sent, spread_echoes
+from insonify.synthesis._echo_kernel import Ears, Heard, Sent
 from insonify.synthesis._element_kernel import arrive_moving
 from insonify.synthesis._shape_kernel import laid_out
 from insonify.synthesis._spread import spread
 from insonify.synthesis.shapes import Shapes
+from oracles.echoes import spread_echoes
 
 CARRIER, RATE, COUNT = 100e3, 40e3, 1300
 

@@ -22,7 +22,7 @@ def db(ratio):
 
 
 def test_noise_power_is_its_level_over_the_band():
-    """NL + 10 log of the band's energy width, 0.9375 of the sample rate.
+    """NL + 10 log of the width of the energy that the filter passes, 1.094 of the band.
 
     Sigma 0.014 dB from 100 000 samples, 0.06 dB.
     """

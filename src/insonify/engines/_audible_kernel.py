@@ -1,7 +1,6 @@
-"""Which scatterers answer which pairs of families, and how strongly. Plain numbers and arrays only."""
+"""Which scatterers answer which families. Plain numbers and arrays only."""
 
 import math
-from typing import Any
 
 import numpy as np
 from numba import njit
@@ -13,69 +12,54 @@ Floats = NDArray[np.float64]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def stretches(position: Floats, north: float, east: float, edges: Floats, stretch: NDArray[np.int32]) -> None:
-    """The stretch of distance that each place lies in, the first or the last for those beyond.
+def numbered(
+    position: Floats, north: float, east: float, edges: Floats, first: NDArray[np.uint8], place: NDArray[np.uint64],
+    key: np.uint64, stretch: NDArray[np.uint8], number: NDArray[np.float32],
+) -> tuple[int, int]:  # fmt: skip
+    """The number of each place, and the stretch of distance that it lies in, the last for those beyond.
 
     Args:
         position: North, east and any further coordinates of the places [m], (n, 2 or more).
         north: Where distances are counted from [m].
         east: Likewise [m].
-        edges: Of the stretches, growing [m], (stretches + 1,).
+        edges: Of the stretches, growing from 0 [m], (stretches + 1,).
+        first: Stretch that each of many even parts of the distance up to the last edge begins in, (parts,); no part
+            is longer than a stretch.
+        place: Keys of the places, (n,).
+        key: Of the draw, any word.
         stretch: Result, (n,).
+        number: Result, 0 to 1, (n,).
+
+    Returns:
+        The least and the greatest stretch.
     """
-    last = edges.size - 2
-    for n in range(position.shape[0]):
-        distance = math.hypot(position[n, 0] - north, position[n, 1] - east)
-        stretch[n] = min(max(int(np.searchsorted(edges, distance, side="right")) - 1, 0), last)
+    last, low, high = edges.size - 2, edges.size - 2, 0
+    parts, once = first.size, first.size / edges[-1]
+    for n in range(place.size):
+        # 24 bits: a number below one in single precision
+        number[n] = np.float32(mixed(place[n] ^ key) >> np.uint64(40)) * np.float32(2.0**-24)
+    for n in range(place.size):
+        x, y = position[n, 0] - north, position[n, 1] - east
+        distance = math.sqrt(x * x + y * y)
+        found = int(first[int(min(distance * once, parts - 1.0))])
+        found = min(found + int(distance >= edges[found + 1]), last)
+        low, high = min(low, found), max(high, found)
+        stretch[n] = found
+    return low, high
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def answers(
-    place: NDArray[np.uint64], stretch: NDArray[np.int32], share: NDArray[np.floating[Any]], key: np.uint64,
-    wanted: NDArray[np.bool_], louder: NDArray[np.float32],
+    number: NDArray[np.float32], stretch: NDArray[np.uint8], share: NDArray[np.float32], wanted: NDArray[np.bool_]
 ) -> None:  # fmt: skip
-    """Where each pair of families is met, and by what the answer is louder there.
+    """Where any pair of each family is met.
 
     Args:
-        place: Keys of the places, (n,).
-        stretch: Stretch of distance that each lies in, (n,).
-        share: Part of the places at which each pair is met, (f, f, stretches).
-        key: Of the draw, any word.
-        wanted: Result, whether any pair of a family is met at a place, (f, n).
-        louder: Result, one over the root of the share, 0 where the pair is not met, (f, f, n).
+        number: Of the places, (n,).
+        stretch: Of distance that each lies in, (n,).
+        share: Largest part of the places at which any pair of a family is met, (f, stretches).
+        wanted: Result, (f, n).
     """
-    count, many = share.shape[0], place.size
-    turn = np.empty(many, np.float32)
-    for n in range(many):
-        # 24 bits: a number below one in single precision
-        turn[n] = np.float32(mixed(place[n] ^ key) >> np.uint64(40)) * np.float32(2.0**-24)
-    wanted[:] = False
-    for i in range(count):
-        for j in range(count):
-            least, root = share[i, j].astype(np.float32), (1 / np.sqrt(share[i, j])).astype(np.float32)
-            for n in range(many):
-                met = turn[n] < least[stretch[n]]
-                louder[i, j, n] = root[stretch[n]] if met else np.float32(0)
-                wanted[i, n] |= met
-                wanted[j, n] |= met
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def products(one: Floats, other: Floats, pair: NDArray[np.int64], louder: NDArray[np.float32], made: Floats) -> None:
-    """Strengths that are products of what each leg contributes.
-
-    Args:
-        one: Of legs out, (f, n).
-        other: Of legs back, (g, n).
-        pair: Rows of each ordered pair, (p, 2).
-        louder: What strengths are multiplied by, (p, n); or (0, n) for one.
-        made: Result, (p, n).
-    """
-    for p in range(pair.shape[0]):
-        i, j = pair[p]
-        if louder.shape[0] == 0:
-            for n in range(made.shape[1]):
-                made[p, n] = one[i, n] * other[j, n]
-        else:
-            for n in range(made.shape[1]):
-                made[p, n] = one[i, n] * other[j, n] * louder[p, n]
+    for i in range(share.shape[0]):
+        for n in range(number.size):
+            wanted[i, n] = number[n] < share[i, stretch[n]]

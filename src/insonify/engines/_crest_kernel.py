@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from insonify.propagation._knife_edge_kernel import ENDLESS, edge_factor
+from insonify.propagation._knife_edge_kernel import ENDLESS, differs_less, edge_factor
 
 Floats = NDArray[np.floating[Any]]
 Complexes = NDArray[np.complex128]
@@ -27,13 +27,13 @@ FAINT = 1e-3
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def find_crests(
-    launch: Floats, step: float, rising: bool, wavelength: float, bound: Floats, crest: Rows, met: Floats
+    launch: Floats, distance: Floats, rising: bool, wavelength: float, bound: Floats, crest: Rows, met: Floats
 ) -> None:
     """Skylines, and crests along them: where a skyline stops sinking, and how deep the hollow behind each is.
 
     Args:
         launch: Launch that meets the ground at each sample, (s, n); where none does, one that hides nothing is set.
-        step: Distance of samples [m].
+        distance: Of the samples, evenly from the first on [m], (n,).
         rising: Whether rays rise from a bounce: then lines are walked inwards, and what lies above hides.
         wavelength: Of the sound [m].
         bound: Result, smallest launch up to each sample; of rays that rise, the largest from it on, (s, n).
@@ -41,26 +41,29 @@ def find_crests(
         met: Result, for each crest in the order of the walk: its sample, its launch, the most by which ground behind
             lies below the ray over it [m], and of `felt_until` [m], (s, n // 2 + 1, 4).
     """
-    count, sense = launch.shape[1], -1.0 if rising else 1.0
+    count, sense = launch.shape[1], np.float32(-1 if rising else 1)
+    never = np.float32(np.inf)
     for s in range(launch.shape[0]):
-        lowest, at, last, dark, deep = np.inf, -1, -1, False, 0.0
+        lowest, at, last, dark, deep = never, -1, -1, False, np.float32(0)
         for j in range(count):
             k = count - 1 - j if rising else j
             value = sense * launch[s, k]
-            if not math.isfinite(value):
-                launch[s, k] = sense * np.inf
+            if not -never < value < never:
+                launch[s, k] = sense * never
+            elif value <= lowest:
+                if dark:
+                    met[s, last, 2], dark = deep, False
+                lowest, at = value, k
             else:
-                if value <= lowest:
-                    lowest, at, dark = value, k, False
-                else:
-                    if not dark:
-                        last, deep, dark = last + 1, 0.0, True
-                        met[s, last, 0], met[s, last, 1] = at, launch[s, at]
-                    deep = max(deep, (value - lowest) * (k + 1) * step)
-                    met[s, last, 2] = deep
+                if not dark:
+                    last, deep, dark = last + 1, np.float32(0), True
+                    met[s, last, 0], met[s, last, 1] = at, sense * lowest
+                deep = max(deep, (value - lowest) * distance[k])
             bound[s, k], crest[s, k] = sense * lowest, last
+        if dark:
+            met[s, last, 2] = deep
         for number in range(last + 1):
-            near = (float(met[s, number, 0]) + 1) * step
+            near = float(distance[int(met[s, number, 0])])
             met[s, number, 3] = felt_until(near, float(met[s, number, 2]), wavelength)
 
 
@@ -106,52 +109,12 @@ def never_rises(depth: Floats, distance: Floats, image: np.float32, step: int) -
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def ground_over_crests(
-    launch: Floats, crest: Rows, met: Floats, rows: Integers, points: Integers, reach: Floats,
-    step: float, distance: Floats, wavelength: float, table: Complexes, per_unit: float, soft: bool,
-    lit: NDArray[np.bool_], left: Complexes,
-) -> None:  # fmt: skip
-    """Whether the ground of lines is seen where some points lie, and what crests leave of the rays to it.
-
-    Args:
-        launch: As of `over_crests`, like all that is not told here.
-        crest: As of `over_crests`.
-        met: As of `over_crests`.
-        rows: As of `over_crests`.
-        points: As of `over_crests`.
-        reach: Distance of the points in steps; between samples the ground is as linear as the launches to it, (all,).
-        step: As of `over_crests`.
-        distance: As of `over_crests`.
-        wavelength: As of `over_crests`.
-        table: As of `over_crests`.
-        per_unit: As of `over_crests`.
-        soft: Whether sound bends around crests.
-        lit: Result, False is written where the ground is hidden, (all,).
-        left: Result, multiplied, where edges are soft [1], (all,).
-    """
-    last = launch.shape[1] - 2
-    for m in range(points.size):
-        n, s = points[m], rows[m]
-        k = min(math.floor(reach[n]) - 1, last)
-        if k < 0:
-            continue
-        here, at = launch[s, k], crest[s, k]
-        way = here + min(reach[n] - (k + 1), 1.0) * (launch[s, k + 1] - here)
-        # the skyline is the ground itself, or the launch over the last crest
-        if way > (here if at < 0 else min(here, met[s, at, 1])):
-            lit[n], at = False, crest[s, k + 1]
-        if soft and at >= 0:
-            left[n] *= least_left(launch[s], met[s], at, -1, 1.0, way, ENDLESS, step, distance[n], wavelength, table,
-                                  per_unit)  # fmt: skip
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
 def over_crests(
     launch: Floats, lowest: Floats, crest: Rows, met: Floats, rows: Integers, points: Integers, reach: Floats,
     steepness: Floats, step: float, distance: Floats, wavelength: float, table: Complexes, per_unit: float,
-    left: Complexes,
+    ground: bool, soft: bool, lit: NDArray[np.bool_], left: Complexes,
 ) -> None:  # fmt: skip
-    """Multiply what crests leave of rays that pass over the ground of a line into `left`.
+    """What crests leave of rays that pass over the ground of a line, and whether the ground itself is seen.
 
     Args:
         launch: Launch that meets the ground at each sample, (s, n).
@@ -160,26 +123,38 @@ def over_crests(
         met: Likewise, (s, crests, 4).
         rows: Line of each point, (points,).
         points: Which points, (points,).
-        reach: Distance in steps up to which the ground can cut, (all,).
-        steepness: Of the rays, (all,).
+        reach: Distance [m] up to which the ground can cut, (all,).
+        steepness: Of the rays; not read where they end on the ground, (all,).
         step: Distance of samples [m].
         distance: Horizontal length of the whole leg [m], (all,).
         wavelength: Of the sound [m].
         table: See `insonify.propagation._knife_edge_kernel.past_edge`.
         per_unit: Likewise.
-        left: Result [1], (all,).
+        ground: Whether rays end on the ground of the lines: between samples it is as linear as the launches to it.
+        soft: Whether sound bends around crests.
+        lit: Result, False is written where the ground is hidden that rays end on, (all,).
+        left: Result, multiplied, where edges are soft [1], (all,).
     """
-    last = launch.shape[1] - 2
+    last, per_step = launch.shape[1] - 2, 1 / step
     for m in range(points.size):
         n, s = points[m], rows[m]
-        k = min(math.floor(reach[n]) - 1, last)
+        steps = min(reach[n] * per_step, last + 2.0)
+        k = min(int(steps) - 1, last)
         if k < 0:
             continue
-        way, alone = float(steepness[n]), -1
-        if way > lowest[s, k] and launch[s, k] <= lowest[s, k]:
-            alone = k  # it dips into ground that still rises
-        left[n] *= least_left(launch[s], met[s], crest[s, k], alone, 1.0, way, ENDLESS, step, distance[n],
-                              wavelength, table, per_unit)  # fmt: skip
+        here, at, alone = launch[s, k], crest[s, k], -1
+        if ground:
+            way = float(here + min(steps - (k + 1), 1.0) * (launch[s, k + 1] - here))
+            # the skyline is the ground itself, or the launch over the last crest
+            if way > (here if at < 0 else min(here, met[s, at, 1])):
+                lit[n], at = False, crest[s, k + 1]
+        else:
+            way = float(steepness[n])
+            if way > lowest[s, k] and here <= lowest[s, k]:
+                alone = k  # it dips into ground that still rises
+        if soft and (at >= 0 or alone >= 0):
+            left[n] *= least_left(launch, met, s, at, alone, 1.0, way, ENDLESS, step, distance[n], wavelength,
+                                  table, per_unit)  # fmt: skip
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -215,20 +190,21 @@ def under_crests(
         way, alone = float(steepness[n]), -1
         if not lit[n] and launch[s, first] > way:
             alone = first  # it rises out of the ground itself
-        left[n] *= least_left(launch[s], met[s], crest[s, first], alone, -1.0, way, float(end), step,
+        left[n] *= least_left(launch, met, s, crest[s, first], alone, -1.0, way, float(end), step,
                               distance[n], wavelength, table, per_unit)  # fmt: skip
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def least_left(
-    launch: Floats, met: Floats, last: int, alone: int, sense: float, way: float, end: float, step: float,
+    launch: Floats, met: Floats, s: int, last: int, alone: int, sense: float, way: float, end: float, step: float,
     distance: float, wavelength: float, table: Complexes, per_unit: float,
 ) -> complex:  # fmt: skip
     """What the crest that takes most leaves of one ray [1].
 
     Args:
-        launch: Launch that meets the ground of the ray's line at each sample, (n,).
-        met: Of `find_crests`, (crests, 4).
+        launch: Launch that meets the ground at each sample, (lines, n).
+        met: Of `find_crests`, (lines, crests, 4).
+        s: Line of the ray.
         last: Number of the first crest to look at, -1 for none.
         alone: Sample of ground that cuts without being a crest, -1 for none.
         sense: 1 for rays that come down on the ground, -1 for those that rise.
@@ -241,21 +217,23 @@ def least_left(
         per_unit: Likewise.
     """
     stretch, least, most = math.sqrt(1 + way * way), 1 + 0j, 0.0
-    length = distance * stretch
+    length, level = distance * stretch, 1 / stretch
     if alone >= 0:
         near = (alone + 1) * step
-        high = sense * (way - launch[alone]) * near / stretch
+        high = sense * (way - launch[s, alone]) * near * level
         least = edge_factor(high, ENDLESS, length - near * stretch, length, wavelength, table, per_unit)
         most = (1 - least.real) ** 2 + least.imag**2
     for number in range(last, max(last - CRESTS, -1), -1):
-        at, above = float(met[number, 0]), sense * (way - met[number, 1])
+        at, above = float(met[s, number, 0]), sense * (way - met[s, number, 1])
         if at >= end:
             break
-        if above < 0 and distance > met[number, 3]:
+        if above < 0 and distance > met[s, number, 3]:
             continue
         near = (at + 1) * step
-        left = edge_factor(above * near / stretch, met[number, 2] / stretch, length - near * stretch, length,
-                           wavelength, table, per_unit, max(FAINT, math.sqrt(most)))  # fmt: skip
+        clear, hollow, behind = above * near * level, met[s, number, 2] * level, length - near * stretch
+        if clear < 0 and differs_less(-clear, hollow, behind, length, wavelength, max(FAINT * FAINT, most)):
+            continue
+        left = edge_factor(clear, hollow, behind, length, wavelength, table, per_unit)
         differs = (1 - left.real) ** 2 + left.imag**2
         if differs > most:
             least, most = left, differs

@@ -8,17 +8,19 @@ where that lies below the pair's share, as much louder as its share is smaller. 
 ping, channel and thread asks the same places, and each echo of a faint pair is no louder than those of a loud one.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify import streams
-from insonify.engines._audible_kernel import answers, stretches
+from insonify.engines._audible_kernel import answers, numbered
 from insonify.engines.bounced import mirrored
 from insonify.engines.thinning import NEGLIGIBLE, heard_until
 from insonify.propagation.local_planes import level_course
+from insonify.records.pairs import Thinned
 from insonify.scattering.fast import FastLaw
 from insonify.scene.bed import Bed
 from insonify.scene.scatterers import Law
@@ -51,25 +53,23 @@ class Audible:
     """Families that are followed, f of them; the first always."""
     wanted: NDArray[np.bool_] | None
     """Whether any pair of each family is met at a place, shape (f, n); None: all are everywhere."""
-    louder: NDArray[np.float32] | None
-    """By what the answer to each pair of families is louder for standing for others, 0 where it is not met [1], shape
-    (f, f, n); None: one throughout."""
+    thinned: Thinned | None
+    """Where each pair of families is met, in the order of the families, f * f of them; None: all are everywhere."""
 
-    def factor(self, out: tuple[str, ...], back: tuple[str, ...]) -> NDArray[np.float32] | None:
-        """What the strengths of some pairs are multiplied by [1], shape (p, n); None: nothing.
+    def met(self, out: tuple[str, ...], back: tuple[str, ...]) -> Thinned | None:
+        """Where some pairs are met, p of them; None: everywhere.
 
         Args:
             out: Family of the leg out of each pair.
             back: The same of the leg back.
         """
-        if self.louder is None:
+        if self.thinned is None:
             return None
-        number, every = (
-            {name: k for k, name in enumerate(self.families)},
-            self.louder.reshape(-1, self.louder.shape[-1]),
-        )
+        number = {name: k for k, name in enumerate(self.families)}
         row = [number[one] * len(number) + number[other] for one, other in zip(out, back, strict=True)]
-        return every if row == list(range(len(every))) else np.asarray(every[row])
+        share = self.thinned.share
+        every = row == list(range(len(share)))
+        return self.thinned if every else replace(self.thinned, share=share[np.array(row, int)])
 
 
 def audible(
@@ -86,18 +86,30 @@ def audible(
         place: Their keys, shape (n,).
         seed: Of the scatterers.
     """
-    stretch, north, east = np.empty(len(place), np.int32), float(stance.middle[0]), float(stance.middle[1])
-    stretches(position, north, east, _edges(stance), stretch)
-    span = slice(stretch.min(), stretch.max() + 1) if len(place) else slice(0, 0)
+    low, high = streams.key(seed, streams.FAINT)
+    stretch, number = np.empty(len(place), np.uint8), np.empty(len(place), np.float32)
+    least, most = numbered(
+        position, float(stance.middle[0]), float(stance.middle[1]), _edges(stance), _first_of_parts(), place,
+        np.uint64(high << 32 | low), stretch, number,
+    )  # fmt: skip
+    span = slice(least, most + 1) if len(place) else slice(0, 0)
     kept = families_heard(families, part, stance, span)
     rows = [families.index(name) for name in kept]
-    share = _shares(part[np.ix_(rows, rows)] * _told_apart(stance))
+    share = _shares(part[np.ix_(rows, rows)] * _told_apart(stance)).astype(np.float32)
     if (share[..., span] >= 1).all():
         return Audible(kept, None, None)
-    wanted, louder = np.empty((len(kept), len(place)), bool), np.empty((len(kept), len(kept), len(place)), np.float32)
-    low, high = streams.key(seed, streams.FAINT)
-    answers(place, stretch, share, np.uint64(high << 32 | low), wanted, louder)
-    return Audible(kept, wanted, louder)
+    wanted = np.empty((len(kept), len(place)), bool)
+    answers(number, stretch, share.max(axis=1), wanted)
+    return Audible(kept, wanted, Thinned(number, stretch, share.reshape(len(kept) ** 2, -1)))
+
+
+@lru_cache(maxsize=1)
+def _first_of_parts() -> NDArray[np.uint8]:
+    """Stretch that each even part of the distance begins in; parts half as long as the shortest stretch."""
+    edges = np.linspace(0, 1, STRETCHES + 1) ** 1.5
+    parts = int(2 / edges[1])
+    # a hair inwards: a part that begins on an edge may be rounded to before it
+    return (np.searchsorted(edges, np.arange(parts) / parts - 1e-9, side="right") - 1).clip(0).astype(np.uint8)
 
 
 def shares_met(families: tuple[str, ...], part: Floats, stance: Stance, distance: Floats) -> Floats:
@@ -173,12 +185,14 @@ def largest_parts(scene: Scene, bed: Bed, stance: Stance, families: tuple[str, .
     edges = _edges(stance)
     middle = (edges[1:] + edges[:-1]) / 2
     pair = np.array([(i, j) for i in range(len(families)) for j in range(len(families))])
-    _, into, power = _legs(scene, bed, stance, families, middle)
-    gains = _gains(stance, into, np.array([name.startswith("S") for name in families]))
-    section = np.array([_section(law, into[i], into[j]) for i, j in pair])
+    depths = float(stance.transmit_place[2]), float(stance.receive_place[2])
+    (_, there, sent), (_, here, heard) = (_legs(scene, bed, stance, families, middle, depth) for depth in depths)
+    gains = _gains(stance, there, here, np.array([name.startswith("S") for name in families]))
+    section = np.array([_section(law, there[i], here[j]) for i, j in pair])
     ground = middle * np.diff(edges)
-    own = (section * power[pair[:, 0]] * power[pair[:, 1]] * ground) * gains[:, pair[:, 0], pair[:, 1]]
-    late = (_legs(scene, bed, stance, families, edges)[0] / stance.sound_speed)[pair].sum(axis=1)
+    own = (section * sent[pair[:, 0]] * heard[pair[:, 1]] * ground) * gains[:, pair[:, 0], pair[:, 1]]
+    out, back = (_legs(scene, bed, stance, families, edges, depth)[0] / stance.sound_speed for depth in depths)
+    late = out[pair[:, 0]] + back[pair[:, 1]]
     own *= late[:, :-1] < stance.heard_delays[1]
     part = np.zeros((len(pair), STRETCHES))
     for energy in own:
@@ -194,10 +208,10 @@ def _edges(stance: Stance) -> Floats:
 
 
 def _legs(
-    scene: Scene, bed: Bed, stance: Stance, families: tuple[str, ...], distance: Floats
+    scene: Scene, bed: Bed, stance: Stance, families: tuple[str, ...], distance: Floats, depth: float
 ) -> tuple[Floats, Floats, Floats]:
-    """Lengths [m], directions of arrival to the north, and powers re 1 m [m^-2] of level legs, (f, n), (f, n, 3)."""
-    place = np.array([0.0, 0.0, stance.transmit_place[2]])
+    """Lengths [m], directions of arrival to the north, powers re 1 m [m^-2] of level legs from a depth, (f, n), 3."""
+    place = np.array([0.0, 0.0, depth])
     points = np.stack([distance, 0 * distance, np.full_like(distance, bed.depth)], axis=-1)
     ways = [level_course(name, place, points, bed.depth) for name in families]
     length = np.array([way.length for way in ways])
@@ -207,12 +221,13 @@ def _legs(
     return length, np.array([way.arrival for way in ways]), power
 
 
-def _gains(stance: Stance, into: Floats, up: NDArray[np.bool_]) -> Floats:
+def _gains(stance: Stance, there: Floats, here: Floats, up: NDArray[np.bool_]) -> Floats:
     """Two-way gain of each channel, the legs out and back of each two families, over all bearings, (c, f, f, n).
 
     Args:
         stance: The sonar.
-        into: Directions of arrival to the north, (f, n, 3).
+        there: Directions of arrival to the north of the legs out, (f, n, 3).
+        here: The same of the legs from the receiver, (f, n, 3).
         up: Families that leave upwards, (f,).
     """
     channels = np.unique(np.linspace(0, stance.channel_count - 1, CHANNELS).astype(int))
@@ -223,10 +238,13 @@ def _gains(stance: Stance, into: Floats, up: NDArray[np.bool_]) -> Floats:
     axes = np.concatenate([_axis(sent, outwards[0]), _axis(heard, outwards[1])])
     around = np.linspace(0, 2 * np.pi, BEARINGS, endpoint=False)
     bearing = np.unique(np.append(around, np.arctan2(axes[:, 1], axes[:, 0])))[:, None, None]
-    level = np.hypot(into[..., 0], into[..., 1])
-    down = np.where(up[:, None], -1, 1) * np.abs(into[..., 2]) + 0 * bearing
-    there = np.stack([level * np.cos(bearing), level * np.sin(bearing), down], axis=-1)
-    out, back = (beams.gain(there)[rows] ** 2 for beams, rows in zip((sent, heard), outwards, strict=True))
+
+    def leaving(into: Floats) -> Floats:
+        level = np.hypot(into[..., 0], into[..., 1])
+        down = np.where(up[:, None], -1, 1) * np.abs(into[..., 2]) + 0 * bearing
+        return np.stack([level * np.cos(bearing), level * np.sin(bearing), down], axis=-1)
+
+    out, back = sent.gain(leaving(there))[outwards[0]] ** 2, heard.gain(leaving(here))[outwards[1]] ** 2
     return np.asarray(np.einsum("cbin,cbjn->cijn", out, back))
 
 

@@ -11,12 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines.skyline import SEABED, Sighted, Skylines, over_ground, sighted, steepness
+from insonify.engines._bounce_kernel import lay_nodes, put_ways
+from insonify.engines.skyline import Skylines, over_ground, sighted, steepness
 from insonify.propagation._course_kernel import Course
 from insonify.propagation.families import bounces
-from insonify.propagation.glints import face, points_of, rows_of
+from insonify.propagation.glints import face, rows_of
 from insonify.propagation.launches import StraightLaunches
-from insonify.propagation.local_planes import level_course, local_course, zone
+from insonify.propagation.local_planes import Bounces, level_bounces, level_course, local_course, zone
 from insonify.records.legs import Legs, Status
 from insonify.scene.bed import Bed
 from insonify.scene.scatterers import Scatterers
@@ -53,57 +54,60 @@ def over_relief(
     if not isinstance(skylines.launches, StraightLaunches):
         shaded = over_ground(legs, scatterers, place, skylines, soft=soft)
         return _moved(shaded, bounced, legs, scatterers, place, skylines, scene)
-    seen = sighted(skylines, place, scatterers.position)
-    plain = [row for row in range(len(legs.families)) if row not in bounced]
-    made = replace(legs, visibility=legs.visibility.astype(complex)) if soft else legs
-    if plain:
-        first = legs.first(len(plain)) if plain == list(range(len(plain))) else rows_of(legs, plain)
-        lit = over_ground(first, scatterers, place, skylines, soft=soft, seen=seen)
-        for name in ("status", "occluder", "visibility"):
-            getattr(made, name)[plain] = getattr(lit, name)
+    made = _plain(legs, bounced, scatterers, place, skylines, soft=soft)
     for row in bounced:
-        if wanted is None or wanted[row].all():
-            _bounce(made, row, seen, scatterers, place, skylines, scene, soft=soft)
-            continue
-        some = np.flatnonzero(wanted[row])
-        part, points = points_of(made, row, some), scatterers.take(some)
-        _bounce(part, 0, sighted(skylines, place, points.position), points, place, skylines, scene, soft=soft)
+        some = np.flatnonzero(wanted[row]) if wanted is not None else np.arange(len(scatterers))
+        followed = some[~_silent(made, row, some, place, skylines)]
         made.boundary[row] = 0.0
-        for name in _PUT:
-            getattr(made, name)[row, some] = getattr(part, name)[0]
+        if len(followed):
+            _bounce(made, row, followed, scatterers, place, skylines, scene, soft=soft)
     return made
 
 
-def _bounce(
-    legs: Legs, row: int, seen: Sighted, scatterers: Scatterers, place: NDArray[np.float64], skylines: Skylines,
-    scene: Scene, *, soft: bool,
-) -> None:  # fmt: skip
-    """Write one row of legs anew, off local planes; what is too faint for that is silent."""
-    way, silent = _followed(legs, row, place, scatterers.position, skylines)
-    if not silent.all():
-        _put(legs, row, way, seen, scatterers, place, skylines, scene, soft=soft)
-    legs.boundary[row][silent] = 0.0
+def _plain(
+    legs: Legs, bounced: list[int], scatterers: Scatterers, place: NDArray[np.float64], skylines: Skylines, *,
+    soft: bool,
+) -> Legs:  # fmt: skip
+    """The legs with their rows without bottom bounces as the ground leaves them, the others as they are."""
+    made = replace(legs, visibility=np.empty(legs.delay.shape, complex)) if soft else legs
+    made.visibility[bounced] = legs.visibility[bounced]
+    plain = [row for row in range(len(legs.families)) if row not in bounced]
+    if plain:
+        ahead = plain == list(range(len(plain)))
+        first = legs.first(len(plain)) if ahead else rows_of(legs, plain)
+        lit = over_ground(first, scatterers, place, skylines, soft=soft)
+        for name in ("status", "occluder", "visibility"):
+            getattr(made, name)[slice(len(plain)) if ahead else plain] = getattr(lit, name)
+    return made
 
 
-def _followed(
-    legs: Legs, row: int, place: NDArray[np.float64], points: NDArray[np.float64], skylines: Skylines
-) -> tuple[Course, NDArray[np.bool_]]:
-    """Ways of one family off local planes, and which of them are too faint for that, shape (n,).
-
-    Those keep to the mean plane, where roughness is judged.
-    """
+def _silent(
+    legs: Legs, row: int, some: NDArray[np.int64], place: NDArray[np.float64], skylines: Skylines
+) -> NDArray[np.bool_]:
+    """Which of some legs of one family are too faint to be followed, judged on the mean plane, shape of `some`."""
     family, bed, wavelength = legs.families[row], skylines.bed, skylines.wavelength
-    if not _may_be_faint(family, legs.length[row], np.abs(legs.departure[row, :, 2]), skylines):
-        return local_course(family, place, points, bed, wavelength), np.zeros(len(points), bool)
-    way = level_course(family, place, points, bed.depth)
-    silent = left_in_step(family, way, bed, wavelength) < FAINT
-    if not silent.all():
-        local = local_course(family, place, points[~silent], bed, wavelength)
-        for name in ("length", "departure", "arrival", "there"):
-            getattr(way, name)[~silent] = getattr(local, name)
-        for name in ("bounce", "part", "sine", "left"):
-            getattr(way, name)[:, ~silent] = getattr(local, name)
-    return way, silent
+    length, sine = legs.length[row, some], np.abs(legs.departure[row, some, 2])
+    if not _may_be_faint(family, length, sine, skylines):
+        return np.zeros(len(some), bool)
+    way = level_bounces(family, float(place[2]), length, sine, bed.depth)
+    return left_in_step(family, way, bed, wavelength) < FAINT
+
+
+def _bounce(
+    legs: Legs, row: int, some: NDArray[np.int64], scatterers: Scatterers, place: NDArray[np.float64],
+    skylines: Skylines, scene: Scene, *, soft: bool,
+) -> None:  # fmt: skip
+    """Write some straight legs of one family anew, off local planes."""
+    family, points = legs.families[row], scatterers.position[some]
+    way = local_course(family, place, points, skylines.bed, skylines.wavelength)
+    left = mirrored(family, way, skylines.bed, skylines.wavelength, scene)
+    per_metre = np.log(legs.absorption[row, some[0]]) / legs.length[row, some[0]]
+    taken = np.exp(per_metre * way.length)
+    clear = clear_of_ground(way, place, points, skylines, ground=scatterers.boundary == "seabed")
+    put_ways(
+        some, way, left, taken, clear, scatterers.normal, 1 / scene.water.sound_speed, soft,
+        *(getattr(legs, name)[row] for name in _PUT),
+    )  # fmt: skip
 
 
 def _may_be_faint(family: str, length: NDArray[np.float64], sine: NDArray[np.float64], skylines: Skylines) -> bool:
@@ -113,29 +117,6 @@ def _may_be_faint(family: str, length: NDArray[np.float64], sine: NDArray[np.flo
     widest = np.sqrt(skylines.wavelength * length.max()) / np.sqrt(max(float(sine.min()), 1e-9))
     once = float(skylines.bed.smoothness(sine.max(), skylines.wavelength, widest))
     return once ** family.count("B") < FAINT
-
-
-def _put(
-    legs: Legs, row: int, way: Course, seen: Sighted, scatterers: Scatterers, place: NDArray[np.float64],
-    skylines: Skylines, scene: Scene, *, soft: bool,
-) -> None:  # fmt: skip
-    """Write one row of straight legs anew."""
-    family = legs.families[row]
-    legs.absorption[row] = legs.absorption[row] ** (way.length / legs.length[row])
-    legs.delay[row] = way.length / scene.water.sound_speed
-    legs.length[row], legs.spreading[row] = way.length, 1 / way.length
-    legs.departure[row], legs.arrival[row] = way.departure, way.arrival
-    legs.boundary[row] = mirrored(family, way, skylines.bed, skylines.wavelength, scene)
-    # a side that looked away from the level mirror's ray may look at this one
-    away = legs.status[row] == Status.FACING_AWAY
-    legs.status[row][away], legs.visibility[row][away] = Status.CLEAR, 1.0
-    face(legs, row, scatterers.normal)
-    clear = clear_of_ground(way, place, scatterers, skylines, seen)
-    hidden = ~clear & (legs.status[row] == Status.CLEAR)
-    legs.status[row][hidden], legs.occluder[row][hidden], legs.visibility[row][hidden] = Status.OCCLUDED, SEABED, 0.0
-    if soft:  # what the ground alone leaves of those that targets cut
-        cut = legs.status[row] == Status.OCCLUDED
-        legs.visibility[row][cut] = clear[cut]
 
 
 def mirrored(family: str, way: Course, bed: Bed, wavelength: float, scene: Scene) -> NDArray[np.complex128]:
@@ -152,13 +133,18 @@ def mirrored(family: str, way: Course, bed: Bed, wavelength: float, scene: Scene
         wavelength: Of the sound [m].
         scene: The scene.
     """
-    product = left_in_step(family, way, bed, wavelength).astype(complex)
+    left = left_in_step(family, way, bed, wavelength)
+    coefficient = 1 + 0j
+    product: NDArray[np.complex128] | complex = 1.0
     for k, letter in enumerate(bounces(family)):
-        product *= (scene.surface if letter == "S" else scene.seabed).mirror(np.arcsin(way.sine[k]))
-    return product
+        if letter == "B":
+            product = product * scene.seabed.mirror_at(way.sine[k])
+        else:
+            coefficient *= complex(scene.surface.mirror(np.zeros(1))[0])  # alike at any angle
+    return np.asarray(left * coefficient * product)
 
 
-def left_in_step(family: str, way: Course, bed: Bed, wavelength: float) -> NDArray[np.float64]:
+def left_in_step(family: str, way: Course | Bounces, bed: Bed, wavelength: float) -> NDArray[np.float64]:
     """What roughness leaves of the coherent sound after all bottom bounces of a family [1], shape (n,).
 
     Args:
@@ -177,7 +163,7 @@ def left_in_step(family: str, way: Course, bed: Bed, wavelength: float) -> NDArr
 
 
 def clear_of_ground(
-    way: Course, place: NDArray[np.float64], scatterers: Scatterers, skylines: Skylines, seen: Sighted
+    way: Course, place: NDArray[np.float64], points: NDArray[np.float64], skylines: Skylines, *, ground: bool
 ) -> NDArray[np.bool_]:
     """Whether ways off local planes are there, and meet no ground but the mirrors' own, shape (n,).
 
@@ -187,22 +173,15 @@ def clear_of_ground(
     Args:
         way: The ways.
         place: North, east, depth of the sonar's end [m], shape (3,).
-        scatterers: The points.
+        points: The same of the points [m], shape (n, 3).
         skylines: The ground about that end.
-        seen: Of `sighted` the points.
+        ground: Whether the points lie on it.
     """
-    distance, once = seen.distance, 1 / np.maximum(seen.distance, 1e-9)
-    north, east = (scatterers.position[:, :2] - place[:2]).T * once
+    seen = sighted(skylines, place, points)
     count, n = way.part.shape
-    nodes, spared = np.empty((count + 2, n, 2)), np.zeros((count + 2, n))
-    nodes[0], nodes[-1, :, 0], nodes[-1, :, 1] = (0.0, place[2]), distance, scatterers.position[:, 2]
-    for k in range(count):
-        nodes[k + 1, :, 0] = np.clip(
-            (way.bounce[k, :, 0] - place[0]) * north + (way.bounce[k, :, 1] - place[1]) * east, 0.0, distance
-        )
-        nodes[k + 1, :, 1] = way.bounce[k, :, 2]
-        spared[k + 1] = zone(way, k, skylines.wavelength)[0]
-    return way.there & skylines.clear_courses(seen.groups, nodes, spared, ground=scatterers.boundary == "seabed")
+    nodes, spared = np.empty((count + 2, n, 2)), np.empty((count + 2, n))
+    lay_nodes(way, place, points, seen.distance, skylines.wavelength, nodes, spared)
+    return way.there & skylines.clear_courses(seen.groups, nodes, spared, ground=ground)
 
 
 def _moved(
@@ -243,9 +222,10 @@ def _moved(
 
 
 _PUT = (
-    "absorption", "delay", "length", "spreading", "departure", "arrival", "boundary", "status", "visibility", "grazing",
-    "occluder",
+    "delay", "length", "spreading", "absorption", "boundary", "departure", "arrival", "grazing", "status", "occluder",
+    "visibility",
 )  # fmt: skip
+"""Columns in the order of `put_ways`."""
 _CHANGED = (
     "delay", "length", "spreading", "absorption", "departure", "arrival", "grazing", "status", "visibility",
 )  # fmt: skip

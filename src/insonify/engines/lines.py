@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from insonify.engines._line_kernel import loudness
 from insonify.engines.rings import GOLDEN, WIDEST_CELL
 from insonify.engines.sampling import Resolution
+from insonify.engines.slices import Heard
 from insonify.propagation.families import bounces, image_depth
 from insonify.propagation.rays import Reach
 from insonify.sonar.beam import Beams
@@ -29,6 +30,8 @@ FAINT = 10 ** (-25 / 20)
 """Two-way gain below which lines stand for several cells each [1]."""
 CELLS_IN_FAINT = (16, 4)
 """Cells of a line there, the most that are all faint."""
+WIDEST_PATCH = 0.5
+"""Width of a patch of ground beyond which it is not told what a beam can be towards it [rad]."""
 STRIDE_IN_FAINT = 2
 """Steps between the samples of the widest of them."""
 
@@ -78,8 +81,7 @@ def _lines(
     cell = min(resolution.width, WIDEST_CELL) / np.sqrt(resolution.per_cell)
     whole = int(np.ceil(2 * np.pi / cell / SECTOR)) * SECTOR
     source, height = float(stance.transmit_place[2]), heard.height
-    climbs = np.array([depth - image_depth(name, source, depth) for name in families])
-    odd = np.array([len(bounces(name)) % 2 == 1 for name in families])
+    climbs, odd = _unfolded(families, source, depth)
     boresight = float(np.arctan2(stance.boresight[1], stance.boresight[0]))
     keys: list[tuple[int, int]] = []
     zones: list[list[float]] = []
@@ -126,11 +128,7 @@ def _cells(
 
     def level(first: NDArray[np.int64], count: int) -> Floats:
         bearing = np.asarray(boresight + (first + count / 2) * angle, float)
-        gains = []
-        ends = (stance.transmit_beams,) if stance.alike else (stance.transmit_beams, stance.receive_beams)
-        for beams in ends:
-            gains.append(_gain(beams, bearing, count * angle, zone, climbs, odd))
-        return np.asarray(gains[0] * gains[-1])
+        return two_way_bound(stance, bearing, count * angle, zone, climbs, odd)
 
     first = np.arange(-whole // 2, whole // 2, SECTOR)
     first, kept = first[level(first, SECTOR) >= floor], []
@@ -145,6 +143,55 @@ def _cells(
             kept += [(int(cell), width) for cell in first]
         first, coarser = first[rest], width
     return kept
+
+
+def two_way_bound(
+    stance: Stance, bearing: Floats, width: float, zone: tuple[float, float], climbs: Floats, odd: NDArray[np.bool_]
+) -> Floats:
+    """Two-way gain that no patch of a boundary exceeds, about some bearings [1], shape (n,).
+
+    Args:
+        stance: The sonar, both ends at one place.
+        bearing: Middle of each patch [rad], shape (n,).
+        width: Of the patches [rad].
+        zone: Nearest and farthest distance of them [m].
+        climbs: From the image source of each family down to the boundary [m], shape (f,).
+        odd: Whether it has an odd number of bounces, shape (f,).
+    """
+    ends = (stance.transmit_beams,) if stance.alike else (stance.transmit_beams, stance.ears)
+    gains = [_gain(beams, bearing, width, zone, climbs, odd) for beams in ends]
+    return np.asarray(gains[0] * gains[-1])
+
+
+def _unfolded(families: tuple[str, ...], source: float, depth: float) -> tuple[Floats, NDArray[np.bool_]]:
+    """How far the bed lies below the image source of each family [m], and whether that has an odd number of bounces."""
+    climbs = np.array([depth - image_depth(name, source, depth) for name in families])
+    return climbs, np.array([len(bounces(name)) % 2 == 1 for name in families])
+
+
+def heard_about(stance: Stance, depth: float, families: tuple[str, ...]) -> Heard | None:
+    """How loud straight sound of some bearings can be at one ping; None of two platforms.
+
+    Args:
+        stance: The sonar.
+        depth: Of the bed [m].
+        families: Families that reach it.
+    """
+    if stance.receive_survey is not None or not families:
+        return None
+    ends = {float(place[2]) for place in (stance.transmit_place, stance.receive_place)}
+    climbs, odd = (
+        np.concatenate(part) for part in zip(*(_unfolded(families, end, depth) for end in sorted(ends)), strict=True)
+    )
+    apart = float(np.linalg.norm(stance.transmit_place - stance.receive_place))
+
+    def heard(bearing: Floats, width: float, zone: tuple[float, float]) -> Floats:
+        turned = 2 * float(np.arctan2(apart, zone[0])) if apart > 0 else 0.0  # what the other end sees elsewhere
+        if width + turned > WIDEST_PATCH:
+            return np.full(len(bearing), np.inf)
+        return two_way_bound(stance, np.asarray(bearing, float), width + turned, zone, climbs, odd)
+
+    return heard
 
 
 def _gain(

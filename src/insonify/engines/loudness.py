@@ -18,19 +18,19 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify import streams
 from insonify.engines import _loudness_kernel as kernel
+from insonify.engines import _share_kernel as share_kernel
+from insonify.engines._kept_kernel import keep
 from insonify.propagation.rays import Rays
-from insonify.scene.lattice import PARTS, SIDE, TILE, Draw, Lattice, Tiles, below
+from insonify.scene.lattice import PARTS, TILE, Lattice, Tiles, most_drawn
+from insonify.scene.scatterers import lattice_place
 from insonify.sonar.beam import Beams
 from insonify.sonar.stance import Stance
 from insonify.units import amplitude_ratio
 
 Floats = NDArray[np.float64]
 
-_BETWEEN = np.einsum(
-    "ai,bj->abij", *(np.stack([np.arange(PARTS, -1, -1), np.arange(PARTS + 1)]) / PARTS for _ in range(2))
-).reshape(4, -1)
-"""Weights of the four corners of a tile at the corners of its parts."""
 Integers = NDArray[np.int64]
 BEAM_EDGE_DB = -14.0
 """Two-way gain of a beam, re the loudest at its distance, above which every scatterer is kept [dB]."""
@@ -91,6 +91,23 @@ class Shares(NamedTuple):
     """Parts that hold a place much louder than their corners, shape (n, PARTS, PARTS)."""
 
 
+class Kept(NamedTuple):
+    """The scatterers that one ping keeps of some tiles, columns of shape (n,)."""
+
+    position: Floats
+    """North, east, depth [m], shape (n, 3)."""
+    area: Floats
+    """Ground that each stands for [m^2]."""
+    phase: NDArray[np.complex128]
+    """Unit phasor of its place [1]."""
+    key: NDArray[np.uint64]
+    """Key of its place."""
+    tile: NDArray[np.int32]
+    """Row of its tile."""
+    rank: NDArray[np.int32]
+    """Its place in the tile's order."""
+
+
 @dataclass(frozen=True)
 class Loudness:
     """How loud one ping hears the places of one level boundary."""
@@ -104,6 +121,8 @@ class Loudness:
     lattice: Lattice
     farthest: float
     """Distance from the middle between both ends that is asked about at most [m]."""
+    thinning: bool = True
+    """Whether any scatterer is left out at all."""
 
     def bounds(self, tiles: Tiles, density: Floats) -> Bounds:
         """How loud some tiles are at most, those with many scatterers part by part.
@@ -113,13 +132,15 @@ class Loudness:
             density: Share of their scatterers that fills the sonar's cells, shape (n,).
         """
         row, none = np.full(len(density), -1), np.empty((0, PARTS, PARTS))
-        if self.stance.receive_survey is not None:  # what is loudest at a distance is told of one place only
+        # what is loudest at a distance is told of one place only
+        if self.stance.receive_survey is not None or not self.thinning:
             return Bounds(density, np.ones(len(density)), np.ones(len(density)), row, none)
-        around, place = TILE * tiles.pitch * np.sqrt(0.5), self._places(tiles, np.array([0.5]))
+        every, around = np.arange(len(density)), TILE * tiles.pitch * np.sqrt(0.5)
+        place = self._places(tiles, every, np.array([0.5]))
         whole, middle = self._at(place, around), self._at(place)
         many = np.flatnonzero(density * self._share(whole) * TILE**2 > FEW)
         row[many] = np.arange(len(many))
-        place = self._places(tiles.take(many), (np.arange(PARTS) + 0.5) / PARTS)
+        place = self._places(tiles, many, (np.arange(PARTS) + 0.5) / PARTS)
         parts = self._at(place, np.repeat(around[many] / PARTS, PARTS**2))
         return Bounds(density, whole, middle, row, parts.reshape(-1, PARTS, PARTS))
 
@@ -136,50 +157,45 @@ class Loudness:
             tiles: The tiles.
             bounds: Of these tiles.
         """
-        many = np.flatnonzero(bounds.row >= 0)
-        loudest = np.repeat(bounds.whole, PARTS**2).reshape(-1, PARTS, PARTS)
-        corner = np.repeat(bounds.middle, (PARTS + 1) ** 2).reshape(-1, PARTS + 1, PARTS + 1)
-        if len(many):
-            loudest[many] = bounds.parts[bounds.row[many]]
-            place = self._places(tiles.take(many), np.arange(PARTS + 1) / PARTS)
-            corner[many] = self._at(place).reshape(-1, PARTS + 1, PARTS + 1)
-        odd = np.flatnonzero((bounds.row < 0) & (bounds.middle < PEAK * np.minimum(bounds.whole, 1.0)))
-        if len(odd):  # their middles do not speak for them
-            ends = self._at(self._places(tiles.take(odd), np.arange(2.0))).reshape(-1, 4)
-            corner[odd] = (ends @ _BETWEEN).reshape(-1, PARTS + 1, PARTS + 1)
-        peaked = np.empty(loudest.shape, np.bool_)
-        kernel.peaks(corner, loudest, bounds.row < 0, PEAK, peaked)
-        return Shares(bounds.density, bounds.density[:, None, None] * self._share(loudest), corner, peaked)
+        many, odd = share_kernel.odd_ones(bounds.whole, bounds.middle, bounds.row, PEAK)
+        at_parts = self._at(self._places(tiles, many, np.arange(PARTS + 1) / PARTS))
+        at_ends = self._at(self._places(tiles, odd, np.arange(2.0)))
+        count = len(bounds.row)
+        corner, loudest = np.empty((count, PARTS + 1, PARTS + 1)), np.empty((count, PARTS, PARTS))
+        share_kernel.lay_out(
+            bounds.whole, bounds.middle, bounds.row, bounds.parts, many, at_parts, odd, at_ends, corner, loudest
+        )
+        peaked, most = np.empty(loudest.shape, np.bool_), np.empty(loudest.shape)
+        share_kernel.peaks(corner, loudest, bounds.row, bounds.density, PEAK, self._fewer, LEAST, peaked, most)
+        return Shares(bounds.density, most, corner, peaked)
 
     def _at(self, place: Floats, around: Floats | None = None) -> Floats:
         """Gain at some places, or the loudest within so far [m] of them, re that above which all are kept."""
-        found, (out, back) = np.empty(len(place)), self._ends
-        around = np.zeros(len(place)) if around is None else around
-        last = float(_nodes(self.farthest)[-1])
-        kernel.re_edge(out, back, out is back, self._edge, last, self.stance.middle, FAINTEST, place, around, found)
+        found = np.empty(len(place))
+        if len(place):
+            kernel.re_edge(self._gains, place, np.zeros(len(place)) if around is None else around, found)
         return found
 
-    def kept(self, cell: Draw, tiles: Tiles, shares: Shares) -> tuple[Draw, Floats]:
-        """The scatterers that are kept of those drawn, and the ground that each stands for [m^2].
+    def kept(self, tiles: Tiles, bounds: Bounds, seed: int, stream: int, depth: float) -> Kept:
+        """The scatterers of some tiles that are kept, each drawn, judged and kept or left out at once.
 
         Args:
-            cell: Those drawn.
-            tiles: In these tiles.
-            shares: Of these tiles.
+            tiles: The tiles.
+            bounds: Of these tiles.
+            seed: Seed of the scatterers.
+            stream: Stream of the interface, one of `insonify.streams`.
+            depth: Put down as the depth of all [m].
         """
-        share = np.empty(len(cell.tile))
-        kernel.shares_between(
-            shares.corner, shares.peaked, shares.density, shares.most, self._fewer, LEAST, cell.tile, cell.row,
-            cell.column, cell.along, cell.across, tiles.pitch, share,
+        shares = self.shares(tiles, bounds)
+        count = most_drawn(shares.most)
+        made = (
+            np.empty((count, 3)), np.empty(count), np.empty(count, complex), np.empty(count, np.uint64),
+            np.empty(count, np.int32), np.empty(count, np.int32),
         )  # fmt: skip
-        asked = np.flatnonzero(np.isnan(share))
-        if len(asked):
-            tile = cell.tile[asked]
-            part = (tile * PARTS + cell.row[asked] % TILE // SIDE) * PARTS + cell.column[asked] % TILE // SIDE
-            own = self._share(self._at(self.lattice.to_world(cell.along[asked], cell.across[asked])))
-            share[asked] = np.minimum(shares.density[tile] * own, shares.most.ravel()[part])
-        kept, share = below(cell, share)
-        return kept, kept.area / share
+        first = lattice_place(stream, tiles.level, tiles.along * TILE, tiles.across * TILE)
+        told = (shares.density, shares.most, shares.corner, shares.peaked, self._fewer, LEAST)
+        count = keep(*tiles, first, *streams.key(seed, stream), told, self._gains, self.lattice.frame, depth, made)
+        return Kept(*(column[:count] for column in made))
 
     def mean_share(self, distance: Floats) -> Floats:
         """Part of the scatterers that is kept, on the average over all bearings.
@@ -190,28 +206,35 @@ class Loudness:
         Returns:
             Shape (n,).
         """
+        if not self.thinning:
+            return np.ones(len(distance))
         bearing = np.arange(BEARINGS) * (2 * np.pi / BEARINGS)
         way = np.stack([np.cos(bearing), np.sin(bearing)], axis=-1)
         place = (self.stance.middle + distance[:, None, None] * way).reshape(-1, 2)
         return np.asarray(self._share(self._at(place)).reshape(len(distance), BEARINGS).mean(axis=1))
 
-    def _places(self, tiles: Tiles, part: Floats) -> Floats:
-        """North and east at the same parts of the sides of some tiles [m], shape (tiles * parts * parts, 2)."""
-        shape, side = (len(tiles.level), len(part), len(part)), TILE * tiles.pitch[:, None, None]
-        along = np.broadcast_to((tiles.along[:, None, None] + part[:, None]) * side, shape)
-        across = np.broadcast_to((tiles.across[:, None, None] + part) * side, shape)
-        return self.lattice.to_world(along.ravel(), across.ravel())
+    def _places(self, tiles: Tiles, rows: Integers, part: Floats) -> Floats:
+        """North and east at the same parts of the sides of some tiles [m], shape (rows * parts * parts, 2)."""
+        there = np.empty((len(rows) * len(part) ** 2, 2))
+        share_kernel.places(*tiles, rows, part, self.lattice.frame, there)
+        return there
 
     def _share(self, gain: Floats) -> Floats:
         """Part of the scatterers that is kept, by the gain re that above which all are [1]."""
         found = np.empty(gain.shape)
-        kernel.shares(np.ravel(gain), self._fewer, LEAST, found.ravel())
+        share_kernel.shares(np.ravel(gain), self._fewer, LEAST, found.ravel())
         return found
 
     @property
     def _fewer(self) -> float:
         """Gain below which shares fall no longer with its square, but with it [1]."""
         return 0.0 if self._wide else FEWER
+
+    @cached_property
+    def _gains(self) -> kernel.Gains:
+        """What tells how loud a place is."""
+        out, back = self._ends
+        return out, back, out is back, self._edge, float(_nodes(self.farthest)[-1]), self.stance.middle, FAINTEST
 
     @cached_property
     def _edge(self) -> Floats:
@@ -229,25 +252,13 @@ class Loudness:
 
         Sectors that may hold a louder one than was found are halved.
         """
-        far = _nodes(self.farthest)
-        best = np.max([self._around_middle(far, np.full(len(far), axis)) for axis in self._axes], axis=0)
-        wide = np.pi / SECTORS
-        sector = self.stance.bearing + (2 * np.arange(SECTORS) + 1) * wide
-        node, bearing = np.arange(len(far)).repeat(SECTORS), np.tile(sector, len(far))
-        for _ in range(HALVINGS):
-            np.maximum.at(best, node, self._around_middle(far[node], bearing))
-            hopeful = self._around_middle(far[node], bearing, wide * far[node]) > best[node] * CLOSE
-            wide /= 2
-            node, bearing = node[hopeful].repeat(2), (bearing[hopeful, None] + [-wide, wide]).ravel()
+        far, (out, back) = _nodes(self.farthest), self._ends
+        sectors = self.stance.bearing + (2 * np.arange(SECTORS) + 1) * (np.pi / SECTORS)
+        best = np.empty(len(far))
+        kernel.loudest_at(
+            out, back, out is back, far, self.stance.middle, np.array(self._axes), sectors, HALVINGS, CLOSE, best
+        )
         return best
-
-    def _around_middle(self, distance: Floats, bearing: Floats, around: Floats | None = None) -> Floats:
-        """Gain [1] at distances [m] and bearings [rad], or the loudest no farther than `around` from there [m]."""
-        place = self.stance.middle + distance[:, None] * np.stack([np.cos(bearing), np.sin(bearing)], axis=-1)
-        found, (out, back) = np.empty(len(place)), self._ends
-        around = np.zeros(len(place)) if around is None else around
-        kernel.two_way(out, back, out is back, place, around, np.full(len(place), np.inf), found)
-        return found
 
     @property
     def _axes(self) -> list[float]:

@@ -7,13 +7,14 @@ heard by synthesis.
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines._audible_kernel import products
 from insonify.engines.audible import Audible, audible, largest_parts, shares_met
 from insonify.engines.bounced import over_relief
+from insonify.engines.lines import heard_about
 from insonify.engines.rings import WIDEST_CELL
 from insonify.engines.skyline import Remembered, Skylines
 from insonify.engines.view import Block, footprint, view
@@ -25,7 +26,7 @@ from insonify.propagation.knife_edge import soft_edges
 from insonify.propagation.moving import End, met_twice, moving_legs
 from insonify.propagation.rays import Rays
 from insonify.records.legs import Legs
-from insonify.records.pairs import Pairs
+from insonify.records.pairs import Pairs, Product, Strengths, Thinned
 from insonify.scattering.fast import FastLaw
 from insonify.scattering.kirchhoff_facet import SmoothFace
 from insonify.scattering.lambert import Lambert
@@ -99,13 +100,12 @@ class Paths:
         pair = pair.reshape(-1, 2)
         weight = met_twice(out, back, pair)
         pair, weight = pair[weight > 0], weight[weight > 0]
-        louder = None if heard is None else heard.factor(*_names(out, back, pair))
-        strength = self._strength(scatterers, out, back, pair, stance.frequency, louder)
-        if (weight != 1).any():
-            strength *= weight[:, None]
-        if self.choice.geometry == "slice" and scatterers.boundary != "target":
-            strength *= _slice_width(stance, out, back, pair)
-        return Pairs(scatterers, out, back, pair, strength)
+        thinned = None if heard is None else heard.met(*_names(out, back, pair))
+        wide = self.choice.geometry == "slice" and scatterers.boundary != "target"
+        answer = self._answer(scatterers, out, back, pair, weight, stance.frequency, thinned)
+        if wide:
+            answer = Pairs(scatterers, out, back, pair, answer).strength * _slice_width(stance, out, back, pair)
+        return Pairs(scatterers, out, back, pair, answer)
 
     def met(self, stance: Stance, distance: Floats) -> tuple[tuple[str, ...], Floats] | None:
         """Families that reach the seabed, and at what share of its scatterers drawn pings meet their pairs.
@@ -133,13 +133,14 @@ class Paths:
         """Families that reach the bed, and of `largest_parts` what they have of all that is heard of it."""
         bed = self.scene.seabed.bed
         straight, apart = isinstance(self.rays, StraightRays), stance.receive_survey is not None
-        if bed is None or bed.span[0] == bed.span[1] or apart or not straight:
+        if bed is None or bed.span[0] == bed.span[1] or apart or not straight or not self.choice.thinning:
             return None
         families = families_for("seabed", self.choice.followed)
         if families[:1] != (DIRECT,) or self.choice.geometry == "slice":
             return None
         beams = stance.transmit_beams, stance.receive_beams
-        key = (families, stance.transmit_place[2], stance.heard_delays, *(beam.axes.tobytes() for beam in beams))
+        depths = stance.transmit_place[2], stance.receive_place[2]
+        key = (families, depths, stance.heard_delays, *(beam.axes.tobytes() for beam in beams))
         part = self.parts.get(key, lambda: largest_parts(self.scene, bed, stance, families, law))
         return families, np.asarray(part, float)
 
@@ -162,22 +163,26 @@ class Paths:
         wanted = None if heard is None else heard.wanted
         return self._late(self._over_ground(legs, scatterers, stance, place, wanted), scatterers, stance, place)
 
-    def _strength(
-        self, scatterers: Scatterers, out: Legs, back: Legs, pair: NDArray[np.int64], frequency: float,
-        louder: NDArray[np.float32] | None,
-    ) -> Floats | NDArray[np.complex128]:  # fmt: skip
+    def _answer(
+        self, scatterers: Scatterers, out: Legs, back: Legs, pair: NDArray[np.int64], weight: Floats, frequency: float,
+        thinned: Thinned | None,
+    ) -> Strengths | Product:  # fmt: skip
         """Pressure that each ordered pair scatters to 1 m re incident pressure [m], where it is met, (p, n)."""
         if isinstance(scatterers.law, SmoothFace):
             assert scatterers.corners is not None
             speed = self.scene.water.speed_at(scatterers.position[:, 2])
             arriving, leaving = out.arrival[pair[:, 0]], back.arrival[pair[:, 1]]
             wavenumber = 2 * np.pi * frequency / speed
-            return scatterers.law.echoes(scatterers.corners, scatterers.normal, arriving, leaving, wavenumber)
+            told = scatterers.law.echoes(scatterers.corners, scatterers.normal, arriving, leaving, wavenumber)
+            return np.asarray(told * weight[:, None])
         root = np.sqrt(scatterers.area)
         if isinstance(scatterers.law, Lambert):
-            return _products(scatterers.law, out, back, pair, root, louder)
+            return Product(out, back, pair, _contributions(scatterers.law), root, weight, thinned)
+        louder = None if thinned is None else thinned.louder
         strength = np.sqrt(_cross_section(scatterers, scatterers.law, out, back, pair, louder)) * root
-        return np.asarray(strength if louder is None else strength * louder)
+        if louder is not None:
+            strength *= louder
+        return np.asarray(strength if (weight == 1).all() else strength * weight[:, None])
 
     def _late(self, legs: Legs, scatterers: Scatterers, stance: Stance, place: Floats) -> Legs:
         """The legs as uneven water delays them; in even water, as they are."""
@@ -187,7 +192,7 @@ class Paths:
         """The legs as a moving surface leaves them, each end's at its own times."""
 
         def moved(legs: Legs, place: Floats) -> tuple[Legs, Legs]:
-            end = End(place, stance.time)
+            end = End(place, stance.time, stance.transmit_place)
             return moving_legs(legs, self.scene, self.seed, scatterers, stance.frequency, end)
 
         first = moved(out, stance.transmit_place)
@@ -217,7 +222,12 @@ class Paths:
             width = min(two_way_width(stance.transmit_beams, stance.receive_beams), WIDEST_CELL)
             launches = self.rays.launches(float(place[2]))
             wavelength = self._wavelength(stance, place)
-            return Skylines(bed, place, launches, farthest=farthest, wavelength=wavelength, finest_slice=width / 3)
+            heard = None
+            if isinstance(self.rays, StraightRays) and self.choice.thinning:
+                heard = heard_about(stance, bed.depth, families_for("seabed", self.choice.followed))
+            return Skylines(
+                bed, place, launches, farthest=farthest, wavelength=wavelength, finest_slice=width / 3, heard=heard
+            )
 
         key = (stance.ping, place.tobytes(), stance.bearing)
         soft = self.choice.edges == "fresnel"
@@ -249,30 +259,12 @@ def _slice_width(stance: Stance, out: Legs, back: Legs, pair: NDArray[np.int64])
     return np.asarray(np.sqrt(footprint(stance)) * reach**0.25)
 
 
-def _products(
-    law: Lambert, out: Legs, back: Legs, pair: NDArray[np.int64], root: Floats, louder: NDArray[np.float32] | None
-) -> Floats:
-    """Strengths by a law that is a product of one factor for each direction, each leg's worked out once, (p, n).
-
-    Args:
-        law: The law.
-        out: Legs out.
-        back: Legs back.
-        pair: Rows of each ordered pair, (p, 2).
-        root: Of the area that each point stands for [m], (n,).
-        louder: What strengths are multiplied by, (p, n); None: nothing.
-    """
+@lru_cache(maxsize=8)
+def _contributions(law: Lambert) -> Floats:
+    """What one direction contributes to a law that is a product of two, linear in sines, at sines of 0 and 1."""
     level, straight = np.array(np.pi / 2), np.array(np.pi)
-    facing = np.sqrt(law.cross_section(level, level, straight))
-
-    def factor(legs: Legs) -> Floats:
-        return np.asarray(np.sqrt(law.cross_section(np.abs(legs.grazing), level, straight) / facing))
-
-    one = factor(out)
-    other = (one if back is out else factor(back)) * root
-    made = np.empty((len(pair), len(root)))
-    products(one, other, pair, np.empty((0, len(root)), np.float32) if louder is None else louder, made)
-    return made
+    facing = law.cross_section(level, level, straight)
+    return np.asarray(law.cross_section(np.array([0.0, np.pi / 2]), level, straight) / np.sqrt(facing))
 
 
 def _cross_section(

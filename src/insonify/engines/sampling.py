@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines import _grain_kernel as kernel
 from insonify.propagation.rays import Rays, Reach
 from insonify.scene.lattice import BASE_PITCH, TILE, Lattice, Tiles
 from insonify.scene.scene import Scene
@@ -17,6 +18,7 @@ from insonify.sonar.stance import Stance
 from insonify.sonar.survey import Survey, distance_to_runs
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
 FIRST_TILES = 8
 """Tiles to the farthest distance, at most, that are looked at before any is cut in four."""
@@ -35,15 +37,17 @@ class Resolution:
 
     def ground(self, distance: Floats, height: float) -> Floats:
         """Length of a resolution cell on the ground [m], at a horizontal distance [m] and height [m]."""
-        slant_range = np.hypot(distance, height)
-        # Below the sonar the first return is a disc, not a strip.
-        return np.minimum(self.slant * slant_range / np.maximum(distance, 1e-9), np.sqrt(2 * slant_range * self.slant))
+        away = np.asarray(distance, float)
+        found = np.empty(away.shape)
+        kernel.ground(self.slant, away.ravel(), height, found.reshape(-1))
+        return found
 
     def cell_area(self, distance: Floats, height: float) -> Floats:
         """Largest area that one scatterer may stand for [m^2]; never a square that is coarse against the range cell."""
-        ground = self.ground(distance, height)
-        across = np.hypot(distance, height) * self.width
-        return np.minimum(ground * across / self.per_cell, (2 * ground) ** 2)
+        away = np.asarray(distance, float)
+        found = np.empty(away.shape)
+        kernel.cells(self.slant, self.width, self.per_cell, away.ravel(), height, found.reshape(-1))
+        return found
 
     def coarsest(self, reach: float, height: float) -> float:
         """Bound on all `cell_area` up to some distance [m] at a height [m]: [m^2].
@@ -59,8 +63,9 @@ class Resolution:
 
         Outwards the ground cell gets shorter and the beam wider; their product is least under 45 degrees.
         """
-        between = np.clip(height, nearest, farthest)
-        return np.minimum.reduce([self.cell_area(distance, height) for distance in (nearest, between, farthest)])
+        found = np.empty(len(nearest))
+        kernel.finest(self.slant, self.width, self.per_cell, nearest, farthest, height, found)
+        return found
 
     def finest_apart(self, ends: list[tuple[Floats, Floats, float]]) -> Floats:
         """Bound on the smallest cell of a transmitter and a receiver that stand apart [m^2], shape (n,).
@@ -150,39 +155,59 @@ def tiles_in_view(
         the lattice come in powers of two.
     """
     heard = reach(stance, boundary_depth, rays, families, rise=rise)
-    found: list[Tiles] = []
-    density: list[Floats] = []
     if heard.farthest < 0:
-        return _joined(found), np.zeros(0)
-    here = lattice.from_world(stance.transmit_place[:2])
-    other = lattice.from_world(stance.receive_place[:2])
+        return Tiles(*np.empty((3, 0), np.int64)), np.zeros(0)
+    here, other = lattice.from_world(stance.transmit_place[:2]), lattice.from_world(stance.receive_place[:2])
     level = max(0, int(np.ceil(np.log2(heard.farthest / (TILE * BASE_PITCH)))) + 1)
     side = TILE * BASE_PITCH * 2.0**level
     grain = _Grain(stance, lattice, boundary_depth, resolution, heard.farthest + side)
     # from tiles that are all too coarse, few enough to be looked at one by one
     while level > 0 and side * FIRST_TILES > heard.farthest and (side / TILE / 2) ** 2 > grain.coarsest:
         level, side = level - 1, side / 2
-    corner = np.floor((here - heard.farthest) / side).astype(np.int64)
-    last = np.floor((here + heard.farthest) / side).astype(np.int64)
-    grid = np.mgrid[corner[0] : last[0] + 1, corner[1] : last[1] + 1].reshape(2, -1)
-    tiles = Tiles(np.full(grid.shape[1], level), grid[0], grid[1])
-    while tiles.level.size:
-        half_diagonal = TILE * tiles.pitch / np.sqrt(2)
-        distance = np.linalg.norm(tiles.centre - here, axis=-1)
-        inside = (distance - half_diagonal <= heard.farthest) & (distance + half_diagonal >= heard.nearest)
-        if stance.receive_survey is not None:
-            way = distance + np.linalg.norm(tiles.centre - other, axis=-1)
-            inside &= way - 2 * half_diagonal <= widest
-        tiles = tiles.take(inside)
-        centre, half_diagonal = lattice.to_world(*tiles.centre.T), TILE * tiles.pitch / np.sqrt(2)
-        bound = beam_bound(centre, half_diagonal, stance, boundary_depth, rays, families, rise=rise, enough=beam_floor)
-        tiles, half_diagonal = tiles.take(bound >= beam_floor), half_diagonal[bound >= beam_floor]
-        finest = grain.finest(tiles.centre, half_diagonal)
-        fine = (tiles.pitch**2 <= finest) | (tiles.level == 0)
-        found.append(tiles.take(fine))
-        density.append(np.minimum(found[-1].pitch ** 2 / finest[fine], 1.0))
-        tiles = tiles.take(~fine).split()
-    return _joined(found), np.concatenate(density)
+    low, high = (np.floor((here + way * heard.farthest) / side).astype(np.int64) for way in (-1, 1))
+    along, across = np.empty((2, int(np.prod(high - low + 1))), np.int64)
+    kernel.covering(low, high, along, across)
+    if stance.receive_survey is None:
+        widest = np.inf
+    found: list[tuple[Integers, Integers, Integers, Floats]] = []
+    while len(along):
+        pitch, (centre, place) = float(np.ldexp(BASE_PITCH, level)), np.empty((2, len(along), 2))
+        half = TILE * pitch / np.sqrt(2)
+        n = kernel.in_reach(pitch, along, across, here, other, heard.nearest, heard.farthest, widest, lattice.frame,
+                            centre, place)  # fmt: skip
+        bound = beam_bound(
+            place[:n], np.full(n, half), stance, boundary_depth, rays, families, rise=rise, enough=beam_floor
+        )
+        n = kernel.loud(bound, beam_floor, along, across, centre)
+        finest = grain.finest(centre[:n], np.full(n, half))
+        *kept, density, along, across = kernel.divided(level, along[:n], across[:n], finest)
+        found.append((np.full(len(density), level), *kept, density))
+        level -= 1
+    *columns, density = (np.concatenate(column) for column in zip(*found, strict=True))
+    return Tiles(*columns), density
+
+
+def filling(
+    stance: Stance, lattice: Lattice, boundary_depth: float, resolution: Resolution, tiles: Tiles, most: Floats
+) -> Floats:  # fmt: skip
+    """Part of the scatterers of some tiles that fills the cells of one ping, from where it is: shape (n,).
+
+    A tile is as fine as the whole track needs it. A ping that is right above it, or far away, has larger cells there.
+
+    Args:
+        stance: The sonar at this ping.
+        lattice: Frame of the tiles.
+        boundary_depth: Depth of the boundary [m].
+        resolution: What the sonar can tell apart.
+        tiles: The tiles.
+        most: Part that fills the cells of any ping, shape (n,): it is not exceeded.
+    """
+    half, spans = TILE * tiles.pitch / np.sqrt(2), []
+    for place in (stance.transmit_place, stance.receive_place)[: 1 if stance.together else 2]:
+        away = np.linalg.norm(tiles.centre - lattice.from_world(place[:2]), axis=-1)
+        spans.append((np.maximum(away - half, 0), away + half, abs(boundary_depth - float(place[2]))))
+    area = resolution.finest(*spans[0]) if stance.together else resolution.finest_apart(spans)
+    return np.minimum(tiles.pitch**2 / area, most)
 
 
 class _Grain:
@@ -216,9 +241,9 @@ class _Grain:
         """Smallest area that one scatterer may stand for anywhere in some tiles [m^2], shape (n,)."""
         spans = []
         for runs, outermost, wander, height in self.ends:
-            nearest = np.maximum(distance_to_runs(centre, runs) - half_diagonal - wander, 0)
-            corners = np.linalg.norm(centre[:, None] - outermost, axis=-1)
-            spans.append((nearest, corners.max(axis=1) + half_diagonal + wander, height))
+            away, nearest, farthest = distance_to_runs(centre, runs), *np.empty((2, len(centre)))
+            kernel.spans(centre, half_diagonal, away, outermost, wander, nearest, farthest)
+            spans.append((nearest, farthest, height))
         return self.resolution.finest(*spans[0]) if len(spans) == 1 else self.resolution.finest_apart(spans)
 
 
@@ -260,10 +285,3 @@ def beam_bound(
         if not len(rows):
             break
     return transmit * receive
-
-
-def _joined(found: list[Tiles]) -> Tiles:
-    if not found:
-        empty = np.zeros(0, np.int64)
-        return Tiles(empty, empty, empty)
-    return Tiles(*(np.concatenate(column) for column in zip(*found, strict=True)))

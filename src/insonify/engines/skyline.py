@@ -6,9 +6,8 @@ skyline), tells what is lit: O(samples). A ray with bounces is tested segment by
 ground, and those that come down from the surface, by the skyline of their own family; the one that rises from a
 bounce by the same walk with its sense turned.
 
-Ground is walked along slices of azimuth on the map of the bed, whose cells follow the split alone: shadows do not
-depend on how densely scatterers lie. A slice is a quarter of the shortest wave wide where it ends, or a third of
-the finest beam where that is wider. A point of the ground is lit where the ground of its slice's middle line is.
+Ground is walked along slices of azimuth, see `slices`. A point of the ground is lit where the ground of its slice's
+middle line is.
 
 Where edges are soft, sound bends around the crests along a line, ground behind which ground lies dark: of the nearest
 few the one that takes most, on every segment of a leg, see `_crest_kernel`. The walk above still says what is hidden.
@@ -26,13 +25,13 @@ from numpy.typing import NDArray
 
 from insonify.engines import _crest_kernel as crests
 from insonify.engines import _skyline_kernel as kernel
+from insonify.engines.slices import Group, Heard, Slices
 from insonify.engines.strays import TOUCH, walk_over_ground
-from insonify.propagation.families import bounces, image_depth
+from insonify.propagation.families import bounces
 from insonify.propagation.knife_edge import PER_UNIT, edge_table
 from insonify.propagation.launches import Launches, StraightLaunches
 from insonify.records.legs import Legs, Status
 from insonify.scene.bed import Bed
-from insonify.scene.pages import Pages
 from insonify.scene.scatterers import Scatterers
 
 __all__ = ["SEABED", "Launches", "Remembered", "Skylines", "StraightLaunches", "fresnel_half_length", "over_ground"]
@@ -41,79 +40,15 @@ Floats = NDArray[np.floating[Any]]
 
 SEABED = -2
 """Row of the ground where the boxes have theirs: the occluder of what it hides."""
-SLICES = 32
-"""Slices of azimuth that are walked together."""
-SLICES_PER_WAVE = 4
-TOGETHER = 256
-"""Samples of a line that are looked at before it is asked whether that was enough."""
-FIRST_ZONE = 128
-"""Slices of the innermost zone; each zone further out is twice as far, in twice as many."""
-
-
-class _Skyline(NamedTuple):
-    """What hides along some lines, see `_crest_kernel.find_crests`."""
-
-    launch: Floats
-    """Launch that meets the ground at each sample, shape (slices, samples)."""
-    bound: Floats
-    """What hides by it: the smallest up to each sample; of families that rise, the largest from it on."""
-    crest: NDArray[np.int32]
-    """Number of the crest that was met last, -1 for none."""
-    met: Floats
-    """Sample, launch, depth behind and reach of each crest, shape (slices, crests, 4)."""
-
-
-class _Lines:
-    """The ground along neighbouring slices, from the sonar outwards, and the launches that meet it."""
-
-    def __init__(self, depth: Floats, step: float, launches: Launches, wavelength: float) -> None:
-        self.depth, self._launches, self._wavelength = depth, launches, wavelength
-        self.shallowest = np.fmin.reduce(depth, axis=1)
-        self._distance = ((np.arange(depth.shape[1]) + 1) * step).astype(np.float32)
-        self._step = step
-        self._made: dict[str, _Skyline] = {}
-        self._open: dict[str, bool] = {}
-        self._lock = Lock()
-
-    def open(self, family: str) -> bool:
-        """Whether surely none of the ground along the lines is hidden from straight rays of a family without bottom."""
-        with self._lock:
-            if family not in self._open:
-                self._open[family] = self._never_rises(family)
-            return self._open[family]
-
-    def _never_rises(self, family: str) -> bool:
-        rays = self._launches
-        if not isinstance(rays, StraightLaunches) or "B" in family:
-            return False
-        image = np.float32(image_depth(family, rays.source_depth, rays.water_depth))
-        return bool(crests.never_rises(self.depth, self._distance, image, TOGETHER))
-
-    def of(self, family: str) -> _Skyline:
-        """The skyline of rays of a family."""
-        with self._lock:
-            if family not in self._made:
-                self._made[family] = self._walked(family)
-            return self._made[family]
-
-    def _walked(self, family: str) -> _Skyline:
-        launch = self._launches.steepness(family, self._distance, self.depth).astype(np.float32, copy=False)
-        bound, crest = np.empty_like(launch), np.empty(launch.shape, np.int32)
-        met = np.empty((len(launch), launch.shape[1] // 2 + 1, 4), np.float32)
-        crests.find_crests(launch, self._step, family.endswith("B"), self._wavelength, bound, crest, met)
-        return _Skyline(launch, bound, crest, met)
-
-
-Group = tuple[_Lines, NDArray[np.int64], NDArray[np.int64]]
-"""Lines, the points that they pass, and the slice of each of these."""
 
 
 class Skylines:
     """What the ground hides from one end of the sonar at one ping; lines are walked when they are asked for."""
 
     def __init__(
-        self, bed: Bed, place: Floats, launches: Launches, *, farthest: float, wavelength: float, finest_slice: float
-    ) -> None:
+        self, bed: Bed, place: Floats, launches: Launches, *, farthest: float, wavelength: float, finest_slice: float,
+        heard: Heard | None = None,
+    ) -> None:  # fmt: skip
         """Walk nothing yet.
 
         Args:
@@ -123,51 +58,40 @@ class Skylines:
             farthest: Horizontal distance beyond which nothing is asked [m]; what lies there is as at this distance.
             wavelength: Of the sound, for the size of a bounce's mirror [m].
             finest_slice: Slices need not be narrower than this [rad].
+            heard: How loud sound of some bearings can be; None: all alike.
         """
         self.bed, self.launches, self.wavelength = bed, launches, wavelength
-        self._here = bed.ground.terrain.lattice.from_world(np.asarray(place, float)[:2])
         self._all_below = bed.span[0] > place[2]
-        self.step = bed.map_cell
-        across = max(bed.ground.finest / SLICES_PER_WAVE, bed.map_cell)
-        innermost = FIRST_ZONE * across / (2 * np.pi)
-        zones = max(0, int(np.ceil(np.log2(max(farthest, innermost) / innermost))))
-        edges = innermost * 2.0 ** np.arange(zones + 1)
-        edges[-1] = min(edges[-1], max(farthest, innermost))
-        widest = 2 ** max(0, int(np.ceil(np.log2(2 * np.pi / finest_slice / FIRST_ZONE))))
-        slices = FIRST_ZONE * np.minimum(2 ** np.arange(zones + 1), widest)
-        own = np.append(slices[1:] != slices[:-1], True)  # zones of the same slices are one
-        self.edges, self.slices = edges[own], slices[own]
-        self._lines: dict[tuple[int, int], _Lines] = {}
-        self._lock = Lock()
+        self.cut = Slices(
+            bed, place, launches, farthest=farthest, wavelength=wavelength, finest_slice=finest_slice, heard=heard
+        )
+        self.step = self.cut.step
 
     def visible(
-        self, families: tuple[str, ...], azimuth: Floats, distance: Floats, sine: Floats, depth: Floats, *,
-        ground: bool = False, left: NDArray[np.complex128] | None = None, groups: list[Group] | None = None,
+        self, families: tuple[str, ...], distance: Floats, sine: Floats, depth: Floats, groups: list[Group], *,
+        ground: bool = False, left: NDArray[np.complex128] | None = None,
     ) -> NDArray[np.bool_]:  # fmt: skip
         """Whether rays of some families reach places without meeting the ground on their way.
 
         Args:
             families: Names of the families, f of them.
-            azimuth: Bearing of each place from the sonar [rad], shape (n,).
-            distance: Horizontal distance [m], shape (n,).
+            distance: Horizontal distance of each place [m], shape (n,).
             sine: Sine of the launch angle, positive down [1], shape (f, n).
             depth: Depth of each place [m], shape (n,).
+            groups: Of `groups_of` these places.
             ground: Whether the places lie on the ground: then the line of their slice is asked, not their own depth.
             left: Result where it is given: what of the pressure bends around crests of the ground [1], shape (f, n).
-            groups: Of `groups_of` these places, where they are known.
 
         Returns:
             True where a ray is clear, shape (f, n).
         """
-        groups = self.groups_of(azimuth, distance) if groups is None else groups
         found = np.empty((len(families), len(distance)), bool)
-        steps = self._steps(distance)
         for row, name in enumerate(families):
             if ground and self._plain(name):
                 found[row] = True
                 if left is not None:
                     left[row] = 1.0
-                self._see_ground(groups, name, steps, distance, found[row], None if left is None else left[row])
+                self._see_ground(groups, name, distance, found[row], None if left is None else left[row])
                 continue
             soft = None if left is None else np.ones(len(distance), complex)
             found[row] = self._lit(name, groups, distance, sine[row], ground, soft)
@@ -187,18 +111,21 @@ class Skylines:
         return isinstance(self.launches, StraightLaunches) and (family == "D" or (family == "S" and self._all_below))
 
     def _see_ground(
-        self, groups: list[Group], family: str, reach: Floats, distance: Floats, lit: NDArray[np.bool_],
+        self,
+        groups: list[Group],
+        family: str,
+        distance: Floats,
+        lit: NDArray[np.bool_],
         left: NDArray[np.complex128] | None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Mark ground that the ground before it hides, and take what crests take of the rays to it, on one segment."""
         soft = left is not None
         held = np.empty(0, complex) if left is None else left
         for lines, points, rows in groups:
             if not lines.open(family):
-                launch, _, crest, met = lines.of(family)
-                crests.ground_over_crests(
-                    launch, crest, met, rows, points, reach, self.step, distance, self.wavelength, edge_table(),
-                    PER_UNIT, soft, lit, held,
+                crests.over_crests(
+                    *lines.of(family), rows, points, distance, distance, self.step, distance, self.wavelength,
+                    edge_table(), PER_UNIT, True, soft, lit, held,
                 )  # fmt: skip
 
     def _lit(
@@ -232,7 +159,7 @@ class Skylines:
             leaves = -steep if k == 0 and string.startswith("S") else steep
             if ends:
                 own = np.ones(len(lit), bool)
-                self._see_ground(groups, passed, self._steps(distance), distance, own, left)
+                self._see_ground(groups, passed, distance, own, left)
                 lit &= own
                 continue
             lit &= leaves <= self._skyline(groups, passed, before)
@@ -244,11 +171,11 @@ class Skylines:
         self, groups: list[Group], family: str, reach: Floats, steepness: Floats, distance: Floats,
         left: NDArray[np.complex128],
     ) -> None:  # fmt: skip
-        steps = self._steps(reach)
+        lit = np.empty(0, bool)
         for lines, points, rows in groups:
             crests.over_crests(
-                *lines.of(family), rows, points, steps, steepness, self.step, distance, self.wavelength,
-                edge_table(), PER_UNIT, left,
+                *lines.of(family), rows, points, reach, steepness, self.step, distance, self.wavelength,
+                edge_table(), PER_UNIT, False, True, lit, left,
             )  # fmt: skip
 
     def _under_crests(
@@ -298,50 +225,8 @@ class Skylines:
             azimuth: Bearing of each from the sonar [rad], shape (n,).
             distance: Horizontal distance [m], shape (n,).
         """
-        count = len(distance)
-        sectors, starts = np.empty((count, 2), np.int64), np.empty(count + 1, np.int64)
-        points, rows = np.empty((2, count), np.int64)
-        heading = self.bed.ground.terrain.lattice.heading
-        met = kernel.by_sector(
-            azimuth, distance, heading, self.edges, self.slices, SLICES, sectors, starts, points, rows
-        )
-        return [
-            (self._walk(zone, sector), points[start:stop], rows[start:stop])
-            for (zone, sector), start, stop in zip(
-                sectors[:met].tolist(), starts[:met].tolist(), starts[1 : met + 1].tolist(), strict=True
-            )
-        ]
-
-    def _walk(self, zone: int, sector: int) -> _Lines:
-        """The lines of one sector of a zone, from the sonar to the zone's outer edge."""
-        with self._lock:
-            known = self._lines.get((zone, sector))
-        if known is not None:
-            return known
-        count = int(self.slices[zone])
-        numbers = sector * SLICES + np.arange(SLICES)
-        stop = int(np.ceil(self.edges[zone] / self.step)) + 1
-        depth, first = np.empty((SLICES, stop), np.float32), 0
-        if zone > 0:
-            inner = numbers * int(self.slices[zone - 1]) // count
-            nearer = self._walk(zone - 1, int(inner[0]) // SLICES).depth
-            first = nearer.shape[1]
-            depth[:, :first] = nearer[inner % SLICES]
-        self._sample((numbers + 0.5) * (2 * np.pi / count), first, stop, depth)
-        made = _Lines(depth, self.step, self.launches, self.wavelength)
-        with self._lock:
-            return self._lines.setdefault((zone, sector), made)
-
-    def _sample(self, turn: Floats, first: int, stop: int, depth: Floats) -> None:
-        """Depths along lines on the map, into the samples from the first on."""
-        rays = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
-        ends = self._here + rays[:, None] * (self.step * np.array([first + 1, stop])[:, None])
-        done = np.zeros(-(-(stop - first) // kernel.TOGETHER), bool)
-
-        def ask(pages: Pages, wanted: NDArray[np.bool_]) -> bool:
-            return kernel.sample(self._here, rays, self.step, first, self.bed.depth, pages, wanted, done, depth)
-
-        self.bed.asked(ends.reshape(-1, 2), ask)
+        way = np.stack([distance * np.cos(azimuth), distance * np.sin(azimuth)], axis=-1)
+        return self.cut.seen(np.zeros(2), way)[1]
 
 
 def steepness(family: str, sine: Floats) -> Floats:
@@ -377,8 +262,6 @@ class Sighted(NamedTuple):
 
     distance: Floats
     """Horizontal distance [m], shape (n,)."""
-    azimuth: Floats
-    """Bearing [rad], shape (n,)."""
     groups: list[Group]
     """By the lines that pass them."""
 
@@ -391,9 +274,7 @@ def sighted(skylines: Skylines, place: Floats, position: Floats) -> Sighted:
         place: North, east, depth of that end [m], shape (3,).
         position: The same of the points [m], shape (n, 3).
     """
-    north, east = (position[:, :2] - place[:2]).T
-    distance, azimuth = np.sqrt(north**2 + east**2), np.arctan2(east, north)
-    return Sighted(distance, azimuth, skylines.groups_of(azimuth, distance))
+    return Sighted(*skylines.cut.seen(place, position))
 
 
 def over_ground(
@@ -411,7 +292,7 @@ def over_ground(
             the ground alone leaves, for `knife_edge.soft_edges` to take from.
         seen: Of `sighted`, where it is known.
     """
-    distance, azimuth, groups = sighted(skylines, place, scatterers.position) if seen is None else seen
+    distance, groups = sighted(skylines, place, scatterers.position) if seen is None else seen
     status, occluder, boundary = legs.status.copy(), legs.occluder.copy(), legs.boundary
     if any("B" in family for family in legs.families):
         boundary = boundary.copy()
@@ -419,8 +300,7 @@ def over_ground(
     on_ground = scatterers.boundary == "seabed"
     left = np.empty(legs.delay.shape, complex) if soft else None
     lit = skylines.visible(
-        legs.families, azimuth, distance, sine, scatterers.position[:, 2], ground=on_ground, left=left,
-        groups=groups,
+        legs.families, distance, sine, scatterers.position[:, 2], groups, ground=on_ground, left=left,
     )  # fmt: skip
     visibility: NDArray[np.float64] | NDArray[np.complex128]
     if left is None:

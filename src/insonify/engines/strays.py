@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from insonify.engines import _skyline_kernel as kernel
 
 if TYPE_CHECKING:
-    from insonify.engines.skyline import Group, Skylines
+    from insonify.engines.skyline import Skylines
+    from insonify.engines.slices import Group
 
 Floats = NDArray[np.floating[Any]]
 

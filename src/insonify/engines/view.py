@@ -15,19 +15,18 @@ from numpy.typing import NDArray
 
 from insonify import streams
 from insonify.engines import rings
-from insonify.engines.loudness import Loudness
-from insonify.engines.sampling import Resolution, reach, survey_speed, tiles_in_view, widest_way
+from insonify.engines.loudness import Kept, Loudness
+from insonify.engines.sampling import Resolution, filling, reach, survey_speed, tiles_in_view, widest_way
 from insonify.engines.targets import target_points
 from insonify.engines.volume import Suspended
 from insonify.propagation.choice import PathChoice
 from insonify.propagation.families import families_for
 from insonify.propagation.rays import Rays, Reach
 from insonify.scene.bed import Bed
-from insonify.scene.facets import facets
-from insonify.scene.lattice import PARTS, TILE, Draw, Tiles, draw, ranks
+from insonify.scene.facets import facets, laid
+from insonify.scene.lattice import Tiles, next_places, reached
 from insonify.scene.scatterers import Boundary, Law, Scatterers, lattice_place
 from insonify.scene.scene import Scene
-from insonify.scene.terrain.relief import Survey
 from insonify.sonar.footprint import two_way_footprint, two_way_width
 from insonify.sonar.stance import Stance
 from insonify.units import amplitude_ratio
@@ -98,22 +97,22 @@ class View:
             density = np.ones_like(density)
         stream = streams.SEABED if boundary == "seabed" else streams.SURFACE
         farthest = max(self._reach(boundary, depth, kept).farthest, 1.0)
-        loudness = Loudness(self.stance, depth, self.rays, kept, lattice, farthest)
-        bounds = loudness.bounds(tiles, density)
+        loudness = Loudness(self.stance, depth, self.rays, kept, lattice, farthest, self.choice.thinning)
+        own = density
+        if not self.even and self.stance.pulse.receiver.synthetic_aperture is None:  # its pings are heard as one
+            own = filling(self.stance, lattice, depth, self.resolution, tiles, density)
+        bounds = loudness.bounds(tiles, own)
         bed = self.bed
 
         def drawn(rows: slice) -> Scatterers:
             part = tiles.take(rows)
-            own = loudness.shares(part, bounds.take(rows))
-            seed = EVEN_SEED if self.even else self.seed
-            cell, area = loudness.kept(draw(part, seed, stream, own.most), part, own)
-            place = lattice.to_world(cell.along, cell.across)
+            kept = loudness.kept(part, bounds.take(rows), EVEN_SEED if self.even else self.seed, stream, depth)
             if self.even:
-                return self._lie(boundary, depth, law, place, area, np.ones(len(area), complex), cell.place)
+                even = np.ones(len(kept.area), complex)
+                return self._lie(boundary, depth, law, kept.position[:, :2], kept.area, even, kept.key)
             if boundary == "seabed" and bed is not None:
-                ground = survey_tiles(bed, part, own.density, self.seed, cell)
-                return self._textured(facets(depth, ground, law, place, area, cell.phase, cell.place))
-            return self._textured(_on_boundary(boundary, depth, law, place, area, cell.phase, cell.place))
+                return self._textured(on_ground(bed, law, part, density[rows], self.seed, stream, kept))
+            return self._textured(_level(boundary, law, kept.position, kept.area, kept.phase, kept.key))
 
         return [partial(drawn, rows) for rows in _shared_out(loudness.expected(bounds))]
 
@@ -234,39 +233,34 @@ def _shared_out(count: NDArray[np.float64]) -> list[slice]:
     return [slice(first, last) for first, last in pairwise(edges)]
 
 
-def survey_tiles(bed: Bed, tiles: Tiles, density: NDArray[np.float64], seed: int, cell: Draw) -> Survey:
-    """The ground under some scatterers of the lattice: what is asked is kept for the pings to come.
+def on_ground(
+    bed: Bed, law: Law, tiles: Tiles, density: NDArray[np.float64], seed: int, stream: int, kept: Kept
+) -> Scatterers:
+    """Scatterers of the lattice on the ground: what is asked about it is kept for the pings to come.
 
     Of each tile all scatterers that any ping may keep, or the first quarter of them, or a quarter of that, and so on,
     are asked together.
 
     Args:
         bed: The ground.
+        law: How it answers.
         tiles: The tiles.
         density: The largest part of their scatterers that any ping keeps, shape (tiles,).
         seed: Seed of the scatterers.
-        cell: What was drawn in them.
+        stream: Their stream.
+        kept: The scatterers; its columns are used for the answer.
     """
-    count = ranks(cell, len(tiles.level))
-    asked = np.flatnonzero(count)
-    if not len(asked):
-        return bed.ground.survey(np.zeros(0), np.zeros(0))
-    every = np.ceil(density[asked] * TILE**2)
-    size = np.ceil(every / 4 ** np.floor(np.log2(every / count[asked]) / 2)).astype(np.int64)
+    asked, size = reached(kept.tile, kept.rank, density)
     some = tiles.take(asked)
 
-    def places(rows: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        wanted = np.broadcast_to((size[rows] / TILE**2)[:, None, None], (len(rows), PARTS, PARTS))
-        first = draw(some.take(rows), seed, cell.stream, np.ascontiguousarray(wanted))
-        at = (np.cumsum(size[rows]) - size[rows])[first.tile] + first.rank
-        along, across = np.empty((2, len(at)))
-        along[at], across[at] = first.along, first.across
-        return along, across
+    def places(rows: NDArray[np.int64], known: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        return next_places(some.take(rows), seed, stream, known, size[rows])
 
-    row = np.zeros(len(count), np.int64)
-    row[asked] = np.arange(len(asked))
-    key = lattice_place(cell.stream, some.level, some.along, some.across).view(np.int64)
-    return bed.survey_points(seed, key, size, places, row[cell.tile], cell.rank)
+    key = lattice_place(stream, some.level, some.along, some.across).view(np.int64)
+    rows, begin = bed.survey_points(seed, key, size, places)
+    start = np.zeros(len(density), np.int64)
+    start[asked] = begin
+    return laid(bed.depth, (rows, start), law, kept.tile, kept.rank, kept.position, kept.area, kept.phase, kept.key)
 
 
 def _on_boundary(
@@ -274,7 +268,16 @@ def _on_boundary(
     phase: NDArray[np.complex128], key: NDArray[np.uint64],
 ) -> Scatterers:  # fmt: skip
     """Points of a flat boundary, facing the water."""
-    position, normal = np.empty((len(place), 3)), np.zeros((len(place), 3))
+    position = np.empty((len(place), 3))
     position[:, :2], position[:, 2] = place, depth
+    return _level(boundary, law, position, area, phase, key)
+
+
+def _level(
+    boundary: Boundary, law: Law, position: NDArray[np.float64], area: NDArray[np.float64],
+    phase: NDArray[np.complex128], key: NDArray[np.uint64],
+) -> Scatterers:  # fmt: skip
+    """Points that face the water straight up, or down."""
+    normal = np.zeros(position.shape)
     normal[:, 2] = -1.0 if boundary == "seabed" else 1.0
     return Scatterers(boundary, boundary, law, position, normal, area, phase, key)

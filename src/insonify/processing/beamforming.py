@@ -7,6 +7,7 @@ from where it looks keeps its level, its delay and its phase.
 import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Self
 
 import numpy as np
@@ -23,6 +24,8 @@ Floats = NDArray[np.float64]
 
 BEAMS_AT_ONCE = 8
 """Beams of one ping that a thread works on together."""
+LEFT = 0.05
+"""Phase at the ends of a line by which beams that share a focus may miss it [rad]."""
 FAR = 1e12
 
 
@@ -89,51 +92,117 @@ def beamform_delay_sum(
 
 def beamform_fft(
     pressure: ArrayLike, time: ArrayLike, sines: ArrayLike, *, spacing: float, centre_frequency: float,
-    sound_speed: float = 1500.0, shading: str | ArrayLike = "uniform",
+    sound_speed: float = 1500.0, shading: str | ArrayLike = "uniform", focus: str = "far",
 ) -> Complexes:  # fmt: skip
-    """All beams of an evenly spaced line array at once, focused far away.
+    """All beams of an evenly spaced line array at once, focused far away or at the range whose echo is heard.
 
     In each frequency of the band the beams are a chirp-z transform along the array at that frequency's own wavenumber:
     the delays are exact over the whole band. The cost for each frequency grows as n log n of elements and beams.
+    A focus near by is that of a few beams, each for those about it: what is left at the outermost elements, their
+    distance from the middle squared over twice the range, times the difference of the sines' squares, is at most
+    `LEFT` of phase where the series begins, and less later.
 
     Args:
         pressure: Complex baseband, shape (..., channel, time), the elements in order along the line.
-        time: Of the samples, evenly spaced [s], shape (time,).
+        time: Of the samples, evenly spaced, after the start of transmission [s], shape (time,).
         sines: Of the beams' angles from broadside, towards the last element, evenly spaced [1], shape (beam,).
         spacing: Of the elements [m].
         centre_frequency: Of the baseband [Hz].
         sound_speed: Of the water [m/s].
         shading: Of the elements: uniform, cosine, hann, hamming, taylor, or weights of shape (channel,).
+        focus: "far", at infinity; or "dynamic", at the place whose echo is being heard, the transmitter being at the
+            array's middle.
 
     Returns:
         Complex baseband, shape (..., beam, time), complex64, as heard at the array's middle.
 
     Raises:
-        ValueError: Shapes that do not fit, or beams unevenly spaced in sine: use `beamform_delay_sum` for those.
+        ValueError: Shapes that do not fit, an unknown focus, or beams unevenly spaced in sine: use
+            `beamform_delay_sum` for those.
 
     Source: van Trees (2002), ch. 3.3 and 6 (frequency-domain beamforming); Rabiner, Schafer & Rader (1969), Bell Syst.
     Tech. J. 48, 1249-1292 (chirp-z transform); from memory.
     """
-    rate = even_clock(time)[1]
+    first, rate = even_clock(time)
     series = element_series(pressure, np.size(time))
     frequency, speed = carrier(centre_frequency, sound_speed)
     pitch = number("spacing", spacing, "m", 0.0, above=True, such_as="0.0075")
     start, step, beams = _even_sines(sines)
+    if focus not in ("far", "dynamic"):
+        raise ValueError(f"focus is {focus!r}; choose far or dynamic, or use beamform_delay_sum for a range in metres")
     channels, samples = series.shape[-2:]
     line = np.zeros((channels, 3))
     line[:, 1] = (np.arange(channels) - (channels - 1) / 2) * pitch
-    weight = element_weights(shading, line)
+    weight = element_weights(shading, line)[:, None].astype(np.float32)
+    groups = [(slice(0, beams), 0.0)]
+    if focus == "dynamic":
+        groups = _focused_alike(
+            np.asarray(start + step * np.arange(beams), float), line[-1, 1], first * speed / 2, speed / frequency
+        )
+    pings = series.reshape(-1, channels, samples)
+    out = np.empty((len(pings), beams, samples), np.complex64)
+    times = np.array(time, float)
+    for row, ping in zip(out, pings, strict=True):
+        cells = fine_cells(ping) if focus == "dynamic" else ping
+        for some, sine in groups:
+            seen = ping if focus == "far" else _seen_from(sine, cells, line, times, (first, rate, frequency, speed))
+            begin, count = start + step * some.start - sine, some.stop - some.start
+            row[some] = _beams_of_line(seen * weight, pitch, frequency, speed, rate, (begin, step, count))
+    return out.reshape(*series.shape[:-2], beams, samples)
+
+
+def _beams_of_line(
+    series: Complexes, pitch: float, frequency: float, speed: float, rate: float, sines: tuple[float, float, int]
+) -> Complexes:
+    """Beams of one ping's weighed elements, (beams, samples), at some sines: the first, their step, how many."""
+    channels, samples = series.shape
+    start, step, beams = sines
     reach = (channels - 1) / 2 * pitch * max(abs(start), abs(start + step * (beams - 1))) / speed
     size = scipy.fft.next_fast_len(samples + int(np.ceil(2 * reach * rate)) + 16)
     # cycles per element and per unit of sine, in each bin
     wave = pitch / speed * (frequency + scipy.fft.fftfreq(size, 1 / rate))
     transform = _ChirpTransform.along(wave, channels, start, step, beams)
-    pings = series.reshape(-1, channels, samples)
-    out = np.empty((len(pings), beams, samples), np.complex64)
-    for row, ping in zip(out, pings, strict=True):
-        bins = scipy.fft.fft(ping * weight[:, None].astype(np.float32), size, axis=-1)
-        row[:] = scipy.fft.ifft(transform(bins), axis=-1)[:, :samples]
-    return out.reshape(*series.shape[:-2], beams, samples)
+    bins = scipy.fft.fft(series, size, axis=-1)
+    return np.asarray(scipy.fft.ifft(transform(bins), axis=-1)[:, :samples], np.complex64)
+
+
+def _focused_alike(sines: Floats, half: float, nearest: float, wavelength: float) -> list[tuple[slice, float]]:
+    """Beams that may share a focus, and the sine that it looks at: those whose sines have nearly equal squares.
+
+    Args:
+        sines: Of the beams, evenly spaced [1].
+        half: Half the length of the array [m].
+        nearest: Range of the first sample [m]; less than half the array's length means as much.
+        wavelength: Of the carrier [m].
+    """
+    width = 2 * LEFT * wavelength * max(nearest, half, 1e-9) / (np.pi * max(half, 1e-9) ** 2)
+    level = np.sign(sines) * np.round(sines**2 / width)
+    edges = np.concatenate([[0], np.flatnonzero(np.diff(level)) + 1, [len(sines)]]).tolist()
+    looks = np.sign(level) * np.sqrt(np.minimum(np.abs(level) * width, 1.0))
+    return [(slice(a, b), float(looks[a])) for a, b in pairwise(edges)]
+
+
+def _seen_from(
+    sine: float, cells: Complexes, line: Floats, time: Floats, clock: tuple[float, float, float, float]
+) -> Complexes:
+    """Elements read when echoes from one direction reach them, from the place whose echo the middle hears.
+
+    Args:
+        sine: Of the direction [1].
+        cells: Fine cells of one ping, shape (channels, cells).
+        line: Elements [m], shape (channels, 3).
+        time: Of the samples [s], shape (samples,).
+        clock: Time of the first sample [s], their rate [Hz], the carrier [Hz], and the speed of sound [m/s].
+    """
+    first, rate, frequency, speed = clock
+    look, alone = np.array([[np.sqrt(max(1 - sine**2, 0.0)), sine, 0.0]]), np.ones(1)
+    out = np.zeros((len(line), len(time)), np.complex64)
+    for m in range(len(line)):
+        steer(
+            cells[m : m + 1], first - REACH / rate, rate * FINER, frequency, speed, time, line[m : m + 1], np.zeros(3),
+            look, alone, -1.0, out[m : m + 1].view(np.float32),
+        )  # fmt: skip
+    return out
 
 
 @dataclass(frozen=True, slots=True)

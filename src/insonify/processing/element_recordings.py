@@ -85,6 +85,9 @@ def fan_of_beams(
 ) -> xr.Dataset:
     """The image that beams in one plane make, ahead and to starboard; see `fan_image`.
 
+    Ranges are halves of the ways heard, as if sound had come from the array: a transmitter that stands d off it moves
+    them by up to d / 2.
+
     Args:
         beams: `pressure` [uPa] over (..., beam, time) with the coordinate `bearing`, as `beam_recording` gives it.
         ahead: Places ahead of the array [m], shape (n,).

@@ -26,8 +26,8 @@ def phase_to_elevation(
         Elevation [rad], shape of phase; NaN where the phase is beyond what the baseline allows.
 
     Source: Lurton (2010), An Introduction to Underwater Acoustics, 2nd ed., sec. 8.4 (interferometric sonar): the
-    phase is k a sin(angle off broadside); from memory. Plane waves about the middle of the baseline: the error is
-    below a / R cubed.
+    phase is k a sin(angle off broadside); from memory. Plane waves: of a place at the range R from the middle of a
+    baseline a the angle off broadside is told smaller by (a / 4 R)^2 times the sine of its double.
     """
     frequency, speed = carrier(centre_frequency, sound_speed)
     length = number("baseline", baseline, "m", 0.0, above=True, such_as="0.05")

@@ -28,6 +28,9 @@ def interferometric_bathymetry(
 ) -> xr.Dataset:  # fmt: skip
     """Where the bed is by the phase between two receivers one above the other; see `interferometric_depth`.
 
+    Ranges are halves of the ways heard, as if sound had come from the middle of the two: a transmitter that stands d
+    off it moves them by up to d / 2. A pulse of duration T without compression is heard c T / 4 too far, by its middle.
+
     Args:
         recording: `pressure` [uPa] over (ping, channel, time), matched-filtered or short, and `element_position`.
         altitude: Height above the bed that is expected, which settles whole turns [m]: one number, or (ping,).

@@ -160,10 +160,10 @@ def _turned(turn: Floats, length: float, chance: float) -> float:
 def glint_row(
     keys: NDArray[np.uint64], points: Floats, normal: Floats, code: int, k0: int, k1: int, phase: Floats,
     wavenumber: Floats, variance: Floats, frequency: Floats, turn: Floats, moment: Floats, guide: NDArray[np.int32],
-    axes: Floats, origin: Floats, place: Floats, start: float, life: float, image: float, upward: bool, odd: bool,
-    heights: Floats, sound: float, speed: float, loss: float, delay: Floats, length: Floats, absorption: Floats,
-    departure: Floats, arrival: Floats, grazing: Floats, status: NDArray[np.uint8], facing_away: int, visibility: Any,
-    out: NDArray[np.complex128], back: NDArray[np.complex128],
+    axes: Floats, origin: Floats, place: Floats, caller: Floats, start: float, life: float, image: float, upward: bool,
+    odd: bool, heights: Floats, sound: float, speed: float, loss: float, delay: Floats, length: Floats,
+    absorption: Floats, departure: Floats, arrival: Floats, grazing: Floats, status: NDArray[np.uint8],
+    facing_away: int, visibility: Any, out: NDArray[np.complex128], back: NDArray[np.complex128],
 ) -> None:  # fmt: skip
     """Turn one row of mirrored legs into glints, in place; legs that are not there are left alone.
 
@@ -183,7 +183,8 @@ def glint_row(
         guide: Likewise.
         axes: North and east of the waves' direction, and of that to the right of it, (2, 2).
         origin: Of the waves' phases, north and east [m], (2,).
-        place: North, east, depth of the sonar [m], (3,).
+        place: North, east, depth of this end of the sonar [m], (3,).
+        caller: The same of the end that sends, (3,).
         start: Of the ping [s].
         life: After which a glint gives way to another [s].
         image: Depth of the family's image source [m].
@@ -209,11 +210,12 @@ def glint_row(
     for n in range(keys.size):
         if visibility[n] == 0:
             continue
-        dn, de, dd = points[n, 0] - place[0], points[n, 1] - place[1], points[n, 2] - place[2]
+        dn, de = points[n, 0] - place[0], points[n, 1] - place[1]
+        away = (points[n, 0] - caller[0]) ** 2 + (points[n, 1] - caller[1]) ** 2 + (points[n, 2] - caller[2]) ** 2
         far = math.sqrt(dn * dn + de * de)
         north, east = (dn / far, de / far) if far > 1e-6 else (1.0, 0.0)
         climb = max(abs(points[n, 2] - image), 1e-6)
-        there = math.sqrt(dn * dn + de * de + dd * dd) / speed
+        there = math.sqrt(away) / speed
         turned, gone, came = 0.0, 0.0, 0.0
         living = code << 4 | _lives(keys[n], code, k0, k1, start / life) << 20
         for b in range(heights.size):

@@ -19,7 +19,7 @@ STEEPEST = 1e-3
 CLEAR, OCCLUDED = 0, 2  # the values of records.legs.Status
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def past_edge(number: float, table: Complexes, per_unit: float) -> complex:
     """Field past a half plane at a Fresnel number, re that without it [1].
 
@@ -37,7 +37,7 @@ def past_edge(number: float, table: Complexes, per_unit: float) -> complex:
         imag = -real
     else:
         place = size * per_unit
-        row = min(max(math.floor(place), 1), table.size - 3)
+        row = min(max(int(place), 1), table.size - 3)
         t = place - row
         a, b = -t * (t - 1) * (t - 2) * (1 / 6), (t + 1) * (t - 1) * (t - 2) * 0.5
         c, d = -(t + 1) * t * (t - 2) * 0.5, (t + 1) * t * (t - 1) * (1 / 6)
@@ -49,7 +49,7 @@ def past_edge(number: float, table: Complexes, per_unit: float) -> complex:
     return field if number >= 0 else 1 - field
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def turned(quarters: float) -> tuple[float, float]:
     """Cosine and sine of some quarters of a turn, to 1e-11, in a fraction of the usual time.
 
@@ -183,7 +183,7 @@ def fresnel_numbers(
     return -1 if silent else crossed
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def edge_number(off: float, behind: float, length: float, wavelength: float) -> float:
     """Fresnel number of an edge: by the way around it, which to first order is `knife_edge.fresnel_number`.
 
@@ -196,20 +196,20 @@ def edge_number(off: float, behind: float, length: float, wavelength: float) -> 
     return math.copysign(2 * math.sqrt(longer_way(off, behind, length, wavelength) / wavelength), off)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def longer_way(off: float, behind: float, length: float, wavelength: float) -> float:
     """How much longer the way around an edge is than the straight one [m]; arguments of `edge_number`."""
     d = max(behind, wavelength)
     rest = max(length - d, wavelength)
     square = off * off
-    return square * (1 / (math.sqrt(square + d * d) + d) + 1 / (math.sqrt(square + rest * rest) + rest))
+    one, other = math.sqrt(square + d * d) + d, math.sqrt(square + rest * rest) + rest
+    return square * (one + other) / (one * other)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def edge_factor(
-    clearance: float, hollow: float, behind: float, length: float, wavelength: float, table: Complexes, per_unit: float,
-    least: float = 0.0,
-) -> complex:  # fmt: skip
+    clearance: float, hollow: float, behind: float, length: float, wavelength: float, table: Complexes, per_unit: float
+) -> complex:
     """Pressure past a crest of the ground, re that without it [1].
 
     A knife edge, in the measure in which the hollow behind it is deep against the Fresnel zone there: with nu_h the
@@ -224,23 +224,22 @@ def edge_factor(
         wavelength: Of the sound [m].
         table: See `past_edge`.
         per_unit: See `past_edge`.
-        least: What differs from 1 by less is not told, and is 1 [1].
     """
-    if least > 0 and clearance < 0 and differs_less(-clearance, hollow, behind, length, wavelength, least):
-        return 1 + 0j
     number = edge_number(clearance, behind, length, wavelength)
     if number < -FAR:
         return 1 + 0j
     if hollow >= ENDLESS:
         return past_edge(number, table, per_unit)
-    counts = math.expm1(-4 * math.pi / wavelength * longer_way(hollow, behind, length, wavelength))
+    counts = math.exp(-4 * math.pi / wavelength * longer_way(hollow, behind, length, wavelength)) - 1
     past = past_edge(number, table, per_unit)
     return complex(1 + counts * (1 - past.real), -counts * past.imag)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def differs_less(clear: float, hollow: float, behind: float, length: float, wavelength: float, least: float) -> bool:
-    """Whether a crest surely changes the pressure of a ray that clears it by less than some part; see `edge_factor`.
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def differs_less(clear: float, hollow: float, behind: float, length: float, wavelength: float, square: float) -> bool:
+    """Whether a crest surely changes the pressure of a ray that clears it by less than some part, see `edge_factor`.
+
+    Told is the square of that part.
 
     Beyond its shadow a half plane changes it by at most 1/2, and by at most 1 / (sqrt(2) pi nu), the first term of the
     asymptotic series. Fresnel numbers are at most off sqrt(2 / wavelength (1 / behind + 1 / before)), and less than
@@ -248,10 +247,9 @@ def differs_less(clear: float, hollow: float, behind: float, length: float, wave
     """
     d = max(behind, wavelength)
     rest = max(length - d, wavelength)
-    per = 2 * (d + rest) / (d * rest * wavelength)
-    counts = min(1.0, math.pi * hollow * hollow * per) ** 2
-    near = 2 * min(d, rest)
-    return counts < 4 * least * least or counts * 0.05067 * (near + clear) < least * least * clear * clear * per * near
+    whole, part, near = 2 * (d + rest), d * rest * wavelength, 2 * min(d, rest)
+    counts, least = min(part, math.pi * hollow * hollow * whole) ** 2, square * part
+    return counts < 4 * least * part or counts * 0.05067 * (near + clear) < least * clear * clear * whole * near
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

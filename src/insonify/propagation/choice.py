@@ -48,6 +48,10 @@ class PathChoice(Noun):
     """Largest random change of each replica's amplitude, uniform, as a part of it [1]."""
     scatterers_per_cell: Annotated[float, Field(ge=0.1, le=1000)] = 5.0
     """Drawn scatterers in each resolution cell of the beam's main lobe; fewer where it hardly listens [1]."""
+    thinning: bool = True
+    """Whether drawn pings have few scatterers where a beam hardly listens, and meet faint pairs of legs at few of them,
+    each for others; false: all everywhere, so that elements hear the very ground that beams do, several times as slow.
+    """
     beam_floor_db: Annotated[Decibels, Field(ge=-120, le=-10)] = -50.0
     """Two-way beam level below which ground and bodies are left out [dB re the beam's axis]."""
 

@@ -55,6 +55,13 @@ class End(NamedTuple):
     """North, east, depth [m], shape (3,)."""
     time: float
     """Start of the ping [s]."""
+    called: Floats | None = None
+    """Where sound that it hears was sent from, north, east, depth [m], shape (3,); None: from the same place."""
+
+    @property
+    def caller(self) -> Floats:
+        """Where sound that it hears was sent from [m], shape (3,)."""
+        return self.place if self.called is None else self.called
 
 
 class Quiet(NamedTuple):
@@ -165,7 +172,8 @@ class Sea:
         glint_row(
             scatterers.place, scatterers.position, scatterers.normal, _code(family, legs.branch[row], number),
             *streams.key(self.seed, streams.GLINT), phase, *waves, self.axes,
-            np.array(self.scene.seabed.lattice.origin), end.place, end.time, self.life, image_depth(family, depth, bed),
+            np.array(self.scene.seabed.lattice.origin), end.place, end.caller, end.time, self.life,
+            image_depth(family, depth, bed),
             string[0] == "S", len(string) % 2 == 1, np.array(surface_climbs(family, depth, bed)), self.frequency,
             float(self.scene.water.speed_at(depth)), float(self.scene.water.absorption(self.frequency)),
             legs.delay[row], legs.length[row], legs.absorption[row], legs.departure[row], legs.arrival[row],
@@ -201,7 +209,7 @@ def bounce_times(
         end: The end of the sonar that they begin at.
     """
     # Before it comes back, sound is taken to have gone out directly: by which leg it went makes milliseconds.
-    there = np.linalg.norm(scatterers.position - end.place, axis=1) / float(scene.water.speed_at(end.place[2]))
+    there = np.linalg.norm(scatterers.position - end.caller, axis=1) / float(scene.water.speed_at(end.place[2]))
     before = lines.parts() * delay
     return end.time + before, end.time + there + delay - before
 
@@ -214,17 +222,6 @@ def rows_of(legs: Legs, rows: list[int]) -> Legs:
     return replace(
         legs, families=tuple(legs.families[row] for row in rows), branch=tuple(legs.branch[row] for row in rows),
         caustic=caustic, beside=beside, **columns,
-    )  # fmt: skip
-
-
-def points_of(legs: Legs, row: int, points: NDArray[np.int64]) -> Legs:
-    """One row of legs to some of its points, in columns of their own."""
-    columns = {name: getattr(legs, name)[row : row + 1, points] for name in _ROWS}
-    caustic = None if legs.caustic is None else legs.caustic[row : row + 1, points]
-    beside = None if legs.beside is None else legs.beside[row : row + 1, :, points]
-    return replace(
-        legs, families=legs.families[row : row + 1], branch=legs.branch[row : row + 1], caustic=caustic,
-        beside=beside, **columns,
     )  # fmt: skip
 
 

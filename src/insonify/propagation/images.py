@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.ocean.water import Water
+from insonify.propagation._cone_kernel import cones
 from insonify.propagation._image_kernel import straight_legs
 from insonify.propagation.families import bounces, families_for, image_depth
 from insonify.propagation.launches import StraightLaunches
@@ -139,8 +140,6 @@ class StraightRays:
         """Cones about the straight lines to the centres; see `Rays.cones`."""
         climb = boundary_depth - image_depth(family, place[2], self.scene.seabed.depth)
         turned = -climb if len(bounces(family)) % 2 else climb
-        ray = np.concatenate([centre - place[:2], np.full((len(centre), 1), turned)], axis=1)
-        length = np.linalg.norm(ray, axis=1)
-        around = radius + rise
-        margin = np.where(around < length, np.arcsin(np.minimum(1, around / length)), np.pi)
-        return Cones(ray / length[:, None], margin, np.ones(len(centre), bool))
+        way, margin = np.empty((len(centre), 3)), np.empty(len(centre))
+        cones(place, turned, centre, radius, rise, way, margin)
+        return Cones(way, margin, np.ones(len(centre), bool))

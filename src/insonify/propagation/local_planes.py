@@ -6,10 +6,12 @@ tells the plane. So planes are found twice: roughly about the bounce on the mean
 they lead to. On an even slope once would be enough.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.propagation._course_kernel import Course, Frame, follow_bed, ways, zones
+from insonify.propagation._course_kernel import Course, Frame, follow_bed, spread, ways, zones
 from insonify.propagation.families import bounces
 from insonify.scene.bed import Bed
 from insonify.scene.bed_plane import FEW, PATTERN, least_half_axis
@@ -18,6 +20,8 @@ Floats = NDArray[np.float64]
 
 _DOWN = np.array([0.0, 0.0, 1.0])
 _TINY = 1e-9
+_PATTERNS = tuple(np.ascontiguousarray(pattern.T, np.float32) for pattern in (FEW, PATTERN))
+"""For the first planes and for the last."""
 
 
 def course(place: Floats, points: Floats, anchor: Floats, facing: Floats) -> Course:
@@ -47,6 +51,32 @@ def level_course(family: str, place: Floats, points: Floats, bed_depth: float) -
         bed_depth: Depth of the bed [m].
     """
     return course(place, points, *_level(family, len(points), bed_depth))
+
+
+class Bounces(NamedTuple):
+    """What a `Course` tells of the mirrors of n ways, where no more is asked."""
+
+    length: Floats
+    part: Floats
+    sine: tuple[Floats, ...]
+    left: tuple[float, ...]
+
+
+def level_bounces(family: str, depth: float, length: Floats, sine: Floats, bed_depth: float) -> Bounces:
+    """Where the ways of a family bounce between the level surface and a level bed, by their lengths.
+
+    Args:
+        family: Name of a family with bounces.
+        depth: Of the sonar [m].
+        length: Of the ways [m], shape (n,).
+        sine: Sine of their grazing angle, at all mirrors the same [1], shape (n,).
+        bed_depth: Depth of the bed [m].
+    """
+    string = bounces(family)
+    first = depth if string[0] == "S" else bed_depth - depth
+    climb = np.array([first + k * bed_depth for k in range(len(string))])  # to each bounce, all of it counted
+    part = np.clip(climb[:, None] / np.maximum(length * sine, _TINY), 0.0, 1.0)
+    return Bounces(length, part, (sine,) * len(string), (0.0,) * len(string))
 
 
 def local_course(
@@ -82,17 +112,16 @@ def local_course(
     )
     off_bed = np.array([letter == "B" for letter in string])
     here = np.asarray(place, float)
-    span = lattice.from_world(np.concatenate([points[:, :2], here[None, :2]]))
+    span = np.empty((2, 2))
+    spread(here, points, frame, span)
     bed.asked(
         span,
-        lambda pages, wanted: follow_bed(
-            here, points, off_bed, moved, frame, (FEW, PATTERN), pages, wanted, done, made
-        ),
+        lambda pages, wanted: follow_bed(here, points, off_bed, moved, frame, _PATTERNS, pages, wanted, done, made),
     )
     return made
 
 
-def zone(way: Course, mirror: int, wavelength: float) -> tuple[Floats, Floats]:
+def zone(way: Course | Bounces, mirror: int, wavelength: float) -> tuple[Floats, Floats]:
     """Half the length and half the width of the first Fresnel zone of a bounce [m], each of shape (n,).
 
     Args:

@@ -131,7 +131,7 @@ def find(
     cells = _cells(scatterers.position, scene.seabed.lattice, size)
 
     def told(places: Floats) -> tuple[Floats, Floats]:
-        there = 0.0 if out else np.linalg.norm(places - end.place, axis=1) / speed
+        there = 0.0 if out else np.linalg.norm(places - end.caller, axis=1) / speed
         ends = places - origin
         ends[:, 2] = _unfolded_depth(places[:, 2], after, bed)
         return ends, end.time + np.broadcast_to(there, len(places))

@@ -37,7 +37,8 @@ class Waves(NamedTuple):
     """Direction re the wind's at equal steps of probability, for wavenumbers in equal ratios [rad], shape (d, t)."""
     moment: Floats
     """Below each wavenumber: variance of the slope along and across the wind [1], of the vertical speed [m^2/s^2], and
-    of slope along the wind times speed, for waves that run downwind [m/s], shape (4, m)."""
+    minus the mean of slope along the wind times that speed [m/s]: what runs downwind falls where it slopes up; shape
+    (4, m)."""
     guide: NDArray[np.int32]
     """Row that holds a share of the variance: entry i + 1 is a row not above it, entry i one not below it, where i is
     `GUIDES` times the root of the part of the variance beyond that share, whole; shape (g + 1,)."""

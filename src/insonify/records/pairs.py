@@ -1,16 +1,87 @@
 """Pairs: what a block of scatterers makes of every leg out and every leg back, before it is heard.
 
 The fast path goes from here straight to the recording; `records.arrivals` writes the same
-content out row by row, for people and for tests.
+content out row by row, for people and for tests. Under most laws that are quick the strength of a pair is a product of
+what its legs contribute; then it is written out only for those who ask for it.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.records._pairs_kernel import products, written_out
 from insonify.records.legs import Legs
 from insonify.scene.scatterers import Scatterers
+
+Floats = NDArray[np.float64]
+Strengths = NDArray[np.float64] | NDArray[np.complex128]
+
+
+@dataclass(frozen=True, slots=True)
+class Thinned:
+    """At which of n scatterers each of p pairs is met: those whose number lies below the pair's share of them."""
+
+    number: NDArray[np.float32]
+    """Of each scatterer's place, 0 to 1, shape (n,)."""
+    stretch: NDArray[np.uint8]
+    """Of distance that each lies in, shape (n,)."""
+    share: NDArray[np.float32]
+    """Part of the scatterers of each stretch at which each pair is met, shape (p, stretches)."""
+
+    @property
+    def louder(self) -> NDArray[np.float32]:
+        """By what answers are louder for standing for others, 0 where a pair is not met [1], shape (p, n)."""
+        louder = np.empty((len(self.share), len(self.number)), np.float32)
+        written_out(self.number, self.stretch, self.share, louder)
+        return louder
+
+
+@dataclass(frozen=True)
+class Product:
+    """Strengths of p pairs at n scatterers whose cross section is one factor for each of two directions."""
+
+    out: Legs
+    """As of `Pairs`."""
+    back: Legs
+    """As of `Pairs`."""
+    pair: NDArray[np.int64]
+    """As of `Pairs`, shape (p, 2)."""
+    factor: Floats
+    """What one direction contributes to the cross section, at even sines of its grazing angle from 0 to 1 [1]; lines
+    between. Shape (2 or more,)."""
+    root: Floats
+    """Of the area that each point stands for [m], shape (n,)."""
+    weight: Floats
+    """What each pair counts for besides [1], shape (p,)."""
+    thinned: Thinned | None
+    """Where each pair is met; None: everywhere."""
+
+    @cached_property
+    def whole(self) -> Floats:
+        """The strengths, written out [m], shape (p, n)."""
+        one = self._of(self.out)
+        other = (one if self.back is self.out else self._of(self.back)) * self.root
+        made = np.empty((len(self.pair), len(self.root)))
+        louder = np.empty((0, len(self.root)), np.float32) if self.thinned is None else self.thinned.louder
+        products(one, other, self.pair, louder, made)
+        if (self.weight != 1).any():
+            made *= self.weight[:, None]
+        return made
+
+    def only(self, rows: NDArray[np.int64]) -> "Product":
+        """Those of some pairs, given by their rows."""
+        thinned = self.thinned
+        some = None if thinned is None else replace(thinned, share=np.ascontiguousarray(thinned.share[rows]))
+        return replace(self, pair=self.pair[rows], weight=self.weight[rows], thinned=some)
+
+    def _of(self, legs: Legs) -> Floats:
+        """Root of what each leg contributes to the cross section [1], shape (f, n)."""
+        sine = np.sin(np.abs(legs.grazing))
+        if len(self.factor) == 2:  # a line, several times as quick as a table
+            return np.sqrt(self.factor[0] + (self.factor[1] - self.factor[0]) * sine)
+        return np.sqrt(np.interp(sine, np.linspace(0, 1, len(self.factor)), self.factor))
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,9 +95,16 @@ class Pairs:
     """From the receiver to the scatterers, travelled the other way."""
     pair: NDArray[np.int64]
     """Row of the leg out and of the leg back of each ordered pair, shape (p, 2)."""
-    strength: NDArray[np.float64] | NDArray[np.complex128]
-    """Pressure scattered to 1 m re incident pressure [m]: the root of cross section times area, or what a smooth facet
-    sends back, which turns the phase, shape (p, n)."""
+    answer: Strengths | Product
+    """Their strengths, or how these are made."""
+
+    @property
+    def strength(self) -> Strengths:
+        """Pressure scattered to 1 m re incident pressure [m], shape (p, n).
+
+        The root of cross section times area, or what a smooth facet sends back, which turns the phase.
+        """
+        return self.answer.whole if isinstance(self.answer, Product) else self.answer
 
     @property
     def together(self) -> bool:
@@ -44,4 +122,5 @@ class Pairs:
 
     def only(self, pairs: NDArray[np.int64]) -> "Pairs":
         """The same block with some of its ordered pairs, given by their rows."""
-        return Pairs(self.scatterers, self.out, self.back, self.pair[pairs], self.strength[pairs])
+        some = self.answer.only(pairs) if isinstance(self.answer, Product) else self.answer[pairs]
+        return Pairs(self.scatterers, self.out, self.back, self.pair[pairs], some)

@@ -19,6 +19,7 @@ from insonify.validity import grazing_angle, number, numbers, water_speed
 Complexes = NDArray[np.complex128]
 LEAST_SINE = 1e-12
 """Sine of a grazing angle below which the limit stands for 0 divided by 0 [1]."""
+_LEAST = 1e-150
 
 
 def reflection_coefficient(sediment: Sediment, grazing: ArrayLike) -> Complexes:
@@ -36,7 +37,12 @@ def reflection_coefficient(sediment: Sediment, grazing: ArrayLike) -> Complexes:
     conjugated from the report's exp(-i omega t).
     Valid: a half space smooth to a fraction of the wavelength, without layers or shear.
     """
-    sediment, sine = checked_sediment(sediment), np.maximum(np.sin(grazing_angle("grazing", grazing)), LEAST_SINE)
+    return reflected(checked_sediment(sediment), np.sin(grazing_angle("grazing", grazing)))
+
+
+def reflected(sediment: Sediment, sine: ArrayLike) -> Complexes:
+    """The same by the sine of the grazing angle [1], any shape, which nobody checks."""
+    sine = np.maximum(sine, LEAST_SINE)
     vertical = vertical_wavenumber(sediment, sine)
     from_above = sediment.density_ratio * sine
     with np.errstate(invalid="ignore"):  # a gap stays a gap
@@ -56,8 +62,14 @@ def vertical_wavenumber(sediment: Sediment, sine: ArrayLike) -> Complexes:
 
     Source: APL-UW TR 9407 (1994), eqs. 31-33.
     """
-    wavenumber = (1 + 1j * sediment.loss) / sediment.speed_ratio
-    return np.asarray(np.sqrt(wavenumber**2 - 1 + np.asarray(sine, dtype=float) ** 2 + 0j))
+    offset = ((1 + 1j * sediment.loss) / sediment.speed_ratio) ** 2 - 1
+    real, imaginary = offset.real + np.asarray(sine, dtype=float) ** 2, offset.imag
+    # the root by real numbers: the library's complex one takes five times as long
+    larger = np.maximum(np.sqrt((np.sqrt(real**2 + imaginary**2) + np.abs(real)) / 2), _LEAST)
+    smaller, steep = imaginary / (2 * larger), real >= 0
+    root = np.empty(real.shape, complex)
+    root.real, root.imag = np.where(steep, larger, smaller), np.where(steep, smaller, larger)
+    return root
 
 
 @dataclass(frozen=True, slots=True)

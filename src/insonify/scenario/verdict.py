@@ -79,6 +79,9 @@ def strays(model: type[BaseModel], source: Source) -> list[Advice]:
         if not isinstance(value, bool) and not (isinstance(value, float) and not math.isfinite(value)):
             continue
         _, asked = find(model, source.values, path)
+        _, about = find(model, source.values, path[:-1])
+        if isinstance(path[-1], str) and all(path[-1] not in group.keys for group in about):
+            continue  # a key that nobody knows: that is said instead
         if isinstance(value, float):
             problem = f"{source.written[path]} is not a finite number"
             advice.append(_advice(path, source, problem, _allowed(asked)))

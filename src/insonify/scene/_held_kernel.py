@@ -47,9 +47,11 @@ def find(
     old_rows: Floats,
     used: int,
     start: Integers,
-    missing: NDArray[np.bool_],
+    known: Integers,
 ) -> tuple[int, int]:
     """Find the rows of tiles; those of the older table move to the newer, for others room is set apart.
+
+    Of a tile of which fewer rows are known these come along.
 
     Args:
         key: Keys of the tiles, shape (n,).
@@ -60,56 +62,38 @@ def find(
         old_rows: Its rows.
         used: Rows in use.
         start: Result, where in `rows` each tile begins, shape (n,).
-        missing: Result, whether its rows are still to be filled and the tile to be put, likewise.
+        known: Result, how many of its rows are there already, likewise; where these are fewer than are wanted, the rest
+            is still to be filled and the tile to be put.
 
     Returns:
         Rows in use now, and tiles new in the table.
     """
     new = 0
     for n in range(key.size):
-        slot = slot_of(key[n], table)
-        missing[n] = False
+        slot, before = slot_of(key[n], table), slot_of(key[n], old_table)
         if table[slot, 2] >= size[n]:
-            start[n] = table[slot, 1]
+            start[n], known[n] = table[slot, 1], size[n]
             continue
-        before = slot_of(key[n], old_table)
-        count = old_table[before, 2]
-        start[n] = used
-        if count >= size[n]:
-            for row in range(size[n]):
-                for column in range(3):
+        start[n], known[n] = used, min(max(old_table[before, 2], table[slot, 2]), size[n])
+        for row in range(known[n]):
+            for column in range(3):
+                if old_table[before, 2] >= known[n]:
                     rows[used + row, column] = old_rows[old_table[before, 1] + row, column]
+                else:
+                    rows[used + row, column] = rows[table[slot, 1] + row, column]
+        if known[n] == size[n]:
             new += table[slot, 2] == 0
             table[slot, 0], table[slot, 1], table[slot, 2] = key[n], used, size[n]
-        else:
-            missing[n] = True
         used += size[n]
     return used, new
 
 
 @njit(cache=True, nogil=True)
-def fill(made: Floats, start: Integers, size: Integers, rows: Floats) -> None:
-    """Put the rows of tiles, made (any, 3) one tile after the other, where each begins."""
+def fill(made: Floats, start: Integers, known: Integers, size: Integers, rows: Floats) -> None:
+    """Put the rows of tiles that were not known, made (any, 3) one tile after the other, where each begins."""
     done = 0
     for n in range(start.size):
-        for row in range(size[n]):
+        for row in range(known[n], size[n]):
             for column in range(3):
-                rows[start[n] + row, column] = made[done + row, column]
-        done += size[n]
-
-
-@njit(cache=True, nogil=True)
-def gather(rows: Floats, start: Integers, tile: Integers, rank: Integers, height: Floats, slope: Floats) -> None:
-    """The rows of some points of tiles, as height (n,) and slope (n, 2).
-
-    Args:
-        rows: Shape (any, 3).
-        start: First row of each tile.
-        tile: Row of each point's tile in `start`, shape (n,).
-        rank: Place of the point in its tile, likewise.
-        height: Result.
-        slope: Result.
-    """
-    for n in range(tile.size):
-        row = start[tile[n]] + rank[n]
-        height[n], slope[n, 0], slope[n, 1] = rows[row, 0], rows[row, 1], rows[row, 2]
+                rows[start[n] + row, column] = made[done, column]
+            done += 1

@@ -11,16 +11,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from insonify.scene._held_kernel import gather
 from insonify.scene.held import Held
 from insonify.scene.pages import CELLS, Paged, Pages
 from insonify.scene.pen import Pen
 from insonify.scene.terrain.ground import Ground
 from insonify.scene.terrain.kept import Kept
-from insonify.scene.terrain.relief import Survey
 
 Floats = NDArray[np.float64]
-Places = Callable[[NDArray[np.int64]], tuple[Floats, Floats]]
+Places = Callable[[NDArray[np.int64], NDArray[np.int64]], tuple[Floats, Floats]]
 
 MAP_CELLS = CELLS
 """Cells along the side of one piece of the map."""
@@ -57,33 +55,28 @@ class Bed:
         return np.asarray(self.depth - self.ground.height(north, east))
 
     def survey_points(
-        self, seed: int, key: NDArray[np.int64], size: NDArray[np.int64], places: Places, tile: NDArray[np.int64],
-        rank: NDArray[np.int64],
-    ) -> Survey:  # fmt: skip
+        self, seed: int, key: NDArray[np.int64], size: NDArray[np.int64], places: Places
+    ) -> tuple[Floats, NDArray[np.int64]]:
         """Ground at points of tiles that come again under the same keys.
 
         Args:
             seed: Under which they were drawn.
             key: Names of the tiles, each once, shape (tiles,); the same key must mean the same points.
-            size: Points of each that are worked out together, the first of them, shape (tiles,).
-            places: Gives the lattice coordinates [m] of these points of some tiles, one after the other.
-            tile: Row among the tiles of each point that is wanted, shape (n,).
-            rank: Its place among its tile's points, below `size`, shape (n,).
+            size: How many of its points are wanted of each, the first of them, shape (tiles,).
+            places: Gives the lattice coordinates [m] of the points of some tiles, one after the other: given which
+                tiles, and which of their points is the first that is wanted.
 
         Returns:
-            Height [m] and gradient to the north and the east [1], shapes (n,) and (n, 2).
+            Height [m] and gradient to the north and the east [1] of points, shape (any, 3), and where among them each
+            tile begins, shape (tiles,).
         """
         terrain = self.ground.terrain
 
-        def made(rows: NDArray[np.int64]) -> Floats:
-            survey = terrain.to_world(terrain.own_survey(*places(rows)))
-            return np.column_stack([survey.height, survey.slope])
+        def made(rows: NDArray[np.int64], known: NDArray[np.int64]) -> Floats:
+            return terrain.rows_in_world(terrain.own_survey(*places(rows, known)))
 
         held = self._points.get(seed) or self._points.setdefault(seed, Held(_MOST_KEPT))
-        rows, start = held.rows_of(key, size, made)
-        found = Survey(np.empty(len(tile)), np.empty((len(tile), 2)))
-        gather(rows, start, tile, rank, *found)
-        return found
+        return held.rows_of(key, size, made)
 
     @cached_property
     def map_cell(self) -> float:

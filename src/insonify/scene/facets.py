@@ -8,11 +8,12 @@ density, but ground that is finer than the cells is met at fewer places than it 
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.scene._facet_kernel import lay
+from insonify.scene._facet_kernel import lay, lay_held
 from insonify.scene.scatterers import Law, Scatterers
 from insonify.scene.terrain.relief import Survey
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
 
 def facets(
@@ -37,3 +38,25 @@ def facets(
     position, normal, wide = np.empty((len(place), 3)), np.empty((len(place), 3)), np.empty(len(place))
     lay(depth, survey.height, survey.slope, place, area, position, normal, wide)
     return Scatterers("seabed", "seabed", law, position, normal, wide, phase, key)
+
+
+def laid(
+    depth: float, ground: tuple[Floats, Integers], law: Law, tile: NDArray[np.int32], rank: NDArray[np.int32],
+    position: Floats, area: Floats, phase: NDArray[np.complex128], key: NDArray[np.uint64],
+) -> Scatterers:  # fmt: skip
+    """The same for points of tiles whose ground is held. Their columns are used for the answer.
+
+    Args:
+        depth: Of the mean plane [m].
+        ground: Height and gradient at the points of tiles, and where each tile begins; see `Bed.survey_points`.
+        law: How they answer.
+        tile: Row of the tile of each point, shape (n,).
+        rank: Which of its tile's points it is, likewise.
+        position: North, east and any depth [m], shape (n, 3).
+        area: Area of the mean plane that each stands for [m^2], shape (n,).
+        phase: Unit phasors [1], shape (n,).
+        key: Keys of the places, shape (n,).
+    """
+    normal = np.empty(position.shape)
+    n = lay_held(depth, *ground, tile, rank, position, normal, area, phase, key)
+    return Scatterers("seabed", "seabed", law, position[:n], normal[:n], area[:n], phase[:n], key[:n])

@@ -59,30 +59,31 @@ class Held:
     def _capacity(self, wanted: int) -> int:
         return max(self.most_bytes // (2 * COLUMNS * 8), wanted)
 
-    def rows_of(self, key: Integers, size: Integers, make: Callable[[Integers], Floats]) -> tuple[Floats, Integers]:
-        """The first rows of some tiles.
+    def rows_of(
+        self, key: Integers, size: Integers, make: Callable[[Integers, Integers], Floats]
+    ) -> tuple[Floats, Integers]:
+        """The first rows of some tiles: what was worked out of them before is not worked out again.
 
         Args:
             key: Keys of the tiles, each once, shape (tiles,).
             size: Rows wanted of each, likewise, 1 or more.
-            make: Works out the rows of some of these tiles, one after the other, shape (rows, 3).
+            make: Works out the rows of some of these tiles from one on, one tile after the other, shape (rows, 3):
+                given which tiles, and how many of their first rows are known.
 
         Returns:
             Rows, and where among them each tile begins, shape (tiles,).
         """
-        start, missing = np.empty(len(key), np.int64), np.empty(len(key), bool)
+        start, known = np.empty(len(key), np.int64), np.empty(len(key), np.int64)
         with self._lock:
             if self._now.used + size.sum() > len(self._now.rows):
                 self._old, self._now = self._now, _Half(self._capacity(int(size.sum())))
             half, old = self._now, self._old
             half.room_for(len(key))
-            half.used, new = kernel.find(
-                key, size, half.table, half.rows, old.table, old.rows, half.used, start, missing
-            )
+            half.used, new = kernel.find(key, size, half.table, half.rows, old.table, old.rows, half.used, start, known)
             half.tiles += new
-        rows = np.flatnonzero(missing)
+        rows = np.flatnonzero(known < size)
         if len(rows):
-            kernel.fill(make(rows), start[rows], size[rows], half.rows)
+            kernel.fill(make(rows, known[rows]), start[rows], known[rows], size[rows], half.rows)
             with self._lock:
                 half.room_for(len(rows))
                 half.tiles += kernel.put(key[rows], start[rows], size[rows], half.table)

@@ -45,6 +45,11 @@ class Lattice(Noun):
     heading: Radians = 0.0
     """Compass heading of the lattice's first axis [rad]."""
 
+    @property
+    def frame(self) -> tuple[float, float, float, float]:
+        """North and east of the origin [m], cosine and sine of the heading."""
+        return *self.origin, float(np.cos(self.heading)), float(np.sin(self.heading))
+
     def to_world(self, along: NDArray[np.float64], across: NDArray[np.float64]) -> NDArray[np.float64]:
         """North and east [m], shape (n, 2), of lattice coordinates [m], shape (n,)."""
         c, s = np.cos(self.heading), np.sin(self.heading)
@@ -159,53 +164,84 @@ def draw(tiles: Tiles, seed: int, stream: int, most: Floats | None = None) -> Dr
     (t,s)-sequences", with the digits' order that keeps two of four on a diagonal.
     """
     wanted = np.ones((len(tiles.level), PARTS, PARTS)) if most is None else most
-    count = int(np.minimum(np.floor(np.maximum(wanted, 0) * CELLS) + 1, CELLS).sum())
+    count = most_drawn(wanted)
     kinds = (np.int64,) * 3 + (float,) * 4 + (np.int64,) * 2
     columns: list[Any] = [np.empty(count, kind) for kind in kinds]
     count = _draw(*tiles, wanted, *streams.key(seed, stream), *columns)
     return Draw(stream, *(column[:count] for column in columns))
 
 
-def below(cell: Draw, share: Floats) -> tuple[Draw, Floats]:
-    """The scatterers whose priority lies below a share of their own, and these shares.
+def next_places(tiles: Tiles, seed: int, stream: int, begin: Integers, end: Integers) -> tuple[Floats, Floats]:
+    """Lattice coordinates [m] of some scatterers of tiles, one tile after the other, by rank.
 
     Args:
-        cell: What was drawn; its columns are used for the answer and hold nothing more.
-        share: Shape (n,); likewise.
+        tiles: Which tiles.
+        seed: Seed of the scenario.
+        stream: Stream of the interface.
+        begin: First rank that is asked for of each, shape (tiles,).
+        end: Rank after the last, likewise.
     """
-    count = _below(*cell[1:], share)
-    columns: list[Any] = [column[:count] for column in cell[1:]]
-    return Draw(cell.stream, *columns), share[:count]
+    along, across = np.empty((2, int(np.sum(end - begin))))
+    _next_places(*tiles, begin, end, *streams.key(seed, stream), along, across)
+    return along, across
 
 
 @njit(cache=True, nogil=True)
-def _below(
-    level: Integers, row: Integers, column: Integers, along: Floats, across: Floats, turn: Floats, priority: Floats,
-    tile: Integers, rank: Integers, share: Floats,
-) -> int:  # fmt: skip
-    """Move the rows whose priority is below their share to the front; their number is returned."""
-    n = 0
-    for m in range(share.size):
-        if priority[m] < share[m]:
-            level[n], row[n], column[n], tile[n], rank[n] = level[m], row[m], column[m], tile[m], rank[m]
-            along[n], across[n], turn[n] = along[m], across[m], turn[m]
-            priority[n], share[n] = priority[m], share[m]
-            n += 1
-    return n
+def _next_places(
+    level: Integers, tile_along: Integers, tile_across: Integers, begin: Integers, end: Integers, k0: int, k1: int,
+    along: Floats, across: Floats,
+) -> None:  # fmt: skip
+    """The same, into along and across."""
+    words, done = np.empty((4, TILE * TILE), np.uint32), 0
+    row, column, rank = np.empty((3, TILE * TILE), np.int64)
+    for t in range(level.size):
+        pitch, wanted = BASE_PITCH * 2.0 ** level[t], np.full((PARTS, PARTS), end[t] / (TILE * TILE))
+        count = in_order(level[t], tile_along[t], tile_across[t], wanted, k0, k1, row, column, rank)
+        last = 0
+        for n in range(count):
+            if rank[n] >= begin[t]:
+                row[last], column[last], rank[last], last = row[n], column[n], rank[n], last + 1
+        streams.philox_each(row[:last], column[:last], level[t], 0, k0, k1, words)
+        for n in range(last):
+            at = done + rank[n] - begin[t]
+            along[at] = (row[n] + streams.unit(words[0, n])) * pitch
+            across[at] = (column[n] + streams.unit(words[1, n])) * pitch
+        done += end[t] - begin[t]
 
 
-def ranks(cell: Draw, tiles: int) -> Integers:
-    """How far into each tile's order its scatterers reach: 0 where it has none, shape (tiles,)."""
-    count = np.zeros(tiles, np.int64)
-    _ranks(cell.tile, cell.rank, count)
+@njit(cache=True, nogil=True)
+def reached(tile: NDArray[np.int32], rank: NDArray[np.int32], density: Floats) -> tuple[Integers, Integers]:
+    """How many of a tile's scatterers are asked for together, where its order reaches to some of them.
+
+    Args:
+        tile: Row of the tile of each scatterer, shape (n,).
+        rank: Its place in the tile's order, likewise.
+        density: The largest part of a tile's scatterers that anybody keeps, shape (tiles,).
+
+    Returns:
+        Rows of the tiles that have any; and of each of them the least of that part, a quarter of it, a quarter of that,
+        and so on, that holds all.
+    """
+    count, asked, n = np.zeros(density.size, np.int64), np.empty(density.size, np.int64), 0
+    for m in range(tile.size):
+        count[tile[m]] = max(count[tile[m]], rank[m] + 1)
+    for t in range(density.size):
+        if count[t] == 0:
+            continue
+        part = np.ceil(density[t] * (TILE * TILE))
+        while part >= 4 * count[t]:
+            part /= 4
+        asked[n], count[n], n = t, int(np.ceil(part)), n + 1
+    return asked[:n], count[:n]
+
+
+@njit(cache=True, nogil=True)
+def most_drawn(wanted: Floats) -> int:
+    """No fewer cells than come before some priority in each part of some tiles, shape (n, PARTS, PARTS)."""
+    count = 0
+    for part in wanted.flat:
+        count += min(int(max(part, 0.0) * CELLS) + 1, CELLS)
     return count
-
-
-@njit(cache=True, nogil=True)
-def _ranks(tile: Integers, rank: Integers, count: Integers) -> None:
-    """The same, into count (tiles,)."""
-    for n in range(tile.size):
-        count[tile[n]] = max(count[tile[n]], rank[n] + 1)
 
 
 @njit(cache=True, nogil=True)
@@ -234,7 +270,7 @@ def _draw(
     for t in range(tile_level.size):
         scale = tile_level[t]
         pitch = BASE_PITCH * 2.0**scale
-        last = n + _in_order(scale, tile_along[t], tile_across[t], most[t], k0, k1, row[n:], column[n:], rank[n:])
+        last = n + in_order(scale, tile_along[t], tile_across[t], most[t], k0, k1, row[n:], column[n:], rank[n:])
         streams.philox_each(row[n:last], column[n:last], scale, 0, k0, k1, words)
         first = n
         for m in range(first, last):
@@ -252,7 +288,7 @@ def _draw(
 
 
 @njit(cache=True, nogil=True)
-def _in_order(
+def in_order(
     scale: int, tile_along: int, tile_across: int, most: Floats, k0: int, k1: int, row: Integers, column: Integers,
     rank: Integers,
 ) -> int:  # fmt: skip

@@ -7,6 +7,7 @@ Memory is given out from one end to the other. When half of all is full a new ha
 older one is copied, the rest is forgotten with it.
 """
 
+import math
 from collections.abc import Callable
 from threading import Lock
 from typing import NamedTuple
@@ -15,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Singles = NDArray[np.float32]
+Place = tuple[int, int]
 SHIFT = 6
 CELLS = 1 << SHIFT
 """Cells along the side of one piece of the map."""
@@ -55,7 +57,8 @@ class Paged:
         return Paged, (self.most_bytes,)
 
     def _begin_anew(self) -> None:
-        self._begin = self._end = np.zeros(2, int)
+        self._begin: Place = (0, 0)
+        self._end: Place = (0, 0)
         self._row_of = np.full((0, 0), -1, np.int32)
         self._room = max(self.most_bytes // 2 // (NODES**2 * 4), 2)
         room = (
@@ -77,47 +80,54 @@ class Paged:
             piece: Draws the piece of a row and a column, shape (nodes, nodes).
             ask: Asks what has no answer yet: marks the pieces that are missing, True when none is.
         """
-        begin, end = (np.floor(bound / (CELLS * cell)).astype(int) for bound in (low, high))
+        side = CELLS * cell
+        begin = math.floor(low[0] / side) - 2, math.floor(low[1] / side) - 2
+        end = math.floor(high[0] / side) + 3, math.floor(high[1] / side) + 3
         with self._lock:
             if self._used >= self._room:
                 self._before = self._begin, self._row_of, self._heights
                 self._begin_anew()
             before = self._before
-        drawn: dict[tuple[int, int], NDArray[np.floating]] = {}
+        drawn: dict[Place, NDArray[np.floating]] = {}
         while True:
             with self._lock:
-                # another thread may have forgotten what was there when these were drawn
-                there = np.array([begin - 2, end + 2, *(np.array(place) for place in drawn)])
-                self._reach(there.min(axis=0), there.max(axis=0) + 1)
-                self._keep(drawn)
+                self._reach(begin, end)
+                if drawn:  # another thread may have forgotten what was there when these were drawn
+                    rows, columns = zip(*drawn, strict=True)
+                    self._reach((min(rows) - 1, min(columns) - 1), (max(rows) + 2, max(columns) + 2))
+                    self._keep(drawn)
                 corner, shape = self._begin, self._row_of.shape
-                pages = Pages(int(corner[0]), int(corner[1]), cell, self._row_of.ravel(), self._heights.ravel())
+                pages = Pages(*corner, cell, self._row_of.ravel(), self._heights.ravel())
             wanted = np.zeros(shape, bool)
             if ask(pages, wanted):
                 return
             if wanted[0, 0]:  # beyond the border
-                begin, end = begin - shape, end + shape
+                begin = begin[0] - shape[0], begin[1] - shape[1]
+                end = end[0] + shape[0], end[1] + shape[1]
                 wanted[0, 0] = False
             drawn = {}
-            for a, b in (corner + np.argwhere(wanted)).tolist():
+            for a, b in (np.array(corner) + np.argwhere(wanted)).tolist():
                 held = _held(before, a, b)
                 drawn[a, b] = piece(a, b) if held is None else held
 
-    def _reach(self, begin: NDArray[np.int64], end: NDArray[np.int64]) -> None:
+    def _reach(self, begin: Place, end: Place) -> None:
         """Make room for pieces up to there; what others read is not touched."""
-        if self._row_of.size:
-            begin, end = np.minimum(begin, self._begin), np.maximum(end, self._end)
-        if self._row_of.size and np.array_equal(begin, self._begin) and np.array_equal(end, self._end):
+        first, last = self._begin, self._end
+        if not self._row_of.size:
+            first, last = begin, end
+        elif begin[0] >= first[0] and begin[1] >= first[1] and end[0] <= last[0] and end[1] <= last[1]:
             return
-        row_of = np.full(end - begin, -1, np.int32)
-        a, b = self._begin - begin
+        begin = min(begin[0], first[0]), min(begin[1], first[1])
+        end = max(end[0], last[0]), max(end[1], last[1])
+        row_of = np.full((end[0] - begin[0], end[1] - begin[1]), -1, np.int32)
+        a, b = first[0] - begin[0], first[1] - begin[1]
         row_of[a : a + self._row_of.shape[0], b : b + self._row_of.shape[1]] = self._row_of
         self._begin, self._end, self._row_of = begin, end, row_of
 
     def _keep(self, drawn: dict[tuple[int, int], NDArray[np.floating]]) -> None:
         """Take in further pieces; what others read is not touched."""
         row_of, heights = self._row_of.copy(), self._heights
-        places = {(a - int(self._begin[0]), b - int(self._begin[1])): made for (a, b), made in drawn.items()}
+        places = {(a - self._begin[0], b - self._begin[1]): made for (a, b), made in drawn.items()}
         new = {place: made for place, made in places.items() if row_of[place] < 0}
         if not new:
             return
@@ -130,12 +140,10 @@ class Paged:
         self._row_of, self._heights = row_of, heights
 
 
-def _held(
-    pages: tuple[NDArray[np.int64], NDArray[np.int32], Singles], along: int, across: int
-) -> NDArray[np.floating] | None:
+def _held(pages: tuple[Place, NDArray[np.int32], Singles], along: int, across: int) -> NDArray[np.floating] | None:
     """One piece, from the first row and column of pieces, where each is kept, and their heights; None if it is not."""
     begin, row_of, heights = pages
-    i, j = along - int(begin[0]), across - int(begin[1])
+    i, j = along - begin[0], across - begin[1]
     if not (0 <= i < row_of.shape[0] and 0 <= j < row_of.shape[1]) or row_of[i, j] < 0:
         return None
     return heights[row_of[i, j]]

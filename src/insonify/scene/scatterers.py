@@ -14,6 +14,8 @@ from insonify.scattering.law import ScatteringLaw
 
 Law = ScatteringLaw | FastLaw
 Boundary = Literal["seabed", "surface", "target", "water"]
+KEY_ROW = 1 << 27
+"""By how much the key of a lattice cell is larger than that of the cell a row before; than that a column before: 1."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +71,7 @@ def lattice_place(
 ) -> NDArray[np.uint64]:
     """Keys of lattice cells: stream, level and the two cell numbers (each within +-2**26) packed in 64 bits."""
     half = 1 << 26
-    cell = (((along + half) << 27) | (across + half)).astype(np.uint64)
+    cell = ((along + half) * KEY_ROW | (across + half)).astype(np.uint64)
     return cell | np.asarray((stream << 59) | (np.asarray(level, np.int64) << 54)).astype(np.uint64)
 
 

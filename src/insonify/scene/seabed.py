@@ -10,7 +10,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from insonify.noun import Metres, Noun, located
 from insonify.scattering.fast import FastLaw
 from insonify.scattering.lambert import Lambert
-from insonify.scattering.reflection import reflection_coefficient
+from insonify.scattering.reflection import reflected, reflection_coefficient
 from insonify.scene.bed import Bed
 from insonify.scene.bottom_law import SedimentLaw, known_sediment, law_by_its_numbers, sediment
 from insonify.scene.lattice import Lattice
@@ -138,7 +138,13 @@ class Seabed(Noun):
         """
         if isinstance(self.reflection, str):
             return reflection_coefficient(sediment(self.reflection), grazing)
-        return np.full(np.shape(grazing), complex(self.reflection))
+        return self.mirror_at(np.asarray(grazing))
+
+    def mirror_at(self, sine: NDArray[np.float64]) -> NDArray[np.complex128]:
+        """The same by the sine of the grazing angle [1], any shape."""
+        if isinstance(self.reflection, str):
+            return reflected(sediment(self.reflection), sine)
+        return np.full(np.shape(sine), complex(self.reflection))
 
 
 @lru_cache(maxsize=4)

@@ -5,6 +5,7 @@ everywhere. Patterns are even, so tables start on the axis.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -23,8 +24,8 @@ def look_up(table: Floats, per_unit: float, x: float) -> float:
         return 1.0
     place = abs(x) * per_unit
     row = min(int(place), table.shape[0] - 1)
-    t = place - row
-    return table[row, 0] + t * (table[row, 1] + t * (table[row, 2] + t * table[row, 3]))
+    t, at = place - row, np.uintp(row)  # unsigned: a sign would be looked at
+    return table[at, 0] + t * (table[at, 1] + t * (table[at, 2] + t * table[at, 3]))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -46,30 +47,49 @@ def element_gain(element: int, w: float) -> float:
     return max(w, 0.0)
 
 
+class Patterns(NamedTuple):
+    """What kernels ask of beams: the columns of `Beams`, but for the majorants."""
+
+    axes: Floats
+    steer: Floats
+    scale: Floats
+    tables: tuple[Floats, Floats, Floats, Floats]
+    per_unit: Floats
+    element: int
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
-def gains(
-    direction: Floats,
-    axes: Floats,
-    steer: Floats,
-    scale: Floats,
-    tables: tuple[Floats, ...],
-    per_unit: Floats,
-    element: int,
-    out: Floats,
-) -> None:
+def seen_by_array(axes: Floats, north: float, east: float, depth: float) -> tuple[float, float, float]:
+    """Cosines to an array's boresight, right and down of a direction in the world."""
+    w = north * axes[0, 0] + east * axes[0, 1] + depth * axes[0, 2]
+    u = north * axes[1, 0] + east * axes[1, 1] + depth * axes[1, 2]
+    v = north * axes[2, 0] + east * axes[2, 1] + depth * axes[2, 2]
+    return w, u, v
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def unsteered(beams: Patterns, w: float, u: float, v: float) -> float:
+    """Amplitude of one element at cosines to boresight, right and down."""
+    one = element_gain(beams.element, w)
+    return one * look_up(beams.tables[2], beams.per_unit[2], u) * look_up(beams.tables[3], beams.per_unit[3], v)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def steered(beams: Patterns, channel: int, u: float, v: float) -> float:
+    """Amplitude of one beam at cosines to right and down, re that of an element."""
+    beam = look_up(beams.tables[0], beams.per_unit[0], u - beams.steer[channel, 0])
+    beam *= look_up(beams.tables[1], beams.per_unit[1], v - beams.steer[channel, 1])
+    return beam * beams.scale[channel]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def gains(direction: Floats, beams: Patterns, out: Floats) -> None:
     """Amplitude of every beam in every direction, into out of shape (channels, n)."""
-    across, down, piston_across, piston_down = tables
     for i in range(direction.shape[0]):
-        north, east, depth = direction[i, 0], direction[i, 1], direction[i, 2]
-        w = north * axes[0, 0] + east * axes[0, 1] + depth * axes[0, 2]
-        u = north * axes[1, 0] + east * axes[1, 1] + depth * axes[1, 2]
-        v = north * axes[2, 0] + east * axes[2, 1] + depth * axes[2, 2]
-        one = element_gain(element, w)
-        one *= look_up(piston_across, per_unit[2], u) * look_up(piston_down, per_unit[3], v)
-        for channel in range(steer.shape[0]):
-            beam = look_up(across, per_unit[0], u - steer[channel, 0])
-            beam *= look_up(down, per_unit[1], v - steer[channel, 1])
-            out[channel, i] = beam * one * scale[channel]
+        w, u, v = seen_by_array(beams.axes, direction[i, 0], direction[i, 1], direction[i, 2])
+        one = unsteered(beams, w, u, v)
+        for channel in range(beams.steer.shape[0]):
+            out[channel, i] = one * steered(beams, channel, u, v)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

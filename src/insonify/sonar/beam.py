@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from insonify.sonar._beam_kernels import BAFFLED, COSINE, OMNI, bounds, gains
+from insonify.sonar._beam_kernels import BAFFLED, COSINE, OMNI, Patterns, bounds, gains
 from insonify.sonar.aperture import pattern
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
 
@@ -57,6 +57,11 @@ class Beams:
         """What tells these beams from others, but for their attitude, as long as their tables are kept."""
         return (self.steer.tobytes(), self.scale.tobytes(), self.element, *map(id, self.tables))
 
+    @property
+    def patterns(self) -> Patterns:
+        """The same for kernels."""
+        return Patterns(self.axes, self.steer, self.scale, self.tables, self.per_unit, self.element)
+
     def only(self, channel: int) -> "Beams":
         """One of the beams alone; a single beam serves every channel.
 
@@ -88,7 +93,7 @@ class Beams:
         d = np.asarray(direction, dtype=float)
         rows = np.ascontiguousarray(d.reshape(-1, 3))
         out = np.empty((self.channel_count, len(rows)))
-        gains(rows, self.axes, self.steer, self.scale, self.tables, self.per_unit, self.element, out)
+        gains(rows, self.patterns, out)
         return out.reshape(self.channel_count, *d.shape[:-1])
 
     def bound(self, direction: ArrayLike, margin: ArrayLike) -> Floats:
@@ -245,7 +250,7 @@ def _piston(side: Side) -> Side:
 def _table(extent: float, elements: int | None, shading: str, reach: float) -> tuple[Floats, Floats, float]:
     """Cubics of one pattern out to a distance in direction cosine, its majorant, and rows per unit."""
     if extent == 0:
-        return np.empty((0, 4)), np.empty(0), 1.0
+        return _frozen(np.empty((0, 4))), _frozen(np.empty(0)), 1.0
     # a small aperture still needs a few rows over its whole reach
     per_unit = POINTS_PER_LOBE * max(extent, 1.0)
     rows = int(np.ceil(reach * per_unit)) + 1
@@ -256,6 +261,11 @@ def _table(extent: float, elements: int | None, shading: str, reach: float) -> t
     # a cubic stays between its Bezier control points, so their largest magnitude bounds the row
     row_bound = np.max(np.abs([p, p + m / 3, q - n / 3, q]), axis=0)
     majorant = np.maximum.accumulate(row_bound[::-1])[::-1]
-    for frozen in (table, majorant):
-        frozen.setflags(write=False)
-    return np.ascontiguousarray(table), np.ascontiguousarray(majorant), per_unit
+    return _frozen(table), _frozen(majorant), per_unit
+
+
+def _frozen(numbers: Floats) -> Floats:
+    """Numbers that nobody writes to: kernels take all tables for one kind."""
+    held = np.ascontiguousarray(numbers)
+    held.setflags(write=False)
+    return held

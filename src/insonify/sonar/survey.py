@@ -144,8 +144,6 @@ def distance_to_runs(place: Floats, runs: Floats, *, each: bool = False) -> Floa
     """
     if each:
         return np.stack([_distance_to_run(place, *ends) for ends in runs], axis=-1)
-    if len(runs) == 1:  # the plain case is quick, and its rounding is what straight tracks have always had
-        return _distance_to_run(place, *runs[0])
     distance = np.empty(len(place))
     nearest_run(np.ascontiguousarray(place), np.ascontiguousarray(runs), distance)
     return distance

@@ -35,13 +35,13 @@ RINGS, SECTORS = 48, 360
 """How finely the ground is walked [1]."""
 TARGET_PINGS = 9
 """Pings at which targets are looked at [1]."""
-SECONDS_PER_LEG, SECONDS_PER_PAIR = 0.09e-6, 0.09e-6
+SECONDS_PER_LEG, SECONDS_PER_PAIR = 0.06e-6, 0.06e-6
 """One core's time for one leg, and for one pair in one channel [s]: a plain x86 core of the 2020s."""
 SECONDS_PER_CELL = 8e-9, 3.5e-9
 """One core's time for a cell of a series and each doubling of their number, coherent and incoherent [s]."""
-SECONDS_PER_ELEMENT, SECONDS_PER_SHAPE = 6.5e-9, 4.5e-9
+SECONDS_PER_ELEMENT, SECONDS_PER_SHAPE = 6.5e-9, 3e-9
 """One core's time for one echo at one element of an array, and for each shape beyond the first [s]."""
-SECONDS_PER_GROUND = 0.45e-6
+SECONDS_PER_GROUND = 0.36e-6
 """One core's time for the height and slope of one kind of relief at one place [s]."""
 SECONDS_PER_SWATH, SECONDS_PER_STEP, SECONDS_PER_STEP_LEG = 1e-3, 45e-9, 18e-9
 """One core's time for the ground by the quick way: for any, for each step along a line, for each leg to it [s]."""
@@ -266,7 +266,9 @@ def _on_boundary(
     tiles = ground * loud.mean(axis=1) / tile**2
     if scenario.field == "incoherent":
         return tiles * TILE**2, middle, float(tiles.sum())
-    loudness = Loudness(stance, level, rays, families, scenario.seabed.lattice, outer)
+    loudness = Loudness(
+        stance, level, rays, families, scenario.seabed.lattice, outer, scenario.paths.thinning
+    )  # fmt: skip
     kept = ground * loudness.mean_share(middle) * loud.any(axis=1) / resolution.cell_area(middle, heard.height)
     return kept, middle, float(tiles.sum())
 

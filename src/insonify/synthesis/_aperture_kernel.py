@@ -2,10 +2,12 @@
 
 Along a straight array the delay of an echo is as smooth as the array is short against its distance: a few Chebyshev
 nodes tell it at every element (`apertures`). Echoes are taken in the order in which they come, whatever legs they came
-by, and each is laid down at all elements before the next: so what the processor holds of the grids is what it needs,
-and no two spikes in a row touch the same cells. Plain numbers and arrays.
+by, some hundreds at a time, at a few elements side by side: so what the processor holds of the grids is what it needs,
+no two spikes in a row touch the same cells, and tens of spikes share a cell of a window (`_moment_kernel`). Plain
+numbers and arrays.
 """
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,14 +18,19 @@ from insonify.cycles import sincos_cycles
 from insonify.synthesis._echo_kernel import Ears, Flags, Heard, Integers, Sent, audible, that_echo
 from insonify.synthesis._element_kernel import arrive_bent, arrive_moving, arrive_still
 from insonify.synthesis._lanes import mix_nodes
+from insonify.synthesis._moment_kernel import MARGIN, WINDOW, empty_window, gather, lay_down_moments
 from insonify.synthesis._shape_kernel import lay_down_all, shaping, share_out
 from insonify.synthesis._spread import _locate
 from insonify.synthesis._taps import CELLS_PER_SPIKE
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
-_PART = 2048
-_TILE = 32
+_PART = 32768
+_TILE = 256
+"""Echoes that are worked out together."""
+_ROW = _TILE + 16
+_SIDE = 8
+"""Elements at which they are laid down together."""
 _FAST = {"contract", "reassoc", "nsz", "arcp"}
 
 
@@ -37,7 +44,20 @@ class Nodes(NamedTuple):
     acceleration: Floats
     """[m/s^2], (k, 3)."""
     mix: Floats
-    """What each counts for at each element [1], (k, elements and up to a multiple of 16)."""
+    """What each counts for at each element, then at each place of the sector [1], (k, elements + p)."""
+
+
+class Sector(NamedTuple):
+    """Directions so narrow that a few places along an array, p of them, tell what all its elements hear from there."""
+
+    places: int
+    """How many places there are, p; 0: no echo is laid down at places."""
+    turn: float
+    """By how much the delay of an echo may grow along half the array [s]."""
+    bow: float
+    """Curvature of wavefronts along it: the phase at the array's ends is this over the delay [rad s]."""
+    left: float
+    """By how much the phase at its ends may differ from that [rad]."""
 
 
 class _Order(NamedTuple):
@@ -100,24 +120,94 @@ def _weigh(when: Floats, real: Singles, imaginary: Singles, frequency: float, we
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def _part(
+    when: Floats, count: int, tau: Floats, frequency: float, sector: Sector, where: NDArray[np.int32]
+) -> int:  # fmt: skip
+    """How many echoes come from the sector; these are put first, the others after them.
+
+    The first two terms of the delay along the array, in Chebyshev's polynomials, follow from its values at their nodes.
+
+    Args:
+        when: When echoes come to each node [s], (k, count or more).
+        count: How many echoes.
+        tau: Their delays at the array's centre [s], (count or more,).
+        frequency: Of the carrier [Hz].
+        sector: Which sector.
+        where: Result, the place of each, (count or more,).
+    """
+    nodes, inside = when.shape[0], 0
+    slope, bend = np.zeros(_TILE), np.zeros(_TILE)
+    for k in range(nodes):
+        x = math.cos((k + 0.5) * math.pi / nodes)
+        one, two = 2 / nodes * x, 2 / nodes * (2 * x * x - 1) * 4 * math.pi * frequency
+        for m in range(count):
+            slope[m] += one * when[k, m]
+            bend[m] += two * when[k, m]
+    for m in range(count):
+        within = abs(slope[m]) <= sector.turn and abs(bend[m] - sector.bow / tau[m]) <= sector.left
+        where[m] = inside if within else -1
+        inside += within
+    after = inside
+    for m in range(count):
+        if where[m] < 0:
+            where[m] = after
+            after += 1
+    return inside
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def _meet(
+    echo: NDArray[np.int32], begin: int, pair: Integers, sent: Sent, heard: Heard, strength: NDArray[Any],
+    alike: bool, columns: Floats, source: Singles,
+) -> None:  # fmt: skip
+    """What is known of some echoes at the array's centre.
+
+    Args:
+        echo: Of `_Order`.
+        begin: First scatterer of the part.
+        pair: Row of the leg out, of the leg back and of the gain of each pair, (p, 3).
+        sent: The legs out.
+        heard: The legs back.
+        strength: What each scatterer makes of each pair, real or complex, (p, n).
+        alike: Whether all elements have the first pattern.
+        columns: Result: delay, curvature, its inverse, distance, direction, following; (8, count or more).
+        source: Result: weights, real and imaginary in turn, (2 count or more,).
+    """
+    for k in range(echo.size):
+        p, n = np.uintp(echo[k] // _PART), np.uintp(begin + echo[k] % _PART)
+        i, j = np.uintp(pair[p, 0]), np.uintp(pair[p, 1])
+        columns[0, k], columns[1, k] = sent.delay[i, n] + heard.delay[j, n], heard.bend[j, n]
+        columns[3, k], columns[7, k] = heard.away[j, n], sent.following[i, n]
+        for axis in range(3):
+            columns[4 + axis, k] = heard.towards[j, n, axis]
+        whole = sent.weight[0, i, n] * heard.weight[j, n] * np.complex64(strength[p, n])
+        if alike:
+            whole *= heard.gain[np.uintp(pair[p, 2]), 0, n]
+        source[2 * k], source[2 * k + 1] = whole.real, whole.imag
+    for k in range(echo.size):
+        columns[2, k] = 1 / columns[1, k]
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def spread_to_elements(
     cells: NDArray[np.complex64], first_time: float, cell_rate: float, pair: Integers, sent: Sent, heard: Heard,
-    strength: NDArray[Any], ears: Ears, nodes: Nodes, slowness: float, gradient: float, loss: float, bent: bool,
-    middle: float, frequency: float, node: Floats,
+    strength: NDArray[Any], ears: Ears, nodes: Nodes, sector: Sector, slowness: float, gradient: float, loss: float,
+    bent: bool, middle: float, frequency: float, node: Floats,
 ) -> None:  # fmt: skip
     """Echoes of one block by all pairs of legs, for all elements of an array, added to their cells.
 
     Args:
-        cells: As of `spread_echoes`; element e is channel e.
+        cells: As of `_echo_kernel.lay_pair`; element e is channel e, the places of a sector come after all elements.
         first_time: Likewise.
         cell_rate: Likewise.
-        pair: Likewise.
-        sent: Likewise; one beam.
-        heard: Likewise.
-        strength: Likewise.
+        pair: Row of the leg out, of the leg back and of the gain of each pair, (p, 3).
+        sent: The legs out; one beam.
+        heard: The legs back.
+        strength: What each scatterer makes of each pair, real or complex, (p, n).
         ears: The elements, each with its own channel.
         nodes: Where echoes are worked out.
-        slowness: As of `spread_echoes`.
+        sector: Echoes from there are laid down at places, which are channels after the elements.
+        slowness: As of `_echo_kernel.lay_pair`.
         gradient: Likewise.
         loss: Likewise.
         bent: Likewise.
@@ -126,77 +216,94 @@ def spread_to_elements(
         node: Likewise.
     """
     last, elements = cells.shape[2] - CELLS_PER_SPIKE, ears.place.shape[0]
-    count_of_nodes, wide = nodes.mix.shape
-    room, terms, still = pair.shape[0] * _PART, heard.beside.shape[1], middle == 0.0
+    count_of_nodes = nodes.mix.shape[0]
+    room, terms, still = pair.shape[0] * min(_PART, strength.shape[1]), heard.beside.shape[1], middle == 0.0
     order = _Order(np.empty(room, np.int32), np.empty(room + 1, np.int32), np.empty(room, np.int32),
                    np.empty(cells.shape[2] + 2, np.int32))  # fmt: skip
     flags = audible(sent, heard)
-    tau, bend, away, behind = np.empty(_TILE), np.empty(_TILE), np.empty(_TILE), np.empty(_TILE)
-    u, v, w, r = np.empty(_TILE), np.empty(_TILE), np.empty(_TILE), np.empty(_TILE)
+    columns = np.empty((8, _TILE))
+    tau, bend, r, away = columns[0], columns[1], columns[2], columns[3]
+    u, v, w, behind = columns[4], columns[5], columns[6], columns[7]
     beside, source = np.empty((terms, _TILE)), np.empty(2 * _TILE, np.float32)
-    when_at, doppler = np.empty((count_of_nodes, _TILE)), np.empty(_TILE)
-    others = np.zeros((3, count_of_nodes, _TILE), np.float32)
-    real_at, imaginary_at, x_at = others[0], others[1], others[2]
-    fade, size = np.empty(_TILE, np.float32), _TILE * wide
-    when, mixed = np.empty(size), np.empty((3, size), np.float32)
+    came, doppler = np.empty((count_of_nodes, _TILE)), np.zeros((count_of_nodes, _TILE))
+    fade, where = np.empty((count_of_nodes, _TILE), np.float32), np.arange(_TILE).astype(np.int32)
+    when_at, others = np.zeros((count_of_nodes, _ROW)), np.zeros((3, count_of_nodes, _ROW), np.float32)
+    real_at, imaginary_at, x_at, size = others[0], others[1], others[2], _SIDE * _ROW
+    when, mixed = np.empty(size), np.zeros((3, size), np.float32)
     real, imaginary, x = mixed[0], mixed[1], mixed[2]
     at, place, weight = np.empty(size, np.int32), np.empty(size, np.float32), np.empty(2 * size, np.float32)
-    shaped, single = shaping(node), nodes.mix.astype(np.float32)
+    mix, shaped = np.ascontiguousarray(nodes.mix.T), shaping(node)
+    single = mix.astype(np.float32)
     share = np.zeros((4 * cells.shape[1], size if cells.shape[1] > 1 else 1), np.float32)
     once = 1 / shaped.half if node.size > 1 else 0.0
-    alike = True
+    doppler[:] = shaped.middle
+    alike, moments, window = True, empty_window(cells.shape[0], cells.shape[3]), 0
     for e in range(elements):
         alike = alike and ears.pattern[e] == 0
+    places = sector.places if alike else 0
     for begin in range(0, strength.shape[1], _PART):
         total = _in_order(begin, first_time, cell_rate, last, pair, sent, heard, strength, flags, order)
         for tile in range(0, total, _TILE):
             count = min(_TILE, total - tile)
             echo = order.echo[tile : tile + count]
-            for k in range(count):
-                p, n = np.uintp(echo[k] // _PART), np.uintp(begin + echo[k] % _PART)
-                i, j, row = np.uintp(pair[p, 0]), np.uintp(pair[p, 1]), np.uintp(pair[p, 2])
-                tau[k] = sent.delay[i, n] + heard.delay[j, n]
-                bend[k], behind[k] = heard.bend[j, n], sent.following[i, n]
-                u[k], v[k], w[k] = heard.towards[j, n, 0], heard.towards[j, n, 1], heard.towards[j, n, 2]
-                whole = sent.weight[0, i, n] * heard.weight[j, n] * np.complex64(strength[p, n])
-                if alike:
-                    whole *= heard.gain[row, 0, n]
-                source[2 * k], source[2 * k + 1] = whole.real, whole.imag
-                if bent:
-                    away[k] = heard.away[j, n]
+            _meet(echo, begin, pair, sent, heard, strength, alike, columns, source)
+            if bent:
+                for k in range(count):
+                    p, n = echo[k] // _PART, begin + echo[k] % _PART
                     for t in range(terms):
-                        beside[t, k] = heard.beside[j, t, n]
-            for k in range(count):
-                r[k] = 1 / bend[k]
+                        beside[t, k] = heard.beside[pair[p, 1], t, n]
             for k in range(count_of_nodes):
                 here, velocity, acceleration = nodes.place[k], nodes.velocity[k], nodes.acceleration[k]
                 if bent:
                     arrive_bent(tau[:count], bend, away, u, v, w, behind, beside, here, velocity, acceleration,
-                                slowness, gradient, loss, middle, when_at[k], fade, doppler)  # fmt: skip
+                                slowness, gradient, loss, middle, came[k], fade[k], doppler[k])  # fmt: skip
                 elif still:
-                    arrive_still(tau[:count], r, u, v, w, here, slowness, loss, when_at[k], fade)
+                    arrive_still(tau[:count], r, u, v, w, here, slowness, loss, came[k], fade[k])
                 else:
                     arrive_moving(tau[:count], r, u, v, w, behind, here, velocity, acceleration, slowness, loss,
-                                  middle, when_at[k], fade, doppler)  # fmt: skip
+                                  middle, came[k], fade[k], doppler[k])  # fmt: skip
+            inside = _part(came, count, tau, frequency, sector, where) if places > 0 else 0
+            for k in range(count_of_nodes):
                 for m in range(count):
-                    real_at[k, m], imaginary_at[k, m] = fade[m] * source[2 * m], fade[m] * source[2 * m + 1]
-                if node.size > 1:
-                    for m in range(count):
-                        x_at[k, m] = np.float32((doppler[m] - shaped.middle) * once)
-            for k in range(count):
-                mix_nodes(nodes.mix, single, when_at, others, (count_of_nodes, wide, _TILE), np.intp(k), when, mixed)
-            if node.size > 1:
-                for k in range(count * wide):
-                    x[k] = min(max(x[k], np.float32(-1)), np.float32(1))
-            if cells.shape[1] > 1:
-                share_out(x[: count * wide], shaped.node, shaped.scale, share)
-            if not alike:
-                for k in range(count):
-                    p, n = echo[k] // _PART, begin + echo[k] % _PART
-                    for e in range(elements):
-                        gain = heard.gain[pair[p, 2], ears.pattern[e], n] if ears.pattern[e] >= 0 else np.float32(0)
-                        real[k * wide + e] *= gain
-                        imaginary[k * wide + e] *= gain
-            _locate(when[: count * wide], first_time, cell_rate, last, at, place)
-            _weigh(when[: count * wide], real, imaginary, frequency, weight)
-            lay_down_all(cells, 0, elements, wide, at, place, weight, x, shaped, share, count)
+                    to = np.uintp(where[m])
+                    when_at[k, to] = came[k, m]
+                    real_at[k, to], imaginary_at[k, to] = fade[k, m] * source[2 * m], fade[k, m] * source[2 * m + 1]
+                    x_at[k, to] = np.float32((doppler[k, m] - shaped.middle) * once)
+            if cells.shape[1] == 1:
+                cell = int(min(max((tau[0] - middle - first_time) * cell_rate, 0.0), float(last)))
+                if cell >= window + WINDOW - 2 * MARGIN or cell < window:
+                    lay_down_moments(cells, moments, window, elements + places)
+                    window = max(cell - MARGIN, 0)  # an echo off the grid, at -1, must not look as if it lay in it
+            e, side = 0, 0
+            while e + side < elements + places:
+                e += side
+                side = min(_SIDE, (elements if e < elements else elements + places) - e)
+                first, stop = (inside, count) if e < elements else (0, inside)  # places hear what is from the sector
+                if first == stop:
+                    continue
+                for s in range(side):
+                    here = slice(s * _ROW + first, s * _ROW + stop)
+                    shape = count_of_nodes, _ROW, first, stop, size
+                    mix_nodes(mix, single, when_at, others, shape, np.intp(e + s), np.intp(s * _ROW), when, mixed)
+                    if node.size > 1:
+                        for k in range(s * _ROW + first, s * _ROW + stop):
+                            x[k] = min(max(x[k], np.float32(-1)), np.float32(1))
+                    if not alike:
+                        for k in range(count):
+                            p, n = echo[k] // _PART, begin + echo[k] % _PART
+                            heard_by = ears.pattern[e + s]
+                            gain = heard.gain[pair[p, 2], heard_by, n] if heard_by >= 0 else np.float32(0)
+                            real[s * _ROW + k] *= gain
+                            imaginary[s * _ROW + k] *= gain
+                    _locate(when[here], first_time, cell_rate, last, at[here], place[here])
+                    _weigh(when[here], real[here], imaginary[here], frequency, weight[2 * (s * _ROW + first) :])
+                rest, found = slice(first, size), stop - first
+                if cells.shape[1] > 1:
+                    share_out(x[rest], shaped.node, shaped.scale, share)
+                    lay_down_all(cells, e, side, _ROW, at[rest], place[rest], weight[2 * first :], x[rest], shaped,
+                                 share, found)  # fmt: skip
+                else:
+                    gather(cells, moments, window, e, side, _ROW, at[rest], place[rest], weight[2 * first :], x[rest],
+                           shaped, found)  # fmt: skip
+        if cells.shape[1] == 1:
+            lay_down_moments(cells, moments, window, elements + places)

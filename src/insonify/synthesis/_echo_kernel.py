@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 
 from insonify.cycles import sincos_cycles
 from insonify.synthesis._element_kernel import arrive_bent, arrive_moving, arrive_still
-from insonify.synthesis._shape_kernel import lay_down_all, place_among, shaping, share_out
+from insonify.synthesis._shape_kernel import Shaping, lay_down_all, place_among, shaping, share_out
 from insonify.synthesis._spread import _locate
 from insonify.synthesis._taps import CELLS_PER_SPIKE
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Flags = NDArray[np.uint8]
-_BLOCK = 512
+BLOCK = 1024
 _FAST = {"contract", "reassoc", "nsz", "arcp"}
 
 
@@ -123,99 +123,129 @@ def that_echo(begin: int, strength: NDArray[Any], out: Flags, back: Flags, ear: 
     return count
 
 
+class Room(NamedTuple):
+    """Room for the echoes of some scatterers, up to `BLOCK`, by one pair of legs."""
+
+    which: NDArray[np.int32]
+    """Which scatterers have one; one more."""
+    answer: NDArray[np.complex64]
+    """What these make of the pair."""
+    column: tuple[Floats, Floats, Floats, Floats, Floats, Floats, Floats, Floats, Floats, Floats]
+    """What `arrive_moving` and `arrive_bent` ask for: delay, bend, distance, following, direction, radius; what they
+    tell: time, Doppler factor."""
+    beside: Floats
+    at: NDArray[np.int32]
+    """First cells."""
+    single: tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]
+    """Place between cells, gain, spreading, place among shapes."""
+    source: NDArray[np.float32]
+    """Weights before they are turned, real and imaginary in turn."""
+    turned: NDArray[np.float32]
+    shaped: Shaping
+    share: NDArray[np.float32]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def room_for(terms: int, groups: int, node: Floats) -> Room:
+    """Room for echoes with some terms beyond spheres, on the grids of some groups of shapes."""
+    column = np.empty((10, BLOCK))
+    single = np.zeros((4, BLOCK), np.float32)
+    return Room(
+        np.empty(BLOCK + 1, np.int32), np.empty(BLOCK, np.complex64),
+        (column[0], column[1], column[2], column[3], column[4], column[5], column[6], column[7], column[8], column[9]),
+        np.empty((terms, BLOCK)), np.empty(BLOCK, np.int32), (single[0], single[1], single[2], single[3]),
+        np.empty(2 * BLOCK, np.float32), np.empty(2 * BLOCK, np.float32), shaping(node),
+        np.zeros((4 * groups, BLOCK if groups > 1 else 1), np.float32),
+    )  # fmt: skip
+
+
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
-def spread_echoes(
-    cells: NDArray[np.complex64], first_time: float, cell_rate: float, pair: Integers, sent: Sent, heard: Heard,
-    strength: NDArray[Any], ears: Ears, slowness: float, gradient: float, loss: float, bent: bool, middle: float,
-    frequency: float, node: Floats,
+def lay_pair(
+    cells: NDArray[np.complex64], first_time: float, cell_rate: float, i: int, j: int, gain_row: int, count: int,
+    room: Room, sent: Sent, heard: Heard, ears: Ears, slowness: float, gradient: float, loss: float, bent: bool,
+    middle: float, frequency: float, node: Floats,
 ) -> None:  # fmt: skip
-    """Echoes of one block by all pairs of legs, for all channels, added to their cells.
+    """Echoes of some scatterers by one pair of legs, for all channels, added to their cells.
 
     Args:
         cells: Grids of pressure, shape (channels, groups, cells, shapes of a group): see `laid_out`.
         first_time: Time of the first cell [s].
         cell_rate: Cells per second [Hz].
-        pair: Row of the leg out, of the leg back and of the gain of each pair, (p, 3).
+        i: Row of the leg out.
+        j: Row of the leg back.
+        gain_row: Row of the gain.
+        count: How many scatterers have an echo.
+        room: Which these are, and what they make of the pair.
         sent: The legs out.
         heard: The legs back.
-        strength: What each scatterer makes of each pair, real or complex, (p, n).
         ears: Who hears.
         slowness: Of sound at the array [s/m].
         gradient: Growth of the speed of sound with depth at the array [1/s].
         loss: Part of the pressure that the water takes on a metre [1/m].
         bent: Whether rays bend.
-        middle: Time from the pulse's start to its middle, for an array under way; 0 for one that stands [s].
+        middle: Time from the pulse's start to its middle; 0 for an array that stands [s].
         frequency: Of the carrier [Hz].
         node: Doppler factor less one of each shape [1], (shapes,).
     """
-    last = cells.shape[2] - CELLS_PER_SPIKE
-    at, inside, which = np.empty(_BLOCK, np.int32), np.empty(_BLOCK, np.float32), np.empty(_BLOCK + 1, np.int32)
-    tau, curve, away, behind = np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK)
-    u, v, w, r = np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK)
-    source, tuned = np.empty(2 * _BLOCK, np.float32), np.empty(_BLOCK, np.float32)
-    turned = np.empty(2 * _BLOCK, np.float32)
-    when, doppler = np.empty(_BLOCK), np.empty(_BLOCK)
-    fade, x = np.empty(_BLOCK, np.float32), np.zeros(_BLOCK, np.float32)
-    shaped = shaping(node)
-    share = np.zeros((4 * cells.shape[1], _BLOCK if cells.shape[1] > 1 else 1), np.float32)
-    terms, still = heard.beside.shape[1], middle == 0.0
-    beside = np.empty((terms, _BLOCK))
-    outs, backs, hears = audible(sent, heard)
-    for begin in range(0, strength.shape[1], _BLOCK):
-        end = min(begin + _BLOCK, strength.shape[1])
-        for p in range(pair.shape[0]):
-            i, j, gain_row = pair[p]
-            count = that_echo(
-                begin,
-                strength[p, begin:end],
-                outs[i, begin:end],
-                backs[j, begin:end],
-                hears[gain_row, begin:end],
-                which,
-            )
-            if count == 0:
+    last, still, which, shaped = cells.shape[2] - CELLS_PER_SPIKE, middle == 0.0, room.which, room.shaped
+    tau, curve, away, behind, u, v, w, r, when, doppler = room.column
+    inside, tuned, fade, x = room.single
+    beside, at, source, turned, share = room.beside, room.at, room.source, room.turned, room.share
+    late, later, bend, following = sent.delay[i], heard.delay[j], heard.bend[j], sent.following[i]
+    towards = heard.towards[j]
+    for k in range(count):
+        n = np.uintp(which[k])
+        tau[k] = late[n] + later[n]
+        curve[k], behind[k] = bend[n], following[n]
+        u[k], v[k], w[k] = towards[n, 0], towards[n, 1], towards[n, 2]
+    for k in range(count):
+        r[k] = 1 / curve[k]
+    if bent:
+        for k in range(count):
+            away[k] = heard.away[j, np.uintp(which[k])]
+        for t in range(beside.shape[0]):
+            for k in range(count):
+                beside[t, k] = heard.beside[j, t, np.uintp(which[k])]
+    beam, pattern = -1, -1
+    for e in range(ears.place.shape[0]):
+        place, velocity, acceleration = ears.place[e], ears.velocity[e], ears.acceleration[e]
+        if bent:
+            arrive_bent(tau[:count], curve, away, u, v, w, behind, beside, place, velocity, acceleration,
+                        slowness, gradient, loss, middle, when, fade, doppler)  # fmt: skip
+        elif still:
+            arrive_still(tau[:count], r, u, v, w, place, slowness, loss, when, fade)
+        else:
+            arrive_moving(tau[:count], r, u, v, w, behind, place, velocity, acceleration, slowness, loss,
+                          middle, when, fade, doppler)  # fmt: skip
+        _locate(when[:count], first_time, cell_rate, last, at, inside)
+        if node.size > 1:
+            place_among(doppler[:count], shaped, x)
+        if cells.shape[1] > 1:
+            share_out(x[:count], shaped.node, shaped.scale, share)
+        for c in range(ears.channels[e, 0], ears.channels[e, 1]):
+            if ears.pattern[c] < 0:
                 continue
-            for k in range(count):
-                n = np.uintp(which[k])
-                tau[k] = sent.delay[i, n] + heard.delay[j, n]
-                curve[k], behind[k] = heard.bend[j, n], sent.following[i, n]
-                u[k], v[k], w[k] = heard.towards[j, n, 0], heard.towards[j, n, 1], heard.towards[j, n, 2]
-            for k in range(count):
-                r[k] = 1 / curve[k]
-            if bent:
+            if ears.beam[c] != beam:
+                beam = ears.beam[c]
+                _weigh(sent.weight[beam, i], heard.weight[j], room.answer, which, count, source)
+            if ears.pattern[c] != pattern:
+                pattern = ears.pattern[c]
+                gain = heard.gain[gain_row, pattern]
                 for k in range(count):
-                    away[k] = heard.away[j, np.uintp(which[k])]
-                for t in range(terms):
-                    for k in range(count):
-                        beside[t, k] = heard.beside[j, t, np.uintp(which[k])]
-            beam, pattern = -1, -1
-            for e in range(ears.place.shape[0]):
-                place, velocity, acceleration = ears.place[e], ears.velocity[e], ears.acceleration[e]
-                if bent:
-                    arrive_bent(tau[:count], curve, away, u, v, w, behind, beside, place, velocity, acceleration,
-                                slowness, gradient, loss, middle, when, fade, doppler)  # fmt: skip
-                elif still:
-                    arrive_still(tau[:count], r, u, v, w, place, slowness, loss, when, fade)
-                else:
-                    arrive_moving(tau[:count], r, u, v, w, behind, place, velocity, acceleration, slowness, loss,
-                                  middle, when, fade, doppler)  # fmt: skip
-                _locate(when[:count], first_time, cell_rate, last, at, inside)
-                if node.size > 1:
-                    place_among(doppler[:count], shaped, x)
-                if cells.shape[1] > 1:
-                    share_out(x[:count], shaped.node, shaped.scale, share)
-                for c in range(ears.channels[e, 0], ears.channels[e, 1]):
-                    if ears.pattern[c] < 0:
-                        continue
-                    if ears.beam[c] != beam:
-                        beam = ears.beam[c]
-                        for k in range(count):
-                            n = np.uintp(which[k])
-                            weight = sent.weight[beam, i, n] * heard.weight[j, n] * np.complex64(strength[p, n])
-                            source[2 * k], source[2 * k + 1] = weight.real, weight.imag
-                    if ears.pattern[c] != pattern:
-                        pattern = ears.pattern[c]
-                        for k in range(count):
-                            tuned[k] = heard.gain[gain_row, pattern, np.uintp(which[k])]
-                    _turn(when[:count], fade, source, tuned, frequency, turned)
-                    lay_down_all(cells, c, 1, 1, at, inside, turned, x, shaped, share, count)
+                    tuned[k] = gain[np.uintp(which[k])]
+            _turn(when[:count], fade, source, tuned, frequency, turned)
+            lay_down_all(cells, c, 1, 1, at, inside, turned, x, shaped, share, count)
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def _weigh(
+    sent: NDArray[np.complex64], heard: NDArray[np.complex64], answer: NDArray[np.complex64], which: NDArray[np.int32],
+    count: int, source: NDArray[np.float32],
+) -> None:  # fmt: skip
+    """Products of what legs bring, what scatterers make of it and what legs leave of that, as two numbers in turn."""
+    for k in range(count):
+        n = np.uintp(which[k])
+        one, other = sent[n], heard[n]
+        real, imaginary = one.real * other.real - one.imag * other.imag, one.real * other.imag + one.imag * other.real
+        source[2 * k] = real * answer[k].real - imaginary * answer[k].imag
+        source[2 * k + 1] = real * answer[k].imag + imaginary * answer[k].real

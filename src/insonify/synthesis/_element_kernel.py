@@ -25,6 +25,20 @@ _FAST = {"contract", "reassoc", "nsz", "arcp"}
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def left_behind(
+    north: float, east: float, down: float, away: float, velocity: Floats, middle: float, slowness: float
+) -> tuple[float, float, float]:
+    """What `send_moving` tells of one leg: how much later, how fast it is followed, how much louder."""
+    x = away * north - middle * velocity[0]
+    y = away * east - middle * velocity[1]
+    z = away * down - middle * velocity[2]
+    left = max(math.sqrt(x * x + y * y + z * z), CLOSEST)
+    once = 1 / left
+    leaving = (x * velocity[0] + y * velocity[1] + z * velocity[2]) * once * slowness
+    return middle + (left - away) * slowness, leaving, away * once
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def send_moving(
     there: Floats, away: Floats, velocity: Floats, middle: float, slowness: float, later: Floats, leaving: Floats,
     louder: Floats,
@@ -42,13 +56,22 @@ def send_moving(
         louder: Result, by what its way changes the pressure [1], (n,).
     """
     for n in range(away.size):
-        x = away[n] * there[n, 0] - middle * velocity[0]
-        y = away[n] * there[n, 1] - middle * velocity[1]
-        z = away[n] * there[n, 2] - middle * velocity[2]
-        left = max(math.sqrt(x * x + y * y + z * z), CLOSEST)
-        later[n] = middle + (left - away[n]) * slowness
-        leaving[n] = (x * velocity[0] + y * velocity[1] + z * velocity[2]) / left * slowness
-        louder[n] = away[n] / left
+        later[n], leaving[n], louder[n] = left_behind(
+            there[n, 0], there[n, 1], there[n, 2], away[n], velocity, middle, slowness
+        )
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def seen_when(
+    north: float, east: float, down: float, away: float, t: float, place: Floats, velocity: Floats, acceleration: Floats
+) -> tuple[float, float, float]:
+    """What `turn_towards` tells of one echo."""
+    once = 1 / max(away, CLOSEST)
+    x = north - once * (place[0] + t * (velocity[0] + t / 2 * acceleration[0]))
+    y = east - once * (place[1] + t * (velocity[1] + t / 2 * acceleration[1]))
+    z = down - once * (place[2] + t * (velocity[2] + t / 2 * acceleration[2]))
+    scale = 1 / math.sqrt(x * x + y * y + z * z)
+    return scale * x, scale * y, scale * z
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
@@ -67,12 +90,9 @@ def turn_towards(
         seen: Result, (n, 3).
     """
     for n in range(away.size):
-        once, t = 1 / max(away[n], CLOSEST), when[n]
-        x = towards[n, 0] - once * (place[0] + t * (velocity[0] + t / 2 * acceleration[0]))
-        y = towards[n, 1] - once * (place[1] + t * (velocity[1] + t / 2 * acceleration[1]))
-        z = towards[n, 2] - once * (place[2] + t * (velocity[2] + t / 2 * acceleration[2]))
-        scale = 1 / math.sqrt(x * x + y * y + z * z)
-        seen[n, 0], seen[n, 1], seen[n, 2] = scale * x, scale * y, scale * z
+        seen[n, 0], seen[n, 1], seen[n, 2] = seen_when(
+            towards[n, 0], towards[n, 1], towards[n, 2], away[n], when[n], place, velocity, acceleration
+        )
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")

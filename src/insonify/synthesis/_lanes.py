@@ -92,6 +92,20 @@ def add_complex_spike(typingctx: Any, cells: Any, at: Any, place: Any, weights: 
     return types.void(cells, types.intp, types.float32, weights, types.intp), codegen
 
 
+def _shared_weight(builder: Any, lanes: int, data: tuple[Any, Any], x: Any, i: Any) -> Any:
+    """The weights of spike i for so many shapes, real and imaginary in turn, over and over: 8 numbers."""
+    weight_data, curve_data = data
+    weight = _weight_at(builder, weight_data, i)
+    if lanes == 1:
+        return weight
+    vector, each = _vector(ir.FloatType(), 8), _splat(builder, x, 8)
+    rows = [_load(builder, builder.gep(curve_data, [ir.Constant(i.type, 8 * row)]), vector, 4) for row in range(lanes)]
+    share = rows[-1]
+    for row in reversed(rows[:-1]):
+        share = builder.fadd(builder.fmul(share, each, flags=("contract",)), row, flags=("contract",))
+    return builder.fmul(share, weight)
+
+
 def _curved_spike(lanes: int) -> Any:
     """Adds spikes to as many shapes, 2 or 4, whose shares are polynomials of where an echo lies among them."""
 
@@ -109,15 +123,7 @@ def _curved_spike(lanes: int) -> Any:
             data, weight_data, curve_data = (
                 cgutils.create_struct_proxy(signature.args[k])(context, builder, args[k]).data for k in (0, 3, 5)
             )
-            vector, each = _vector(ir.FloatType(), 8), _splat(builder, x, 8)
-            rows = [
-                _load(builder, builder.gep(curve_data, [ir.Constant(at.type, 8 * row)]), vector, 4)
-                for row in range(lanes)
-            ]
-            share = rows[-1]
-            for row in reversed(rows[:-1]):
-                share = builder.fadd(builder.fmul(share, each, flags=("contract",)), row, flags=("contract",))
-            weight = builder.fmul(share, _weight_at(builder, weight_data, i))
+            weight = _shared_weight(builder, lanes, (weight_data, curve_data), x, i)
             first = builder.gep(data, [builder.mul(at, ir.Constant(at.type, 2 * lanes))])
             _add_kernel(builder, first, _kernel_cells(builder, place), weight, lanes)
             return context.get_dummy_value()
@@ -131,6 +137,104 @@ def _curved_spike(lanes: int) -> Any:
 
 add_spike_of_2 = _curved_spike(2)
 add_spike_of_4 = _curved_spike(4)
+
+
+def moment_vectors(lanes: int) -> int:
+    """Vectors of 8 numbers that hold the moments of one cell of so many shapes."""
+    return -(-(DEGREE + 1) * lanes // 4)
+
+
+def _gathered_spike(lanes: int) -> Any:
+    """Adds spikes to the moments of a cell of 1, 2 or 4 shapes."""
+
+    @intrinsic
+    def add(
+        typingctx: Any, moments: Any, cell: Any, place: Any, weights: Any, x: Any, curve: Any, i: Any
+    ) -> Any:  # fmt: skip
+        """Power p, shape s: moments[8 vectors cell + 2 lanes p + 2 s ...] += place^p * share[s] * weights[2 i ...]."""
+
+        def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+            cell, place, x, i = args[1], args[2], args[4], args[6]
+            data, weight_data, curve_data = (
+                cgutils.create_struct_proxy(signature.args[k])(context, builder, args[k]).data for k in (0, 3, 5)
+            )
+            part = _shared_weight(builder, lanes, (weight_data, curve_data), x, i)
+            powers = [ir.Constant(place.type, 1.0)]
+            for _ in range(4 // lanes):
+                powers.append(builder.fmul(powers[-1], place))
+            step = _splat(builder, powers.pop(), 8)
+            if lanes < 4:
+                first = ir.Constant(part.type, ir.Undefined)
+                for k in range(8):
+                    first = builder.insert_element(first, powers[k // (2 * lanes)], ir.Constant(ir.IntType(32), k))
+                part = builder.fmul(part, first)
+            count = moment_vectors(lanes)
+            begin = builder.gep(data, [builder.mul(cell, ir.Constant(cell.type, 8 * count))])
+            for row in range(count):
+                _add_to(builder, builder.gep(begin, [ir.Constant(cell.type, 8 * row)]), part.type, part, 4)
+                part = builder.fmul(part, step)
+            return context.get_dummy_value()
+
+        _require_contiguous(moments)
+        whole, single = types.intp, types.float32
+        return types.void(moments, whole, single, weights, single, curve, whole), codegen
+
+    return add
+
+
+gather_spike_of_1 = _gathered_spike(1)
+gather_spike_of_2 = _gathered_spike(2)
+gather_spike_of_4 = _gathered_spike(4)
+
+
+def _gathered_cell(lanes: int) -> Any:
+    """Turns the moments of a cell of 1, 2 or 4 shapes into cells."""
+
+    @intrinsic
+    def add(typingctx: Any, cells: Any, at: Any, moments: Any, cell: Any) -> Any:
+        """What `add_spike_of_4` and the like would have added at cell `at` for each spike; the moments are then 0."""
+
+        def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+            at, cell = args[1], args[3]
+            data, moment_data = (
+                cgutils.create_struct_proxy(signature.args[k])(context, builder, args[k]).data for k in (0, 2)
+            )
+            vector, count = _vector(ir.FloatType(), 8), moment_vectors(lanes)
+            begin = builder.gep(moment_data, [builder.mul(cell, ir.Constant(cell.type, 8 * count))])
+            places = [builder.gep(begin, [ir.Constant(cell.type, 8 * row)]) for row in range(count)]
+            rows = [_load(builder, place, vector, 4) for place in places]
+            bits = ir.IntType(256)
+            some = builder.bitcast(rows[0], bits)
+            for row in rows[1:]:
+                some = builder.or_(some, builder.bitcast(row, bits))
+            with builder.if_then(builder.icmp_unsigned("!=", some, ir.Constant(bits, 0))):
+                per, width = 4 // lanes, 2 * lanes
+                moment = [
+                    _pick(builder, rows[p // per], [width * (p % per) + k % width for k in range(8)])
+                    for p in range(DEGREE + 1)
+                ]
+                first = builder.gep(data, [builder.mul(at, ir.Constant(at.type, width))])
+                for j in range(0, WIDTH, per):
+                    total = ir.Constant(vector, [0.0] * 8)
+                    for p in range(DEGREE + 1):
+                        taps = ir.Constant(vector, [float(_TAPS[p, j + k // width]) for k in range(8)])
+                        total = builder.fadd(total, builder.fmul(moment[p], taps, flags=("contract",)), ("contract",))
+                    _add_to(builder, builder.gep(first, [ir.Constant(at.type, width * j)]), vector, total, 4)
+                for place in places:
+                    empty = ir.Constant(vector, [0.0] * 8)
+                    builder.store(empty, builder.bitcast(place, vector.as_pointer()), align=4)
+            return context.get_dummy_value()
+
+        _require_contiguous(cells)
+        _require_contiguous(moments)
+        return types.void(cells, types.intp, moments, types.intp), codegen
+
+    return add
+
+
+lay_down_cell_of_1 = _gathered_cell(1)
+lay_down_cell_of_2 = _gathered_cell(2)
+lay_down_cell_of_4 = _gathered_cell(4)
 
 
 @intrinsic
@@ -166,46 +270,48 @@ def add_shaped_spike(
 
 @intrinsic
 def mix_nodes(
-    typingctx: Any, mix: Any, single: Any, delay: Any, others: Any, shape: Any, i: Any, delays: Any, mixed: Any
+    typingctx: Any, mix: Any, single: Any, delay: Any, others: Any, shape: Any, e: Any, begin: Any, delays: Any,
+    mixed: Any,
 ) -> Any:  # fmt: skip
-    """What is known at k nodes, told at `wide` elements, a multiple of 16, for echo i of `tile`; shape (k, wide, tile).
+    """What is known of echoes at k nodes, told at element e, from place `begin` of the results on.
 
-    delays[i wide + e] = sum over k of mix[k, e] * delay[k, i]; and in float32, by the same numbers in `single`, for the
-    columns of `others`, (3, k, tile), into `mixed`, (3, tile wide).
+    delays[begin + i] = sum over k of mix[e, k] * delay[k, i] for i from `first` to `stop`; and in float32, by the same
+    numbers in `single`, for the columns of `others`, (3, k, tile), into `mixed`, (3, wide). Up to 15 more are touched;
+    shape: k, tile, first, stop, wide.
     """
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        i = args[5]
+        e, begin = args[5:7]
         mix, single, delay, others, delays, mixed = (
-            cgutils.create_struct_proxy(signature.args[k])(context, builder, args[k]).data for k in (0, 1, 2, 3, 6, 7)
+            cgutils.create_struct_proxy(signature.args[k])(context, builder, args[k]).data for k in (0, 1, 2, 3, 7, 8)
         )
-        nodes, wide, tile = cgutils.unpack_tuple(builder, args[4], 3)
-        begin, none, lanes = builder.mul(i, wide), ir.Constant(i.type, 0), ir.Constant(i.type, 16)
+        nodes, tile, start, stop, wide = cgutils.unpack_tuple(builder, args[4], 5)
+        none, lanes = ir.Constant(e.type, 0), ir.Constant(e.type, 16)
         ways = [(mix, delay, delays, none, none)] + [
-            (single, others, mixed, builder.mul(ir.Constant(i.type, c), builder.mul(nodes, tile)),
-             builder.mul(ir.Constant(i.type, c), builder.mul(tile, wide))) for c in range(3)
+            (single, others, mixed, builder.mul(ir.Constant(e.type, c), builder.mul(nodes, tile)),
+             builder.mul(ir.Constant(e.type, c), wide)) for c in range(3)
         ]  # fmt: skip
         vectors = [_vector(source.type.pointee, 16) for _, source, *_ in ways]
         totals = [cgutils.alloca_once(builder, vector) for vector in vectors]
-        with cgutils.for_range_slice(builder, none, wide, lanes) as (e, _):
+        with cgutils.for_range_slice(builder, start, stop, lanes) as (i, _):
             for total, vector in zip(totals, vectors, strict=True):
                 builder.store(ir.Constant(vector, [0.0] * 16), total)
             with cgutils.for_range(builder, nodes) as loop:
-                here = builder.add(builder.mul(loop.index, wide), e)
+                part = builder.add(builder.mul(e, nodes), loop.index)
                 row = builder.add(builder.mul(loop.index, tile), i)
                 for (numbers, source, _, first, _), total, vector in zip(ways, totals, vectors, strict=True):
-                    one = _splat(builder, builder.load(builder.gep(source, [builder.add(first, row)])), 16)
-                    part = _load(builder, builder.gep(numbers, [here]), vector, 4)
-                    part = builder.fmul(part, one, flags=("contract",))
-                    builder.store(builder.fadd(builder.load(total), part, flags=("contract",)), total)
+                    one = _splat(builder, builder.load(builder.gep(numbers, [part])), 16)
+                    known = _load(builder, builder.gep(source, [builder.add(first, row)]), vector, 4)
+                    known = builder.fmul(known, one, flags=("contract",))
+                    builder.store(builder.fadd(builder.load(total), known, flags=("contract",)), total)
             for (_, _, out, _, first), total, vector in zip(ways, totals, vectors, strict=True):
-                place = builder.gep(out, [builder.add(builder.add(first, begin), e)])
+                place = builder.gep(out, [builder.add(builder.add(first, begin), i)])
                 builder.store(builder.load(total), builder.bitcast(place, vector.as_pointer()), align=4)
         return context.get_dummy_value()
 
     for rows in (mix, single, delay, others, delays, mixed):
         _require_contiguous(rows)
-    return types.void(mix, single, delay, others, shape, types.intp, delays, mixed), codegen
+    return types.void(mix, single, delay, others, shape, types.intp, types.intp, delays, mixed), codegen
 
 
 @intrinsic

@@ -97,7 +97,7 @@ def share_out(x: NDArray[np.float32], node: NDArray[Any], scale: NDArray[Any], s
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def lay_down_all(
-    cells: NDArray[np.complex64], channel: int, used: int, wide: int, at: NDArray[np.int32],
+    cells: NDArray[np.complex64], channel: int, used: int, apart: int, at: NDArray[np.int32],
     place: NDArray[np.float32], weight: NDArray[np.float32], x: NDArray[np.float32], shaped: Shaping,
     share: NDArray[np.float32], count: int,
 ) -> None:  # fmt: skip
@@ -109,7 +109,7 @@ def lay_down_all(
         cells: Grids of pressure, (channels, groups, cells, shapes of a group).
         channel: The first that hears them.
         used: How many channels from there on hear each echo.
-        wide: Spikes from one echo to the next, `used` or more.
+        apart: Spikes from one channel to the next, `count` or more.
         at: First cell of each spike, -1 where it has no room, (count wide,).
         place: Of each between cells, (count wide,).
         weight: Of each, real and imaginary in turn, (2 count wide,).
@@ -124,7 +124,7 @@ def lay_down_all(
     shares, stride = share.reshape(-1), share.shape[1]
     for i in range(count):
         for e in range(used):
-            k = np.uintp(i * wide + e)  # unsigned: a sign would be looked at, in each column
+            k = np.uintp(e * apart + i)  # unsigned: a sign would be looked at, in each column
             if at[k] < 0:
                 continue
             first = np.intp((channel + e) * row + at[k])

@@ -23,12 +23,12 @@ STRAIGHT = 1e-9
 """How far elements may be from a straight line [m], and from the parabolas of places along it."""
 FEWEST = 4
 """Nodes at least [1]."""
-_LANES = 16
 
 
 def nodes_along(
-    place: Floats, velocity: Floats, acceleration: Floats, nearest: float, latest: float, wavelength: float
-) -> Nodes:
+    place: Floats, velocity: Floats, acceleration: Floats, nearest: float, latest: float, wavelength: float,
+    also: Floats | None = None,
+) -> Nodes:  # fmt: skip
     """Where echoes are worked out: at a few nodes of a straight array, or at all elements.
 
     Args:
@@ -38,22 +38,20 @@ def nodes_along(
         nearest: Least radius of the wavefronts that come back [m].
         latest: When the last of them comes [s].
         wavelength: Of the carrier [m].
+        also: Other places along a straight array to be told of, -1..1, shape (p,); they are told by nodes alone.
     """
-    wide = _LANES * -(-len(place) // _LANES)
-    motion = np.concatenate([place, velocity * latest, acceleration * latest**2], axis=1)
-    along = _along(motion)
+    along = straight(place, velocity, acceleration, latest)
     if along is not None:
         t, ends = along
         drift = float(np.abs(ends[:, 3:]).sum(axis=1).max())
         count = node_count(nearest - drift, float(np.linalg.norm(ends[1, :3])), wavelength)
         if count < len(place):
             node = np.cos((np.arange(count) + 0.5) * np.pi / count)
-            mix = np.zeros((count, wide))
-            mix[:, : len(place)] = _lagrange(node, t)
+            mix = _lagrange(node, t if also is None else np.concatenate([t, also]))
             here = ends[0] + node[:, None] * ends[1]
             speed, growth = here[:, 3:6] / latest, here[:, 6:] / latest**2
             return Nodes(*(np.ascontiguousarray(part) for part in (here[:, :3], speed, growth, mix)))
-    return Nodes(place, velocity, acceleration, np.eye(len(place), wide))
+    return Nodes(place, velocity, acceleration, np.eye(len(place)))
 
 
 def node_count(nearest: float, half: float, wavelength: float) -> int:
@@ -72,8 +70,16 @@ def node_count(nearest: float, half: float, wavelength: float) -> int:
     return max(FEWEST, math.ceil(math.log(max(error, 1.0)) / math.log(rho)) + 1)
 
 
-def _along(motion: Floats) -> tuple[Floats, Floats] | None:
-    """Places of elements along a straight array, -1..1, and its middle and half (2, 9); none if it is not straight."""
+def straight(place: Floats, velocity: Floats, acceleration: Floats, latest: float) -> tuple[Floats, Floats] | None:
+    """Places of elements along a straight array, -1..1, and its middle and half (2, 9); none if it is not straight.
+
+    Args:
+        place: As of `nodes_along`.
+        velocity: Likewise.
+        acceleration: Likewise.
+        latest: Likewise.
+    """
+    motion = np.concatenate([place, velocity * latest, acceleration * latest**2], axis=1)
     middle = (motion[0] + motion[-1]) / 2
     half = (motion[-1] - motion[0]) / 2
     length = float(half[:3] @ half[:3])

@@ -17,9 +17,11 @@ from insonify.sonar.stance import Stance
 from insonify.synthesis._shape_kernel import laid_out
 from insonify.synthesis._spread import spread
 from insonify.synthesis.arrival_weights import arrival_weights
+from insonify.synthesis.beams_under_way import lay_down_beams
 from insonify.synthesis.elements import Ends, ends_of, lay_down, taken_by
 from insonify.synthesis.grid import TimeGrid, finish, finish_shapes
 from insonify.synthesis.perturbation import Perturbation
+from insonify.synthesis.sectors import Shared, shared
 from insonify.synthesis.shapes import Shapes, shapes_of, start_after
 from insonify.synthesis.weights import leg_weights
 from insonify.units import amplitude_ratio
@@ -44,6 +46,13 @@ class Coherent:
         return ends_of(self.stance)
 
     @cached_property
+    def _few(self) -> Shared | None:
+        if self.stance.elements is None or np.any(self._ends.facing):
+            return None
+        ends, speed = self._ends, self.stance.receive_speed
+        return shared(ends.place, ends.velocity, ends.acceleration, self.grid, self.stance.frequency, speed)
+
+    @cached_property
     def _loss(self) -> float:
         return taken_by(self.water, self.stance.frequency)
 
@@ -62,15 +71,22 @@ class Coherent:
         if self.plain:
             return self.grid.cells(self.stance.channel_count)
         groups, together = laid_out(len(self.shapes.doppler))
-        rows = len(self.shapes.band), self.stance.channel_count, groups
+        places = 0 if self._few is None else len(self._few.place)
+        rows = len(self.shapes.band), self.stance.channel_count + places, groups
         return self.grid.cells(int(np.prod(rows)) * together).reshape(*rows, -1, together)
 
     def take_in(self, cells: Cells, pairs: Pairs) -> None:
         """Add the echoes of one block of scatterers to the cells."""
-        if not self.plain:
-            lay_down(
+        if not self.plain and self.stance.elements is None:
+            lay_down_beams(
                 cells, pairs, self.stance, self.grid, self.perturbation, self.shapes, self._ends, self.water, self._loss
             )
+            return
+        if not self.plain:
+            lay_down(
+                cells, pairs, self.stance, self.grid, self.perturbation, self.shapes, self._ends, self.water,
+                self._loss, self._few,
+            )  # fmt: skip
             return
         level = float(amplitude_ratio(self.stance.source_level_db))
         sent = leg_weights(pairs.out, self.stance.transmit_beams, self.stance.frequency, level)
@@ -101,6 +117,9 @@ class Coherent:
         if self.plain:
             return finish(cells, self.grid, pulse.spectrum(self.grid.frequencies))
         spectra = self.shapes.spectra(pulse, self.grid.frequencies)
+        if self._few is not None:
+            middle = 0.0 if self.stance.still else pulse.pulse.duration / 2
+            cells = self._few.tell(cells, self.grid, middle)
         heard = finish_shapes(cells, self.grid, spectra)
         elements = self.stance.elements
         return heard if elements is None else (heard * elements.response[:, None]).astype(np.complex64)

@@ -53,7 +53,7 @@ def copies(pairs: Pairs, field: DelayField | None, stance: Stance) -> list[Pairs
         if np.abs(share).max() >= FAINT:
             rows = np.flatnonzero(which >= column)
             some = pairs.only(rows)
-            made.append(replace(some, strength=some.strength * share[which[rows] - column]))
+            made.append(replace(some, answer=some.strength * share[which[rows] - column]))
     return made
 
 

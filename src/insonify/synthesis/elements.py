@@ -1,4 +1,4 @@
-"""Echoes heard element by element, or by beams under way: what a centre's far field and a standing sonar cannot tell.
+"""Echoes heard element by element: what a centre's far field and a standing sonar cannot tell.
 
 The leg to an array's centre gives those to its elements: `_element_kernel`. The strength of a scatterer, its shadows
 and the beam that insonified it are those of the start of the ping; delay, spreading, the pattern that hears it and the
@@ -18,12 +18,13 @@ from insonify.sonar.beam import POINTS_PER_LOBE, Beams
 from insonify.sonar.stance import Stance
 from insonify.sonar.sub_bands import SubBand
 from insonify.synthesis._aperture_kernel import spread_to_elements
-from insonify.synthesis._echo_kernel import Ears, Heard, Sent, spread_echoes
+from insonify.synthesis._echo_kernel import Ears, Heard, Sent
 from insonify.synthesis._element_kernel import CLOSEST, send_moving, turn_towards
 from insonify.synthesis._leg_kernel import brought
 from insonify.synthesis.apertures import nodes_along
 from insonify.synthesis.grid import TimeGrid
 from insonify.synthesis.perturbation import Perturbation
+from insonify.synthesis.sectors import NONE, Shared
 from insonify.synthesis.shapes import Shapes
 from insonify.units import amplitude_ratio
 
@@ -103,12 +104,12 @@ def all_echoes(pairs: Pairs, stance: Stance, water: Water) -> Iterator[Echoes]:
 
 def lay_down(
     cells: Cells, pairs: Pairs, stance: Stance, grid: TimeGrid, perturbation: Perturbation, shapes: Shapes, ends: Ends,
-    water: Water, loss: float,
+    water: Water, loss: float, few: Shared | None = None,
 ) -> None:  # fmt: skip
-    """Add the echoes of one block of scatterers to the cells of all channels.
+    """Add the echoes of one block of scatterers to the cells of all elements.
 
     Args:
-        cells: Grids of pressure, shape (bands, channels, groups, cells, dopplers of a group).
+        cells: Grids of pressure, shape (bands, elements, groups, cells, dopplers of a group).
         pairs: Legs out and back of the block, and strengths.
         stance: The sonar at this ping.
         grid: The grid that the cells belong to.
@@ -117,6 +118,7 @@ def lay_down(
         ends: Of `ends_of`.
         water: Between sonar and scatterers.
         loss: Of `taken_by`.
+        few: Of `shared`; its places are channels after the elements.
     """
     out, back, strength = pairs.out, pairs.back, pairs.strength
     if not perturbation.still:
@@ -126,21 +128,21 @@ def lay_down(
     amplitude = out.amplitude
     level, phase = float(amplitude_ratio(stance.source_level_db)), np.ascontiguousarray(pairs.scatterers.phase)
     left = amplitude if back is out else back.amplitude
-    bend, away, gradient, beside = _fronts(pairs, stance, water)
+    bend, away, gradient, beside = fronts_of(pairs, stance, water)
     rows, seen = _directions(pairs, stance, gone, ends)
-    ears = _ears(ends, cells.shape[1], stance, len(seen))
+    ears = _ears(ends, stance.channel_count, len(seen))
     middle = 0.0 if stance.still else stance.pulse.pulse.duration / 2
     end = (
         1 / stance.receive_speed, gradient, loss, water.layered, middle, stance.frequency, shapes.doppler,
     )  # fmt: skip
-    nodes = None
-    if stance.elements is not None:
-        nearest = 1 / float(np.fmax.reduce(np.abs(bend), axis=None, initial=1e-9))
-        if water.layered:
-            nearest = float(np.fmin.reduce(away, axis=None, initial=nearest))
-        latest, wavelength = grid.start + grid.count / grid.sample_rate, stance.receive_speed / stance.frequency
-        nodes = nodes_along(ends.place, ends.velocity, ends.acceleration, nearest, latest, wavelength)
-    for band, sub_band in enumerate(stance.bands or (_whole_band(stance),)):
+    nearest = 1 / float(np.fmax.reduce(np.abs(bend), axis=None, initial=1e-9))
+    if water.layered:
+        nearest = float(np.fmin.reduce(away, axis=None, initial=nearest))
+    latest, wavelength = grid.start + grid.count / grid.sample_rate, stance.receive_speed / stance.frequency
+    also = None if few is None else few.place
+    nodes = nodes_along(ends.place, ends.velocity, ends.acceleration, nearest, latest, wavelength, also)
+    sector = NONE if few is None or nodes.mix.shape[1] == len(ends.place) else few.sector
+    for band, sub_band in enumerate(stance.bands or (whole_band(stance),)):
         lost, kept = np.empty((0, 0)), left
         if sub_band.offset != 0:
             lost = absorbed(out.length, sub_band.offset, stance.frequency, water)
@@ -148,22 +150,17 @@ def lay_down(
         beams = sub_band.transmit_beams.gain(out.departure)
         sent = np.empty(beams.shape, np.complex64)
         brought(amplitude, louder, phase, level, lost, beams, sent)
-        same = seen[0] is out.departure and stance.elements is None and stance.alike
-        gain = np.asarray(beams, np.float32) if same else element_gains(stance, sub_band.receive_beams, ends, seen)
-        begin = (
+        gain = element_gains(stance, sub_band.receive_beams, ends, seen)
+        spread_to_elements(
             cells[band], grid.first_time, grid.cell_rate, np.column_stack([pairs.pair, rows]),
             Sent(out.delay + gone, 1 / (1 - leaving), sent),
             Heard(back.delay, bend, away, beside, back.departure, kept.astype(np.complex64),
                   np.ascontiguousarray(np.moveaxis(gain, 1, 0))),
-            strength, ears,
+            strength, ears, nodes, sector, *end,
         )  # fmt: skip
-        if nodes is None:
-            spread_echoes(*begin, *end)
-        else:
-            spread_to_elements(*begin, nodes, *end)
 
 
-def _fronts(pairs: Pairs, stance: Stance, water: Water) -> tuple[Floats, Floats, float, Floats]:
+def fronts_of(pairs: Pairs, stance: Stance, water: Water) -> tuple[Floats, Floats, float, Floats]:
     """The wavefronts of all legs back, as of `Wavefront`, leg by leg; distances on ground where rays bend alone."""
     back = pairs.back
     if not water.layered:
@@ -247,19 +244,16 @@ def seen_by(ends: Ends, element: int, towards: Floats, away: Floats, when: Float
     return seen
 
 
-def _ears(ends: Ends, channels: int, stance: Stance, views: int) -> Ears:
-    """Who hears: each element for itself; beams all at the array's centre."""
-    number, transmit = np.arange(channels), stance.transmit_beams.channel_count
-    if stance.elements is not None:
-        own = np.stack([number, number + 1], axis=1)
-        pattern = ends.facing if views == 1 else np.where(ends.facing < 0, -1, number)
-        return Ears(ends.place, ends.velocity, ends.acceleration, own, 0 * number, pattern)
-    together = np.array([[0, channels]])
-    pattern = number % stance.receive_beams.channel_count
-    return Ears(ends.place, ends.velocity, ends.acceleration, together, number % transmit, pattern)
+def _ears(ends: Ends, channels: int, views: int) -> Ears:
+    """Who hears: each element for itself."""
+    number = np.arange(channels)
+    own = np.stack([number, number + 1], axis=1)
+    pattern = ends.facing if views == 1 else np.where(ends.facing < 0, -1, number)
+    return Ears(ends.place, ends.velocity, ends.acceleration, own, 0 * number, pattern)
 
 
-def _whole_band(stance: Stance) -> SubBand:
+def whole_band(stance: Stance) -> SubBand:
+    """The carrier and its beams, for a sonar whose beams are the same throughout the band."""
     return SubBand(0.0, stance.transmit_beams, stance.receive_beams)
 
 
@@ -323,7 +317,7 @@ def sent_at_the_middle(there: Floats, away: Floats, stance: Stance) -> tuple[Flo
 
 
 def element_gains(stance: Stance, beams: Beams, ends: Ends, seen: list[Floats]) -> NDArray[np.float32]:
-    """Gain of an element that faces each way, (facings, ...), or of each element; or of each beam, (beams, ...).
+    """Gain of an element that faces each way, (facings, ...), or of each element.
 
     Args:
         stance: The sonar at this ping.
@@ -331,8 +325,6 @@ def element_gains(stance: Stance, beams: Beams, ends: Ends, seen: list[Floats]) 
         ends: Of `ends_of`.
         seen: Directions, as of `seen_from`, of shape (..., 3): of the whole array, or of each of its elements.
     """
-    if stance.elements is None:
-        return np.asarray(beams.gain(seen[0]), np.float32)
     if len(seen) == 1:
         return np.asarray([faced(beams, angle).gain(seen[0])[0] for angle in ends.facings], np.float32)
     rows = [faced(beams, angle).gain(one)[0] for angle, one in zip(ends.facings[ends.facing], seen, strict=True)]

@@ -147,11 +147,13 @@ def finish_shapes(
     heard = np.empty((cells.shape[1], grid.count), np.complex64)
     for channel in range(len(heard)):
         total = np.zeros(grid.padded, complex)
-        for band, shapes in enumerate(bare):
-            rows = np.moveaxis(cells[band, channel], 2, 1).reshape(-1, cells.shape[3])
-            for row, shape in zip(rows, shapes, strict=False):  # the last group may have room for more
-                transform = scipy.fft.fft(row.astype(np.complex128), overwrite_x=True)  # float64: as in `finish`
-                total += _central(transform, grid.padded) * shape
+        for band, group in np.ndindex(cells.shape[0], cells.shape[2]):
+            # float64: as in `finish`; all shapes of a group at once, which takes less time than one after the other
+            rows = scipy.fft.fft(cells[band, channel, group].astype(np.complex128), axis=0, overwrite_x=True)
+            shapes = bare[band, group * rows.shape[1] :]  # the last group may have room for more
+            for row, shape in zip(rows.T, shapes, strict=False):
+                total[:half] += row[:half] * shape[:half]
+                total[half:] += row[half - grid.padded :] * shape[half:]
         heard[channel] = scipy.fft.ifft(total, overwrite_x=True)[grid.lead : grid.lead + grid.count]
     return heard
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from insonify.scene.lattice import Lattice
+from insonify.scene.terrain._turn_kernel import turned
 from insonify.validity import numbers
 
 Floats = NDArray[np.float64]
@@ -96,6 +97,8 @@ class Sum(Relief):
 
         A world moved as a whole keeps these to the last bit.
         """
+        if len(self.parts) == 1:  # nothing to add
+            return self.parts[0].survey(along, across)
         along, across = places(along, across)
         height, slope = np.zeros(along.shape), np.zeros((*along.shape, 2))
         for part in self.parts:
@@ -106,9 +109,14 @@ class Sum(Relief):
 
     def to_world(self, survey: Survey) -> Survey:
         """A survey whose gradient is along the lattice's axes, turned to the north and the east."""
-        c, s = np.cos(self.lattice.heading), np.sin(self.lattice.heading)
-        along, across = survey.slope[..., 0], survey.slope[..., 1]
-        return Survey(survey.height, np.stack([c * along - s * across, s * along + c * across], axis=-1))
+        rows = self.rows_in_world(survey).reshape(*survey.height.shape, 3)
+        return Survey(rows[..., 0].copy(), rows[..., 1:].copy())
+
+    def rows_in_world(self, survey: Survey) -> Floats:
+        """The same as rows of height, slope to the north and slope to the east, shape (n, 3)."""
+        rows = np.empty((survey.height.size, 3))
+        turned(survey.height.ravel(), survey.slope.reshape(-1, 2), *self.lattice.frame[2:], rows)
+        return rows
 
     @property
     def span(self) -> tuple[float, float]:

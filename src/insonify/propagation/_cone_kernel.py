@@ -1,0 +1,30 @@
+"""Directions in which straight rays leave for neighbourhoods on a boundary. Plain numbers and arrays only."""
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def cones(place: Floats, down: float, centre: Floats, radius: Floats, rise: float, way: Floats, margin: Floats) -> None:
+    """Middle and half width of the cone of rays to the neighbourhood of each place.
+
+    Args:
+        place: North, east, depth of the sonar [m], shape (3,).
+        down: How far down the rays lead as they leave, to the image of the boundary [m].
+        centre: North and east of the places [m], shape (n, 2).
+        radius: How far the neighbourhoods extend [m], shape (n,).
+        rise: How much farther they do up and down [m].
+        way: Result, unit vectors, shape (n, 3).
+        margin: Result [rad], shape (n,); pi where the sonar may be in the neighbourhood.
+    """
+    for n in range(radius.size):
+        north, east = centre[n, 0] - place[0], centre[n, 1] - place[1]
+        length = math.sqrt(north * north + east * east + down * down)
+        around = radius[n] + rise
+        way[n, 0], way[n, 1], way[n, 2] = north / length, east / length, down / length
+        margin[n] = math.asin(min(1.0, around / length)) if around < length else math.pi

@@ -1,0 +1,74 @@
+"""What a few places along an array heard from a narrow sector, told to all its elements: a product of matrices.
+
+The bow that all wavefronts of one time have in common is taken out before and put in again after. Plain numbers and
+arrays.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from insonify.cycles import sincos_cycles
+
+Floats = NDArray[np.float64]
+Singles = NDArray[np.float32]
+_FAST = {"contract", "reassoc", "nsz", "arcp"}
+_CELLS = 64
+"""Cells that are worked on together: what all places heard there stays in the first cache."""
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def _bowed(heard: Singles, lanes: int, bow: Floats, far: float, turned: Singles) -> None:
+    """Some cells, each turned by a phase: the bow at the array's ends [cycles], times the square of a place, `far`."""
+    cosine, sine = np.empty(_CELLS, np.float32), np.empty(_CELLS, np.float32)
+    for c in range(bow.size):
+        s, k = sincos_cycles(bow[c] * far)
+        cosine[c], sine[c] = k, s
+    for c in range(bow.size):
+        for k in range(2 * lanes * c, 2 * lanes * (c + 1), 2):
+            turned[k] = heard[k] * cosine[c] - heard[k + 1] * sine[c]
+            turned[k + 1] = heard[k] * sine[c] + heard[k + 1] * cosine[c]
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def tell_elements(
+    cells: NDArray[np.complex64], first_time: float, cell_rate: float, bow: float, place: Floats, element: Floats,
+    mix: Singles,
+) -> None:  # fmt: skip
+    """Add what the places heard to what the elements heard; the places have heard nothing then.
+
+    Args:
+        cells: Grids of pressure, of elements and then of places, (e + p, groups, cells, shapes of a group).
+        first_time: Time of the first cell, from the pulse's middle on [s].
+        cell_rate: Cells per second [Hz].
+        bow: Of `Sector` [rad s].
+        place: Of the places along the array, -1..1, (p,).
+        element: Of its elements, (e,).
+        mix: What each place counts for at each element, (e, p); p is a multiple of 4.
+    """
+    elements, places = mix.shape
+    count, lanes = cells.shape[2], cells.shape[3]
+    flat, stride = cells.reshape(cells.shape[0], -1).view(np.float32), 2 * lanes
+    known, bent = np.empty((places, stride * _CELLS), np.float32), np.empty(_CELLS)
+    told, back = np.empty(stride * _CELLS, np.float32), np.empty(stride * _CELLS, np.float32)
+    for begin in range(0, cells.shape[1] * count, _CELLS):
+        stop = min(begin + _CELLS, cells.shape[1] * count)
+        for k in range(begin, stop):
+            bent[k - begin] = bow / (2 * math.pi) / max(first_time + (k % count) / cell_rate, 1 / cell_rate)
+        here, size = slice(stride * begin, stride * stop), stride * (stop - begin)
+        for p in range(places):
+            _bowed(flat[elements + p, here], lanes, bent[: stop - begin], place[p] * place[p], known[p])
+        flat[elements:, here] = 0
+        for e in range(elements):
+            told[:size] = 0
+            for p in range(0, places, 4):
+                a, b, c, d = mix[e, p], mix[e, p + 1], mix[e, p + 2], mix[e, p + 3]
+                of_a, of_b, of_c, of_d = known[p], known[p + 1], known[p + 2], known[p + 3]
+                for k in range(size):
+                    told[k] += a * of_a[k] + b * of_b[k] + c * of_c[k] + d * of_d[k]
+            _bowed(told, lanes, bent[: stop - begin], -element[e] * element[e], back)
+            out = flat[e, here]
+            for k in range(size):
+                out[k] += back[k]

@@ -1,0 +1,193 @@
+"""Claims about what is audible: numbers and stretches place by place, and parts of all that arrives, pair by pair."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from insonify.engines._audible_kernel import answers, numbered
+from insonify.engines.audible import BEYOND, LEAST, STRETCHES, _first_of_parts, _shares, _told_apart, largest_parts
+from insonify.simulation import prepare
+from oracles.scenes import nominal
+
+ROUGH = {"depth": 20.0, "relief": {"kind": "power-law", "hurst": 0.8, "rms": 0.05}}
+EDGES = np.linspace(0, 1, STRETCHES + 1) ** 1.5
+MASK = (1 << 64) - 1
+
+
+def told(position, place, edges=EDGES, middle=(0.0, 0.0), word=12345):
+    """Stretches and numbers of some places, least and greatest stretch."""
+    stretch, number = np.empty(len(place), np.uint8), np.empty(len(place), np.float32)
+    first = _first_of_parts()
+    ends = numbered(np.asarray(position, float), *middle, edges, first, place, np.uint64(word), stretch, number)
+    return stretch, number, ends
+
+
+def split_mix(word):
+    """SplitMix64's output function, in whole numbers of any size."""
+    word = ((word ^ (word >> 30)) * 0xBF58476D1CE4E5B9) & MASK
+    word = ((word ^ (word >> 27)) * 0x94D049BB133111EB) & MASK
+    return word ^ (word >> 31)
+
+
+@pytest.mark.parametrize("farthest", [0.01, 1.0, 333.3, 1e5])
+def test_each_place_lies_in_the_stretch_that_holds_it(farthest):
+    """On edges, a hair before and after them, anywhere, beyond the last: as found by looking through all edges."""
+    edges, rng = farthest * EDGES, np.random.default_rng(1)
+    distance = np.concatenate([
+        edges, np.nextafter(edges, 0), np.nextafter(edges, np.inf), farthest * rng.uniform(0, 1.2, 3000), [0, 1e9],
+    ])  # fmt: skip
+    position = np.stack([distance, 0 * distance, distance], axis=1)
+    stretch, _, ends = told(position, np.arange(len(distance), dtype=np.uint64), edges)
+    known = np.clip(np.searchsorted(edges, distance, side="right") - 1, 0, STRETCHES - 1)
+    np.testing.assert_array_equal(stretch, known)
+    assert ends == (known.min(), known.max())
+
+
+def test_no_place_at_all_has_no_stretch():
+    """None: nothing is written and the least is beyond the greatest; one place: it is both."""
+    assert told(np.empty((0, 3)), np.empty(0, np.uint64))[2] == (STRETCHES - 1, 0)
+    stretch, _, ends = told([[0.5, 0.0, 3.0]], np.ones(1, np.uint64))
+    assert ends == (stretch[0], stretch[0])
+
+
+@settings(max_examples=50, deadline=None)
+@given(place=st.lists(st.integers(0, MASK), max_size=30), word=st.integers(0, MASK))
+def test_a_number_is_the_place_well_stirred(place, word):
+    """24 bits of SplitMix64 of place and key, from 0 up to but not including 1; bit for bit, by another arithmetic."""
+    keys = np.array(place, np.uint64)
+    _, number, _ = told(np.zeros((len(place), 2)), keys, word=word)
+    assert number.tolist() == [(split_mix(one ^ word) >> 40) / 2**24 for one in place]
+    assert (number < 1).all()
+
+
+def test_a_place_has_its_number_in_any_company():
+    """Any order, any part of the places, seen from anywhere: its own bits; and its stretch while its distance stays."""
+    rng = np.random.default_rng(2)
+    place = rng.integers(0, 2**63, 2000).astype(np.uint64)
+    position = rng.uniform(-1, 1, (2000, 3))
+    stretch, number, _ = told(position, place)
+    some = rng.permutation(2000)[:700]
+    np.testing.assert_array_equal(told(position[some], place[some])[0], stretch[some])
+    np.testing.assert_array_equal(told(position[some] + 5, place[some])[1], number[some])
+    moved = told(position * [1, -1, 1] + [4, -2, 0], place, middle=(4.0, -2.0))[0]
+    assert (moved != stretch).mean() < 1e-3
+
+
+def test_two_seeds_ask_other_places():
+    """Numbers of one place by two keys have nothing in common: |correlation| below 4 / sqrt(N), N = 20 000; even."""
+    place = np.arange(20_000, dtype=np.uint64)
+    one, other = (told(np.zeros((20_000, 2)), place, word=word)[1].astype(float) for word in (1, 2))
+    assert abs(np.corrcoef(one, other)[0, 1]) < 4 / np.sqrt(20_000)
+    assert abs(one.mean() - 0.5) < 4 * np.sqrt(1 / 12 / 20_000)
+    assert abs(np.corrcoef(one[1:], one[:-1])[0, 1]) < 4 / np.sqrt(20_000)
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 2**31), count=st.integers(0, 40), families=st.integers(1, 5))
+def test_a_family_is_wanted_where_its_number_is_low_enough(seed, count, families):
+    """Number below the largest share of the stretch, one by one."""
+    rng = np.random.default_rng(seed)
+    number, stretch = rng.integers(0, 5, count).astype(np.float32) / 4, rng.integers(0, 3, count).astype(np.uint8)
+    share, wanted = rng.integers(0, 5, (families, 3)).astype(np.float32) / 4, np.empty((families, count), bool)
+    answers(number, stretch, share, wanted)
+    assert wanted.tolist() == [[bool(number[n] < row[stretch[n]]) for n in range(count)] for row in share]
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 2**31), families=st.integers(1, 4))
+def test_more_of_a_pair_is_no_smaller_share(seed, families):
+    """Shares are between the least and one, alike for twins, and grow with what a pair has of all."""
+    part = 10 ** np.random.default_rng(seed).uniform(-6, 0, (families, families, STRETCHES))
+    share, more = _shares(part), _shares(1.5 * part)
+    assert (share >= LEAST).all() and (share <= 1).all() and (more >= share).all()
+    np.testing.assert_array_equal(share, share.swapaxes(0, 1))
+    np.testing.assert_array_equal(_shares(part[:, :, ::-1]), share[:, :, ::-1])
+
+
+def sonar(sent=0.0, heard=0.0, **more):
+    """A point that sends and a point that hears, each so much below 11 m, over rough ground up to 90 m away."""
+    one = {"kind": "point", "length": None, "element": "omni"}
+    listening = prepare(nominal(**{
+        "seabed": ROUGH, "track": {"window": (0.04, 0.12)}, "line": one,
+        "transmit": {"offset": (0.0, 0.0, sent)}, "receive": {"offset": (0.0, 0.0, heard)}, **more,
+    }))  # fmt: skip
+    return listening, listening.stance(0)
+
+
+def parts(listening, here, families):
+    """Of `largest_parts`."""
+    seabed = listening.engine.scene.seabed
+    return largest_parts(listening.engine.scene, seabed.bed, here, families, seabed.law(here.frequency, 1500.0))
+
+
+@pytest.mark.parametrize(("sent", "heard"), [(0.0, 0.0), (-6.0, 5.0), (7.0, -9.0)])
+def test_parts_are_those_of_the_sonar_equation(sent, heard):
+    """Direct and by the surface, Lambert's law, all directions, two depths: images and overlaps in time, to 3 %."""
+    listening, here = sonar(sent, heard)
+    found = parts(listening, here, ("D", "S"))
+    speed, loss = here.sound_speed, float(listening.engine.scene.water.absorption(here.frequency))
+    edges = BEYOND * speed * here.heard_delays[1] / 2 * EDGES
+    middle = (edges[1:] + edges[:-1]) / 2
+    climb = {(end, sign): 20 - sign * (11 + more) for end, more in ((0, sent), (1, heard)) for sign in (1, -1)}
+    energy, late = {}, {}
+    for one in (1, -1):
+        for other in (1, -1):
+            ways = [np.hypot(middle, climb[0, one]), np.hypot(middle, climb[1, other])]
+            sines = climb[0, one] * climb[1, other] / ways[0] / ways[1]
+            left = np.prod([10 ** (-loss * way / 10) / way**2 for way in ways], axis=0)
+            late[one, other] = (np.hypot(edges, climb[0, one]) + np.hypot(edges, climb[1, other])) / speed
+            within = late[one, other][:-1] < here.heard_delays[1]
+            energy[one, other] = sines * left * middle * np.diff(edges) * within
+    for row, one in enumerate((1, -1)):
+        for column, other in enumerate((1, -1)):
+            whole = np.zeros(STRETCHES)
+            for k in range(STRETCHES):
+                start, stop = late[one, other][k : k + 2]
+                for pair, own in late.items():
+                    shared = np.minimum(own[1:], stop) - np.maximum(own[:-1], start)
+                    whole[k] += np.sum(energy[pair] * np.maximum(shared, 0) / np.diff(own))
+            known = energy[one, other] / np.maximum(whole, 1e-300)
+            loud = (energy[one, other] > 0) & (np.arange(STRETCHES) > 8)
+            np.testing.assert_allclose(found[row, column][loud], known[loud], rtol=0.03)
+
+
+@pytest.mark.parametrize(("sent", "heard"), [(-6.0, 5.0), (0.0, 8.0)])
+def test_parts_of_exchanged_ends_are_the_pairs_turned_round(sent, heard):
+    """What has D out and S back has S out and D back from the other end, 1e-9; and at two depths these differ."""
+    families = ("D", "B", "S", "BS")
+    one, other = (parts(*sonar(*ends), families) for ends in ((sent, heard), (heard, sent)))
+    np.testing.assert_allclose(other, one.swapaxes(0, 1), rtol=1e-9)
+    assert np.abs(one[0, 2, 20:40] / one[2, 0, 20:40] - 1).max() > 0.01
+    level = parts(*sonar(sent, sent), families)
+    np.testing.assert_allclose(level, level.swapaxes(0, 1), rtol=1e-9)
+
+
+def test_parts_do_not_know_bearings_or_levels():
+    """Lines of a narrow beam turned to another heading, and 20 dB more of source level: the same parts.
+
+    To 0.02 of all that arrives, beyond the first few metres: which bearings are asked turns with the beams.
+    """
+    line = {"kind": "line", "length": 0.5, "element": "baffled"}
+    told_ = [
+        parts(*sonar(line=line, **more), ("D", "B", "S"))
+        for more in ({}, {"track": {"window": (0.04, 0.12), "heading": 1.3}}, {"sonar": {"source_level_db": 200}})
+    ]
+    for other in told_[1:]:
+        np.testing.assert_allclose(other[..., 8:], told_[0][..., 8:], atol=0.02)
+
+
+def test_as_many_heights_as_an_upright_array_is_long_are_told_apart():
+    """One for beams and for a line abeam; half a wavelength apart upright, one for each element at most."""
+    wave = 1500.0 / 100e3
+    elements = {"receiver": {"band": 8e3, "record": "elements"}}
+
+    def apart(places):
+        array = {"kind": "elements", "length": None, "element": "omni", "places": places}
+        return _told_apart(sonar(receive=array, sonar=elements)[1])
+
+    assert _told_apart(sonar()[1]) == 1
+    assert apart([(0.0, 0.0, k * wave / 2) for k in range(6)]) == pytest.approx(6, rel=0.01)
+    assert apart([(0.0, 0.0, k * wave / 4) for k in range(9)]) == pytest.approx(5, rel=0.01)
+    assert apart([(0.0, 0.0, k * wave) for k in range(6)]) == 6
+    assert apart([(0.0, k * wave / 2, 0.0) for k in range(6)]) == pytest.approx(1, abs=1e-6)

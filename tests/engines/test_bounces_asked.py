@@ -1,0 +1,106 @@
+"""Bounced legs that are asked for are those of all asked together, and others are silent."""
+
+import numpy as np
+import pytest
+
+from insonify.engines.bounced import over_relief
+from insonify.engines.skyline import Skylines, StraightLaunches
+from insonify.propagation.families import bounces
+from insonify.scene.scatterers import Scatterers
+from insonify.simulation import prepare
+from oracles.scenes import nominal
+
+FAMILIES = ("D", "S", "BS", "SBS")
+COLUMNS = ("delay", "length", "spreading", "absorption", "boundary", "visibility", "status", "occluder", "grazing",
+           "departure", "arrival")  # fmt: skip
+
+
+@pytest.fixture(scope="module", params=[0.02, 0.065, 0.3], ids=["gentle", "middling", "rough"])
+def world(request):
+    """300 places of rough ground, the legs over the mean plane to them, and what the ground hides."""
+    relief = {"kind": "power-law", "hurst": 0.8, "rms": request.param, "outer_scale": 20.0}
+    scenario = nominal(seabed={"relief": relief, "split": 0.5}, track={"window": (0.02, 0.08)},
+                       paths={"families": list(FAMILIES), "reflections": 3})  # fmt: skip
+    listening = prepare(scenario)
+    scene, here = listening.engine.scene, listening.stance(0)
+    bed, rng = scene.seabed.bed, np.random.default_rng(1)
+    away, turn = rng.uniform(12, 55, 300), rng.uniform(-np.pi, np.pi, 300)
+    place = np.stack([away * np.cos(turn), away * np.sin(turn)], axis=-1)
+    ground = bed.ground.survey(*place.T)
+    normal = np.column_stack([-ground.slope, -np.ones(300)])
+    points = Scatterers(
+        "seabed", "seabed", scenario.seabed.law(1e5, 1500.0), np.column_stack([place, 20 - ground.height]),
+        normal / np.linalg.norm(normal, axis=1, keepdims=True), np.ones(300), np.ones(300, complex),
+        np.arange(300).astype(np.uint64),
+    )  # fmt: skip
+    sonar = here.transmit_place
+
+    def legs(which=slice(None)):
+        return listening.engine.rays.legs(sonar, points.take(which), FAMILIES, here.frequency)
+
+    def asked(wanted=None, which=slice(None), soft=False):
+        skylines = Skylines(bed, sonar, StraightLaunches(11.0, 20.0), farthest=80.0, wavelength=0.015,
+                            finest_slice=4e-3)  # fmt: skip
+        return over_relief(legs(which), points.take(which), sonar, skylines, scene, soft=soft, wanted=wanted)
+
+    return asked, legs
+
+
+def same(one, other, name):
+    """The same to rounding: the last digit may depend on the place in an array, where loops run in vectors."""
+    np.testing.assert_allclose(one, other, rtol=1e-11, atol=1e-14, err_msg=name)
+
+
+@pytest.mark.parametrize("soft", [False, True])
+@pytest.mark.parametrize("chance", [0.0, 0.02, 0.5, 1.0])
+def test_legs_asked_for_are_those_of_all_and_others_are_silent(world, chance, soft):
+    """None, a few, half and all of each family: the same to rounding; the rest silent; legs without bottom as ever."""
+    asked, _ = world
+    every, wanted = asked(soft=soft), np.random.default_rng(2).random((len(FAMILIES), 300)) < chance
+    some = asked(wanted, soft=soft)
+    for row, family in enumerate(FAMILIES):
+        here = wanted[row] if "B" in family else np.ones(300, bool)
+        for name in COLUMNS:
+            same(getattr(some, name)[row, here], getattr(every, name)[row, here], name)
+        assert not np.any(some.amplitude[row, ~here])
+
+
+def test_points_have_the_same_bounces_alone_as_in_company(world):
+    """Every seventh of them, and one by itself, over ground read anew: the same to rounding."""
+    asked, _ = world
+    every = asked()
+    for which in (np.arange(0, 300, 7), np.array([123])):
+        few = asked(which=which)
+        for name in COLUMNS:
+            same(getattr(few, name), getattr(every, name)[:, which], name)
+
+
+def test_a_leg_takes_as_long_as_its_way_and_fades_with_it(world):
+    """Delay times speed is the length, spreading its inverse; absorption is that per metre of the level leg."""
+    asked, level = world
+    found, flat = asked(), level()
+    heard = np.abs(found.boundary) > 0
+    assert heard[:2].all()
+    np.testing.assert_allclose(found.delay * 1500.0, found.length, rtol=1e-9)
+    np.testing.assert_allclose(found.spreading, 1 / found.length, rtol=1e-9)
+    np.testing.assert_allclose(
+        np.log(found.absorption) / found.length, np.log(flat.absorption) / flat.length, rtol=1e-6
+    )
+    np.testing.assert_allclose(np.linalg.norm(found.departure, axis=-1), 1, rtol=1e-6)
+
+
+def test_a_mirror_takes_no_less_than_its_own_coefficient(world):
+    """Of the bed's 0.35 for each bottom bounce at most that is left, rough or not; those off the surface lose none."""
+    found = world[0]()
+    for row, family in enumerate(FAMILIES):
+        times = [*bounces(family)].count("B")
+        assert np.all(np.abs(found.boundary[row]) <= 0.35**times * (1 + 1e-9))
+        assert times > 0 or np.all(np.abs(found.boundary[row]) > 0.99)
+
+
+def test_no_points_have_no_bounces(world):
+    """Columns of no rows; what was asked of them is nothing."""
+    asked, _ = world
+    none = asked(which=np.empty(0, np.int64))
+    assert none.delay.shape == (len(FAMILIES), 0)
+    assert none.families == FAMILIES

@@ -1,0 +1,122 @@
+"""Claims about echoes along an aperture at the edges of its tiles, parts and windows, and about dead elements."""
+
+import numpy as np
+import pytest
+
+from insonify.synthesis._aperture_kernel import _PART, spread_to_elements
+from insonify.synthesis._echo_kernel import Ears, Heard, Sent
+from insonify.synthesis._shape_kernel import laid_out
+from insonify.synthesis.apertures import nodes_along
+from insonify.synthesis.sectors import NONE
+from insonify.synthesis.shapes import Shapes
+from oracles.echoes import spread_echoes
+from synthesis.oracle import relative_rms
+
+CARRIER, RATE, SPEED = 100e3, 40e3, 1500.0
+
+
+def echoes(seed, count, elements, *, moving=1.0, dopplers=2, none=0.2):
+    """One leg out and two back between so many scatterers 6 to 25 m away and a line of 0.6 m."""
+    rng = np.random.default_rng(seed)
+    place = np.linspace(-0.3, 0.3, elements)[:, None] * np.array([0.6, 0.8, 0.0])
+    speed = np.tile(moving * np.array([2.0, 0.5, 0.1]), (elements, 1))
+    away, way = rng.uniform(6, 25, (2, count)), rng.normal(size=(2, count, 3))
+    way /= np.linalg.norm(way, axis=-1, keepdims=True)
+    weight = rng.normal(size=(3, count)) * (rng.uniform(size=(3, count)) > none) + 0j
+    gain = rng.normal(size=(2, 1, count)).astype(np.float32)
+    number = np.arange(elements)
+    ears = Ears(place, speed, 0 * speed, np.stack([number, number + 1], axis=1), 0 * number, 0 * number)
+    sent = Sent(away[:1] / SPEED, 1 + 1e-3 * rng.normal(size=(1, count)), weight[None, :1].astype(np.complex64))
+    heard = Heard(away / SPEED, 1 / away, away, np.zeros((2, 0, count)), way, weight[1:].astype(np.complex64), gain)
+    node = Shapes(moving * 3e-3 * -np.cos((np.arange(dopplers) + 0.5) * np.pi / dopplers)).doppler
+    return ears, sent, heard, rng.uniform(0.5, 1, (2, count)), 1e-3 * moving, node
+
+
+def laid(told, *, kernel=spread_to_elements, first_time=0.0, cells=2000, ears=None):
+    """Grids of all elements."""
+    own, sent, heard, strength, middle, node = told
+    ears, pair = own if ears is None else ears, np.array([[0, 0, 0], [0, 1, 1]])
+    groups, together = laid_out(len(node))
+    grid = np.zeros((len(ears.place), groups, cells, together), np.complex64)
+    nodes = (nodes_along(*own[:3], 6.0, 0.04, SPEED / CARRIER), NONE) if kernel is spread_to_elements else ()
+    kernel(grid, first_time, RATE, pair, sent, heard, strength, ears, *nodes, 1 / SPEED, 0.0, 1e-3, False, middle,
+           CARRIER, node)  # fmt: skip
+    return grid
+
+
+def reordered(told, rows):
+    """The same scatterers in another order, or some of them."""
+    ears, sent, heard, strength, middle, node = told
+    own = np.ascontiguousarray
+    sent = Sent(*(own(column[..., rows]) for column in sent))
+    heard = Heard(*(own(column[:, rows]) if k == 4 else own(column[..., rows]) for k, column in enumerate(heard)))
+    return ears, sent, heard, own(strength[:, rows]), middle, node
+
+
+@pytest.mark.parametrize(("count", "elements"), [(1, 1), (1, 17), (127, 7), (128, 8), (129, 9), (255, 16), (257, 33)])
+def test_tiles_and_sides_of_any_size(count, elements):
+    """Tiles of 256 echoes and 8 elements, one less and one more: as element by element, 3e-6 of the rms."""
+    for dopplers in (2, 5):
+        told = echoes(count, count, elements, dopplers=dopplers, none=0.0)
+        assert relative_rms(laid(told), laid(told, kernel=spread_echoes)) < 3e-6
+
+
+def test_a_block_larger_than_a_part_is_the_sum_of_its_scatterers():
+    """32 768 scatterers and 300 more, three quarters of them silent: as in two blocks, to 2e-6."""
+    told = echoes(2, _PART + 300, 5, none=0.5)
+    whole = laid(told)
+    parts = [laid(reordered(told, rows)) for rows in (slice(0, _PART), slice(_PART, None))]
+    assert parts[1].any() and relative_rms(parts[0] + parts[1], whole) < 2e-6
+
+
+@pytest.mark.parametrize("dopplers", [2, 5])
+def test_scatterers_may_come_in_any_order(dopplers):
+    """They are put in the order of their delays: shuffled, reversed, the same sound to 2e-6."""
+    told = echoes(3, 600, 12, dopplers=dopplers)
+    whole = laid(told)
+    for rows in (np.random.default_rng(1).permutation(600), np.arange(600)[::-1]):
+        assert relative_rms(laid(reordered(told, rows)), whole) < 2e-6
+
+
+def test_echoes_off_the_grid_are_passed_over():
+    """A grid that begins late and ends early holds what it has room for: the cells of the long one, 2e-6."""
+    told = echoes(4, 500, 9)
+    whole = laid(told)
+    late = laid(told, first_time=500 / RATE, cells=400)
+    assert relative_rms(late[:, :, 10:-10], whole[:, :, 510:890]) < 2e-6
+    assert not laid(told, first_time=1.0).any()
+
+
+def test_dead_elements_are_silent_and_the_others_do_not_know_it():
+    """Two of nine deaf: not one cell of theirs; the cells of the others as before, to 1e-6."""
+    told = echoes(5, 400, 9)
+    whole, pattern = laid(told), np.zeros(9, int)
+    pattern[[0, 5]] = -1
+    some = laid(told, ears=told[0]._replace(pattern=pattern))
+    alive = pattern == 0
+    assert not some[~alive].any()
+    assert relative_rms(some[alive], whole[alive]) < 1e-6
+    assert not laid(told, ears=told[0]._replace(pattern=np.full(9, -1))).any()
+
+
+def test_nothing_comes_of_nothing():
+    """Scatterers that bring, return or answer nothing: silence."""
+    ears, sent, heard, strength, middle, node = told = echoes(6, 50, 5)
+    assert laid(told).any()
+    assert not laid((ears, sent._replace(weight=0 * sent.weight), heard, strength, middle, node)).any()
+    assert not laid((ears, sent, heard._replace(weight=0 * heard.weight), strength, middle, node)).any()
+    assert not laid((ears, sent, heard._replace(gain=0 * heard.gain), strength, middle, node)).any()
+    assert not laid((ears, sent, heard, 0 * strength, middle, node)).any()
+
+
+def test_each_element_at_rest_hears_where_it_stands():
+    """One scatterer: the cells of an element are loudest at the way there and back by geometry, to one cell."""
+    told = echoes(7, 1, 33, moving=0.0, dopplers=1, none=0.0)
+    ears, sent, heard, strength, _, _ = told
+    grid = laid((ears, sent, heard, strength * [[1.0], [0.0]], 0.0, np.zeros(1)))[:, 0, :, 0]
+    away = float(heard.away[0, 0])
+    there = np.linalg.norm(away * heard.towards[0, 0] - ears.place, axis=1)
+    delay = float(sent.delay[0, 0]) + there / SPEED
+    assert np.abs(np.abs(grid).argmax(axis=1) - delay * RATE).max() < 1
+    peak = np.abs(grid).max(axis=1) * there / (1 - 1e-3 * (there - away))
+    np.testing.assert_allclose(peak, peak.mean(), rtol=0.2)  # spikes lie anywhere between cells

@@ -1,0 +1,112 @@
+"""Claims about beams under way where rays bend, bands are told apart and replicas are shaken: one sound, told twice."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from insonify.records.pairs import Product
+from insonify.simulation import listen, prepare
+from oracles.scenes import nominal, point
+from synthesis.oracle import relative_rms
+
+TRACK = {
+    "kind": "line", "start": (0, 0, 11.0), "speed": 2.0, "pings": 1, "interval": 0.1, "stop_and_hop": False,
+    "window": (0.08, 0.083),
+}  # fmt: skip
+THERMOCLINE = {"profile": [[0, 1520], [8, 1518], [12, 1495], [20, 1490]], "smoothing": 1.0, "noise_level_db": None}
+WATERS = {
+    "even": {},
+    "layered": {"water": THERMOCLINE},
+    "bands": {"sonar": {"receiver": {"band": 20e3, "sub_bands": 3}}},
+    "shaken": {"paths": {"jitter": 0.3, "amplitude_perturbation": 0.2}},
+}
+
+
+def under_way(*, track=None, paths=None, **more):
+    """A bed at 60 m from a sonar under way: its reading, and the largest block of pairs."""
+    scenario = nominal(paths={"reflections": 1, "scatterers_per_cell": 2.0, **(paths or {})}, **more)
+    told = {**scenario.model_dump(), "track": {**TRACK, **(track or {})}}
+    listening = prepare(type(scenario)(**told))
+    here = listening.stance(0)
+    blocks = [listening.engine.pairs(here, block, drowned=False) for block in listening.engine.blocks(here)]
+    return listening.coherent(here), max(blocks, key=lambda pairs: len(pairs.scatterers))
+
+
+def heard(reading, *blocks):
+    """Cells of some pairs of legs."""
+    cells = reading.silence()
+    for pairs in blocks:
+        reading.take_in(cells, pairs)
+    return cells
+
+
+@pytest.fixture(params=list(WATERS))
+def world(request):
+    """A reading and a block of it."""
+    return under_way(**WATERS[request.param])
+
+
+def test_strengths_may_be_written_out_first(world):
+    """Products, or the strengths that they come to: the same cells, to 2e-6 of their rms."""
+    reading, pairs = world
+    assert isinstance(pairs.answer, Product) and len(pairs.pair) > 1
+    whole = heard(reading, pairs)
+    assert relative_rms(heard(reading, replace(pairs, answer=pairs.strength)), whole) < 2e-6
+
+
+def test_pairs_add_up(world):
+    """Each ordered pair by itself, in turn: the sum is what all of them are, to 2e-6."""
+    reading, pairs = world
+    alone = [pairs.only(np.array([row])) for row in range(len(pairs.pair))]
+    assert relative_rms(sum(heard(reading, one) for one in alone), heard(reading, pairs)) < 2e-6
+
+
+def test_what_a_caustic_turns_is_turned(world):
+    """A quarter turn told as a caustic of each leg, or of its mirrors: the same; both legs by one make a half turn."""
+    reading, pairs = world
+    quarter = 1j * np.ones_like(pairs.out.boundary)
+    out = pairs.out.caustic if pairs.out.caustic is not None else 1
+    turned, mirrored = (
+        replace(pairs, out=legs, back=legs) if pairs.back is pairs.out else replace(pairs, out=legs)
+        for legs in (
+            replace(pairs.out, caustic=quarter * out),
+            replace(pairs.out, boundary=quarter * pairs.out.boundary),
+        )
+    )
+    assert relative_rms(heard(reading, turned), heard(reading, mirrored)) < 1e-6
+    if pairs.back is pairs.out:
+        assert relative_rms(heard(reading, turned), -heard(reading, pairs)) < 1e-6
+
+
+def test_legs_that_are_one_may_be_told_twice(world):
+    """The legs back as a copy of those out: the same cells to 1e-6."""
+    reading, pairs = world
+    assert relative_rms(heard(reading, replace(pairs, back=replace(pairs.back))), heard(reading, pairs)) < 1e-6
+
+
+@pytest.mark.parametrize("water", ["even", "layered"])
+def test_a_sonar_at_no_speed_is_one_that_hops(water):
+    """Under way at a millionth of a metre per second, or from ping to ping: 2e-4 of a buoy's echo and the bed's."""
+    more = {**WATERS[water], "targets": [point(0.0, 60.0, 15.0)]}
+    slow, hops = (under_way(track=track, **more) for track in ({"speed": 1e-6}, {"speed": 1e-6, "stop_and_hop": True}))
+    series = [reading.series(heard(reading, pairs)) for reading, pairs in (slow, hops)]
+    assert relative_rms(series[0], series[1]) < 2e-4
+
+
+@pytest.mark.parametrize("record", ["beams", "elements"])
+def test_thinned_pings_under_way_have_bits_of_their_own(record):
+    """Rough ground, two pings, heard by two threads the other way round, or one alone: the same bits."""
+    line = {"length": 0.06, "elements": 8, "element": "baffled"}
+    scenario = nominal(
+        seabed={"depth": 20.0, "relief": {"kind": "power-law", "hurst": 0.8, "rms": 0.05}}, line=line,
+        paths={"reflections": 1, "scatterers_per_cell": 1.0, "causes": ["seabed"]},
+        sonar={"receiver": {"band": 20e3, "record": record}},
+    )  # fmt: skip
+    scenario = type(scenario)(**{**scenario.model_dump(), "track": {**TRACK, "pings": 2, "window": (0.08, 0.0805)}})
+    listening = prepare(scenario)
+    whole = dict(listen(listening, [0, 1], 1))
+    for order in ([1, 0], [1]):
+        for ping, one in listen(listening, order, 2):
+            np.testing.assert_array_equal(one, whole[ping])
+    assert not np.array_equal(whole[0], whole[1])
