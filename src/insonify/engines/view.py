@@ -31,7 +31,7 @@ from insonify.sonar.footprint import two_way_footprint, two_way_width
 from insonify.sonar.stance import Stance
 from insonify.units import amplitude_ratio
 
-BLOCK = 32768
+BLOCK = 49152
 """Scatterers in a block: few enough for the cache, enough to keep Python out of the way."""
 LEAST_OF_TILE = 4
 """Scatterers of a block that one more tile counts for at least."""
