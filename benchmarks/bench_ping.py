@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import insonify
 from insonify.ocean.water import Water
@@ -12,7 +13,7 @@ from measure import Result, best_seconds
 
 THERMOCLINE = [[0.0, 1510.0], [8.0, 1510.0], [14.0, 1490.0], [20.0, 1490.0]]
 """Depth [m] and sound speed [m/s]."""
-NOMINAL = insonify.load_scenario("examples/nominal.yaml")
+NOMINAL = insonify.load_scenario(Path(__file__).parents[1] / "examples" / "nominal.yaml")
 ABOUT_300K = 2.5
 """Scatterers per resolution cell at which the nominal ping has about 300 thousand."""
 
@@ -79,4 +80,8 @@ def _ping(scenario: Scenario, threads: int) -> Callable[[], object]:
     return lambda: insonify.simulate(scenario, threads=threads)
 
 
+SMALL = {
+    "NOMINAL": NOMINAL.model_copy(update={"track": NOMINAL.track.model_copy(update={"window": (0.19, 0.2)})}),
+    "ABOUT_300K": 0.5,
+}
 BENCHES = [coherent_ping, layered_ping, incoherent_ping]

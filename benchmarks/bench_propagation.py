@@ -34,7 +34,8 @@ def _rates(what: str, depth: np.ndarray, ranges: np.ndarray, note: str) -> list[
     runs, found = {}, {}
     for water, (z, c) in COLUMNS_OF_WATER.items():
         for family, (bounces, up) in FAMILIES.items():
-            asked = (np.asarray(z, float), np.asarray(c, float), 11.0, bounces, up, depth, ranges, rays, count, status)
+            water_column = np.asarray(z, float), np.asarray(c, float), np.inf  # the last knot mirrors sound
+            asked = (*water_column, 11.0, bounces, up, depth, ranges, rays, count, status)
             solve_points(*asked)
             name = f"{what}, {water}, {family}"
             found[name] = count.sum()
@@ -43,4 +44,5 @@ def _rates(what: str, depth: np.ndarray, ranges: np.ndarray, note: str) -> list[
     return [Result(name, CALLS * found[name] / best / 1e6, UNIT, note) for name, best in seconds.items()]
 
 
+SMALL = {"AT_ONCE": 64, "CALLS": 1}
 BENCHES = [exact_at_one_depth, exact_anywhere]

@@ -60,4 +60,5 @@ def exact_laws() -> list[Result]:
     return [Result(f"exact {name}", 0.1 / best, UNIT) for name, best in seconds.items()]
 
 
+SMALL = {"GROUP": 512, "GROUPS": 2}
 BENCHES = [fast_laws, exact_laws]

@@ -8,6 +8,8 @@ from insonify.simulation import Listening, listen
 
 THREADS = 2
 """By which pings are heard."""
+SMOKE = False
+"""True: everything is run once, without a warm-up, to see that it runs at all; the numbers then mean nothing."""
 STRETCHES = 3
 """Stretches of a survey that are timed one after the other: other work on the machine slows some of them."""
 
@@ -36,10 +38,10 @@ def best_seconds(candidates: Mapping[str, Callable[[], object]], repeats: int = 
     Returns:
         Seconds by name. Other work on the machine then slows all candidates alike, and the minimum sees least of it.
     """
-    for run in candidates.values():
+    for run in () if SMOKE else candidates.values():
         run()
     best = dict.fromkeys(candidates, float("inf"))
-    for _ in range(repeats):
+    for _ in range(1 if SMOKE else repeats):
         for name, run in candidates.items():
             begin = time.perf_counter()
             run()
@@ -55,10 +57,11 @@ def ping_seconds(listening: Listening, warm: int, timed: int) -> tuple[float, fl
         warm: Pings heard first, which compile what is missing, draw the ground and touch the memory that a run holds.
         timed: Those of each stretch after them, heard as a survey has them.
     """
+    warm, timed, stretches = (1, 1, 1) if SMOKE else (warm, timed, STRETCHES)
     for _ in listen(listening, range(warm), THREADS):
         pass
     found = []
-    for begin in range(warm, warm + STRETCHES * timed, timed):
+    for begin in range(warm, warm + stretches * timed, timed):
         wall, cores = time.perf_counter(), time.process_time()
         for _ in listen(listening, range(begin, begin + timed), THREADS):
             pass
