@@ -53,7 +53,7 @@ shape: $(READY)
 fast: $(READY)
 	$(BIN)/python -m pytest -q -n 2 --dist worksteal -m 'not validate and not slow'
 
-bench: $(READY)  ## measure speed on this machine
+bench: $(READY)  ## measure speed on this machine, append it to the ledger and compare
 	$(BIN)/python benchmarks/run.py
 
 validate: $(READY)  ## statistics over many draws (long)

@@ -26,6 +26,8 @@ class Result:
     """Such as "M spike-elements/s"."""
     note: str = ""
     """Ratio to another line, or the goal."""
+    accuracy: str = ""
+    """Error of the result that was timed, where the benchmark measures it."""
 
 
 def best_seconds(candidates: Mapping[str, Callable[[], object]], repeats: int = 5) -> dict[str, float]:

@@ -3,6 +3,7 @@
 Each file bench_*.py beside this one has a list BENCHES of functions without arguments that return results.
 These are measurements, not tests: no speed is a failure. With --smoke each runs once, at the sizes that its file
 names in SMALL (constants of the module, by name), to see that it runs at all: the test suite does that.
+Full runs are appended to `ledger.jsonl`; the last column compares with the last entry of the same machine.
 """
 
 import importlib
@@ -12,6 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 
+import ledger
 import measure
 from measure import Result
 
@@ -27,6 +29,7 @@ def main(arguments: list[str]) -> None:
     rounds = "each once: the numbers mean nothing" if smoke else "best of 5, interleaved"
     print(f"{platform.machine()}, Python {platform.python_version()}, {rounds}\n")
     print(f"{'benchmark':<52}{'value':>10}  {'unit':<22}note")
+    before = [] if smoke else ledger.read()
     for file in files():
         module = importlib.import_module(file.stem)
         if smoke:
@@ -36,7 +39,10 @@ def main(arguments: list[str]) -> None:
         for bench in module.BENCHES:
             name = f"{file.stem}.{bench.__name__}"
             if not wanted or any(part in name for part in wanted):
-                show(bench())
+                results = bench()
+                show(results, before)
+                if not smoke:
+                    ledger.append(results)
 
 
 def small(module: ModuleType) -> Iterator[tuple[str, object]]:
@@ -50,10 +56,12 @@ def small(module: ModuleType) -> Iterator[tuple[str, object]]:
         yield name, value
 
 
-def show(results: list[Result]) -> None:
-    """Print lines of the table as soon as they are known."""
+def show(results: list[Result], before: list[ledger.Entry]) -> None:
+    """Print lines of the table as soon as they are known, with the time over that of the ledger's last entry."""
     for result in results:
-        print(f"{result.bench:<52}{result.value:>10.4g}  {result.unit:<22}{result.note}", flush=True)
+        ratio = ledger.slowdown(result, before)
+        compared = "" if ratio is None else f"  [{ratio:.2f} x the last time]"
+        print(f"{result.bench:<52}{result.value:>10.4g}  {result.unit:<22}{result.note}{compared}", flush=True)
 
 
 if __name__ == "__main__":
