@@ -5,8 +5,6 @@ import pytest
 
 from insonify.ocean.profile import SoundSpeedProfile
 from insonify.propagation._eigenray_kernel import AMPLITUDE, CAUSTICS, DELAY, LENGTH, SIN_ARRIVAL, SIN_LAUNCH
-from insonify.propagation.eigenray import eigenrays
-from insonify.propagation.elements import element_delays
 from insonify.propagation.layers import column
 from insonify.propagation.tables import LATEST, LOUDEST, leg_table
 
@@ -96,63 +94,3 @@ def test_the_order_of_questions_changes_no_bit(tables, order):
     np.testing.assert_array_equal(table.rays(10.37, depth[order], ranges[order])[0][:, 0], rays[order])
     alone = np.array([table.rays(10.37, depth[k : k + 1], ranges[k : k + 1])[0][0, 0] for k in range(3)])
     np.testing.assert_array_equal(alone, rays)
-
-
-PLACE = np.array([3.0, -2.0, 11.0])
-OFFSETS = np.array([[0.0, 0, 0], [0.3, 0.1, -0.2], [-0.4, 0.2, 0.1], [0.0, -0.5, 0.3]])
-
-
-def targets(count=20, seed=2):
-    """Places 8 to 90 m off."""
-    rng = np.random.default_rng(seed)
-    turn, away = rng.uniform(0, 2 * np.pi, count), rng.uniform(8, 90, count)
-    level = PLACE[:2] + away[:, None] * np.column_stack([np.cos(turn), np.sin(turn)])
-    return np.column_stack([level, rng.uniform(13, 19.5, count)])
-
-
-@pytest.mark.parametrize("name", WATERS)
-@pytest.mark.parametrize("family", ["D", "S", "BS"])
-def test_the_element_at_the_centre_has_the_centre_s_delay(name, family):
-    """No offset, no difference: the delays are those of the eigenrays, branch by branch."""
-    points = targets()
-    found = element_delays(WATERS[name], family, PLACE, points, OFFSETS[:1])
-    away = np.hypot(*(points[:, :2] - PLACE[:2]).T)
-    rays = eigenrays(
-        PROFILES[name], water_depth=BED, source_depth=11.0, point_depth=points[:, 2], range=away, families=(family,)
-    )
-    there = rays.status == "ok"
-    expected = np.full(found.delay[:, 0].shape, np.nan)
-    expected[rays.branch[there], rays.point[there]] = rays.delay[there]
-    np.testing.assert_allclose(found.delay[:, 0], expected, rtol=0, atol=1e-12)
-
-
-@pytest.mark.parametrize("name", WATERS)
-@pytest.mark.parametrize("family", ["S", "B"])
-def test_an_array_may_be_told_from_any_of_its_elements(name, family):
-    """Centre moved and offsets moved back: the same elements, and the same delays within both tolerances."""
-    points, tolerance = targets(), 1e-9
-    first = element_delays(WATERS[name], family, PLACE, points, OFFSETS, tolerance=tolerance)
-    for shift in OFFSETS[1:]:
-        moved = element_delays(WATERS[name], family, PLACE + shift, points, OFFSETS - shift, tolerance=tolerance)
-        one = np.sum(np.isfinite(first.delay[:, 0]), axis=0) + np.sum(np.isfinite(moved.delay[:, 0]), axis=0) == 2
-        assert one.sum() > 12
-        np.testing.assert_allclose(moved.delay[0][:, one], first.delay[0][:, one], rtol=0, atol=2.5 * tolerance)
-
-
-def test_turned_about_the_vertical_an_array_hears_alike():
-    """Centre, elements and points turned together: the water has no north."""
-    c, s = np.cos(0.8), np.sin(0.8)
-    turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
-    points = targets()
-    here = element_delays(WATERS["thermocline"], "S", PLACE, points, OFFSETS)
-    there = element_delays(WATERS["thermocline"], "S", turn @ PLACE, points @ turn.T, OFFSETS @ turn.T)
-    np.testing.assert_allclose(there.delay, here.delay, rtol=0, atol=2e-9)
-
-
-def test_no_element_hears_earlier_than_its_distance_allows():
-    """Two elements d apart differ by at most d over the slowest speed: the delay is 1 / c Lipschitz."""
-    found = element_delays(WATERS["thermocline"], "S", PLACE, targets(), OFFSETS, method="exact")
-    apart = np.linalg.norm(OFFSETS[:, None] - OFFSETS, axis=2)
-    differ = np.abs(found.delay[0][:, None] - found.delay[0])
-    assert np.nanmax(differ - apart[:, :, None] / 1490.0) <= 1e-12
-    assert found.exact[np.isfinite(found.delay[:, 0])].all()

@@ -1,7 +1,7 @@
 """How the wavefront of a leg is curved at the sonar: what tells an array's elements apart, from the ray to its centre.
 
 In the vertical plane the ray tube's width gives the curvature; across it, where rays do not bend, the distance does.
-See `propagation.elements` for the expansion, and for what it is worth.
+See `propagation.beside` for what elements receive beyond it.
 """
 
 from dataclasses import dataclass

@@ -1,18 +1,14 @@
-"""What stands in the way: outlines of solids as seen from afar, and horizons that only grow."""
+"""Claims about outlines of solids as seen from afar."""
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from insonify.ocean.profile import SoundSpeedProfile
-from insonify.propagation.horizon import horizon
-from insonify.propagation.sight import ground_in_sight
 from insonify.propagation.silhouette import COLUMNS, outline
 from insonify.scene import shapes
 
 SEEDS = st.integers(0, 2**31)
-RANGES = np.arange(1.0, 81.0)
 
 
 def ball(radius, middle):
@@ -87,84 +83,3 @@ def test_what_stands_around_the_place_has_no_outline():
     assert outline(ball(3.0, (0.0, 0.0, 10.0)), (0.0, 0.0, 10.0)) is None
     assert outline(ball(3.0, (2.9, 0.0, 10.0)), (0.0, 0.0, 10.0)) is None
     assert outline(ball(3.0, (3.1, 0.0, 10.0)), (0.0, 0.0, 10.0)) is not None
-
-
-def ground(seed):
-    """Launch angles to rough ground seen from above [rad]."""
-    return np.arctan2(10 + np.random.default_rng(seed).normal(0, 1.0, RANGES.size), RANGES)
-
-
-@given(SEEDS)
-def test_only_the_order_of_angles_counts(seed):
-    """Angle, sine, tangent or rank: the same cells are seen and the same cells cut."""
-    launch = ground(seed)
-    first = horizon(RANGES, launch)
-    for other in (np.sin(launch), np.tan(launch), np.argsort(np.argsort(launch)).astype(float), launch**3 + 7):
-        again = horizon(RANGES, other)
-        np.testing.assert_array_equal(again.visible, first.visible)
-        np.testing.assert_array_equal(again.cutter, first.cutter)
-
-
-@given(SEEDS, st.integers(0, 78), st.floats(0.01, 0.5))
-def test_ground_that_is_raised_shows_nothing_new_behind_it(seed, cell, rise):
-    """A cell lifted towards the sonar hides at least what it hid; before it nothing changes; itself is seen sooner."""
-    launch = ground(seed)
-    raised = launch.copy()
-    raised[cell] -= rise
-    before, after = horizon(RANGES, launch), horizon(RANGES, raised)
-    np.testing.assert_array_equal(after.visible[:cell], before.visible[:cell])
-    assert not np.any(after.visible[cell + 1 :] & ~before.visible[cell + 1 :])
-    assert after.visible[cell] or not before.visible[cell]
-
-
-@given(SEEDS)
-def test_a_cutter_is_nearer_higher_and_itself_seen(seed):
-    """What cuts a cell stands before it, is on the horizon, and is seen; what is hidden may be dug away unnoticed."""
-    launch = ground(seed)
-    seen = horizon(RANGES, launch)
-    hidden = np.flatnonzero(~seen.visible)
-    cutter = seen.cutter[hidden]
-    assert np.all(cutter < hidden) and np.all(seen.visible[cutter]) and np.all(launch[cutter] < launch[hidden])
-    dug = launch.copy()
-    dug[hidden] += np.random.default_rng(seed).uniform(0, 1, hidden.size)
-    np.testing.assert_array_equal(horizon(RANGES, dug).visible, seen.visible)
-    dug[hidden] = np.nan
-    np.testing.assert_array_equal(horizon(RANGES, dug).visible, seen.visible)
-
-
-@given(SEEDS, st.integers(1, 79))
-def test_what_lies_beyond_plays_no_part(seed, cells):
-    """The horizon of the first cells is the first cells of the horizon."""
-    launch = ground(seed)
-    whole, part = horizon(RANGES, launch), horizon(RANGES[:cells], launch[:cells])
-    np.testing.assert_array_equal(part.visible, whole.visible[:cells])
-    np.testing.assert_array_equal(part.cutter, whole.cutter[:cells])
-
-
-@pytest.mark.parametrize("source", [4.0, 12.1, 17.1])
-def test_a_wall_throws_the_shadow_of_similar_triangles(source):
-    """A wall 2 m high at 40 m, on a level bed 20 m deep: dark to 40 h / (h - 2), h above the bed, then lit again."""
-    reach = np.arange(1.0, 150.0)
-    bed = np.full(reach.size, 20.0)
-    bed[39] = 18.0
-    water = SoundSpeedProfile([0.0, 20.0], [1500.0, 1500.0])
-    seen = ground_in_sight(water, source_depth=source, ranges=reach, ground=bed, plane=20.0, families=("D", "S"))
-    for family, height in (("D", 20 - source), ("S", 20 + source)):
-        end = 40 * height / (height - 2)
-        dark = (reach > 40) & (reach < end)
-        np.testing.assert_array_equal(~seen[family].visible, dark)
-        assert dark.sum() >= 2 and np.all(seen[family].cutter[dark] == 39)
-
-
-def test_azimuths_in_one_call_are_those_of_their_own():
-    """Two rows of ground, together and apart, by bent rays."""
-    reach = np.arange(2.0, 90.0, 2.0)
-    bed = 19.0 + 0.8 * np.cos(reach / np.array([[3.0], [7.0]]))
-    water = SoundSpeedProfile([0.0, 21.0], [1510.0, 1495.0])
-    asked = {"source_depth": 9.0, "ranges": reach, "plane": 20.0}
-    together = ground_in_sight(water, ground=bed, **asked)
-    for family, seen in together.items():
-        for row in range(2):
-            alone = ground_in_sight(water, ground=bed[row], **asked)[family]
-            np.testing.assert_array_equal(seen.visible[row], alone.visible)
-            np.testing.assert_array_equal(seen.cutter[row], alone.cutter)
