@@ -4,9 +4,10 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from insonify.propagation.eigenray import Eigenrays, eigenrays
+    from insonify.propagation.eigenray import eigenrays
+    from insonify.propagation.eigenray_record import Eigenrays
 
-_HOME = {"Eigenrays": "eigenray", "eigenrays": "eigenray"}
+_HOME = {"Eigenrays": "eigenray_record", "eigenrays": "eigenray"}
 
 __all__ = ["Eigenrays", "eigenrays"]
 

@@ -1,0 +1,144 @@
+"""Record of eigenrays: columns of rays between a source and points, as the exact solver or a table fills them."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.propagation._eigenray_kernel import (
+    AMPLITUDE,
+    CAUSTICS,
+    DELAY,
+    LENGTH,
+    MOST,
+    SIN_ARRIVAL,
+    SIN_LAUNCH,
+    TURNS,
+)
+from insonify.records.legs import Status
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+RaySolutions = tuple[Floats, Integers, NDArray[np.uint8]]
+"""Rays of one family to n points, as a kernel fills them: rays (n, MOST, COLUMNS), their number (n,), `Status` (n,)."""
+
+_WORDS = {
+    Status.CLEAR: "ok",
+    Status.SHADOW: "shadow",
+    Status.TURNED: "turned",
+    Status.BEYOND_CRITICAL: "beyond_critical",
+}
+_SHOWN = 12
+_KEYS = ("point", "family", "branch")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Eigenrays:
+    """Rays between a source and points, as columns of equal length n; in order of point, family, launch angle.
+
+    A family without a path to a point has one row, with the reason in `status` and NaN in its numbers.
+    """
+
+    point: Integers
+    """Which point, an index into the flattened broadcast of depths and ranges, shape (n,)."""
+    family: NDArray[np.str_]
+    """Name of the path family, D direct, S surface, B bottom, ... from the source outward, shape (n,)."""
+    branch: Integers
+    """Which of the family's rays to that point, from 0, steepest up first, shape (n,)."""
+    delay: Floats
+    """Travel time [s], shape (n,)."""
+    launch: Floats
+    """Angle at the source, + down [rad], shape (n,)."""
+    arrival: Floats
+    """Angle of travel at the point, + down [rad], shape (n,)."""
+    amplitude: Floats
+    """Pressure by ray-tube spreading re 1 m: no boundary loss, no absorption, no caustic limit [1], shape (n,)."""
+    caustics: Integers
+    """Caustics touched: each advances the phase by 90 degrees, a factor 1j for exp(+j 2 pi f t); -1 without path,
+    shape (n,)."""
+    path_length: Floats
+    """Length along the ray [m], shape (n,)."""
+    turning_points: Integers
+    """How often the ray turns between up and down in the water; -1 without path, shape (n,)."""
+    status: NDArray[np.str_]
+    """"ok"; or why there is no path: "shadow" (refraction bends all rays of the family away), "turned" (its rays turn
+    before that bounce or that depth), "beyond_critical" (none arrives between rays that turn at a kink of the profile
+    and rays that pass it); shape (n,)."""
+
+    def __len__(self) -> int:
+        return self.delay.size
+
+    def __repr__(self) -> str:
+        found = self.status == "ok"
+        lines = [f"Eigenrays: {found.sum()} paths to {np.unique(self.point).size} points"]
+        lines += [f"  {self.point[i]:>5}  {self._line(i)}" for i in range(min(len(self), _SHOWN))]
+        if len(self) > _SHOWN:
+            lines.append(f"  ... and {len(self) - _SHOWN} rows more")
+        return "\n".join(lines)
+
+    def _line(self, i: int) -> str:
+        if self.status[i] != "ok":
+            return f"{self.family[i]:<4} {self.status[i]}"
+        up_down = f"{np.degrees(self.launch[i]):+8.3f} -> {np.degrees(self.arrival[i]):+8.3f} deg"
+        extra = f"{self.turning_points[i]} turns, {self.caustics[i]} caustics" if self.turning_points[i] else ""
+        level = 20 * np.log10(self.amplitude[i])
+        return f"{self.family[i]:<4} {1e3 * self.delay[i]:12.6f} ms  {level:7.2f} dB  {up_down}  {extra}".rstrip()
+
+
+@dataclass(frozen=True, slots=True)
+class _Rows:
+    """Some rows of the record to be."""
+
+    point: Integers
+    family: Integers
+    branch: Integers
+    status: NDArray[np.uint8]
+    ray: Floats
+
+
+def eigenray_record(families: tuple[str, ...], solutions: Iterable[tuple[int, Integers, RaySolutions]]) -> Eigenrays:
+    """Eigenrays from solutions of the kernels.
+
+    Args:
+        families: Names of the families, in the order of the record.
+        solutions: Row of a family in `families`, indices of some points, and the rays of that family to them.
+
+    Returns:
+        Rows in order of point, family as given, launch angle.
+    """
+    parts = [_rows(*part) for part in solutions]
+    point, family, branch = (np.concatenate([getattr(part, key) for part in parts]) for key in _KEYS)
+    order = np.lexsort((branch, family, point))
+    status = np.concatenate([part.status for part in parts])[order]
+    ray = np.concatenate([part.ray for part in parts])[order]
+    there = status == Status.CLEAR
+    words = np.array([_WORDS.get(one, "ok") for one in Status])  # by its number
+
+    def real(values: Floats) -> Floats:
+        return np.where(there, values, np.nan)
+
+    def whole(values: Floats) -> Integers:
+        return np.where(there, values, -1).astype(np.int64)
+
+    return Eigenrays(
+        point=point[order],
+        family=np.array(families)[family[order]],
+        branch=branch[order],
+        delay=real(ray[:, DELAY]),
+        launch=real(np.arcsin(np.clip(ray[:, SIN_LAUNCH], -1, 1))),
+        arrival=real(np.arcsin(np.clip(ray[:, SIN_ARRIVAL], -1, 1))),
+        amplitude=real(ray[:, AMPLITUDE]),
+        caustics=whole(ray[:, CAUSTICS]),
+        path_length=real(ray[:, LENGTH]),
+        turning_points=whole(ray[:, TURNS]),
+        status=words[status],
+    )
+
+
+def _rows(family: int, points: Integers, solutions: RaySolutions) -> _Rows:
+    rays, count, status = solutions
+    takes = np.arange(MOST) < np.maximum(count, 1)[:, None]
+    which, branch = np.nonzero(takes)
+    return _Rows(points[which], np.full(which.size, family), branch, status[which], rays[takes])
