@@ -25,8 +25,8 @@ from numpy.typing import NDArray
 
 from insonify.engines import _crest_kernel as crests
 from insonify.engines import _skyline_kernel as kernel
+from insonify.engines.ray_marching import PENETRATION, RayModel, march_over_terrain
 from insonify.engines.slices import Group, Heard, Slices
-from insonify.engines.strays import TOUCH, walk_over_ground
 from insonify.propagation.families import bounces
 from insonify.propagation.knife_edge import PER_UNIT, edge_table
 from insonify.propagation.launches import Launches, StraightLaunches
@@ -98,7 +98,8 @@ class Skylines:
             steep = steepness(name, sine[row])
             astray = self.launches.strays(name, steep, distance, depth)
             if astray is not None and astray.any():
-                walked = walk_over_ground(self, name, groups, distance, steep, depth, astray, ground=ground)
+                rays = RayModel(self.launches, self.bed.depth, self.wavelength, self.step)
+                walked = march_over_terrain(rays, name, groups, distance, steep, depth, astray, on_terrain=ground)
                 found[row, astray] = walked[astray]
                 if soft is not None:
                     soft[astray] = walked[astray]
@@ -204,7 +205,7 @@ class Skylines:
         lit = np.ones(nodes.shape[1], bool)
         for lines, points, rows in groups:
             kernel.clear_along(
-                lines.depth, lines.shallowest, self.step, rows, points, nodes, spared, ground, TOUCH, lit
+                lines.depth, lines.shallowest, self.step, rows, points, nodes, spared, ground, PENETRATION, lit
             )
         return lit
 

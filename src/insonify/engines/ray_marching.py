@@ -1,0 +1,76 @@
+"""Terrain occlusion of rays that cross others, sample by sample of the terrain profile under each ray.
+
+The sweep of `insonify.engines.skyline` needs rays that do not cross. Rays that turn about a bounce, that have touched a
+caustic, or that are a second arrival at their point are out of that order; they are few, and each is marched alone.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines import _skyline_kernel as kernel
+from insonify.engines.slices import Group
+from insonify.propagation.launches import Launches
+
+Floats = NDArray[np.floating[Any]]
+
+RAYS_PER_BATCH = 256
+"""Rays that are marched together."""
+PENETRATION = 1e-3
+"""Depth that a ray may dip into the terrain and still count as clear [m]."""
+
+
+class RayModel(NamedTuple):
+    """Rays from one end of the sonar over terrain."""
+
+    launches: Launches
+    """Shapes of the rays by launch angle."""
+    seabed_depth: float
+    """Depth of the mean plane [m]."""
+    wavelength: float
+    """Wavelength at the end of the sonar [m]."""
+    step: float
+    """Distance between samples of a terrain profile [m]."""
+
+
+def march_over_terrain(
+    rays: RayModel, family: str, groups: list[Group], distance: Floats, steepness: Floats, depth: Floats,
+    wanted: NDArray[np.bool_], *, on_terrain: bool,
+) -> NDArray[np.bool_]:  # fmt: skip
+    """Compare rays with the terrain profile that each follows.
+
+    Near the mean plane, within the height that a ray gains over half the Fresnel zone of a bounce, rays with bottom
+    bounces are not compared: there the terrain is the reflecting surface.
+
+    Args:
+        rays: Rays of one end of the sonar.
+        family: Name of the path family.
+        groups: Points by the terrain profiles that pass them.
+        distance: Horizontal distance of the points [m], shape (n,).
+        steepness: Steepness of their rays [1], see `insonify.propagation.launches`, shape (n,).
+        depth: Depth of the points [m], shape (n,).
+        wanted: Points whose rays are marched, shape (n,).
+        on_terrain: Whether the points lie on the terrain; rays then end on the terrain of their profile instead.
+
+    Returns:
+        True where a ray is clear, and where it was not marched, shape (n,).
+    """
+    clear = np.ones(len(distance), bool)
+    for profiles, points, rows in groups:
+        chosen = np.flatnonzero(wanted[points])
+        for start in range(0, len(chosen), RAYS_PER_BATCH):
+            some = chosen[start : start + RAYS_PER_BATCH]
+            mine, profile = points[some], rows[some]
+            samples = distance[mine] / rays.step
+            count = int(min(np.ceil(samples.max()), profiles.depth.shape[1] - 1))
+            if count < 1:
+                continue
+            depths = rays.launches.ways(family, steepness[mine], rays.step, count)
+            spare = np.full(len(mine), np.inf)
+            if "B" in family:
+                spare = rays.seabed_depth - np.sqrt(rays.wavelength * distance[mine]) / 2
+            clear[mine] = kernel.clear_of_ground(
+                depths, profiles.depth, profile, samples, np.asarray(depth[mine], float), spare, PENETRATION, on_terrain
+            )
+    return clear
