@@ -16,13 +16,16 @@ Where several things can be wrong together, ``refuse([...])`` raises all of them
 The path starts at the noun whose validator raises it.
 """
 
-from collections.abc import Iterable, Sequence
-from typing import Annotated
+import difflib
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo
 from pydantic_core import PydanticCustomError
 
-from insonify.units import decibels, si
+from insonify.units import decibels, si, unit_doubt
+from insonify.validity import PhysicsWarning
 
 
 def located(path: str, value: object, advice: str) -> PydanticCustomError:
@@ -73,6 +76,49 @@ class Noun(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """A copy with some fields changed, checked as a new one is.
+
+        Args:
+            update: New values by the names of their fields; numbers may have units ("90 deg").
+            deep: Whether the values that stay are copied too.
+
+        Raises:
+            AttributeError: A name is no field of this model; the nearest one is named.
+            ValidationError: A value is refused, by itself or beside the others.
+        """
+        copied = super().model_copy(deep=deep)
+        if not update:
+            return copied
+        for name in update:
+            if name not in type(self).model_fields:
+                raise AttributeError(_no_field(type(self), name))
+        return type(self).model_validate(copied.set_values() | dict(update))
+
+    def unchecked_copy(self, **changes: Any) -> Self:
+        """A copy with some fields changed and nothing checked: for values that are known to fit, where checks cost.
+
+        Args:
+            changes: New values by the names of their fields, in SI.
+        """
+        return super().model_copy(update=changes)
+
+    def set_values(self) -> dict[str, Any]:
+        """Values of the fields that were given, or that differ from their defaults."""
+        return {
+            name: getattr(self, name)
+            for name, field in type(self).model_fields.items()
+            if name in self.model_fields_set or getattr(self, name) != field.get_default(call_default_factory=True)
+        }
+
+
+def _no_field(model: type[BaseModel], name: str) -> str:
+    """Message about a name that is no field of a model."""
+    known = list(model.model_fields)
+    near = difflib.get_close_matches(name.lower(), known, n=1, cutoff=0.6)
+    hint = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(known)}"
+    return f"{model.__name__} has no field {name!r}; {hint}"
+
 
 def _number(value: object) -> object:
     # YAML reads a bare `no` as False, and Python would quietly count that as 0.
@@ -85,11 +131,21 @@ def _quantity(dimension: str) -> BeforeValidator:
     return BeforeValidator(lambda value: si(_number(value), dimension))
 
 
+def _angle(value: object, info: ValidationInfo) -> object:
+    """An angle [rad]; a bare whole number gets a warning, for it was probably meant in degrees."""
+    # Text of a file is checked where its lines are known: `insonify.scenario.unit_doubts`.
+    if type(value) is int and "folder" not in (info.context or {}):
+        doubt = unit_doubt(str(value), "angle")
+        if doubt:
+            warnings.warn(f"{info.field_name}: {doubt}", PhysicsWarning, stacklevel=2)
+    return si(_number(value), "angle")
+
+
 # `units` in the schema is what an error message and the docs print after the number.
 Metres = Annotated[float, _quantity("length"), Field(json_schema_extra={"units": "m"})]
 Seconds = Annotated[float, _quantity("time"), Field(json_schema_extra={"units": "s"})]
 Hertz = Annotated[float, _quantity("frequency"), Field(json_schema_extra={"units": "Hz"})]
-Radians = Annotated[float, _quantity("angle"), Field(json_schema_extra={"units": "rad"})]
+Radians = Annotated[float, BeforeValidator(_angle), Field(json_schema_extra={"units": "rad"})]
 MetresPerSecond = Annotated[float, _quantity("speed"), Field(json_schema_extra={"units": "m/s"})]
 RadiansPerSecond = Annotated[float, _quantity("turn rate"), Field(json_schema_extra={"units": "rad/s"})]
 Celsius = Annotated[float, _quantity("temperature"), Field(json_schema_extra={"units": "degC"})]

@@ -381,7 +381,7 @@ def hear(listening: Listening, reading: Reading, here: Stance, pool: Pool) -> An
         engine = replace(engine, choice=ground.rest)
     if isinstance(reading, Labelling):
         fewer = min(listening.scenario.paths.scatterers_per_cell, POINTS)
-        engine = replace(engine, choice=engine.choice.model_copy(update={"scatterers_per_cell": fewer}))
+        engine = replace(engine, choice=engine.choice.unchecked_copy(scatterers_per_cell=fewer))
     met = partial(engine.pairs, drowned=False) if isinstance(reading, Coherent) else engine.pairs
     blocks = engine.blocks(here, even=reading.even)
 

@@ -54,6 +54,42 @@ def si(value: object, dimension: str) -> object:
     raise ValueError(f"{unit!r} is not a unit of {dimension}; {hint}use one of {', '.join(known)}")
 
 
+_FEW_DIGITS = re.compile(r"[-+]?\d+\.?\d?")
+LEAST_TYPED_ANGLE = 1.0
+"""From here on, a bare angle with few digits was probably meant in degrees [rad]."""
+MOST_TYPED_FREQUENCY = 2000.0
+"""Up to here, a bare frequency was probably meant in kilohertz [Hz]."""
+
+
+def unit_doubt(typed: str, dimension: str) -> str:
+    """Warning about a number typed without a unit that was probably meant in another one than SI.
+
+    Args:
+        typed: The number as it was typed, such as "5".
+        dimension: One of the keys of `UNITS`.
+
+    Returns:
+        What it is read as, and what to write instead; empty where the number is plausible in SI. An angle of 1 rad or
+        more with at most one decimal is doubtful: somebody who means radians types 1.57.
+    """
+    if not _NUMBER_AND_UNIT.match(typed):
+        return ""
+    number, unit = _split(typed, dimension, "")
+    if unit or number == 0:
+        return ""
+    if dimension == "angle" and abs(number) >= LEAST_TYPED_ANGLE and _FEW_DIGITS.fullmatch(typed.strip()):
+        return (
+            f"{typed} without a unit is read as {number:g} rad ({np.degrees(number):.4g} deg). "
+            f"Write '{number:g} deg' for degrees, or '{number:g} rad' if radians are meant."
+        )
+    if dimension == "frequency" and 0 < number <= MOST_TYPED_FREQUENCY:
+        return (
+            f"{typed} without a unit is read as {number:g} Hz. "
+            f"Write '{number:g} kHz' for kilohertz, or '{number:g} Hz' if hertz are meant."
+        )
+    return ""
+
+
 def decibels(value: object) -> object:
     """The number of decibels behind a value such as -27 or "-27 dB".
 

@@ -133,7 +133,7 @@ def test_cells_are_of_the_aperture_and_of_the_band():
     along, slant = aperture.cells(scenario)
     assert 0.886 * 0.05 < along < 1.25 * 0.05
     assert slant == pytest.approx(HAMMING_WIDTH * scenario.water.sound_speed / 40e3)
-    pulse = scenario.sonar.pulse.model_copy(update={"kind": "cw", "duration": 1e-4})
+    pulse = scenario.sonar.pulse.model_copy(update={"kind": "cw", "duration": 1e-4, "bandwidth": 0})
     tone = scenario.model_copy(update={"sonar": scenario.sonar.model_copy(update={"pulse": pulse})})
     assert aperture.cells(tone)[1] == pytest.approx(1e-4 * scenario.water.sound_speed / 2)
 

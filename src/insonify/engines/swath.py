@@ -319,7 +319,7 @@ def _without(choice: PathChoice, scene: Scene, stance: Stance, more: tuple[str, 
     silent += ["surface"] if scene.surface.law(stance.frequency) is None else []
     silent += [] if scene.water.scatters else ["water"]
     left = tuple(cause for cause in choice.causes if cause not in silent)
-    return choice.model_copy(update={"causes": left})
+    return choice.unchecked_copy(causes=left)
 
 
 @lru_cache(maxsize=16)

@@ -139,7 +139,7 @@ def _least_band(pulse: Pulse, receiver: Receiver, doppler: float) -> float:
     low, high = receiver.band, receiver.band + 4 * abs(doppler) * pulse.frequency + pulse.bandwidth
     for _ in range(_SEARCHED):
         middle = (low + high) / 2
-        wider = receiver.model_copy(update={"band": middle})
+        wider = receiver.unchecked_copy(band=middle)
         enough = kept(pulse, wider, doppler) >= LEAST_KEPT * kept(pulse, wider, 0.0)
         low, high = (low, middle) if enough else (middle, high)
         if high - low < 0.002 * high:

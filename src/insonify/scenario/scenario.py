@@ -1,5 +1,7 @@
 """A scenario: everything that one simulation is made from."""
 
+import warnings
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
@@ -17,6 +19,7 @@ from insonify.scene.surface import Surface
 from insonify.scene.target import Target
 from insonify.sonar.sonar import Sonar
 from insonify.sonar.track import Track
+from insonify.validity import PhysicsWarning
 
 
 class Output(Noun):
@@ -51,6 +54,33 @@ class Scenario(Noun):
     @classmethod
     def _same_clock(cls, value: Any, info: ValidationInfo) -> Any:
         return keeping_time(value, info.data.get("track"))
+
+    def with_(self, changes: str | Mapping[str, object] = "", *value: object, **by_name: object) -> Self:
+        """A new scenario with some values changed, checked as a file is.
+
+        For example ``with_("surface.wind_speed", "6 m/s")``, ``with_({"seed": 2, "targets.0.position": [5, 150]})`` or
+        ``with_(seed=2, surface__wind_speed="6 m/s")``.
+
+        Args:
+            changes: Path of one value, keys and list indices joined by dots; or new values by such paths.
+            value: The new value, where one path is given: in SI or with its unit, as in a file.
+            by_name: More changes; two underscores stand for a dot.
+
+        Raises:
+            ScenarioError: A key is unknown (the nearest one is named) or a value is refused.
+        """
+        from insonify.scenario.changes import changed
+
+        if isinstance(changes, str) and len(value) != (changes != ""):
+            raise TypeError("with_ takes a path and its value, or a mapping of paths to values")
+        if value and not isinstance(changes, str):
+            raise TypeError("with_ takes no further value beside a mapping")
+        wanted = dict(changes) if isinstance(changes, Mapping) else {changes: value[0]} if changes else {}
+        wanted |= {name.replace("__", "."): new for name, new in by_name.items()}
+        made, doubts = changed(self, wanted)
+        for doubt in doubts:
+            warnings.warn(str(doubt), PhysicsWarning, stacklevel=2)
+        return made
 
     @property
     def scene(self) -> Scene:

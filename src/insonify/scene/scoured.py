@@ -20,7 +20,7 @@ def scoured(seabed: Seabed, targets: Iterable[Target]) -> Seabed:
     """
     asked = [_scour(target) for target in targets if not isinstance(target, PointTarget) and target.scour is not None]
     new = [scour for scour in dict.fromkeys(asked) if scour not in seabed.relief]
-    return seabed.model_copy(update={"relief": (*seabed.relief, *new)}) if new else seabed
+    return seabed.unchecked_copy(relief=(*seabed.relief, *new)) if new else seabed
 
 
 def _scour(target: Solid) -> Scour:

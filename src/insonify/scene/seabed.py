@@ -98,7 +98,7 @@ class Seabed(Noun):
         if self.split is None and isinstance(self.scattering, SedimentLaw):
             split = Split.of_sediment(sediment(self.scattering.sediment), frequency, sound_speed=sound_speed)
         own = seed if self.seed is None else self.seed
-        return self.model_copy(update={"split": split.wavelength, "seed": own})
+        return self.unchecked_copy(split=split.wavelength, seed=own)
 
     @property
     def bed(self) -> Bed | None:

@@ -91,7 +91,7 @@ class LineArray(Noun):
 
     def steered(self, steers: tuple[tuple[float, float], ...]) -> Self:
         """The same array with its beams on the cones that hold the given directions [rad]."""
-        return self.model_copy(update={"steer": tuple(_cone(*pair) for pair in steers)})
+        return self.unchecked_copy(steer=tuple(_cone(*pair) for pair in steers))
 
 
 class PlanarArray(Noun):
@@ -127,7 +127,7 @@ class PlanarArray(Noun):
     def steered(self, steers: tuple[tuple[float, float], ...]) -> Self:
         """The same array with its beams at the given angles to the right and down [rad]."""
         down = steers[0][1] if self.steer_down is None else self.steer_down
-        return self.model_copy(update={"steer": tuple(angle for angle, _ in steers), "steer_down": down})
+        return self.unchecked_copy(steer=tuple(angle for angle, _ in steers), steer_down=down)
 
 
 def _cone(right: float, down: float) -> float:

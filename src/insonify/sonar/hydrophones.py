@@ -103,11 +103,11 @@ def one_element(array: AnyArray) -> Steered:
     """
     if isinstance(array, LineArray):
         if array.elements is None:
-            return array.model_copy(update={"steer": (0.0,)})
+            return array.unchecked_copy(steer=(0.0,))
         return _bare(array.length / array.elements, 0.0, array.element)
     if isinstance(array, PlanarArray):
         if array.columns is None and array.rows is None:
-            return array.model_copy(update={"steer": (0.0,), "steer_down": 0.0})
+            return array.unchecked_copy(steer=(0.0,), steer_down=0.0)
         return _bare(array.width / (array.columns or 1), array.height / (array.rows or 1), array.element)
     if isinstance(array, ElementArray | ArcArray) and max(array.size) > 0:
         return _piston(*array.size, array.element)
@@ -124,7 +124,7 @@ def whole_aperture(array: AnyArray) -> Steered:
         place, _ = element_layout(array)
         width, height = np.ptp(place[:, 1:], axis=0) + np.array(array.size)
         return _piston(float(width), float(height), "omni")
-    return array.model_copy(update={"steer": (0.0,)}) if not isinstance(array, PointTransducer) else array
+    return array.unchecked_copy(steer=(0.0,)) if not isinstance(array, PointTransducer) else array
 
 
 def _bare(width: float, height: float, element: str) -> Steered:

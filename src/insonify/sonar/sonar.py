@@ -135,7 +135,7 @@ class Sonar(Noun):
         """The sonar of each side, in the order of the channels; itself where it has no sides."""
         if self.sides is None:
             return (self,)
-        alone = self.model_copy(update={"sides": None})
+        alone = self.unchecked_copy(sides=None)
         return tuple(alone if side == "starboard" else mirrored(alone) for side in self.sides)
 
     @property
@@ -174,9 +174,9 @@ def mirrored(sonar: Sonar) -> Sonar:
     Args:
         sonar: A sonar without sides.
     """
-    turned = sonar.mounting.model_copy(update={"bearing": -sonar.mounting.bearing})
+    turned = sonar.mounting.unchecked_copy(bearing=-sonar.mounting.bearing)
     ends = {"transmit": _mirrored(sonar.transmit), "receive": _mirrored(sonar.receive)}
-    return sonar.model_copy(update={"mounting": turned, **ends})
+    return sonar.unchecked_copy(mounting=turned, **ends)
 
 
 def _mirrored(array: AnyArray) -> AnyArray:
@@ -187,7 +187,7 @@ def _mirrored(array: AnyArray) -> AnyArray:
         change |= array.mirrored()
     elif not isinstance(array, PointTransducer) and array.steer is not None:
         change["steer"] = tuple(-angle for angle in array.steer)
-    return array.model_copy(update=change)
+    return array.unchecked_copy(**change)
 
 
 def array_rotation(sonar: Sonar, body: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,0 +1,144 @@
+"""Changes of a scenario by the paths of its keys, checked and reported as those of a file are."""
+
+from collections.abc import Mapping
+from pathlib import PurePath
+from typing import Any, Literal, TypeVar, get_origin
+
+import numpy as np
+from pydantic import BaseModel, ValidationError
+
+from insonify.scenario.advice import Advice, ScenarioError
+from insonify.scenario.source import Path, Source, dotted
+from insonify.scenario.unit_doubts import unit_doubts
+from insonify.scenario.verdict import advise, strays
+
+Model = TypeVar("Model", bound=BaseModel)
+NAME = "scenario"
+"""Name of the scenario in messages."""
+
+
+def changed(model: Model, changes: Mapping[str, object]) -> tuple[Model, list[Advice]]:
+    """A model with some of its values replaced, everything checked anew.
+
+    Args:
+        model: The model, such as a scenario; it stays as it is.
+        changes: New values by path: keys and list indices joined by dots, such as "targets.0.position". Values are
+            those of a file ("6 m/s"), plain Python values, arrays, or models.
+
+    Returns:
+        The new model, and warnings about numbers without a unit that were probably meant in another one.
+
+    Raises:
+        ScenarioError: A path leads nowhere, or a value is refused; every fault with its path and the way out.
+    """
+    source = Source(NAME, values=_plain(model), lines={(): 0})
+    faults = [fault for path, value in changes.items() if (fault := _put(source, model, path, _as_typed(value)))]
+    faults += strays(type(model), source)
+    try:
+        made = type(model).model_validate(source.values, context={"folder": ""})
+    except ValidationError as error:
+        source.faults = faults
+        raise ScenarioError([*faults, *advise(error, type(model), source)]) from None
+    if faults:
+        raise ScenarioError(faults)
+    return made, unit_doubts(type(model), source)
+
+
+def _put(source: Source, model: BaseModel, dotted_path: str, value: object) -> Advice | None:
+    """Put a value in its place among plain values; a fault where its path leads into something without keys."""
+    *parents, last = [int(step) if step.isdigit() else step for step in dotted_path.split(".")]
+    inside: Any = source.values
+    path: Path = ()
+    for step in parents:
+        if fault := _misstep(inside, path, step, dotted_path):
+            return fault
+        path = (*path, step)
+        if isinstance(inside, dict) and inside.get(str(step)) is None:
+            inside[str(step)] = _default(model, path)
+        inside = inside[step if isinstance(inside, list) else str(step)]
+    if fault := _misstep(inside, path, last, dotted_path):
+        return fault
+    key = last if isinstance(inside, list) else str(last)
+    _forget(source, (*path, last))
+    inside[key] = value
+    _write_down(source, (*path, last), value)
+    return None
+
+
+def _misstep(inside: Any, path: Path, step: str | int, dotted_path: str) -> Advice | None:
+    """The fault of a step that a value cannot take: a key of no group, an index beyond a list."""
+    here = dotted(path) or NAME
+    if isinstance(inside, dict):
+        return None
+    if not isinstance(inside, list):
+        return Advice(NAME, 0, dotted_path, f"{here} is {inside!r}, which has no keys", fix=f"Change {here} as a whole")
+    if not isinstance(step, int):
+        return Advice(NAME, 0, dotted_path, f"{here} is a list", fix=f"Give an index, such as {here}.0")
+    if step >= len(inside):
+        has = f"indices 0 to {len(inside) - 1}" if inside else "no entries"
+        return Advice(NAME, 0, dotted_path, f"{here} has {has}", fix=f"Change {here} as a whole to add one")
+    return None
+
+
+def _default(model: BaseModel, path: Path) -> Any:
+    """Plain values of a group of keys that was left out, or a new group where there is none."""
+    value: Any = model
+    for step in path:
+        value = value[step] if isinstance(step, int) and isinstance(value, tuple) else getattr(value, str(step), None)
+    return _plain(value, whole=True) if isinstance(value, BaseModel) else {}
+
+
+def _plain(model: BaseModel, *, whole: bool = False) -> dict[str, Any]:
+    """Values of a model as a file has them: those that were given, differ from their defaults, or name its kind.
+
+    Args:
+        model: The model.
+        whole: Whether values that were left out are written too.
+    """
+    dumped = model.model_dump(mode="json")
+    names = [name for name in dumped if whole or name in model.model_fields_set or _is_needed(model, name)]
+    return {name: _written(getattr(model, name, None), dumped[name]) for name in names}
+
+
+def _is_needed(model: BaseModel, name: str) -> bool:
+    """Whether a value that was not given must be written: it names the kind of its model, or is no default."""
+    field = type(model).model_fields.get(name)
+    if field is None or get_origin(field.annotation) is Literal:
+        return True
+    return bool(getattr(model, name) != field.get_default(call_default_factory=True))
+
+
+def _written(value: object, dumped: Any) -> Any:
+    """A value in plain form: models without what was left out in them."""
+    if isinstance(value, BaseModel):
+        return _plain(value) if isinstance(dumped, dict) else dumped
+    if isinstance(value, tuple) and isinstance(dumped, list) and len(value) == len(dumped):
+        return [_written(one, plain) for one, plain in zip(value, dumped, strict=True)]
+    return dumped
+
+
+def _as_typed(value: object) -> Any:
+    """A value given in Python as a file would have it."""
+    if isinstance(value, BaseModel):
+        return _plain(value)
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, Mapping):
+        return {str(key): _as_typed(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_as_typed(inner) for inner in value]
+    return str(value) if isinstance(value, PurePath) else value
+
+
+def _forget(source: Source, path: Path) -> None:
+    for known in [known for known in source.written if known[: len(path)] == path]:
+        del source.written[known]
+
+
+def _write_down(source: Source, path: Path, value: Any) -> None:
+    """Note how each plain value was typed, for messages in the caller's own units."""
+    if isinstance(value, dict | list):
+        for step, inner in value.items() if isinstance(value, dict) else enumerate(value):
+            _write_down(source, (*path, step), inner)
+        return
+    source.written[path] = "null" if value is None else str(value).lower() if isinstance(value, bool) else str(value)
