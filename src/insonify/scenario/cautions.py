@@ -14,6 +14,7 @@ from insonify.scenario.carried import platforms
 from insonify.scenario.edge_cautions import touches
 from insonify.scenario.ground_faults import unknown_ground
 from insonify.scenario.log_cautions import gaps, jumps
+from insonify.scenario.pulse_cautions import pulse_cautions
 from insonify.scenario.reach_cautions import reach_cautions
 from insonify.scenario.receiver_faults import receiver_cautions
 from insonify.scenario.smooth_cautions import smooth_cautions
@@ -50,7 +51,11 @@ def cautions(scenario: Scenario) -> None:
     carried = platforms(scenario)
     depths = end_depths(sonar, carried)
     slowest = float(np.min(water.speed_at(depths)))  # where waves are shortest, lobes are nearest
-    said = [_narrow_receiver(scenario), _kinks(scenario, np.linspace(depths[0], depths[-1], ASKED))]
+    said = [
+        *pulse_cautions(scenario),
+        _narrow_receiver(scenario),
+        _kinks(scenario, np.linspace(depths[0], depths[-1], ASKED)),
+    ]
     for end, array in zip(("transmit", "receive"), sonar.steered_arrays, strict=False):
         said.append(_grating_lobes(end, array, sonar.pulse.frequency, slowest))
     said += [unknown_ground(scenario, carried.positions), _thin_steps(scenario), jumps(scenario), gaps(scenario),

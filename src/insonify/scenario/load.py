@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
@@ -9,7 +10,9 @@ from pydantic import BaseModel, ValidationError
 
 from insonify.scenario.advice import Advice, ScenarioError
 from insonify.scenario.source import Source, read
+from insonify.scenario.unit_doubts import unit_doubts
 from insonify.scenario.verdict import advise, strays
+from insonify.validity import PhysicsWarning
 
 if TYPE_CHECKING:
     from insonify.scenario.scenario import Scenario
@@ -41,7 +44,11 @@ def load(model: type[Model], path: str | Path) -> Model:
     Raises:
         ScenarioError: Every fault found in the file, one line each.
     """
-    return parse(model, _text(Path(path)), name=str(path), folder=Path(path).parent)
+    source = read(_text(Path(path)), str(path))
+    noun = _parsed(model, source, Path(path).parent)
+    for doubt in unit_doubts(model, source):
+        warnings.warn(str(doubt), PhysicsWarning, stacklevel=3)
+    return noun
 
 
 def parse(model: type[Model], text: str, *, name: str = "scenario", folder: str | Path = "") -> Model:
@@ -56,11 +63,14 @@ def parse(model: type[Model], text: str, *, name: str = "scenario", folder: str 
     Raises:
         ScenarioError: Every fault found in the text, one line each.
     """
-    source = read(text, name)
+    return _parsed(model, read(text, name), Path(folder))
+
+
+def _parsed(model: type[Model], source: Source, folder: Path) -> Model:
     if source.values is None:
         raise ScenarioError(source.faults)
     source.faults += strays(model, source)
-    noun, faults = _validated(model, source, Path(folder))
+    noun, faults = _validated(model, source, folder)
     if noun is None or source.faults:
         raise ScenarioError([*source.faults, *faults])
     return noun

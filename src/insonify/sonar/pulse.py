@@ -19,6 +19,10 @@ Complexes = NDArray[np.complex128]
 Floats = NDArray[np.float64]
 
 
+LOWEST_SONAR = 2000.0
+"""Below this a frequency that does not fit its pulse was probably meant in kilohertz [Hz]."""
+
+
 class Pulse(Noun):
     """A burst of sound: a tone ("cw") or a linear sweep ("lfm"), with softened ends."""
 
@@ -51,6 +55,14 @@ class Pulse(Noun):
 
     @model_validator(mode="after")
     def _band_above_zero(self) -> Self:
+        too_low = self.bandwidth >= 2 * self.frequency or (self.kind == "cw" and self.duration * self.frequency <= 1)
+        if too_low and self.frequency <= LOWEST_SONAR:
+            raise located(
+                "frequency",
+                f"{self.frequency:g} Hz",
+                "is too low for this pulse, whose band would reach below 0 Hz. "
+                f"Did you mean {self.frequency:g} kHz? Write the unit.",
+            )
         if self.kind == "lfm" and self.bandwidth >= 2 * self.frequency:
             raise located(
                 "bandwidth",
@@ -187,9 +199,7 @@ def _sweep_numeric(pulse: Pulse, f: Floats) -> Complexes:
     knots = np.unique(np.concatenate([np.linspace(-half, half, cycles + 1), [-corner, corner]]))
     node, weight = np.polynomial.legendre.leggauss(16)
     s = (knots[:-1, None] + np.diff(knots)[:, None] * (node + 1) / 2).ravel()
-    value = (np.diff(knots)[:, None] * weight / 2).ravel() * envelope(
-        pulse.model_copy(update={"sweep": "up"}), s + half
-    )
+    value = (np.diff(knots)[:, None] * weight / 2).ravel() * envelope(pulse.unchecked_copy(sweep="up"), s + half)
     flat = np.concatenate([np.exp(-2j * np.pi * np.outer(part, s)) @ value for part in _parts(f.ravel())])
     return np.asarray(flat.reshape(f.shape))
 
