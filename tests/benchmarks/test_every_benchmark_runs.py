@@ -20,7 +20,7 @@ def benchmarks(monkeypatch):
     measure = importlib.import_module("measure")
     monkeypatch.setattr(measure, "SMOKE", True)
     yield importlib.import_module("run")
-    for name in ("run", "measure", *FILES):
+    for name in ("run", "ledger", "measure", *FILES):
         sys.modules.pop(name, None)
 
 
