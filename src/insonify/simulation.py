@@ -1,5 +1,7 @@
 """The wiring: describe, reach, scatter, hear, ping by ping."""
 
+from __future__ import annotations
+
 import os
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
@@ -10,16 +12,14 @@ from importlib.metadata import version
 from itertools import chain
 from operator import iadd
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from insonify.engines.paths import Paths
 from insonify.engines.skyline import Remembered
 from insonify.engines.swath import SwathView, swath_of
-from insonify.formats import label_store, zarr_store
 from insonify.freed_memory import keep_freed_memory
 from insonify.propagation.beside import LEAST
 from insonify.propagation.delay_field import DelayField
@@ -53,6 +53,9 @@ from insonify.synthesis.perturbation import perturbation
 from insonify.synthesis.receiving import Electronics, electronics
 from insonify.synthesis.shapes import shapes_of
 from insonify.synthesis.traced import Traced, TracedLevels
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 CHUNKS = 16
 """Parts that a ping's blocks are shared into: fixed, so that sums do not depend on the number of threads."""
@@ -290,6 +293,8 @@ def record(
     Returns:
         The path.
     """
+    from insonify.formats import label_store, zarr_store
+
     wanted = wanted_pings(scenario, pings)
     listening = prepare(scenario)
     zarr_store.create(path, layout(listening), attributes(scenario), overwrite=overwrite)

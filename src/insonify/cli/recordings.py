@@ -180,9 +180,9 @@ def _show_recording(
 
 def _check_image(ping: int | None, ground: bool, gain: str | None) -> None:
     """Refuse a gain that there is not, and what belongs to an image where one ping is wanted."""
-    from insonify.processing.sidescan import GAINS
-
     if gain is not None:
+        from insonify.processing.sidescan import GAINS
+
         words.check_choice(gain, GAINS, "--gain")
     if ping is not None and (ground or gain):
         raise InputError(f"--ping {ping}: --ground and --gain make an image of many pings. Leave one or the other out.")

@@ -8,7 +8,6 @@ from matplotlib.colors import ListedColormap, to_rgb
 from matplotlib.patches import Patch, Polygon
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull
 
 from insonify.drawing import style
 from insonify.scenario.scenario import Scenario
@@ -184,6 +183,8 @@ def _swaths(axes: Axes, seen: list[tuple[int, Floats]]) -> None:
 
 def _targets(axes: Axes, scenario: Scenario) -> None:
     """Outlines of the targets, and their names."""
+    from scipy.spatial import ConvexHull
+
     for target in scenario.targets:
         north, east = target.position[:2]
         colour = style.CAUSES["target"]

@@ -8,7 +8,6 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LightSource, LinearSegmentedColormap, Normalize, to_rgba
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from scipy.stats import binned_statistic_2d
 
 from insonify.drawing import style
 from insonify.drawing.heard import Floats, colour_span
@@ -119,6 +118,8 @@ def _ping(figure: Figure, axes: Axes, found: Soundings) -> None:
 
 def _map(axes: Axes, found: Soundings, values: Floats, span: tuple[float, float]) -> ScalarMappable:
     """Depths in cells, lit from the side so that the bed's own relief is seen beside what stands on it."""
+    from scipy.stats import binned_statistic_2d
+
     edge, ends = float(np.nanquantile(np.abs(found.across), 0.97)), np.nanquantile(found.along, [0.002, 0.998])
     step = max(1.25 * float(np.ptp(ends)) / max(found.depth.shape[0] - 1, 1), CELL)  # none without a ping
     rows, columns = np.arange(ends[0] - step, ends[1] + 2 * step, step), np.arange(-edge, edge + CELL, CELL)

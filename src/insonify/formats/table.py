@@ -1,12 +1,17 @@
 """Arrivals as a table: one row a path, a header with units, readable by anything that reads CSV."""
 
+from __future__ import annotations
+
 import csv
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from insonify.records.arrivals import Arrivals
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 COLUMNS: dict[str, tuple[str, str]] = {
     "delay": ("s", "two-way travel time from the start of transmission"),
@@ -48,6 +53,8 @@ def arrivals_dataset(arrivals: Arrivals) -> xr.Dataset:
     Returns:
         A dataset of the columns above, each of shape (n,), with units and long name.
     """
+    import xarray as xr
+
     p = arrivals.take(np.argsort(arrivals.delay, kind="stable"))
     amplitude = p.amplitude[:, 0]
     columns = (

@@ -14,7 +14,6 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
-from scipy.special import erf
 
 from insonify.noun import Metres, Noun, Seconds
 
@@ -47,6 +46,8 @@ def delay_variance(way: ArrayLike, sound_speed: ArrayLike, uneven: Inhomogeneity
     Chernov (1960), Wave Propagation in a Random Medium, is quoted for (from memory: the book was not at hand). Valid
     where rays do not diffract: wavelength << length, and `wave_parameter` below 1; beyond, about half of it is left.
     """
+    from scipy.special import erf
+
     x = np.asarray(way, float) / uneven.length
     patches = np.sqrt(np.pi) * x * erf(x) + np.expm1(-(x**2))
     return np.asarray((uneven.rms_index * uneven.length / np.asarray(sound_speed, float)) ** 2 * patches)

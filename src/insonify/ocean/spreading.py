@@ -13,7 +13,6 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import betaincinv, gammaln
 
 from insonify.ocean.elfouhaily import SLOWEST, Elfouhaily, phase_speed
 from insonify.ocean.wave_spectrum import Floats
@@ -118,6 +117,8 @@ class ElfouhailySpreading:
 
 def _cosine_density(angle: ArrayLike, s: ArrayLike) -> Floats:
     """Normalised cos^(2s)(angle / 2) [1/rad]."""
+    from scipy.special import gammaln
+
     s = np.asarray(s, dtype=float)
     norm = np.exp(gammaln(s + 1) - gammaln(s + 0.5)) / (2 * math.sqrt(math.pi))
     return np.asarray(norm * np.abs(np.cos(numbers("angle", angle, "rad") / 2)) ** (2 * s))
@@ -125,5 +126,7 @@ def _cosine_density(angle: ArrayLike, s: ArrayLike) -> Floats:
 
 def _cosine_quantile(probability: ArrayLike, s: ArrayLike) -> Floats:
     """Angle with that share below it [rad]: sin^2(angle / 2) follows a beta law of 1/2 and s + 1/2."""
+    from scipy.special import betaincinv
+
     signed = 2 * numbers("probability", probability, "", 0.0, 1.0) - 1
     return np.asarray(np.sign(signed) * 2 * np.arcsin(np.sqrt(betaincinv(0.5, np.asarray(s) + 0.5, np.abs(signed)))))

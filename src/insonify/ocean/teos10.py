@@ -6,7 +6,6 @@ pressure, in the equation of state that oceanographers share since 2010.
 
 from __future__ import annotations
 
-import gsw
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -32,6 +31,8 @@ def teos10_speed(temperature: ArrayLike, salinity: ArrayLike, pressure_dbar: Arr
     0.14 m/s of the Gibbs function over 0..30 degC, 0..40 g/kg, 0..1000 dbar, and 0.03 m/s in cool sea water.
     Valid: -6..40 degC, 0..42 g/kg, 0..10000 dbar.
     """
+    import gsw
+
     warn_outside(LAW, "temperature", temperature, -6.0, 40.0, "degC")
     warn_outside(LAW, "salinity", salinity, 0.0, 42.0, "g/kg")
     warn_outside(LAW, "pressure", pressure_dbar, 0.0, 10e3, "dbar")

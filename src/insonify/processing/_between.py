@@ -9,7 +9,7 @@ Source of the method: non-uniform FFT of type 2, Barnett, Magland & af Klinteber
 """
 
 import numpy as np
-import scipy.fft
+import scipy
 from numba import njit
 from numpy.typing import NDArray
 

@@ -1,9 +1,8 @@
 """How alike two recordings of one bed are: coherence, over looks, over delays, over channels."""
 
 import numpy as np
-import scipy.fft
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.ndimage import uniform_filter
 
 from insonify.validity import number
 
@@ -157,5 +156,7 @@ def _window(looks: int | tuple[int, int], axes: int) -> tuple[int, ...]:
 
 
 def _running(values: NDArray[np.generic], size: tuple[int, ...]) -> Complexes:
+    from scipy.ndimage import uniform_filter
+
     parts = [uniform_filter(np.ascontiguousarray(x, float), size, mode="constant") for x in (values.real, values.imag)]
     return np.asarray(parts[0] + 1j * parts[1])

@@ -11,7 +11,7 @@ from itertools import pairwise
 from typing import Self
 
 import numpy as np
-import scipy.fft
+import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from insonify.processing._between import FINER, REACH, fine_cells

@@ -9,7 +9,6 @@ from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.ndimage import uniform_filter1d
 
 from insonify.validity import number, numbers
 
@@ -135,6 +134,8 @@ def number_of(looks: int) -> int:
 
 def _echoes(power: Floats, looks: int, share: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """First sample and sample after the last of each beam's echo, shape (beam,) each."""
+    from scipy.ndimage import uniform_filter1d
+
     samples = power.shape[1]
     at = np.arange(samples)
     first, stop = np.zeros(len(power), np.int64), np.zeros(len(power), np.int64)
@@ -211,6 +212,8 @@ class _Line:
 
 
 def _smoothed(product: NDArray[np.complex128], looks: int) -> NDArray[np.complex128]:
+    from scipy.ndimage import uniform_filter1d
+
     real, imaginary = (uniform_filter1d(part, looks, axis=1, mode="constant") for part in (product.real, product.imag))
     return np.asarray(real + 1j * imaginary)
 

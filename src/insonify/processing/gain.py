@@ -6,7 +6,6 @@ usual level at each range is.
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
 
 from insonify.sonar.time_varied_gain import NEAREST, tvg_db
 from insonify.units import intensity_ratio, level_db
@@ -93,6 +92,8 @@ def along_db(level: Floats, pings: int = 25) -> Floats:
 
 def _smoothed(curve: Floats, width: int) -> Floats:
     """Running mean of a curve of levels [dB] over the neighbours that are there, as power."""
+    from scipy.ndimage import uniform_filter1d
+
     there = np.isfinite(curve)
     # re its own mean, so that no power underflows
     middle = float(np.mean(curve[there])) if there.any() else 0.0

@@ -1,9 +1,8 @@
 """The matched filter: every echo drawn together into a peak at its delay."""
 
 import numpy as np
-import scipy.fft
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.signal import czt
 
 from insonify.processing.element_series import taper
 from insonify.sonar.pulse import Pulse, envelope, spectrum
@@ -83,6 +82,8 @@ def _spectra(replica: Pulse | ArrayLike, rate: float, size: int, window: str) ->
 
 def _transform(values: Complexes, time: NDArray[np.float64], frequency: NDArray[np.float64]) -> Complexes:
     """Integral of values exp(-j 2 pi f t) dt at evenly spaced frequencies [s], shape (frequency,)."""
+    from scipy.signal import czt
+
     step, bins = time[1] - time[0], np.fft.fftshift(frequency)
     width = bins[1] - bins[0]
     out = czt(values, bins.size, np.exp(-2j * np.pi * width * step), np.exp(2j * np.pi * bins[0] * step))

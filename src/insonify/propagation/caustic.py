@@ -8,7 +8,6 @@ phase (DLMF section 9.8) give each ray its own factor, so that rays stay separat
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import airy
 
 Floats = NDArray[np.float64]
 
@@ -98,6 +97,8 @@ def limited_amplitude(
 
 def _near(distance: Floats, share: Floats) -> NDArray[np.complex128]:
     """The factor by Airy's functions at -distance."""
+    from scipy.special import airy
+
     ai, _, bi, _ = airy(-distance)
     modulus = np.sqrt(np.pi) * distance**0.25 * np.hypot(ai, bi)
     # Ai = M cos(angle), Bi = -M sin(angle); far away the angle is that of two separate rays.

@@ -11,7 +11,6 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtri
 
 from insonify import streams
 from insonify.ocean.inhomogeneity import Inhomogeneity, delay_variance
@@ -107,6 +106,8 @@ def _waves(seed: int, uneven: Inhomogeneity) -> tuple[Floats, Floats, Floats, Fl
 
     exp(-r^2 / l^2) is the mean of cos(K r) over K normal with variance 2 / l^2 in each direction; so it is in time.
     """
+    from scipy.special import ndtri
+
     number = np.arange(WAVES)
     first = streams.uniforms(seed, streams.DELAYS, number, 0)
     second = streams.uniforms(seed, streams.DELAYS, number, 1)

@@ -19,7 +19,6 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import fresnel
 
 from insonify.propagation._knife_edge_kernel import FAR, around_boxes
 from insonify.propagation._silhouette_kernel import around_solid
@@ -73,6 +72,8 @@ def knife_edge(number: ArrayLike) -> NDArray[np.complex128]:
 
     Source: Born & Wolf (1999), Principles of Optics, 7th ed., 8.7.3, conjugated (from memory).
     """
+    from scipy.special import fresnel
+
     sine, cosine = fresnel(np.asarray(number, float))
     return np.asarray((1 + 1j) / 2 * ((0.5 - cosine) - 1j * (0.5 - sine)))
 

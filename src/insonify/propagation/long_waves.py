@@ -16,7 +16,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import airy, gamma, hankel2e
 
 from insonify.ocean.elfouhaily import Elfouhaily
 from insonify.ocean.sea_surface import SeaSurface
@@ -287,6 +286,8 @@ def _one_axis(
     curvature: Floats, fourth: Floats, k: float, merging: NDArray[np.complex128] | None
 ) -> NDArray[np.complex128]:
     """What one axis of a bounce brings, over sqrt(2 pi / k) and the phase of a shortest way [m^0.5]."""
+    from scipy.special import gamma
+
     size = np.abs(curvature)
     part = np.asarray(np.where(curvature < 0, 1j, 1.0) / np.sqrt(size), complex)
     focused = (curvature > 0) & (fourth > 0)
@@ -306,6 +307,8 @@ def _cusp_factor(z: Floats) -> NDArray[np.complex128]:
     Source: integral of exp(-p u^2 - q u^4) is sqrt(p / q) / 2 exp(p^2 / 8 q) K_1/4(p^2 / 8 q) (Gradshteyn & Ryzhik
     3.323, from memory; checked by quadrature), with K by DLMF 10.27.8.
     """
+    from scipy.special import hankel2e
+
     factor = 1 + (3 / 32) * 1j / np.maximum(z, 1e-12)  # the next term of the series is below 2e-4
     near = z < 20
     close = np.maximum(z[near], 1e-12)
@@ -329,6 +332,8 @@ def _merging(at: Floats, dark: NDArray[np.bool_], k: float) -> NDArray[np.comple
 
 def _beyond(gradient: Floats, third: Floats, k: float) -> NDArray[np.complex128]:
     """What the weak axis brings in the dark beyond a fold, in the units of `_one_axis`."""
+    from scipy.special import airy
+
     distance = np.abs(gradient) * np.cbrt(2 * k**2 / np.abs(third))
     value = np.sqrt(2 * np.pi * k) * np.cbrt(2 / (k * np.abs(third))) * airy(distance)[0]
     return np.asarray(value * np.exp(0.25j * np.pi))

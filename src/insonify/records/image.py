@@ -1,10 +1,14 @@
 """Image: levels over pings and distances across the track, as a labelled dataset."""
 
-from typing import Any, Literal
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Floats = NDArray[np.float64]
 Geometry = Literal["slant", "ground"]
@@ -34,6 +38,8 @@ def image(
     Returns:
         `level_db` over (ping, across) [dB], with `along` and `altitude` beside it.
     """
+    import xarray as xr
+
     for name, rows, wanted in (("across", across, level.shape[1]), ("along", along, level.shape[0])):
         if len(rows) != wanted:
             raise ValueError(f"image: {name} has {len(rows)} rows; level has {wanted}")

@@ -4,13 +4,17 @@ An arrival knows its owner and its path, and a leg that was cut knows by whom; s
 intensity by owner and by pair of families, and from these its masks: highlight, shadow, ghost.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 NOBODY = 255
 """Row of the owner, or of the pair, where nothing is heard, or nothing hides."""
@@ -97,6 +101,8 @@ def label_dataset(
     Returns:
         The variables of `COLUMNS`, each with units and a long name.
     """
+    import xarray as xr
+
     held = xr.Dataset(
         {
             name: (

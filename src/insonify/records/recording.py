@@ -1,13 +1,17 @@
 """Recording: what the sonar writes down, over ping, channel and time, as a labelled dataset."""
 
+from __future__ import annotations
+
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 FIELDS: dict[str, tuple[type, str, str]] = {
     "pressure": (np.complex64, "uPa", "received pressure, complex envelope, rms scale"),
@@ -129,6 +133,8 @@ def dataset(
     Returns:
         A dataset in which every variable has units and a long name.
     """
+    import xarray as xr
+
     dtype, units, long_name = FIELDS[layout.field]
     about = {"units": units, "long_name": long_name}
     variables: dict[str, Any] = {layout.field: (("ping", "channel", "time"), np.asarray(data, dtype), about)}

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import erfc, gamma
 
 from insonify.scattering.law import Floats
 from insonify.scattering.reflection import reflection_coefficient, vertical_wavenumber
@@ -94,6 +93,8 @@ class _Bed:
 
     def kirchhoff_numbers(self) -> tuple[float, float, float]:
         """The constants a, b and q_c of the closed form of the Kirchhoff integral, eqs. 36-40."""
+        from scipy.special import gamma
+
         alpha = growth_exponent(self.sediment)
         half = 1 / (2 * alpha)
         a = (8 * alpha**2 * gamma(half + 0.5) / (gamma(0.5) * gamma(2 * half) * gamma(half))) ** (2 * alpha)
@@ -136,6 +137,8 @@ class _Bed:
 
     def seen(self, grazing: Floats) -> Floats:
         """Share of the bed that is not in shadow [1], eqs. 50-52."""
+        from scipy.special import erfc
+
         t = np.tan(grazing) / self.slope
         near = np.minimum(t, 2.0)
         hidden = (np.exp(-(near**2)) / math.sqrt(math.pi) - near * erfc(near)) / (4 * near)

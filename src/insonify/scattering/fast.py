@@ -12,7 +12,6 @@ from functools import singledispatch
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import gamma
 
 from insonify.scattering import _fast_kernels as kernels
 from insonify.scattering.albedo import cap_nodes
@@ -202,6 +201,8 @@ def _numbers(law: OfSediment, *, rough: float = 0.0, volume: float = 0.0) -> ker
 
 def _log2_integral(sediment: Sediment, *, grating: bool = False) -> Singles:
     """log2 I over evenly spaced log2 q; for a grating alone, the straight line that I tends to for small q."""
+    from scipy.special import gamma
+
     alpha = growth_exponent(sediment)
     log2_q = np.arange(kernels.LEAST_LOG2, HIGHEST_LOG2, kernels.LOG2_STEP)
     if grating:

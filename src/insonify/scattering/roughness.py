@@ -11,15 +11,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import CubicSpline
-from scipy.special import expm1, gamma, hankel1
 
 from insonify.scattering.sediments import Sediment, checked_sediment
 from insonify.validity import number, numbers, warn_outside
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 Floats = NDArray[np.float64]
 
@@ -62,6 +63,8 @@ def structure_constant(sediment: Sediment) -> float:
     Source: Jackson, Winebrenner & Ishimaru (1986), J. Acoust. Soc. Am. 79, 1410; as in APL-UW TR 9407 (1994), eq. 36
     (equation number from a public transcription).
     """
+    from scipy.special import gamma
+
     a = growth_exponent(checked_sediment(sediment))
     return 2 * math.pi * sediment.spectral_strength * gamma(2 - a) * 4**-a / (a * (1 - a) * gamma(1 + a))
 
@@ -110,6 +113,8 @@ def kirchhoff_integral(alpha: float) -> KirchhoffIntegral:
 
     Source: Jackson, Winebrenner & Ishimaru (1986), J. Acoust. Soc. Am. 79, 1410 (the Kirchhoff integral).
     """
+    from scipy.interpolate import CubicSpline
+
     log_q = np.arange(LOWEST_LOG_Q, HIGHEST_LOG_Q + LOG_Q_STEP / 2, LOG_Q_STEP)
     ends = ((1, 1.0), (1, -1 / alpha))
     return KirchhoffIntegral(alpha, CubicSpline(log_q, np.log(_integrals(alpha, np.exp(log_q))), bc_type=ends))
@@ -117,6 +122,8 @@ def kirchhoff_integral(alpha: float) -> KirchhoffIntegral:
 
 def _integrals(alpha: float, q: Floats) -> Floats:
     """I(q) along a path turned into the complex plane, where nothing oscillates for long [1]."""
+    from scipy.special import expm1, hankel1
+
     # J0 = Re H0, and H0 decays above the real axis; the turn is small enough for exp(-q u^(2 alpha)) to decay too.
     turn = min(math.pi / 2, math.pi / (6 * alpha))
     nearest = -16.0 - 0.5 / alpha * max(HIGHEST_LOG_Q, 0.0)

@@ -10,7 +10,6 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.polynomial.legendre import legval
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import spherical_jn, spherical_yn
 
 from insonify.validity import numbers, warn_outside, water_speed
 
@@ -80,6 +79,8 @@ def sphere_amplitude(ka: float, angle: ArrayLike = np.pi, *, boundary: Boundary 
 
 def partial_waves(ka: float, boundary: Boundary = "rigid") -> NDArray[np.complex128]:
     """Share of each outgoing spherical wave in exp(-i omega t), eta_n [1], shape (orders,); enough of them."""
+    from scipy.special import spherical_jn, spherical_yn
+
     warn_outside("Partial waves of a sphere", "ka", ka, 1e-3, LARGEST_KA, "")
     # Beyond n = ka the terms fall faster than exponentially (Wiscombe 1980 counts so in optics).
     n = np.arange(int(ka + 6 * ka ** (1 / 3) + 8))

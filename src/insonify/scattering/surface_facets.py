@@ -9,7 +9,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import erfcx
 
 from insonify.scattering.facet_geometry import SHALLOWEST, across_and_along, lit
 from insonify.scattering.law import Floats, asked_angles
@@ -64,6 +63,8 @@ def facing_excess(grazing: Floats, slope_variance: Floats | float) -> Floats:
     energy: what is lit must catch what arrives). Valid: Gaussian slopes. That the steepest
     facets are in shadow as often as the flat ones is an approximation.
     """
+    from scipy.special import erfcx
+
     # Not the tangent, which rounding at the vertical may turn over.
     steepness = np.maximum(np.sin(grazing), SHALLOWEST) / np.maximum(np.abs(np.cos(grazing)), SHALLOWEST)
     v = np.minimum(steepness / np.sqrt(2 * np.asarray(slope_variance, dtype=float)), 25.0)  # nothing is left beyond

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import j1
 
 from insonify.validity import numbers, warn_outside, water_speed
 
@@ -133,6 +132,8 @@ def disc_strength_db(
     Source: Kirchhoff's integral over the disc (Urick 1983, table of simple forms).
     Valid: ka > 10, tilts up to about 45 deg, in the far field.
     """
+    from scipy.special import j1
+
     a, k, beta = _positive("radius", radius), _wavenumber(frequency, sound_speed), _within_a_right_angle(tilt)
     warn_outside("Kirchhoff disc", "ka", k * a, SMALLEST_KA, np.inf, "")
     x = 2 * k * a * np.sin(beta)

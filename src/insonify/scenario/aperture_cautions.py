@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
 from insonify.sonar.hydrophones import element_layout
@@ -59,6 +58,8 @@ def _crowded(scenario: Scenario, wavelength: float) -> str:
     """A word on recorded elements that lie at one place, or nearly."""
     if scenario.sonar.receiver.record != "elements":
         return ""
+    from scipy.spatial import cKDTree
+
     places = element_layout(scenario.sonar.receive)[0]
     if len(places) < 2:
         return ""

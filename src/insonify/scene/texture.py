@@ -11,8 +11,6 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
-from scipy.interpolate import BSpline
-from scipy.special import gammainccinv, gammaincinv, gammaln, log_ndtr, ndtr
 
 from insonify import streams
 from insonify.noun import Metres, Noun
@@ -83,6 +81,8 @@ def _correlation(shape: float, apart: Floats) -> Floats:
 
     Source: Mehler's expansion: a function with Hermite coefficients a_n keeps sum a_n^2 n! rho^n of its variance.
     """
+    from scipy.interpolate import BSpline
+
     itself = BSpline.basis_element(np.arange(-4.0, 5.0), extrapolate=False)  # a cubic one against itself
     normal = np.nan_to_num(itself(np.clip(np.abs(apart), 0, 4))) / float(itself(0.0))
     return np.asarray(np.polynomial.polynomial.polyval(normal, np.array([0.0, *_shares(shape)])))
@@ -111,6 +111,8 @@ def _shares(shape: float) -> tuple[float, ...]:
 @lru_cache(maxsize=16)
 def _log_quantiles(shape: float) -> Floats:
     """Logarithm of the gamma quantile at each entry of a normal number [1]."""
+    from scipy.special import gammainccinv, gammaincinv, gammaln, log_ndtr, ndtr
+
     x = np.linspace(-FARTHEST, FARTHEST, int(2 * FARTHEST * PER_UNIT) + 1)
     with np.errstate(divide="ignore"):
         plain = np.log(np.where(x < 0, gammaincinv(shape, ndtr(x)), gammainccinv(shape, ndtr(-x))) / shape)

@@ -9,7 +9,6 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.signal.windows import taylor
 
 Floats = NDArray[np.float64]
 
@@ -108,6 +107,8 @@ def _discrete(x: Floats, shading: str, elements: int) -> tuple[Floats, Floats]:
 
 def _taylor_series() -> tuple[tuple[float, float], ...]:
     """Taylor's coefficients, read back from a sampled window: a cosine series is exact on its own samples."""
+    from scipy.signal.windows import taylor
+
     count = 64
     window = taylor(count, nbar=TAYLOR_EQUAL_LOBES, sll=TAYLOR_SIDELOBE_DB, norm=False, sym=True)
     place = element_places(count)

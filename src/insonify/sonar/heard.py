@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.fft import ifft, next_fast_len
 
 from insonify.sonar.pulse import Complexes, Pulse, energy_duration
 from insonify.sonar.pulse import spectrum as pulse_spectrum
@@ -187,6 +186,8 @@ def _span(pulse: Pulse, receiver: Receiver) -> tuple[float, float]:
 
 def _table(offset: NDArray[np.float64], heard: Complexes, first: float, period: float) -> Complexes:
     """Waveform and slope on a fine grid: the inverse transform of a spectrum that ends at the band's edge."""
+    from scipy.fft import ifft, next_fast_len
+
     rows = next_fast_len(OVERSAMPLING * len(offset))
     bins = np.round(offset * period).astype(np.int64)
     line = np.zeros((2, rows), dtype=complex)

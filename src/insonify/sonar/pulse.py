@@ -10,7 +10,6 @@ from typing import Literal, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
-from scipy.special import fresnel
 
 from insonify.noun import Hertz, Noun, Seconds, located
 from insonify.validity import warn_outside
@@ -184,6 +183,8 @@ def _sweep_closed(pulse: Pulse, f: Floats) -> Complexes:
 
 def _chirp_integral(rate: float, f: Floats, start: float, stop: float) -> Complexes:
     """Integral of exp(j pi rate s^2 - j 2 pi f s) ds from start to stop [s]."""
+    from scipy.special import fresnel
+
     scale = np.sqrt(2 * rate)
     sine_stop, cosine_stop = fresnel(scale * (stop - f / rate))
     sine_start, cosine_start = fresnel(scale * (start - f / rate))

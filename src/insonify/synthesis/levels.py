@@ -4,10 +4,12 @@ The same incoherent reading, taken apart: for each cause (seabed, surface, targe
 of families, and once more for all pairs of a cause together, where pairs that overlap in time interfere.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from insonify.propagation.families import DIRECT
@@ -15,6 +17,9 @@ from insonify.records.pairs import Pairs
 from insonify.synthesis.grid import TimeGrid
 from insonify.synthesis.incoherent import Energies, Incoherent
 from insonify.units import level_db
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 CAUSES = ("seabed", "surface", "target")
 WATER = "water"
@@ -30,7 +35,7 @@ def pair_name(out: str, back: str) -> str:
 class CurveSet(dict[tuple[str, str], Energies]):
     """Energies by (cause, pair)."""
 
-    def __iadd__(self, other: "CurveSet") -> "CurveSet":
+    def __iadd__(self, other: CurveSet) -> CurveSet:
         """Add what another has heard, curve by curve."""
         for key, energies in other.items():
             if key in self:
@@ -86,6 +91,8 @@ def level_curves(
         `level_db` over (cause, pair, time) [dB re 1 uPa]: causes seabed, surface, target, water (if it
         answers), noise, total; pairs of families, and "all". Minus infinity where nothing is heard.
     """
+    import xarray as xr
+
     names = sorted({pair for _, pair in intensity if pair != ALL}, key=lambda p: (len(p), p))
     pairs = [ALL, *names]
     water = [WATER] if any(cause == WATER for cause, _ in intensity) else []

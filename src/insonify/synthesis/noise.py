@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 import numpy as np
-import scipy.fft
+import scipy
 from numpy.typing import NDArray
 
 from insonify import streams

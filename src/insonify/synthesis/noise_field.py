@@ -11,7 +11,6 @@ from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import roots_legendre, spherical_jn
 
 from insonify.ocean.sea_noise import Whence
 from insonify.sonar._beam_kernels import BAFFLED, OMNI
@@ -68,6 +67,8 @@ def factor(covariance: Complexes) -> Complexes:
 
 def _closed_form(stance: Stance) -> Floats | None:
     """Noise from everywhere in small elements that are all round, or that face one way from a flat array; else None."""
+    from scipy.special import spherical_jn
+
     elements, pattern = stance.elements, stance.receive_beams
     if elements is None or any(len(table) for table in pattern.tables):
         return None
@@ -165,6 +166,8 @@ def _gauss(edges: Floats, cycles: float) -> tuple[Floats, Floats]:
 
     Source: Gauss-Legendre quadrature; a wave exp(j K x) over -1 to 1 needs a little over K / 2 nodes.
     """
+    from scipy.special import roots_legendre
+
     half = np.diff(edges)[0] / 2
     node, weight = roots_legendre(_enough(cycles * half))
     middles = (edges[:-1] + edges[1:]) / 2

@@ -4,12 +4,13 @@ In this order: what leaks in from the transmitter and from neighbours; blanking,
 scale; the converter. Then the gain is divided out, so that the recording stays in uPa.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import block_diag, csr_array
-from scipy.special import erfc
 
 from insonify.ocean.water import Water
 from insonify.sonar.heard import HeardPulse
@@ -18,6 +19,9 @@ from insonify.sonar.receiver import Receiver
 from insonify.sonar.sonar import Sonar
 from insonify.synthesis.grid import TimeGrid
 from insonify.units import amplitude_ratio
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -91,6 +95,8 @@ class Electronics:
         Source: Widrow's statistical theory of quantisation (the twelfth); the sum over steps is the mean of the
         squared code, term by term.
         """
+        from scipy.special import erfc
+
         if self.step == 0:
             return power
         deviation = np.sqrt(power / 2) / self.step
@@ -115,6 +121,8 @@ def electronics(sonar: Sonar, water: Water, pulse: HeardPulse, grid: TimeGrid) -
         pulse: The sonar's heard pulse.
         grid: Samples of a ping.
     """
+    from scipy.sparse import csr_array
+
     receiver = sonar.receiver
     if not receiver.parts:
         return None
@@ -160,6 +168,8 @@ def neighbouring(sonar: Sonar) -> Floats:
     Args:
         sonar: The sonar, with all its sides; elements are neighbours on their own side, as drawn.
     """
+    from scipy.sparse import block_diag
+
     sides = []
     for side in sonar.one_sided:
         place = element_layout(side.receive)[0]

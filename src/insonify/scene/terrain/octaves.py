@@ -13,7 +13,6 @@ from functools import cache, lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import ndtri
 
 from insonify import streams
 from insonify.scene.terrain import _kernels
@@ -144,6 +143,8 @@ def quantiles() -> Floats:
     The two ends, infinite for a normal number, are set so that the variance is exactly 1
     (about 3.8: no drawn number is larger).
     """
+    from scipy.special import ndtri
+
     bins = 1024
     inner = ndtri(np.arange(1, bins) / bins)
     # A value uniform between a and b has mean square (a^2 + a b + b^2) / 3.

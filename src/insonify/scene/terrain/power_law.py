@@ -12,8 +12,6 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
-from scipy.special import gamma as gamma_function
-from scipy.special import kv
 
 from insonify.noun import Metres, Noun, located
 from insonify.scattering.sediments import Sediment, checked_sediment
@@ -105,6 +103,9 @@ class PowerLaw(Noun):
             2 rms^2 (1 - 2^(1-H)/Gamma(H) (K0 r)^H K_H(K0 r)), H = gamma/2 - 1; C^2 r^(2H) well below the
             outer scale. Whole, as if nothing were split.
         """
+        from scipy.special import gamma as gamma_function
+        from scipy.special import kv
+
         x, H = self.outer_wavenumber * numbers("lag", lag, "m", 0.0), self.gamma / 2 - 1
         safe = np.maximum(x, 1e-12)
         correlation = 2 ** (1 - H) / gamma_function(H) * safe**H * kv(H, safe)

@@ -7,7 +7,6 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import AfterValidator, Field, model_validator
-from scipy.special import ndtri
 
 from insonify.noun import Metres, Noun, located
 from insonify.scattering.sediments import Sediment
@@ -166,6 +165,8 @@ class SedimentCover:
         return rows
 
     def _patches(self, patches: Patches, north: Floats, east: Floats) -> NDArray[np.intp]:
+        from scipy.special import ndtri
+
         own = self.lattice.from_world(np.stack([north, east], axis=-1))
         level = np.zeros(north.shape)
         for share, field in zip(_SHARES, self.fields, strict=True):

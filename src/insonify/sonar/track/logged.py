@@ -9,7 +9,6 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
-from scipy.signal import lfilter
 
 from insonify import streams
 from insonify.noun import Metres, MetresPerSecond, Noun, Radians, RadiansPerSecond, Seconds
@@ -83,6 +82,8 @@ def logged_poses(errors: LoggedNavigation, true: Poses, seed: int) -> Poses:
 
 def _error(error: PlaceError | AngleError, time: Floats, seed: int, row: int) -> Floats:
     """Offset, growth and noise of one column at every ping, shape (pings,)."""
+    from scipy.signal import lfilter
+
     total = np.asarray(error.offset + error.drift * time)
     if error.noise == 0:
         return total
