@@ -18,6 +18,7 @@ from numpy.polynomial import Chebyshev, Polynomial
 from numpy.typing import NDArray
 
 from insonify.scattering.directions import SPECULAR_BLUR2
+from insonify.scattering.sediment_volume import OUTER_WAVENUMBER, STRONGEST
 
 Singles = NDArray[np.float32]
 
@@ -40,8 +41,10 @@ class SurfaceNumbers(NamedTuple):
     """Hurst exponent [1]."""
     rough: np.float32
     """Weight of the surface: 1/(8 pi), or 0 without surface [1]."""
-    volume: np.float32
-    """Weight of the inside: 8 rho^2 times its strength, or 0 without [1]."""
+    isotropic: np.float32
+    """Weight of an inside that scatters the same in all directions: 8 rho^2 times its strength, or 0 without [1]."""
+    spectral: np.float32
+    """Weight of an inside with a power-law spectrum: 16 rho^2 nu times its strength, or 0 without [1]."""
 
 
 def _single(x: float) -> Any:
@@ -55,7 +58,8 @@ def _fit(function: Any, degree: int, start: float) -> list[Any]:
     return [_single(float(np.real(c))) for c in fit.convert(kind=Polynomial).coef]
 
 
-_ZERO, _QUARTER, _HALF, _ONE, _TWO = (_single(x) for x in (0, 0.25, 0.5, 1, 2))
+_ZERO, _QUARTER, _HALF, _ONE, _TWO, _FOUR = (_single(x) for x in (0, 0.25, 0.5, 1, 2, 4))
+_OUTER2, _OVER_STRONGEST = _single(OUTER_WAVENUMBER**2), _single(1 / STRONGEST)
 _BLUR2, _LEAST_SINE = _single(SPECULAR_BLUR2), _single(1e-6)
 _TABLE_START, _TABLE_RATE = _single(LEAST_LOG2), _single(1 / LOG2_STEP)
 _LOWEST, _HIGHEST, _BIAS = _single(-126), _single(126), _single(127)
@@ -158,8 +162,13 @@ def surface_section(
     real = n.density * (n.inside_real - rest * slack) - rest * (ar * br - ai * bi)
     imag = n.density * n.inside_imag - rest * (ar * bi + ai * br)
     shape = n.rough * _exp2(log2_integral) / ((flat2 + _BLUR2) * vertical * vertical)
-    section = entered * ((real * real + imag * imag) * shape + n.volume / (ai + bi))
-    return section if lit else _ZERO
+    surface = entered * (real * real + imag * imag) * shape
+    real = n.inside_real + slack + (ar * br - ai * bi)
+    imag = n.inside_imag + ar * bi + ai * br
+    change2 = _FOUR * (flat2 + _BLUR2) + (ar + br) * (ar + br) + _OUTER2
+    spectral = entered * n.spectral * (real * real + imag * imag) / ((ai + bi) * change2 * math.sqrt(change2))
+    inside = entered * n.isotropic / (ai + bi) + spectral / (_ONE + spectral * _OVER_STRONGEST)
+    return surface + inside if lit else _ZERO
 
 
 @njit(inline="always")

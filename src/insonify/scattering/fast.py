@@ -21,7 +21,7 @@ from insonify.scattering.lambert import Lambert
 from insonify.scattering.law import ScatteringLaw
 from insonify.scattering.perturbation import Perturbation
 from insonify.scattering.roughness import growth_exponent, kirchhoff_integral, structure_constant
-from insonify.scattering.sediment_volume import SedimentVolume, UnevenInside, isotropic_strength
+from insonify.scattering.sediment_volume import SedimentVolume, UnevenInside, Unevenness, isotropic_strength
 from insonify.scattering.sediments import Sediment
 from insonify.scattering.small_slope import RoughSurface, SmallSlope
 from insonify.scattering.user_table import UserTable
@@ -37,7 +37,7 @@ NO_CAP = np.ones(1, np.float32)
 MIRRORS = 1 / (8 * np.pi)
 """Weight of Kirchhoff's integral in a cross section [1]."""
 OfSediment = Kirchhoff | Perturbation | SmallSlope | SedimentVolume | Jackson
-NO_NUMBERS = kernels.SurfaceNumbers(*np.zeros(7, np.float32))
+NO_NUMBERS = kernels.SurfaceNumbers(*np.zeros(len(kernels.SurfaceNumbers._fields), np.float32))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -160,16 +160,14 @@ def _(law: SmallSlope) -> FastLaw:
 
 @compiled.register
 def _(law: SedimentVolume) -> FastLaw:
-    _only_isotropic(law)
     free = UnevenInside(law.sediment, law.frequency, law.sound_speed, law.unevenness)
-    return _surface(law, free, _numbers(law, volume=isotropic_strength(law.sediment)))
+    return _surface(law, free, _numbers(law, unevenness=law.unevenness))
 
 
 @compiled.register
 def _(law: Jackson) -> FastLaw:
-    _only_isotropic(law)
     free = RoughSediment(law.sediment, law.frequency, law.sound_speed, law.unevenness)
-    return _surface(law, free, _numbers(law, rough=MIRRORS, volume=isotropic_strength(law.sediment)))
+    return _surface(law, free, _numbers(law, rough=MIRRORS, unevenness=law.unevenness))
 
 
 def _product(share: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> FastLaw:
@@ -183,19 +181,17 @@ def _surface(law: OfSediment, free: ScatteringLaw, numbers: kernels.SurfaceNumbe
     return FastLaw(kernels.surface_sections, numbers, _log2_integral(law.sediment), cap)
 
 
-def _only_isotropic(law: SedimentVolume | Jackson) -> None:
-    if law.unevenness != "isotropic":
-        raise TypeError(f"{type(law).__name__} with unevenness {law.unevenness!r} has no fast form; use 'isotropic'")
-
-
-def _numbers(law: OfSediment, *, rough: float = 0.0, volume: float = 0.0) -> kernels.SurfaceNumbers:
-    """A sediment's numbers under sound of one frequency, as the compiled loops read them."""
+def _numbers(law: OfSediment, *, rough: float = 0.0, unevenness: Unevenness | None = None) -> kernels.SurfaceNumbers:
+    """A sediment's numbers under sound of one frequency, as the compiled loops read them; None: no inside."""
     sediment, rho = law.sediment, law.sediment.density_ratio
     inside = ((1 + 1j * sediment.loss) / sediment.speed_ratio) ** 2 - 1
     step2, alpha = (4 * np.pi * law.frequency / law.sound_speed) ** 2, growth_exponent(sediment)
     log2_q = np.log2(0.5 * structure_constant(sediment) * step2 ** (1 - alpha))
     # A bed without any loss would divide by 0 at its critical angle.
-    row = (rho, inside.real, max(inside.imag, 1e-7), log2_q, alpha, rough, 8 * rho**2 * volume)
+    volume = 8 * rho**2 * isotropic_strength(sediment)
+    isotropic = volume if unevenness == "isotropic" else 0.0
+    spectral = 2 * sediment.speed_ratio * volume if unevenness == "power-law" else 0.0
+    row = (rho, inside.real, max(inside.imag, 1e-7), log2_q, alpha, rough, isotropic, spectral)
     return kernels.SurfaceNumbers(*np.array(row, np.float32))
 
 

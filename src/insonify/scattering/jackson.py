@@ -27,8 +27,8 @@ class Jackson:
     _: KW_ONLY
     sound_speed: MetresPerSecond = 1500.0
     """In the water [m/s]."""
-    unevenness: Unevenness = "isotropic"
-    """How the inside scatters, as in SedimentVolume."""
+    unevenness: Unevenness = "power-law"
+    """Spectrum of the inhomogeneities inside, as in SedimentVolume."""
 
     def __post_init__(self) -> None:
         """Refuse what its parts refuse; warn outside the measured band and of steep slopes."""

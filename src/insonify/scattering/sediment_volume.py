@@ -18,7 +18,12 @@ from insonify.scattering.reflection import vertical_wavenumber
 from insonify.scattering.roughness import settle_sound
 from insonify.scattering.sediments import Sediment
 
-Unevenness = Literal["isotropic", "power-law"]
+Unevenness = Literal["power-law", "isotropic"]
+OUTER_WAVENUMBER = 1e-3
+"""Wavenumber of the fluctuations at which their power law levels off, over that of the sound in the water [1]."""
+STRONGEST = 0.1
+"""Cross section that the power law approaches and never exceeds [1]: towards the mirror direction, below the critical
+angle, single scattering would send out more than arrives."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,9 +37,10 @@ class SedimentVolume:
     _: KW_ONLY
     sound_speed: MetresPerSecond = 1500.0
     """In the water [m/s]."""
-    unevenness: Unevenness = "isotropic"
-    """How the inside scatters: the same in all directions (TR 9407), or as density that fluctuates with a power-law
-    spectrum of exponent 3 and the same backscatter at steep angles (Jackson)."""
+    unevenness: Unevenness = "power-law"
+    """Spectrum of the inhomogeneities: density that fluctuates with a power law of exponent 3 (Jackson), or a cross
+    section per unit volume that is the same in all directions (TR 9407). Above the critical angle both have the same
+    backscatter; below it the isotropic one is up to 2 dB higher in medium sand."""
 
     def __post_init__(self) -> None:
         """Refuse what is no sound and a sediment that never ends; warn outside the measured band."""
@@ -54,8 +60,9 @@ class SedimentVolume:
             parameter is so large that more would leave than arrives, it is lowered symmetrically.
 
         Source: single scattering below a flat fluid boundary, Jackson (1993), APL-UW TR 9305; Williams & Jackson
-        (1998), J. Acoust. Soc. Am. 103, 169 (equations from a public implementation). The isotropic form is in
-        backscatter the volume term of APL-UW TR 9407 (1994), eqs. 65-66.
+        (1998), J. Acoust. Soc. Am. 103, 169; the power law's outer scale and its limit of 0.1 as in Jackson (2000),
+        APL-UW TM 2-00 (equations from a public implementation). The isotropic form is in backscatter the volume term
+        of APL-UW TR 9407 (1994), eqs. 65-66.
         Valid: 10 to 100 kHz; the volume parameter was found to vary by a factor of 10 either way.
         """
         free = UnevenInside(self.sediment, self.frequency, self.sound_speed, self.unevenness)
@@ -83,15 +90,16 @@ class UnevenInside:
         if self.sediment.volume_parameter == 0:
             return np.zeros(d.lit.shape)
         p_in, p_out = (vertical_wavenumber(self.sediment, sine) for sine in (d.sine_in, d.sine_out))
-        strength: float | Floats = isotropic_strength(self.sediment)
-        if self.unevenness == "power-law":
-            kappa = (1 + 1j * self.sediment.loss) / self.sediment.speed_ratio
-            contrast = np.abs(kappa**2 - d.along + p_in * p_out) ** 2  # of density, at constant sound speed
-            change = np.sqrt(4 * d.transverse2 + (p_in + p_out).real ** 2)
-            # Scaled so that both kinds agree straight back above the critical angle, where change = 2 |kappa|.
-            strength = strength * 2 * self.sediment.speed_ratio * contrast / change**3
         rho, depth = self.sediment.density_ratio, (p_in + p_out).imag
-        return d.where_lit(8 * rho**2 * transmission(self.sediment, d) * strength / depth)
+        isotropic = 8 * rho**2 * transmission(self.sediment, d) * isotropic_strength(self.sediment) / depth
+        if self.unevenness == "isotropic":
+            return d.where_lit(isotropic)
+        kappa = (1 + 1j * self.sediment.loss) / self.sediment.speed_ratio
+        contrast = np.abs(kappa**2 - d.along + p_in * p_out) ** 2  # of density, at constant sound speed
+        change2 = 4 * d.transverse2 + (p_in + p_out).real ** 2 + OUTER_WAVENUMBER**2
+        # Scaled so that both kinds agree straight back above the critical angle, where the change is 2 |kappa|.
+        free = isotropic * 2 * self.sediment.speed_ratio * contrast / change2**1.5
+        return d.where_lit(free / (1 + free / STRONGEST))
 
 
 def check_inside(law: str, sediment: Sediment, unevenness: str) -> None:
@@ -103,7 +111,7 @@ def check_inside(law: str, sediment: Sediment, unevenness: str) -> None:
         unevenness: How its inside scatters.
     """
     if unevenness not in get_args(Unevenness):
-        raise ValueError(f"{law}.unevenness is {unevenness!r}; give 'isotropic' or 'power-law'")
+        raise ValueError(f"{law}.unevenness is {unevenness!r}; give 'power-law' or 'isotropic'")
     if sediment.loss == 0 and sediment.volume_parameter > 0:
         raise ValueError(
             f"{law}.sediment has loss 0; sound would return from any depth. Give a loss above 0, such as 0.01"

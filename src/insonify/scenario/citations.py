@@ -4,7 +4,7 @@ from pathlib import Path
 
 from insonify.scattering.lambert import Lambert
 from insonify.scenario.scenario import Scenario
-from insonify.scene.bottom_law import SedimentLaw
+from insonify.scene.bottom_law import SedimentLaw, TableLaw
 from insonify.scene.surface import WindLaw
 
 IMAGES = "Allen & Berkley (1979), J. Acoust. Soc. Am. 65, 943: image sources"
@@ -43,6 +43,8 @@ def citations(scenario: Scenario) -> list[str]:
         found.append(FACETS)
     if isinstance(scenario.seabed.scattering, SedimentLaw):
         found.append(JACKSON)
+    if isinstance(scenario.seabed.scattering, TableLaw):
+        found.append(f"Seabed strength table {Path(scenario.seabed.scattering.file).name}")
     if scenario.seabed.texture is not None:
         found.append(PATCHY)
     if scenario.water.scatters:

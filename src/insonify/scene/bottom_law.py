@@ -1,18 +1,23 @@
-"""The sediment's own law, as a scenario names it: which law, of which sediment."""
+"""The seabed's own law, as a scenario names it: which law, of which sediment or of which table."""
 
+import math
 from functools import lru_cache
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import Field, field_validator
+import numpy as np
+from pydantic import Field, field_validator, model_validator
 
-from insonify.noun import Noun
+from insonify.data_file import DataFile, Fingerprint, insist_on_the_same
+from insonify.noun import Noun, located
+from insonify.scattering.albedo import albedo
 from insonify.scattering.fast import FastLaw, compiled
 from insonify.scattering.jackson import Jackson
-from insonify.scattering.sediment_volume import SedimentVolume
+from insonify.scattering.sediment_volume import SedimentVolume, Unevenness
 from insonify.scattering.sediments import Sediment
 from insonify.scattering.small_slope import SmallSlope
+from insonify.scattering.user_table import UserTable
 
-_LAWS = {"jackson": Jackson, "small-slope": SmallSlope, "sediment-volume": SedimentVolume}
+SMALL_SLOPE = "small-slope"
 
 
 def known_sediment(name: str | float) -> str | float:
@@ -31,9 +36,9 @@ def sediment(name: str | float) -> Sediment:
 
 
 def law_by_its_numbers(value: object) -> object:
-    """A law told without its name, known by what it asks for: a strength, a sediment or a wind."""
+    """A law without its name, recognised by its keys: a strength, a sediment, a table or a wind."""
     if isinstance(value, dict) and "law" not in value:
-        known = {"sediment": "jackson", "wind_speed": "apl-surface"}
+        known = {"sediment": "jackson", "volume": "jackson", "file": "table", "wind_speed": "apl-surface"}
         return {**value, "law": next((law for key, law in known.items() if key in value), "lambert")}
     return value
 
@@ -46,17 +51,84 @@ class SedimentLaw(Noun):
     sediment: Annotated[float, Field(ge=-1, le=9)] | str = "medium sand"
     """Name of the sediment, or its grain size [phi]."""
 
+    volume: Unevenness = "power-law"
+    """Spectrum of what scatters inside the sediment: a power law of density (Jackson), or the same cross section in
+    all directions (TR 9407)."""
+
     @field_validator("sediment")
     @classmethod
     def _is_known(cls, value: str | float) -> str | float:
         return known_sediment(value)
 
+    @model_validator(mode="after")
+    def _has_a_volume(self) -> Self:
+        if self.law == SMALL_SLOPE and "volume" in self.model_fields_set:
+            raise located(
+                "volume", self.volume, "is for a law with an inside; small-slope is the surface alone. Leave volume "
+                "out, or write law: jackson.",
+            )  # fmt: skip
+        return self
+
     def at(self, frequency: float, sound_speed: float) -> FastLaw:
         """The law at one frequency [Hz], over water of one sound speed [m/s], ready for the engine."""
-        return _made(self.law, self.sediment, frequency, sound_speed)
+        return _of_sediment(self.law, self.volume, self.sediment, frequency, sound_speed)
+
+
+class TableLaw(Noun):
+    """A measured law: backscattering strength against grazing angle, the same at every frequency."""
+
+    law: Literal["table"] = "table"
+    """Name of the law."""
+    file: DataFile
+    """Path of a CSV file with columns grazing_deg and strength_db; beside the scenario file, unless absolute."""
+    sha256: Fingerprint = None
+    """Fingerprint of the file, filled in when it is read; a file that has changed since is refused."""
+
+    @model_validator(mode="after")
+    def _is_a_table(self) -> Self:
+        insist_on_the_same(self.file, self.sha256)
+        try:
+            table = _table(self.file, self.sha256)
+        except OSError as fault:
+            advice = "Give the path of a table (CSV) with the columns grazing_deg and strength_db."
+            raise located("file", None, f"{self.file} cannot be read: {fault.strerror}. {advice}") from None
+        except ValueError as fault:  # names file, line and column
+            raise located("file", None, str(fault)) from None
+        if (excess := _most_returned(table)) > 1:
+            raise located(
+                "file", None, f"{self.file}: the bed would send out {excess:.3g} times the sound that it receives. "
+                "Strengths are 10 log10 of the cross section per unit area and solid angle, such as -25.",
+            )  # fmt: skip
+        return self
+
+    def at(self, frequency: float, sound_speed: float) -> FastLaw:
+        """The law, which is the same at every frequency [Hz] and sound speed [m/s], ready for the engine."""
+        return _of_table(self.file, self.sha256)
 
 
 @lru_cache(maxsize=16)
-def _made(law: str, name: str | float, frequency: float, sound_speed: float) -> FastLaw:
+def _of_sediment(law: str, volume: Unevenness, name: str | float, frequency: float, sound_speed: float) -> FastLaw:
     """Making a law's tables takes a fraction of a second, and every ping wants the same."""
-    return compiled(_LAWS[law](sediment(name), frequency, sound_speed=sound_speed))
+    bed = sediment(name)
+    if law == SMALL_SLOPE:
+        return compiled(SmallSlope(bed, frequency, sound_speed=sound_speed))
+    kind = Jackson if law == "jackson" else SedimentVolume
+    return compiled(kind(bed, frequency, sound_speed=sound_speed, unevenness=volume))
+
+
+@lru_cache(maxsize=16)
+def _table(file: str, sha256: str | None) -> UserTable:
+    """The table in a file; another content has another fingerprint."""
+    return UserTable.from_csv(file)
+
+
+@lru_cache(maxsize=16)
+def _of_table(file: str, sha256: str | None) -> FastLaw:
+    """A table's law, ready for the engine."""
+    return compiled(_table(file, sha256))
+
+
+def _most_returned(table: UserTable) -> float:
+    """Largest share of the incident sound that a table's law sends out, over all angles [1]."""
+    grazing = np.linspace(math.radians(2), math.pi / 2, 9)
+    return float(albedo(table, grazing, points=32).max())

@@ -12,7 +12,7 @@ from insonify.scattering.fast import FastLaw
 from insonify.scattering.lambert import Lambert
 from insonify.scattering.reflection import reflected, reflection_coefficient
 from insonify.scene.bed import Bed
-from insonify.scene.bottom_law import SedimentLaw, known_sediment, law_by_its_numbers, sediment
+from insonify.scene.bottom_law import SedimentLaw, TableLaw, known_sediment, law_by_its_numbers, sediment
 from insonify.scene.lattice import Lattice
 from insonify.scene.terrain.grid import Grid, warn_of_overlap
 from insonify.scene.terrain.ground import grow
@@ -48,7 +48,8 @@ class Seabed(Noun):
     seed: Annotated[int, Field(ge=0, lt=2**63)] | None = None
     """Seed of the relief and of the texture; None: the scenario's."""
     scattering: Annotated[
-        Annotated[Lambert | SedimentLaw, Field(discriminator="law")] | None, BeforeValidator(law_by_its_numbers)
+        Annotated[Lambert | SedimentLaw | TableLaw, Field(discriminator="law")] | None,
+        BeforeValidator(law_by_its_numbers),
     ] = SedimentLaw()
     """Law of diffuse scattering; None for a bed that only mirrors."""
     texture: Texture | None = None
@@ -112,7 +113,7 @@ class Seabed(Noun):
 
     def law(self, frequency: float, sound_speed: float) -> Lambert | FastLaw | None:
         """The law of diffuse scattering at one frequency [Hz], under water of one sound speed [m/s]."""
-        if isinstance(self.scattering, SedimentLaw):
+        if isinstance(self.scattering, SedimentLaw | TableLaw):
             return self.scattering.at(frequency, sound_speed)
         return self.scattering
 
