@@ -7,48 +7,53 @@ from insonify.engines import _grain_kernel as kernel
 from insonify.engines.sampling import Resolution, filling, tiles_in_view
 from insonify.engines.view import view
 from insonify.propagation.families import families_for
-from insonify.scene.lattice import BASE_PITCH, TILE, Lattice, Tiles
+from insonify.scene.lattice import BASE_PITCH, FINEST_LEVEL, TILE, Lattice, Tiles
 from insonify.simulation import prepare
 from oracles.scenes import nominal
 
 RESOLUTION = Resolution(slant=0.15, width=0.012, per_cell=4.0)
+LONG_PULSE = Resolution(slant=0.15, width=0.012, per_cell=4.0, pulse=1.2)
 
 
-def cell_area(distance, height):
-    """The smaller one of a ground cell by the beam's arc over the number wanted, and a square of two ground cells."""
-    slant = np.hypot(distance, height)
+def cell_area(distance, height, pulse=0.15):
+    """The smaller one of a ground cell by the beam's arc over the number wanted, and a square of six ground cells."""
+    far = np.hypot(distance, height)
+    slant = np.maximum(0.15, np.minimum(pulse, far / 20))
     with np.errstate(divide="ignore"):
-        ground = np.minimum(0.15 * slant / distance, np.sqrt(2 * slant * 0.15))
-    return np.minimum(ground * slant * 0.012 / 4, 4 * ground**2)
+        ground = np.minimum(slant * far / distance, np.sqrt(2 * far * slant))
+    return np.minimum(ground * far * 0.012 / 4, 36 * ground**2)
 
 
+@pytest.mark.parametrize("resolution", [RESOLUTION, LONG_PULSE])
 @pytest.mark.parametrize("count", [0, 1, 500])
-def test_cells_are_those_of_the_range_cell_and_the_beam(count):
-    """From right below the sonar to 300 m, whatever the shape that is asked in."""
+def test_cells_are_those_of_the_range_cell_and_the_beam(count, resolution):
+    """From right below the sonar to 300 m, whatever the shape that is asked in; a long pulse where it is far enough."""
     rng = np.random.default_rng(count)
     distance = np.where(rng.random(count) < 0.1, 0.0, rng.uniform(0, 300, count))
     for height in (0.1, 9.0):
-        np.testing.assert_allclose(RESOLUTION.cell_area(distance, height), cell_area(distance, height), rtol=1e-12)
+        want = cell_area(distance, height, max(resolution.pulse, 0.15))
+        np.testing.assert_allclose(resolution.cell_area(distance, height), want, rtol=1e-12)
         columns = distance[: count // 2 * 2].reshape(-1, 2)
         np.testing.assert_array_equal(
-            RESOLUTION.cell_area(columns, height).ravel(), RESOLUTION.cell_area(columns.ravel(), height)
+            resolution.cell_area(columns, height).ravel(), resolution.cell_area(columns.ravel(), height)
         )
 
 
-def test_no_cell_is_larger_than_the_coarsest_nor_smaller_than_the_finest():
+@pytest.mark.parametrize("resolution", [RESOLUTION, LONG_PULSE])
+def test_no_cell_is_larger_than_the_coarsest_nor_smaller_than_the_finest(resolution):
     """20 stretches of any length, 400 distances in each: between both bounds at one end, above that of two ends."""
     rng = np.random.default_rng(1)
     near, length = rng.uniform(0, 100, 20), 10 ** rng.uniform(-1, 2, 20)
     inside = near + length * np.linspace(0, 1, 400)[:, None]
     for height in (0.5, 9.0, 40.0):
-        area = cell_area(inside, height)
-        assert np.all(RESOLUTION.finest(near, near + length, height) <= area.min(axis=0) * (1 + 1e-12))
-        assert area.max() <= RESOLUTION.coarsest(float(inside.max()), height) * (1 + 1e-12)
+        area = cell_area(inside, height, max(resolution.pulse, 0.15))
+        assert np.all(resolution.finest(near, near + length, height) <= area.min(axis=0) * (1 + 1e-12))
+        assert area.max() <= resolution.coarsest(float(inside.max()), height) * (1 + 1e-12)
     # no end alone asks for less than both together
     ends = [(near, near + length, 9.0), (near + 3, near + length + 3, 5.0)]
-    apart = RESOLUTION.finest_apart(ends)
+    apart = resolution.finest_apart(ends)
     for one, far, height in ends:
-        assert np.all(apart <= RESOLUTION.finest(one, far, height) * (1 + 1e-12))
+        assert np.all(apart <= resolution.finest(one, far, height) * (1 + 1e-12))
 
 
 @pytest.mark.parametrize("count", [0, 1, 200])
@@ -97,7 +102,7 @@ def test_tiles_in_reach_are_those_that_a_loop_finds(corner, widest):
     np.testing.assert_array_equal(np.column_stack([along[:loud], across[:loud], centre[:loud]]), before)
 
 
-@pytest.mark.parametrize(("level", "count"), [(0, 5), (3, 0), (3, 1), (4, 300)])
+@pytest.mark.parametrize(("level", "count"), [(-4, 5), (0, 5), (3, 0), (3, 1), (4, 300)])
 def test_tiles_that_are_too_coarse_are_cut_in_four_and_no_ground_is_lost(level, count):
     """Each is kept or cut; those kept tell the share that fills the cells, at the finest level at most all."""
     rng = np.random.default_rng(count)
@@ -105,7 +110,7 @@ def test_tiles_that_are_too_coarse_are_cut_in_four_and_no_ground_is_lost(level, 
     cell = (BASE_PITCH * 2.0**level) ** 2
     finest = cell * 10 ** rng.uniform(-1, 1, count)
     kept_along, kept_across, density, part_along, part_across = kernel.divided(level, along, across, finest)
-    fine = (cell <= finest) | (level == 0)
+    fine = (cell <= finest) | (level == FINEST_LEVEL)
     np.testing.assert_array_equal([kept_along, kept_across], [along[fine], across[fine]])
     np.testing.assert_allclose(density, np.minimum(cell / finest[fine], 1))
     want = Tiles(np.full(np.sum(~fine), level), along[~fine], across[~fine]).split()

@@ -166,22 +166,25 @@ def test_ground_is_drawn_as_finely_as_it_will_be_focused() -> None:
 
 
 def test_cells_shrink_with_the_pulse_and_the_beam() -> None:
-    """Half the pulse or half the beam's width: half the area; a wide beam is capped at squares of two range cells."""
+    """Half the pulse or half the beam's width: half the area; a wide beam is capped at squares of six range cells."""
     away = np.array([100.0])
     plain = Resolution(0.1, 0.01, 5.0).cell_area(away, 9.0)
     assert Resolution(0.05, 0.01, 5.0).cell_area(away, 9.0) == pytest.approx(plain / 2)
     assert Resolution(0.1, 0.005, 5.0).cell_area(away, 9.0) == pytest.approx(plain / 2)
     wide = Resolution(0.1, 1.0, 5.0)
-    assert wide.cell_area(away, 9.0) == pytest.approx((2 * wide.ground(away, 9.0)) ** 2)
+    assert wide.cell_area(away, 9.0) == pytest.approx((6 * wide.ground(away, 9.0)) ** 2)
 
 
 @settings(max_examples=50)
-@given(st.floats(0, 300), st.floats(0.1, 3000), st.floats(0.5, 100), st.floats(1e-3, 1), st.floats(0.01, 1))
+@given(
+    st.floats(0, 300), st.floats(0.1, 3000), st.floats(0.5, 100), st.floats(1e-3, 1), st.floats(0.01, 1),
+    st.sampled_from([0.0, 0.5, 20.0]),
+)  # fmt: skip
 def test_the_finest_cell_of_a_stretch_is_its_finest(
-    nearest: float, stretch: float, height: float, width: float, slant: float
+    nearest: float, stretch: float, height: float, width: float, slant: float, pulse: float
 ) -> None:
     """The least cell area between two distances, looked for at 4000 of them: never below what is said, within 2 %."""
-    resolution = Resolution(slant, width, 5.0)
+    resolution = Resolution(slant, width, 5.0, pulse)
     every = resolution.cell_area(nearest + stretch * np.linspace(0, 1, 4001) ** 2, height)
     said = resolution.finest(np.array([nearest]), np.array([nearest + stretch]), height)[0]
     assert said <= every.min() * (1 + 1e-9)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from insonify.engines import _grain_kernel as kernel
 from insonify.propagation.rays import Rays, Reach
-from insonify.scene.lattice import BASE_PITCH, TILE, Lattice, Tiles
+from insonify.scene.lattice import BASE_PITCH, FINEST_LEVEL, TILE, Lattice, Tiles
 from insonify.scene.scene import Scene
 from insonify.sonar.stance import Stance
 from insonify.sonar.survey import Survey, distance_to_runs
@@ -29,24 +29,31 @@ class Resolution:
     """What the sonar can tell apart, and how many scatterers it takes to fill such a cell."""
 
     slant: float
-    """Resolution along the slant range [m]."""
+    """Resolution along the slant range, nowhere more than a part of the least distance from a boundary [m]."""
     width: float
     """Width of the finest two-way beam [rad]."""
     per_cell: float
     """Scatterers in each resolution cell [1]."""
+    pulse: float = 0.0
+    """Resolution along the slant range where nothing but the pulse limits it [m]; 0: `slant` holds everywhere."""
+
+    @property
+    def cell(self) -> kernel.Cell:
+        """The same for kernels."""
+        return kernel.Cell(float(self.slant), float(self.width), float(self.per_cell), float(self.pulse))
 
     def ground(self, distance: Floats, height: float) -> Floats:
         """Length of a resolution cell on the ground [m], at a horizontal distance [m] and height [m]."""
         away = np.asarray(distance, float)
         found = np.empty(away.shape)
-        kernel.ground(self.slant, away.ravel(), height, found.reshape(-1))
+        kernel.ground(self.cell, away.ravel(), height, found.reshape(-1))
         return found
 
     def cell_area(self, distance: Floats, height: float) -> Floats:
-        """Largest area that one scatterer may stand for [m^2]; never a square that is coarse against the range cell."""
+        """Largest area that one scatterer may stand for [m^2]; never a square very long against the range cell."""
         away = np.asarray(distance, float)
         found = np.empty(away.shape)
-        kernel.cells(self.slant, self.width, self.per_cell, away.ravel(), height, found.reshape(-1))
+        kernel.cells(self.cell, away.ravel(), height, found.reshape(-1))
         return found
 
     def coarsest(self, reach: float, height: float) -> float:
@@ -54,17 +61,20 @@ class Resolution:
 
         The area without its limit grows to where the disc below the sonar ends, and is convex beyond.
         """
-        edge = (self.slant / 2 + np.hypot(self.slant / 2, 2 * height)) / 2
-        distance = np.array([np.sqrt(self.slant * edge / 2), reach])
-        return float(np.max(self.ground(distance, height) * np.hypot(distance, height)) * self.width / self.per_cell)
+        slant = max(self.slant, self.pulse)
+        whole = Resolution(slant, self.width, self.per_cell)
+        edge = (slant / 2 + np.hypot(slant / 2, 2 * height)) / 2
+        distance = np.array([np.sqrt(slant * edge / 2), reach])
+        return float(np.max(whole.ground(distance, height) * np.hypot(distance, height)) * self.width / self.per_cell)
 
     def finest(self, nearest: Floats, farthest: Floats, height: float) -> Floats:
-        """Smallest `cell_area` between two horizontal distances [m^2]: at either of them, or where they are `height`.
+        """Smallest `cell_area` between two horizontal distances [m^2]: at either, or where its parts have their least.
 
-        Outwards the ground cell gets shorter and the beam wider; their product is least under 45 degrees.
+        Outwards the ground cell of one pulse gets shorter and the beam wider; their product is least under 45 degrees,
+        and under 55 degrees where the cell is limited to a part of the slant range.
         """
         found = np.empty(len(nearest))
-        kernel.finest(self.slant, self.width, self.per_cell, nearest, farthest, height, found)
+        kernel.finest(self.cell, nearest, farthest, height, found)
         return found
 
     def finest_apart(self, ends: list[tuple[Floats, Floats, float]]) -> Floats:
@@ -76,9 +86,12 @@ class Resolution:
         Args:
             ends: Of each end its nearest and its farthest horizontal distance [m], shape (n,), and its height [m].
         """
-        ground = np.minimum.reduce([self.ground(away, height) for *span, height in ends for away in span])
+        lengths = np.empty((len(ends), len(ends[0][0])))
+        for row, (nearest, farthest, height) in zip(lengths, ends, strict=True):
+            kernel.shortest(self.cell, nearest, farthest, height, row)
+        ground = lengths.min(axis=0)
         across = np.minimum.reduce([np.hypot(nearest, height) * self.width for nearest, _, height in ends])
-        return np.minimum(ground * across / self.per_cell, (2 * ground) ** 2)
+        return np.minimum(ground * across / self.per_cell, (kernel.ELONGATED * ground) ** 2)
 
 
 def survey_speed(scene: Scene, stance: Stance) -> float:
@@ -158,11 +171,11 @@ def tiles_in_view(
     if heard.farthest < 0:
         return Tiles(*np.empty((3, 0), np.int64)), np.zeros(0)
     here, other = lattice.from_world(stance.transmit_place[:2]), lattice.from_world(stance.receive_place[:2])
-    level = max(0, int(np.ceil(np.log2(heard.farthest / (TILE * BASE_PITCH)))) + 1)
+    level = max(FINEST_LEVEL, int(np.ceil(np.log2(heard.farthest / (TILE * BASE_PITCH)))) + 1)
     side = TILE * BASE_PITCH * 2.0**level
     grain = _Grain(stance, lattice, boundary_depth, resolution, heard.farthest + side)
     # from tiles that are all too coarse, few enough to be looked at one by one
-    while level > 0 and side * FIRST_TILES > heard.farthest and (side / TILE / 2) ** 2 > grain.coarsest:
+    while level > FINEST_LEVEL and side * FIRST_TILES > heard.farthest and (side / TILE / 2) ** 2 > grain.coarsest:
         level, side = level - 1, side / 2
     low, high = (np.floor((here + way * heard.farthest) / side).astype(np.int64) for way in (-1, 1))
     along, across = np.empty((2, int(np.prod(high - low + 1))), np.int64)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from insonify import streams
 from insonify.engines import rings
+from insonify.engines._grain_kernel import LONGEST_CELL
 from insonify.engines.loudness import Kept, Loudness
 from insonify.engines.sampling import Resolution, filling, reach, survey_speed, tiles_in_view, widest_way
 from insonify.engines.targets import target_points
@@ -35,8 +36,6 @@ BLOCK = 49152
 """Scatterers in a block: few enough for the cache, enough to keep Python out of the way."""
 LEAST_OF_TILE = 4
 """Scatterers of a block that one more tile counts for at least."""
-LONGEST_CELL = 0.05
-"""Longest cell of slant range, as a part of the sonar's distance from the nearer boundary [1]."""
 EVEN_SEED = 0
 """Of the places in their cells at which an expectation is taken: the same for every seed."""
 
@@ -207,14 +206,15 @@ def view(scene: Scene, choice: PathChoice, seed: int, stance: Stance, rays: Rays
     shallowest, deepest = stance.survey_depths
     height = max(0.1, min(shallowest, scene.seabed.depth - deepest))
     speed = survey_speed(scene, stance)
-    slant = min(stance.pulse.finest_resolution(speed), LONGEST_CELL * height)
+    pulse = stance.pulse.finest_resolution(speed)
+    slant = min(pulse, LONGEST_CELL * height)
     width = two_way_width(stance.transmit_beams, stance.resolving_beams or stance.receive_beams)
     here = min(stance.sound_speed, stance.receive_speed)
     if speed != here:
         width = round(width * speed / here, ndigits=9)
     if stance.pulse.receiver.synthetic_aperture is not None:
         width = min(width, speed / stance.frequency / 2 / stance.pulse.receiver.synthetic_aperture)
-    return View(scene, choice, seed, stance, rays, Resolution(slant, width, choice.scatterers_per_cell), even)
+    return View(scene, choice, seed, stance, rays, Resolution(slant, width, choice.scatterers_per_cell, pulse), even)
 
 
 def footprint(stance: Stance, within: float = np.pi) -> float:

@@ -22,6 +22,8 @@ Integers = NDArray[np.int64]
 
 BASE_PITCH = 0.01
 """Side of a cell at level 0 [m]."""
+FINEST_LEVEL = -4
+"""Level of the smallest cells: 0.6 mm."""
 TILE = 32
 """Cells along the side of a tile."""
 PARTS = 4

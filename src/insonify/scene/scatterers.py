@@ -69,10 +69,13 @@ class Scatterers:
 def lattice_place(
     stream: int, level: NDArray[np.int64] | int, along: NDArray[np.int64], across: NDArray[np.int64]
 ) -> NDArray[np.uint64]:
-    """Keys of lattice cells: stream, level and the two cell numbers (each within +-2**26) packed in 64 bits."""
+    """Keys of lattice cells: stream, level and the two cell numbers (each within +-2**26) packed in 64 bits.
+
+    Of the level, -16 to 15, five bits are kept.
+    """
     half = 1 << 26
     cell = ((along + half) * KEY_ROW | (across + half)).astype(np.uint64)
-    return cell | np.asarray((stream << 59) | (np.asarray(level, np.int64) << 54)).astype(np.uint64)
+    return cell | np.asarray((stream << 59) | ((np.asarray(level, np.int64) & 31) << 54)).astype(np.uint64)
 
 
 def even_place(row: NDArray[np.int64], column: NDArray[np.int64]) -> NDArray[np.uint64]:

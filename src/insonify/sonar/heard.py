@@ -115,7 +115,9 @@ class HeardPulse:
         Args:
             sound_speed: Sound speed [m/s].
         """
-        compressed = 1 / self.pulse.bandwidth if self.pulse.bandwidth > 0 else np.inf
+        # what the receiver's filter stops is in no recording
+        band = min(self.pulse.bandwidth, self.receiver.sample_rate)
+        compressed = 1 / band if band > 0 else np.inf
         return sound_speed / 2 * float(min(self.resolution_time, compressed))
 
     def range_resolution(self, sound_speed: float) -> float:

@@ -21,7 +21,7 @@ from insonify.propagation.families import families_for
 from insonify.propagation.images import StraightRays
 from insonify.propagation.rays import Rays
 from insonify.scenario.scenario import Scenario
-from insonify.scene.lattice import BASE_PITCH, TILE
+from insonify.scene.lattice import BASE_PITCH, FINEST_LEVEL, TILE
 from insonify.scene.scatterers import Boundary
 from insonify.simulation import Listening, parts_of, prepare
 from insonify.sonar.stance import Stance
@@ -277,7 +277,7 @@ def _tile(resolution: Resolution, distance: Floats, height: float, scenario: Sce
     """Side of the tiles that the sampling wants at some distances [m], shape (n,)."""
     pitch = np.sqrt(resolution.cell_area(distance, height))
     if scenario.field == "coherent":  # the lattice's cells come in powers of two
-        pitch = BASE_PITCH * 2.0 ** np.maximum(np.floor(np.log2(pitch / BASE_PITCH)), 0)
+        pitch = BASE_PITCH * 2.0 ** np.maximum(np.floor(np.log2(pitch / BASE_PITCH)), FINEST_LEVEL)
     return np.asarray(TILE * pitch)
 
 

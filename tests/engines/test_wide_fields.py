@@ -1,0 +1,79 @@
+"""Sampling of wide fields at high resolution: by the area of a resolution cell, not by the least of its sides."""
+
+import numpy as np
+import pytest
+
+from insonify.scenario.scenario import Scenario
+from insonify.scene.lattice import FINEST_LEVEL
+from insonify.scene.scatterers import lattice_place
+from insonify.simulation import prepare
+from insonify.sonar.heard import hear
+from insonify.sonar.pulse import Pulse
+from insonify.sonar.receiver import Receiver
+
+
+def imaging(*, bandwidth=100e3, band=None, per_cell=5.0, stop=5e-3, **sonar):
+    """A 900 kHz imaging sonar 1.5 m above a bed: 64 elements half a wavelength apart, sound sent over 130 deg."""
+    return Scenario(
+        water={"noise_level_db": None},
+        seabed={"depth": 5.0, "scattering": {"law": "lambert", "strength_db": -27.0}},
+        sonar={
+            "source_level_db": 200,
+            "pulse": {"kind": "lfm", "frequency": 900e3, "bandwidth": bandwidth, "duration": 0.2e-3},
+            "transmit": {"kind": "planar", "width": 0.8e-3, "height": 5e-3},
+            "receive": {"kind": "line", "length": 0.0533, "elements": 64},
+            "receiver": {"band": 1.2 * bandwidth if band is None else band, "record": "elements"},
+            "mounting": {"bearing": 0.0, "tilt": 0.35},
+            **sonar,
+        },
+        track={"kind": "static", "position": (0.0, 0.0, 3.5), "window": (0.0, stop)},
+        paths={"reflections": 0, "edges": "hard", "scatterers_per_cell": per_cell},
+    )
+
+
+def drawn(scenario):
+    """Positions and areas of all scatterers of the first ping, and its stance."""
+    listening = prepare(scenario)
+    found = [block() for block in listening.engine.blocks(listening.stance(0))]
+    return np.concatenate([f.position for f in found]), np.concatenate([f.area for f in found]), listening.stance(0)
+
+
+@pytest.mark.parametrize(("bandwidth", "per_cell"), [(300e3, 5.0), (30e3, 60.0)])
+def test_cells_finer_than_a_centimetre_have_their_scatterers(bandwidth, per_cell):
+    """2 m ahead, where each stands for less than 1 cm^2: as many in a cell as asked for, up to a fifth more."""
+    place, area, here = drawn(imaging(bandwidth=bandwidth, per_cell=per_cell, stop=3.6e-3))
+    far, slant = np.hypot(place[:, 0], place[:, 1]), np.linalg.norm(place - here.transmit_place, axis=1)
+    ahead = (np.abs(np.arctan2(place[:, 1], place[:, 0])) < 0.5) & (far > 2.0) & (far < 2.2)
+    cell = 1500 / 2 / bandwidth * slant / far * slant * 0.886 / 32
+    count = (cell / area)[ahead]
+    assert area[ahead].max() < 1e-4
+    assert count.min() >= 0.99 * per_cell and np.median(count) < 1.2 * per_cell
+    ground = area[ahead].sum() / (0.5 * (2.2**2 - 2.0**2))
+    assert ground == pytest.approx(1, abs=0.01)
+
+
+def test_a_wide_field_has_as_many_scatterers_as_its_resolution_cells_ask_for():
+    """300 kHz of band over the front half: 5 for each range cell and width of the array, a third more at most."""
+    place, _, here = drawn(imaging(bandwidth=300e3, stop=8e-3))
+    slant = np.linalg.norm(place - here.transmit_place, axis=1)
+    rows = (slant > 3) & (slant < 5.5)
+    cells = (5.5 - 3) / (1500 / 2 / 300e3) * np.pi / (0.886 / 32)
+    assert 0.9 * 5 * cells < rows.sum() < 1.35 * 5 * cells
+
+
+def test_the_band_of_the_receiver_limits_what_can_be_resolved():
+    """A sweep of 300 kHz through a filter of 20 kHz: a range cell of 1 / 25 kHz at the finest; in full, 1 / 300 kHz."""
+    pulse = Pulse(kind="lfm", frequency=900e3, bandwidth=300e3, duration=0.2e-3)
+    narrow, wide = (hear(pulse, Receiver(band=band)).finest_resolution(1500.0) for band in (20e3, 360e3))
+    assert wide == pytest.approx(1500 / 2 / 300e3)
+    assert narrow == pytest.approx(1500 / 2 / 25e3)
+
+
+def test_keys_of_small_cells_are_their_own():
+    """All levels from the finest to 15, cells near and far: no two keys alike, none of another stream."""
+    level, along, across = (
+        part.ravel() for part in np.meshgrid(np.arange(FINEST_LEVEL, 16), [-9, 0, 70000], [-70000, 0, 5])
+    )
+    keys = np.concatenate([lattice_place(stream, level, along, across) for stream in (0, 1, 3)])
+    assert len(np.unique(keys)) == 3 * level.size
+    assert set((lattice_place(3, level, along, across) >> np.uint64(59)).tolist()) == {3}
