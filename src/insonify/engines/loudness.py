@@ -197,6 +197,19 @@ class Loudness:
         count = keep(*tiles, first, *streams.key(seed, stream), told, self._gains, self.lattice.frame, depth, made)
         return Kept(*(column[:count] for column in made))
 
+    def gain_at(self, place: Floats, around: Floats | None = None) -> Floats:
+        """Largest two-way gain at or about some places, re that above which all scatterers are kept [1], shape (n,).
+
+        Args:
+            place: North and east [m], shape (n, 2).
+            around: Distance from each place within which the gain is the largest [m], shape (n,); None: at the place.
+        """
+        return self._at(place, around)
+
+    def share_of(self, gain: Floats) -> Floats:
+        """Part of the points that is kept where the gain is that of `gain_at` [1], any shape."""
+        return self._share(gain) if self.thinning else np.ones(gain.shape)
+
     def mean_share(self, distance: Floats) -> Floats:
         """Part of the scatterers that is kept, on the average over all bearings.
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from insonify.engines.audible import Audible, audible, largest_parts, shares_met
 from insonify.engines.bounced import over_relief
+from insonify.engines.even_points import Layouts
 from insonify.engines.lines import heard_about
 from insonify.engines.rings import WIDEST_CELL
 from insonify.engines.skyline import Remembered, Skylines
@@ -52,6 +53,8 @@ class Paths:
     """What the ground hides from the last few places."""
     parts: Kept = field(default_factory=lambda: Kept(1 << 20), compare=False, repr=False)
     """What families have of all that is heard of the ground at the last attitudes."""
+    layouts: Layouts = field(default_factory=Layouts, compare=False, repr=False)
+    """Even points about the sonar in its last attitudes."""
     delays: DelayField | None = None
     """What uneven water adds to travel times; None: nothing, and an expectation takes its mean."""
 
@@ -67,7 +70,8 @@ class Paths:
         """
         if not self.choice.causes:
             return []
-        return view(self.scene, self.choice, self.seed, stance, self.rays, even=even).blocks()
+        seen = view(self.scene, self.choice, self.seed, stance, self.rays, even=even, layouts=self.layouts)
+        return seen.blocks()
 
     def pairs(self, stance: Stance, block: Block, *, drowned: bool = True) -> Pairs:
         """Legs out and back of one block, and the strength of each ordered pair.

@@ -4,25 +4,29 @@ An expectation needs no scatterers, only a quadrature over the ground. Cells of 
 what a sonar resolves; in each the point is shifted by the golden ratio times the number of the cell across, so that
 any strip along or across the beam meets its points at even distances. Four points a cell then give what hundreds
 thrown at random do.
+
+Where the beams are faint, few of the points are kept, each for as much more ground: those of the lowest priorities,
+which are spread evenly too, so that the mean and the evenness stay.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines import _ring_kernel as kernel
+from insonify.engines.loudness import Loudness
 from insonify.engines.sampling import Resolution, beam_bound
 from insonify.propagation.rays import Rays, Reach
-from insonify.scene.scatterers import even_place
 from insonify.sonar.stance import Stance
 
 Floats = NDArray[np.float64]
 
-GOLDEN = 0.6180339887498949
+GOLDEN = kernel.GOLDEN
 TILE = 32
 """Rings of a tile."""
 ACROSS = 4
 """Sectors of a tile: few, for most tiles that a narrow beam is near lie beside it."""
-TILES_PER_BLOCK = 32
-"""Tiles that are drawn together."""
+PIECES = 4
+"""Pieces of the rings of a tile, in each of which and in each sector the keep probability is one number."""
 WIDEST_CELL = 0.02
 """A cell is never wider than this, however wide the beam, so that shadows keep their edges [rad]."""
 
@@ -49,6 +53,7 @@ class Rings:
         self.azimuth = 2 * np.pi / float(sectors)
         first = int(np.hypot(reach.nearest, reach.height) / self.slant) // TILE
         last = int(np.hypot(reach.farthest, reach.height) / self.slant) // TILE
+        self.rows = first, last
         rows, columns = np.mgrid[first : last + 1, 0 : int(sectors) // ACROSS]
         self.tiles = np.stack([rows.ravel(), columns.ravel()], axis=-1)
 
@@ -69,25 +74,52 @@ class Rings:
         strips = np.stack([np.repeat(wide[:, 0], beside), (wide[:, 1, None] * beside + np.arange(beside)).ravel()], -1)
         return seen(strips, ACROSS)
 
-    def points(self, tiles: NDArray[np.int64]) -> tuple[Floats, Floats, NDArray[np.uint64]]:
-        """North and east [m] (n, 2), area [m^2] and key of the cells of some tiles, but none above the boundary."""
-        out, across = np.arange(TILE)[:, None], np.arange(ACROSS)
-        ring = (tiles[:, 0, None, None] * TILE + out + 0 * across).ravel()
-        sector = (tiles[:, 1, None, None] * ACROSS + 0 * out + across).ravel()
-        inner, outer = (np.maximum((ring + side) * self.slant, self.height) for side in (0, 1))
-        there = outer > inner
-        ring, sector, inner, outer = ring[there], sector[there], inner[there], outer[there]
-        slant = inner + (outer - inner) * np.mod((sector + 0.5) * GOLDEN, 1)
-        azimuth = (sector + np.mod((ring + 0.5) * GOLDEN, 1)) * self.azimuth
-        area = (outer**2 - inner**2) / 2 * self.azimuth
-        return self._place(self._ground(slant), azimuth), area, even_place(ring, sector)
+    def shares(self, tiles: NDArray[np.int64], loudness: Loudness, louder: Floats | None = None) -> Floats:
+        """Keep probability of the cells of some tiles [1], shape (tiles, PIECES, ACROSS): the larger one at either end.
+
+        Args:
+            tiles: Rows of (ring, sector), shape (tiles, 2).
+            loudness: Two-way gain on the boundary.
+            louder: Factor on the gain in each piece of each row of tiles [1], shape (rows, PIECES); None: 1.
+        """
+        place = np.empty((len(tiles) * (PIECES + 1) * ACROSS, 2))
+        kernel.ends(tiles, (TILE, PIECES, ACROSS), self.slant, self.height, self.azimuth, self._origin, place)
+        gain = loudness.gain_at(place).reshape(-1, PIECES + 1, ACROSS)
+        gain = np.maximum(gain[:, 1:], gain[:, :-1])
+        if louder is not None:
+            gain *= louder[tiles[:, 0] - self.rows[0]][..., None]
+        return loudness.share_of(gain)
+
+    def points(
+        self, tiles: NDArray[np.int64], share: Floats | None = None
+    ) -> tuple[Floats, Floats, NDArray[np.uint64]]:
+        """North and east [m] (n, 2), area [m^2] and key of the points of some tiles, but none above the boundary.
+
+        Args:
+            tiles: Rows of (ring, sector), shape (tiles, 2).
+            share: Of `shares`; None: all points are kept.
+        """
+        kept = np.ones((len(tiles), 1, ACROSS)) if share is None else share
+        most = len(tiles) * TILE * ACROSS
+        place, area, key = np.empty((most, 2)), np.empty(most), np.empty(most, np.uint64)
+        n = kernel.thinned(tiles, kept, TILE, self.slant, self.height, self.azimuth, self._origin, place, area, key)
+        return place[:n], area[:n], key[:n]
+
+    @property
+    def _origin(self) -> tuple[float, float, float]:
+        """North and east of the sonar [m], and the bearing of the first sector [rad].
+
+        That is half a turn off boresight, where no seam matters.
+        """
+        north, east = self.stance.middle
+        return float(north), float(east), float(np.arctan2(self.stance.boresight[1], self.stance.boresight[0]) + np.pi)
 
     def _ground(self, slant: Floats) -> Floats:
         """Horizontal distance at a slant range [m]."""
         return np.asarray(np.sqrt(np.maximum(slant**2 - self.height**2, 0.0)))
 
     def _place(self, distance: Floats, azimuth: Floats) -> Floats:
-        """North and east [m], azimuth counted from half a turn off boresight, where no seam matters."""
-        bearing = np.arctan2(self.stance.boresight[1], self.stance.boresight[0]) + np.pi + azimuth
-        offset = np.stack([np.cos(bearing), np.sin(bearing)], axis=-1) * distance[..., None]
-        return np.asarray(self.stance.middle + offset)
+        """North and east [m], azimuth counted from the first sector."""
+        north, east, first = self._origin
+        offset = np.stack([np.cos(first + azimuth), np.sin(first + azimuth)], axis=-1) * distance[..., None]
+        return np.asarray(np.array([north, east]) + offset)

@@ -6,7 +6,7 @@ drawn and belong to their places; for an expectation they are laid out evenly, a
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import pairwise
 
@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify import streams
-from insonify.engines import rings
 from insonify.engines._grain_kernel import LONGEST_CELL
+from insonify.engines.even_points import Columns, EvenPoints, Layouts
 from insonify.engines.loudness import Kept, Loudness
 from insonify.engines.sampling import Resolution, filling, reach, survey_speed, tiles_in_view, widest_way
 from insonify.engines.targets import target_points
@@ -54,6 +54,8 @@ class View:
     resolution: Resolution
     even: bool
     """Even points for an expectation, or drawn ones that belong to their places."""
+    layouts: Layouts = field(default_factory=Layouts)
+    """Even points of the last few attitudes."""
 
     def blocks(self) -> list[Block]:
         """Every scatterer that this ping can meet, in blocks of a fixed order."""
@@ -120,15 +122,16 @@ class View:
         heard = self._reach(boundary, depth, kept)
         if heard.farthest < 0:
             return []
-        cells = rings.Rings(self.stance, depth, heard, self.resolution, rise=self.rise(boundary))
-        tiles = cells.in_view(self.rays, kept, float(amplitude_ratio(self.choice.beam_floor_db)))
+        even = EvenPoints(
+            self.scene, self.stance, self.rays, depth, kept, heard, self.resolution, self.rise(boundary),
+            float(amplitude_ratio(self.choice.beam_floor_db)), self.choice.thinning, self.layouts,
+        )  # fmt: skip
 
-        def laid(part: NDArray[np.int64]) -> Scatterers:
-            place, area, key = cells.points(part)
+        def lie(laid: Callable[[], Columns]) -> Scatterers:
+            place, area, key = laid()
             return self._lie(boundary, depth, law, place, area, np.ones(len(area), complex), key)
 
-        together = rings.TILES_PER_BLOCK
-        return [partial(laid, tiles[s : s + together]) for s in range(0, len(tiles), together)]
+        return [partial(lie, laid) for laid in even.blocks(_shared_out)]
 
     def _line(self, boundary: Boundary, depth: float, law: Law, kept: tuple[str, ...]) -> list[Block]:
         """Cells along the beam's plane, a few to each cell of slant range: what the farthest ground cell comes to."""
@@ -200,7 +203,10 @@ class View:
         return made
 
 
-def view(scene: Scene, choice: PathChoice, seed: int, stance: Stance, rays: Rays, *, even: bool = False) -> View:
+def view(
+    scene: Scene, choice: PathChoice, seed: int, stance: Stance, rays: Rays, *, even: bool = False,
+    layouts: Layouts | None = None,
+) -> View:  # fmt: skip
     """The scene as one ping meets it, sampled by the finest that can be made of the recording."""
     # A pulse longer than the scene is deep would blur what the legs still tell apart: spreading, grazing, shadows.
     shallowest, deepest = stance.survey_depths
@@ -214,7 +220,8 @@ def view(scene: Scene, choice: PathChoice, seed: int, stance: Stance, rays: Rays
         width = round(width * speed / here, ndigits=9)
     if stance.pulse.receiver.synthetic_aperture is not None:
         width = min(width, speed / stance.frequency / 2 / stance.pulse.receiver.synthetic_aperture)
-    return View(scene, choice, seed, stance, rays, Resolution(slant, width, choice.scatterers_per_cell, pulse), even)
+    resolution = Resolution(slant, width, choice.scatterers_per_cell, pulse)
+    return View(scene, choice, seed, stance, rays, resolution, even, layouts or Layouts())
 
 
 def footprint(stance: Stance, within: float = np.pi) -> float:
