@@ -6,15 +6,28 @@ import pytest
 from insonify.scenario.scenario import Scenario
 from insonify.scene.lattice import FINEST_LEVEL
 from insonify.scene.scatterers import lattice_place
-from insonify.simulation import prepare
+from insonify.simulation import prepare, simulate
 from insonify.sonar.heard import hear
 from insonify.sonar.pulse import Pulse
 from insonify.sonar.receiver import Receiver
 
 
-def imaging(*, bandwidth=100e3, band=None, per_cell=5.0, stop=5e-3, **sonar):
+def imaging(
+    *,
+    bandwidth=100e3,
+    band=None,
+    per_cell=5.0,
+    stop=5e-3,
+    targets=(),
+    field="coherent",
+    seed=1,
+    causes=("seabed", "target"),
+    **sonar,
+):
     """A 900 kHz imaging sonar 1.5 m above a bed: 64 elements half a wavelength apart, sound sent over 130 deg."""
     return Scenario(
+        field=field,
+        seed=seed,
         water={"noise_level_db": None},
         seabed={"depth": 5.0, "scattering": {"law": "lambert", "strength_db": -27.0}},
         sonar={
@@ -26,8 +39,9 @@ def imaging(*, bandwidth=100e3, band=None, per_cell=5.0, stop=5e-3, **sonar):
             "mounting": {"bearing": 0.0, "tilt": 0.35},
             **sonar,
         },
+        targets=list(targets),
         track={"kind": "static", "position": (0.0, 0.0, 3.5), "window": (0.0, stop)},
-        paths={"reflections": 0, "edges": "hard", "scatterers_per_cell": per_cell},
+        paths={"reflections": 0, "edges": "hard", "scatterers_per_cell": per_cell, "causes": causes},
     )
 
 
@@ -77,3 +91,43 @@ def test_keys_of_small_cells_are_their_own():
     keys = np.concatenate([lattice_place(stream, level, along, across) for stream in (0, 1, 3)])
     assert len(np.unique(keys)) == 3 * level.size
     assert set((lattice_place(3, level, along, across) >> np.uint64(59)).tolist()) == {3}
+
+
+BLOCKS = [
+    {"shape": "box", "position": (3.5, 0.3), "size": (0.5, 1.0, 0.7), "heading": 0.3},
+    {"shape": "cylinder", "position": (3.5, -1.0), "length": 1.0, "diameter": 0.4, "heading": 1.2},
+]
+
+
+def on_targets(scenario, **changes):
+    """Points of each target that the first ping meets, by label."""
+    listening = prepare(scenario)
+    blocks = [block() for block in listening.engine.blocks(listening.stance(0), **changes)]
+    count = {}
+    for block in blocks:
+        if block.boundary == "target":
+            count[block.owner] = count.get(block.owner, 0) + len(block)
+    return count
+
+
+def test_bodies_have_the_points_that_fill_resolution_cells():
+    """Two bodies at 3.5 m, cells of 2.5 mm by 9 cm: tens of thousands of points, no millions; none beyond the window."""
+    found = on_targets(imaging(bandwidth=300e3, stop=6e-3, targets=BLOCKS))
+    assert set(found) == {"box", "cylinder"}
+    assert all(15_000 < count < 70_000 for count in found.values())
+    far = {**BLOCKS[0], "position": (12.0, 0.0)}
+    assert not on_targets(imaging(bandwidth=300e3, stop=6e-3, targets=[far]))
+
+
+def test_fewer_points_on_a_body_return_the_same_energy():
+    """Direct echoes of a box in 11 beams, 17 k points for 880 k, 6 draws of 0.4 dB of spread: expected to 0.5 dB."""
+    beams = {"kind": "line", "length": 0.0533, "elements": 64, "steer": tuple(np.radians(np.arange(-20, 21, 4)))}
+
+    def energy(field, seed):
+        told = imaging(bandwidth=50e3, stop=6e-3, targets=BLOCKS[:1], field=field, seed=seed, receiver={"band": 60e3},
+                       receive=beams, causes=("target",))  # fmt: skip
+        series = simulate(told, threads=1)
+        return float(np.sum(series.intensity if field == "incoherent" else np.abs(series.pressure.values) ** 2))
+
+    drawn_mean = np.mean([energy("coherent", seed) for seed in range(6)])
+    assert 10 * np.log10(drawn_mean / energy("incoherent", 0)) == pytest.approx(0, abs=0.4)

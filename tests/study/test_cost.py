@@ -53,7 +53,8 @@ def test_points_on_targets_are_counted_before_they_are_drawn(body):
     towards = [np.sum((here.transmit_place - block.position) * block.normal, axis=1) > 0 for block in blocks]
     facing = sum(int(one.sum()) for one in towards)
     slant = view(scenario.scene, scenario.paths, 1, here, listening.engine.rays).resolution.slant
-    found = target_count(scenario.scene, scenario.paths, here, slant, listening.engine.rays)
+    resolution = view(scenario.scene, scenario.paths, 1, here, listening.engine.rays).resolution
+    found = target_count(scenario.scene, scenario.paths, here, slant, listening.engine.rays, resolution)
     assert drawn > 500 and found == pytest.approx((drawn, facing), rel=0.2)
     assert cost(scenario).scatterers == pytest.approx(drawn, rel=0.2)
 

@@ -10,8 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines._grain_kernel import ELONGATED
 from insonify.engines.faces import smooth_facets
-from insonify.engines.sampling import beam_bound, survey_speed
+from insonify.engines.sampling import Resolution, beam_bound, survey_speed
 from insonify.propagation.choice import PathChoice
 from insonify.propagation.families import families_for
 from insonify.propagation.images import StraightRays
@@ -43,6 +44,8 @@ FRINGE_CELLS = 8.0
 """Cells up a target's face per fringe between its direct and its bottom path."""
 FRINGE_POINTS = 20_000
 """Points of a solid up to which its cells are made small for the sake of fringes [1]."""
+NEAREST = 0.1
+"""Distance to a body below which resolution cells on it get no narrower [m]."""
 LEEWAY = 0.02
 """Angle beside a body that is looked at too, before a beam is called deaf to it [rad]."""
 LATER = 0.95
@@ -51,6 +54,7 @@ LATER = 0.95
 
 def target_points(
     scene: Scene, choice: PathChoice, seed: int, stance: Stance, slant: float, *, even: bool, rays: Rays | None = None,
+    resolution: Resolution | None = None,
 ) -> list[Scatterers]:  # fmt: skip
     """The points of all targets that one ping can hear, target by target.
 
@@ -62,11 +66,13 @@ def target_points(
         slant: What it resolves along the slant range [m].
         even: Points laid out evenly for an expectation, or drawn ones.
         rays: How sound travels in the scene; None: nobody asks whether beams hear a target but faintly.
+        resolution: Resolution cells, for targets of many drawn points to have no more than fill them; None: all points.
     """
+    cells = None if even or choice.geometry == "slice" else resolution
     if choice.geometry == "slice":
         solids = iter(_solid_sections(scene, seed, stance, slant, even=even))
     else:
-        pitches = tuple(_solid_pitch(scene, solid, stance, slant) for solid in scene.solids)
+        pitches = tuple(_solid_pitch(scene, solid, stance, slant, cells) for solid in scene.solids)
         solids = iter(_drawn_solids(scene.solids, scene.seabed, seed, pitches, len(scene.boxes), even))
     found = []
     for target in scene.targets:
@@ -74,9 +80,10 @@ def target_points(
             found.append(point_scatterer(target))
             continue
         if isinstance(target, Box) and target.upright:
-            points, near = _box_points(scene, choice, seed, stance, slant, target, even=even), True
+            points = _box_points(scene, choice, seed, stance, slant, target, cells, even=even)
         else:
-            points, near = next(solids), _may_be_heard(target, scene, stance)
+            points = next(solids)
+        near = _may_be_heard(target, scene, stance)
         if near and choice.geometry != "slice":
             near = _within_beams(scene, target, choice, stance, rays)
         if near:
@@ -95,7 +102,10 @@ class Count(NamedTuple):
     """Those of them that face the sonar: others send nothing back [1]."""
 
 
-def target_count(scene: Scene, choice: PathChoice, stance: Stance, slant: float, rays: Rays | None = None) -> Count:
+def target_count(
+    scene: Scene, choice: PathChoice, stance: Stance, slant: float, rays: Rays | None = None,
+    resolution: Resolution | None = None,
+) -> Count:  # fmt: skip
     """Points on the targets of a scene that one ping can hear, about: by the area of their faces, none is drawn.
 
     Args:
@@ -104,33 +114,33 @@ def target_count(scene: Scene, choice: PathChoice, stance: Stance, slant: float,
         stance: The sonar.
         slant: What it resolves along the slant range [m].
         rays: As of `target_points`.
+        resolution: As of `target_points`.
     """
     asked = facing = 0.0
     for target in scene.targets:
         if isinstance(target, PointTarget):
             asked, facing = asked + 1, facing + 1
             continue
-        surface, upright = world_triangles(target, scene.seabed), isinstance(target, Box) and target.upright
-        near = upright or _may_be_heard(target, scene, stance)
-        if not (near and _within_beams(scene, target, choice, stance, rays)):
+        surface = world_triangles(target, scene.seabed)
+        if not (_may_be_heard(target, scene, stance) and _within_beams(scene, target, choice, stance, rays)):
             continue
         middle, down = surface.corners.mean(axis=1), surface.corners[..., 2]
         low, high = down.min(axis=1), down.max(axis=1)
         free = np.clip((ground_depth(scene.seabed, middle[:, :2]) - low) / np.maximum(high - low, 1e-9), 0, 1)
-        points = np.nan_to_num(free) * surface.area / _cells(scene, target, stance, slant)
+        points = np.nan_to_num(free) * surface.area / _cells(scene, target, stance, slant, resolution)
         asked += float(points.sum())
         facing += float(points[np.sum((stance.transmit_place - middle) * surface.normal, axis=1) > 0].sum())
     return Count(asked, facing)
 
 
-def _cells(scene: Scene, target: Solid, stance: Stance, slant: float) -> Floats:
+def _cells(scene: Scene, target: Solid, stance: Stance, slant: float, resolution: Resolution | None) -> Floats:
     """Area of the cell that each point of a body stands for, on each of its triangles [m^2], shape (t,)."""
     surface = world_triangles(target, scene.seabed)
     if isinstance(target, Box) and target.upright:
-        pitch = min(slant, *target.size) / FACE_CELLS
+        pitch, rise = _box_cells(scene, target, stance, slant, resolution)
         level = np.abs(surface.normal[:, 2]) > np.abs(surface.normal[:, :2]).max(axis=1)
-        return pitch * np.where(level, pitch, min(pitch, _rise(scene, target, stance, pitch)))
-    side = cell_side(float(surface.area.sum()), _solid_pitch(scene, target, stance, slant))
+        return pitch * np.where(level, pitch, min(pitch, rise))
+    side = cell_side(float(surface.area.sum()), _solid_pitch(scene, target, stance, slant, resolution))
     return np.full(len(surface.faces), side**2)
 
 
@@ -178,11 +188,47 @@ def _extent(scene: Scene, solid: Solid) -> Floats:
     return surface.high - surface.low
 
 
-def _solid_pitch(scene: Scene, solid: Solid, stance: Stance, slant: float) -> float:
-    """Side of a solid's cells [m]: fringes are resolved while that is cheap; drawn points average over the others."""
+def _solid_pitch(scene: Scene, solid: Solid, stance: Stance, slant: float, resolution: Resolution | None) -> float:
+    """Side of a solid's cells [m]: fringes are resolved while that is cheap; drawn points average over the others.
+
+    Of many drawn points no more are left than fill the resolution cells.
+    """
     pitch = slant / FACE_CELLS
     cheap = float(np.sqrt(body_triangles(solid).area.sum() / FRINGE_POINTS))
+    if cheap > pitch and resolution is not None:
+        return max(pitch, min(cheap, _sparse(scene, solid, stance, resolution)))
     return min(pitch, max(_rise(scene, solid, stance, pitch), cheap))
+
+
+def _box_cells(
+    scene: Scene, box: Box, stance: Stance, slant: float, resolution: Resolution | None
+) -> tuple[float, float]:  # fmt: skip
+    """Side of an upright box's cells, and their height on upright faces [m]; of many drawn points as `_solid_pitch`."""
+    pitch = min(slant, *box.size) / FACE_CELLS
+    rise = _rise(scene, box, stance, pitch)
+    if resolution is None:
+        return pitch, rise
+    length, width, height = box.size
+    level, upright = 2 * length * width, 2 * (length + width) * height
+    if level / pitch**2 + upright / (pitch * rise) <= FRINGE_POINTS:
+        return pitch, rise
+    cheap = float(np.sqrt((level + upright) / FRINGE_POINTS))
+    if cheap > pitch:
+        pitch = max(pitch, min(cheap, _sparse(scene, box, stance, resolution), min(box.size) / FACE_CELLS))
+    return pitch, min(pitch, max(rise, cheap))
+
+
+def _sparse(scene: Scene, solid: Solid, stance: Stance, resolution: Resolution) -> float:
+    """Side of the square that one of the points that fill a resolution cell stands for on a body [m].
+
+    On a face that looks along the line of sight the cell is as long as the range cell and as wide as the beam; on
+    others it is larger.
+    """
+    surface = world_triangles(solid, scene.seabed)
+    middle, radius = (surface.high + surface.low) / 2, float(np.linalg.norm(surface.high - surface.low)) / 2
+    nearest = float(np.linalg.norm(middle - stance.track, axis=1).min()) - radius
+    area = resolution.slant * resolution.width * max(nearest, NEAREST) / resolution.per_cell
+    return min(float(np.sqrt(area)), ELONGATED * resolution.slant)
 
 
 def _rise(scene: Scene, target: Solid, stance: Stance, pitch: float) -> float:
@@ -195,11 +241,11 @@ def _rise(scene: Scene, target: Solid, stance: Stance, pitch: float) -> float:
 
 
 def _box_points(
-    scene: Scene, choice: PathChoice, seed: int, stance: Stance, slant: float, box: Box, *, even: bool
-) -> Scatterers:
+    scene: Scene, choice: PathChoice, seed: int, stance: Stance, slant: float, box: Box,
+    resolution: Resolution | None, *, even: bool,
+) -> Scatterers:  # fmt: skip
     """The points of an upright box, or of the part of it that a slice meets."""
-    pitch = min(slant, *box.size) / FACE_CELLS
-    rise = _rise(scene, box, stance, pitch)
+    pitch, rise = _box_cells(scene, box, stance, slant, resolution)
     whole = _drawn_box(box, scene.seabed, scene.depth_under(box), seed, pitch, rise, scene.boxes.index(box), even)
     if choice.geometry != "slice":
         return whole

@@ -196,8 +196,9 @@ class View:
     def _targets(self) -> list[Block]:
         made: list[Block] = []
         for points in target_points(
-            self.scene, self.choice, self.seed, self.stance, self.resolution.slant, even=self.even, rays=self.rays
-        ):
+            self.scene, self.choice, self.seed, self.stance, self.resolution.slant, even=self.even, rays=self.rays,
+            resolution=self.resolution,
+        ):  # fmt: skip
             size = BLOCK if points.drawn else max(len(points), 1)  # what interferes stays together
             made += [partial(points.take, slice(s, s + size)) for s in range(0, len(points), size)]
         return made

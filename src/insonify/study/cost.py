@@ -205,7 +205,8 @@ def _on_targets(listening: Listening) -> tuple[float, float]:
     pings = np.unique(np.linspace(0, scenario.track.ping_count - 1, TARGET_PINGS).round().astype(int)).tolist()
     for stance in (side for ping in pings for side in listening.stances(ping)):
         seen = view(scene, scenario.paths, scenario.seed, stance, listening.engine.rays)
-        asked, facing = target_count(scene, scenario.paths, stance, seen.resolution.slant, listening.engine.rays)
+        drawn = seen.resolution if scenario.field == "coherent" else None
+        asked, facing = target_count(scene, scenario.paths, stance, seen.resolution.slant, listening.engine.rays, drawn)
         total += asked
         seconds += asked * sum(_legs(listening, stance, name) for name in kept)
         seconds += facing * len(kept) ** 2 * _pair_seconds(stance, scenario.sonar.beam_count)
