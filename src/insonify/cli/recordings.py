@@ -45,12 +45,10 @@ def run(
     scenario = load_scenario(file)
     wanted = words.pings(pings, scenario.track.ping_count)
     from insonify.simulation import record
-    from insonify.study.cost import cost, too_big
+    from insonify.study.cost import cost
+    from insonify.study.refusals import refusal
 
-    if labels and scenario.sonar.receiver.record == "elements":
-        raise InputError(f"--labels is for beams, and {file} has sonar.receiver.record: elements. Leave it out; a run "
-                         "of the same scene with record: beams has them")  # fmt: skip
-    if trouble := too_big(cost(scenario)):
+    if trouble := refusal(scenario, cost(scenario), labels=labels):
         raise InputError(f"{file}: {trouble}")
     with progress(quiet) as on_ping:
         record(

@@ -41,7 +41,10 @@ def new(
     typer.echo(target)
 
 
-def check(file: Annotated[Path, typer.Argument(metavar="FILE", help="Scenario file (YAML).")]) -> None:
+def check(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Scenario file (YAML).")],
+    labels: Annotated[bool, typer.Option("--labels", help="For a run with --labels.")] = False,
+) -> None:
     """Say what is wrong with a scenario, line by line.
 
     Example: insonify check harbour.yaml
@@ -57,10 +60,11 @@ def check(file: Annotated[Path, typer.Argument(metavar="FILE", help="Scenario fi
 
         warnings.showwarning = show_and_count
         scenario = load_scenario(file)
-    from insonify.study.cost import cost, too_big
+    from insonify.study.cost import cost
+    from insonify.study.refusals import refusal
 
     whole = cost(scenario)
-    if trouble := too_big(whole):
+    if trouble := refusal(scenario, whole, labels=labels):
         raise InputError(f"{file}: {trouble}")
     but = "" if not told else " but the warning above" if len(told) == 1 else f" but the {len(told)} warnings above"
     typer.echo(f"{file}: nothing wrong{but}")
