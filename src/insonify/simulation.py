@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines.delay_window import Interval, in_delay_window, wanted_delays
 from insonify.engines.paths import Paths
 from insonify.engines.skyline import Remembered
 from insonify.engines.swath import SwathView, swath_of
@@ -33,6 +34,7 @@ from insonify.scenario.carried import platforms, receiver_seed
 from insonify.scenario.citations import citations
 from insonify.scenario.scenario import Scenario
 from insonify.scenario.write import to_yaml
+from insonify.scene.scatterers import Scatterers
 from insonify.sonar.heard import HeardPulse, heard_pulse
 from insonify.sonar.hydrophones import element_layout
 from insonify.sonar.platforms import Platforms
@@ -257,12 +259,12 @@ def _wandered(scenario: Scenario, carried: Platforms) -> float:
     return 2 * (size + moved)
 
 
-def simulate(scenario: Scenario, *, pings: Iterable[int] | None = None, threads: int | None = None) -> xr.Dataset:
+def simulate(scenario: Scenario, *, pings: int | Iterable[int] | None = None, threads: int | None = None) -> xr.Dataset:
     """What the sonar records.
 
     Args:
         scenario: What is simulated.
-        pings: Numbers of the pings wanted; all by default.
+        pings: Number of the ping wanted, or numbers of several; all by default.
         threads: How many cores to use; all by default. The bits do not depend on it.
 
     Returns:
@@ -276,7 +278,7 @@ def simulate(scenario: Scenario, *, pings: Iterable[int] | None = None, threads:
 
 
 def record(
-    scenario: Scenario, path: str | Path, *, pings: Iterable[int] | None = None, threads: int | None = None,
+    scenario: Scenario, path: str | Path, *, pings: int | Iterable[int] | None = None, threads: int | None = None,
     overwrite: bool = False, on_ping: Callable[[int, int], None] | None = None, with_labels: bool | None = None,
 ) -> Path:  # fmt: skip
     """Simulate to disk, ping by ping; a run that was stopped goes on where it was.
@@ -447,20 +449,19 @@ def labels(scenario: Scenario, ping: int = 0, *, threads: int | None = None) -> 
     return held.isel(ping=0).assign_attrs(attributes(scenario))
 
 
-def arrivals(
-    scenario: Scenario, ping: int = 0, *, window: tuple[float, float] | None = None, channel: int = 0
-) -> Arrivals:
+def arrivals(scenario: Scenario, ping: int = 0, *, window: Interval | None = None, channel: int = 0) -> Arrivals:
     """The paths of one ping, out and back, row by row.
 
     Args:
         scenario: What is simulated.
         ping: Number of the ping.
-        window: Earliest and latest delay wanted [s]; by default all that touch the recording.
+        window: Earliest and latest delay wanted [s], or with units such as ("200 ms", "201 ms"); by default all that
+            touch the recording.
         channel: Which beam or element: of a sonar with two sides, the paths to and from the side that it belongs to.
             Delays, amplitudes and Doppler factors are those that this channel hears, under way as well.
 
     Raises:
-        ValueError: The track has no such ping, or the sonar no such channel.
+        ValueError: The track has no such ping, the sonar no such channel, or the window lies beyond the recording.
     """
     wanted_pings(scenario, [ping])
     _insist_on_channel(scenario, channel)
@@ -468,19 +469,26 @@ def arrivals(
         raise ValueError("paths.engine is tracer, and rays are energies, not paths. For arrivals write engine: paths.")
     listening = prepare(scenario)
     here = listening.stance(ping, channel=channel)
-    first, last = window or here.heard_delays
+    first, last = wanted_delays(here, window)
+    even = scenario.field == "incoherent"
     shaken = perturbation(scenario.seed, ping, scenario.paths)
     found: list[Arrivals] = []
     group = 0
-    for pairs in listening.engine.all_pairs(here, even=scenario.field == "incoherent"):
+    for block in listening.engine.blocks(here, even=even):
+        points = block()
+        if window is not None:
+            points = points.take(in_delay_window(points, here, scenario.scene, scenario.paths.followed, (first, last)))
+        if not len(points):
+            continue
+        pairs = listening.engine.pairs(here, partial(_as_they_are, points), drowned=even)
         factors = {} if shaken.still else {
             names: shaken.factor(pairs.scatterers.place, *names) for names in pairs.rays()
         }  # fmt: skip
         heard = None
         if scenario.field == "coherent" and not listening.coherent(here).plain:
             heard = as_heard(pairs, here, channel % scenario.sonar.beam_count, scenario.water)
-        block = expand(pairs, group, factors, heard)
-        found.append(block.take((block.delay >= first) & (block.delay <= last)))
+        paths = expand(pairs, group, factors, heard)
+        found.append(paths.take((paths.delay >= first) & (paths.delay <= last)))
         group += len(pairs.scatterers) if pairs.scatterers.drawn else 1
     return joined(found)
 
@@ -512,12 +520,26 @@ def levels(scenario: Scenario, ping: int = 0, *, channel: int = 0, threads: int 
     return curves.assign_attrs(**attributes(scenario), ping=ping, channel=channel)
 
 
+def _as_they_are(points: Scatterers) -> Scatterers:
+    """A block of scatterers that is there already."""
+    return points
+
+
 def _insist_on_channel(scenario: Scenario, channel: int) -> None:
     if not 0 <= channel < scenario.sonar.channel_count:
         raise ValueError(f"channel is {channel}; the sonar has channels 0 to {scenario.sonar.channel_count - 1}")
 
 
-def wanted_pings(scenario: Scenario, pings: Iterable[int] | None) -> list[int]:
+def _several(pings: int | Iterable[int]) -> Iterable[int]:
+    """Numbers of pings, where one alone may be given."""
+    if isinstance(pings, Iterable):
+        return pings
+    if isinstance(pings, bool) or not isinstance(pings, int | np.integer):
+        raise TypeError(f"pings is {pings!r}; give the number of a ping, or several, such as range(10)")
+    return [int(pings)]
+
+
+def wanted_pings(scenario: Scenario, pings: int | Iterable[int] | None) -> list[int]:
     """The pings asked for, all by default.
 
     Raises:
@@ -526,7 +548,7 @@ def wanted_pings(scenario: Scenario, pings: Iterable[int] | None) -> list[int]:
     if not isinstance(scenario, Scenario):
         raise TypeError(f"a Scenario is wanted, not a {type(scenario).__name__}; load one with insonify.load_scenario")
     count = scenario.track.ping_count
-    chosen = list(range(count)) if pings is None else [int(ping) for ping in pings]
+    chosen = list(range(count)) if pings is None else [int(ping) for ping in _several(pings)]
     for ping in chosen:
         if not 0 <= ping < count:
             raise ValueError(f"ping is {ping}; the track has pings 0 to {count - 1}")

@@ -60,6 +60,7 @@ def test_a_fault_in_a_template_is_told_alike(tmp_path, capsys, template, old, ne
 SHORT = ("window: [0 ms, 240 ms]", "window: [20 ms, 60 ms]")
 WATER = ("volume_strength_db: null", "volume_strength_db: -70")
 
+
 def test_too_much_water_is_refused_by_both(tmp_path, capsys, monkeypatch):
     """For the sound, and for the labels alone: they are of even points, and ask for others."""
     path = written(tmp_path, "nominal", SHORT, WATER, ("labels: false", "labels: true"))
