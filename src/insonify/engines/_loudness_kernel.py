@@ -5,28 +5,50 @@ piece of memory, which is how compilers can tell that loops over them may run in
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from insonify.engines._spread_kernel import at_spread, cosine_spreads
 from insonify.sonar._beam_kernels import cone, element_gain, nearest
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Beam = tuple[Floats, Floats, Floats, tuple[Floats, Floats, Floats, Floats], Floats, int]
 """Axes, steer, scale, majorants, rows per unit and element of `Beams`."""
-End = tuple[Floats, Floats, float, float, Beam]
+
+
+class Spreads(NamedTuple):
+    """Levels and spreads of the rows of one end's rays off a moving surface; off one that is still, no columns."""
+
+    level: Floats
+    """Pressure of a row re a calm surface, at the nodes [1], shape (rows, nodes); (rows, 0) where all are 1."""
+    tilt: Floats
+    """As of `glint_spread.LegSpread`, likewise; read for glints only."""
+    turn: Floats
+    """Likewise."""
+    glints: NDArray[np.bool_]
+    """Rows whose directions are spread, shape (rows,)."""
+    slopes: Floats
+    """As of `glint_spread.GlintSpread`, shape (3,)."""
+    patterns: tuple[Floats, Floats, Floats, Floats]
+    """As of `glint_spread.spread_patterns`."""
+
+
+End = tuple[Floats, Floats, float, float, Beam, Spreads]
 """Place of one end [m], shape (3,); sines of the rays' departure at nodes of distance, positive down, NaN for none,
-shape (families, nodes); distance of the last node [m]; height of the end above the boundary, or depth below it [m];
-and its beams."""
+shape (rows, nodes): one row a family, and one more for its glints; distance of the last node [m]; height of the end
+above the boundary, or depth below it [m]; its beams; and what a moving surface does to the rows."""
 Gains = tuple[End, End, bool, Floats, float, Floats, float]
 """The first argument of `re_edge`."""
 
 STRETCH = 128
 """Places that are worked out together."""
-_ROWS = 17
+_ROWS = 20
 _NORTH, _EAST, _AROUND, _ENOUGH, _FOUND, _SPARE = range(6)  # rows that callers fill and read; the others are passing
+_LEVEL = 18
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -55,7 +77,7 @@ def _row(room: Floats, number: int) -> Floats:
 @njit(cache=True, nogil=True, error_model="numpy")
 def _taken(end: End, room: Floats, wide: bool, size: int) -> None:
     """Which way the places of a stretch lie, between which nodes, and how far around them a ray can leave."""
-    place, sines, last, height, _ = end
+    place, sines, last, height, _, _ = end
     north, east, around = _row(room, _NORTH), _row(room, _EAST), _row(room, _AROUND)
     node, part, ahead, aside = _row(room, 6), _row(room, 7), _row(room, 8), _row(room, 9)
     sine, cosine = _row(room, 10), _row(room, 11)
@@ -97,13 +119,13 @@ def _faced(axes: Floats, room: Floats, wide: bool, size: int) -> None:
 def _loudest(beam: Beam, room: Floats, size: int) -> None:
     """Make what was found in a stretch at least the envelope of the beams there, unless it is enough."""
     _, steer, scale, (across, deep, long, tall), per_unit, element = beam
-    enough, found, down = _row(room, _ENOUGH), _row(room, _FOUND), _row(room, 12)
+    enough, found, down, level = _row(room, _ENOUGH), _row(room, _FOUND), _row(room, 12), _row(room, _LEVEL)
     w, u, v, u_most, v_most = _row(room, 13), _row(room, 14), _row(room, 15), _row(room, 16), _row(room, _SPARE)
     for n in range(size):
         largest = found[n]
         if largest >= enough[n] or math.isnan(down[n]):
             continue
-        one = element_gain(element, w[n] + 1e-12)
+        one = element_gain(element, w[n] + 1e-12) * level[n]
         if one == 0.0:
             continue
         one *= _envelope(long, per_unit[2], nearest(u[n], u_most[n], 0.0))
@@ -118,8 +140,40 @@ def _loudest(beam: Beam, room: Floats, size: int) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _loudest_glint(end: End, row: int, room: Floats, size: int) -> None:
+    """The same as `_loudest` by the glints of one row, in the fourth mean over their directions."""
+    (axes, steer, scale, (across, deep, long, tall), per_unit, element), spreads = end[4], end[5]
+    enough, found, down, level = _row(room, _ENOUGH), _row(room, _FOUND), _row(room, 12), _row(room, _LEVEL)
+    w, u, v, u_most, v_most = _row(room, 13), _row(room, 14), _row(room, 15), _row(room, 16), _row(room, _SPARE)
+    node, part, ahead, aside = _row(room, 6), _row(room, 7), _row(room, 8), _row(room, 9)
+    for n in range(size):
+        largest = found[n]
+        if largest >= enough[n] or math.isnan(down[n]) or level[n] <= largest:
+            continue
+        k = int(node[n])
+        tilt = spreads.tilt[row, k] + part[n] * (spreads.tilt[row, k + 1] - spreads.tilt[row, k])
+        turn = spreads.turn[row, k] + part[n] * (spreads.turn[row, k + 1] - spreads.turn[row, k])
+        su, sv = cosine_spreads(ahead[n], aside[n], down[n], tilt, turn, spreads.slopes, axes)
+        one = element_gain(element, min(w[n] + 2 * max(su, sv), 1.0) + 1e-12) * level[n]
+        x, y = nearest(u[n], u_most[n], 0.0), nearest(v[n], v_most[n], 0.0)
+        one *= at_spread(spreads.patterns[2], _envelope(long, per_unit[2], x), per_unit[2], x, su)
+        one *= at_spread(spreads.patterns[3], _envelope(tall, per_unit[3], y), per_unit[3], y, sv)
+        if one <= largest:
+            continue
+        for channel in range(steer.shape[0]):
+            x = nearest(u[n], u_most[n], steer[channel, 0])
+            gain = at_spread(spreads.patterns[0], _envelope(across, per_unit[0], x), per_unit[0], x, su)
+            gain *= one * scale[channel]
+            if gain > largest:
+                y = nearest(v[n], v_most[n], steer[channel, 1])
+                gain *= at_spread(spreads.patterns[1], _envelope(deep, per_unit[1], y), per_unit[1], y, sv)
+                largest = max(largest, gain)
+        found[n] = largest
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _envelopes(end: End, room: Floats, wide: bool, size: int) -> None:
-    """Envelope of one end's beams near the places of a stretch, by the loudest family, into the row `_FOUND`.
+    """Envelope of one end's beams near the places of a stretch, by the loudest row of rays, into the row `_FOUND`.
 
     Args:
         end: That end.
@@ -128,16 +182,23 @@ def _envelopes(end: End, room: Floats, wide: bool, size: int) -> None:
         wide: Whether anything around them is asked for.
         size: Places of the stretch.
     """
-    _, sines, _, _, beam = end
+    _, sines, _, _, beam, spreads = end
     _taken(end, room, wide, size)
     node, part, down, found = _row(room, 6), _row(room, 7), _row(room, 12), _row(room, _FOUND)
-    found[:size] = 0.0
+    level, still = _row(room, _LEVEL), spreads.level.shape[1] == 0
+    found[:size], level[:size] = 0.0, 1.0
     for family in range(sines.shape[0]):
         for n in range(size):
             row = int(node[n])
             down[n] = sines[family, row] + part[n] * (sines[family, row + 1] - sines[family, row])
+            if not still:
+                here, beyond = spreads.level[family, row], spreads.level[family, row + 1]
+                level[n] = here + part[n] * (beyond - here)
         _faced(beam[0], room, wide, size)
-        _loudest(beam, room, size)
+        if spreads.glints[family]:
+            _loudest_glint(end, family, room, size)
+        else:
+            _loudest(beam, room, size)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from insonify import streams
 from insonify.engines._audible_kernel import answers, numbered
 from insonify.engines.bounced import mirrored
+from insonify.engines.glint_spread import GlintSpread, glint_spread
 from insonify.engines.thinning import NEGLIGIBLE, heard_until
 from insonify.propagation.local_planes import level_course
 from insonify.records.pairs import Thinned
@@ -41,6 +42,8 @@ CHANNELS = 8
 LOUD = 0.25
 """Part of what is heard at a time from which on a pair is met at every scatterer; below, its share is its part re this,
 so that no echo is louder than there [1]."""
+RISES = (-1.84, -1.12, -0.68, -0.33, 0.33, 0.68, 1.12, 1.84)
+"""Deviations of a leg's elevation off a moving surface, besides none, over their standard one: equally likely [1]."""
 LEAST = 1 / 32
 """Smallest share of a pair that is heard at all."""
 
@@ -187,7 +190,9 @@ def largest_parts(scene: Scene, bed: Bed, stance: Stance, families: tuple[str, .
     pair = np.array([(i, j) for i in range(len(families)) for j in range(len(families))])
     depths = float(stance.transmit_place[2]), float(stance.receive_place[2])
     (_, there, sent), (_, here, heard) = (_legs(scene, bed, stance, families, middle, depth) for depth in depths)
-    gains = _gains(stance, there, here, np.array([name.startswith("S") for name in families]))
+    sea = glint_spread(scene, stance.frequency)
+    spread = [_rises(sea, families, depth, middle, bed.depth) for depth in depths]
+    gains = _gains(stance, there, here, np.array([name.startswith("S") for name in families]), spread)
     section = np.array([_section(law, there[i], here[j]) for i, j in pair])
     ground = middle * np.diff(edges)
     own = (section * sent[pair[:, 0]] * heard[pair[:, 1]] * ground) * gains[:, pair[:, 0], pair[:, 1]]
@@ -221,7 +226,29 @@ def _legs(
     return length, np.array([way.arrival for way in ways]), power
 
 
-def _gains(stance: Stance, there: Floats, here: Floats, up: NDArray[np.bool_]) -> Floats:
+def _rises(
+    sea: GlintSpread | None, families: tuple[str, ...], source_depth: float, distance: Floats, depth: float
+) -> Floats:
+    """Standard deviation of the elevation at which legs leave, by what glints of them there are [rad], (f, n).
+
+    Spreads in bearing are left out: what one bearing loses by them, others get.
+
+    Args:
+        sea: The moving surface; None: it is still.
+        families: Families of the legs.
+        source_depth: Depth of this end of the sonar [m].
+        distance: Over ground [m], (n,).
+        depth: Of the bed [m].
+    """
+    found = np.zeros((len(families), len(distance)))
+    for row, name in enumerate(families):
+        legs = None if sea is None else sea.legs(name, source_depth, np.asarray(distance, float), depth)
+        if sea is not None and legs is not None:
+            found[row] = legs.tilt * legs.glints * np.sqrt((sea.slopes[0] + sea.slopes[2]) / 2)
+    return found
+
+
+def _gains(stance: Stance, there: Floats, here: Floats, up: NDArray[np.bool_], rises: list[Floats]) -> Floats:
     """Two-way gain of each channel, the legs out and back of each two families, over all bearings, (c, f, f, n).
 
     Args:
@@ -229,6 +256,7 @@ def _gains(stance: Stance, there: Floats, here: Floats, up: NDArray[np.bool_]) -
         there: Directions of arrival to the north of the legs out, (f, n, 3).
         here: The same of the legs from the receiver, (f, n, 3).
         up: Families that leave upwards, (f,).
+        rises: Of `_rises`, for the way out and for that from the receiver.
     """
     channels = np.unique(np.linspace(0, stance.channel_count - 1, CHANNELS).astype(int))
     if stance.elements is not None:
@@ -244,7 +272,20 @@ def _gains(stance: Stance, there: Floats, here: Floats, up: NDArray[np.bool_]) -
         down = np.where(up[:, None], -1, 1) * np.abs(into[..., 2]) + 0 * bearing
         return np.stack([level * np.cos(bearing), level * np.sin(bearing), down], axis=-1)
 
-    out, back = sent.gain(leaving(there))[outwards[0]] ** 2, heard.gain(leaving(here))[outwards[1]] ** 2
+    def energy(beams: Beams, into: Floats, rows: NDArray[np.intp], rise: Floats) -> Floats:
+        way = leaving(into)
+        mean = beams.gain(way)[rows] ** 2
+        if rise.any():
+            level, down = np.hypot(way[..., 0], way[..., 1]), np.arcsin(np.clip(way[..., 2], -1, 1))
+            for off in RISES:
+                turned = down + off * rise
+                ahead = way[..., :2] * (np.cos(turned) / np.maximum(level, 1e-12))[..., None]
+                mean += beams.gain(np.concatenate([ahead, np.sin(turned)[..., None]], axis=-1))[rows] ** 2
+            mean /= 1 + len(RISES)
+        return np.asarray(mean)
+
+    out = energy(sent, there, outwards[0], rises[0])
+    back = energy(heard, here, outwards[1], rises[1])
     return np.asarray(np.einsum("cbin,cbjn->cijn", out, back))
 
 

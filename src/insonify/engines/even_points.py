@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines import rings
+from insonify.engines.glint_spread import glint_spread
 from insonify.engines.loudness import Loudness
 from insonify.engines.sampling import Resolution
 from insonify.propagation.rays import Rays, Reach
@@ -161,10 +162,11 @@ class EvenPoints:
     def _layout(self) -> Layout:
         here, lattice = self._about, Lattice()
         cells = rings.Rings(here, self.depth, self.reach, self.resolution, rise=self.rise)
-        tiles = cells.in_view(self.rays, self.families, self.floor)
+        glints = glint_spread(self.scene, here.frequency)
+        tiles = cells.in_view(self.rays, self.families, self.floor, glints)
         farthest = max(self.reach.farthest, 1.0)
         return Layout(cells, tiles, Loudness(here, self.depth, self.rays, self.families, lattice, farthest,
-                                             self.thinning))  # fmt: skip
+                                             self.thinning, glints))  # fmt: skip
 
     def _louder(self, layout: Layout) -> Floats | None:
         """Factor on the gain in each piece of each row of tiles [1], shape (rows, PIECES); None: 1 everywhere."""

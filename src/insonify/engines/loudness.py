@@ -22,6 +22,7 @@ from insonify import streams
 from insonify.engines import _loudness_kernel as kernel
 from insonify.engines import _share_kernel as share_kernel
 from insonify.engines._kept_kernel import keep
+from insonify.engines.glint_spread import GlintSpread, spread_patterns
 from insonify.propagation.rays import Rays
 from insonify.scene.lattice import PARTS, TILE, Lattice, Tiles, most_drawn
 from insonify.scene.scatterers import lattice_place
@@ -123,6 +124,8 @@ class Loudness:
     """Distance from the middle between both ends that is asked about at most [m]."""
     thinning: bool = True
     """Whether any scatterer is left out at all."""
+    glints: GlintSpread | None = None
+    """How a moving surface spreads the directions of legs; None: it is still."""
 
     def bounds(self, tiles: Tiles, density: Floats) -> Bounds:
         """How loud some tiles are at most, those with many scatterers part by part.
@@ -300,8 +303,28 @@ class Loudness:
         for row, name in enumerate(self.families):
             cones = self.rays.cones(name, place, centre, np.zeros(len(distance)), self.depth)
             sines[row] = np.where(cones.there, cones.way[:, 2], np.nan)
+        spread, sines = self._spread(beams, float(place[2]), distance, sines)
         beam = beams.axes, beams.steer, beams.scale, beams.majorants, beams.per_unit, beams.element
-        return place, sines, float(distance[-1]), abs(self.depth - float(place[2])), beam
+        return place, sines, float(distance[-1]), abs(self.depth - float(place[2])), beam, spread
+
+    def _spread(
+        self, beams: Beams, source_depth: float, distance: Floats, sines: Floats
+    ) -> tuple[kernel.Spreads, Floats]:
+        """Levels and spreads of the rays of one end, and their sines with rows for glints behind them."""
+        found = [] if self.glints is None else [
+            (row, legs) for row, name in enumerate(self.families)
+            if (legs := self.glints.legs(name, source_depth, distance, self.depth)) is not None
+        ]  # fmt: skip
+        count = len(sines)
+        glinting = np.arange(count + len(found)) >= count
+        if self.glints is None or not found:
+            none = np.empty((count, 0))
+            return kernel.Spreads(none, none, none, glinting, np.zeros(3), (none, none, none, none)), sines
+        level, (tilt, turn) = np.ones((len(glinting), len(distance))), np.zeros((2, len(glinting), len(distance)))
+        for to, (row, legs) in enumerate(found, count):
+            level[row], level[to], tilt[to], turn[to] = legs.coherent, legs.glints, legs.tilt, legs.turn
+        spread = kernel.Spreads(level, tilt, turn, glinting, np.array(self.glints.slopes), spread_patterns(beams))
+        return spread, np.concatenate([sines, sines[[row for row, _ in found]]])
 
 
 def _nodes(farthest: float) -> Floats:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines import _ring_kernel as kernel
+from insonify.engines.glint_spread import GlintSpread
 from insonify.engines.loudness import Loudness
 from insonify.engines.sampling import Resolution, beam_bound
 from insonify.propagation.rays import Rays, Reach
@@ -57,8 +58,17 @@ class Rings:
         rows, columns = np.mgrid[first : last + 1, 0 : int(sectors) // ACROSS]
         self.tiles = np.stack([rows.ravel(), columns.ravel()], axis=-1)
 
-    def in_view(self, rays: Rays, families: tuple[str, ...], floor: float) -> NDArray[np.int64]:
-        """Tiles that the two-way beam reaches above a floor [1], rows of (ring, sector), shape (n, 2)."""
+    def in_view(
+        self, rays: Rays, families: tuple[str, ...], floor: float, glints: GlintSpread | None = None
+    ) -> NDArray[np.int64]:
+        """Tiles that the two-way beam reaches above a floor [1], rows of (ring, sector), shape (n, 2).
+
+        Args:
+            rays: How sound travels in the scene.
+            families: Families that reach the boundary.
+            floor: Two-way pressure gain [1].
+            glints: How a moving surface spreads the directions of legs; None: it is still.
+        """
 
         def seen(tiles: NDArray[np.int64], across: int) -> NDArray[np.int64]:
             ring, sector = tiles.T
@@ -66,7 +76,9 @@ class Rings:
             middle, width = (near + far) / 2, across * self.azimuth
             centre = self._place(middle, (sector + 0.5) * width)
             half_diagonal = np.hypot((far - near) / 2, far * width / 2)
-            bound = beam_bound(centre, half_diagonal, self.stance, self.depth, rays, families, rise=self.rise)
+            bound = beam_bound(
+                centre, half_diagonal, self.stance, self.depth, rays, families, rise=self.rise, glints=glints
+            )
             return np.asarray(tiles[(bound >= floor) & (far > 0)])
 
         beside = TILE // ACROSS

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines import _grain_kernel as kernel
+from insonify.engines.glint_spread import GlintSpread
 from insonify.propagation.rays import Rays, Reach
 from insonify.scene.lattice import BASE_PITCH, FINEST_LEVEL, TILE, Lattice, Tiles
 from insonify.scene.scene import Scene
@@ -149,6 +150,7 @@ def reach(stance: Stance, boundary_depth: float, rays: Rays, families: tuple[str
 def tiles_in_view(
     stance: Stance, lattice: Lattice, boundary_depth: float, rays: Rays, families: tuple[str, ...],
     resolution: Resolution, beam_floor: float, *, rise: float = 0.0, widest: float = np.inf,
+    glints: GlintSpread | None = None,
 ) -> tuple[Tiles, Floats]:  # fmt: skip
     """The tiles of a boundary that one ping can hear, each at the level that the whole track asks for.
 
@@ -162,6 +164,7 @@ def tiles_in_view(
         beam_floor: Two-way pressure gain below which a tile is left out [1].
         rise: How far the boundary may stand above or lie below its depth [m].
         widest: Longest way from one end by way of a place to the other that is heard [m], see `widest_way`.
+        glints: How a moving surface spreads the directions of legs; None: it is still.
 
     Returns:
         Tiles in a fixed order, and the part of their scatterers that fills the sonar's cells [1], shape (n,): cells of
@@ -189,8 +192,9 @@ def tiles_in_view(
         n = kernel.in_reach(pitch, along, across, here, other, heard.nearest, heard.farthest, widest, lattice.frame,
                             centre, place)  # fmt: skip
         bound = beam_bound(
-            place[:n], np.full(n, half), stance, boundary_depth, rays, families, rise=rise, enough=beam_floor
-        )
+            place[:n], np.full(n, half), stance, boundary_depth, rays, families, rise=rise, enough=beam_floor,
+            glints=glints,
+        )  # fmt: skip
         n = kernel.loud(bound, beam_floor, along, across, centre)
         finest = grain.finest(centre[:n], np.full(n, half))
         *kept, density, along, across = kernel.divided(level, along[:n], across[:n], finest)
@@ -262,7 +266,7 @@ class _Grain:
 
 def beam_bound(
     centre: Floats, half_diagonal: Floats, stance: Stance, boundary_depth: float, rays: Rays,
-    families: tuple[str, ...], *, rise: float = 0.0, enough: float = np.inf,
+    families: tuple[str, ...], *, rise: float = 0.0, enough: float = np.inf, glints: GlintSpread | None = None,
 ) -> Floats:  # fmt: skip
     """Upper bound of the two-way gain anywhere near some places of a boundary, by any pair of families.
 
@@ -276,6 +280,7 @@ def beam_bound(
         rise: How far the boundary may stand above or lie below its depth [m].
         enough: Gain at which no further family need be looked at [1]: where it is reached, less than the bound may
             be told.
+        glints: How a moving surface spreads the directions of legs; None: it is still.
 
     Returns:
         Two-way pressure gain [1], shape (n,).
@@ -293,6 +298,9 @@ def beam_bound(
         for place, beams, best in ends:
             cones = rays.cones(name, place, centre[rows], half_diagonal[rows], boundary_depth, rise=rise)
             one = np.where(cones.there, beams.bound(cones.way, cones.margin), 0.0)
+            if glints is not None and "S" in name:
+                spread = glints.bound(beams, name, place, centre[rows], cones, boundary_depth)
+                one = np.where(cones.there, np.maximum(one, spread), 0.0)
             best[rows] = np.maximum(best[rows], one)
         rows = rows[transmit[rows] * receive[rows] < enough]
         if not len(rows):

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from insonify.engines._grain_kernel import ELONGATED
 from insonify.engines.faces import smooth_facets
+from insonify.engines.glint_spread import glint_spread
 from insonify.engines.sampling import Resolution, beam_bound, survey_speed
 from insonify.propagation.choice import PathChoice
 from insonify.propagation.families import families_for
@@ -285,7 +286,7 @@ def _faint(scene: Scene, target: Solid, choice: PathChoice, stance: Stance, rays
     rise = (base - top) / 2 + (0.0 if bed is None else (bed.span[1] - bed.span[0]) / 2)
     bound = beam_bound(
         np.array([[north, east]]), np.array([radius]), stance, (top + base) / 2, rays,
-        families_for("target", choice.followed), rise=rise,
+        families_for("target", choice.followed), rise=rise, glints=glint_spread(scene, stance.frequency),
     )  # fmt: skip
     return float(bound[0]) < float(amplitude_ratio(choice.beam_floor_db))
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from insonify import streams
 from insonify.engines._grain_kernel import LONGEST_CELL
 from insonify.engines.even_points import Columns, EvenPoints, Layouts
+from insonify.engines.glint_spread import GlintSpread, glint_spread
 from insonify.engines.loudness import Kept, Loudness
 from insonify.engines.sampling import Resolution, filling, reach, survey_speed, tiles_in_view, widest_way
 from insonify.engines.targets import target_points
@@ -90,7 +91,7 @@ class View:
         floor = float(amplitude_ratio(self.choice.beam_floor_db))
         tiles, density = tiles_in_view(
             self.stance, lattice, depth, self.rays, kept, self.resolution, floor, rise=self.rise(boundary),
-            widest=widest_way(self.stance, self.scene.water.fastest),
+            widest=widest_way(self.stance, self.scene.water.fastest), glints=self.glints,
         )  # fmt: skip
         if not len(density):
             return []
@@ -98,7 +99,8 @@ class View:
             density = np.ones_like(density)
         stream = streams.SEABED if boundary == "seabed" else streams.SURFACE
         farthest = max(self._reach(boundary, depth, kept).farthest, 1.0)
-        loudness = Loudness(self.stance, depth, self.rays, kept, lattice, farthest, self.choice.thinning)
+        loudness = Loudness(self.stance, depth, self.rays, kept, lattice, farthest, self.choice.thinning,
+                            self.glints)  # fmt: skip
         own = density
         if not self.even and self.stance.pulse.receiver.synthetic_aperture is None:  # its pings are heard as one
             own = filling(self.stance, lattice, depth, self.resolution, tiles, density)
@@ -160,6 +162,11 @@ class View:
 
         starts = range(first, last, BLOCK)
         return [partial(drawn, s, min(s + BLOCK, last)) for s in starts]
+
+    @property
+    def glints(self) -> GlintSpread | None:
+        """How a moving surface spreads the directions of legs; None: it is still."""
+        return glint_spread(self.scene, self.stance.frequency)
 
     @property
     def bed(self) -> Bed | None:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines.glint_spread import glint_spread
 from insonify.engines.loudness import Loudness
 from insonify.engines.sampling import Resolution, beam_bound, reach, tiles_in_view, widest_way
 from insonify.engines.targets import target_count
@@ -240,11 +241,13 @@ def _on_boundary(
 ) -> tuple[Floats, Floats, float]:  # fmt: skip
     """Scatterers at some distances [m], and tiles, in reach of window and beams: of a boundary so far [m] off level."""
     floor = float(amplitude_ratio(scenario.paths.beam_floor_db))
+    glints = glint_spread(scenario.scene, stance.frequency)
     if stance.receive_survey is not None:  # no rings about two places: its tiles are counted
         widest = widest_way(stance, scenario.water.fastest)
         found, density = tiles_in_view(
-            stance, scenario.seabed.lattice, level, rays, families, resolution, floor, rise=rise, widest=widest
-        )
+            stance, scenario.seabed.lattice, level, rays, families, resolution, floor, rise=rise, widest=widest,
+            glints=glints,
+        )  # fmt: skip
         return density * TILE**2, np.zeros(len(density)), float(len(found.level))
     heard = reach(stance, level, rays, families, rise=rise)
     if heard.farthest <= heard.nearest:
@@ -260,7 +263,7 @@ def _on_boundary(
     half = np.hypot(np.diff(edges), middle * 2 * np.pi / SECTORS) / 2 + tile / 2
     bound = beam_bound(
         place.reshape(-1, 2) + stance.transmit_place[:2], np.repeat(half, SECTORS), stance, level, rays, families,
-        rise=rise,
+        rise=rise, glints=glints,
     )  # fmt: skip
     loud = (bound >= floor).reshape(RINGS, SECTORS)
     ground = np.pi * np.diff(edges**2)
@@ -268,7 +271,7 @@ def _on_boundary(
     if scenario.field == "incoherent":
         return tiles * TILE**2, middle, float(tiles.sum())
     loudness = Loudness(
-        stance, level, rays, families, scenario.seabed.lattice, outer, scenario.paths.thinning
+        stance, level, rays, families, scenario.seabed.lattice, outer, scenario.paths.thinning, glints
     )  # fmt: skip
     kept = ground * loudness.mean_share(middle) * loud.any(axis=1) / resolution.cell_area(middle, heard.height)
     return kept, middle, float(tiles.sum())

@@ -1,0 +1,188 @@
+"""Spread of glint legs about the leg off a calm surface: how far a moving surface turns departures from the sonar.
+
+A facet of slope s sends sound to the same place by another bounce point, so that its leg leaves the sonar at another
+elevation and bearing. Scatterers far off a beam by their geometric direction are then received through its main lobe,
+each of them seldom. Sampling follows the fourth moment of the gain over the distribution of slopes: the square root of
+an echo's fourth moment is the allocation of least variance for echoes that are there by chance.
+
+Approximations: slopes are those of the whole sea, a mixture of two normal distributions; spreads in elevation and in
+bearing are uncorrelated; layered water spreads as water of one sound speed does; bubbles take nothing.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines import _spread_kernel as kernel
+from insonify.propagation._bend_kernel import STEEPEST
+from insonify.propagation.bent import bend, unfolded
+from insonify.propagation.families import bounces
+from insonify.propagation.rays import Cones
+from insonify.propagation.waves import shortest_wave, waves_under
+from insonify.scene.scene import Scene
+from insonify.sonar.beam import Beams
+
+Floats = NDArray[np.float64]
+
+REACH = 1.5
+"""Standard deviations of a departure within which ground is not left out: two ways lose 0.01 dB of their energy [1]."""
+LEAST_SHARE = 1e-6
+"""Part of a leg's energy that glints have at least, for the spread of their slopes [1]."""
+_NODES = np.geomspace(0.01, 1e5, 141)
+"""Distances over ground at which spreads are worked out for bounds [m]."""
+
+
+class LegSpread(NamedTuple):
+    """Departures of the legs of one family at n distances, as a moving surface leaves them."""
+
+    coherent: Floats
+    """Pressure that is left in the direction of a calm surface, re a calm surface [1]."""
+    glints: Floats
+    """Root of the energy of all glints together, likewise [1]."""
+    tilt: Floats
+    """Change of a glint's elevation at the sonar, over the slope of the surface along the path [rad]."""
+    turn: Floats
+    """Change of its direction at right angles to that, over the slope across the path [rad]."""
+
+
+@dataclass(frozen=True, slots=True)
+class GlintSpread:
+    """Statistics of one moving surface as sound of one frequency meets it."""
+
+    per_height: float
+    """Phase of a bounce at normal incidence per height of the surface [rad/m]."""
+    variance: float
+    """Variance of the height [m^2]."""
+    slopes: tuple[float, float, float]
+    """Variance of the slope northwards, covariance with that eastwards, and variance of the latter [1]."""
+    water_depth: float
+    """Depth of the mirroring bottom [m]."""
+
+    def legs(self, family: str, source_depth: float, distance: Floats, depth: float) -> LegSpread | None:
+        """Spread of the legs of one family; None for one without a surface bounce.
+
+        Args:
+            family: Name of the family.
+            source_depth: Depth of this end of the sonar [m].
+            distance: Distance over ground of the far ends of the legs [m], shape (n,).
+            depth: Their depth [m].
+        """
+        if "S" not in bounces(family):
+            return None
+        return _legs(self, family, source_depth, np.ascontiguousarray(distance, float).tobytes(), depth)
+
+    def bound(self, beams: Beams, family: str, place: Floats, centre: Floats, cones: Cones, depth: float) -> Floats:
+        """Bound of all beams for the glints of one family from neighbourhoods on a boundary [1], shape (n,).
+
+        Args:
+            beams: Beams of this end of the sonar.
+            family: Name of a family with a surface bounce.
+            place: North, east, depth of this end [m], shape (3,).
+            centre: North and east of the neighbourhoods [m], shape (n, 2).
+            cones: Directions of the legs off a calm surface.
+            depth: Depth of the boundary [m].
+        """
+        legs = self.legs(family, float(place[2]), _NODES, depth)
+        assert legs is not None
+        away = centre - place[:2]
+        distance = np.linalg.norm(away, axis=1)
+        level, tilt, turn = (np.interp(distance, _NODES, one) for one in (legs.glints, legs.tilt, legs.turn))
+        ahead = np.where(distance[:, None] > 1e-6, away / np.maximum(distance, 1e-6)[:, None], [1.0, 0.0])
+        found = np.empty(len(centre))
+        kernel.glint_bounds(
+            cones.way, cones.margin, ahead, tilt, turn, np.array(self.slopes), REACH, beams.axes, beams.steer,
+            beams.scale, beams.majorants, beams.per_unit, beams.element, found,
+        )  # fmt: skip
+        return np.asarray(found * level)
+
+
+def glint_spread(scene: Scene, frequency: float) -> GlintSpread | None:
+    """Spread of glint legs in one scene; None for a surface that does not move.
+
+    Args:
+        scene: The scene.
+        frequency: Frequency of the sound [Hz].
+    """
+    surface, speed = scene.surface, float(scene.water.speed_at(0.0))
+    if surface.bounce == "mirror":
+        return None
+    variance = along = across = 0.0
+    if surface.wind_speed is not None:
+        waves = waves_under(surface.wind_speed, shortest_wave(frequency, speed))
+        variance, (along, across) = float(waves.variance[-1]), waves.moment[:2, -1]
+    if surface.swell is not None:
+        amplitude = surface.swell.height / 2
+        variance += amplitude**2 / 2
+        along += (2 * math.pi / surface.swell.length * amplitude) ** 2 / 2
+    c, s = math.cos(surface.waves_to), math.sin(surface.waves_to)
+    slopes = c * c * along + s * s * across, c * s * (along - across), s * s * along + c * c * across
+    return GlintSpread(4 * math.pi * frequency / speed, variance, slopes, scene.seabed.depth)
+
+
+@lru_cache(maxsize=64)
+def _legs(sea: GlintSpread, family: str, source_depth: float, distances: bytes, depth: float) -> LegSpread:
+    """`GlintSpread.legs` of a family with a surface bounce, at distances given by their bytes."""
+    distance = np.frombuffer(distances)
+    points = np.column_stack([distance, 0 * distance, np.full(len(distance), depth)])
+    lines = unfolded(family, np.array([0.0, 0.0, source_depth]), points, sea.water_depth)
+    count = len(lines.surface)
+    quanta = (sea.per_height * lines.climb / lines.length) ** 2 * sea.variance
+    share = -np.expm1(-count * quanta)
+    # slopes are those of the sea in the mean over all bounces, and the coherent ones have none
+    steep = math.sqrt((sea.slopes[0] + sea.slopes[2]) / 2)
+    more = np.minimum(1 / np.sqrt(np.maximum(-np.expm1(-quanta), LEAST_SHARE)), STEEPEST / max(steep, 1e-12))
+    slope = np.clip(steep * more, 1e-6, STEEPEST)
+    tilt, turn = np.zeros(len(distance)), np.zeros(len(distance))
+    for row in range(count):
+        for axis, sense in ((0, 1.0), (0, -1.0), (1, 1.0)):
+            slopes = np.zeros((count, 2, len(distance)))
+            slopes[row, axis] = sense * slope
+            turned = bend(lines, slopes).departure
+            if axis == 0:
+                tilt += np.sum(turned**2, axis=1) / slope**2 / 2
+            else:
+                turn += np.sum(turned[:, 1:2] ** 2, axis=1) / slope**2
+    return LegSpread(np.exp(-count * quanta / 2), np.sqrt(share), np.sqrt(tilt) * more, np.sqrt(turn) * more)
+
+
+@lru_cache(maxsize=32)
+def _table(majorant: bytes, per_unit: float) -> Floats:
+    """`spread_patterns` of one pattern, given by its bytes."""
+    bound = np.frombuffer(majorant)
+    if not len(bound):
+        return np.empty((0, 0))
+    # every few rows their largest: on both sides of the axis, and as at the end beyond it
+    step = kernel.ROWS
+    rows = int(np.ceil(len(bound) / step)) + 1
+    half = np.pad(bound, (0, rows * step - len(bound)), mode="edge")[::step] ** 4
+    spread = kernel.FIRST * 2.0 ** np.arange(max(2, math.ceil(math.log2(kernel.WIDEST * per_unit / kernel.FIRST)) + 1))
+    far = int(np.ceil(4 * kernel.PARTS[-1] * spread[-1] / step))
+    line = np.concatenate([np.pad(half[:0:-1], (far, 0), mode="edge"), np.pad(half, (0, far), mode="edge")])
+    size = 2 ** math.ceil(math.log2(2 * len(line)))
+    turned, wave = np.fft.rfft(line, size), 2 * np.pi * np.fft.rfftfreq(size) / step
+    table = np.empty((len(spread), rows))
+    middle = far + len(half) - 1
+    for row, one in enumerate(spread):
+        window = sum(np.exp(-0.5 * (part * one * wave) ** 2) for part in kernel.PARTS) / len(kernel.PARTS)
+        table[row] = np.fft.irfft(turned * window, size)[middle : middle + rows]
+    return np.maximum(table, half[-1] * 1e-6) ** 0.25
+
+
+def spread_patterns(beams: Beams) -> tuple[Floats, Floats, Floats, Floats]:
+    """Fourth root of the mean fourth power of each pattern of some beams, over spreads of directions, as tables.
+
+    Args:
+        beams: The beams.
+
+    Returns:
+        Of the four patterns of `Beams.majorants`, shape (spreads, rows): spreads double from `kernel.FIRST` rows of
+        the majorant's table, of which each row here stands for `kernel.ROWS`.
+    """
+    a, b, c, d = (
+        _table(bound.tobytes(), float(per)) for bound, per in zip(beams.majorants, beams.per_unit, strict=True)
+    )
+    return a, b, c, d
