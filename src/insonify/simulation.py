@@ -12,7 +12,7 @@ from importlib.metadata import version
 from itertools import chain
 from operator import iadd
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -299,58 +299,85 @@ def record(
 
     wanted = wanted_pings(scenario, pings)
     listening = prepare(scenario)
-    zarr_store.create(path, layout(listening), attributes(scenario), overwrite=overwrite)
-    mine, there = zarr_store.identity(path), zarr_store.done(path)
+    mine = zarr_store.create(path, layout(listening), attributes(scenario), overwrite=overwrite)
     labelled = scenario.output.labels if with_labels is None else with_labels
     if labelled:
-        label_store.create(path, listening.label_names, layout(listening), attributes(scenario))
-    told = label_store.done(path) if labelled else np.ones(len(there), bool)
-    missing = [ping for ping in wanted if not there[ping]]
-    unlabelled = [ping for ping in wanted if there[ping] and not told[ping]]
-    done = len(wanted) - len(missing) - len(unlabelled)
-    tell = on_ping or (lambda *_: None)
+        label_store.create(path, listening.label_names, layout(listening), attributes(scenario), into=mine)
+    there = zarr_store.done(path)
+    whole = label_store.done(path) if labelled else np.ones(len(there), bool)
+    jobs = [Job(ping, sound=False, labels=True) for ping in wanted if there[ping] and not whole[ping]]
+    jobs += [Job(ping, sound=True, labels=not whole[ping]) for ping in wanted if not there[ping]]
+    done, tell = len(wanted) - len(jobs), on_ping or (lambda *_: None)
     tell(done, len(wanted))
-    for ping in unlabelled:
-        label_store.write_ping(path, ping, label_ping(listening, ping, threads))
-        done += 1
-        tell(done, len(wanted))
-    for ping, series in listen(listening, missing, threads):
+    for job, series, labelling in _worked(listening, jobs, threads):
         # labels first: a ping whose sound is there is whole
-        if not told[ping]:
-            label_store.write_ping(path, ping, label_ping(listening, ping, threads))
-        zarr_store.write_ping(path, ping, series, into=mine)
+        if labelling is not None:
+            label_store.write_ping(path, job.ping, labelling, into=mine)
+        if series is not None:
+            zarr_store.write_ping(path, job.ping, series, into=mine)
         done += 1
         tell(done, len(wanted))
     return Path(path)
 
 
+class Job(NamedTuple):
+    """One ping, and what is made of it."""
+
+    ping: int
+    sound: bool
+    """Whether its series is wanted."""
+    labels: bool
+    """Whether its labels are."""
+
+
 def listen(
     listening: Listening, pings: Iterable[int], threads: int | None = None
 ) -> Iterator[tuple[int, NDArray[np.generic]]]:
-    """What the sonar hears, ping by ping: number of the ping, and its series of shape (channels, samples).
+    """What the sonar hears, ping by ping: number of the ping, and its series of shape (channels, samples)."""
+    for job, series, _ in _worked(listening, [Job(ping, sound=True, labels=False) for ping in pings], threads):
+        assert series is not None
+        yield job.ping, series
+
+
+def _worked(
+    listening: Listening, jobs: list[Job], threads: int | None
+) -> Iterator[tuple[Job, NDArray[np.generic] | None, Labels | None]]:
+    """Series and labels of some pings, one after the other.
 
     Many pings are shared among the threads, a few of them ahead of the one that is asked for; few pings, and those that
     take much memory, are heard one after the other, each by all threads.
     """
-    wanted, workers = list(pings), threads or os.cpu_count() or 1
+    workers = threads or os.cpu_count() or 1
     keep_freed_memory()
     with ThreadPoolExecutor(workers) as pool:
-        if len(wanted) < 2 * workers or not _side_by_side(listening, wanted[0]):
-            yield from ((ping, _heard(listening, ping, pool)) for ping in wanted)
+        if len(jobs) < 2 * workers or not _side_by_side(listening, jobs[0].ping):
+            yield from ((job, *_done(listening, job, pool)) for job in jobs)
             return
-        begun: deque[tuple[int, Future[NDArray[np.generic]]]] = deque()
+        begun: deque[tuple[Job, Future[tuple[NDArray[np.generic] | None, Labels | None]]]] = deque()
         try:
-            for ping in wanted:
-                begun.append((ping, pool.submit(_heard, listening, ping, Alone())))
+            for job in jobs:
+                begun.append((job, pool.submit(_done, listening, job, Alone())))
                 if len(begun) == workers + AHEAD:
-                    ready, series = begun.popleft()
-                    yield ready, series.result()
+                    ready, made = begun.popleft()
+                    yield (ready, *made.result())
             while begun:
-                ready, series = begun.popleft()
-                yield ready, series.result()
+                ready, made = begun.popleft()
+                yield (ready, *made.result())
         finally:
-            for _, series in begun:
-                series.cancel()
+            for _, made in begun:
+                made.cancel()
+
+
+def _done(listening: Listening, job: Job, pool: Pool) -> tuple[NDArray[np.generic] | None, Labels | None]:
+    """Series and labels of one ping, as far as they are wanted: what the ground hides is worked out once for both."""
+    engine = _own(listening.engine, pool)
+    labelling = _labels(listening, job.ping, pool, engine) if job.labels else None
+    return _heard(listening, job.ping, pool, engine) if job.sound else None, labelling
+
+
+def _own(engine: Paths, pool: Pool) -> Paths:
+    """The engine for a ping that one thread works on: nobody else asks for what the ground hides from there."""
+    return replace(engine, skylines=Remembered(4)) if isinstance(pool, Alone) else engine
 
 
 def _side_by_side(listening: Listening, ping: int) -> bool:
@@ -363,23 +390,30 @@ def _side_by_side(listening: Listening, ping: int) -> bool:
     return all(listening.incoherent(side).brief and listening.ground(side) for side in here)
 
 
-def _heard(listening: Listening, ping: int, pool: Pool) -> NDArray[np.generic]:
+def _heard(listening: Listening, ping: int, pool: Pool, engine: Paths | None = None) -> NDArray[np.generic]:
     """All sides of one ping, with the noise, through the receiver, shape (channels, samples)."""
     sides, behind = listening.stances(ping), listening.electronics
+    paths = engine or _own(listening.engine, pool)
     if listening.scenario.field == "incoherent":
-        expected = [hear(listening, listening.expectation(here), here, pool) for here in sides]
+        expected = [hear(listening, listening.expectation(here), here, pool, paths) for here in sides]
         intensity = np.asarray(np.concatenate(expected) + listening.noise.power[:, None])
         return intensity if behind is None else behind.intensities(intensity)
-    sound = np.concatenate([hear(listening, listening.coherent(here), here, pool) for here in sides])
+    sound = np.concatenate([hear(listening, listening.coherent(here), here, pool, paths) for here in sides])
     sound = sound + listening.noise.draw(ping, sides[0].time, listening.grid)
     return sound if behind is None else behind.pressures(sound)
 
 
-def hear(listening: Listening, reading: Reading, here: Stance, pool: Pool) -> Any:
-    """One ping, heard by one reading: blocks are shared into a fixed number of parts, added in a fixed order."""
-    engine = listening.tracer if isinstance(reading, Traced | TracedLevels) else listening.engine
-    if isinstance(pool, Alone) and isinstance(engine, Paths):
-        engine = replace(engine, skylines=Remembered(2))  # nobody else asks for this ping
+def hear(listening: Listening, reading: Reading, here: Stance, pool: Pool, paths: Paths | None = None) -> Any:
+    """One ping, heard by one reading: blocks are shared into a fixed number of parts, added in a fixed order.
+
+    Args:
+        listening: The scenario made ready.
+        reading: How arrivals are heard.
+        here: The sonar at that ping.
+        pool: Who does the parts.
+        paths: The engine; None: that of `listening`.
+    """
+    engine = listening.tracer if isinstance(reading, Traced | TracedLevels) else paths or listening.engine
     if reading.even and isinstance(engine, Paths):
         engine = replace(engine, delays=None)  # an expectation takes the mean over them
     quick = reading if type(reading) is Incoherent and reading.brief else None
@@ -423,7 +457,12 @@ def parts_of(size: int) -> int:
 def label_ping(listening: Listening, ping: int, threads: int | None = None) -> Labels:
     """The labels of one ping, all its sides."""
     with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
-        return beside([hear(listening, listening.labelling(here), here, pool) for here in listening.stances(ping)])
+        return _labels(listening, ping, pool, listening.engine)
+
+
+def _labels(listening: Listening, ping: int, pool: Pool, engine: Paths) -> Labels:
+    sides = listening.stances(ping)
+    return beside([hear(listening, listening.labelling(here), here, pool, engine) for here in sides])
 
 
 def labels(scenario: Scenario, ping: int = 0, *, threads: int | None = None) -> xr.Dataset:

@@ -1,5 +1,6 @@
 """Labels on disk stand beside the sound, come back as they went in, and can be added later."""
 
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -69,3 +70,69 @@ def test_labels_can_be_drawn(stored: Path, tmp_path: Path) -> None:
     """All pings as one picture, and one ping as traces."""
     for name, ping in (("all.png", None), ("one.png", 1)):
         assert draw(open_recording(stored), open_labels(stored), tmp_path / name, ping=ping).stat().st_size > 5000
+
+
+def test_labels_of_a_run_that_was_replaced_are_not_in_the_new_recording(tmp_path: Path) -> None:
+    """Another scenario overwrites a recording while the first run labels it: the first stops, the second is its own."""
+    path, other = tmp_path / "d.zarr", survey(seed=9, targets=())
+
+    def replaced(done: int, _: int) -> None:
+        if done == 1:
+            record(other, path, overwrite=True, with_labels=True, pings=[0])
+
+    with pytest.raises(StoreError, match="replaced by another run"):
+        record(survey(), path, with_labels=True, threads=1, on_ping=replaced)
+    assert done(path).tolist() == [True, False, False]
+    record(other, path, with_labels=True)
+    held = open_labels(path)
+    assert list(held.owner.values) == ["seabed", "surface"]
+    for ping in range(PINGS):
+        np.testing.assert_array_equal(held.strongest_owner.values[ping], labels(other, ping).strongest_owner.values)
+
+
+def test_a_run_without_labels_replaces_those_that_were_there(tmp_path: Path) -> None:
+    """Overwritten without labels, the recording has none, though the first run goes on to write some."""
+    path = tmp_path / "e.zarr"
+
+    def replaced(done: int, _: int) -> None:
+        if done == 1:
+            record(survey(seed=9), path, overwrite=True, with_labels=False)
+
+    with pytest.raises(StoreError, match="replaced by another run"):
+        record(survey(), path, with_labels=True, threads=1, on_ping=replaced)
+    with pytest.raises(StoreError, match="has no labels"):
+        open_labels(path)
+    assert not list(path.glob("labels*"))
+
+
+def test_labels_that_strayed_in_are_told_and_made_anew(tmp_path: Path) -> None:
+    """A folder of labels of another recording is refused, and labelling again makes room for its own."""
+    one, two = tmp_path / "f.zarr", tmp_path / "g.zarr"
+    record(survey(), one, with_labels=True, pings=[0])
+    record(survey(), two, pings=[0])
+    shutil.copytree(one / "labels", two / "labels")
+    with pytest.raises(StoreError, match="labels of another recording"):
+        open_labels(two)
+    record(survey(), two, with_labels=True, pings=[0])
+    np.testing.assert_array_equal(open_labels(two).highlight, open_labels(one).highlight)
+
+
+@pytest.mark.parametrize("field", ["incoherent", "coherent"])
+def test_labels_are_the_same_for_any_threads_and_after_resuming(tmp_path: Path, field: str) -> None:
+    """In one go by two threads, ping by ping by one, or added to a finished recording: the same bits, sound and labels.
+
+    Enough pings that threads share them.
+    """
+    scenario = survey(field=field)
+    scenario = scenario.model_copy(update={"track": scenario.track.model_copy(update={"pings": 6})})
+    whole, parts, later = (tmp_path / name for name in ("whole.zarr", "parts.zarr", "later.zarr"))
+    record(scenario, whole, with_labels=True, threads=2)
+    for pings in ([3], [0, 1], [5, 2, 4]):
+        record(scenario, parts, with_labels=True, threads=1, pings=pings)
+    record(scenario, later, threads=2)
+    record(scenario, later, with_labels=True, threads=2)
+    for other in (parts, later):
+        for opened in (open_labels, open_recording):
+            first, second = opened(whole).load(), opened(other).load()
+            for name in first.variables:
+                np.testing.assert_array_equal(first[name], second[name], err_msg=name)

@@ -14,7 +14,8 @@ import zarr
 from numpy.typing import NDArray
 from zarr.errors import ZarrUserWarning
 
-from insonify.formats.zarr_store import StoreError
+from insonify.formats.zarr_store import IDENTITY, PACKED, StoreError, identity, insist_on_own, put_chunk
+from insonify.formats.zarr_store import done as pings_done
 from insonify.records.labels import COLUMNS, LabelNames, Labels, with_names
 from insonify.records.recording import Layout
 
@@ -24,27 +25,41 @@ KEPT_BITS = 12
 """Bits of an intensity's mantissa that are stored: 0.001 dB, in half the space once packed [1]."""
 
 
-def create(path: str | Path, names: LabelNames, layout: Layout, attributes: Mapping[str, Any]) -> None:
+def create(
+    path: str | Path, names: LabelNames, layout: Layout, attributes: Mapping[str, Any], *, into: str | None = None
+) -> None:  # fmt: skip
     """Make room for labels in a recording, or find what an earlier run began.
+
+    Labels of another recording, which a run has left there that this recording replaced, make room.
 
     Args:
         path: Folder of the recording, which is there.
         names: Owners and pairs.
         layout: What the recording holds.
         attributes: Whatever describes the recording as a whole.
+        into: Identity of the recording that is meant; None: whichever stands there.
+
+    Raises:
+        StoreError: Another run has replaced the recording meanwhile.
     """
-    target = Path(path) / FOLDER
-    if (target / "zarr.json").is_file():
+    target, mine = Path(path) / FOLDER, insist_on_own(path, into)
+    if _owner(target) == mine:
         return
     aside = target.parent / f".{FOLDER}.{uuid.uuid4().hex}.partial"
     try:
-        _build(aside, names, layout, attributes)
+        _build(aside, names, layout, {**attributes, IDENTITY: mine})
+        shutil.rmtree(target, ignore_errors=True)
         os.replace(aside, target)
     except OSError:  # another process was first
-        if not (target / "zarr.json").is_file():
+        if _owner(target) != mine:
             raise
     finally:
         shutil.rmtree(aside, ignore_errors=True)
+
+
+def _owner(folder: Path) -> str | None:
+    """Identity of the recording that some labels belong to; None where there are no labels, or nobody knows."""
+    return identity(folder) if (folder / "zarr.json").is_file() else None
 
 
 def _build(path: Path, names: LabelNames, layout: Layout, attributes: Mapping[str, Any]) -> None:
@@ -60,10 +75,12 @@ def _build(path: Path, names: LabelNames, layout: Layout, attributes: Mapping[st
         fill = np.nan if np.issubdtype(dtype, np.floating) else dtype(0) if dtype is np.bool_ else 255
         group.create_array(
             name, shape=shape, chunks=(1, *shape[1:]), dtype=dtype, fill_value=fill, dimension_names=dims,
+            compressors=PACKED,
             attributes={"units": units, "long_name": meaning},
         )  # fmt: skip
     group.create_array(
         "done", shape=(sizes["ping"],), chunks=(1,), dtype=bool, fill_value=False, dimension_names=("ping",),
+        compressors=PACKED,
         attributes={"units": "1", "long_name": "whether the ping has been labelled"},
     )  # fmt: skip
     for name, values, units, meaning in (
@@ -79,25 +96,33 @@ def _build(path: Path, names: LabelNames, layout: Layout, attributes: Mapping[st
         zarr.consolidate_metadata(group.store)
 
 
-def write_ping(path: str | Path, ping: int, labels: Labels) -> None:
+def write_ping(path: str | Path, ping: int, labels: Labels, *, into: str | None = None) -> None:
     """Put the labels of one ping in their place, then into the mask of pings done.
 
     Args:
         path: Folder of the recording.
         ping: Number of the ping.
         labels: Its labels.
+        into: Identity of the recording that is meant; None: whichever stands there.
+
+    Raises:
+        StoreError: Another run has replaced the recording meanwhile.
     """
-    folder = Path(path) / FOLDER
-    for name, (_, dtype, units, _) in COLUMNS.items():
+    mine, folder = insist_on_own(path, into), Path(path) / FOLDER
+    if _owner(folder) != mine:
+        raise StoreError(
+            f"{folder} are labels of another recording. Label this one: insonify run FILE -o {path} --labels"
+        )
+    for name, (dims, dtype, units, _) in COLUMNS.items():
         values: NDArray[Any] = np.asarray(getattr(labels, name), dtype)
-        held = zarr.open_array(folder / name, mode="r+")
-        held[ping] = _rounded(values) if units == "uPa^2" else np.round(values, 3) if name == "place" else values
-    zarr.open_array(folder / "done", mode="r+")[ping] = True
+        stored = _rounded(values) if units == "uPa^2" else np.round(values, 3) if name == "place" else values
+        put_chunk(folder.joinpath(name, "c", str(ping), *("0" for _ in dims[1:])), np.ascontiguousarray(stored))
+    put_chunk(folder / "done" / "c" / str(ping), np.ones(1, bool))
 
 
 def done(path: str | Path) -> NDArray[np.bool_]:
     """Which pings of a recording are labelled, shape (ping,)."""
-    return np.asarray(zarr.open_array(Path(path) / FOLDER / "done", mode="r")[:], dtype=bool)
+    return pings_done(Path(path) / FOLDER)
 
 
 def open_labels(path: str | Path) -> xr.Dataset:
@@ -115,6 +140,10 @@ def open_labels(path: str | Path) -> xr.Dataset:
     folder = Path(path) / FOLDER
     if not (folder / "zarr.json").is_file():
         raise StoreError(f"{path} has no labels. Make them: insonify run FILE -o {path} --labels")
+    if _owner(folder) != identity(path):
+        raise StoreError(
+            f"{folder} are labels of another recording. Make its own: insonify run FILE -o {path} --labels"
+        )
     held: xr.Dataset = xr.open_zarr(folder, chunks=None, consolidated=True, decode_times=False, mask_and_scale=False)
     return with_names(held, LabelNames(tuple(held.attrs["owners"]), tuple(held.attrs["pairs"])))
 

@@ -32,10 +32,12 @@ from zarr.errors import ZarrUserWarning
 from insonify.records.recording import COLUMNS, COORDINATES, FIELDS, LATER, Layout, columns_of
 
 _MUST_AGREE = ("scenario", "seed", "version")
-_IDENTITY = "insonify_recording"
+IDENTITY = "insonify_recording"
+"""Attribute that tells a recording from any other."""
 _MEND = "Restore it from a copy, or delete the folder and simulate again"
 _LEVEL = 0  # of compression: zarr's own
-_PACKED = (ZstdCodec(level=_LEVEL),)
+PACKED = (ZstdCodec(level=_LEVEL),)
+"""How `put_chunk` packs."""
 _FAILURES = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EMFILE, errno.ENFILE)  # the machine's, whatever the name
 _STALE = 600.0  # seconds: nobody needs that long to create an empty store
 
@@ -44,7 +46,7 @@ class StoreError(ValueError):
     """A place where a recording cannot be written or read, with the way out."""
 
 
-def create(path: str | Path, layout: Layout, attributes: Mapping[str, Any], *, overwrite: bool = False) -> None:
+def create(path: str | Path, layout: Layout, attributes: Mapping[str, Any], *, overwrite: bool = False) -> str:
     """Make an empty recording, or find the one that an earlier run began.
 
     Args:
@@ -53,6 +55,9 @@ def create(path: str | Path, layout: Layout, attributes: Mapping[str, Any], *, o
         attributes: Whatever describes the recording as a whole, ready for JSON. An existing
             recording is continued only where `scenario`, `seed` and `version` are the same.
         overwrite: Whether to replace an existing recording instead.
+
+    Returns:
+        Its `identity`: what is written later goes into this recording and no other.
 
     Raises:
         StoreError: The place is taken by another recording, or by something else.
@@ -98,7 +103,7 @@ def identity(path: str | Path) -> str:
 def _identity(file: str, number: int, changed: int) -> str:
     """The same of a file as it was at one time: to read it takes long, and every ping asks."""
     described = json.loads(Path(file).read_text(encoding="utf-8"))
-    return str(described["attributes"][_IDENTITY])
+    return str(described["attributes"].get(IDENTITY))
 
 
 def write_ping(path: str | Path, ping: int, data: ArrayLike, *, into: str | None = None) -> None:
@@ -114,9 +119,7 @@ def write_ping(path: str | Path, ping: int, data: ArrayLike, *, into: str | None
         StoreError: Another run has replaced the recording meanwhile.
         ValueError: The data do not fit, or are not finite.
     """
-    mine = identity(path)
-    if into is not None and mine != into:
-        raise StoreError(f"{path} was replaced by another run while this one went on. Choose another name")
+    mine = insist_on_own(path, into)
     field, shape, dtype = _sound(str(path), mine)
     values = np.asarray(data, dtype=dtype)
     if values.shape != shape[1:]:
@@ -125,8 +128,24 @@ def write_ping(path: str | Path, ping: int, data: ArrayLike, *, into: str | None
         raise ValueError(f"{path} has pings 0 to {shape[0] - 1}; there is no ping {ping}")
     if not np.isfinite(values).all():
         raise ValueError(f"ping {ping} has values that are not finite: a level in the scenario is beyond all bounds")
-    _put(Path(path) / field / "c" / str(ping) / "0" / "0", values.astype(dtype.newbyteorder("<"), order="C"))
-    _put(Path(path) / "done" / "c" / str(ping), np.ones(1, bool))
+    put_chunk(Path(path) / field / "c" / str(ping) / "0" / "0", values.astype(dtype.newbyteorder("<"), order="C"))
+    put_chunk(Path(path) / "done" / "c" / str(ping), np.ones(1, bool))
+
+
+def insist_on_own(path: str | Path, into: str | None) -> str:
+    """Identity of the recording at a place, which must be the one that is meant.
+
+    Args:
+        path: Folder of the recording.
+        into: Identity of the recording that is meant; None: whichever stands there.
+
+    Raises:
+        StoreError: Another run has replaced the recording meanwhile.
+    """
+    mine = identity(path)
+    if into is not None and mine != into:
+        raise StoreError(f"{path} was replaced by another run while this one went on. Choose another name")
+    return mine
 
 
 @lru_cache(maxsize=4)
@@ -137,7 +156,7 @@ def _sound(path: str, mine: str) -> tuple[str, tuple[int, ...], np.dtype[Any]]:
     return field, there.shape, np.dtype(there.dtype)
 
 
-def _put(place: Path, values: NDArray[Any]) -> None:
+def put_chunk(place: Path, values: NDArray[Any]) -> None:
     """Write one chunk as zarr does, ten times as fast: whole, under another name, which then becomes its own."""
     aside = place.with_name(f".{place.name}.{uuid.uuid4().hex}.partial")
     packed = Zstd(level=_LEVEL).encode(values)
@@ -200,18 +219,18 @@ def reading(path: str | Path) -> Iterator[None]:
 
 def _build(path: Path, layout: Layout, attributes: Mapping[str, Any]) -> None:
     group = zarr.open_group(path, mode="w", zarr_format=3)
-    group.attrs.update({**attributes, _IDENTITY: uuid.uuid4().hex})
+    group.attrs.update({**attributes, IDENTITY: uuid.uuid4().hex})
     pings, channels, samples = layout.ping_time.size, layout.steer.size, layout.time.size
     dtype, units, long_name = FIELDS[layout.field]
     group.create_array(
         layout.field, shape=(pings, channels, samples), chunks=(1, channels, samples), dtype=dtype, fill_value=np.nan,
-        compressors=_PACKED,
+        compressors=PACKED,
         dimension_names=("ping", "channel", "time"),
         attributes={"units": units, "long_name": long_name, "coordinates": " ".join(COORDINATES)},
     )  # fmt: skip
     group.create_array(
         "done", shape=(pings,), chunks=(1,), dtype=bool, fill_value=False, dimension_names=("ping",),
-        compressors=_PACKED, attributes={"units": "1", "long_name": "whether the ping has been simulated"},
+        compressors=PACKED, attributes={"units": "1", "long_name": "whether the ping has been simulated"},
     )  # fmt: skip
     for name, (dims, unit, meaning) in columns_of(layout).items():
         values = np.asarray(getattr(layout, name), dtype=float)
@@ -231,7 +250,7 @@ def _is_recording(path: Path) -> bool:
     if not (path / "zarr.json").is_file():
         return False
     attributes = _description(path).get("attributes")
-    return isinstance(attributes, dict) and _IDENTITY in attributes
+    return isinstance(attributes, dict) and IDENTITY in attributes
 
 
 def _description(folder: Path) -> dict[str, Any]:
@@ -275,7 +294,8 @@ def _is_taken(target: Path) -> bool:
     return False
 
 
-def _insist_on_the_same(target: Path, attributes: Mapping[str, Any]) -> None:
+def _insist_on_the_same(target: Path, attributes: Mapping[str, Any]) -> str:
+    """Refuse a recording of another scenario; returns the identity of this one."""
     _insist_on_whole(target)
     stored = zarr.open_group(target, mode="r").attrs.asdict()
     differ = [name for name in _MUST_AGREE if stored.get(name) != attributes.get(name)]
@@ -284,6 +304,7 @@ def _insist_on_the_same(target: Path, attributes: Mapping[str, Any]) -> None:
             f"{target} holds a recording of another {' and '.join(differ)}{_first_difference(stored, attributes)}. "
             "Choose another name, or replace it with --overwrite"
         )
+    return str(stored[IDENTITY])
 
 
 def _first_difference(stored: Mapping[str, Any], attributes: Mapping[str, Any]) -> str:
