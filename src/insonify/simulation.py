@@ -22,24 +22,21 @@ from insonify.engines.paths import Paths
 from insonify.engines.skyline import Remembered
 from insonify.engines.swath import SwathView, swath_of
 from insonify.freed_memory import keep_freed_memory
-from insonify.propagation.beside import LEAST
-from insonify.propagation.delay_field import DelayField
 from insonify.propagation.medium import rays_in
-from insonify.propagation.rays import FEW_DEPTHS, Domain
 from insonify.records.arrivals import Arrivals, expand, joined
 from insonify.records.labels import LabelNames, Labels, beside, label_dataset
 from insonify.records.recording import Layout, dataset
 from insonify.records.swath import Swath
 from insonify.scenario.carried import platforms, receiver_seed
 from insonify.scenario.citations import citations
+from insonify.scenario.ray_domain import delay_field, domain
 from insonify.scenario.scenario import Scenario
 from insonify.scenario.write import to_yaml
 from insonify.scene.scatterers import Scatterers
 from insonify.sonar.heard import HeardPulse, heard_pulse
-from insonify.sonar.hydrophones import element_layout
 from insonify.sonar.platforms import Platforms
-from insonify.sonar.sonar import array_position, channel_places, receiver_rotation
-from insonify.sonar.stance import Riding, Stance, end_depths, surveys_of
+from insonify.sonar.sonar import channel_places
+from insonify.sonar.stance import Riding, Stance, surveys_of
 from insonify.sonar.survey import Survey
 from insonify.sonar.track import Poses, logged_poses
 from insonify.synthesis._groups import PulseTable, pulse_table
@@ -80,6 +77,11 @@ class Pool(Protocol):
 
 class Alone:
     """One thread, which does the parts of a ping one after the other."""
+
+    def __init__(self) -> None:
+        """Ready for one ping."""
+        self.skylines = Remembered(4)
+        """What the ground hides at that ping: the same for its sound and its labels."""
 
     def map(self, fn: Callable[[Any], Any], things: Iterable[Any], /) -> Iterator[Any]:
         """What a function makes of each thing, one when it is asked for."""
@@ -208,57 +210,6 @@ def prepare(scenario: Scenario) -> Listening:
     return Listening(scenario, engine, carried, surveys_of(scenario.sonar, carried), pulse, grid, tracer)
 
 
-def delay_field(scenario: Scenario) -> DelayField | None:
-    """What the water of a scenario adds to travel times; None where it is even."""
-    uneven = scenario.water.inhomogeneity
-    if uneven is None or uneven.rms_index == 0:
-        return None
-    return DelayField(uneven, scenario.seed, scenario.seabed.depth, scenario.seabed.lattice)
-
-
-def domain(scenario: Scenario, track: Poses | Platforms, pulse: HeardPulse) -> Domain:
-    """Where the pings of a scenario ask for rays.
-
-    Args:
-        scenario: What is simulated.
-        track: Poses of the platform, or the platforms.
-        pulse: The sonar's pulse as heard.
-    """
-    carried = Platforms(track) if isinstance(track, Poses) else track
-    scene, stop = scenario.scene, scenario.track.window[1] - pulse.faint_start
-    # Ends apart by this much can hear a little beyond half of the way.
-    apart = 2 * max(float(np.linalg.norm(array.offset)) for array in scenario.sonar.arrays)
-    farthest = scenario.water.fastest * max(stop, 0.0) / 2 + apart + carried.apart + _wandered(scenario, carried)
-    depths = [float(depth) for depth in _asked_depths(scenario, carried)]
-    spanned = len(depths) > FEW_DEPTHS
-    return Domain((depths[0], depths[-1]) if spanned else tuple(depths), spanned, scene.body_depths, farthest)
-
-
-def _asked_depths(scenario: Scenario, carried: Platforms) -> NDArray[np.float64]:
-    """Depths of the sonar's ends [m], and those of its highest and lowest elements where a platform keeps its depth."""
-    depths, sonar = end_depths(scenario.sonar, carried), scenario.sonar
-    if not scenario.water.layered or sonar.receiver.record != "elements" or len(depths) > 2:
-        return depths
-    body = carried.hearing.rotation(0)
-    centre = array_position(sonar.receive, carried.hearing.position[0], body)[2]
-    rise = float(np.abs((element_layout(sonar.receive)[0] @ receiver_rotation(sonar, body))[:, 2]).max())
-    if rise < LEAST:
-        return depths
-    return np.unique(np.clip([*depths, centre - rise, centre + rise], 0.0, scenario.seabed.depth))
-
-
-def _wandered(scenario: Scenario, carried: Platforms) -> float:
-    """How far an element can be from where its array's centre was at the start of a ping, twice, about [m]."""
-    size, moved = 0.0, 0.0
-    if scenario.sonar.receiver.record == "elements":
-        size = float(np.linalg.norm(element_layout(scenario.sonar.receive)[0], axis=1).max())
-    for array, (first, *later) in zip(scenario.sonar.arrays, carried.moments, strict=True):
-        for then in later:
-            way = then.carried(array.offset) - first.carried(array.offset)
-            moved = max(moved, float(np.linalg.norm(way, axis=-1).max()))
-    return 2 * (size + moved)
-
-
 def simulate(scenario: Scenario, *, pings: int | Iterable[int] | None = None, threads: int | None = None) -> xr.Dataset:
     """What the sonar records.
 
@@ -370,14 +321,8 @@ def _worked(
 
 def _done(listening: Listening, job: Job, pool: Pool) -> tuple[NDArray[np.generic] | None, Labels | None]:
     """Series and labels of one ping, as far as they are wanted: what the ground hides is worked out once for both."""
-    engine = _own(listening.engine, pool)
-    labelling = _labels(listening, job.ping, pool, engine) if job.labels else None
-    return _heard(listening, job.ping, pool, engine) if job.sound else None, labelling
-
-
-def _own(engine: Paths, pool: Pool) -> Paths:
-    """The engine for a ping that one thread works on: nobody else asks for what the ground hides from there."""
-    return replace(engine, skylines=Remembered(4)) if isinstance(pool, Alone) else engine
+    labelling = _labels(listening, job.ping, pool) if job.labels else None
+    return _heard(listening, job.ping, pool) if job.sound else None, labelling
 
 
 def _side_by_side(listening: Listening, ping: int) -> bool:
@@ -390,30 +335,23 @@ def _side_by_side(listening: Listening, ping: int) -> bool:
     return all(listening.incoherent(side).brief and listening.ground(side) for side in here)
 
 
-def _heard(listening: Listening, ping: int, pool: Pool, engine: Paths | None = None) -> NDArray[np.generic]:
+def _heard(listening: Listening, ping: int, pool: Pool) -> NDArray[np.generic]:
     """All sides of one ping, with the noise, through the receiver, shape (channels, samples)."""
     sides, behind = listening.stances(ping), listening.electronics
-    paths = engine or _own(listening.engine, pool)
     if listening.scenario.field == "incoherent":
-        expected = [hear(listening, listening.expectation(here), here, pool, paths) for here in sides]
+        expected = [hear(listening, listening.expectation(here), here, pool) for here in sides]
         intensity = np.asarray(np.concatenate(expected) + listening.noise.power[:, None])
         return intensity if behind is None else behind.intensities(intensity)
-    sound = np.concatenate([hear(listening, listening.coherent(here), here, pool, paths) for here in sides])
+    sound = np.concatenate([hear(listening, listening.coherent(here), here, pool) for here in sides])
     sound = sound + listening.noise.draw(ping, sides[0].time, listening.grid)
     return sound if behind is None else behind.pressures(sound)
 
 
-def hear(listening: Listening, reading: Reading, here: Stance, pool: Pool, paths: Paths | None = None) -> Any:
-    """One ping, heard by one reading: blocks are shared into a fixed number of parts, added in a fixed order.
-
-    Args:
-        listening: The scenario made ready.
-        reading: How arrivals are heard.
-        here: The sonar at that ping.
-        pool: Who does the parts.
-        paths: The engine; None: that of `listening`.
-    """
-    engine = listening.tracer if isinstance(reading, Traced | TracedLevels) else paths or listening.engine
+def hear(listening: Listening, reading: Reading, here: Stance, pool: Pool) -> Any:
+    """One ping, heard by one reading: blocks are shared into a fixed number of parts, added in a fixed order."""
+    engine = listening.tracer if isinstance(reading, Traced | TracedLevels) else listening.engine
+    if isinstance(pool, Alone) and isinstance(engine, Paths):
+        engine = replace(engine, skylines=pool.skylines)  # nobody else asks for this ping
     if reading.even and isinstance(engine, Paths):
         engine = replace(engine, delays=None)  # an expectation takes the mean over them
     quick = reading if type(reading) is Incoherent and reading.brief else None
@@ -457,12 +395,11 @@ def parts_of(size: int) -> int:
 def label_ping(listening: Listening, ping: int, threads: int | None = None) -> Labels:
     """The labels of one ping, all its sides."""
     with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
-        return _labels(listening, ping, pool, listening.engine)
+        return _labels(listening, ping, pool)
 
 
-def _labels(listening: Listening, ping: int, pool: Pool, engine: Paths) -> Labels:
-    sides = listening.stances(ping)
-    return beside([hear(listening, listening.labelling(here), here, pool, engine) for here in sides])
+def _labels(listening: Listening, ping: int, pool: Pool) -> Labels:
+    return beside([hear(listening, listening.labelling(here), here, pool) for here in listening.stances(ping)])
 
 
 def labels(scenario: Scenario, ping: int = 0, *, threads: int | None = None) -> xr.Dataset:

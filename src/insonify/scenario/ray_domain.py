@@ -1,0 +1,66 @@
+"""Where the pings of a scenario ask for rays, and what uneven water adds to their times."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.propagation.beside import LEAST
+from insonify.propagation.delay_field import DelayField
+from insonify.propagation.rays import FEW_DEPTHS, Domain
+from insonify.scenario.scenario import Scenario
+from insonify.sonar.heard import HeardPulse
+from insonify.sonar.hydrophones import element_layout
+from insonify.sonar.platforms import Platforms
+from insonify.sonar.sonar import array_position, receiver_rotation
+from insonify.sonar.stance import end_depths
+from insonify.sonar.track import Poses
+
+
+def delay_field(scenario: Scenario) -> DelayField | None:
+    """What the water of a scenario adds to travel times; None where it is even."""
+    uneven = scenario.water.inhomogeneity
+    if uneven is None or uneven.rms_index == 0:
+        return None
+    return DelayField(uneven, scenario.seed, scenario.seabed.depth, scenario.seabed.lattice)
+
+
+def domain(scenario: Scenario, track: Poses | Platforms, pulse: HeardPulse) -> Domain:
+    """Where the pings of a scenario ask for rays.
+
+    Args:
+        scenario: What is simulated.
+        track: Poses of the platform, or the platforms.
+        pulse: The sonar's pulse as heard.
+    """
+    carried = Platforms(track) if isinstance(track, Poses) else track
+    scene, stop = scenario.scene, scenario.track.window[1] - pulse.faint_start
+    # Ends apart by this much can hear a little beyond half of the way.
+    apart = 2 * max(float(np.linalg.norm(array.offset)) for array in scenario.sonar.arrays)
+    farthest = scenario.water.fastest * max(stop, 0.0) / 2 + apart + carried.apart + _wandered(scenario, carried)
+    depths = [float(depth) for depth in _asked_depths(scenario, carried)]
+    spanned = len(depths) > FEW_DEPTHS
+    return Domain((depths[0], depths[-1]) if spanned else tuple(depths), spanned, scene.body_depths, farthest)
+
+
+def _asked_depths(scenario: Scenario, carried: Platforms) -> NDArray[np.float64]:
+    """Depths of the sonar's ends [m], and those of its highest and lowest elements where a platform keeps its depth."""
+    depths, sonar = end_depths(scenario.sonar, carried), scenario.sonar
+    if not scenario.water.layered or sonar.receiver.record != "elements" or len(depths) > 2:
+        return depths
+    body = carried.hearing.rotation(0)
+    centre = array_position(sonar.receive, carried.hearing.position[0], body)[2]
+    rise = float(np.abs((element_layout(sonar.receive)[0] @ receiver_rotation(sonar, body))[:, 2]).max())
+    if rise < LEAST:
+        return depths
+    return np.unique(np.clip([*depths, centre - rise, centre + rise], 0.0, scenario.seabed.depth))
+
+
+def _wandered(scenario: Scenario, carried: Platforms) -> float:
+    """How far an element can be from where its array's centre was at the start of a ping, twice, about [m]."""
+    size, moved = 0.0, 0.0
+    if scenario.sonar.receiver.record == "elements":
+        size = float(np.linalg.norm(element_layout(scenario.sonar.receive)[0], axis=1).max())
+    for array, (first, *later) in zip(scenario.sonar.arrays, carried.moments, strict=True):
+        for then in later:
+            way = then.carried(array.offset) - first.carried(array.offset)
+            moved = max(moved, float(np.linalg.norm(way, axis=-1).max()))
+    return 2 * (size + moved)
