@@ -22,6 +22,7 @@ from insonify.engines import rings
 from insonify.engines.glint_spread import glint_spread
 from insonify.engines.loudness import Loudness
 from insonify.engines.sampling import Resolution
+from insonify.engines.shadow_zones import shadow_zone
 from insonify.propagation.rays import Rays, Reach
 from insonify.propagation.rims import rims
 from insonify.scene.lattice import Lattice
@@ -34,6 +35,12 @@ Columns = tuple[Floats, Floats, NDArray[np.uint64]]
 
 BEHIND_TARGETS = 16.0
 """Factor on the gain at the ranges that a target in the loudest direction casts a shadow on [1]."""
+EDGE_STRIPS = 8
+"""Strips that cells are cut into across, in and about shadows of targets."""
+EDGE_WIDTHS = 1.0
+"""Bearing beside such a shadow that counts to it [widths of the two-way beam]."""
+LOUD_ENOUGH = 0.2
+"""Two-way gain towards a target re the loudest from which on its shadow takes a part of what is received [1]."""
 MOST_KEPT = 250_000
 """Points of one layout up to which they are kept for the next ping."""
 LAYOUTS = 8
@@ -124,6 +131,8 @@ class EvenPoints:
     thinning: bool
     """Whether faint points are left out for others at all."""
     layouts: Layouts
+    soft: bool = True
+    """Whether edges of targets are soft."""
 
     def blocks(self, cut: Callable[[Floats], list[slice]]) -> list[Callable[[], Columns]]:
         """The points, in blocks that are laid out when they are called.
@@ -139,7 +148,32 @@ class EvenPoints:
             place, area, key = layout.points(share, rows)
             return place + middle, area, key
 
-        return [partial(laid, rows) for rows in cut(share.sum(axis=(1, 2)) * CELLS)]
+        shaded = self._shaded(layout)
+        if not shaded.any():
+            return [partial(laid, rows) for rows in cut(share.sum(axis=(1, 2)) * CELLS)]
+
+        def cells_of(some: NDArray[np.int64], strips: int) -> Columns:
+            place, area, key = layout.cells.points(layout.tiles[some], share[some], strips)
+            return place + middle, area, key
+
+        made: list[Callable[[], Columns]] = []
+        for some, strips in ((np.flatnonzero(~shaded), 1), (np.flatnonzero(shaded), EDGE_STRIPS)):
+            count = share[some].sum(axis=(1, 2)) * CELLS * strips
+            made += [partial(cells_of, some[rows], strips) for rows in cut(count)]
+        return made
+
+    def _shaded(self, layout: Layout) -> NDArray[np.bool_]:
+        """Tiles in and about shadows of targets that take a part of what any beam receives, (tiles,)."""
+        shaded, held, soft = np.zeros(len(layout.tiles), bool), rims(self.scene), self.soft
+        if not len(held) or self.depth <= 0:
+            return shaded
+        offset = held[:, :2] - self.stance.middle
+        faced = np.flatnonzero(layout.loudness.gain_at(offset, held[:, 2]) >= LOUD_ENOUGH)
+        for row in faced:
+            asked = self.scene, self.rays, self.stance, self.families, int(row), self.reach.farthest
+            zone = shadow_zone(*asked, soft=soft)
+            shaded |= layout.cells.in_zone(layout.tiles, zone, EDGE_WIDTHS * self.resolution.width)
+        return shaded
 
     @property
     def _about(self) -> Stance:

@@ -16,6 +16,7 @@ from insonify.engines import _ring_kernel as kernel
 from insonify.engines.glint_spread import GlintSpread
 from insonify.engines.loudness import Loudness
 from insonify.engines.sampling import Resolution, beam_bound
+from insonify.engines.shadow_zones import Zone
 from insonify.propagation.rays import Rays, Reach
 from insonify.sonar.stance import Stance
 
@@ -28,6 +29,8 @@ ACROSS = 4
 """Sectors of a tile: few, for most tiles that a narrow beam is near lie beside it."""
 PIECES = 4
 """Pieces of the rings of a tile, in each of which and in each sector the keep probability is one number."""
+STRIP_BIT = 59
+"""Bit of a key from which on it counts the strips that cells are cut into."""
 WIDEST_CELL = 0.02
 """A cell is never wider than this, however wide the beam, so that shadows keep their edges [rad]."""
 
@@ -102,20 +105,35 @@ class Rings:
             gain *= louder[tiles[:, 0] - self.rows[0]][..., None]
         return loudness.share_of(gain)
 
+    def in_zone(self, tiles: NDArray[np.int64], zone: Zone, beside: float) -> NDArray[np.bool_]:
+        """Tiles that reach into a target's zone, or lie beside it, shape (tiles,).
+
+        Args:
+            tiles: Rows of (ring, sector), shape (tiles, 2).
+            zone: The zone, as seen from the middle of the cells.
+            beside: Bearing beside it that counts too [rad].
+        """
+        near, far = (self._ground((tiles[:, 0] + side) * TILE * self.slant) for side in (0, 1))
+        width = ACROSS * self.azimuth
+        off = np.mod(self._origin[2] + (tiles[:, 1] + 0.5) * width - zone.bearing + np.pi, 2 * np.pi) - np.pi
+        return np.asarray((far > zone.near) & (near < zone.far) & (np.abs(off) < zone.half + beside + width / 2))
+
     def points(
-        self, tiles: NDArray[np.int64], share: Floats | None = None
+        self, tiles: NDArray[np.int64], share: Floats | None = None, strips: int = 1
     ) -> tuple[Floats, Floats, NDArray[np.uint64]]:
         """North and east [m] (n, 2), area [m^2] and key of the points of some tiles, but none above the boundary.
 
         Args:
             tiles: Rows of (ring, sector), shape (tiles, 2).
             share: Of `shares`; None: all points are kept.
+            strips: Narrower cells that each cell is cut into across.
         """
         kept = np.ones((len(tiles), 1, ACROSS)) if share is None else share
-        most = len(tiles) * TILE * ACROSS
+        kept, most = np.repeat(kept, strips, axis=2), len(tiles) * TILE * ACROSS * strips
         place, area, key = np.empty((most, 2)), np.empty(most), np.empty(most, np.uint64)
-        n = kernel.thinned(tiles, kept, TILE, self.slant, self.height, self.azimuth, self._origin, place, area, key)
-        return place[:n], area[:n], key[:n]
+        across = self.azimuth / strips
+        n = kernel.thinned(tiles, kept, TILE, self.slant, self.height, across, self._origin, place, area, key)
+        return place[:n], area[:n], key[:n] + np.uint64(strips - 1 << STRIP_BIT)
 
     @property
     def _origin(self) -> tuple[float, float, float]:

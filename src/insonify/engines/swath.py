@@ -7,7 +7,7 @@ kept for the next ping. What it holds for is asked by `swath_of`; everything els
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import lru_cache
 from math import prod
 from threading import local
@@ -21,20 +21,19 @@ from insonify.engines._ground_kernel import CELLS
 from insonify.engines._points_kernel import Points
 from insonify.engines.lines import lines_in_view
 from insonify.engines.sampling import beam_bound, reach
+from insonify.engines.shadow_lines import shadow_lines, visibility
 from insonify.engines.swath_plan import Plan, planned
-from insonify.engines.swath_window import Window, chosen, lines_passing, window_of
+from insonify.engines.swath_window import Listed, Window, lines_passing, window_of
 from insonify.engines.view import view
 from insonify.propagation.choice import PathChoice
 from insonify.propagation.families import families_for
 from insonify.propagation.images import StraightRays
-from insonify.propagation.knife_edge import soft_edges
 from insonify.propagation.rays import Rays
-from insonify.records.legs import Status
 from insonify.records.swath import Swath
 from insonify.scattering.fast import FastLaw, compiled
 from insonify.scattering.lambert import Lambert
 from insonify.scene.ground_map import AROUND, ground_map, unmapped
-from insonify.scene.scatterers import Law, Scatterers
+from insonify.scene.scatterers import Law
 from insonify.scene.scene import Scene
 from insonify.scene.solid import world_triangles
 from insonify.sonar.stance import Stance
@@ -93,8 +92,8 @@ class SwathView:
     choice: PathChoice
     stance: Stance
     known: Known
-    passing: NDArray[np.bool_]
-    """Which of the plan's lines pass a target, (s,)."""
+    parts: list[Listed]
+    """Its lines: the plan's own, and those in shadows of targets."""
     window: Window
     """Where on the ground's map they are."""
 
@@ -126,7 +125,7 @@ class SwathView:
 
     def _heard_from_about(self, away: float) -> bool:
         """Whether any beam may be above the floor towards any target, from within a distance of where it is [m]."""
-        rims = self.plan.rims
+        rims = self.plan.rims[:, :3]
         top, base = _depths(self.scene)
         floor = float(amplitude_ratio(self.choice.beam_floor_db))
         bound = beam_bound(
@@ -148,18 +147,18 @@ class SwathView:
         bed, window = self.scene.seabed.bed, self.window
         if bed is None:
             pieces, slot = unmapped()
-            return [hear(self._walk(pieces, slot, 1.0))]
+            return [hear(self._walk(part, pieces, slot, 1.0)) for part in self.parts]
         kept = ground_map(bed)
         slot = np.zeros((window.side, window.side), np.uint32)
         with kept.reading(window.corner + window.crossed, share) as rows:
             slot[tuple(window.crossed.T)] = rows
-            return [hear(self._walk(kept.pieces, slot, kept.cell))]
+            return [hear(self._walk(part, kept.pieces, slot, kept.cell)) for part in self.parts]
 
-    def _walk(self, pieces: NDArray[np.float32], slot: NDArray[np.uint32], cell: float) -> Swath:
-        """The points of all lines, with the strength of each pair of legs."""
-        seabed, stance, plan, lists = self.scene.seabed, self.stance, self.plan, self.plan.lists
-        lines, cut, heading, thin = plan.lines, self.passing, self.known.heading, plan.thinning
-        taken = chosen(cut)
+    def _walk(self, part: Listed, pieces: NDArray[np.float32], slot: NDArray[np.uint32], cell: float) -> Swath:
+        """The points of some lines, with the strength of each pair of legs."""
+        seabed, stance, plan, heading = self.scene.seabed, self.stance, self.plan, self.known.heading
+        lines, lists, taken, passing = part
+        thin = plan.thinning
         most, takes, ranges = _sizes(lists, taken)
         f, p = len(plan.families), len(thin.pair)
         delay = _SCRATCH.of("delay", (f, most), np.float64)
@@ -176,8 +175,8 @@ class SwathView:
             plan.letters, plan.prefix, plan.way_images, plan.way_rising, plan.mirrors, plan.factor, plan.loss, place,
             delay, amplitude, departure, arrival, normal, rows, weight, found, first, meeting,
         )  # fmt: skip
-        if cut.any():
-            self._shade(lines, heading, cut, first, place, normal, amplitude)
+        if passing.any():
+            self._shade(part, first, place, normal, amplitude)
         if seabed.texture is not None:
             factor = self._texture(lines, heading, first, place).astype(np.float32)
             for k, many in enumerate(found):
@@ -208,34 +207,25 @@ class SwathView:
             section[begin : begin + GROUP] *= answer[: len(some)]
 
     def _shade(
-        self, lines: Floats, heading: float, cut: NDArray[np.bool_], first: NDArray[np.int64], place: Floats,
-        normal: NDArray[np.float32], amplitude: NDArray[np.complex64],
+        self, part: Listed, first: NDArray[np.int64], place: Floats, normal: NDArray[np.float32],
+        amplitude: NDArray[np.complex64],
     ) -> None:  # fmt: skip
-        """Take away what targets cut of the legs, from the lines that pass one; edges of the ground are hard here."""
-        scene, here = self.scene, self.stance.transmit_place
-        nearest = min(np.hypot(north - here[0], east - here[1]) - radius for north, east, radius in self.plan.rims)
-        bearing = np.arctan2(lines[:, 1], lines[:, 0]) + heading
-        behind, points = [np.zeros(0, np.int64)], [np.zeros((0, 3))]
-        for s in np.flatnonzero(cut):
-            rows = first[s] + np.flatnonzero(place[0, first[s] : first[s + 1]] > nearest)
-            reach, depth = place[:, rows]
-            offset = reach * np.cos(bearing[s]), reach * np.sin(bearing[s])
-            behind.append(rows)
-            points.append(np.stack([here[0] + offset[0], here[1] + offset[1], depth], axis=-1))
-        row = np.concatenate(behind)
+        """Take away what targets cut of the legs, from lines that pass one."""
+        here, ahead = self.stance.transmit_place, part.lists.ahead
+        nearest = min(
+            np.hypot(north - here[0], east - here[1]) - radius for north, east, radius in self.plan.rims[:, :3]
+        )
+        behind, listed = [], part.lists.first[part.taken]
+        for s in np.flatnonzero(part.passing):
+            point = np.flatnonzero(place[0, first[s] : first[s + 1]] > nearest)
+            behind.append(np.stack([first[s] + point, listed[s] + point]))
+        row, point = np.concatenate(behind, axis=1)
         if not len(row):
             return
-        hidden = Scatterers(
-            "seabed", "seabed", self.plan.law, np.concatenate(points), np.ascontiguousarray(normal[:, row].T, float),
-            np.ones(len(row)), np.ones(len(row), complex), np.zeros(len(row), np.uint64),
-        )  # fmt: skip
-        legs = StraightRays(scene).legs(here, hidden, self.plan.families, self.stance.frequency)
-        left = legs.visibility
-        if self.choice.edges == "fresnel":
-            there = legs.status != Status.FACING_AWAY
-            whole = replace(legs, visibility=there.astype(float))
-            left = there * soft_edges(whole, hidden, here, scene, self.stance.wavelength, roughly=True).visibility
-        amplitude[:, row] *= left
+        reach, depth = place[:, row]
+        points = np.stack([here[0] + reach * ahead[0, point], here[1] + reach * ahead[1, point], depth], axis=-1)
+        up = np.ascontiguousarray(normal[:, row].T, float)
+        amplitude[:, row] *= visibility(self.scene, self.stance, self.plan, self.choice.edges, points, up)
 
 
 def _sizes(lists: Points, taken: NDArray[np.int64]) -> tuple[int, int, int]:
@@ -274,9 +264,25 @@ def swath_of(scene: Scene, choice: PathChoice, stance: Stance, rays: Rays) -> Sw
     known = held[0]
     if known is None:
         return None
-    passing = lines_passing(known.plan, stance, known.heading, choice.edges)
-    window = window_of(scene.seabed.bed, stance, known.plan, chosen(passing), known.farthest)
-    return None if window is None else SwathView(scene, choice, stance, known, passing, window)
+    parts = _parts(scene, choice, stance, known)
+    window = window_of(scene.seabed.bed, stance, known.plan.step, parts, known.farthest)
+    return None if window is None else SwathView(scene, choice, stance, known, parts, window)
+
+
+def _parts(scene: Scene, choice: PathChoice, stance: Stance, known: Known) -> list[Listed]:
+    """The lines of one ping: those of its plan, and others in place of those that targets cut."""
+    plan = known.plan
+    passing = lines_passing(plan, stance, known.heading, choice.edges)
+    own = np.asarray(passing.any(axis=0), bool)
+    whole = Listed(plan.lines, plan.lists, np.arange(len(own)), own)
+    shaded = shadow_lines(plan, scene, stance, choice, known.heading, passing) if own.any() else None
+    if shaded is None or not shaded.replaced.any():
+        return [whole]
+    kept, lists = np.flatnonzero(~shaded.replaced), plan.listed(shaded.lines, known.heading, shaded.share)
+    return [
+        Listed(plan.lines[kept], plan.lists, kept, own[kept]),
+        Listed(shaded.lines, lists, np.arange(len(shaded.lines)), shaded.passing),
+    ]
 
 
 _LAST: dict[Any, tuple[Known | None, Any]] = {}

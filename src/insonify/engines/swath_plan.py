@@ -5,13 +5,13 @@ its attitude asks for the same again at every ping.
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines._points_kernel import WHOLE, Points, list_points
+from insonify.engines._points_kernel import Points, list_points
 from insonify.engines.skyline import fresnel_half_length
 from insonify.engines.thinning import Thinning, thinning
 from insonify.propagation.families import bounces, image_depth
@@ -49,15 +49,36 @@ class Plan:
     factor: NDArray[np.float32]
     loss: float
     rims: Floats
-    """Middle, north and east, and radius of an upright cylinder about each target that casts a shadow [m], (t, 3)."""
+    """Middle, north and east, radius, depths of top and base of an upright cylinder about each target that casts a
+    shadow [m], (t, 5)."""
     lists: Points
-    """Points of each line; then, where there are such targets, of each line that passes one: there all that is wanted
-    is taken at every sample, because in a shadow the faint is all there is."""
+    """Points of each line where it passes no target."""
 
     @property
     def steps(self) -> int:
         """Samples of the ground that a ping looks at whose lines pass no target."""
-        return int(self.lists.samples[: len(self.lines)].sum())
+        return int(self.lists.samples.sum())
+
+    @cached_property
+    def energy(self) -> NDArray[np.float32]:
+        """Energy of every pair from each stretch of each line without targets, all across the line [m^-2], (s, b, p).
+
+        A line beside a null of the beam has more than its middle tells.
+        """
+        across = self.lines.copy()
+        across[:, 3] = across[:, 2]
+        return self.thinning.energies(across)
+
+    def listed(self, lines: Floats, heading: float, share: NDArray[np.uint8]) -> Points:
+        """Points of lines that are not the plan's own.
+
+        Args:
+            lines: As of `_swath_kernel.walk`, (m, 9).
+            heading: Heading of their frame [rad].
+            share: Part of the points of each line and stretch that every pair takes, in parts of `WHOLE`, (m, b, p).
+        """
+        ways = len(self.way_images)
+        return _listed(lines, heading, self.step, self.thinning, share, self.letters, self.prefix, ways)
 
 
 def planned(
@@ -102,10 +123,7 @@ def _plan(
         stance, depth, rise, families, lines, step, heading, law, mirrors, absorption_db, STEEPNESS if rough else 0.0
     )
     lines, (letters, prefix, ways) = thin.lines, _ways(families)
-    circles = rims(scene)[:, :3]
-    shares = [thin.share] if not len(circles) else [thin.share, np.where(thin.share > 0, np.uint8(WHOLE), np.uint8(0))]
-    share = np.ascontiguousarray(np.concatenate(shares))
-    lists = _listed(np.concatenate([lines] * len(shares)), heading, step, thin, share, letters, prefix, len(ways))
+    lists = _listed(lines, heading, step, thin, thin.share, letters, prefix, len(ways))
     return Plan(
         families, law, lines, step, thin, letters, prefix,
         images=np.array([image_depth(name, source, depth) for name in families]),
@@ -114,7 +132,7 @@ def _plan(
         mirrors=mirrors,
         factor=np.zeros(0, np.float32) if law.factor is None else law.factor,
         loss=absorption_db / 20 * float(np.log2(10)),
-        rims=circles,
+        rims=rims(scene),
         lists=lists,
     )  # fmt: skip
 

@@ -2,11 +2,13 @@
 
 import math
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines._ground_kernel import CELLS, pieces_on_lines
+from insonify.engines._points_kernel import Points
 from insonify.engines.swath_plan import Plan
 from insonify.propagation.knife_edge import ROUGH_RIPPLES
 from insonify.scene.bed import Bed
@@ -14,6 +16,19 @@ from insonify.scene.ground_map import MOST_PIECES
 from insonify.sonar.stance import Stance
 
 Floats = NDArray[np.float64]
+
+
+class Listed(NamedTuple):
+    """Lines of one ping with their points."""
+
+    lines: Floats
+    """As of `_swath_kernel.walk`, (m, 9)."""
+    lists: Points
+    """Lists of points."""
+    taken: NDArray[np.int64]
+    """Which of the lists each line has, (m,)."""
+    passing: NDArray[np.bool_]
+    """Lines that may pass a target, (m,)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,16 +45,14 @@ class Window:
     """Numbers in the window of the pieces that the lines cross, (n, 2)."""
 
 
-def window_of(
-    bed: Bed | None, stance: Stance, plan: Plan, taken: NDArray[np.int64], farthest: float
-) -> Window | None:  # fmt: skip
+def window_of(bed: Bed | None, stance: Stance, step: float, parts: list[Listed], farthest: float) -> Window | None:
     """The window of one ping, or None where its lines cross more pieces than are kept.
 
     Args:
         bed: The ground; None for a flat bed.
         stance: The sonar at this ping.
-        plan: The plan of its lines.
-        taken: Which list of points each line has, see `chosen`.
+        step: Distance of samples along the lines [m].
+        parts: All its lines with their points.
         farthest: Distance that is heard [m].
     """
     if bed is None:
@@ -51,42 +64,35 @@ def window_of(
     start = own[0] - first[0] * piece, own[1] - first[1] * piece
     side = 2 * reach + 1
     mark, found = np.zeros((side, side), np.int8), np.empty((MOST_PIECES + 1, 2), np.int64)
-    count = pieces_on_lines(
-        *start, plan.lines, plan.step, plan.lists.samples, taken, bed.map_cell, mark, found
-    )  # fmt: skip
-    if count > MOST_PIECES:
-        return None
-    return Window(start, side, np.array(first), found[:count].copy())
-
-
-def chosen(passing: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Which of a plan's lists of points each line has: its own, or if it passes a target that of all points.
-
-    Args:
-        passing: Whether it does, (s,).
-    """
-    return np.asarray(np.arange(len(passing)) + len(passing) * passing)
+    crossed = np.zeros((side, side), bool)
+    for part in parts:
+        count = pieces_on_lines(
+            *start, part.lines, step, part.lists.samples, part.taken, bed.map_cell, mark, found
+        )  # fmt: skip
+        crossed[tuple(found[:count].T)] = True
+    pieces = np.argwhere(crossed)
+    return None if len(pieces) > MOST_PIECES else Window(start, side, np.array(first), pieces)
 
 
 def lines_passing(plan: Plan, stance: Stance, heading: float, edges: str) -> NDArray[np.bool_]:
-    """Which lines pass a target, or come so near that its soft edge is looked at, (s,).
+    """Lines that pass each target, or come so near that its soft edge is looked at, (t, s).
 
     Args:
         plan: The plan of the lines.
         stance: The sonar at this ping.
-        heading: Of the frame of the lines [rad].
-        edges: Whether edges are hard or soft.
+        heading: Heading of the frame of the lines [rad].
+        edges: Hard or soft edges.
     """
-    cut = np.zeros(len(plan.lines), bool)
+    passed = np.zeros((len(plan.rims), len(plan.lines)), bool)
     if not len(plan.rims):
-        return cut
+        return passed
     bearing, place = np.arctan2(plan.lines[:, 1], plan.lines[:, 0]) + heading, stance.transmit_place
-    for north, east, radius in plan.rims.tolist():
+    for t, (north, east, radius) in enumerate(plan.rims[:, :3].tolist()):
         apart, towards = math.hypot(north - place[0], east - place[1]), math.atan2(east - place[1], north - place[0])
-        off = np.abs(np.mod(bearing - towards + np.pi, 2 * np.pi) - np.pi)
+        off = np.abs(np.mod(bearing - towards + np.pi, 2 * np.pi) - np.pi) - plan.lines[:, 2] / 2
         half = math.asin(min(1.0, radius / max(apart, 1e-9))) + _rippled(apart, stance.wavelength, edges)
-        cut |= (apart <= radius) | (off <= half)
-    return cut
+        passed[t] = (apart <= radius) | (off <= half)
+    return passed
 
 
 def _rippled(apart: float, wavelength: float, edges: str) -> float:

@@ -8,6 +8,7 @@ by the sonar equation over a flat bed: the allocation of least variance for the 
 Source: Neyman (1934), J. R. Stat. Soc. 97(4), optimum allocation in stratified sampling; from memory.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -53,6 +54,8 @@ class Thinning:
     """Part of the points of each line and stretch, in parts of `WHOLE`, (s, b, p)."""
     close: NDArray[np.bool_]
     """Whether any pairs of a stretch may arrive within one pulse, (b,)."""
+    energies: Callable[[Floats], NDArray[np.float32]]
+    """Energy of every pair from each stretch of some lines over a flat bed without targets [m^-2], (s, b, p)."""
 
 
 def thinning(
@@ -77,7 +80,8 @@ def thinning(
     count = len(families)
     pair = np.array([(i, j) for i in range(count) for j in range(i, count)], np.int64)
     if not len(lines):
-        return Thinning(lines, pair, np.zeros(2), np.zeros((0, 1, len(pair)), np.uint8), np.zeros(1, bool))
+        return Thinning(lines, pair, np.zeros(2), np.zeros((0, 1, len(pair)), np.uint8), np.zeros(1, bool),
+                        lambda _: np.zeros((0, 1, len(pair)), np.float32))  # fmt: skip
     nearest, farthest = float(lines[:, 4].min()), float(lines[:, 5].max())
     edges = nearest + (farthest - nearest) * np.linspace(0, 1, STRETCHES + 1) ** 1.5
     source, speed = float(stance.transmit_place[2]), stance.sound_speed
@@ -85,9 +89,14 @@ def thinning(
     middle = (edges[1:] + edges[:-1]) / 2
     strength = _strengths(middle, climbs, pair, law, mirrors, absorption_db, steepness)
     odd = np.array([len(bounces(name)) % 2 == 1 for name in families])
-    energy = np.empty((len(lines), STRETCHES, len(pair)), np.float32)
-    sent, heard = _beam(stance.transmit_beams), _beam(stance.receive_beams)
-    energies_of(lines, heading, edges, climbs, odd, pair, strength, sent, heard, stance.alike, energy)
+    sent, heard, alike = _beam(stance.transmit_beams), _beam(stance.receive_beams), stance.alike
+
+    def energies(some: Floats) -> NDArray[np.float32]:
+        found = np.empty((len(some), STRETCHES, len(pair)), np.float32)
+        energies_of(some, heading, edges, climbs, odd, pair, strength, sent, heard, alike, found)
+        return found
+
+    energy = energies(lines)
     pulse, total = stance.pulse, energy.sum(axis=0, dtype=float).T
     late = (np.hypot(edges, climbs[:, None]) / speed)[pair].sum(axis=1)
     lasting = np.maximum(np.diff(late, axis=1), pulse.effective_duration) / pulse.effective_duration
@@ -107,7 +116,7 @@ def thinning(
     lines, row = made[:count], row[:count]
     energy = energy[row]
     energy[(edges[1:] <= lines[:, 4:5]) | (edges[:-1] >= lines[:, 5:6])] = 0
-    return Thinning(lines, pair, edges, shares(lines, energy), (together != np.arange(len(pair))).any(axis=1))
+    return Thinning(lines, pair, edges, shares(lines, energy), (together != np.arange(len(pair))).any(axis=1), energies)
 
 
 def _beam(beams: Beams) -> Beam:

@@ -127,6 +127,7 @@ class View:
         even = EvenPoints(
             self.scene, self.stance, self.rays, depth, kept, heard, self.resolution, self.rise(boundary),
             float(amplitude_ratio(self.choice.beam_floor_db)), self.choice.thinning, self.layouts,
+            self.choice.edges == "fresnel",
         )  # fmt: skip
 
         def lie(laid: Callable[[], Columns]) -> Scatterers:

@@ -1,0 +1,185 @@
+"""Expected intensity in shadows of targets: the fast seabed path, the general one and the tracer agree, row by row."""
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from engines.test_swath import quickly, thoroughly
+from insonify.engines.shadow_lines import STRIPS, Run, _narrow, _parts, shadow_lines
+from insonify.engines.shadow_zones import shadow_zone
+from insonify.engines.swath_window import lines_passing
+from insonify.propagation.rims import rims
+from insonify.simulation import prepare, simulate
+from insonify.study.paper import figure2, model1
+from insonify.study.paper.nominal import box
+
+Floats = NDArray[np.float64]
+
+WINDOW = (0.1995, 0.2275)
+STEP = 2e-3
+DARK = np.arange(0.2020, 0.2259, STEP)
+"""Starts of stretches of time that lie in the box's shadow by direct paths [s]."""
+
+
+@lru_cache(maxsize=32)
+def scene(relief: float = 0.02, off: float = 0.0, families: tuple[str, ...] = ("D",), water: Any = "one speed",
+          **paths: Any) -> Any:  # fmt: skip
+    """The paper's box, a distance to the north of the sonar's boresight [m], over a bed of some rms relief [m]."""
+    told = {
+        "paths.reflections": max(len(name) for name in families) if families != ("D",) else 0,
+        "paths.families": list(families), "track.window": WINDOW, "targets": [{**box(2.0), "position": [off, 150.5]}],
+        **{f"paths.{key}": value for key, value in paths.items()},
+    }  # fmt: skip
+    return model1.scene(water, told, relief=relief)
+
+
+def means(scenario: Any, listen: Any = None, starts: Floats = DARK) -> Floats:
+    """Level of each 2 ms [dB]."""
+    intensity = simulate(scenario).intensity.values[0, 0] if listen is None else listen(prepare(scenario))[0]
+    time = prepare(scenario).grid.time
+    return np.array([10 * np.log10(intensity[(time >= t) & (time < t + STEP)].mean()) for t in starts])
+
+
+@pytest.mark.parametrize(("relief", "most"), [(0.02, 0.25), (0.05, 0.45)])
+@pytest.mark.parametrize("off", [0.0, -0.6])
+@pytest.mark.parametrize("families", [("D",), ("D", "S")])
+def test_shadows_over_relief_are_those_of_the_general_path(
+    relief: float, most: float, off: float, families: tuple[str, ...]
+) -> None:
+    """Any 2 ms of the shadow within 0.25 dB over 2 cm of relief, 0.45 dB over 5 cm, on its axis and 0.6 m beside it.
+
+    Twenty points a cell in the general path are within 0.1 dB of eighty.
+    """
+    quick = means(scene(relief, off, families), quickly)
+    general = means(scene(relief, off, families, scatterers_per_cell=20.0), thoroughly)
+    assert np.abs(quick - general).max() < most
+
+
+@pytest.mark.parametrize(("relief", "most"), [(0.02, 0.3), (0.05, 0.6)])
+@pytest.mark.parametrize("off", [0.0, 0.6])
+def test_shadows_over_relief_are_those_of_the_tracer(relief: float, most: float, off: float) -> None:
+    """Fast path at its defaults against 400 000 rays, which are within 0.2 dB of ten times as many at 2 cm."""
+    traced = means(scene(relief, off, engine="tracer", rays=400_000))
+    assert np.abs(means(scene(relief, off)) - traced).max() < most
+
+
+@pytest.mark.validate
+@pytest.mark.parametrize("relief", [0.01, 0.02, 0.03, 0.05])
+@pytest.mark.parametrize("off", [0.0, 0.35, 0.6, -0.9, 1.5])
+def test_shadows_of_many_rows_are_those_of_the_tracer(relief: float, off: float) -> None:
+    """Both ways of the first engine against four million rays: within 0.4 dB any 2 ms, 0.15 dB rms."""
+    traced = means(scene(relief, off, engine="tracer", rays=4_000_000))
+    for way in (quickly, thoroughly):
+        error = means(scene(relief, off), way) - traced
+        assert np.abs(error).max() < 0.4
+        assert np.sqrt(np.mean(error**2)) < 0.15
+
+
+def test_the_darkest_row_is_the_middle_one() -> None:
+    """Rows 0.6 m beside the axis lie within 0.4 dB of converged levels, and the middle one 5 dB and more below them."""
+    rows = {off: means(scene(0.03, off)) for off in (-1.2, -0.6, 0.0, 0.6, 1.2)}
+    level = {off: 10 * np.log10(np.mean(10 ** (row / 10))) for off, row in rows.items()}
+    assert level[0.0] < min(level[-0.6], level[0.6]) - 5
+    assert max(level[-0.6], level[0.6]) < min(level[-1.2], level[1.2])
+    for off in (-0.6, 0.6):
+        fine = means(scene(0.03, off, scatterers_per_cell=40.0), thoroughly)
+        assert np.abs(rows[off] - fine).max() < 0.4
+
+
+def test_more_points_a_cell_bring_the_fast_path_nearer() -> None:
+    """Rms error of 2 ms over 5 cm of relief: below 0.1 dB at 40 points a cell, less than half of that at 5."""
+    general = means(scene(0.05, scatterers_per_cell=80.0), thoroughly)
+    some, many = (means(scene(0.05, scatterers_per_cell=n), quickly) - general for n in (5.0, 40.0))
+    assert np.std(many) < min(0.1, np.std(some) / 1.5)
+
+
+def test_soft_edges_of_targets_converge_too() -> None:
+    """Edges by Fresnel on the axis: default and eight times as many points within 0.35 dB any 2 ms."""
+    few, many = (means(scene(0.03, edges="fresnel", scatterers_per_cell=n), quickly) for n in (5.0, 40.0))
+    assert np.abs(few - many).max() < 0.35
+
+
+@pytest.mark.parametrize("water", model1.WATERS)
+@pytest.mark.parametrize(("off", "most"), [(0.0, 0.7), (0.6, 0.7)])
+def test_shadows_on_a_flat_bed_are_smooth(water: Any, off: float, most: float) -> None:
+    """Sample for sample within 0.7 dB of sixteen times the points, 0.3 dB rms: coarse cells rippled by 2.8 dB."""
+    first, last = figure2.dark(water)
+    few, many = (simulate(scene(0.0, off, water=water, scatterers_per_cell=n)) for n in (5.0, 80.0))
+    inside = (few.time.values >= first) & (few.time.values < last)
+    ripple = 10 * np.log10((few.intensity / many.intensity).values[0, 0, inside])
+    assert np.abs(ripple).max() < most and ripple.std() < 0.3
+
+
+def test_a_shadow_that_the_beam_hardly_meets_takes_no_more_lines() -> None:
+    """A box in the side lobes: the plan's own lines; one on boresight: narrower lines in their place."""
+    counts = []
+    for off in (0.0, 30.0):
+        listening = prepare(scene(0.02, off))
+        ground = listening.ground(listening.stance(0))
+        assert ground is not None
+        counts.append([len(part.lines) for part in ground.parts])
+    assert len(counts[0]) == 2 and counts[0][1] > 3 * counts[1][0]
+    assert counts[1] == [len(ground.plan.lines)]
+
+
+def test_narrow_lines_cover_the_ground_of_those_they_replace() -> None:
+    """Kept lines and new ones: the areas of all add up to those of the plan's lines, line by line to a millionth."""
+    listening = prepare(scene(0.02))
+    here = listening.stance(0)
+    ground = listening.ground(here)
+    assert ground is not None
+    plan = ground.plan
+    passing = lines_passing(plan, here, ground.known.heading, "hard")
+    made = shadow_lines(plan, ground.scene, here, ground.choice, ground.known.heading, passing)
+
+    def area(lines: Floats) -> float:
+        return float(np.sum((lines[:, 5] ** 2 - lines[:, 4] ** 2) / 2 * lines[:, 2]))
+
+    assert made.replaced.any() and len(made.lines) > 2 * len(plan.lines)
+    assert area(made.lines) == pytest.approx(area(plan.lines[made.replaced]), rel=1e-6)
+    np.testing.assert_allclose(np.hypot(made.lines[:, 0], made.lines[:, 1]), 1.0, rtol=1e-12)
+    new = made.lines[made.lines[:, 7] >= len(plan.lines), 7]
+    assert len(new) > 50 and len(np.unique(new)) == len(new)
+
+
+def test_a_line_is_cut_evenly_in_each_of_its_strips() -> None:
+    """Two lines, one in 2 strips of 1 and 3 parts: borders of the parts meet, and widths are those of the strips."""
+    lines = np.zeros((2, 9))
+    lines[:, 0], lines[:, 2], lines[:, 4], lines[:, 5] = 1.0, (0.08, 0.02), 5.0, 50.0
+    parts = np.zeros((5, STRIPS), np.int64)
+    parts[3, :2] = 1, 3
+    row, made = _narrow(np.array([3, 4]), lines, parts, 100)
+    np.testing.assert_array_equal(row, [3, 3, 3, 3, 4])
+    np.testing.assert_allclose(made[:, 2], [0.04, 0.04 / 3, 0.04 / 3, 0.04 / 3, 0.02])
+    middle = np.arctan2(made[:, 1], made[:, 0])
+    np.testing.assert_allclose(middle[:4] + made[:4, 2] / 2, [0.0, 0.04 / 3, 0.08 / 3, 0.04], atol=1e-12)
+    np.testing.assert_array_equal(made[:, 7], [100, 101, 102, 103, 104])
+    assert (made[:, 3] == made[:, 2]).all() and (made[:, 8] == 1).all()
+
+
+def test_strips_follow_what_a_line_would_send_back_and_parts_what_it_does() -> None:
+    """A dark line of 20 units has 8 strips of one part, a lit one of 3 has 4 strips; next to nothing stays as it is."""
+    free = np.array([20.0, 3.0, 0.5, 0.001])
+    left = np.repeat(free[:, None] / STRIPS, STRIPS, axis=1) * np.array([[0.0], [1.0], [1.0], [1.0]])
+    parts = _parts(free, left)
+    np.testing.assert_array_equal((parts > 0).sum(axis=1), [8, 4, 1, 0])
+    np.testing.assert_array_equal(parts.sum(axis=1), [8, 4, 1, 0])
+    assert Run(1.0, 2.0, parts).far == 2.0
+
+
+@pytest.mark.parametrize("water", model1.WATERS)
+def test_a_zone_holds_the_shadow_that_exact_rays_tell(water: Any) -> None:
+    """From the box's face to where the ray over its far edge comes down, and not half as far again behind that."""
+    listening = prepare(scene(0.0, water=water))
+    engine, here = listening.engine, listening.stance(0)
+    zone = shadow_zone(engine.scene, engine.rays, here, ("D",), 0, 200.0, soft=False)
+    end = model1.shadow_end(water)
+    radius = rims(engine.scene)[0, 2]
+    assert zone.near == pytest.approx(150.5 - radius) and zone.bearing == pytest.approx(np.pi / 2)
+    assert np.sin(zone.half) == pytest.approx(radius / 150.5)
+    assert end <= zone.far < end + (end - model1.BACK) / 2
+    soft = shadow_zone(engine.scene, engine.rays, here, ("D",), 0, 200.0, soft=True)
+    assert soft.far > zone.far
