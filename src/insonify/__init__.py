@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING
 from insonify.stale_kernels import forget_stale_kernels
 
 if TYPE_CHECKING:
+    from insonify.formats.netcdf_file import read_netcdf as read_netcdf
+    from insonify.formats.netcdf_file import write_netcdf as write_netcdf
+    from insonify.formats.zarr_store import open_recording as open_recording
     from insonify.scenario.load import load_scenario as load_scenario
     from insonify.scenario.scenario import Scenario as Scenario
     from insonify.simulation import arrivals as arrivals
@@ -24,10 +27,18 @@ _HOMES = {
     "arrivals": "insonify.simulation",
     "labels": "insonify.simulation",
     "levels": "insonify.simulation",
+    "open_recording": "insonify.formats.zarr_store",
+    "read_netcdf": "insonify.formats.netcdf_file",
+    "write_netcdf": "insonify.formats.netcdf_file",
 }
-_PACKAGES = ("ocean", "scattering", "scene", "sonar", "records", "propagation", "processing", "drawing", "study")
+_PACKAGES = (
+    "ocean", "scattering", "scene", "sonar", "records", "propagation", "processing", "formats", "drawing", "study",
+)  # fmt: skip
 
-__all__ = ["Scenario", "arrivals", "labels", "levels", "load_scenario", "simulate"]
+__all__ = [
+    "Scenario", "arrivals", "labels", "levels", "load_scenario", "open_recording", "read_netcdf", "simulate",
+    "write_netcdf",
+]  # fmt: skip
 
 
 def __getattr__(name: str) -> object:

@@ -50,6 +50,22 @@ def _digest(file: str, changed: int, size: int) -> str:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
+EXTRAS = {"io": ("netCDF4", "rasterio"), "targets": ("trimesh",)}
+"""Packages of each extra of the installation."""
+
+
+def install_advice(extra: str) -> str:
+    """Command that installs an extra: from a checkout the checkout's own, else its packages by their names.
+
+    Args:
+        extra: One of `EXTRAS`.
+    """
+    checkout = Path(__file__).parents[2]
+    if (checkout / "pyproject.toml").is_file() and Path(__file__).parents[1].name == "src":
+        return f"pip install '{checkout}[{extra}]'"
+    return f"pip install {' '.join(EXTRAS[extra])}"
+
+
 def insist_on_the_same(file: str, sha256: str | None) -> None:
     """Refuse a file that has changed since its fingerprint was taken; whoever reads it says what else is wrong.
 

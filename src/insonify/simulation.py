@@ -29,6 +29,7 @@ from insonify.records.recording import Layout, dataset
 from insonify.records.swath import Swath
 from insonify.scenario.carried import platforms, receiver_seed
 from insonify.scenario.citations import citations
+from insonify.scenario.georeference import georeference
 from insonify.scenario.ray_domain import delay_field, domain
 from insonify.scenario.scenario import Scenario
 from insonify.scenario.write import to_yaml
@@ -543,6 +544,8 @@ def layout(listening: Listening) -> Layout:
             "receiver_position": ears.position, "receiver_attitude": ears.attitude,
             "logged_receiver_position": told.position, "logged_receiver_attitude": told.attitude,
         }  # fmt: skip
+    if not second:
+        second["slant_range"] = listening.grid.time * scenario.water.sound_speed / 2
     return Layout(
         field="pressure" if scenario.field == "coherent" else "intensity",
         time=listening.grid.time,
@@ -568,4 +571,5 @@ def attributes(scenario: Scenario) -> dict[str, Any]:
         "centre_frequency": scenario.sonar.pulse.frequency,
         "centre_frequency_units": "Hz",
         "citations": citations(scenario),
+        **georeference(scenario),
     }

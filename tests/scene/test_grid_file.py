@@ -15,7 +15,7 @@ DEPTH = 20 + np.arange(20.0).reshape(4, 5)  # rows to the north, columns to the 
 
 def tif(path, values, *, crs="EPSG:32602", origin=(7_000_000.0, 600_000.0), step=2.0, nodata=None, turn=0.0):
     """A GeoTIFF, rows from the north down as rasters are."""
-    rasterio = pytest.importorskip("rasterio", reason="rasterio is not installed: pip install 'insonify[io]'")
+    rasterio = pytest.importorskip("rasterio", reason="rasterio is not installed: pip install '.[io]'")
     top = origin[0] + (len(values) - 0.5) * step
     transform = rasterio.Affine(step, turn, origin[1] - step / 2, turn, -step, top)
     with rasterio.open(path, "w", driver="GTiff", height=values.shape[0], width=values.shape[1], count=1,
@@ -26,7 +26,7 @@ def tif(path, values, *, crs="EPSG:32602", origin=(7_000_000.0, 600_000.0), step
 
 def nc(path, values, *, name="elevation", axes=("y", "x"), at=None, units="m", axis_units="m", **attributes):
     """A netCDF grid."""
-    netcdf = pytest.importorskip("netCDF4", reason="netCDF4 is not installed: pip install 'insonify[io]'")
+    netcdf = pytest.importorskip("netCDF4", reason="netCDF4 is not installed: pip install '.[io]'")
     with netcdf.Dataset(path, "w") as file:
         for axis, count in zip(axes, values.shape, strict=True):
             file.createDimension(axis, count)
@@ -160,7 +160,7 @@ def test_every_fault_is_answered_with_the_file_and_a_way_out(tmp_path):
 @pytest.mark.skipif(not REAL.is_file(), reason="JD211, a public survey grid, is not in the folder INSONIFY_DATA")
 def test_a_real_survey_lies_as_its_papers_say():
     """JD211: 1707 x 1478 cells of 2 m in UTM 2 N, 46 % filled, -52.96 to -50.99 m, elevations positive up."""
-    pytest.importorskip("rasterio", reason="rasterio is not installed: pip install 'insonify[io]'")
+    pytest.importorskip("rasterio", reason="rasterio is not installed: pip install '.[io]'")
     seabed = Seabed(relief={"kind": "grid", "file": str(REAL)})
     shallowest, mean, deepest = seabed.grid.depths
     assert (shallowest, deepest) == (pytest.approx(50.99, abs=0.005), pytest.approx(52.96, abs=0.005))

@@ -1,9 +1,11 @@
 """A recording as the picture that fits it: one echo sounder trace, a waterfall, or a fan of beams."""
 
 from pathlib import Path
+from typing import overload
 
 import numpy as np
 import xarray as xr
+from matplotlib.figure import Figure
 
 from insonify.drawing import style
 from insonify.drawing.ascan import ascan
@@ -11,31 +13,43 @@ from insonify.drawing.fan import fan
 from insonify.drawing.heard import heard
 from insonify.drawing.sidescan import has_sides, waterfall_of_sides
 from insonify.drawing.waterfall import waterfall
+from insonify.formats.zarr_store import open_recording
 
 FAN = 5
 """Beams from which on a ping is drawn as a fan."""
 
 
+@overload
 def recording(
-    dataset: xr.Dataset, path: str | Path, *, ping: int | None = None, beam: int | None = None, ground: bool = False,
-    gain: str | None = None,
-) -> Path:  # fmt: skip
+    recorded: xr.Dataset | str | Path, path: None = None, *, ping: int | None = None, beam: int | None = None,
+    ground: bool = False, gain: str | None = None,
+) -> Figure: ...  # fmt: skip
+@overload
+def recording(
+    recorded: xr.Dataset | str | Path, path: str | Path, *, ping: int | None = None, beam: int | None = None,
+    ground: bool = False, gain: str | None = None,
+) -> Path: ...  # fmt: skip
+def recording(
+    recorded: xr.Dataset | str | Path, path: str | Path | None = None, *, ping: int | None = None,
+    beam: int | None = None, ground: bool = False, gain: str | None = None,
+) -> Path | Figure:  # fmt: skip
     """Draw a recording.
 
     Many beams make a fan of one ping, many pings a waterfall (port and starboard side by side where the sonar has
     both), everything else traces of level over time.
 
     Args:
-        dataset: `pressure` [uPa] or `intensity` [uPa^2] over (ping, channel, time).
-        path: Picture to write, .png, .pdf or .svg.
+        recorded: `pressure` [uPa] or `intensity` [uPa^2] over (ping, channel, time), or the folder of a recording.
+        path: Picture to write, .png, .pdf or .svg; None: nothing is written.
         ping: Row of the only ping wanted; by default all, or for a fan the first that is there.
         beam: Row of the only beam wanted; all by default.
         ground: A waterfall over distance on a level bed, instead of slant range.
         gain: Of a waterfall: one of `insonify.processing.GAINS`.
 
     Returns:
-        The path.
+        The path; without one the figure, whose `axes` may be drawn on, and which notebooks show.
     """
+    dataset = recorded if isinstance(recorded, xr.Dataset) else open_recording(recorded)
     sound = heard(dataset) if beam is None else heard(dataset).only(beam)
     there = np.flatnonzero(np.isfinite(sound.level).any(axis=(1, 2)) | np.isneginf(sound.level).any(axis=(1, 2)))
     if there.size == 0:
@@ -52,4 +66,4 @@ def recording(
             figure = waterfall(sound)
         else:
             figure = ascan(sound, row)
-        return style.keep(figure, path)
+        return figure if path is None else style.keep(figure, path)

@@ -29,7 +29,7 @@ from zarr.codecs import ZstdCodec
 from zarr.core.common import JSON
 from zarr.errors import ZarrUserWarning
 
-from insonify.records.recording import COLUMNS, COORDINATES, FIELDS, LATER, Layout, columns_of
+from insonify.records.recording import COLUMNS, FIELDS, LATER, Layout, columns_of, coordinates_of
 
 _MUST_AGREE = ("scenario", "seed", "version")
 IDENTITY = "insonify_recording"
@@ -226,7 +226,7 @@ def _build(path: Path, layout: Layout, attributes: Mapping[str, Any]) -> None:
         layout.field, shape=(pings, channels, samples), chunks=(1, channels, samples), dtype=dtype, fill_value=np.nan,
         compressors=PACKED,
         dimension_names=("ping", "channel", "time"),
-        attributes={"units": units, "long_name": long_name, "coordinates": " ".join(COORDINATES)},
+        attributes={"units": units, "long_name": long_name, "coordinates": " ".join(coordinates_of(layout))},
     )  # fmt: skip
     group.create_array(
         "done", shape=(pings,), chunks=(1,), dtype=bool, fill_value=False, dimension_names=("ping",),

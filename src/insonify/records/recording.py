@@ -46,7 +46,11 @@ BISTATIC: dict[str, tuple[tuple[str, ...], str, str]] = {
     ),
 }
 """Likewise, where the receiver has a platform of its own; `element_position` is then a place on that one."""
-COORDINATES = ("ping_time", "steer", "side", "element_position")
+RANGES: dict[str, tuple[tuple[str, ...], str, str]] = {
+    "slant_range": (("time",), "m", "slant range of a direct echo, half its way at the sound speed of the scenario"),
+}
+"""Ranges of the samples, where one platform carries both ends: between two, a time is an ellipse."""
+COORDINATES = ("ping_time", "slant_range", "steer", "side", "element_position")
 """Columns that label pings and channels."""
 LATER = ("side", "element_position", "logged_position", "logged_attitude")
 """Columns that recordings of earlier versions do not have: no side, no place, and a log that tells the truth."""
@@ -87,6 +91,10 @@ class Layout:
     logged_receiver_attitude: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.empty(0))
     """What its navigation system says of the attitude [rad], shape (ping, 3); left out, as of the place: the truth."""
 
+    slant_range: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.empty(0))
+    """Slant range of a direct echo at each time [m], shape (time,); left out: not known, or the receiver's platform is
+    another."""
+
     def __post_init__(self) -> None:
         """Fill in what was left out; refuse columns of unequal length."""
         plain = {
@@ -102,8 +110,12 @@ class Layout:
                 object.__setattr__(self, name, values)
         rows, beams = (self.ping_time.size, 3), self.steer.shape
         apart = BISTATIC if self.receiver_position.size else ()
-        wanted = {name: rows for name in ("position", "attitude", "logged_position", "logged_attitude", *apart)}
+        wanted: dict[str, tuple[int, ...]] = {
+            name: rows for name in ("position", "attitude", "logged_position", "logged_attitude", *apart)
+        }
         places = (*beams, 3)
+        if self.slant_range.size:
+            wanted["slant_range"] = self.time.shape
         for name, shape in (wanted | {"side": beams, "element_position": places}).items():
             found = getattr(self, name).shape
             if found != shape:
@@ -116,7 +128,17 @@ def columns_of(layout: Layout) -> dict[str, tuple[tuple[str, ...], str, str]]:
     Args:
         layout: What it holds.
     """
-    return COLUMNS | BISTATIC if layout.receiver_position.size else COLUMNS
+    held = COLUMNS | RANGES if layout.slant_range.size else COLUMNS
+    return held | BISTATIC if layout.receiver_position.size else held
+
+
+def coordinates_of(layout: Layout) -> list[str]:
+    """Names of the columns that label pings, channels and times of a recording, as `COORDINATES`.
+
+    Args:
+        layout: What it holds.
+    """
+    return [name for name in COORDINATES if name in columns_of(layout)]
 
 
 def dataset(
@@ -142,4 +164,4 @@ def dataset(
         values = getattr(layout, name)
         variables[name] = (dims, values[pings] if dims[0] == "ping" else values, {"units": unit, "long_name": meaning})
     held = xr.Dataset(variables, coords={"ping": ("ping", pings, {"units": "1", "long_name": "number of the ping"})})
-    return held.set_coords(list(COORDINATES)).assign_attrs(dict(attributes))
+    return held.set_coords(coordinates_of(layout)).assign_attrs(dict(attributes))

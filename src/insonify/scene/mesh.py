@@ -1,6 +1,6 @@
 """Bodies from files: triangles as other people's programs write them, turned and checked once at the door.
 
-Reading is left to trimesh, which is only imported where a mesh is asked for (`pip install 'insonify[targets]'`).
+Reading is left to trimesh, which is only imported where a mesh is asked for (the extra `targets`).
 What a file may get wrong is told with its name and the way out: what cannot be simulated is an error, what can but
 may not be what was meant is a warning.
 """
@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.data_file import install_advice
 from insonify.scene.shapes import Triangles
 from insonify.validity import PhysicsWarning
 
@@ -100,7 +101,7 @@ def _loaded(path: Path, file: str) -> tuple[NDArray[np.float64], NDArray[np.int6
     try:
         import trimesh
     except ImportError:
-        raise MeshError(f"{file} cannot be read without trimesh. Install it: pip install 'insonify[targets]'") from None
+        raise MeshError(f"{file} cannot be read without trimesh. Install it: {install_advice('targets')}") from None
     try:
         mesh = _read_by(trimesh, path)
         return np.asarray(mesh.vertices, float).reshape(-1, 3), np.asarray(mesh.faces, np.int64).reshape(-1, 3)

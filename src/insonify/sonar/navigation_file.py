@@ -53,6 +53,8 @@ class NavigationLog:
     """Heading, pitch, roll without jumps of a whole turn [rad], shape (n, 3)."""
     line: NDArray[np.int64]
     """Line of the file that each row stands on, counted from 1, shape (n,)."""
+    origin: tuple[float, float] | None = None
+    """Latitude and longitude of north 0, east 0 [deg]; None: the file has north and east."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,6 +159,7 @@ def _log(
     if "north" in values:
         if origin is not None:
             raise ValueError(f"{path}: an origin is given, but places are north and east [m] already. Leave it out.")
+        here = None
         level = np.stack([values["north"], values["east"]], axis=-1)
     else:
         here = (float(values["latitude"][0]), float(values["longitude"][0])) if origin is None else origin
@@ -171,7 +174,7 @@ def _log(
     still = np.zeros(len(time))
     lean = [np.unwrap(values.get(name, still)) for name in UNIT_NEEDED]
     position = np.column_stack([level, values["depth"]])
-    return NavigationLog(time, position, np.stack(lean, axis=-1), lines)
+    return NavigationLog(time, position, np.stack(lean, axis=-1), lines, here)
 
 
 def _rows(path: Path) -> Iterator[tuple[int, list[str]]]:

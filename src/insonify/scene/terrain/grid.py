@@ -19,7 +19,7 @@ from pydantic import Field, model_validator
 from insonify.data_file import DataFile, Fingerprint, insist_on_the_same
 from insonify.noun import Metres, Noun, Radians, located
 from insonify.scene.terrain import _grid_kernel as kernel
-from insonify.scene.terrain.grid_file import GridError, Soundings, metres_per_degree, place_of, read_grid
+from insonify.scene.terrain.grid_file import GridError, Soundings, geodetic, metres_per_degree, place_of, read_grid
 from insonify.scene.terrain.relief import Relief, Survey, places
 from insonify.scene.terrain.split import Split
 from insonify.validity import PhysicsWarning
@@ -151,13 +151,7 @@ def _placed(grid: Grid, found: Soundings) -> tuple[tuple[float, float], tuple[fl
             raise GridError(f"{grid.file}: its coordinates are degrees. Give latitude and longitude instead.", "origin")
         middle = found.north + found.north_step * (found.elevation.shape[0] - 1) / 2
         metres = metres_per_degree(middle if grid.latitude is None else float(np.degrees(grid.latitude)))
-    if grid.origin is not None:
-        origin = grid.origin
-    elif grid.latitude is None or grid.longitude is None:
-        origin = _middle(found)
-    else:
-        latitude, longitude = (float(np.degrees(angle)) for angle in (grid.latitude, grid.longitude))
-        origin = (latitude, longitude) if found.geographic else place_of(latitude, longitude, found)
+    origin = _origin(grid, found)
     corner = ((found.north - origin[0]) * metres[0], (found.east - origin[1]) * metres[1])
     step = (found.north_step * metres[0], found.east_step * metres[1])
     size = [(count - 1) * side for count, side in zip(found.elevation.shape, step, strict=True)]
@@ -169,6 +163,38 @@ def _placed(grid: Grid, found: Soundings) -> tuple[tuple[float, float], tuple[fl
             "latitude" if grid.latitude is not None else "origin",
         )
     return corner, step
+
+
+def _origin(grid: Grid, found: Soundings) -> tuple[float, float]:
+    """The scene's north 0, east 0 in the file's own coordinates [m], or latitude and longitude [deg]."""
+    if grid.origin is not None:
+        return grid.origin
+    if grid.latitude is None or grid.longitude is None:
+        return _middle(found)
+    latitude, longitude = (float(np.degrees(angle)) for angle in (grid.latitude, grid.longitude))
+    return (latitude, longitude) if found.geographic else place_of(latitude, longitude, found)
+
+
+def grid_origin(grid: Grid) -> dict[str, str | float]:
+    """Where a scene lies on Earth, as far as its grid knows.
+
+    Args:
+        grid: The grid.
+
+    Returns:
+        `crs` (coordinate system of the file), `origin_northing` and `origin_easting` (the scene's north 0, east 0 in
+        it [m]), `origin_latitude` and `origin_longitude` [deg]; those that are known.
+    """
+    found = read_grid(grid.file, variable=grid.variable, positive=grid.positive)
+    north, east = _origin(grid, found)
+    known: dict[str, str | float] = {"crs": found.crs} if found.crs else {}
+    if found.geographic:
+        return known | {"origin_latitude": float(north), "origin_longitude": float(east)}
+    known |= {"origin_northing": float(north), "origin_easting": float(east)}
+    if found.crs:
+        latitude, longitude = geodetic(float(north), float(east), found.crs)
+        known |= {"origin_latitude": latitude, "origin_longitude": longitude}
+    return known
 
 
 def _middle(found: Soundings) -> tuple[float, float]:

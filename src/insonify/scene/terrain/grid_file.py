@@ -14,6 +14,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.data_file import install_advice
+
 Singles = NDArray[np.float32]
 Floats = NDArray[np.float64]
 Positive = Literal["up", "down"]
@@ -146,7 +148,7 @@ def _raster(path: str) -> _Found:
         import rasterio
         from rasterio.errors import RasterioError
     except ImportError:
-        raise GridError(f"{path}: reading it takes rasterio. Install it: pip install 'insonify[io]'") from None
+        raise GridError(f"{path}: reading it takes rasterio. Install it: {install_advice('io')}") from None
     try:
         with rasterio.open(path) as file:
             band, turn, crs, units = file.read(1, masked=True), file.transform, file.crs, file.units[0]
@@ -207,7 +209,7 @@ def _netcdf(path: str, variable: str | None) -> _Found:
     try:
         import netCDF4
     except ImportError:
-        raise GridError(f"{path}: reading it takes netCDF4. Install it: pip install 'insonify[io]'") from None
+        raise GridError(f"{path}: reading it takes netCDF4. Install it: {install_advice('io')}") from None
     try:
         file = netCDF4.Dataset(path)
     except OSError as fault:
@@ -288,6 +290,20 @@ def place_of(latitude: float, longitude: float, soundings: Soundings) -> tuple[f
 
     east, north = transform("EPSG:4326", soundings.crs, [longitude], [latitude])
     return float(north[0]), float(east[0])
+
+
+def geodetic(north: float, east: float, crs: str) -> tuple[float, float]:
+    """Latitude and longitude of a place in a coordinate system [deg, WGS 84].
+
+    Args:
+        north: Northing [m].
+        east: Easting [m].
+        crs: The coordinate system.
+    """
+    from rasterio.warp import transform
+
+    longitude, latitude = transform(crs, "EPSG:4326", [east], [north])
+    return float(latitude[0]), float(longitude[0])
 
 
 def metres_per_degree(latitude: float) -> tuple[float, float]:
