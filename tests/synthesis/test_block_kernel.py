@@ -7,6 +7,7 @@ from insonify.sonar import LineArray, beams
 from insonify.synthesis._block_kernel import _PART, Answers, Fronts, Listener, Mouth, Ways, spread_block
 from insonify.synthesis._echo_kernel import Ears
 from insonify.synthesis._shape_kernel import laid_out
+from insonify.synthesis.directions import BEAM_BY_BEAM
 from oracles.beams import axes
 from oracles.block import CARRIER, CELLS, RATE, SPEED, WAVELENGTH, heard, world
 from synthesis.oracle import relative_rms
@@ -48,7 +49,7 @@ def laid(told, *, both=None, fronts=FRONTS, cells=None):
         cells, 0.0, RATE, told["pair"], away, home, told["out"] is told["back"] if both is None else both,
         told["taken"], told["phase"], answers(told),
         Mouth(told["level"], told["sent"], told["middle"], 1 / SPEED, sent), listener, fronts, ears, 1 / SPEED, 0.0,
-        told["loss"], fronts is not FRONTS, told["middle"], CARRIER, told["node"],
+        told["loss"], fronts is not FRONTS, told["middle"], CARRIER, told["node"], BEAM_BY_BEAM,
     )  # fmt: skip
     return cells
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from insonify.cycles import sincos_cycles
 from insonify.propagation.wavefront import CLOSEST_SOURCE
 from insonify.sonar._beam_kernels import Patterns, seen_by_array, steered, unsteered
+from insonify.synthesis._direction_kernel import Rows, lay_pair_by_direction, sorted_room
 from insonify.synthesis._echo_kernel import Ears, Flags, Heard, Integers, Room, Sent, lay_pair, room_for
 from insonify.synthesis._element_kernel import left_behind, seen_when
 
@@ -169,18 +170,22 @@ def _contribute(factor: Floats, side: Floats) -> None:
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _send(
-    f: int, begin: int, count: int, mouth: Mouth, phase: Complexes, delay: Floats, leg: _Leg, sent: Sent
+    f: int, begin: int, count: int, mouth: Mouth, phase: Complexes, delay: Floats, leg: _Leg, sent: Sent,
+    leaving: Floats,
 ) -> None:  # fmt: skip
-    """What a leg out brings to the scatterers of a part that it reaches."""
+    """What a leg out brings to the scatterers of a part that it reaches; and direction cosines, as of `_listen`."""
     beams, c, which = mouth.beams, leg.column, leg.which
     axes, velocity, middle, slowness = beams.axes, mouth.velocity, mouth.middle, mouth.slowness
     for k in range(count):
-        c[_WHEN + k], leaving, louder = left_behind(
+        c[_WHEN + k], chasing, louder = left_behind(
             c[_NORTH + k], c[_EAST + k], c[_DOWN + k], c[_LENGTH + k], velocity, middle, slowness
         )
-        c[_BEHIND + k], c[_SIZE + k] = 1 / (1 - leaving), mouth.level * louder * c[_SIDE + k]
+        c[_BEHIND + k], c[_SIZE + k] = 1 / (1 - chasing), mouth.level * louder * c[_SIDE + k]
     _face(axes, count, c)
     _hear_unsteered(beams, count, c)
+    if leaving.shape[0]:
+        for k in range(count):
+            leaving[f, np.uintp(which[k])] = c[_RIGHT + k]
     late, following = sent.delay[f], sent.following[f]
     late_out, turn = delay[begin:], phase[begin:]
     for k in range(count):
@@ -224,7 +229,9 @@ def _turned(x: float, y: float, z: float, when: float, r: Floats, b: Floats) -> 
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
-def _listen(row: int, count: int, listener: Listener, ears: Ears, leg: _Leg, gain: Singles) -> None:
+def _listen(
+    row: int, count: int, listener: Listener, ears: Ears, leg: _Leg, gain: Singles, across: Floats
+) -> None:  # fmt: skip
     """Gain of each pattern towards a leg's scatterers when their echoes come.
 
     Args:
@@ -234,6 +241,7 @@ def _listen(row: int, count: int, listener: Listener, ears: Ears, leg: _Leg, gai
         ears: Where it is.
         leg: The leg; its columns tell when, and begin with factors of 1.
         gain: Result, (rows, patterns, part).
+        across: Result, direction cosines to the array's right, (rows, part); or (0, 0): not wanted.
     """
     beams, c, which = listener.beams, leg.column, leg.which
     if listener.parted:
@@ -249,6 +257,10 @@ def _listen(row: int, count: int, listener: Listener, ears: Ears, leg: _Leg, gai
             )
     _face(beams.axes, count, c)
     _hear_unsteered(beams, count, c)
+    if across.shape[0]:
+        right = across[row]
+        for k in range(count):
+            right[np.uintp(which[k])] = c[_RIGHT + k]
     for pattern in range(beams.steer.shape[0]):
         heard = gain[row, pattern]
         for k in range(count):
@@ -258,7 +270,7 @@ def _listen(row: int, count: int, listener: Listener, ears: Ears, leg: _Leg, gai
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _take_back(
     j: int, begin: int, end: int, count: int, ways: Ways, first: Floats, listener: Listener, fronts: Fronts,
-    ears: Ears, root: Floats, leg: _Leg, heard: Heard,
+    ears: Ears, root: Floats, leg: _Leg, heard: Heard, across: Floats,
 ) -> None:  # fmt: skip
     """What a leg back takes from the scatterers of a part that it reaches.
 
@@ -275,6 +287,7 @@ def _take_back(
         root: Of areas [m], (n,); or (0,).
         leg: The leg.
         heard: Result.
+        across: Result, as of `_listen`.
     """
     c, delay, sooner, middle = leg.column, ways.delay[j, begin:end], first[begin:end], listener.middle
     late, bend, towards, weight = heard.delay[j], heard.bend[j], heard.towards[j], heard.weight[j]
@@ -295,7 +308,7 @@ def _take_back(
         heard.beside[j, :, :part] = fronts.beside[j, :, begin:end]
     c[_SIZE : _SIZE + count] = 1.0
     if not listener.turns:
-        _listen(j, count, listener, ears, leg, heard.gain)
+        _listen(j, count, listener, ears, leg, heard.gain, across)
 
 
 class _There(NamedTuple):
@@ -360,7 +373,7 @@ def _that_answer(p: int, i: int, j: int, begin: int, answers: Answers, out: _The
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _listen_by_pair(
     begin: int, i: int, j: int, count: int, room: Room, sent: Sent, heard: Heard, length: Floats, listener: Listener,
-    ears: Ears, leg: _Leg,
+    ears: Ears, leg: _Leg, across: Floats,
 ) -> None:  # fmt: skip
     """Gains for an array that turns, of one pair of legs: its echoes come at times of their own."""
     c, towards = leg.column, heard.towards[j]
@@ -370,7 +383,7 @@ def _listen_by_pair(
         c[_WHEN + k], c[_LENGTH + k] = sent.delay[i, n] + heard.delay[j, n], length[j, begin + n]
         c[_NORTH + k], c[_EAST + k], c[_DOWN + k] = towards[n, 0], towards[n, 1], towards[n, 2]
     c[_SIZE : _SIZE + count] = 1.0
-    _listen(0, count, listener, ears, leg, heard.gain)
+    _listen(0, count, listener, ears, leg, heard.gain, across)
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
@@ -378,7 +391,7 @@ def spread_block(
     cells: NDArray[np.complex64], first_time: float, cell_rate: float, pair: Integers, out: Ways, back: Ways,
     both: bool, taken: float, phase: Complexes, answers: Answers, mouth: Mouth, listener: Listener, fronts: Fronts,
     ears: Ears, slowness: float, gradient: float, loss: float, bent: bool, middle: float, frequency: float,
-    node: Floats,
+    node: Floats, grid: Rows,
 ) -> None:  # fmt: skip
     """Echoes of one block by all pairs of legs, for all beams, added to their cells.
 
@@ -404,6 +417,7 @@ def spread_block(
         middle: Likewise.
         frequency: Likewise.
         node: Likewise.
+        grid: Rows of a grid of directions, whose channels are rows then, not beams; of step 0: channels are beams.
     """
     f, g, patterns, many = len(out.delay), len(back.delay), len(listener.beams.steer), phase.size
     beams, rows = len(mouth.beams.steer), 1 if listener.turns else g
@@ -415,22 +429,24 @@ def spread_block(
         _Leg(np.empty(_PART + 1, np.int32), np.empty(_COLUMNS * _PART)),
         room_for(fronts.beside.shape[1], cells.shape[1], node),
     )
-    away, home = _none_there(f), _none_there(g)
+    away, home, directed = _none_there(f), _none_there(g), grid.step > 0
+    across, there = np.zeros((rows if directed else 0, _PART)), sorted_room(cells.shape[0] if directed else 0)
+    leaving = np.zeros((f if directed else 0, _PART))
     for begin in range(0, many, _PART):
         end = min(begin + _PART, many)
         for i in range(f):
             count = _reached(out, i, begin, end, taken, answers, leg)
-            _send(i, begin, count, mouth, phase, out.delay[i], leg, sent)
+            _send(i, begin, count, mouth, phase, out.delay[i], leg, sent, leaving)
             _note(away, i, count, leg)
             if both:
                 _take_back(i, begin, end, count, back, out.delay[0], listener, fronts, ears, answers.root, leg,
-                           heard)  # fmt: skip
+                           heard, across)  # fmt: skip
                 _note(home, i, count, leg)
         if not both:
             for j in range(g):
                 count = _reached(back, j, begin, end, taken, answers, leg)
                 _take_back(j, begin, end, count, back, out.delay[0], listener, fronts, ears, answers.root, leg,
-                           heard)  # fmt: skip
+                           heard, across)  # fmt: skip
                 _note(home, j, count, leg)
         for p in range(len(pair)):
             i, j = pair[p]
@@ -438,6 +454,12 @@ def spread_block(
             if count == 0:
                 continue
             if listener.turns:
-                _listen_by_pair(begin, i, j, count, room, sent, heard, back.length, listener, ears, leg)
-            lay_pair(cells, first_time, cell_rate, i, j, 0 if listener.turns else j, count, room, sent, heard, ears,
-                     slowness, gradient, loss, bent, middle, frequency, node)  # fmt: skip
+                _listen_by_pair(begin, i, j, count, room, sent, heard, back.length, listener, ears, leg, across)
+            row = 0 if listener.turns else j
+            if directed:
+                lay_pair_by_direction(cells, first_time, cell_rate, i, j, row, count, room, sent, heard, ears,
+                                      leaving[i], across[row], grid, there, slowness, gradient, loss, bent, middle,
+                                      frequency, node)  # fmt: skip
+            else:
+                lay_pair(cells, first_time, cell_rate, i, j, row, count, room, sent, heard, ears, slowness, gradient,
+                         loss, bent, middle, frequency, node)  # fmt: skip

@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 from insonify.ocean.water import Water
 from insonify.records.legs import Legs
 from insonify.records.pairs import Pairs, Product
+from insonify.sonar.beam import Beams
 from insonify.sonar.stance import Stance
-from insonify.sonar.sub_bands import SubBand
 from insonify.synthesis._block_kernel import Answers, Fronts, Listener, Mouth, Ways, spread_block
 from insonify.synthesis._echo_kernel import Ears
+from insonify.synthesis.directions import BEAM_BY_BEAM, Directions
 from insonify.synthesis.elements import Ends, fronts_of, parted, taken_by, whole_band
 from insonify.synthesis.grid import TimeGrid
 from insonify.synthesis.perturbation import Perturbation
@@ -25,7 +26,7 @@ _NOTHING = np.empty((0, 0), np.float32)
 
 def lay_down_beams(
     cells: NDArray[np.complex64], pairs: Pairs, stance: Stance, grid: TimeGrid, perturbation: Perturbation,
-    shapes: Shapes, ends: Ends, water: Water, loss: float,
+    shapes: Shapes, ends: Ends, water: Water, loss: float, grid_of_directions: Directions | None = None,
 ) -> None:  # fmt: skip
     """Add the echoes of one block of scatterers to the cells of all beams.
 
@@ -42,6 +43,7 @@ def lay_down_beams(
         ends: Of `ends_of`.
         water: Between sonar and scatterers.
         loss: Of `taken_by`.
+        grid_of_directions: Rows of which beams are sums; channels are these rows then.
     """
     if not len(pairs.scatterers) or not len(pairs.pair):
         return
@@ -54,16 +56,19 @@ def lay_down_beams(
         fronts = Fronts(bend, level, beside)
     answers, phase = _answers(pairs, perturbation), np.ascontiguousarray(pairs.scatterers.phase)
     middle = 0.0 if stance.still else stance.pulse.pulse.duration / 2
-    rows, ears = np.ascontiguousarray(pairs.pair), _ears(ends, cells.shape[1], stance)
+    fan = grid_of_directions
+    rows, ears = np.ascontiguousarray(pairs.pair), _ears(ends, cells.shape[1] if fan is None else 1, stance)
     apart = parted(stance, ends, _nearest(back), grid.start + grid.count / grid.sample_rate)
     for band, sub_band in enumerate(stance.bands or (whole_band(stance),)):
         taken = 0.0
         if sub_band.offset != 0:
             taken = taken_by(water, stance.frequency + sub_band.offset) - loss
+        sends, hears = (sub_band.transmit_beams, sub_band.receive_beams) if fan is None else fan.ends[band]
+        listener = _listener(stance, hears, middle, apart=apart)
         spread_block(
             cells[band], grid.first_time, grid.cell_rate, rows, away, home, back is out, taken, phase, answers,
-            _mouth(stance, sub_band, middle), _listener(stance, sub_band, middle, apart=apart), fronts, ears,
-            1 / stance.receive_speed, gradient, loss, water.layered, middle, stance.frequency, shapes.doppler,
+            _mouth(stance, sends, middle), listener, fronts, ears, 1 / stance.receive_speed, gradient, loss,
+            water.layered, middle, stance.frequency, shapes.doppler, BEAM_BY_BEAM if fan is None else fan.rows[band],
         )  # fmt: skip
 
 
@@ -110,14 +115,14 @@ def _ears(ends: Ends, channels: int, stance: Stance) -> Ears:
     )  # fmt: skip
 
 
-def _mouth(stance: Stance, band: SubBand, middle: float) -> Mouth:
+def _mouth(stance: Stance, beams: Beams, middle: float) -> Mouth:
     level, velocity = float(amplitude_ratio(stance.source_level_db)), np.ascontiguousarray(stance.transmit_velocity)
-    return Mouth(level, velocity, middle, 1 / stance.sound_speed, band.transmit_beams.patterns)
+    return Mouth(level, velocity, middle, 1 / stance.sound_speed, beams.patterns)
 
 
-def _listener(stance: Stance, band: SubBand, middle: float, *, apart: bool) -> Listener:
+def _listener(stance: Stance, beams: Beams, middle: float, *, apart: bool) -> Listener:
     turns = stance.course is not None and stance.course.turns
     rate, bend = (np.zeros((3, 3)),) * 2
     if stance.course is not None and turns:
         rate, bend = (np.ascontiguousarray(part) for part in stance.course.sweep)
-    return Listener(middle, apart, turns, rate, bend, band.receive_beams.patterns)
+    return Listener(middle, apart, turns, rate, bend, beams.patterns)

@@ -18,6 +18,7 @@ from insonify.synthesis._shape_kernel import laid_out
 from insonify.synthesis._spread import spread
 from insonify.synthesis.arrival_weights import arrival_weights
 from insonify.synthesis.beams_under_way import lay_down_beams
+from insonify.synthesis.directions import Directions, directions
 from insonify.synthesis.elements import Ends, ends_of, lay_down, taken_by
 from insonify.synthesis.grid import TimeGrid, finish, finish_shapes
 from insonify.synthesis.perturbation import Perturbation
@@ -53,13 +54,18 @@ class Coherent:
         return shared(ends.place, ends.velocity, ends.acceleration, self.grid, self.stance.frequency, speed)
 
     @cached_property
+    def _fan(self) -> Directions | None:
+        return directions(self.stance)
+
+    @cached_property
     def _loss(self) -> float:
         return taken_by(self.water, self.stance.frequency)
 
     @property
     def plain(self) -> bool:
-        """Whether beams of a standing sonar are heard: the centre's far field tells all."""
-        return self.stance.still and self.stance.elements is None and not self.stance.bands
+        """Whether a few beams of a standing sonar are recorded: the centre's far field tells all."""
+        standing = self.stance.still and self.stance.elements is None and not self.stance.bands
+        return standing and self._fan is None
 
     @property
     def even(self) -> bool:
@@ -72,15 +78,17 @@ class Coherent:
             return self.grid.cells(self.stance.channel_count)
         groups, together = laid_out(len(self.shapes.doppler))
         places = 0 if self._few is None else len(self._few.place)
-        rows = len(self.shapes.band), self.stance.channel_count + places, groups
+        channels = self.stance.channel_count if self._fan is None else self._fan.count
+        rows = len(self.shapes.band), channels + places, groups
         return self.grid.cells(int(np.prod(rows)) * together).reshape(*rows, -1, together)
 
     def take_in(self, cells: Cells, pairs: Pairs) -> None:
         """Add the echoes of one block of scatterers to the cells."""
         if not self.plain and self.stance.elements is None:
             lay_down_beams(
-                cells, pairs, self.stance, self.grid, self.perturbation, self.shapes, self._ends, self.water, self._loss
-            )
+                cells, pairs, self.stance, self.grid, self.perturbation, self.shapes, self._ends, self.water,
+                self._loss, self._fan,
+            )  # fmt: skip
             return
         if not self.plain:
             lay_down(
@@ -120,6 +128,8 @@ class Coherent:
         if self._few is not None:
             middle = 0.0 if self.stance.still else pulse.pulse.duration / 2
             cells = self._few.tell(cells, self.grid, middle)
+        if self._fan is not None:
+            cells = self._fan.tell(cells)
         heard = finish_shapes(cells, self.grid, spectra)
         elements = self.stance.elements
         return heard if elements is None else (heard * elements.response[:, None]).astype(np.complex64)

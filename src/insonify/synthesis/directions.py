@@ -1,0 +1,192 @@
+"""Many beams of one array from a grid of directions: an echo is laid down about its own direction, once for all beams.
+
+The pattern of an aperture of L wavelengths is, as a function of the direction cosine, a sum of waves of at most L / 2
+cycles. So it is known everywhere from rows that lie 1 / (2 L) apart: each echo is spread over seven of them, and a beam
+is a weighted sum of all rows. Weights are those that give the pattern back with the least error, side lobes included.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.sonar._beam_kernels import OMNI
+from insonify.sonar.beam import POINTS_PER_LOBE, Beams
+from insonify.sonar.stance import Stance
+from insonify.synthesis._direction_kernel import Rows, mix_rows
+from insonify.synthesis._taps import CELLS_PER_SPIKE, WIDTH, tap_coefficients
+
+Floats = NDArray[np.float64]
+Cells = NDArray[np.complex64]
+FEWEST = 24
+"""Beams from which on a grid of directions takes less time than beams one by one [1]."""
+OVERSAMPLING = 2.0
+"""Rows in the width of a wavelength over the aperture [1]."""
+ROWS_PER_BEAM = 3.0
+"""Rows for each beam at most: the grid takes as much more memory [1]."""
+LEVEL = 1e-12
+"""How much steering down may differ among beams that share a grid [1]."""
+
+
+BEAM_BY_BEAM = Rows(0.0, 0.0, np.empty((0, 4)), 1.0)
+"""No grid."""
+MIXED = 0.25
+"""Difference of direction cosines of two unlike legs by which transmit beams are judged [1]."""
+TOLERANCE = 1e-2
+"""What the two-way pattern of unlike legs may be wrong by there, re the beam's axis [1]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Directions:
+    """Grid of directions of one array, and its beams as sums of rows."""
+
+    rows: tuple[Rows, ...]
+    """The grid, for each sub-band."""
+    count: int
+    """Rows of the grid."""
+    mixes: tuple[NDArray[np.float32], ...]
+    """What each row counts for in each beam, for each sub-band, shape (beams, rows)."""
+    ends: tuple[tuple[Beams, Beams], ...]
+    """What all beams have in common on transmission and on reception: directivity of elements, pattern down."""
+
+    def tell(self, cells: Cells) -> Cells:
+        """Cells of the beams.
+
+        Args:
+            cells: Of the rows, shape (bands, rows, groups, cells, shapes of a group).
+
+        Returns:
+            Shape (bands, beams, groups, cells, shapes of a group).
+        """
+        told = np.empty((cells.shape[0], len(self.mixes[0]), *cells.shape[2:]), np.complex64)
+        for held, mix, made in zip(cells, self.mixes, told, strict=True):
+            mix_rows(held.reshape(len(held), -1).view(np.float32), mix, made.reshape(len(made), -1).view(np.float32))
+        return told
+
+
+def directions(stance: Stance) -> Directions | None:
+    """The grid of directions of a ping's beams; none where they are few, or have too little in common.
+
+    Args:
+        stance: The sonar at this ping.
+    """
+    pairs = tuple((band.transmit_beams, band.receive_beams) for band in stance.bands)
+    pairs = pairs or ((stance.transmit_beams, stance.receive_beams),)
+    if stance.elements is not None or not all(_alike(*pair) for pair in pairs):
+        return None
+    extent = max(_extent(heard) + _extent(sent) * (sent.channel_count > 1) for sent, heard in pairs)
+    step = 1 / (OVERSAMPLING * extent)
+    count = -(-(int(np.ceil(2 / step)) + 2 * CELLS_PER_SPIKE) // 4) * 4
+    if count > ROWS_PER_BEAM * pairs[0][1].channel_count:
+        return None
+    first, none = -step * (count - 1) / 2, np.empty((0, 4))
+    rows = tuple(
+        Rows(
+            first, step, *((sent.tables[0].copy(), float(sent.per_unit[0])) if sent.channel_count > 1 else (none, 1.0))
+        )
+        for sent, _ in pairs
+    )
+    ends = tuple((_shared(sent) if sent.channel_count > 1 else sent, _shared(heard)) for sent, heard in pairs)
+    return Directions(rows, count, tuple(_mix(*pair, first, step, count) for pair in pairs), ends)
+
+
+def _extent(beams: Beams) -> float:
+    """Length of an aperture across [wavelengths], 1 at least; 0 of a point."""
+    return float(beams.per_unit[0]) / POINTS_PER_LOBE if beams.tables[0].shape[0] else 0.0
+
+
+def _alike(sent: Beams, heard: Beams) -> bool:
+    """Whether the beams of a sonar are many, and differ in nothing but where they are steered across."""
+    if heard.channel_count < FEWEST or heard.tables[0].shape[0] == 0 or np.ptp(heard.steer[:, 1]) > LEVEL:
+        return False
+    if sent.channel_count == 1:
+        return True
+    same = np.array_equal(sent.axes, heard.axes) and np.allclose(sent.steer[:, 0], heard.steer[:, 0], atol=LEVEL)
+    return bool(same and np.ptp(sent.steer[:, 1]) <= LEVEL and _wide(sent, heard))
+
+
+def _wide(sent: Beams, heard: Beams) -> bool:
+    """Whether transmit beams are so wide that unlike legs out and back may share one direction."""
+    if sent.tables[0].shape[0] == 0:
+        return True
+    axis, away = np.zeros((1, 2)), np.linspace(-1.0, 1.0, 2001)
+
+    def pattern(beams: Beams, sine: Floats) -> Floats:
+        return _across(replace(beams, steer=axis))(sine)[0]
+
+    apart = pattern(sent, np.clip(away + MIXED, -1, 1)) - pattern(sent, away) * pattern(sent, np.array([MIXED]))
+    return bool(np.abs(apart * pattern(heard, away)).max() <= TOLERANCE)
+
+
+def _shared(beams: Beams) -> Beams:
+    """What all beams of an array have in common."""
+    none, rows = _no_tables()
+    steer = np.array([[0.0, beams.steer[0, 1]]])
+    return replace(
+        beams, steer=steer, scale=np.ones(1), tables=(rows, *beams.tables[1:]), majorants=(none, *beams.majorants[1:])
+    )
+
+
+_KNOWN: dict[tuple[object, ...], tuple[NDArray[np.float32], Beams, Beams]] = {}
+_MOST_KEPT = 16
+
+
+def _mix(sent: Beams, heard: Beams, first: float, step: float, count: int) -> NDArray[np.float32]:
+    """What each row counts for in each beam, shape (beams, rows); kept for the same beams."""
+    key = (sent.pattern, heard.pattern, first, step)
+    known = _KNOWN.get(key)
+    if known is None:
+        for oldest in list(_KNOWN)[: 1 - _MOST_KEPT]:
+            _KNOWN.pop(oldest, None)
+        # the beams are kept, so that no others can take their tables' numbers
+        known = _KNOWN[key] = _fitted(sent, heard, first, step, count), sent, heard
+    return known[0]
+
+
+def _fitted(sent: Beams, heard: Beams, first: float, step: float, count: int) -> NDArray[np.float32]:
+    """The same, fitted over all directions: of beams steered on both ends, the product of their patterns."""
+    sine = np.cos((np.arange(5 * count) + 0.5) * np.pi / (5 * count))
+    wanted = _across(heard)(sine) * heard.scale[:, None]
+    if sent.channel_count > 1:
+        wanted = wanted * _across(sent)(sine) * sent.scale[:, None]
+    return np.ascontiguousarray((_solver(first, step, count) @ wanted.T).T, np.float32)
+
+
+def _across(beams: Beams) -> Callable[[Floats], Floats]:
+    """Patterns of beams across alone, as a function of the direction cosine, shape (beams, n)."""
+    steer = np.ascontiguousarray(beams.steer * [1.0, 0.0])
+    one = replace(beams, axes=np.eye(3), element=OMNI, steer=steer, scale=np.ones(len(steer)),
+                  tables=(beams.tables[0], *(_no_tables()[1],) * 3))  # fmt: skip
+
+    def gain(sine: Floats) -> Floats:
+        return one.gain(np.stack([np.sqrt(1 - sine**2), sine, np.zeros_like(sine)], axis=-1))
+
+    return gain
+
+
+def _no_tables() -> tuple[Floats, Floats]:
+    """Majorants and table of a pattern of one everywhere; nobody writes to them: kernels take all for one kind."""
+    none, rows = np.empty(0), np.empty((0, 4))
+    for table in (none, rows):
+        table.setflags(write=False)
+    return none, rows
+
+
+@lru_cache(maxsize=8)
+def _solver(first: float, step: float, count: int) -> Floats:
+    """What turns values at directions of even angles into weights of rows: least squares, shape (rows, directions)."""
+    sine = np.cos((np.arange(5 * count) + 0.5) * np.pi / (5 * count))
+    away = (sine[:, None] - first) / step - np.arange(count)
+    return np.asarray(np.linalg.pinv(_height(away), rcond=1e-9))
+
+
+def _height(away: Floats) -> Floats:
+    """The spreading kernel at a distance from a row [rows], any shape."""
+    taps, cell = tap_coefficients().astype(float), -np.floor(away + 0.5).astype(np.int64)
+    # a spike so far after a row counts for it as the polynomial says whose number is that of the row in the spike
+    number, y = cell + (WIDTH - 1) // 2, away + cell
+    inside = (number >= 0) & (number < WIDTH)
+    rows = taps[:, np.where(inside, number, 0)]
+    return np.asarray(np.where(inside, np.polynomial.polynomial.polyval(y, rows, tensor=False), 0.0))
