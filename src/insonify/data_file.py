@@ -1,6 +1,7 @@
 """Files that a scenario names: where they lie, and whether they are still what they were."""
 
 import hashlib
+import stat
 from functools import lru_cache
 from pathlib import Path
 from typing import Annotated
@@ -31,6 +32,53 @@ Fingerprint = Annotated[str | None, AfterValidator(_filled_in), Field(validate_d
 """SHA-256 of the file that the field `file` above it names, filled in when it is read."""
 
 
+LARGEST_TABLE = 256 << 20
+"""Most bytes of a table in text: some millions of rows."""
+
+
+def insist_on_a_file(path: str | Path, most: int) -> int:
+    """Size of an ordinary file [bytes], before a byte of it is read.
+
+    Args:
+        path: Its path.
+        most: Most bytes that it may have.
+
+    Raises:
+        OSError: It is not there, or a folder.
+        ValueError: It is a device or a pipe, which may never end, or too large.
+    """
+    about = Path(path).stat()
+    if stat.S_ISDIR(about.st_mode):
+        raise IsADirectoryError(21, "it is a folder", str(path))
+    if not stat.S_ISREG(about.st_mode):
+        raise ValueError(f"{path}: not an ordinary file but a device or a pipe. Save its content in a file.")
+    if about.st_size > most:
+        raise ValueError(
+            f"{path}: {about.st_size / 1e6:,.0f} MB; {most / 1e6:,.0f} MB is the most. Is it the right file? "
+            "If so, keep the part that is needed."
+        )
+    return about.st_size
+
+
+def table_text(path: str | Path) -> str:
+    """Text of a table, without a mark of byte order.
+
+    Args:
+        path: Its path.
+
+    Raises:
+        OSError: It cannot be opened.
+        ValueError: It is not text in UTF-8, no ordinary file, or too large; the file and its line are named.
+    """
+    insist_on_a_file(path, LARGEST_TABLE)
+    raw = Path(path).read_bytes()
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError as fault:
+        line = raw[: fault.start].count(b"\n") + 1
+        raise ValueError(f"{path}, line {line}: not text. Save the table as CSV in UTF-8.") from None
+
+
 def file_digest(file: str | Path) -> str:
     """SHA-256 of a file's bytes, in hexadecimal digits; read again only where its time or size has changed.
 
@@ -41,6 +89,8 @@ def file_digest(file: str | Path) -> str:
         OSError: The file cannot be opened.
     """
     there = Path(file).stat()
+    if not stat.S_ISREG(there.st_mode):
+        raise ValueError(f"{file}: not an ordinary file")  # a device may never end
     return _digest(str(file), there.st_mtime_ns, there.st_size)
 
 

@@ -14,6 +14,7 @@ import zarr
 from numpy.typing import NDArray
 from zarr.errors import ZarrUserWarning
 
+from insonify.formats.description import insist_on_sizes, opening
 from insonify.formats.zarr_store import IDENTITY, PACKED, StoreError, identity, insist_on_own, put_chunk
 from insonify.formats.zarr_store import done as pings_done
 from insonify.records.labels import COLUMNS, LabelNames, Labels, with_names
@@ -140,12 +141,17 @@ def open_labels(path: str | Path) -> xr.Dataset:
     folder = Path(path) / FOLDER
     if not (folder / "zarr.json").is_file():
         raise StoreError(f"{path} has no labels. Make them: insonify run FILE -o {path} --labels")
-    if _owner(folder) != identity(path):
-        raise StoreError(
-            f"{folder} are labels of another recording. Make its own: insonify run FILE -o {path} --labels"
+    insist_on_sizes(folder)
+    with opening(folder):
+        if _owner(folder) != identity(path):
+            raise StoreError(
+                f"{folder} are labels of another recording. Make its own: insonify run FILE -o {path} --labels"
+            )
+        held: xr.Dataset = xr.open_zarr(
+            folder, chunks=None, consolidated=True, decode_times=False, mask_and_scale=False
         )
-    held: xr.Dataset = xr.open_zarr(folder, chunks=None, consolidated=True, decode_times=False, mask_and_scale=False)
-    return with_names(held, LabelNames(tuple(held.attrs["owners"]), tuple(held.attrs["pairs"])))
+        held["done"].load()
+        return with_names(held, LabelNames(tuple(held.attrs["owners"]), tuple(held.attrs["pairs"])))
 
 
 def _rounded(values: NDArray[np.float32]) -> NDArray[np.float32]:

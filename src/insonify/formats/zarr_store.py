@@ -29,21 +29,18 @@ from zarr.codecs import ZstdCodec
 from zarr.core.common import JSON
 from zarr.errors import ZarrUserWarning
 
+from insonify.formats.description import MEND, description, insist_on_sizes, opening
+from insonify.formats.description import StoreError as StoreError
 from insonify.records.recording import COLUMNS, FIELDS, LATER, Layout, columns_of, coordinates_of
 
 _MUST_AGREE = ("scenario", "seed", "version")
 IDENTITY = "insonify_recording"
 """Attribute that tells a recording from any other."""
-_MEND = "Restore it from a copy, or delete the folder and simulate again"
 _LEVEL = 0  # of compression: zarr's own
 PACKED = (ZstdCodec(level=_LEVEL),)
 """How `put_chunk` packs."""
 _FAILURES = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EMFILE, errno.ENFILE)  # the machine's, whatever the name
 _STALE = 600.0  # seconds: nobody needs that long to create an empty store
-
-
-class StoreError(ValueError):
-    """A place where a recording cannot be written or read, with the way out."""
 
 
 def create(path: str | Path, layout: Layout, attributes: Mapping[str, Any], *, overwrite: bool = False) -> str:
@@ -195,7 +192,12 @@ def open_recording(path: str | Path) -> xr.Dataset:
     if not _is_recording(Path(path)):
         raise StoreError(f"{path} is not a recording. Make one with: insonify run FILE -o {path}")
     _insist_on_whole(Path(path))
-    held: xr.Dataset = xr.open_zarr(path, chunks=None, consolidated=True, decode_times=False)
+    insist_on_sizes(Path(path))
+    with opening(Path(path)):
+        held: xr.Dataset = xr.open_zarr(path, chunks=None, consolidated=True, decode_times=False)
+        held["done"].load()
+        if "scenario" not in held.attrs or not set(FIELDS) & set(held.variables):
+            raise StoreError(f"{path} is damaged: its scenario or its sound is not described. {MEND}")
     return held
 
 
@@ -214,7 +216,7 @@ def reading(path: str | Path) -> Iterator[None]:
     except RuntimeError as error:
         if "compression" not in str(error):
             raise
-        raise StoreError(f"{path} is damaged: a chunk of it cannot be unpacked ({error}). {_MEND}") from None
+        raise StoreError(f"{path} is damaged: a chunk of it cannot be unpacked ({error}). {MEND}") from None
 
 
 def _build(path: Path, layout: Layout, attributes: Mapping[str, Any]) -> None:
@@ -249,38 +251,21 @@ def _build(path: Path, layout: Layout, attributes: Mapping[str, Any]) -> None:
 def _is_recording(path: Path) -> bool:
     if not (path / "zarr.json").is_file():
         return False
-    attributes = _description(path).get("attributes")
+    attributes = description(path).get("attributes")
     return isinstance(attributes, dict) and IDENTITY in attributes
-
-
-def _description(folder: Path) -> dict[str, Any]:
-    """What zarr wrote about a group or an array; a file that says nothing of the kind is named."""
-    file = folder / "zarr.json"
-    try:
-        said = json.loads(file.read_text(encoding="utf-8"))
-    except UnicodeDecodeError:
-        raise StoreError(f"{file} is damaged: not text. {_MEND}") from None
-    except json.JSONDecodeError as fault:
-        where = f"line {fault.lineno}, column {fault.colno}"
-        raise StoreError(f"{file}, {where}: damaged, not JSON ({fault.msg}). {_MEND}") from None
-    except FileNotFoundError:
-        raise StoreError(f"{file} is missing from the recording. {_MEND}") from None
-    if not isinstance(said, dict):
-        raise StoreError(f"{file} is damaged: it describes nothing. {_MEND}")
-    return said
 
 
 def _insist_on_whole(path: Path) -> None:
     """Names the first file without which a recording cannot be read."""
     fields = [name for name in FIELDS if (path / name).is_dir()]
     if not fields:
-        raise StoreError(f"{path} is damaged: it has neither {' nor '.join(FIELDS)}. {_MEND}")
+        raise StoreError(f"{path} is damaged: it has neither {' nor '.join(FIELDS)}. {MEND}")
     for name in (*fields, "done", "ping", *COLUMNS):
         if name not in LATER or (path / name).is_dir():
-            _description(path / name)
+            description(path / name)
     # A column of zeros has no chunk; time is one only where there is a single sample.
-    if _description(path / "time").get("shape") != [1] and not (path / "time" / "c").exists():
-        raise StoreError(f"{path / 'time' / 'c'} is missing from the recording. {_MEND}")
+    if description(path / "time").get("shape") != [1] and not (path / "time" / "c").exists():
+        raise StoreError(f"{path / 'time' / 'c'} is missing from the recording. {MEND}")
 
 
 def _is_taken(target: Path) -> bool:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from insonify.data_file import table_text
 from insonify.ocean.profile import FASTEST, SLOWEST, SoundSpeedProfile
 from insonify.units import UNITS
 
@@ -101,17 +102,16 @@ def _way_out(before: list[float], row: list[float]) -> str:
 
 def _rows(path: Path) -> Iterator[tuple[int, list[str]]]:
     """Line number and cells of each row that is neither blank nor a comment."""
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except UnicodeDecodeError as fault:
-        line = fault.object[: fault.start].count(b"\n") + 1
-        raise ValueError(f"{path}, line {line}: not text. Save the table as CSV in UTF-8.") from None
+    lines = table_text(path).splitlines()
     said = [(i, text) for i, text in enumerate(lines, 1) if text.strip(" \t,;") and not text.lstrip().startswith("#")]
     if not said:
         raise ValueError(f"{path}, line 1: the file is empty. Write a header: depth,speed")
     delimiter = next((mark for mark in ";\t" if mark in said[0][1]), ",")
     for i, text in said:
-        yield i, [cell.strip() for cell in next(csv.reader([text], delimiter=delimiter))]
+        try:
+            yield i, [cell.strip() for cell in next(csv.reader([text], delimiter=delimiter))]
+        except csv.Error as fault:
+            raise ValueError(f"{path}, line {i}: no row of a table ({fault}). Mend or delete the line.") from None
 
 
 def _columns(header: list[str], where: str) -> list[_Column]:

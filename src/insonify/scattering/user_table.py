@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
+from insonify.data_file import table_text
 from insonify.scattering.law import Floats, asked_angles
 from insonify.units import intensity_ratio
 from insonify.validity import as_floats
@@ -61,14 +62,18 @@ class UserTable:
         """
         columns: dict[str, list[float]] = {"grazing_deg": [], "strength_db": []}
         lines: list[int] = []
-        reader = csv.DictReader(_text(Path(path)), skipinitialspace=True)
+        reader = csv.DictReader(table_text(path).splitlines(), skipinitialspace=True)
+        named = _header(reader, path)
         for name in columns:
-            if name not in (reader.fieldnames or []):
+            if name not in named:
                 raise ValueError(f"{path}, line 1: no column {name}; name the columns grazing_deg,strength_db")
-        for cells in reader:
-            lines.append(reader.line_num)
-            for name, values in columns.items():
-                values.append(_number(cells[name], f"{path}, line {reader.line_num}, column {name}"))
+        try:
+            for cells in reader:
+                lines.append(reader.line_num)
+                for name, values in columns.items():
+                    values.append(_number(cells[name], f"{path}, line {reader.line_num}, column {name}"))
+        except csv.Error as fault:
+            raise ValueError(f"{path}, line {reader.line_num + 1}: no row of a table ({fault})") from None
         angles, strengths = np.radians(columns["grazing_deg"]), np.array(columns["strength_db"])
         for row, problem in _problems(angles, strengths):
             raise ValueError(f"{path}, line {lines[row - 1] if lines else 1}: {problem}")
@@ -98,12 +103,11 @@ class UserTable:
         return np.asarray(intensity_ratio(within) * np.minimum(np.sin(angle) / first, 1.0))
 
 
-def _text(path: Path) -> list[str]:
+def _header(reader: csv.DictReader[str], path: str | Path) -> list[str]:
     try:
-        return path.read_text(encoding="utf-8-sig").splitlines()
-    except UnicodeDecodeError as fault:
-        line = fault.object[: fault.start].count(b"\n") + 1
-        raise ValueError(f"{path}, line {line}: not text. Save the table as CSV in UTF-8") from None
+        return list(reader.fieldnames or [])
+    except csv.Error as fault:
+        raise ValueError(f"{path}, line 1: no header of a table ({fault})") from None
 
 
 def _number(cell: str | None, where: str) -> float:

@@ -6,7 +6,10 @@ may not be what was meant is a warning.
 """
 
 import io
+import logging
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -14,7 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.data_file import install_advice
+from insonify.data_file import insist_on_a_file, install_advice
+from insonify.scene.mesh_header import insist_on_what_it_holds
 from insonify.scene.shapes import Triangles
 from insonify.validity import PhysicsWarning
 
@@ -23,6 +27,8 @@ SUFFIXES = (".stl", ".obj", ".ply", ".glb", ".gltf")
 Y_UP = (".glb", ".gltf")
 """Kinds whose standard puts y up: Khronos, glTF 2.0 specification, section 3.4."""
 MOST_TRIANGLES = 5_000_000
+LARGEST_FILE = 2 << 30
+"""Most bytes of a file: five million triangles in text."""
 LARGEST, LARGE, SMALL, SMALLEST = 1000.0, 300.0, 0.03, 1e-3
 """Longest side of a body: more is refused, more is doubted, less is doubted, less is refused [m]."""
 _MERGED = 1e-7  # corners this close, as a part of the whole, are one
@@ -78,6 +84,10 @@ def _read(file: str, up: str | None, scale: float, sha256: str | None) -> tuple[
         raise MeshError(f"{file} holds no triangles. Export the body as a mesh of triangles.")
     if len(faces) > MOST_TRIANGLES:
         raise MeshError(f"{file} has {len(faces)} triangles; {MOST_TRIANGLES} is the most. Simplify the mesh.")
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        row = int(np.argmax(((faces < 0) | (faces >= len(vertices))).any(axis=1)))
+        raise MeshError(f"{file}: triangle {row} has the corners {', '.join(map(str, faces[row]))}, and the file has "
+                        f"corners 0 to {len(vertices) - 1}. It is damaged: export it again.")  # fmt: skip
     if not np.isfinite(vertices[faces]).all():
         bad = int(np.argmin(np.isfinite(vertices).all(axis=1)))
         raise MeshError(f"{file}: corner {bad} is {vertices[bad]}, not three finite numbers. Mend the mesh.")
@@ -103,12 +113,30 @@ def _loaded(path: Path, file: str) -> tuple[NDArray[np.float64], NDArray[np.int6
     except ImportError:
         raise MeshError(f"{file} cannot be read without trimesh. Install it: {install_advice('targets')}") from None
     try:
-        mesh = _read_by(trimesh, path)
+        insist_on_a_file(path, LARGEST_FILE)
+        insist_on_what_it_holds(path)
+    except ValueError as fault:
+        raise MeshError(str(fault)) from None
+    try:
+        with _quiet():
+            mesh = _read_by(trimesh, path)
         return np.asarray(mesh.vertices, float).reshape(-1, 3), np.asarray(mesh.faces, np.int64).reshape(-1, 3)
     except Exception as error:  # a reader of foreign files may fail in any way
         said = " ".join(str(error).split())[:120]
         raise MeshError(f"{file} cannot be read as {path.suffix[1:].upper()}: {said or type(error).__name__}. "
                         "Export it again.") from None  # fmt: skip
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep trimesh's log to itself: what it could not read is said by the error."""
+    log = logging.getLogger("trimesh")
+    was = log.level
+    log.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        log.setLevel(was)
 
 
 def _read_by(trimesh: Any, path: Path) -> Any:

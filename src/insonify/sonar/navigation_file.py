@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.data_file import table_text
 from insonify.units import UNITS
 
 Floats = NDArray[np.float64]
@@ -179,12 +180,7 @@ def _log(
 
 def _rows(path: Path) -> Iterator[tuple[int, list[str]]]:
     """Line number and cells of each row that is neither blank nor a comment."""
-    raw = path.read_bytes()
-    try:
-        text = raw.decode("utf-8-sig")
-    except UnicodeDecodeError as fault:
-        where = raw[: fault.start].count(b"\n") + 1
-        raise ValueError(f"{path}, line {where}: not text. Save the table as CSV in UTF-8.") from None
+    text = table_text(path)
     # Only line feeds count, as in every editor; a cell never goes on in the next line.
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     said = [(i, line) for i, line in enumerate(lines, 1) if line.strip(" \t,;") and not line.lstrip().startswith("#")]
@@ -194,7 +190,10 @@ def _rows(path: Path) -> Iterator[tuple[int, list[str]]]:
     for i, line in said:
         if line.count('"') % 2:
             raise ValueError(f"{path}, line {i}: a quote is opened and not closed. Close it, or delete it.")
-        yield i, [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))]
+        try:
+            yield i, [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))]
+        except csv.Error as fault:
+            raise ValueError(f"{path}, line {i}: no row of a table ({fault}). Mend or delete the line.") from None
 
 
 def _columns(header: list[str], where: str) -> list[_Column]:

@@ -19,7 +19,8 @@ from pydantic import Field, model_validator
 from insonify.data_file import DataFile, Fingerprint, insist_on_the_same
 from insonify.noun import Metres, Noun, Radians, located
 from insonify.scene.terrain import _grid_kernel as kernel
-from insonify.scene.terrain.grid_file import GridError, Soundings, geodetic, metres_per_degree, place_of, read_grid
+from insonify.scene.terrain.grid_file import Soundings, geodetic, metres_per_degree, place_of, read_grid
+from insonify.scene.terrain.grid_size import GridError
 from insonify.scene.terrain.relief import Relief, Survey, places
 from insonify.scene.terrain.split import Split
 from insonify.validity import PhysicsWarning

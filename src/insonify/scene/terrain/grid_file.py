@@ -6,6 +6,7 @@ the east. Gaps stay gaps. What a file leaves open is asked back, not guessed.
 
 from __future__ import annotations
 
+import zipfile
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -15,6 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.data_file import install_advice
+from insonify.scene.terrain.grid_size import GridError as GridError
+from insonify.scene.terrain.grid_size import array_shape, foreign, insist_on_an_answer, insist_on_size
 
 Singles = NDArray[np.float32]
 Floats = NDArray[np.float64]
@@ -32,15 +35,6 @@ _UP = ("elevation", "topo", "topography", "height", "altitude", "bathymetry_elev
 _DOWN = ("depth", "deptho", "water_depth", "bathymetric_depth")
 _NORTH, _EAST = ("north", "northing", "y", "lat", "latitude"), ("east", "easting", "x", "lon", "longitude")
 _MAJOR, _FLATTENING = 6378137.0, 1 / 298.257223563  # of the ellipsoid WGS 84
-
-
-class GridError(ValueError):
-    """A file that is no bathymetry, with the field of the scenario that says so."""
-
-    def __init__(self, message: str, field: str = "file") -> None:
-        """Hold what is wrong and where it was asked for."""
-        super().__init__(message)
-        self.field = field
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,15 +79,14 @@ def read_grid(path: str, *, variable: str | None = None, positive: Positive | No
 @lru_cache(maxsize=4)
 def _read(path: str, stamp: int, variable: str | None, positive: Positive | None) -> Soundings:
     suffix = Path(path).suffix.lower()
-    if suffix in RASTERS:
-        found, told, values = _raster(path)
-    elif suffix in NETCDF:
-        found, told, values = _netcdf(path, variable)
-    elif suffix == ".npz":
-        found, told, values = _numpy(path, variable)
-    else:
+    if suffix in (".bag", *NETCDF):
+        insist_on_an_answer(path)
+    kinds = {**dict.fromkeys(RASTERS, _raster), **dict.fromkeys(NETCDF, _netcdf), ".npz": _numpy}
+    if suffix not in kinds:
         raise GridError(f"{path}: {suffix or 'a file without a suffix'} is no grid that is read here. "
-                        f"Give one of {', '.join((*RASTERS, *NETCDF, '.npz'))}.")  # fmt: skip
+                        f"Give one of {', '.join(kinds)}.")  # fmt: skip
+    with foreign(path):
+        found, told, values = kinds[suffix](path, variable)
     values = np.where(np.isfinite(values), values, np.nan)  # an endless depth is a gap too
     way, why = _way_up(path, values, told, positive)
     elevation = values if way == "up" else -values
@@ -142,19 +135,19 @@ def _scale(path: str, units: str | None) -> float:
     return METRES[name]
 
 
-def _raster(path: str) -> _Found:
+def _raster(path: str, variable: str | None) -> _Found:
     """A GeoTIFF or BAG file: band 1."""
     try:
         import rasterio
-        from rasterio.errors import RasterioError
     except ImportError:
         raise GridError(f"{path}: reading it takes rasterio. Install it: {install_advice('io')}") from None
-    try:
-        with rasterio.open(path) as file:
-            band, turn, crs, units = file.read(1, masked=True), file.transform, file.crs, file.units[0]
-            is_bag = file.driver == "BAG"
-    except RasterioError as fault:
-        raise GridError(f"{path}: cannot be read: {fault}") from None
+    kind = "BAG" if path.lower().endswith(".bag") else "GTiff"  # no other kind may hide under that name
+    with rasterio.open(path, driver=kind) as file:
+        if not file.count:
+            raise GridError(f"{path}: it holds no band.")
+        insist_on_size(path, (file.height, file.width), file.block_shapes[0], file.dtypes[0])
+        band, turn, crs, units = file.read(1, masked=True), file.transform, file.crs, file.units[0]
+        is_bag = file.driver == "BAG"
     if turn.b or turn.d:
         raise GridError(f"{path}: its rows do not run from west to east. Turn it north up: gdalwarp IN OUT")
     geographic = bool(crs and crs.is_geographic)
@@ -210,19 +203,21 @@ def _netcdf(path: str, variable: str | None) -> _Found:
         import netCDF4
     except ImportError:
         raise GridError(f"{path}: reading it takes netCDF4. Install it: {install_advice('io')}") from None
-    try:
-        file = netCDF4.Dataset(path)
-    except OSError as fault:
-        raise GridError(f"{path}: cannot be read: {fault}") from None
-    with file:
+    with netCDF4.Dataset(path) as file:
         grids = {name: found for name, found in file.variables.items() if found.ndim == 2}
         name = _chosen(path, list(grids), variable)
         grid = grids[name]
+        chunks = grid.chunking()
+        insist_on_size(path, grid.shape, chunks if isinstance(chunks, list) else (), grid.dtype)
         for axis in grid.dimensions:
             if axis not in file.variables:
                 raise GridError(
                     f"{path}: {name} has no coordinate for dimension {axis}. Add a variable {axis}({axis})."
                 )
+        for axis in grid.dimensions:
+            found = file.variables[axis]
+            chunks = found.chunking()
+            insist_on_size(path, found.shape, chunks if isinstance(chunks, list) else (), found.dtype)
         axes = {axis: np.asarray(file.variables[axis][:], float) for axis in grid.dimensions}
         geographic = any("degree" in str(getattr(file.variables[axis], "units", "")) for axis in axes)
         values = np.ma.filled(np.ma.masked_invalid(grid[:]).astype(float), np.nan)
@@ -259,21 +254,24 @@ def _named_way(name: str) -> Positive | None:
 
 def _numpy(path: str, variable: str | None) -> _Found:
     """A numpy file: a grid, and its two coordinates in metres."""
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
-    except (OSError, ValueError) as fault:
-        raise GridError(f"{path}: cannot be read: {fault}") from None
-    name = _chosen(path, [name for name, array in arrays.items() if array.ndim == 2], variable)
-    found: dict[str, Floats] = {}
-    for words, shown in ((_NORTH, "north"), (_EAST, "east")):
-        key = next((word for word in words if word in arrays), None)
-        if key is None:
-            raise GridError(
-                f"{path}: no array {shown}. Save the coordinates of rows and columns as north and east [m]."
-            )
-        found[shown] = np.asarray(arrays[key], float)
-    frame, values = _on_axes(path, np.asarray(arrays[name], float), found)
+    with zipfile.ZipFile(path) as file:
+        shapes = {
+            name.removesuffix(".npy"): array_shape(file, name, path)
+            for name in file.namelist()
+            if name.endswith(".npy")
+        }
+        name = _chosen(path, [name for name, shape in shapes.items() if len(shape) == 2], variable)
+        keys = {"depth": name}
+        for words, shown in ((_NORTH, "north"), (_EAST, "east")):
+            key = next((word for word in words if word in shapes), None)
+            if key is None:
+                raise GridError(
+                    f"{path}: no array {shown}. Save the coordinates of rows and columns as north and east [m]."
+                )
+            keys[shown] = key
+    with np.load(path, allow_pickle=False) as arrays:
+        found = {shown: np.asarray(arrays[key], float) for shown, key in keys.items()}
+    frame, values = _on_axes(path, found.pop("depth"), found)
     return frame | {"geographic": False, "crs": ""}, _named_way(name), values
 
 
@@ -288,7 +286,8 @@ def place_of(latitude: float, longitude: float, soundings: Soundings) -> tuple[f
                         "Give origin: [north, east] in the file's coordinates.", "latitude")  # fmt: skip
     from rasterio.warp import transform
 
-    east, north = transform("EPSG:4326", soundings.crs, [longitude], [latitude])
+    with foreign("its coordinate system"):
+        east, north = transform("EPSG:4326", soundings.crs, [longitude], [latitude])
     return float(north[0]), float(east[0])
 
 

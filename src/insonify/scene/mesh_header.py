@@ -1,0 +1,82 @@
+"""Headers of mesh files that promise more than the file holds: refused before memory is asked for.
+
+A header may claim billions of vertices in some hundred bytes. Every vertex and every face of a PLY file takes a byte
+at least; the numbers of a binary glTF file are told by its description, which is JSON.
+"""
+
+import json
+import struct
+from pathlib import Path
+from typing import Any
+
+GLB_HEAD, GLB_CHUNK = 12, 8
+MOST_NUMBERS = 60_000_000
+"""Most numbers in all the arrays of a glTF file: four for each triangle, of five million, and as many to spare."""
+_PARTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+_BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
+
+
+def insist_on_what_it_holds(path: Path) -> None:
+    """Refuse a mesh file whose header promises more than the file can hold.
+
+    Args:
+        path: The file; kinds without such a header pass.
+
+    Raises:
+        ValueError: It does; the file, the number and the limit are named.
+    """
+    kind = path.suffix.lower()
+    if kind == ".ply":
+        _ply(path)
+    elif kind == ".glb":
+        _glb(path)
+    elif kind == ".gltf":
+        _gltf(path, path.read_bytes())
+
+
+def _ply(path: Path) -> None:
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        for line in file:
+            words = line.split()
+            if words[:1] == [b"end_header"]:
+                return
+            if words[:1] == [b"element"] and len(words) == 3:
+                try:
+                    count = int(words[2])
+                except ValueError:
+                    said = line.decode("latin-1").strip()
+                    raise ValueError(f"{path}: {said!r} gives no number. Export it again.") from None
+                if not 0 <= count <= size:
+                    name = words[1].decode("latin-1")
+                    raise ValueError(f"{path}: its header promises {count} of {name}, and the file has {size} bytes. "
+                                     "It is damaged or cut short: export it again.")  # fmt: skip
+
+
+def _glb(path: Path) -> None:
+    with path.open("rb") as file:
+        head = file.read(GLB_HEAD + GLB_CHUNK)
+        if len(head) < GLB_HEAD + GLB_CHUNK or head[:4] != b"glTF":
+            raise ValueError(f"{path}: no binary glTF, or cut short. Export it again.")
+        length = struct.unpack("<I", head[GLB_HEAD : GLB_HEAD + 4])[0]
+        if length > path.stat().st_size:
+            raise ValueError(f"{path}: its description has {length} bytes, more than the file. Export it again.")
+        _gltf(path, file.read(length))
+
+
+def _gltf(path: Path, description: bytes) -> None:
+    try:
+        accessors = json.loads(description).get("accessors", [])
+        numbers = sum(_numbers(one) for one in accessors)
+    except (ValueError, TypeError, AttributeError, KeyError, RecursionError):
+        raise ValueError(f"{path}: its description is no glTF. It is damaged: export it again.") from None
+    if not 0 <= numbers <= MOST_NUMBERS:
+        raise ValueError(f"{path}: it promises {numbers:.4g} numbers; {MOST_NUMBERS} is the most. Simplify the mesh.")
+
+
+def _numbers(accessor: dict[str, Any]) -> int:
+    """Numbers that an array of a glTF file claims; those it stores itself are counted, those it leaves out as well."""
+    count = accessor["count"]
+    if not isinstance(count, int) or count < 0 or accessor["componentType"] not in _BYTES:
+        raise ValueError
+    return count * _PARTS[accessor["type"]]
