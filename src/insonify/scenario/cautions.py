@@ -12,6 +12,7 @@ from insonify.ocean.kinks import Kink, kinks
 from insonify.scenario.aperture_cautions import aperture_cautions
 from insonify.scenario.carried import platforms
 from insonify.scenario.edge_cautions import touches
+from insonify.scenario.expectation_cautions import expectation_cautions
 from insonify.scenario.ground_faults import unknown_ground
 from insonify.scenario.log_cautions import gaps, jumps
 from insonify.scenario.pulse_cautions import pulse_cautions
@@ -60,7 +61,7 @@ def cautions(scenario: Scenario) -> None:
         said.append(_grating_lobes(end, array, sonar.pulse.frequency, slowest))
     said += [unknown_ground(scenario, carried.positions), _thin_steps(scenario), jumps(scenario), gaps(scenario),
              touches(scenario), *reach_cautions(scenario), *smooth_cautions(scenario),
-             *uneven_cautions(scenario), _unheard_water(scenario)]  # fmt: skip
+             *uneven_cautions(scenario), *expectation_cautions(scenario), _unheard_water(scenario)]  # fmt: skip
     said += [*receiver_cautions(scenario), *aperture_cautions(scenario, slowest / sonar.pulse.frequency)]
     if scenario.surface.bounce == "waves":
         said += wave_cautions(scenario, float(depths[0]))

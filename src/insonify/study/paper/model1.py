@@ -43,7 +43,7 @@ APERTURE, WAVELENGTH = 1.5, SOUND_SPEED / 100e3
 INTERVAL = 0.3
 """From ping to ping [s]."""
 GRAINS = 2.0
-"""Scatterers in each cell of an image: an expectation has no speckle that would ask for more."""
+"""Scatterers in each cell of a bare bed: an expectation has no speckle or shadow there that would ask for more."""
 
 Floats = NDArray[np.float64]
 
@@ -96,7 +96,7 @@ def along(water: Water, changes: dict[str, Any], *, half: float, pings: int, win
         window: Time recorded after each [s].
         relief: Rms height of the bed's relief [m].
     """
-    told = {"track": {**passing(half, pings), "window": window}, "paths.scatterers_per_cell": GRAINS}
+    told = {"track": {**passing(half, pings), "window": window}}
     return scene(water, {**told, **changes}, relief=relief)
 
 
