@@ -21,7 +21,6 @@ INTERRUPTED = "interrupted; the same command goes on where this one stopped"
 app = typer.Typer(
     help="What would this sonar record, in this water, over this seabed, with these targets, and why?",
     epilog="Example: insonify new harbour; insonify run harbour.yaml -o harbour.zarr",
-    add_completion=False,
     no_args_is_help=True,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,

@@ -39,7 +39,8 @@ def demo(
         list[str] | None,
         typer.Argument(
             metavar="[NAME]...",
-            help="coherent-sidescan, forward-looking, multibeam, interferometric, synthetic-aperture. [default: all]",
+            help="nominal, coherent-sidescan, forward-looking, multibeam, interferometric, synthetic-aperture. "
+            "[default: all]",
         ),
     ] = None,
     out: Annotated[

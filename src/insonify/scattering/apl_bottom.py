@@ -19,6 +19,7 @@ from insonify.scattering.law import Floats
 from insonify.scattering.reflection import reflection_coefficient, vertical_wavenumber
 from insonify.scattering.roughness import growth_exponent, rms_slope, roughness_spectrum, structure_constant
 from insonify.scattering.sediments import Sediment, checked_sediment, si_spectral_strength
+from insonify.scattering.tr9407 import warn_of_frequency
 from insonify.units import level_db
 from insonify.validity import grazing_angle, numbers, warn_outside, water_speed
 
@@ -162,7 +163,7 @@ def _step(x: ArrayLike) -> Floats:
 
 
 def _warn(sediment: Sediment, frequency: Floats) -> None:
-    warn_outside(LAW, "frequency", frequency / 1e3, 10.0, 100.0, "kHz")
+    warn_of_frequency(frequency)
     warn_outside(LAW, "density ratio", sediment.density_ratio, 1.0, 3.0, "")
     warn_outside(LAW, "speed ratio", sediment.speed_ratio, 0.8, 3.0, "")
     warn_outside(LAW, "loss", sediment.loss, 1e-9, 0.1, "")

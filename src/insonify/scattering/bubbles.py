@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from insonify.scattering.facet_geometry import SHALLOWEST, across_and_along, lit
 from insonify.scattering.law import Floats, asked_angles
+from insonify.scattering.tr9407 import warn_of_frequency
 from insonify.validity import grazing_angle, number, numbers, warn_outside
 
 LAW = "APL-UW TR 9407 (1994) surface bubbles"
@@ -141,6 +142,6 @@ def _checked(wind_speed: ArrayLike, frequency: ArrayLike, grazing: ArrayLike) ->
     u = numbers("wind_speed", wind_speed, "m/s", 0.0, gaps=False, such_as="7")
     f = numbers("frequency", frequency, "Hz", 0.0, above=True, gaps=False, such_as="100e3")
     angle = grazing_angle("grazing", grazing, gaps=False)
-    warn_outside(LAW, "frequency", f, 1e4, 1e5, "Hz")
+    warn_of_frequency(f)
     warn_outside(LAW, "wind speed", u, 0.0, 20.0, "m/s")
     return u, f, angle

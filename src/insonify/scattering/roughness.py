@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from insonify.scattering.sediments import Sediment, checked_sediment
+from insonify.scattering.tr9407 import warn_of_frequency
 from insonify.validity import number, numbers, warn_outside
 
 if TYPE_CHECKING:
@@ -27,7 +28,6 @@ Floats = NDArray[np.float64]
 LOWEST_LOG_Q, HIGHEST_LOG_Q, LOG_Q_STEP = -16.0, 28.0, 0.05
 STEEPEST_SLOPE_DEG = 30.0
 """Slope, rms, beyond which small-slope scattering was seen to fall far below the handbook's large-roughness form."""
-SPECTRUM_LAW = "The seabed roughness spectrum of APL-UW TR 9407 (1994)"
 
 
 def growth_exponent(sediment: Sediment) -> float:
@@ -171,7 +171,7 @@ def settle_sound(law: LawOfSediment) -> float:
     sound_speed = number(f"{owner}.sound_speed", law.sound_speed, "m/s", 300.0, 5000.0, such_as="1500")
     object.__setattr__(law, "frequency", frequency)
     object.__setattr__(law, "sound_speed", sound_speed)
-    warn_outside(SPECTRUM_LAW, "frequency", frequency / 1e3, 10.0, 100.0, "kHz")
+    warn_of_frequency(frequency)
     return 2 * math.pi * frequency / sound_speed
 
 

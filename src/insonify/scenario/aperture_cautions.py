@@ -25,14 +25,14 @@ def aperture_cautions(scenario: Scenario, wavelength: float) -> Iterator[str]:
         wavelength: Of the sound at the sonar [m].
     """
     farthest = scenario.track.window[1] * scenario.water.fastest / 2
+    said: dict[str, list[str]] = {}
     for end, array in zip(("transmit", "receive"), scenario.sonar.steered_arrays, strict=False):
-        yield _out_of_focus(end, array, wavelength, farthest)
+        said.setdefault(_out_of_focus(array, wavelength, farthest), []).append(f"sonar.{end}")
+    yield from (f"{' and '.join(ends)}: {words}" for words, ends in said.items() if words)
     yield _crowded(scenario, wavelength)
 
 
-def _out_of_focus(
-    end: str, array: LineArray | PlanarArray | PointTransducer, wavelength: float, farthest: float
-) -> str:  # fmt: skip
+def _out_of_focus(array: LineArray | PlanarArray | PointTransducer, wavelength: float, farthest: float) -> str:
     """A word on an array so long that all it hears lies in its near field, where its beam is no far-field pattern.
 
     At a quarter of L^2 / wavelength the wavefront of a point is bent by half a wavelength over the array.
@@ -41,7 +41,7 @@ def _out_of_focus(
     if size**2 / (4 * wavelength) <= farthest:
         return ""
     return (
-        f"sonar.{end}: beams are far-field patterns, which for {size:.3g} m at {1e3 * wavelength:.3g} mm of wavelength "
+        f"beams are far-field patterns, which for {size:.3g} m at {1e3 * wavelength:.3g} mm of wavelength "
         f"hold from about {size**2 / wavelength:.3g} m on, and the recording ends at {farthest:.3g} m: a real one that "
         "is not focused would be wider. Write sonar.receiver.record: elements and focus afterwards, or a shorter array."
     )

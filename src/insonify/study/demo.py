@@ -9,14 +9,17 @@ from pathlib import Path
 
 import numpy as np
 
+from insonify.drawing import recording as draw_recording
 from insonify.drawing import style
 from insonify.formats.zarr_store import open_recording
 from insonify.scenario.load import load_scenario
 from insonify.simulation import record
 from insonify.study.paper.numbers import Number
-from insonify.study.products import coherent_sidescan, draw
+from insonify.study.products import coherent_sidescan, draw, nominal_scene
 
-DEMOS = ("coherent-sidescan", "forward-looking", "multibeam", "interferometric", "synthetic-aperture")
+NOMINAL = "nominal"
+"""The scene of the paper and of the first page: one ping, drawn as its recording."""
+DEMOS = (NOMINAL, "coherent-sidescan", "forward-looking", "multibeam", "interferometric", "synthetic-aperture")
 """Scenarios that can be shown, by the names of their templates."""
 
 
@@ -72,6 +75,9 @@ def show(name: str, folder: Path, *, overwrite: bool = False, threads: int | Non
 
 def _drawn(name: str, scenario: Path, recording: Path, picture: Path) -> list[Number]:
     held = open_recording(recording)
+    if name == NOMINAL:
+        draw_recording(held, picture)
+        return nominal_scene.numbers(held.load(), load_scenario(scenario))
     if name != "coherent-sidescan":
         return draw(held, picture)
     with style.page():

@@ -1,0 +1,62 @@
+"""Claims about the first page and the shell: what they say works, wherever one stands."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from insonify.cli import main
+
+README = Path(__file__).parents[2] / "README.md"
+
+
+@pytest.fixture
+def blocks():
+    """Python of the first page."""
+    if not README.is_file():
+        pytest.skip("no README here: an installation, not a checkout")
+    return re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), flags=re.DOTALL)
+
+
+def test_the_first_page_runs_in_an_empty_folder(tmp_path, monkeypatch, capsys, blocks):
+    """After the command that it names, and with no file of the repository; on a short window."""
+    monkeypatch.chdir(tmp_path)
+    assert "`insonify new nominal`" in README.read_text(encoding="utf-8")
+    assert main(["new", "nominal"]) == 0
+    path = Path("nominal.yaml")
+    path.write_text(path.read_text().replace("window: [0 ms, 240 ms]", "window: [199 ms, 204 ms]"))
+    names: dict[str, object] = {}
+    exec(blocks[0], names)
+    assert Path("nominal.nc").is_file() and names["calmer"].surface.wind_speed == 2  # type: ignore[attr-defined]
+    assert "Arrivals" in capsys.readouterr().out
+
+
+def test_the_nominal_scene_is_a_demonstration(tmp_path, capsys):
+    """Scenario, recording, picture, and the box where it was put."""
+    assert main(["demo", "nominal", "-o", str(tmp_path)]) == 0
+    said = capsys.readouterr().out
+    assert "holds" in said and "FAILS" not in said
+    for suffix in (".yaml", ".zarr", ".png", ".json"):
+        assert (tmp_path / f"nominal{suffix}").exists()
+
+
+def test_the_shell_completes_commands():
+    """Asked as bash asks."""
+    asked = {"_INSONIFY_COMPLETE": "complete_bash", "COMP_WORDS": "insonify ex", "COMP_CWORD": "1"}
+    told = subprocess.run(
+        [sys.executable, "-m", "insonify"], env=os.environ | asked, capture_output=True, text=True, check=False
+    )
+    assert told.stdout.split() == ["explain"]
+
+
+def test_completion_can_be_installed_and_help_loads_nothing_for_it(capsys):
+    """The option is there, and --help imports no numerical package."""
+    assert main(["--help"]) == 0
+    assert "--install-completion" in capsys.readouterr().out
+    heavy = "{'numpy', 'numba', 'rich'}"
+    code = f"import sys; from insonify.cli import main; main(['--help']); print({heavy} & set(sys.modules))"
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert told.stdout.splitlines()[-1] == "set()"
