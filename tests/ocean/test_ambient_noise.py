@@ -1,6 +1,7 @@
 """Claims about the noise of the sea."""
 
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from insonify.ocean import (
 from insonify.units import intensity_ratio
 from insonify.validity import PhysicsWarning
 
+PUBLISHED = Path(__file__).parents[1] / "published"
 BOLTZMANN = 1.380649e-23
 FREQUENCIES = np.geomspace(10, 1e5, 41)
 
@@ -48,6 +50,15 @@ def test_the_published_fits_at_one_kilohertz():
     assert shipping_noise_db(1e3, 0.5) == pytest.approx(40 - 60 * np.log10(1.03))
     assert wind_noise_db(1e3, 4.0) == pytest.approx(50 + 15 - 40 * np.log10(1.4))
     assert rain_noise_db(5e3, 10.0) == pytest.approx(42.4 + 15.4)
+
+
+def test_wind_noise_is_what_is_read_from_wenzs_curves():
+    """Wenz (1962), as tabulated by Beaufort force: 2 dB at 1 kHz; at 19 kHz the fit lies 5 dB below what is read."""
+    rows = np.loadtxt(PUBLISHED / "wenz_wind_noise.csv", delimiter=",", skiprows=4)
+    frequency, wind, level = rows.T
+    away = wind_noise_db(1e3 * frequency, wind) - level
+    assert np.max(np.abs(away[frequency == 1])) < 2
+    assert -6 < away[frequency == 19][0] < -4
 
 
 def test_two_ways_of_listening_to_wind_agree():

@@ -17,6 +17,9 @@ REAL, IMAGINARY = "_real", "_imag"
 LISTED = "insonify_lists"
 """Attribute that names the attributes which are lists, one entry a line."""
 
+MOST_NUMBERS = 1 << 30
+"""Most numbers of a variable that is read into memory: 8 GB of pressure [1]."""
+
 
 def write_netcdf(recording: xr.Dataset, path: str | Path) -> Path:
     """Write a recording, an image, soundings or labels to a netCDF file.
@@ -56,9 +59,12 @@ def read_netcdf(path: str | Path) -> xr.Dataset:
         raise StoreError(f"{path}: there is no such file")
     try:
         with xr.open_dataset(path, engine=_engine(), decode_times=False) as file:
+            if (count := max((variable.size for variable in file.variables.values()), default=0)) > MOST_NUMBERS:
+                raise ValueError(f"it promises {count} numbers, and {MOST_NUMBERS} is the most")
             held = file.load()
-    except (OSError, TypeError, ValueError) as fault:
-        raise StoreError(f"{path} cannot be read as netCDF: {fault}") from None
+    except Exception as fault:  # a reader of foreign files may fail in any way
+        said = " ".join(str(fault).split())[:200] or type(fault).__name__
+        raise StoreError(f"{path} cannot be read as netCDF: {said}") from None
     for name in [str(name) for name in held.variables]:
         base, other = name.removesuffix(REAL), f"{name.removesuffix(REAL)}{IMAGINARY}"
         if name.endswith(REAL) and other in held.variables:
