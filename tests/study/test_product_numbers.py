@@ -257,3 +257,34 @@ def test_a_shadow_is_as_dark_as_its_power_says():
     assert values["shadow re the bed beside it, direct paths alone"] == pytest.approx(-20.0)
     assert values["shadow re the bed beside it, with multipath"] == pytest.approx(-10.0)
     assert all(number.holds for number in numbers)
+
+
+IMAGER = {
+    "sonar.pulse": {"kind": "lfm", "frequency": 900e3, "bandwidth": 30e3, "duration": 0.5e-3},
+    "sonar.transmit": {"kind": "planar", "width": 0.8e-3, "height": 5e-3},
+    "sonar.receive": {"kind": "planar", "width": 0.0533, "height": 5e-3, "columns": 64, "rows": 1, "element": "piston"},
+}
+
+
+def imager(**receive):
+    """The forward-looking demonstration with an array of 64 elements half a wavelength apart, at 900 kHz."""
+    scenario = demo("forward-looking")
+    given = {part.split(".")[1]: value for part, value in IMAGER.items()}
+    sonar = scenario.sonar.model_dump(exclude_unset=True) | given
+    sonar["receive"] = given["receive"] | receive
+    return Scenario(**(scenario.model_dump(exclude_unset=True) | {"sonar": sonar}))
+
+
+def test_a_forward_looking_sonar_is_drawn_over_all_of_its_field():
+    """Elements and transmitter of half a wavelength, 6 dB down at 65 deg: beams on all of it, four to a width."""
+    bearings = np.degrees(forward_looking.recorded_bearings(imager()))
+    assert bearings[0] == pytest.approx(-65, abs=1.5) and bearings[-1] == pytest.approx(65, abs=1.5)
+    step = np.degrees(forward_looking.beam_width(imager())) / 4
+    np.testing.assert_allclose(np.diff(bearings), step, rtol=1e-6)
+
+
+def test_beams_that_the_scenario_steers_are_those_drawn():
+    """256 angles over 130 deg in the receive array: these, in order, and no others."""
+    steer = np.radians(np.linspace(-65, 65, 256))
+    given = forward_looking.recorded_bearings(imager(steer=tuple(steer[::-1])))
+    np.testing.assert_allclose(given, steer)

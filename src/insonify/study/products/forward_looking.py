@@ -15,15 +15,18 @@ from insonify.processing.beamforming import beamform_delay_sum
 from insonify.scenario.scenario import Scenario
 from insonify.scene.target import PointTarget
 from insonify.sonar.aperture import pattern, shading_weight
-from insonify.sonar.hydrophones import element_layout
+from insonify.sonar.beam import beams
+from insonify.sonar.hydrophones import element_layout, one_element
 from insonify.study.paper.numbers import Number
 from insonify.study.products.peaks import summit, width
 from insonify.units import level_db
 
 Floats = NDArray[np.float64]
 
-SECTOR = np.radians(45)
-"""Half the sector that is drawn [rad]."""
+FIELD_DB = -6.0
+"""Two-way level of transmitter and elements, re their loudest, down to which bearings are drawn [dB]."""
+WIDEST = np.radians(80)
+"""Bearing from boresight up to which beams are made at most [rad]."""
 BEAMS_IN_A_WIDTH = 4
 """Beams made within the width of one."""
 SHADING = "hamming"
@@ -45,15 +48,14 @@ def made(recording: xr.Dataset, scenario: Scenario, ping: int | None) -> tuple[F
     """
     number = int(recording["ping"].values[0]) if ping is None else ping
     short = compressed(recording.sel(ping=[number]), scenario)
-    step = beam_width(scenario) / BEAMS_IN_A_WIDTH
-    bearings = np.asarray(step * np.arange(-int(SECTOR / step), int(SECTOR / step) + 1), float)
+    bearings = recorded_bearings(scenario)
     fan = beams_of(short, scenario, bearings)
     seen = in_view(scenario, number)
     told: list[Number] = []
     cuts: list[Cut] = []
     whole = (fan.time[-1] - scenario.sonar.pulse.duration) * fan.sound_speed / 2
     for target, place in zip(scenario.targets, seen, strict=True):
-        if abs(place.bearing) > SECTOR or place.slant + place.half_extent > whole:
+        if not bearings[0] <= place.bearing <= bearings[-1] or place.slant + place.half_extent > whole:
             continue
         if isinstance(target, PointTarget):
             cuts.append(cut_through(short, scenario, place))
@@ -64,6 +66,45 @@ def made(recording: xr.Dataset, scenario: Scenario, ping: int | None) -> tuple[F
     title = (f"{scenario.title}: {sonar.beam_count} elements, {sonar.pulse.frequency / 1e3:g} kHz, "
              f"{len(bearings)} beams {np.degrees(beam_width(scenario)):.1f}° wide")  # fmt: skip
     return sector_view(fewer(fan), seen, cuts[:1], title), told
+
+
+def recorded_bearings(scenario: Scenario) -> Floats:
+    """Bearings of the beams that are drawn: those that the scenario steers, or the whole field of its sonar.
+
+    Args:
+        scenario: What was simulated.
+
+    Returns:
+        To the right of boresight, growing [rad], shape (beams,).
+    """
+    steer = getattr(scenario.sonar.receive, "steer", None)
+    if steer is not None and len(steer) > 1:
+        return np.unique(np.asarray(steer, float))
+    step = beam_width(scenario) / BEAMS_IN_A_WIDTH
+    first, last = field_of_view(scenario)
+    return np.asarray(step * np.arange(np.ceil(first / step), np.floor(last / step) + 1), float)
+
+
+def field_of_view(scenario: Scenario) -> tuple[float, float]:
+    """Bearings between which transmitter and elements are no more than `FIELD_DB` below their loudest [rad].
+
+    Args:
+        scenario: What was simulated.
+    """
+    sonar, speed = scenario.sonar, scenario.water.sound_speed
+    bearing = np.linspace(-WIDEST, WIDEST, 1601)
+    sent = beams(sonar.steered_arrays[0], sonar.pulse.frequency, speed)
+    heard = beams(one_element(sonar.receive), sonar.pulse.frequency, speed)
+    facings = np.unique(element_layout(sonar.receive)[1])
+    gain = np.abs(sent.gain(_ahead(bearing))).max(axis=0)
+    gain *= np.max([np.abs(heard.gain(_ahead(bearing - angle))).max(axis=0) for angle in facings], axis=0)
+    loud = bearing[gain >= 10 ** (FIELD_DB / 20) * gain.max()]
+    return float(loud[0]), float(loud[-1])
+
+
+def _ahead(bearing: Floats) -> Floats:
+    """Directions in the plane of an array: boresight, right, down [1], shape (..., 3)."""
+    return np.stack([np.cos(bearing), np.sin(bearing), np.zeros_like(bearing)], axis=-1)
 
 
 def compressed(recording: xr.Dataset, scenario: Scenario) -> xr.Dataset:
@@ -92,7 +133,7 @@ def beams_of(recording: xr.Dataset, scenario: Scenario, bearings: Floats) -> Hea
     place = element_layout(sonar.receive)[0]
     formed = beamform_delay_sum(
         recording["pressure"].transpose("ping", "channel", "time").values, place, time,
-        np.stack([np.cos(bearings), np.sin(bearings), np.zeros(len(bearings))], axis=1),
+        _ahead(bearings),
         centre_frequency=sonar.pulse.frequency, sound_speed=scenario.water.sound_speed, shading=_weights(scenario),
     )  # fmt: skip
     level = recorded_level(recording.drop_vars("pressure").assign(pressure=(("ping", "beam", "time"), formed)))
