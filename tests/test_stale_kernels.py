@@ -189,3 +189,17 @@ def test_a_source_with_an_old_date_is_seen_to_change(package):
     os.utime(file, ns=(was.st_atime_ns, was.st_mtime_ns))
     assert file.stat().st_size == was.st_size
     assert sorted(forget_stale_kernels(package)) == ["parts/piece.py", "sum.py"]
+
+
+def test_a_constant_of_a_plain_file_belongs_to_the_code_that_holds_it(package):
+    """Machine code holds the constants of plain files as numbers: a change of one takes its kernels and their callers.
+
+    Imports in brackets over several lines count like others; what nobody draws on does not.
+    """
+    (package / "parts/size.py").write_text("SIZE = 3\n")
+    (package / "parts/piece.py").write_text("from numba import njit\nfrom insonify.parts import (\n    size,\n)\n")
+    forget_stale_kernels(package)
+    (package / "parts/size.py").write_text("SIZE = 4\n")
+    assert sorted(forget_stale_kernels(package)) == ["parts/piece.py", "sum.py"]
+    (package / "plain.py").write_text("x = 5\n")
+    assert forget_stale_kernels(package) == []

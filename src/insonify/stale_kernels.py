@@ -22,7 +22,7 @@ from typing import Any
 
 STAMPS = "kernels.json"
 _TOUCHED = "touched"
-_DRAWS_ON = re.compile(r"^\s*from (insonify[\w.]*) import \(?([^)#\n]*)", re.MULTILINE)
+_DRAWS_ON = re.compile(r"^\s*from (insonify[\w.]*) import (?:\(([^)]*)\)|([^(#\n]*))", re.MULTILINE)
 _COMPILED = re.compile(r"\bnumba\b")
 
 
@@ -136,19 +136,21 @@ def _touched(package: Path) -> str:
 
 
 def _stamps(package: Path) -> Iterator[tuple[str, str]]:
-    """Each file of kernels, with a digest of all the files of kernels that it draws on, itself included."""
-    text = {
-        path: source
-        for path in sorted(package.rglob("*.py"))
-        if _COMPILED.search(source := path.read_text(encoding="utf-8"))
-    }
+    """Each file of kernels, with a digest of all that its machine code holds.
+
+    That is every file of kernels that it draws on, itself included, and the plain files that these import from: machine
+    code holds their constants as numbers.
+    """
+    text = {path: path.read_text(encoding="utf-8") for path in sorted(package.rglob("*.py"))}
+    kernels = {path for path, source in text.items() if _COMPILED.search(source)}
 
     @cache
     def neighbours(path: Path) -> frozenset[Path]:
         named = (
             (package / Path(*module.split(".")[1:]) / part.strip().split(" ")[0]).with_suffix(".py")
-            for module, parts in _DRAWS_ON.findall(text[path])
-            for part in ["__module__", *parts.split(",")]
+            for module, *parts in _DRAWS_ON.findall(text[path])
+            for part in ["__module__", *",".join(parts).split(",")]
+            if part.strip()
         )
         return frozenset(
             found
@@ -157,12 +159,12 @@ def _stamps(package: Path) -> Iterator[tuple[str, str]]:
             if found in text and found != path
         )
 
-    for path in text:
+    for path in sorted(kernels):
         reached, frontier = {path}, {path}
         while frontier:
-            frontier = {other for near in frontier for other in neighbours(near)} - reached
+            frontier = {other for near in frontier for other in neighbours(near) & kernels} - reached
             reached |= frontier
         digest = hashlib.blake2b(digest_size=12)
-        for near in sorted(reached):
+        for near in sorted(reached.union(*(neighbours(near) for near in reached))):
             digest.update(text[near].encode())
         yield str(path.relative_to(package)), digest.hexdigest()
