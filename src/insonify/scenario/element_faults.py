@@ -28,6 +28,9 @@ LEAST_KEPT = 0.9
 """Share of the energy that the band keeps of a standing target's echo, which it must keep of a shifted one [1]."""
 _POINTS, _SEARCHED = 4096, 60
 
+MOST_POSES = 2000
+"""Pings looked at of those that bring an array within its own size of the surface or the bed [1]."""
+
 
 def element_faults(scenario: Scenario) -> Iterator[PydanticCustomError]:
     """Everything that keeps elements from being recorded, and a sonar from being heard under way.
@@ -57,13 +60,12 @@ def _out_of_the_water(scenario: Scenario) -> Iterator[PydanticCustomError]:
     bed = scenario.seabed.depth
     for side in sonar.one_sided:
         places = element_layout(side.receive)[0]
-        for ping, position in enumerate(track.position):
-            body = track.rotation(ping)
-            axes = receiver_rotation(side, body)
-            centre = float(position[2] + (body @ np.asarray(side.receive.offset))[2])
-            depth = centre + (places @ axes)[:, 2]
+        centres, reach = track.depths(side.receive.offset), float(np.linalg.norm(places, axis=1).max())
+        near = (centres > 0) & (centres < bed) & ((centres <= reach) | (centres >= bed - reach))
+        for ping in np.flatnonzero(near)[:MOST_POSES].tolist():
+            depth = centres[ping] + (places @ receiver_rotation(side, track.rotation(ping)))[:, 2]
             wrong = (depth <= 0) | (depth >= bed)
-            if wrong.any() and 0 < centre < bed:
+            if wrong.any():
                 row = int(np.argmax(wrong))
                 where = "at or above the sea surface" if depth[row] <= 0 else f"at or below the seabed ({bed:g} m)"
                 yield located("sonar.receive", None, f"puts element {row} {where} at ping {ping}, at {depth[row]:.4g} "

@@ -51,6 +51,10 @@ class Hydrophones:
         return len(self.place)
 
 
+WIDEST = 100.0
+"""Longest side of an aperture that has a pattern; elements farther apart count as one of that size [m]."""
+
+
 def hydrophones(array: AnyArray, errors: ElementErrors, seed: int, side: int = 0) -> Hydrophones:
     """The elements of an array, with their errors.
 
@@ -123,7 +127,7 @@ def whole_aperture(array: AnyArray) -> Steered:
     if isinstance(array, ElementArray | ArcArray):
         place, _ = element_layout(array)
         width, height = np.ptp(place[:, 1:], axis=0) + np.array(array.size)
-        return _piston(float(width), float(height), "omni")
+        return _piston(min(float(width), WIDEST), min(float(height), WIDEST), "omni")
     return array.unchecked_copy(steer=(0.0,)) if not isinstance(array, PointTransducer) else array
 
 
