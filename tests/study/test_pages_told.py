@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from insonify import simulate
 from insonify.scenario.write import to_yaml
+from insonify.simulation import record
 from insonify.study.cost import SHARE, Cost, cost, too_big
 from insonify.study.explain import TERMS, Behind, explain
 from insonify.study.paper.numbers import Number, write
@@ -29,7 +30,7 @@ def test_the_words_of_a_cost_are_its_numbers(pings, scatterers, seconds, memory,
     """Read back with their units, each is right to the digits that are told."""
     said = Cost(pings, scatterers, seconds, memory, disk).words()
     told = re.fullmatch(
-        r"(\d+) pings?, about ([\d.e+]+) ?([kMG]?) scatterers(?: each)?: about (\S+) (\w+) of one core, "
+        r"(\d+) pings?, about ([\d.e+]+) ?([kMG]?) scatterers(?: each)?: about (\S+) (\w+) of processor time, "
         r"(\S+) (\w+) of memory, (\S+) (\w+) on disk",
         said,
     )
@@ -60,22 +61,25 @@ def test_cost_does_not_care_where_and_whither():
 
 
 def test_cost_goes_with_what_is_asked():
-    """Nearly in proportion to the scatterers in a cell; more with a lower floor; none in a slice."""
+    """Nearly in proportion to the scatterers in a cell; more with a lower floor; few in a slice."""
 
     def asked(**paths):
         return cost(nominal(track={"window": (0.05, 0.08)}, field="incoherent", paths={**CHEAP, **paths}))
 
     few, many = (asked(scatterers_per_cell=number) for number in (30, 120))
     assert 3 < many.scatterers / few.scatterers < 4  # finer tiles fit the ground in reach more closely
-    assert asked(beam_floor_db=-70).scatterers > asked(beam_floor_db=-30).scatterers
+    assert asked(beam_floor_db=-70).memory > asked(beam_floor_db=-30).memory  # more tiles, hardly more points
     assert asked(reflections=2).seconds > asked().seconds
-    assert asked(geometry="slice").scatterers == 0
+    assert 0 < asked(geometry="slice").scatterers < few.scatterers / 10
 
 
-def test_disk_is_eight_bytes_for_each_sample():
-    """The pressure of a recording before compression: complex numbers of eight bytes, no more and no less."""
-    scenario = nominal(track={"window": (0.07, 0.09), "pings": 2}, targets=[ABEAM], paths={"causes": ["target"]})
-    assert cost(scenario).disk == simulate(scenario)["pressure"].astype(np.complex64).nbytes
+def test_disk_is_what_is_written(tmp_path):
+    """Sizes of all files of a run with labels and of one without, to a factor of two."""
+    scenario = nominal(track={"window": (0.05, 0.08), "pings": 3}, paths=CHEAP, water={"noise_level_db": 40})
+    for labels in (False, True):
+        folder = record(scenario, tmp_path / f"{labels}.zarr", with_labels=labels)
+        written = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
+        assert 0.5 < cost(scenario, labels=labels).disk / written < 2
 
 
 @pytest.fixture(scope="module")

@@ -48,7 +48,7 @@ def run(
     from insonify.study.cost import cost
     from insonify.study.refusals import refusal
 
-    if trouble := refusal(scenario, cost(scenario), labels=labels):
+    if trouble := refusal(scenario, cost(scenario, labels=labels, threads=threads), labels=labels):
         raise InputError(f"{file}: {trouble}")
     with progress(quiet) as on_ping:
         record(

@@ -8,9 +8,6 @@ import typer
 
 from insonify.cli.words import InputError
 
-WORTH_TELLING = 60.0
-"""A run that takes longer is worth a word beforehand [s of one core]."""
-
 
 def new(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the scenario; the file will be NAME.yaml.")],
@@ -63,13 +60,12 @@ def check(
     from insonify.study.cost import cost
     from insonify.study.refusals import refusal
 
-    whole = cost(scenario)
+    whole = cost(scenario, labels=labels)
     if trouble := refusal(scenario, whole, labels=labels):
         raise InputError(f"{file}: {trouble}")
     but = "" if not told else " but the warning above" if len(told) == 1 else f" but the {len(told)} warnings above"
     typer.echo(f"{file}: nothing wrong{but}")
-    if whole.seconds > WORTH_TELLING:
-        typer.echo(whole.words())
+    typer.echo(whole.words())
     if scenario.field == "coherent":
         from insonify.study.bands import band_error
 

@@ -20,6 +20,7 @@ from insonify.propagation.images import StraightRays
 from insonify.propagation.rays import Rays
 from insonify.propagation.rims import rims
 from insonify.scene.box import box_scatterers, box_section
+from insonify.scene.cells import LONGEST
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene, point_scatterer
 from insonify.scene.seabed import Seabed
@@ -132,6 +133,25 @@ def target_count(
         asked += float(points.sum())
         facing += float(points[np.sum((stance.transmit_place - middle) * surface.normal, axis=1) > 0].sum())
     return Count(asked, facing)
+
+
+def solid_pieces(scene: Scene, stance: Stance, resolution: Resolution) -> list[float]:
+    """Pieces that each solid of a scene is cut into before points are laid on it [1], about.
+
+    A sliver that is halved across its longest side leaves three of half its length, of its width or half of it.
+
+    Args:
+        scene: The scene.
+        stance: The sonar.
+        resolution: What it can tell apart.
+    """
+    found = []
+    for solid in scene.solids:
+        longest = LONGEST * _solid_pitch(scene, solid, stance, resolution.slant, resolution)
+        corners = body_triangles(solid).corners
+        sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max(axis=1)
+        found.append(float(np.sum(np.maximum(sides / longest, 1.0) ** np.log2(3.0))))
+    return found
 
 
 def _cells(scene: Scene, target: Solid, stance: Stance, slant: float, resolution: Resolution | None) -> Floats:

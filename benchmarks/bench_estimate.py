@@ -1,0 +1,84 @@
+"""The estimate of `insonify check` held against the run: processor time, memory and disk, scene by scene.
+
+Each scene is run by the command, in a process of its own, with warm kernels. The value is told over taken: 1 is right,
+and the goal is 0.5 to 2.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import warnings
+from pathlib import Path
+from typing import NamedTuple
+
+import yaml
+
+import measure
+from estimate_scenes import SCENES, described
+from insonify.scenario.load import load_scenario
+from insonify.study.cost import Cost, cost
+from measure import THREADS, Result
+
+SMALL = {"WANTED": ("calm sea",)}
+WANTED: tuple[str, ...] = tuple(SCENES)
+"""Scenes that are run."""
+
+
+class Taken(NamedTuple):
+    """What one run took."""
+
+    seconds: float
+    """Processor time, all threads [s]."""
+    memory: float
+    """Largest resident set [bytes]."""
+    disk: float
+    """Sizes of all files of the recording [bytes]."""
+
+
+def told(file: Path) -> Cost:
+    """The estimate of a scenario file."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return cost(load_scenario(file))
+
+
+def taken(file: Path, out: Path) -> Taken:
+    """Run a scenario file in a process of its own; twice where the first has to compile."""
+    while True:
+        words = [sys.executable, "-m", "insonify", "run", str(file), "-o", str(out), "--quiet", "--overwrite",
+                 "--threads", str(THREADS)]  # fmt: skip
+        child = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        assert child.stderr is not None
+        said = child.stderr.read()
+        _, status, used = os.wait4(child.pid, 0)
+        if status:
+            raise RuntimeError(f"{file} does not run: {said}")
+        if "compiling (once)" not in said or measure.SMOKE:
+            break
+    disk = sum(one.stat().st_size for one in out.rglob("*") if one.is_file())
+    return Taken(used.ru_utime + used.ru_stime, used.ru_maxrss * 1024.0, float(disk))
+
+
+def estimates() -> list[Result]:
+    """Told over taken, of all scenes."""
+    found = []
+    for name in WANTED:
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "scene.yaml"
+            file.write_text(yaml.safe_dump(described(name), sort_keys=False), encoding="utf-8")
+            guess, real = told(file), taken(file, Path(folder) / "scene.zarr")
+        for what, one, other, unit, size in (
+            ("time", guess.seconds, real.seconds, "s", 1.0),
+            ("memory", guess.memory, real.memory, "MB", 1e6),
+            ("disk", guess.disk, real.disk, "MB", 1e6),
+        ):
+            note = f"told {one / size:.3g} {unit}, taken {other / size:.3g} {unit}"
+            found.append(Result(f"estimate, {name}: {what}", one / other, "told / taken", note))
+        print(json.dumps({"scene": name, "told": [guess.seconds, guess.memory, guess.disk], "taken": real}),
+              file=sys.stderr, flush=True)  # fmt: skip
+    return found
+
+
+BENCHES = [estimates]

@@ -1,0 +1,319 @@
+"""Work of one ping: scatterers, legs, pairs and transforms, counted without drawing any, and priced.
+
+The ground in reach is walked in rings and sectors; where the beams hear anything, the density of scatterers that the
+sampling asks for is added up. Targets are counted by the area of their faces, at a few pings, where beams and window
+may hear them; faces that look away are reached but send nothing back.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines import rings
+from insonify.engines.glint_spread import glint_spread
+from insonify.engines.loudness import Loudness
+from insonify.engines.sampling import Resolution, beam_bound, reach, tiles_in_view, widest_way
+from insonify.engines.targets import solid_pieces, target_count
+from insonify.engines.view import view
+from insonify.engines.volume import Suspended
+from insonify.propagation.families import families_for
+from insonify.propagation.images import StraightRays
+from insonify.propagation.rays import Rays
+from insonify.scattering.lambert import Lambert
+from insonify.scenario.scenario import Scenario
+from insonify.scene.lattice import BASE_PITCH, FINEST_LEVEL, TILE
+from insonify.scene.scatterers import Boundary
+from insonify.simulation import Listening
+from insonify.sonar.stance import Stance
+from insonify.study import prices
+from insonify.synthesis.labels import POINTS
+from insonify.synthesis.shapes import shapes_of
+from insonify.units import amplitude_ratio
+
+Floats = NDArray[np.float64]
+
+RINGS, SECTORS = 48, 360
+"""How finely the ground is walked [1]."""
+TARGET_PINGS = 9
+"""Pings at which targets are looked at [1]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Work:
+    """Work of one ping, or of some part of it."""
+
+    points: float = 0.0
+    """Scatterers [1]."""
+    seconds: float = 0.0
+    """Processor time [s]."""
+    tiles: float = 0.0
+    """Tiles of the boundaries [1]."""
+    pieces: tuple[float, ...] = ()
+    """Pieces that each body is cut into, once for all pings [1]."""
+
+    def __add__(self, other: "Work") -> "Work":
+        """Both together."""
+        return Work(
+            self.points + other.points,
+            self.seconds + other.seconds,
+            self.tiles + other.tiles,
+            self.pieces + other.pieces,
+        )
+
+
+def ping_work(listening: Listening, *, labels: bool = False) -> Work:
+    """Work of the first ping of a run, all sides; that on targets is the mean of a few pings.
+
+    Args:
+        listening: A prepared scenario.
+        labels: Whether its samples are labelled too.
+    """
+    total = sum((_side_work(listening, side) for side in listening.stances(0)), Work())
+    total += _on_targets(listening)
+    if labels:
+        more = label_work(listening)
+        total = Work(total.points, total.seconds + more.seconds, max(total.tiles, more.tiles), total.pieces)
+    return total
+
+
+def label_work(listening: Listening) -> Work:
+    """Work of the labels of one ping: those of an expectation of its own, and a place for each pair."""
+    scenario = listening.scenario
+    fewer = min(scenario.paths.scatterers_per_cell, POINTS)
+    paths = scenario.paths.model_copy(update={"scatterers_per_cell": fewer, "engine": "paths"})
+    expected = replace(
+        listening, scenario=scenario.model_copy(update={"field": "incoherent", "paths": paths}), tracer=None
+    )
+    total = sum(
+        (_boundaries(expected, side, label=True) + _water(expected, side) for side in listening.stances(0)), Work()
+    )
+    total += _on_targets(expected)
+    names = listening.label_names
+    curves = (len(names.owners) + len(names.pairs)) * scenario.sonar.channel_count
+    return Work(total.points, total.seconds + curves * transform_seconds(listening, expected=True), total.tiles)
+
+
+def transform_seconds(listening: Listening, *, expected: bool, shapes: int = 1) -> float:
+    """Processor time from cells to a time series in one channel [s].
+
+    Args:
+        listening: A prepared scenario.
+        expected: Whether the series is an expected intensity.
+        shapes: Waveforms that it is a sum of.
+    """
+    cells = listening.grid.padded
+    return float(prices.SECONDS_PER_CELL[expected] * cells * np.log2(cells) * (1 + shapes) / 2)
+
+
+def _side_work(listening: Listening, stance: Stance) -> Work:
+    """Work of one side of the sonar at one ping, but for targets."""
+    scenario = listening.scenario
+    expected, shapes = scenario.field == "incoherent", shape_count(stance)
+    beams = scenario.sonar.beam_count
+    slow = expected and listening.tracer is None and _quick_steps(listening, stance) is None
+    start = prices.PING_SECONDS + prices.EXPECTED_SECONDS * slow
+    start += prices.ELEMENTS_SECONDS * (stance.elements is not None)
+    fixed = Work(seconds=start + beams * transform_seconds(listening, expected=expected, shapes=shapes))
+    if scenario.paths.geometry == "slice":
+        return fixed + _slice(listening, stance)
+    if listening.tracer is not None:
+        return fixed + Work(float(scenario.paths.rays), scenario.paths.rays * prices.SECONDS_PER_RAY)
+    return fixed + _boundaries(listening, stance) + _water(listening, stance)
+
+
+def _slice(listening: Listening, stance: Stance) -> Work:
+    """Points along the one line of each boundary, and their pairs."""
+    scenario = listening.scenario
+    seen = view(scenario.scene, scenario.paths, scenario.seed, stance, listening.engine.rays)
+    found: list[tuple[Boundary, float]] = [("seabed", scenario.seabed.depth), ("surface", 0.0)]
+    total = Work(seconds=prices.SECONDS_PER_SLICE)
+    for boundary, level in found:
+        kept = families_for(boundary, scenario.paths.followed)
+        if boundary not in scenario.paths.causes or _law(scenario, boundary) is None or not kept:
+            continue
+        heard = reach(stance, level, listening.engine.rays, kept, rise=seen.rise(boundary))
+        points = max(heard.farthest - heard.nearest, 0.0) / (seen.resolution.slant / seen.resolution.per_cell)
+        each = sum(_legs(listening, stance, name) for name in kept)
+        each += len(kept) ** 2 * _pair_seconds(listening, stance, _law(scenario, boundary))
+        total += Work(points, points * each)
+    return total
+
+
+def _boundaries(listening: Listening, stance: Stance, *, label: bool = False) -> Work:
+    """Scatterers of the seabed and the surface."""
+    scenario, total = listening.scenario, Work()
+    seen = view(scenario.scene, scenario.paths, scenario.seed, stance, listening.engine.rays)
+    found: list[tuple[Boundary, float]] = [("seabed", scenario.seabed.depth), ("surface", 0.0)]
+    for boundary, level in found:
+        kept, law = families_for(boundary, scenario.paths.followed), _law(scenario, boundary)
+        if boundary not in scenario.paths.causes or law is None or not kept:
+            continue
+        if boundary == "seabed" and not label and (steps := _quick_steps(listening, stance)) is not None:
+            price = prices.SECONDS_PER_STEP + len(kept) * prices.SECONDS_PER_STEP_LEG
+            total += Work(steps, prices.SECONDS_PER_SWATH + steps * price)
+            continue
+        points, place, tiles = _on_boundary(
+            stance, level, listening.engine.rays, kept, seen.resolution, scenario, seen.rise(boundary)
+        )
+        legs, pairs = _met(listening, stance, boundary, kept, points, place)
+        each = _pair_seconds(listening, stance, law)
+        each += prices.SECONDS_PER_LABEL * scenario.sonar.beam_count if label else 0.0
+        relief = len(scenario.seabed.relief) if boundary == "seabed" else 0
+        count = float(points.sum())
+        total += Work(count, legs + pairs * each + count * prices.SECONDS_PER_GROUND * relief, tiles)
+    return total
+
+
+def _law(scenario: Scenario, boundary: Boundary) -> object:
+    """Scattering law of a boundary; None where it does not scatter."""
+    return (scenario.seabed if boundary == "seabed" else scenario.surface).scattering
+
+
+def _water(listening: Listening, stance: Stance) -> Work:
+    """Points in the water."""
+    scenario = listening.scenario
+    if "water" not in scenario.paths.causes or not scenario.water.scatters:
+        return Work()
+    seen = view(scenario.scene, scenario.paths, scenario.seed, stance, listening.engine.rays)
+    suspended = Suspended(scenario.scene, scenario.paths, scenario.seed, stance, seen.resolution)
+    count, kept = suspended.count(even=scenario.field == "incoherent"), scenario.paths.followed
+    each = sum(_legs(listening, stance, name) for name in kept) + len(kept) ** 2 * _pair_seconds(listening, stance)
+    return Work(count, count * (each + prices.SECONDS_PER_GROUND * len(scenario.seabed.relief)))
+
+
+def _met(
+    listening: Listening, stance: Stance, boundary: Boundary, kept: tuple[str, ...], points: Floats, place: Floats
+) -> tuple[float, float]:
+    """A core's time for the legs to some scatterers at some distances [s], and the pairs that are met there."""
+    drawn = boundary == "seabed" and listening.scenario.field == "coherent"
+    known = listening.engine.met(stance, place) if drawn else None
+    if known is None:
+        count = float(points.sum())
+        return count * sum(_legs(listening, stance, name) for name in kept), count * len(kept) ** 2
+    families, share = known
+    followed, fitted = ((points * part).sum(axis=1) for part in ((share > 0).any(axis=1), share.max(axis=1)))
+    seconds = sum(
+        _legs(listening, stance, name, fitted=float(part)) * float(count)
+        for name, count, part in zip(families, followed, fitted / np.maximum(followed, 1e-300), strict=True)
+    )
+    return seconds, float((points * share).sum())
+
+
+def _legs(listening: Listening, stance: Stance, family: str, *, fitted: float = 1.0) -> float:
+    """A core's time for the legs of one family to a scatterer from all ends [s], a part of them off fitted planes."""
+    scenario = listening.scenario
+    each = prices.SECONDS_PER_LEG
+    if not isinstance(listening.engine.rays, StraightRays):
+        each += prices.SECONDS_PER_BEND
+    if scenario.seabed.relief and "B" in family:
+        each += prices.SECONDS_PER_FIT * fitted
+    if "S" in family and scenario.surface.bounce == "waves":
+        each += prices.SECONDS_PER_WAVE_LEG
+    elif "S" in family and scenario.field == "coherent" and scenario.surface.bounce != "mirror":
+        each += prices.SECONDS_PER_GLINT
+    return each * (1 if stance.together else 2)
+
+
+def _on_targets(listening: Listening) -> Work:
+    """Points on targets in one ping, all sides: means of a few pings."""
+    scenario = listening.scenario
+    if "target" not in scenario.paths.causes or not scenario.targets or scenario.paths.geometry == "slice":
+        return Work()
+    kept, scene, total, seconds = scenario.paths.followed, scenario.scene, 0.0, 0.0
+    pings = np.unique(np.linspace(0, scenario.track.ping_count - 1, TARGET_PINGS).round().astype(int)).tolist()
+    pieces: list[float] = []
+    for stance in (side for ping in pings for side in listening.stances(ping)):
+        seen = view(scene, scenario.paths, scenario.seed, stance, listening.engine.rays)
+        pieces = pieces or solid_pieces(scene, stance, seen.resolution)
+        drawn = seen.resolution if scenario.field == "coherent" else None
+        asked, facing = target_count(scene, scenario.paths, stance, seen.resolution.slant, listening.engine.rays, drawn)
+        total += asked
+        seconds += asked * sum(_legs(listening, stance, name) for name in kept)
+        seconds += facing * len(kept) ** 2 * _pair_seconds(listening, stance)
+    return Work(total / len(pings), seconds / len(pings), pieces=tuple(pieces))
+
+
+def _quick_steps(listening: Listening, stance: Stance) -> float | None:
+    """Steps along the lines of the ground by which one side is heard the quick way; None where it is not."""
+    if listening.scenario.field == "coherent" or not listening.incoherent(stance).brief:
+        return None
+    ground = listening.ground(stance)
+    return None if ground is None else float(ground.plan.steps)
+
+
+def shape_count(stance: Stance) -> int:
+    """Waveforms that each channel's sound is a sum of."""
+    made = shapes_of(stance)
+    return len(made.band) * len(made.doppler)
+
+
+def _pair_seconds(listening: Listening, stance: Stance, law: object = None) -> float:
+    """Processor time for one pair of legs in all channels of one side [s], by a law; None: one without angles."""
+    beams = listening.scenario.sonar.beam_count
+    section = 0.0 if law is None or isinstance(law, Lambert) else prices.SECONDS_PER_SECTION
+    if stance.still and stance.elements is None and not stance.bands:
+        return section + prices.SECONDS_PER_PAIR * beams
+    shapes = prices.SECONDS_PER_SHAPE * (shape_count(stance) - 1)
+    return section + prices.SECONDS_PER_PAIR + (prices.SECONDS_PER_ELEMENT + shapes) * beams
+
+
+def _on_boundary(
+    stance: Stance, level: float, rays: Rays, families: tuple[str, ...], resolution: Resolution,
+    scenario: Scenario, rise: float,
+) -> tuple[Floats, Floats, float]:  # fmt: skip
+    """Scatterers at some distances [m], and tiles, in reach of window and beams: of a boundary so far [m] off level."""
+    floor = float(amplitude_ratio(scenario.paths.beam_floor_db))
+    glints = glint_spread(scenario.scene, stance.frequency)
+    if stance.receive_survey is not None:  # no rings about two places: its tiles are counted
+        widest = widest_way(stance, scenario.water.fastest)
+        found, density = tiles_in_view(
+            stance,
+            scenario.seabed.lattice,
+            level,
+            rays,
+            families,
+            resolution,
+            floor,
+            rise=rise,
+            widest=widest,
+            glints=glints,
+        )
+        return density * TILE**2, np.zeros(len(density)), float(len(found.level))
+    heard = reach(stance, level, rays, families, rise=rise)
+    if heard.farthest <= heard.nearest:
+        return np.zeros(1), np.zeros(1), 0.0
+    far = np.array([heard.farthest])
+    margin = _tile(resolution, far, heard.height, scenario)[0] / 2  # ground comes in whole tiles
+    outer = heard.farthest + margin
+    edges = np.geomspace(max(heard.nearest - margin, outer * 1e-3), outer, RINGS + 1)
+    middle = np.sqrt(edges[:-1] * edges[1:])
+    tile = _tile(resolution, middle, heard.height, scenario)
+    azimuth = (np.arange(SECTORS) + 0.5) * 2 * np.pi / SECTORS
+    place = np.stack(np.broadcast_arrays(middle[:, None] * np.cos(azimuth), middle[:, None] * np.sin(azimuth)), -1)
+    half = np.hypot(np.diff(edges), middle * 2 * np.pi / SECTORS) / 2 + tile / 2
+    bound = beam_bound(
+        place.reshape(-1, 2) + stance.transmit_place[:2], np.repeat(half, SECTORS), stance, level, rays, families,
+        rise=rise, glints=glints,
+    )  # fmt: skip
+    loud = (bound >= floor).reshape(RINGS, SECTORS)
+    ground = np.pi * np.diff(edges**2)
+    tiles = ground * loud.mean(axis=1) / tile**2
+    loudness = Loudness(
+        stance, level, rays, families, scenario.seabed.lattice, outer, scenario.paths.thinning, glints
+    )  # fmt: skip
+    if scenario.field == "incoherent":
+        wide = min(resolution.width, rings.WIDEST_CELL) / np.sqrt(resolution.per_cell)
+        cell = resolution.slant / np.sqrt(resolution.per_cell) * np.hypot(middle, heard.height) * wide
+        tiles = ground * loud.mean(axis=1) / (cell * rings.TILE * rings.ACROSS)
+    else:
+        cell = resolution.cell_area(middle, heard.height)
+    return ground * np.minimum(loudness.mean_share(middle), loud.mean(axis=1)) / cell, middle, float(tiles.sum())
+
+
+def _tile(resolution: Resolution, distance: Floats, height: float, scenario: Scenario) -> Floats:
+    """Side of the tiles that the sampling wants at some distances [m], shape (n,)."""
+    pitch = np.sqrt(resolution.cell_area(distance, height))
+    if scenario.field == "coherent":  # the lattice's cells come in powers of two
+        pitch = BASE_PITCH * 2.0 ** np.maximum(np.floor(np.log2(pitch / BASE_PITCH)), FINEST_LEVEL)
+    return np.asarray(TILE * pitch)
