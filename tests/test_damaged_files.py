@@ -12,11 +12,13 @@ import numpy as np
 import pytest
 
 import insonify
+from insonify import data_file
 from insonify.cli.app import main
+from insonify.formats.netcdf_file import read_netcdf
+from insonify.formats.zarr_store import StoreError
 from insonify.ocean.profile_file import read_profile
 from insonify.scattering import UserTable
 from insonify.scene.mesh import MeshError, mesh_triangles
-from insonify.scene.terrain import grid_size
 from insonify.scene.terrain.grid_file import GridError, read_grid
 from insonify.simulation import record
 from insonify.sonar.navigation_file import read_navigation
@@ -160,10 +162,12 @@ def test_another_kind_of_raster_under_the_name_of_one_is_refused(tmp_path):
 def test_a_library_that_broods_or_crashes_is_given_up(tmp_path, monkeypatch, trial, said):
     """An HDF5 file over which the library hangs or dies is refused: the trial stands in for the library here."""
     damage.nc(tmp_path / "a.nc")
-    monkeypatch.setattr(grid_size, "_TRIAL", trial)
-    monkeypatch.setattr(grid_size, "_PATIENCE", 1.0)
+    monkeypatch.setattr(data_file, "_TRIAL", trial)
+    monkeypatch.setattr(data_file, "_PATIENCE", 1.0)
     with pytest.raises(GridError, match=rf"a\.nc: cannot be read: its library .*{said}"):
         read_grid(str(tmp_path / "a.nc"))
+    with pytest.raises(StoreError, match=rf"a\.nc cannot be read as netCDF.*{said}"):
+        read_netcdf(tmp_path / "a.nc")
 
 
 @pytest.mark.parametrize("read", [read_profile, read_navigation, UserTable.from_csv])

@@ -2,6 +2,8 @@
 
 import hashlib
 import stat
+import subprocess
+import sys
 from functools import lru_cache
 from pathlib import Path
 from typing import Annotated
@@ -32,6 +34,22 @@ Fingerprint = Annotated[str | None, AfterValidator(_filled_in), Field(validate_d
 """SHA-256 of the file that the field `file` above it names, filled in when it is read."""
 
 
+MOST_TRIED = 100_000_000
+"""Numbers of an array above which it is not read on trial."""
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+_PATIENCE = 20.0  # seconds, and one more for each megabyte: a thousand times what a whole file takes
+_TRIAL = f"""
+import sys
+if sys.argv[1].lower().endswith(".bag"):
+    import rasterio
+    with rasterio.open(sys.argv[1], driver="BAG") as file:
+        file.width * file.height > {MOST_TRIED} or file.read(1)
+else:
+    import math, netCDF4
+    with netCDF4.Dataset(sys.argv[1]) as file:
+        for found in file.variables.values():
+            math.prod(found.shape) > {MOST_TRIED} or found[...]
+"""
 LARGEST_TABLE = 256 << 20
 """Most bytes of a table in text: some millions of rows."""
 
@@ -139,3 +157,34 @@ def _changed(file: str, sha256: str | None) -> PydanticCustomError | None:
         return None
     return located("sha256", f"{str(sha256)[:12]}...", f"is not the fingerprint of {file}: the file has changed since. "
                    "Leave sha256 out to take the file as it is.")  # fmt: skip
+
+
+def insist_on_an_answer(path: str | Path) -> None:
+    """Refuse an HDF5 file (netCDF 4, BAG) over which its library would brood for ever, or end this process.
+
+    A damaged file can lead the library round in circles (one in two to five hundred did), from which nothing in the
+    same process can call it back. So such files are first read in a process of their own, for half a second.
+
+    Args:
+        path: The file; other kinds pass.
+
+    Raises:
+        ValueError: There was no answer in time, or the process crashed.
+    """
+    with Path(path).open("rb") as file:
+        is_hdf5 = file.read(len(_HDF5)) == _HDF5
+    if not is_hdf5 or not sys.executable:
+        return
+    patience = _PATIENCE + Path(path).stat().st_size / 1e6
+    try:
+        tried = subprocess.run(
+            [sys.executable, "-c", _TRIAL, str(path)], timeout=patience, check=False,
+            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        )  # fmt: skip
+    except subprocess.TimeoutExpired:
+        why = f"its library gave no answer in {patience:.0f} s"
+    else:
+        if tried.returncode >= 0:  # what failed there fails here as well, and is said here
+            return
+        why = "its library crashed"
+    raise ValueError(f"{path}: cannot be read: {why}. It is damaged: copy or export it again.")

@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 import xarray as xr
 
+from insonify.data_file import insist_on_an_answer
 from insonify.formats.zarr_store import StoreError
 
 REAL, IMAGINARY = "_real", "_imag"
@@ -58,6 +59,7 @@ def read_netcdf(path: str | Path) -> xr.Dataset:
     if not Path(path).is_file():
         raise StoreError(f"{path}: there is no such file")
     try:
+        insist_on_an_answer(path)
         with xr.open_dataset(path, engine=_engine(), decode_times=False) as file:
             if (count := max((variable.size for variable in file.variables.values()), default=0)) > MOST_NUMBERS:
                 raise ValueError(f"it promises {count} numbers, and {MOST_NUMBERS} is the most")

@@ -15,9 +15,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.data_file import install_advice
+from insonify.data_file import insist_on_an_answer, install_advice
 from insonify.scene.terrain.grid_size import GridError as GridError
-from insonify.scene.terrain.grid_size import array_shape, foreign, insist_on_an_answer, insist_on_size
+from insonify.scene.terrain.grid_size import array_shape, foreign, insist_on_size
 
 Singles = NDArray[np.float32]
 Floats = NDArray[np.float64]
@@ -80,7 +80,10 @@ def read_grid(path: str, *, variable: str | None = None, positive: Positive | No
 def _read(path: str, stamp: int, variable: str | None, positive: Positive | None) -> Soundings:
     suffix = Path(path).suffix.lower()
     if suffix in (".bag", *NETCDF):
-        insist_on_an_answer(path)
+        try:
+            insist_on_an_answer(path)
+        except ValueError as fault:
+            raise GridError(str(fault)) from None
     kinds = {**dict.fromkeys(RASTERS, _raster), **dict.fromkeys(NETCDF, _netcdf), ".npz": _numpy}
     if suffix not in kinds:
         raise GridError(f"{path}: {suffix or 'a file without a suffix'} is no grid that is read here. "

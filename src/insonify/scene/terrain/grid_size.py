@@ -1,33 +1,14 @@
 """Files of bathymetry that are damaged or lie about their size: refused by name, before memory is asked for."""
 
-import subprocess
-import sys
 import zipfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import DTypeLike
 
 MOST_CELLS = 100_000_000
 """Most cells of a grid, or of one of its compressed pieces: ten thousand a side, a gigabyte while it is read [1]."""
-
-
-_HDF5 = b"\x89HDF\r\n\x1a\n"
-_PATIENCE = 20.0  # seconds, and one more for each megabyte: a thousand times what a whole file takes
-_TRIAL = f"""
-import sys
-if sys.argv[1].lower().endswith(".bag"):
-    import rasterio
-    with rasterio.open(sys.argv[1], driver="BAG") as file:
-        file.width * file.height > {MOST_CELLS} or file.read(1)
-else:
-    import math, netCDF4
-    with netCDF4.Dataset(sys.argv[1]) as file:
-        for found in file.variables.values():
-            found.ndim > 2 or math.prod(found.shape) > {MOST_CELLS} or found[:]
-"""
 
 
 class GridError(ValueError):
@@ -109,34 +90,3 @@ def array_shape(archive: zipfile.ZipFile, name: str, path: str) -> tuple[int, ..
             f"{path}: {name} promises {promised} bytes and has {about.file_size - start}. It is damaged: save it again."
         )
     return shape
-
-
-def insist_on_an_answer(path: str) -> None:
-    """Refuse an HDF5 file over which its library would brood for ever, or end this process.
-
-    A damaged file can lead the library round in circles (one in five hundred did), from which nothing in the same
-    process can call it back. So such files are first read in a process of their own, for half a second.
-
-    Args:
-        path: The file; other kinds pass.
-
-    Raises:
-        GridError: There was no answer in time, or the process crashed.
-    """
-    with Path(path).open("rb") as file:
-        is_hdf5 = file.read(len(_HDF5)) == _HDF5
-    if not is_hdf5 or not sys.executable:
-        return
-    patience = _PATIENCE + Path(path).stat().st_size / 1e6
-    try:
-        tried = subprocess.run(
-            [sys.executable, "-c", _TRIAL, path], timeout=patience, check=False,
-            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-        )  # fmt: skip
-    except subprocess.TimeoutExpired:
-        why = f"its library gave no answer in {patience:.0f} s"
-    else:
-        if tried.returncode >= 0:  # what failed there fails here as well, and is said here
-            return
-        why = "its library crashed"
-    raise GridError(f"{path}: cannot be read: {why}. It is damaged: copy or export it again.")
