@@ -160,7 +160,7 @@ def _turned(turn: Floats, length: float, chance: float) -> float:
 def glint_row(
     keys: NDArray[np.uint64], points: Floats, normal: Floats, code: int, k0: int, k1: int, phase: Floats,
     wavenumber: Floats, variance: Floats, frequency: Floats, turn: Floats, moment: Floats, guide: NDArray[np.int32],
-    axes: Floats, origin: Floats, place: Floats, caller: Floats, start: float, life: float, image: float, upward: bool,
+    axes: Floats, place: Floats, caller: Floats, start: float, life: float, image: float, upward: bool,
     odd: bool, heights: Floats, sound: float, speed: float, loss: float, delay: Floats, length: Floats,
     absorption: Floats, departure: Floats, arrival: Floats, grazing: Floats, status: NDArray[np.uint8],
     facing_away: int, visibility: Any, out: NDArray[np.complex128], back: NDArray[np.complex128],
@@ -182,7 +182,6 @@ def glint_row(
         moment: Likewise.
         guide: Likewise.
         axes: North and east of the waves' direction, and of that to the right of it, (2, 2).
-        origin: Of the waves' phases, north and east [m], (2,).
         place: North, east, depth of this end of the sonar [m], (3,).
         caller: The same of the end that sends, (3,).
         start: Of the ping [s].
@@ -225,8 +224,9 @@ def glint_row(
             k_north, k_east = along * axes[0, 0] + across * axes[1, 0], along * axes[0, 1] + across * axes[1, 1]
             part = min(heights[b] / climb, 1.0)
             reach = part * far
-            turned += k_north * (place[0] + reach * north - origin[0])
-            turned += k_east * (place[1] + reach * east - origin[1]) + first
+            # from the point itself: from far away a wavenumber that follows a moving sonar would turn the phase
+            turned += k_north * (place[0] + reach * north - points[n, 0])
+            turned += k_east * (place[1] + reach * east - points[n, 1]) + first
             slopes[b, 0] = -(k_north * north + k_east * east) / phase[n]
             slopes[b, 1] = -(k_east * north - k_north * east) / phase[n]
             before = part * delay[n]

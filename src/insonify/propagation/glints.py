@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify import streams
-from insonify.propagation._glint_kernel import glint_row
+from insonify.propagation._glint_kernel import STAGGER, glint_row
 from insonify.propagation.bent import Unfolded, surface_climbs
 from insonify.propagation.families import bounces, image_depth
 from insonify.propagation.waves import Waves, shortest_wave, waves_under
@@ -42,6 +42,8 @@ LASTING, SLANT = 32.0, 0.2
 """Life of a glint, in times in which the sea turns its phase by 1 rad at a bounce with that sine of grazing [1]."""
 FAINT = 1e-3
 """Coherent part of a leg below which it is left out [1]."""
+RAMP = STAGGER + 1
+"""Fourth counter of the draw of how a glint's phase changes over the surface."""
 _ROWS = (
     "delay", "length", "spreading", "absorption", "boundary", "caustics", "visibility", "departure", "arrival",
     "grazing", "status", "occluder",
@@ -80,6 +82,15 @@ class Quiet(NamedTuple):
         return np.asarray(np.exp(-self.mean / 2))
 
 
+class Bounces(NamedTuple):
+    """Bounce points of legs off long waves, of which those of one family to one place share their glints."""
+
+    place: Floats
+    """North and east from the waves' origin [m], shape (f, n, 2); read where a leg is there."""
+    apart: float
+    """Distance at which two bounce points meet unlike short waves [m]."""
+
+
 @dataclass(frozen=True, slots=True)
 class Sea:
     """The moving surface of one scene, for sound of one frequency."""
@@ -93,6 +104,8 @@ class Sea:
     waves: Waves
     sines: Floats | None = None
     """Sine of the grazing angle at the surface of every leg [1], (f, n); None: as of a level one, by how it departs."""
+    bounces: Bounces | None = None
+    """Where every leg meets long waves; None: where it meets a calm surface, each ray with its own glints."""
 
     @property
     def axes(self) -> Floats:
@@ -135,8 +148,10 @@ class Sea:
         for to, (row, number) in enumerate(glints, len(kept)):
             share = -np.expm1(-quiet[row].mean) / many
             whole.boundary[to] *= np.sqrt(share) * quiet[row].bubbles
-            self._glint(whole, to, number, quiet[row], scatterers, end, phasor)
-        label = (*(-1,) * len(kept), *(_code(legs.families[row], legs.branch[row], m) for row, m in glints))
+            self._glint(whole, to, self._code(legs, row, number), quiet[row], scatterers, end, phasor)
+            if self.bounces is not None:
+                phasor[:, to] *= self._ramp(self.bounces, row, scatterers.place, self._code(legs, row, number))
+        label = (*(-1,) * len(kept), *(self._code(legs, row, m) for row, m in glints))
         whole = replace(whole, branch=_numbered(legs, kept, glints))
         out, back = (replace(whole, glints=Glints(label, way)) for way in phasor)
         return out, back
@@ -160,21 +175,45 @@ class Sea:
         loss = bubble_loss_db(self.wind_speed, self.frequency, np.arcsin(np.minimum(sine, 1.0)))
         return Quiet(phase, count * phase**2 * self.waves.variance[-1], 10 ** (-count * loss / 20))
 
+    def _code(self, legs: Legs, row: int, number: int) -> int:
+        """A number for each glint of each ray of each family: the same out and back.
+
+        Bounce points of one family on long waves are no rays of their own: they come and go in pairs, and their order
+        with them.
+        """
+        string, branch = bounces(legs.families[row]), 0 if self.bounces is not None else legs.branch[row]
+        return ((2 * len(string) + string.startswith("B")) << 8 | branch << GLINT_BITS) | number
+
+    def _ramp(self, bounced: Bounces, row: int, place: NDArray[np.uint64], code: int) -> NDArray[np.complex128]:
+        """Phasor of one glint over the surface [1], shape (n,): bounce points that merge have one, distant ones differ.
+
+        A wavenumber of its own for each place and glint, small enough that a bounce that wanders keeps its phase.
+        """
+        low, high = (place & np.uint64(0xFFFFFFFF)).astype(np.int64), (place >> np.uint64(32)).astype(np.int64)
+        drawn = streams.uniforms(self.seed, streams.GLINT, low, high, code, RAMP)[:, :2]
+        wavenumber = math.pi / bounced.apart * math.sqrt(3) * (2 * drawn - 1) @ self.axes
+        return np.asarray(np.exp(1j * np.sum(wavenumber * bounced.place[row], axis=1)))
+
     def _glint(
-        self, legs: Legs, row: int, number: int, quiet: Quiet, scatterers: Scatterers, end: End,
+        self, legs: Legs, row: int, code: int, quiet: Quiet, scatterers: Scatterers, end: End,
         phasor: NDArray[np.complex128],
     ) -> None:  # fmt: skip
         """Turn one row of mirrored legs into glints, in place."""
         family, bed, waves = legs.families[row], self.scene.seabed.depth, self.waves
         string, depth = bounces(family), float(end.place[2])
+        phase, image = quiet.phase, image_depth(family, depth, bed)
+        if self.bounces is not None:
+            # as off a calm surface: waves drawn for a bounce that wanders would change with its angle
+            climb = np.maximum(np.abs(scatterers.position[:, 2] - image), 1e-6)
+            far = np.linalg.norm(scatterers.position[:, :2] - end.place[:2], axis=1)
+            phase = 4 * math.pi * self.frequency / float(self.scene.water.speed_at(0.0)) * climb / np.hypot(climb, far)
         # facets of one target meet the same waves, or they would part with time
-        phase = quiet.phase if scatterers.drawn else np.full_like(quiet.phase, quiet.phase.mean())
+        phase = phase if scatterers.drawn else np.full_like(phase, phase.mean())
         glint_row(
-            scatterers.place, scatterers.position, scatterers.normal, _code(family, legs.branch[row], number),
+            scatterers.place, scatterers.position, scatterers.normal, code,
             *streams.key(self.seed, streams.GLINT), phase, *waves, self.axes,
-            np.array(self.scene.seabed.lattice.origin), end.place, end.caller, end.time, self.life,
-            image_depth(family, depth, bed),
-            string[0] == "S", len(string) % 2 == 1, np.array(surface_climbs(family, depth, bed)), self.frequency,
+            end.place, end.caller, end.time, self.life,
+            image, string[0] == "S", len(string) % 2 == 1, np.array(surface_climbs(family, depth, bed)), self.frequency,
             float(self.scene.water.speed_at(depth)), float(self.scene.water.absorption(self.frequency)),
             legs.delay[row], legs.length[row], legs.absorption[row], legs.departure[row], legs.arrival[row],
             legs.grazing[row], legs.status[row], int(Status.FACING_AWAY), legs.visibility[row], phasor[0, row],
@@ -233,12 +272,6 @@ def _numbered(legs: Legs, kept: list[int], glints: list[tuple[int, int]]) -> tup
         numbers.append(following[legs.families[row]])
         following[legs.families[row]] += 1
     return tuple(numbers)
-
-
-def _code(family: str, branch: int, number: int) -> int:
-    """A number for each glint of each ray of each family: the same out and back."""
-    string = bounces(family)
-    return ((2 * len(string) + string.startswith("B")) << 8 | branch << GLINT_BITS) | number
 
 
 def face(legs: Legs, row: int, normal: Floats) -> None:

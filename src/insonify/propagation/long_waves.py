@@ -24,7 +24,7 @@ from insonify.ocean.wave_spectrum import angular_frequency
 from insonify.propagation._stationary_kernel import COLUMNS, bounce_points
 from insonify.propagation.caustic import merging_factor
 from insonify.propagation.families import bounces
-from insonify.propagation.glints import End, Sea, face, rows_of
+from insonify.propagation.glints import Bounces, End, Sea, face, rows_of
 from insonify.propagation.waves import shortest_wave, waves_under
 from insonify.records.legs import Legs, Status
 from insonify.scene.lattice import Lattice
@@ -172,15 +172,16 @@ def wavy_legs(
     ways = []
     for out in (True, False):
         found = {row: find(sea, legs.families[row], scatterers, end, scene, frequency, out=out) for row in touched}
-        moved, sines = _moved(legs, found, scene, scatterers, frequency)
-        ways.append(_roughened(moved, sines, scene, seed, scatterers, frequency, end)[not out])
+        moved, sines, place = _moved(legs, found, scene, scatterers, frequency)
+        rough = _roughened(moved, sines, Bounces(place, sea.shortest), scene, seed, scatterers, frequency, end)
+        ways.append(rough[not out])
     return ways[0], ways[1]
 
 
 def _moved(
     legs: Legs, found: dict[int, Found], scene: Scene, scatterers: Scatterers, frequency: float
-) -> tuple[Legs, Floats]:
-    """The legs, those off the surface once for each bounce point, and the sine of the grazing angle there."""
+) -> tuple[Legs, Floats, Floats]:
+    """The legs, those off the surface once for each bounce point, the sine of the grazing angle there, its place."""
     rows: list[int] = []
     number: list[int] = []
     for row in range(len(legs.families)):
@@ -190,13 +191,14 @@ def _moved(
     moved = replace(rows_of(legs, rows), branch=tuple(number))
     caustic = np.ones(moved.delay.shape, complex)
     moved = replace(moved, caustic=caustic)
-    sines = np.full(moved.delay.shape, 1e-6)
+    sines, place = np.full(moved.delay.shape, 1e-6), np.zeros((*moved.delay.shape, 2))
     wavenumber = 2 * math.pi * frequency / float(scene.water.speed_at(0.0))
     spread = {row: spreading(one, wavenumber) for row, one in found.items()}
     for to, (row, branch) in enumerate(zip(rows, number, strict=True)):
         if row in found:
             there = found[row].many > branch
             sines[to] = np.where(there, found[row].at[:, branch, _SINE], sines[to])
+            place[to] = found[row].at[:, branch, _NORTH : _EAST + 1]
             loud = spread[row][there, branch]
             moved.spreading[to, there] *= np.abs(loud) * np.linalg.norm(_level(found[row], there), axis=1)
             caustic[to, there] = loud / np.abs(loud)
@@ -204,7 +206,7 @@ def _moved(
             face(moved, to, scatterers.normal)
             moved.status[to][~there] = Status.SHADOW
             moved.visibility[to][~there] = 0.0
-    return moved, sines
+    return moved, sines, place
 
 
 def _bounce(
@@ -340,15 +342,16 @@ def _beyond(gradient: Floats, third: Floats, k: float) -> NDArray[np.complex128]
 
 
 def _roughened(
-    legs: Legs, sines: Floats, scene: Scene, seed: int, scatterers: Scatterers, frequency: float, end: End
-) -> tuple[Legs, Legs]:
+    legs: Legs, sines: Floats, bounced: Bounces, scene: Scene, seed: int, scatterers: Scatterers, frequency: float,
+    end: End,
+) -> tuple[Legs, Legs]:  # fmt: skip
     """The legs as waves too short to be drawn leave them; of a swell alone, as they are."""
     wind = scene.surface.wind_speed
     if wind is None:
         return legs, legs
     finest = shortest_wave(frequency, float(scene.water.speed_at(0.0)))
     drawn = 2 * math.pi / scene.surface.shortest_drawn
-    sea = Sea(scene, seed, frequency, wind, waves_under(wind, finest, drawn), sines)
+    sea = Sea(scene, seed, frequency, wind, waves_under(wind, finest, drawn), sines, bounced)
     return sea.legs(legs, scatterers, end)
 
 

@@ -52,10 +52,9 @@ def met_twice(out: Legs, back: Legs, pair: NDArray[np.int64]) -> NDArray[np.floa
     weight = np.ones(len(pair))
     if out.glints is None or back.glints is None:
         return weight
-    rays = [label >> GLINT_BITS for label in out.glints.label]
     for row, (i, j) in enumerate(pair):
         one, other = out.glints.label[i], back.glints.label[j]
         if one >= 0 and one >> GLINT_BITS == other >> GLINT_BITS:
-            many = rays.count(one >> GLINT_BITS)
+            many = len({label for label in out.glints.label if label >> GLINT_BITS == one >> GLINT_BITS})
             weight[row] = 0.0 if one == other else np.sqrt(many / (many - 1))
     return weight
