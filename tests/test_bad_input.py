@@ -61,7 +61,7 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, float]]] = {
     "volume": (ocean.sv, {"density": 1.0, "mean_backscatter": 1e-5}),
     "bubble": (ocean.bubble_resonance_frequency, {"radius": 1e-4, "depth": 1.0, "density": 1025.0}),
     "reflection": (lambda **k: scattering.reflection_coefficient(SAND, **k), {"grazing": 0.3}),
-    "coherent loss": (scattering.coherent_loss, {"frequency": 1e5, "rms_height": 1e-3, "grazing": 0.3}),
+    "coherent loss": (scattering.coherent_reflection_factor, {"frequency": 1e5, "rms_height": 1e-3, "grazing": 0.3}),
     "apl bottom": (
         lambda **k: scattering.apl_bottom_strength_db(SAND, **k),
         {"frequency": 3e4, "grazing": 0.3, "sound_speed": 1500.0},

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from insonify.scattering import (
     ElasticSolid,
     Sediment,
-    coherent_loss,
+    coherent_reflection_factor,
     elastic_reflection_coefficient,
     reflection_coefficient,
 )
@@ -158,5 +158,5 @@ def test_roughness_takes_what_gaussian_heights_take():
     nodes, weights = np.polynomial.hermite_e.hermegauss(40)
     rms, grazing, k = 0.004, 0.6, 2 * np.pi * 100e3 / 1480
     mean = np.sum(weights * np.exp(2j * k * rms * nodes * np.sin(grazing))) / np.sqrt(2 * np.pi)
-    assert coherent_loss(100e3, rms, grazing, sound_speed=1480) == pytest.approx(mean.real, rel=1e-9)
-    assert coherent_loss(100e3, 0.0, grazing) == 1
+    assert coherent_reflection_factor(100e3, rms, grazing, sound_speed=1480) == pytest.approx(mean.real, rel=1e-9)
+    assert coherent_reflection_factor(100e3, 0.0, grazing) == 1

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from insonify.scattering import (
     ElasticSolid,
     Sediment,
-    coherent_loss,
+    coherent_reflection_factor,
     elastic_reflection_coefficient,
     reflection_coefficient,
 )
@@ -150,20 +150,20 @@ def test_sound_enters_sand_above_its_critical_angle_only():
 @given(st.floats(1e3, 1e6), st.floats(0, 0.05), st.floats(0, 0.05), steep)
 def test_two_roughnesses_take_one_after_the_other(frequency, one, other, grazing):
     """Independent heights add as squares, so their losses multiply."""
-    both = coherent_loss(frequency, np.hypot(one, other), grazing)
-    parts = coherent_loss(frequency, one, grazing) * coherent_loss(frequency, other, grazing)
+    both = coherent_reflection_factor(frequency, np.hypot(one, other), grazing)
+    parts = coherent_reflection_factor(frequency, one, grazing) * coherent_reflection_factor(frequency, other, grazing)
     assert both == pytest.approx(parts, rel=1e-9, abs=1e-300)
 
 
 @given(st.floats(1e3, 1e6), st.floats(0, 0.02), steep)
 def test_sea_and_seabed_lose_alike(frequency, rms, grazing):
     """The loss of a rough bed is the mean mirror of a rough sea, turned over; only f h sin(grazing) / c counts."""
-    loss = coherent_loss(frequency, rms, grazing)
+    loss = coherent_reflection_factor(frequency, rms, grazing)
     sea = coherent_reflection(frequency, rms, grazing)
     assert loss == pytest.approx(-sea, rel=1e-9, abs=1e-300)
-    assert coherent_loss(2 * frequency, rms / 2, grazing) == pytest.approx(loss, rel=1e-9)
-    assert coherent_loss(2 * frequency, rms, grazing, sound_speed=3000.0) == pytest.approx(loss, rel=1e-9)
-    assert coherent_loss(frequency, rms, grazing, sound_speed=1500.0) == loss
+    assert coherent_reflection_factor(2 * frequency, rms / 2, grazing) == pytest.approx(loss, rel=1e-9)
+    assert coherent_reflection_factor(2 * frequency, rms, grazing, sound_speed=3000.0) == pytest.approx(loss, rel=1e-9)
+    assert coherent_reflection_factor(frequency, rms, grazing, sound_speed=1500.0) == loss
 
 
 def test_rayleighs_criterion():
@@ -171,5 +171,5 @@ def test_rayleighs_criterion():
     wavelength = 1500.0 / 100e3
     parameter = rayleigh_parameter(100e3, wavelength / 8, np.pi / 2)
     assert parameter == pytest.approx(np.pi / 2)
-    assert coherent_loss(100e3, wavelength / 8, np.pi / 2) == pytest.approx(np.exp(-(np.pi**2) / 8))
-    assert coherent_loss(100e3, 0.0, 0.5) == 1
+    assert coherent_reflection_factor(100e3, wavelength / 8, np.pi / 2) == pytest.approx(np.exp(-(np.pi**2) / 8))
+    assert coherent_reflection_factor(100e3, 0.0, 0.5) == 1

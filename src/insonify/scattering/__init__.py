@@ -19,7 +19,7 @@ from insonify.scattering.law import ScatteringLaw
 from insonify.scattering.perturbation import Perturbation
 from insonify.scattering.reflection import (
     ElasticSolid,
-    coherent_loss,
+    coherent_reflection_factor,
     elastic_reflection_coefficient,
     reflection_coefficient,
 )
@@ -59,7 +59,7 @@ __all__ = [
     "apl_bottom_strength_db",
     "apl_surface_strength_db",
     "bubble_loss_db",
-    "coherent_loss",
+    "coherent_reflection_factor",
     "compiled",
     "curved_strength_db",
     "cylinder_strength_db",

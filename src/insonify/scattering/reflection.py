@@ -133,7 +133,7 @@ def elastic_reflection_coefficient(solid: ElasticSolid, grazing: ArrayLike) -> C
         return np.asarray(np.conj((impedance - downwards) / (impedance + downwards)))
 
 
-def coherent_loss(
+def coherent_reflection_factor(
     frequency: ArrayLike, rms_height: ArrayLike, grazing: ArrayLike, *, sound_speed: ArrayLike = 1500.0
 ) -> NDArray[np.float64]:
     """Share of the mirrored pressure that roughness leaves in step.
