@@ -11,7 +11,7 @@ from insonify.propagation.images import image_legs
 from insonify.propagation.moving import moving_legs
 from insonify.propagation.tilted import planes, tilted_legs
 from insonify.scene.scene import Scene, point_scatterer
-from insonify.scene.surface import Surface, Swell
+from insonify.scene.surface import Surface
 from insonify.scene.target import PointTarget
 
 PLACE, TARGET = np.array([0.0, 0.0, 11.0]), (20.0, 60.0, 19.5)
@@ -108,18 +108,6 @@ def test_out_and_back_stand_at_their_own_times():
     _, then, _ = legs(where, time=later)
     assert abs(back.delay[0, 0] - out.delay[0, 0]) > 1e-9
     assert back.delay[0, 0] == pytest.approx(then.delay[0, 0], abs=1e-14)
-
-
-def test_a_swell_that_focuses_is_refused():
-    """Where 2 eta'' r1 r2 / ((r1 + r2) sin g) exceeds 1 no one plane will do: 2.9 cm amplitude, 20 m long, at 150 m."""
-    far = (0.0, 150.0, 19.5)
-    swell = Swell(height=0.058, length=20.0)
-    sine = 30.5 / np.hypot(30.5, 150)
-    factor = 2 * swell.curvature * (11 / sine) * (19.5 / sine) / (30.5 / sine) / sine
-    assert factor == pytest.approx(1.0, rel=0.05)
-    legs(scene(height=0.97 * 0.058 / factor, length=20.0), target=far)
-    with pytest.raises(ValueError, match=r"one tilted plane cannot stand for it.*bounce: statistical"):
-        legs(scene(height=1.03 * 0.058 / factor, length=20.0), target=far)
 
 
 @pytest.mark.parametrize(

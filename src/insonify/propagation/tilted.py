@@ -1,6 +1,7 @@
 """Legs off one plane for each bounce, tilted and raised as a swell is where the mirror's bounce point lies.
 
 The paper's moving surface: its plane mirror follows the wave at the point where a ray meets it, at that time.
+A swell so curved that a path has several bounce points is refused with the scenario, see `scenario.swell_faults`.
 """
 
 import math
@@ -15,7 +16,6 @@ from insonify.propagation.glints import End, bounce_times, face, rows_of
 from insonify.records.legs import Legs
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
-from insonify.scene.surface import Surface
 
 Floats = NDArray[np.float64]
 
@@ -31,9 +31,6 @@ def tilted_legs(legs: Legs, scene: Scene, scatterers: Scatterers, end: End) -> t
 
     Returns:
         The legs as they are on the way out, and as they are on the way back.
-
-    Raises:
-        ValueError: The swell is so curved that no one plane can stand for it.
     """
     touched = [row for row, family in enumerate(legs.families) if "S" in bounces(family)]
     if not touched:
@@ -41,7 +38,6 @@ def tilted_legs(legs: Legs, scene: Scene, scatterers: Scatterers, end: End) -> t
     out, back = (rows_of(legs, list(range(len(legs.families)))) for _ in range(2))
     for row in touched:
         lines = unfolded(legs.families[row], end.place, scatterers.position, scene.seabed.depth)
-        insist_on_one_glint(scene.surface, lines, np.asarray(legs.visibility[row] != 0))
         times = bounce_times(lines, legs.delay[row], scene, scatterers, end)
         for way, time in zip((out, back), times, strict=True):
             _tilt(way, row, lines, scene, scatterers, end, time)
@@ -104,28 +100,3 @@ def planes(scene: Scene, points: Floats, time: Floats) -> tuple[Floats, Floats]:
     # Depth + elevation is constant on the surface: its gradient is the normal.
     normal = np.concatenate([steep[..., None] * ahead, np.ones((*steep.shape, 1))], axis=-1)
     return on, normal / np.linalg.norm(normal, axis=-1, keepdims=True)
-
-
-def insist_on_one_glint(surface: Surface, lines: Unfolded, there: NDArray[np.bool_]) -> None:
-    """Refuse a swell that focuses: whose curvature gives a leg more bounce points than one.
-
-    Args:
-        surface: The surface, with a swell.
-        lines: The legs of one family.
-        there: Which of the legs are there, shape (n,).
-
-    Raises:
-        ValueError: 2 eta'' r1 r2 / ((r1 + r2) sin(grazing)) exceeds 1 for some leg that is there.
-    """
-    swell, parts = surface.swell, lines.parts()
-    assert swell is not None  # the surface has checked
-    sine = lines.climb / lines.length
-    flatness = 2 * parts * (1 - parts) * lines.length / sine
-    worst = float(np.max(np.where(there, flatness, 0.0), initial=0.0))
-    if swell.curvature * worst > 1:
-        lowest = swell.height / (swell.curvature * worst)
-        raise ValueError(
-            f"surface.swell is {swell.height:g} m high and {swell.length:g} m long: so curved that a path in the "
-            f"window meets it at several points, and one tilted plane cannot stand for it. Give a height of at most "
-            f"{lowest:.2g} m, a longer swell, a shorter window, or bounce: statistical."
-        )

@@ -19,6 +19,7 @@ from insonify.scenario.carried import platforms
 from insonify.scenario.element_faults import element_faults
 from insonify.scenario.ground_faults import ground_faults
 from insonify.scenario.receiver_faults import receiver_faults
+from insonify.scenario.swell_faults import swell_faults
 from insonify.scenario.track_faults import ENDS, out_of_the_water, places
 from insonify.scene.scene import inside_body, scene_faults
 from insonify.scene.target import PointTarget
@@ -63,6 +64,8 @@ def scenario_faults(scenario: Scenario) -> Iterator[PydanticCustomError]:
         yield from _beyond_the_tracer(scenario)
     if scenario.surface.bounce == "waves":
         yield from _beyond_the_waves(scenario)
+    if scenario.surface.bounce == "tilted":
+        yield from swell_faults(scenario, found)
 
 
 def _beyond_the_waves(scenario: Scenario) -> Iterator[PydanticCustomError]:

@@ -42,8 +42,8 @@ class Pinging(Noun):
     logged: LoggedNavigation = LoggedNavigation()
     """What the navigation that is written down has wrong."""
     stop_and_hop: bool = False
-    """Whether the platform stands still from each pulse to the end of its window, for pressures; intensities take it so
-    in any case."""
+    """True: the platform stands still from each pulse to the end of its window. False: it moves on; pressures are
+    shifted in frequency, and pressures and expected intensities alike are received by beams that have moved."""
 
     @property
     def ping_count(self) -> int:
