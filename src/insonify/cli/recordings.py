@@ -214,6 +214,10 @@ def explain(
     beam: Annotated[
         int | None, typer.Option(metavar="B", min=0, help="Which beam, from 0. [default: the loudest then]")
     ] = None,
+    bearing: Annotated[
+        str | None,
+        typer.Option(metavar="ANGLE", help='Of recorded elements: the beam they form towards "20 deg" from the bow.'),
+    ] = None,
 ) -> None:
     """List the arrivals behind one sample, with their losses in dB.
 
@@ -228,8 +232,11 @@ def explain(
     words.check_time(time, when, (float(dataset["time"][0]), float(dataset["time"][-1])), "--time")
     from insonify.study.explain import explain as told
 
+    look = None if bearing is None else words.quantity(bearing, "angle", "--bearing")
+    if look is not None and (beam is not None or "record: elements" not in dataset.attrs.get("scenario", "")):
+        raise InputError(f"--bearing {bearing}: for recordings of elements, and without --beam. Leave one of them out")
     with _reading(recording):
-        typer.echo(told(dataset, ping=ping, time=when, channel=beam))
+        typer.echo(told(dataset, ping=ping, time=when, channel=beam, bearing=look))
 
 
 @contextmanager

@@ -12,6 +12,8 @@ from insonify.records.arrivals import Arrivals
 from insonify.scenario.load import parse
 from insonify.scenario.scenario import Scenario
 from insonify.simulation import Listening, arrivals, prepare
+from insonify.study.explain_traced import traced_page
+from insonify.study.formed_beam import FormedBeam, formed_beam
 from insonify.synthesis.arrival_weights import arrival_weights, beam_gains
 from insonify.synthesis.levels import pair_name
 from insonify.synthesis.shapes import shapes_of
@@ -35,14 +37,17 @@ NOTE = "distance: straight from the receiver to the scatterer; level: the sum of
 class Behind:
     """The arrivals behind one sample of one channel."""
 
-    def __init__(self, scenario: Scenario, ping: int, time: float, channel: int) -> None:
+    def __init__(
+        self, scenario: Scenario, ping: int, time: float, channel: int, *, formed: FormedBeam | None = None
+    ) -> None:
         """Find them again.
 
         Args:
             scenario: What was simulated.
             ping: Number of the ping.
             time: Time of the sample [s].
-            channel: Which beam.
+            channel: Which beam or element.
+            formed: Beam that is formed of elements about that one; None: the channel itself.
         """
         self.listening: Listening = prepare(scenario)
         self.stance = self.listening.stance(ping, channel=channel)
@@ -51,12 +56,14 @@ class Behind:
         window = time - pulse.stop - extra, time - pulse.start + extra
         near: Arrivals = arrivals(scenario, ping, window=window, channel=channel)
         waveforms = shapes_of(self.stance).samples(pulse, time - near.delay, near.doppler)
-        weights = [arrival_weights(near, self.stance, self.channel, band) for band in range(len(waveforms))]
+        factor = np.ones(len(near), complex) if formed is None else formed.factor(near, self.stance, time)
+        weights = [factor * arrival_weights(near, self.stance, self.channel, band) for band in range(len(waveforms))]
         pressure = np.asarray(sum(weight * part for weight, part in zip(weights, waveforms, strict=True)))
         heard = pressure != 0  # the rest is behind the array, or its pulse has ended
         self.paths = near.take(heard)
         self.shape: NDArray[np.complex128] = waveforms.sum(axis=0)[heard]
         self.pressure: NDArray[np.complex128] = pressure[heard]
+        self.array_factor: NDArray[np.complex128] = factor[heard]
 
     def budget(self) -> NDArray[np.float64]:
         """Terms of each arrival's sonar equation [dB], shape (n, 9), see `TERMS`."""
@@ -66,7 +73,7 @@ class Behind:
         # what the jitter of amplitudes adds has no column of its own: it goes with the scattering
         bare = p.spreading * p.absorption * np.abs(p.boundary)
         scattering = np.abs(p.amplitude[:, middle]) / np.maximum(bare, 1e-300)
-        factors = [sent, heard, p.spreading, p.absorption, p.boundary, scattering, self.shape]
+        factors = [sent, heard * self.array_factor, p.spreading, p.absorption, p.boundary, scattering, self.shape]
         terms = [np.full(len(p), self.stance.source_level_db), *(level_db(np.abs(factor) ** 2) for factor in factors)]
         return np.stack([*terms, level_db(np.abs(self.pressure) ** 2)], axis=1)
 
@@ -94,20 +101,26 @@ class Behind:
         return float(np.sum(real**2 + imaginary**2))
 
 
-def explain(dataset: xr.Dataset, ping: int, time: float, *, channel: int | None = None) -> str:
+def explain(
+    dataset: xr.Dataset, ping: int, time: float, *, channel: int | None = None, bearing: float | None = None
+) -> str:
     """The arrivals behind one sample of a recording, as a page to read.
 
     Args:
         dataset: A recording that carries its scenario.
         ping: Number of the ping.
         time: Time after the start of transmission [s]; the nearest sample is taken.
-        channel: Which beam; by default the one in which that sample is loudest.
+        channel: Which beam or element; by default the one in which that sample is loudest.
+        bearing: Where a beam looks that is formed of all recorded elements, clockwise from the bow [rad]; None: the
+            channel by itself, which hears all bearings.
 
     Returns:
-        A table of the strongest arrivals, their groups, and how they add up to the sample.
+        A table of the strongest arrivals, their groups, and how they add up to the sample. Of a recording by the
+        tracer, whose rays are energies: levels by cause and pair of families.
 
     Raises:
-        ValueError: The recording does not carry its scenario, or that ping is not simulated yet.
+        ValueError: The recording does not carry its scenario, that ping is not simulated yet, or a bearing is given
+            for beams that are formed already.
     """
     if not dataset.attrs.get("scenario"):
         raise ValueError("the recording does not carry its scenario, so nothing can be said about it")
@@ -115,17 +128,26 @@ def explain(dataset: xr.Dataset, ping: int, time: float, *, channel: int | None 
     name = "pressure" if "pressure" in dataset else "intensity"
     sample = dataset[name].sel(ping=ping) if "ping" in dataset.coords else dataset[name].isel(ping=ping)
     values = np.asarray(sample.sel(time=time, method="nearest").values)
+    formed = None if bearing is None else formed_beam(dataset, scenario, ping, bearing)
     chosen = int(np.argmax(np.abs(np.nan_to_num(values)))) if channel is None else channel
+    if formed is not None:
+        chosen = formed.reference
     recorded = values[chosen]
     if not np.isfinite(recorded):
         raise ValueError(f"ping {ping} is not simulated yet, so nothing can be said about it")
     when = float(dataset["time"].sel(time=time, method="nearest"))
-    behind = Behind(scenario, ping, when, chosen)
+    if scenario.paths.engine == "tracer":
+        return traced_page(scenario, ping, chosen, when, float(np.real(recorded)))
+    behind = Behind(scenario, ping, when, chosen, formed=formed)
+    if formed is not None:
+        recorded = formed.recorded(sample, when)
     why = f", the loudest of {len(values)}" if channel is None and len(values) > 1 else ""
     side = {-1: "port, ", 0: "", 1: "starboard, "}[scenario.sonar.channel_sides[chosen]]
     beam = f"{side}beam {chosen} ({np.degrees(float(dataset['steer'][chosen])):+g} deg{why})"
     if scenario.sonar.receiver.record == "elements":
         beam = f"{side}element {chosen}{why}"
+    if formed is not None:
+        beam = f"beam of {len(formed.offset)} elements towards {np.degrees(formed.bearing):+g} deg from the bow"
     count = len(behind.paths)
     head = f"ping {ping}, {beam}, {when * 1e3:.3f} ms: {count or 'no'} arrival{'s' * (count != 1)}\n"
     told = [_table(behind), "", *_notes(behind), ""] if count else []
