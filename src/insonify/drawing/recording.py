@@ -1,7 +1,6 @@
 """A recording as the picture that fits it: one echo sounder trace, a waterfall, or a fan of beams."""
 
 from pathlib import Path
-from typing import overload
 
 import numpy as np
 import xarray as xr
@@ -19,16 +18,6 @@ FAN = 5
 """Beams from which on a ping is drawn as a fan."""
 
 
-@overload
-def recording(
-    recorded: xr.Dataset | str | Path, path: None = None, *, ping: int | None = None, beam: int | None = None,
-    ground: bool = False, gain: str | None = None,
-) -> Figure: ...  # fmt: skip
-@overload
-def recording(
-    recorded: xr.Dataset | str | Path, path: str | Path, *, ping: int | None = None, beam: int | None = None,
-    ground: bool = False, gain: str | None = None,
-) -> Path: ...  # fmt: skip
 def recording(
     recorded: xr.Dataset | str | Path, path: str | Path | None = None, *, ping: int | None = None,
     beam: int | None = None, ground: bool = False, gain: str | None = None,

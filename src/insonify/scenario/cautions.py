@@ -19,6 +19,7 @@ from insonify.scenario.pulse_cautions import pulse_cautions
 from insonify.scenario.reach_cautions import reach_cautions
 from insonify.scenario.receiver_faults import receiver_cautions
 from insonify.scenario.smooth_cautions import smooth_cautions
+from insonify.scenario.turn_cautions import turn_cautions
 from insonify.scenario.uneven_cautions import uneven_cautions
 from insonify.scenario.wave_cautions import wave_cautions
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
@@ -62,7 +63,8 @@ def cautions(scenario: Scenario) -> None:
     said += [unknown_ground(scenario, carried.positions), _thin_steps(scenario), jumps(scenario), gaps(scenario),
              touches(scenario), *reach_cautions(scenario), *smooth_cautions(scenario),
              *uneven_cautions(scenario), *expectation_cautions(scenario), _unheard_water(scenario)]  # fmt: skip
-    said += [*receiver_cautions(scenario), *aperture_cautions(scenario, slowest / sonar.pulse.frequency)]
+    said += [*receiver_cautions(scenario), *aperture_cautions(scenario, slowest / sonar.pulse.frequency),
+             *turn_cautions(scenario, slowest / sonar.pulse.frequency)]  # fmt: skip
     if scenario.surface.bounce == "waves":
         said += wave_cautions(scenario, float(depths[0]))
     for sentence in filter(None, said):
