@@ -362,13 +362,16 @@ def hear(listening: Listening, reading: Reading, here: Stance, pool: Pool) -> An
     if isinstance(reading, Labelling):
         fewer = min(listening.scenario.paths.scatterers_per_cell, POINTS)
         engine = replace(engine, choice=engine.choice.unchecked_copy(scatterers_per_cell=fewer))
-    met = partial(engine.pairs, drowned=False) if isinstance(reading, Coherent) else engine.pairs
+    met: Any = engine.pieces if isinstance(engine, Paths) else lambda at, block: [engine.pairs(at, block)]
+    if isinstance(reading, Coherent):
+        met = partial(met, drowned=False)
     blocks = engine.blocks(here, even=reading.even)
 
     def part(mine: list[Any]) -> Any:
         heard = reading.silence()
         for block in mine:
-            reading.take_in(heard, met(here, block))
+            for pairs in met(here, block):
+                reading.take_in(heard, pairs)
         return heard
 
     def swathed(swath: Swath) -> Any:

@@ -1,4 +1,4 @@
-"""What is said of smooth faces when a scenario is checked: energy, roundness, the tracer."""
+"""What is said of smooth faces when a scenario is checked: energy, the tracer."""
 
 import warnings
 
@@ -27,15 +27,6 @@ def test_a_face_that_sends_back_more_than_it_gets_is_told():
     assert "targets.0.smooth (crate): 1 and a scattering strength of -10 dB together send back 131 %" in word
     assert "smooth up to 0.82" in word
     assert said({**BOX, "smooth": 0.82}) == said(BOX) == said({**BOX, "smooth": 0.0}) == []
-
-
-def test_a_body_too_round_for_its_steps_is_told():
-    """A ball of 8 m at 400 kHz; a box of any size is flat."""
-    pulse = {"kind": "cw", "frequency": 400e3, "duration": 0.2e-3}
-    ball = {"shape": "sphere", "position": (0.0, 150.0), "diameter": 15.0, "smooth": 0.5}
-    (word,) = said(ball, sonar={"pulse": pulse})
-    assert "384 steps round" in word
-    assert said({**ball, "diameter": 1.0}, sonar={"pulse": pulse}) == []
 
 
 def test_the_tracer_hears_no_flash_and_says_so():

@@ -1,12 +1,15 @@
-"""Smooth faces as triangles: what is above the ground, and how round a round body is."""
+"""Smooth faces as triangles and as patches: what is in the water, and how finely it is split."""
 
 import numpy as np
 import pytest
 
 from insonify.engines.faces import split
+from insonify.engines.patches import Sight, divided, outwards, terms, trimmed, whole
+from insonify.scene.panels import panels
 from insonify.scene.seabed import Seabed
-from insonify.scene.smooth_faces import MOST_AROUND, above_ground, phase_of_steps, smooth_triangles, steps_around
-from insonify.scene.target import Box, Cylinder, Sphere
+from insonify.scene.smooth_faces import above_ground, in_the_water, smooth_triangles
+from insonify.scene.solid import world_triangles
+from insonify.scene.target import Box, Cone, Cylinder, Plate, Sphere, TruncatedCone
 
 BED = Seabed(depth=20.0)
 
@@ -20,7 +23,7 @@ def area(corners):
 def test_what_has_sunk_in_is_cut_off_along_the_ground(sunk):
     """A box of 2 x 1 x 1 m: its top, and of its sides what stands above; the base is never there."""
     box = Box(position=(3.0, 50.0), size=(2.0, 1.0, 1.0), heading=0.4, burial_depth=sunk)
-    left = above_ground(smooth_triangles(box, BED, 0.015), BED)
+    left = above_ground(smooth_triangles(box, BED), BED)
     assert area(left).sum() == pytest.approx(2 + 6 * (1 - sunk))
     assert left[:, :, 2].max() <= 20 + 1e-6
 
@@ -28,7 +31,7 @@ def test_what_has_sunk_in_is_cut_off_along_the_ground(sunk):
 def test_a_leaning_body_keeps_its_normals_where_it_is_cut():
     """Normals of a sunk, leaning cylinder's pieces are those of its whole faces, and look outwards."""
     log = Cylinder(position=(0.0, 50.0), length=2.0, diameter=0.6, pitch=0.3, roll=0.2, burial=0.4)
-    whole = smooth_triangles(log, BED, 0.015)
+    whole = smooth_triangles(log, BED)
     left = above_ground(whole, BED)
 
     def normals(corners):
@@ -40,30 +43,72 @@ def test_a_leaning_body_keeps_its_normals_where_it_is_cut():
     np.testing.assert_allclose(nearest, 1, atol=1e-6)
 
 
+def facing(far, largest=np.inf):
+    """A sonar that far west of the origin [m], at 100 kHz, and nothing that beams, pulse or window leave out."""
+    image = np.array([[0.0, -far, 0.5]])
+    return Sight((image, image), 2 * np.pi / 0.015, (), 0.04, largest, 0.0, (0.0, np.inf),
+                 lambda place, radius: np.ones(len(place), bool))  # fmt: skip
+
+
 def test_splitting_keeps_the_surface_and_keeps_to_its_limits():
-    """A face of 2 x 1 m from 5 m and from 150 m: the same area; near the sonar, far smaller facets."""
+    """A face of 2 x 1 m from 5 m and from 150 m as triangles: the same area; near the sonar, far smaller facets."""
     face = np.array([[[-1.0, 0, 0], [1, 0, 0], [1, 0, 1]], [[-1, 0, 0], [1, 0, 1], [-1, 0, 1]]])
     counts = []
     for far in (150.0, 5.0):
-        places = np.array([[0.0, -far, 0.5], [0.0, -far, 8.0]])
-        found, whole = split(face, [places, places], 0.015, 0.01, 0.04)
+        found, whole = split(face, facing(far))
         assert whole and area(found).sum() == pytest.approx(2.0)
-        ray = (found.mean(axis=1)[:, None] - places) / np.linalg.norm(found.mean(axis=1)[:, None] - places, axis=2)[
-            ..., None
-        ]
         sides = np.roll(found, -1, axis=1) - found
-        assert np.abs(np.einsum("tsk,tfk->tsf", sides, ray)).max() <= 0.04
-        assert np.linalg.norm(sides, axis=2).max() <= 0.01 * (far + 1)
+        ray = found.mean(axis=1) - [0.0, -far, 0.5]
+        assert np.abs(np.einsum("tsk,tk->ts", sides, ray / np.linalg.norm(ray, axis=1)[:, None])).max() <= 0.04
         counts.append(len(found))
     assert counts[1] > 20 * counts[0]
 
 
-def test_round_bodies_are_rounder_for_shorter_waves():
-    """Steps about the axis leave a quarter of a radian of an echo's phase, until there are 384 of them."""
-    ball = Sphere(position=(0.0, 50.0), diameter=0.5)
-    steps = [steps_around(ball, wavelength) for wavelength in (0.05, 0.015, 0.00375, 0.0001)]
-    assert steps == sorted(steps) and steps[0] == 96 and steps[-1] == MOST_AROUND
-    assert phase_of_steps(ball, steps[2], 0.00375) <= 0.25 < phase_of_steps(ball, steps[2] - 96, 0.00375)
-    assert phase_of_steps(Box(position=(0, 50), size=(1, 1, 1)), 96, 0.001) == 0
-    corners = smooth_triangles(ball, BED, 0.00375)
-    assert np.linalg.norm(corners - np.array([0, 50, 19.75]), axis=2) == pytest.approx(0.25)
+@pytest.mark.parametrize("far", [1.0, 30.0])
+def test_patches_cover_the_lit_half_of_a_sphere_and_no_more_than_needed(far):
+    """Area of patches that face the sonar: that of the cap it sees, within 3 %; at any distance a few thousand."""
+    ball = Sphere(position=(0.0, 0.0), diameter=0.5, base_depth=0.75)
+    (panel,) = panels(ball, BED, np.array([0.0, -far, 0.5]))
+    found, complete = divided(panel, facing(far))
+    d, _, size = terms(panel, found)
+    ray = np.array([0.0, -far, 0.5]) - d.place
+    lit = np.einsum("nk,nk->n", ray, outwards(d)) > 0
+    assert complete and len(size) < 4000
+    assert size[lit].sum() == pytest.approx(2 * np.pi * 0.25**2 * (1 - 0.25 / far), rel=0.03)
+
+
+@pytest.mark.parametrize("body", [
+    Sphere(position=(0.0, 50.0), diameter=0.6), Cylinder(position=(1.0, 50.0), length=2.0, diameter=0.6, heading=0.3),
+    Cone(position=(1.0, 50.0), height=1.0, diameter=0.6, pitch=0.2), Box(position=(1.0, 50.0), size=(1.0, 2.0, 0.5)),
+    TruncatedCone(position=(1.0, 50.0), height=1.0, diameter=0.6, top_diameter=0.2, roll=0.3),
+    Plate(position=(1.0, 50.0), length=1.0, width=0.5, thickness=0.02, roll=1.0),
+])  # fmt: skip
+def test_panels_are_the_surface_that_casts_the_shadow(body):
+    """Every panel's middle lies on the triangles' surface, its normal looks outwards, and all areas add up to 0.2 %."""
+    surface = world_triangles(body, BED)
+    centre, total = (surface.low + surface.high) / 2, 0.0
+    for panel in panels(body, BED, np.zeros(3)):
+        pieces = whole(panel)
+        for _ in range(4):
+            pieces = pieces.halved(np.ones(len(pieces.s), bool)).halved(np.zeros(2 * len(pieces.s), bool))
+        d, _, size = terms(panel, pieces)
+        total += size.sum()
+        assert (np.einsum("nk,nk->n", d.place - centre, outwards(d)) > 0).all()
+        assert (d.place > surface.low - 1e-3).all() and (d.place < surface.high + 1e-3).all()
+    assert total == pytest.approx(surface.area.sum(), rel=2e-3)
+
+
+@pytest.mark.parametrize(("sunk", "lean"), [(0.3, 0.0), (0.3, 0.4), (0.05, -0.2)])
+def test_patches_of_a_sunken_body_end_at_the_bed(sunk, lean):
+    """Area above the bed of a cylinder, patch by patch, against its triangles cut by the bed: within 1 %."""
+    log = Cylinder(position=(0.0, 50.0), length=2.0, diameter=0.6, burial_depth=sunk, pitch=lean)
+    total = 0.0
+    for panel in panels(log, BED, np.zeros(3)):
+        pieces = whole(panel)
+        for _ in range(2):
+            pieces = pieces.halved(np.ones(len(pieces.s), bool)).halved(np.zeros(2 * len(pieces.s), bool))
+        kept = trimmed(panel, pieces, in_the_water(BED), 0.01)
+        d, _, size = terms(panel, kept)
+        total += size.sum()
+        assert d.place[:, 2].max() < 20.0
+    assert total == pytest.approx(area(above_ground(smooth_triangles(log, BED), BED)).sum(), rel=0.01)

@@ -17,6 +17,7 @@ from insonify.engines.bounced import over_relief
 from insonify.engines.even_points import Layouts
 from insonify.engines.lines import heard_about
 from insonify.engines.rings import WIDEST_CELL
+from insonify.engines.room import points_at_once
 from insonify.engines.skyline import Remembered, Skylines
 from insonify.engines.view import Block, footprint, view
 from insonify.propagation.choice import PathChoice
@@ -30,6 +31,7 @@ from insonify.records.legs import Legs
 from insonify.records.pairs import Pairs, Product, Strengths, Thinned
 from insonify.scattering.fast import FastLaw
 from insonify.scattering.kirchhoff_facet import SmoothFace
+from insonify.scattering.kirchhoff_patch import SmoothPatch
 from insonify.scattering.lambert import Lambert
 from insonify.scene.scatterers import Law, Scatterers
 from insonify.scene.scene import Scene
@@ -84,6 +86,20 @@ class Paths:
         scatterers = block()
         return self.meet(stance, scatterers, None if drowned else self._audible(stance, scatterers))
 
+    def pieces(self, stance: Stance, block: Block, *, drowned: bool = True) -> Iterator[Pairs]:
+        """Pairs of one block, a part of it at a time: the memory that they take is bounded, see `points_at_once`.
+
+        Args:
+            stance: The sonar at this ping.
+            block: One of `blocks(stance)`.
+            drowned: As of `pairs`.
+        """
+        scatterers = block()
+        size = points_at_once(self.scene, self.choice, scatterers)
+        for start in range(0, max(len(scatterers), 1), size):
+            some = scatterers if len(scatterers) <= size else scatterers.take(slice(start, start + size))
+            yield self.meet(stance, some, None if drowned else self._audible(stance, some))
+
     def meet(self, stance: Stance, scatterers: Scatterers, heard: Audible | None = None) -> Pairs:
         """Legs out and back of any scatterers, and the strength of each ordered pair.
 
@@ -128,7 +144,7 @@ class Paths:
 
     def _audible(self, stance: Stance, scatterers: Scatterers) -> Audible | None:
         """What is heard of the ground at some scatterers; None where nothing is known of that."""
-        if scatterers.boundary != "seabed" or isinstance(scatterers.law, SmoothFace):
+        if scatterers.boundary != "seabed" or isinstance(scatterers.law, SmoothFace | SmoothPatch):
             return None
         told = self._parts(stance, scatterers.law)
         return None if told is None else audible(*told, stance, scatterers.position, scatterers.place, self.seed)
@@ -172,13 +188,8 @@ class Paths:
         thinned: Thinned | None,
     ) -> Strengths | Product:  # fmt: skip
         """Pressure that each ordered pair scatters to 1 m re incident pressure [m], where it is met, (p, n)."""
-        if isinstance(scatterers.law, SmoothFace):
-            assert scatterers.corners is not None
-            speed = self.scene.water.speed_at(scatterers.position[:, 2])
-            arriving, leaving = out.arrival[pair[:, 0]], back.arrival[pair[:, 1]]
-            wavenumber = 2 * np.pi * frequency / speed
-            told = scatterers.law.echoes(scatterers.corners, scatterers.normal, arriving, leaving, wavenumber)
-            return np.asarray(told * weight[:, None])
+        if isinstance(scatterers.law, SmoothFace | SmoothPatch):
+            return np.asarray(self._specular(scatterers, out, back, pair, frequency) * weight[:, None])
         root = np.sqrt(scatterers.area)
         if isinstance(scatterers.law, Lambert):
             return Product(out, back, pair, _contributions(scatterers.law), root, weight, thinned)
@@ -187,6 +198,26 @@ class Paths:
         if louder is not None:
             strength *= louder
         return np.asarray(strength if (weight == 1).all() else strength * weight[:, None])
+
+    def _specular(
+        self, scatterers: Scatterers, out: Legs, back: Legs, pair: NDArray[np.int64], frequency: float
+    ) -> NDArray[np.complex128]:
+        """Pressure that smooth faces send back to 1 m re incident pressure [m], shape (p, n)."""
+        assert scatterers.corners is not None
+        if out.arrival is back.arrival and out.length is back.length:
+            # reciprocal: the two orders of a pair are evaluated once
+            low, where = np.unique(np.sort(pair, axis=1), axis=0, return_inverse=True)
+            if len(low) < len(pair):
+                return self._specular(scatterers, out, back, low, frequency)[where.ravel()]
+        wavenumber = 2 * np.pi * frequency / self.scene.water.speed_at(scatterers.position[:, 2])
+        arriving, leaving = out.arrival[pair[:, 0]], back.arrival[pair[:, 1]]
+        if isinstance(scatterers.law, SmoothFace):
+            return scatterers.law.echoes(scatterers.corners, scatterers.normal, arriving, leaving, wavenumber)
+        assert isinstance(scatterers.law, SmoothPatch)
+        return scatterers.law.echoes(
+            scatterers.corners, scatterers.area, scatterers.normal, arriving, leaving, out.length[pair[:, 0]],
+            back.length[pair[:, 1]], wavenumber,
+        )  # fmt: skip
 
     def _late(self, legs: Legs, scatterers: Scatterers, stance: Stance, place: Floats) -> Legs:
         """The legs as uneven water delays them; in even water, as they are."""

@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines._grain_kernel import ELONGATED
-from insonify.engines.faces import smooth_facets
+from insonify.engines.faces import sight_of, smooth_facets
 from insonify.engines.glint_spread import glint_spread
 from insonify.engines.sampling import Resolution, beam_bound, survey_speed
+from insonify.engines.target_reach import FEW, in_reach
 from insonify.propagation.choice import PathChoice
 from insonify.propagation.families import families_for
 from insonify.propagation.images import StraightRays
@@ -89,9 +90,10 @@ def target_points(
         if near and choice.geometry != "slice":
             near = _within_beams(scene, target, choice, stance, rays)
         if near:
-            found.append(points)
+            whole = choice.geometry == "slice" or len(points) <= FEW
+            found.append(points if whole else in_reach(points, sight_of(scene, target, choice, stance, slant, rays)))
         if target.smooth and near and len(points):
-            found.append(smooth_facets(scene, target, choice.followed, stance, slant))
+            found.append(smooth_facets(scene, target, choice, stance, slant, rays))
     return found
 
 

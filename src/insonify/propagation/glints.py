@@ -194,6 +194,23 @@ class Sea:
         wavenumber = math.pi / bounced.apart * math.sqrt(3) * (2 * drawn - 1) @ self.axes
         return np.asarray(np.exp(1j * np.sum(wavenumber * bounced.place[row], axis=1)))
 
+    def _common(self, phase: Floats, image: float, scatterers: Scatterers, end: End) -> float:
+        """Phase per height of one bounce for a whole target [rad/m], the same whatever part of it the points are.
+
+        Args:
+            phase: Phase per height for each point [rad/m], shape (n,).
+            image: Depth of the image of the end [m].
+            scatterers: Points of one target, n of them.
+            end: The end of the sonar.
+        """
+        if scatterers.centre is None or (self.sines is not None and self.bounces is None):
+            return float(phase.mean())
+        ray = scatterers.centre - np.array([*end.place[:2], image])
+        at_sonar, at_surface = (float(speed) for speed in self.scene.water.speed_at(np.array([end.place[2], 0.0])))
+        bent = at_surface / at_sonar if self.bounces is None else 1.0
+        level = min(float(np.hypot(ray[0], ray[1])) / float(np.linalg.norm(ray)) * bent, 1.0)
+        return 4 * math.pi * self.frequency / at_surface * math.sqrt(max(1 - level**2, 1e-12))
+
     def _glint(
         self, legs: Legs, row: int, code: int, quiet: Quiet, scatterers: Scatterers, end: End,
         phasor: NDArray[np.complex128],
@@ -207,8 +224,8 @@ class Sea:
             climb = np.maximum(np.abs(scatterers.position[:, 2] - image), 1e-6)
             far = np.linalg.norm(scatterers.position[:, :2] - end.place[:2], axis=1)
             phase = 4 * math.pi * self.frequency / float(self.scene.water.speed_at(0.0)) * climb / np.hypot(climb, far)
-        # facets of one target meet the same waves, or they would part with time
-        phase = phase if scatterers.drawn else np.full_like(phase, phase.mean())
+        if not scatterers.drawn:  # facets of one target meet the same waves, or they would part with time
+            phase = np.full_like(phase, self._common(phase, image, scatterers, end))
         glint_row(
             scatterers.place, scatterers.position, scatterers.normal, code,
             *streams.key(self.seed, streams.GLINT), phase, *waves, self.axes,

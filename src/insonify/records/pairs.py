@@ -109,7 +109,7 @@ class Pairs:
     @property
     def together(self) -> bool:
         """Whether all arrivals of the block interfere, those of different points too: facets of one target do."""
-        return not self.scatterers.drawn and len(self.scatterers) > 1
+        return not self.scatterers.drawn and self.scatterers.corners is not None
 
     def names(self) -> list[tuple[str, str]]:
         """Families out and back of each ordered pair."""

@@ -17,7 +17,7 @@ Integers = NDArray[np.int64]
 
 LONGEST = 1.5
 """Longest side of a piece, in sides of a cell [1]."""
-MOST_PIECES = 4_000_000
+MOST_PIECES = 1_000_000
 # Roberts (2018), "The unreasonable effectiveness of quasirandom sequences": the plastic number's powers.
 _PLASTIC = np.array([0.7548776662466927, 0.5698402909980532])
 
@@ -75,11 +75,13 @@ def surface_cells(surface: Triangles, side: float) -> Cells:
 def halved(corners: Floats, longest: float) -> Floats:
     """Triangles halved across their longest side until none is longer than a length [m], shape (t, 3, 3)."""
     done: list[Floats] = []
+    held = 0
     while len(corners):
         sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
         small = sides.max(axis=1) <= longest
-        if len(corners) > MOST_PIECES:
+        if len(corners) + held > MOST_PIECES:
             small[:] = True
+        held += int(small.sum())
         done.append(corners[small])
         corners, sides = corners[~small], sides[~small]
         turn = (np.argmax(sides, axis=1)[:, None] + np.arange(3)) % 3  # the longest side first

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from insonify import streams
 from insonify.scattering.fast import FastLaw
 from insonify.scattering.kirchhoff_facet import SmoothFace
+from insonify.scattering.kirchhoff_patch import SmoothPatch
 from insonify.scattering.law import ScatteringLaw
 
 Law = ScatteringLaw | FastLaw
@@ -26,7 +27,7 @@ class Scatterers:
     """Who they belong to: "seabed", "surface", "water" or the label of a target or a patch."""
     boundary: Boundary
     """What they lie on; bounces on that very boundary are not legs of theirs."""
-    law: Law | SmoothFace
+    law: Law | SmoothFace | SmoothPatch
     """How they answer."""
     position: NDArray[np.float64]
     """North, east, depth [m], shape (n, 3)."""
@@ -44,7 +45,11 @@ class Scatterers:
     occluder: int = -1
     """Row of the target these points lie on among the scene's occluders, -1 for none."""
     corners: NDArray[np.float64] | None = None
-    """Corners of the smooth facet that each point is the middle of, from there [m], shape (n, 3, 3)."""
+    """Corners of the smooth facet that each point is the middle of, from there [m], shape (n, 3, 3); of a curved patch
+    its terms, see `insonify.scattering.kirchhoff_patch`, shape (n, 7, 3)."""
+
+    centre: NDArray[np.float64] | None = None
+    """Middle of the target as a whole, for smooth faces, whatever part of them this is [m], shape (3,)."""
 
     def __post_init__(self) -> None:
         """Refuse columns of unequal length."""

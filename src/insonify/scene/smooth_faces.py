@@ -1,67 +1,41 @@
-"""The smooth faces of a target as triangles in the world: round where the sound would notice, and above ground only."""
+"""The smooth faces of meshes as triangles in the world, and how far a place is from what hides it: bed and surface."""
+
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.scene.seabed import Seabed
-from insonify.scene.shapes import AROUND
-from insonify.scene.solid import body_triangles, finer_triangles, ground_depth, resting
-from insonify.scene.target import Cone, Cylinder, Solid, Sphere, TruncatedCone
+from insonify.scene.solid import ground_depth, world_triangles
+from insonify.scene.target import Solid
 
 Floats = NDArray[np.float64]
 
-ROUND = 0.25
-"""Most by which a step of a round shape may change the phase of an echo [rad]."""
-MOST_AROUND = 4 * AROUND
-"""Steps of a round shape about its axis at most [1]."""
 _TOUCHING = 1e-6  # a face this close to the bed lies on it [m]
 
 
-def radius(solid: Solid) -> float:
-    """Greatest radius of a shape that can be made rounder [m]; 0 for all others."""
-    match solid:
-        case Sphere(diameter=diameter) | Cylinder(diameter=diameter) | Cone(diameter=diameter):
-            return diameter / 2
-        case TruncatedCone(diameter=diameter, top_diameter=top):
-            return max(diameter, top) / 2
-    return 0.0
-
-
-def steps_around(solid: Solid, wavelength: float) -> int:
-    """Steps about the axis in which a round shape is as good as round, a multiple of `AROUND` [1].
-
-    Args:
-        solid: The solid.
-        wavelength: Of the sound [m].
-    """
-    enough = (n for n in range(AROUND, MOST_AROUND, AROUND) if phase_of_steps(solid, n, wavelength) <= ROUND)
-    return next(enough, MOST_AROUND)
-
-
-def phase_of_steps(solid: Solid, around: int, wavelength: float) -> float:
-    """Most by which the steps of a round shape change the phase of an echo [rad]; 0 for all other shapes.
-
-    Between two corners a step of N lies r (1 - cos(pi / N)) inside the circle, and an echo goes there and back.
-
-    Args:
-        solid: The solid.
-        around: Steps about the axis.
-        wavelength: Of the sound [m].
-    """
-    return float(4 * np.pi / wavelength * radius(solid) * (1 - np.cos(np.pi / around)))
-
-
-def smooth_triangles(solid: Solid, seabed: Seabed, wavelength: float) -> Floats:
+def smooth_triangles(solid: Solid, seabed: Seabed) -> Floats:
     """Corners of the faces of a target where it lies, counter-clockwise from outside [m], shape (t, 3, 3).
 
     Args:
         solid: The target.
         seabed: What it lies on.
-        wavelength: Of the sound [m].
     """
-    steps = steps_around(solid, wavelength)
-    surface = body_triangles(solid) if steps == AROUND else finer_triangles(solid, steps)
-    return surface.moved(*resting(solid, seabed)).corners
+    return world_triangles(solid, seabed).corners
+
+
+def in_the_water(seabed: Seabed) -> Callable[[Floats], Floats]:
+    """Distance from the nearer of bed and mean surface, positive in the water [m], of places (n, 3).
+
+    Args:
+        seabed: The bed; places over unknown ground count as far above it.
+    """
+
+    def clear(place: Floats) -> Floats:
+        above = np.nan_to_num(ground_depth(seabed, place[:, :2]) - place[:, 2], nan=np.inf)
+        return np.asarray(np.minimum(above, place[:, 2]))
+
+    return clear
 
 
 def above_ground(corners: Floats, seabed: Seabed) -> Floats:

@@ -55,34 +55,22 @@ def ground_depth(seabed: Seabed, place: Floats) -> Floats:
 @lru_cache(maxsize=256)
 def body_triangles(solid: Solid) -> Triangles:
     """The surface of a solid in its own axes (forward, starboard, down), its middle at the origin."""
-    return _made(solid, shapes.AROUND)
+    return _made(solid)
 
 
-@lru_cache(maxsize=16)
-def finer_triangles(solid: Solid, around: int) -> Triangles:
-    """The surface of a solid, of which round shapes have more steps about their axis; see `body_triangles`.
-
-    Args:
-        solid: The solid.
-        around: Steps about the axis of a sphere, a cylinder or a cone; other shapes stay as they are.
-    """
-    round_one = isinstance(solid, Sphere | Cylinder | Cone | TruncatedCone)
-    return _made(solid, around) if round_one else body_triangles(solid)
-
-
-def _made(solid: Solid, around: int) -> Triangles:
-    """The surface of a solid in its own axes; round shapes in some steps about their axis."""
+def _made(solid: Solid) -> Triangles:
+    """The surface of a solid in its own axes."""
     match solid:
         case Box(size=size):
             return shapes.block(*size)
         case Sphere(diameter=diameter):
-            return shapes.sphere(diameter, around=around)
+            return shapes.sphere(diameter)
         case Cylinder(length=length, diameter=diameter):
-            return shapes.cylinder(length, diameter, around=around)
+            return shapes.cylinder(length, diameter)
         case Cone(height=height, diameter=diameter):
-            return shapes.standing(shapes.frustum(height, diameter, 0.0, around=around))
+            return shapes.standing(shapes.frustum(height, diameter, 0.0))
         case TruncatedCone(height=height, diameter=diameter, top_diameter=top):
-            return shapes.standing(shapes.frustum(height, diameter, top, around=around))
+            return shapes.standing(shapes.frustum(height, diameter, top))
         case Plate(length=length, width=width, thickness=thickness):
             return shapes.block(length, width, thickness)
         case Mesh(file=file, up=up, scale=scale, sha256=sha256):

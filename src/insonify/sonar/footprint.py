@@ -61,6 +61,17 @@ def two_way_height(transmit: Beams, receive: Beams) -> float:
         transmit: Transmit beams, one or as many as receive.
         receive: Receive beams, one or as many as transmit.
     """
+    key = transmit.pattern, receive.pattern
+    known = _HEIGHTS.get(key)
+    if known is None:
+        for oldest in list(_HEIGHTS)[:-64]:
+            _HEIGHTS.pop(oldest, None)
+        known = _HEIGHTS[key] = _measured_height(transmit, receive), (*transmit.tables, *receive.tables)
+    return known[0]
+
+
+def _measured_height(transmit: Beams, receive: Beams) -> float:
+    """Full height of the lowest two-way beam [rad]."""
     step, heights = 1e-3, []
     away = np.arange(0, WIDEST, step)
     for channel in range(max(transmit.channel_count, receive.channel_count)):
@@ -90,6 +101,7 @@ def _width(transmit: Beams, receive: Beams) -> float:
 
 
 _KNOWN: dict[Any, tuple[float, tuple[Floats, ...]]] = {}
+_HEIGHTS: dict[Any, tuple[float, tuple[Floats, ...]]] = {}
 
 
 def _measured_width(transmit: Beams, receive: Beams) -> float:

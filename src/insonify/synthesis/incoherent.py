@@ -5,7 +5,8 @@ reciprocal pairs arrive together and give 4 |A|^2, pairs closer than the pulse m
 further apart than the pulse adds as energy from the start.
 """
 
-from dataclasses import dataclass
+from collections.abc import Hashable
+from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
@@ -27,6 +28,7 @@ from insonify.synthesis.grid import TimeGrid, energy_shape, heard_energy
 from insonify.synthesis.heard_later import heard_directions, swept_axes
 from insonify.synthesis.moments import interfering
 from insonify.synthesis.perturbation import Perturbation
+from insonify.synthesis.specular import SpecularSums
 from insonify.synthesis.weights import carried, leg_weights
 from insonify.units import amplitude_ratio
 
@@ -47,9 +49,18 @@ class Energies:
     """Energies that do not interfere, on the energy grid, shape (channels, cells)."""
     intensity: Floats
     """Intensity of groups that do, at the output samples, shape (channels, samples)."""
+    specular: list[SpecularSums] = field(default_factory=list)
+    """Arrivals of the last smooth target, of which more may come; none or one."""
+
+    def settle(self) -> None:
+        """Add the power of a smooth target, of which all parts have come, to the intensity."""
+        while self.specular:
+            self.specular.pop().settle(self.intensity)
 
     def __iadd__(self, other: "Energies") -> "Energies":
         """Add what another has heard."""
+        self.settle()
+        other.settle()
         self.cells[...] += other.cells
         self.intensity[...] += other.intensity
         return self
@@ -125,23 +136,20 @@ class Incoherent:
                 )  # fmt: skip
 
     def _add_together(self, energies: Energies, pairs: Pairs, sent: Complexes, heard: Complexes) -> None:
-        """Add facets of one target, whose arrivals all interfere; a pair of rays is one replica of all of them."""
+        """Add facets of one target, or of a part of it: arrivals all interfere, a pair of rays is one replica."""
+        if energies.specular and energies.specular[0].owner != pairs.scatterers.owner:
+            energies.settle()
+        if not energies.specular:
+            energies.specular.append(SpecularSums(self.grid, self.stance.pulse, pairs.scatterers.owner))
+        sums, channels = energies.specular[0], range(len(energies.intensity))
         kept, mean = self.perturbation.kept_interference, self.perturbation.mean_energy
-        i, j = pairs.pair.T
-        delay = pairs.out.delay[i] + pairs.back.delay[j]
-        replica = np.broadcast_to(np.arange(len(i))[:, None], delay.shape)
-        for channel, intensity in enumerate(energies.intensity):
-            weight = sent[channel % len(sent)][i] * heard[channel % len(heard)][j] * pairs.strength
-            there = weight != 0
-            late, weighs = delay[there], weight[there]
-            whole = np.array([0, len(late)])
-            apart = np.searchsorted(replica[there], np.arange(len(i) + 1))
-            for first, share in ((whole, kept), (apart, mean - kept)):
+        group: Hashable = _random_bounces(pairs), len(pairs.pair)
+        for (i, j), strength, names in zip(pairs.pair, pairs.strength, pairs.rays(), strict=True):
+            weight = np.stack([sent[c % len(sent)][i] * heard[c % len(heard)][j] * strength for c in channels])
+            delay = pairs.out.delay[i] + pairs.back.delay[j]
+            for key, share in ((group, kept), ((group, names), mean - kept)):
                 if share:
-                    add_groups(
-                        intensity, self.grid.start, self.grid.sample_rate, self.table.samples, self.table.start,
-                        self.table.rate, first, late, weighs, share, 0.0,
-                    )  # fmt: skip
+                    sums.add(key, share, delay, weight)
 
     @property
     def brief(self) -> bool:
@@ -165,6 +173,7 @@ class Incoherent:
 
     def series(self, energies: Energies) -> Floats:
         """Expected intensity at the grid's times [uPa^2], shape (channels, samples)."""
+        energies.settle()
         return heard_energy(energies.cells, self.grid, _shape(self.stance.pulse, self.grid)) + energies.intensity
 
 
@@ -204,6 +213,15 @@ def _likeness(table: PulseTable) -> tuple[NDArray[np.complex64], float]:
     envelope = np.abs(pulse) ** 2
     duration = float(envelope.sum() ** 2 / (envelope**2).sum() / rate)
     return (alike / alike[0].real).astype(np.complex64), duration
+
+
+def _random_bounces(pairs: Pairs) -> tuple[int, int] | None:
+    """Labels of the random bounces that pairs of one part have met; None where nothing is random."""
+    out, back = pairs.out.glints, pairs.back.glints
+    if out is None or back is None:
+        return None
+    one, other = sorted((out.label[pairs.pair[0, 0]], back.label[pairs.pair[0, 1]]))
+    return one, other
 
 
 def _symmetric(pair: NDArray[np.int64]) -> bool:

@@ -1,0 +1,165 @@
+"""Smooth bodies as panels: flat faces and surfaces of revolution in closed form, each over two parameters.
+
+A panel gives the place, and its derivatives to third order, at any pair of parameters; so that a patch of it may be as
+round as the body is, whatever its size. Meshes and shapes of the library have none: they are their triangles.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.scene.seabed import Seabed
+from insonify.scene.solid import resting
+from insonify.scene.target import Box, Cone, Cylinder, Plate, Solid, Sphere, TruncatedCone
+
+Floats = NDArray[np.float64]
+_UP = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
+_FACES = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
+
+
+class Derivatives(NamedTuple):
+    """Place on a panel and its derivatives along the parameters s and t [m], each of shape (n, 3)."""
+
+    place: Floats
+    s: Floats
+    t: Floats
+    ss: Floats
+    tt: Floats
+    st: Floats
+    sss: Floats
+    sst: Floats
+    stt: Floats
+    ttt: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Flat:
+    """A parallelogram: origin + s first + t second, s and t from 0 to 1; the normal is second x first."""
+
+    origin: Floats
+    """Corner at s = t = 0 [m], shape (3,)."""
+    first: Floats
+    """Side along s [m], shape (3,)."""
+    second: Floats
+    """Side along t [m], shape (3,)."""
+
+    @property
+    def start(self) -> tuple[int, int, float, float]:
+        """Patches along s and t to begin with, and the span of s and of t."""
+        return 1, 1, 1.0, 1.0
+
+    def at(self, s: Floats, t: Floats) -> Derivatives:
+        """Place and derivatives at parameters of shape (n,)."""
+        none = np.zeros((len(s), 3))
+        place = self.origin + s[:, None] * self.first + t[:, None] * self.second
+        return Derivatives(place, none + self.first, none + self.second, *(none,) * 7)
+
+    def area(self, s: Floats, t: Floats, half_s: Floats, half_t: Floats) -> Floats:
+        """Area of patches with these middles and half sides [m^2], shape (n,)."""
+        return 4 * half_s * half_t * float(np.linalg.norm(np.cross(self.first, self.second)))
+
+
+@dataclass(frozen=True, eq=False)
+class Round:
+    """A line, or a half circle, turned about an axis: t is the angle about it, from 0 to 2 pi."""
+
+    origin: Floats
+    """Middle of the body [m], shape (3,)."""
+    axes: Floats
+    """Axis, and two directions across it; right-handed unit vectors as rows, shape (3, 3)."""
+    line: tuple[float, float, float, float] | None
+    """Place along the axis and distance from it where s is 0, and where it is 1 [m]; None: a half circle."""
+    radius: float = 0.0
+    """Radius of the half circle about the origin; s is the angle from its aft end, 0 to pi [m]."""
+
+    @property
+    def start(self) -> tuple[int, int, float, float]:
+        """Patches along s and t to begin with, and the span of s and of t."""
+        return (8 if self.line is None else 1), 16, (np.pi if self.line is None else 1.0), 2 * np.pi
+
+    def at(self, s: Floats, t: Floats) -> Derivatives:
+        """Place and derivatives at parameters of shape (n,)."""
+        axis, right, down = self.axes
+        out = np.cos(t)[:, None] * right + np.sin(t)[:, None] * down
+        around = np.cos(t)[:, None] * down - np.sin(t)[:, None] * right
+        along, away = self._profile(s)
+        x, x1, x2, x3 = (part[:, None] * axis for part in along)
+        r, r1, r2, r3 = (part[:, None] for part in away)
+        return Derivatives(
+            self.origin + x + r * out, x1 + r1 * out, r * around, x2 + r2 * out, -r * out, r1 * around,
+            x3 + r3 * out, r2 * around, -r1 * out, -r * around,
+        )  # fmt: skip
+
+    def area(self, s: Floats, t: Floats, half_s: Floats, half_t: Floats) -> Floats:
+        """Area of patches with these middles and half sides [m^2], shape (n,)."""
+        if self.line is None:
+            return np.asarray(4 * self.radius**2 * np.sin(s) * np.sin(half_s) * half_t)
+        (_, slope, *_), (away, widening, *_) = self._profile(s)
+        return np.asarray(4 * half_s * half_t * away * np.hypot(slope, widening))
+
+    def _profile(self, s: Floats) -> tuple[tuple[Floats, ...], tuple[Floats, ...]]:
+        """Place along the axis, and distance from it, each with its first three derivatives along s."""
+        none = np.zeros(len(s))
+        if self.line is not None:
+            x0, r0, x1, r1 = self.line
+            return (x0 + s * (x1 - x0), none + (x1 - x0), none, none), (
+                r0 + s * (r1 - r0),
+                none + (r1 - r0),
+                none,
+                none,
+            )
+        sine, cosine = self.radius * np.sin(s), self.radius * np.cos(s)
+        return (-cosine, sine, cosine, -sine), (sine, cosine, -sine, -cosine)
+
+
+Panel = Flat | Round
+
+
+def panels(solid: Solid, seabed: Seabed, place: Floats) -> list[Panel]:
+    """The surface of a solid where it lies, in closed form; none for meshes and shapes of the library.
+
+    Args:
+        solid: The target.
+        seabed: What it lies on.
+        place: North, east, depth that a sphere's angles are counted from [m], shape (3,): its patches then lie alike
+            from wherever it is seen.
+    """
+    turn, middle = resting(solid, seabed)
+    body = turn.T  # its own forward, starboard and down in the world, as rows
+    match solid:
+        case Sphere(diameter=diameter):
+            # upright: what the bed or the surface cuts off ends along a circle of equal s
+            bearing = np.arctan2(*(place - middle)[1::-1])
+            c, s = np.cos(bearing), np.sin(bearing)
+            return [Round(middle, np.array([[0.0, 0, -1], [c, s, 0], [s, -c, 0]]), None, diameter / 2)]
+        case Cylinder(length=length, diameter=diameter):
+            return _turned(middle, body, length, diameter, diameter)
+        case Cone(height=height, diameter=diameter):
+            return _turned(middle, _UP @ body, height, diameter, 0.0)
+        case TruncatedCone(height=height, diameter=diameter, top_diameter=top):
+            return _turned(middle, _UP @ body, height, diameter, top)
+        case Box(size=size):
+            return _block(middle, body, size)
+        case Plate(length=length, width=width, thickness=thickness):
+            return _block(middle, body, (length, width, thickness))
+    return []
+
+
+def _turned(middle: Floats, axes: Floats, length: float, aft: float, fore: float) -> list[Panel]:
+    """Ends and side of a frustum along the first axis: its length, and the diameters of its ends [m]."""
+    half = length / 2
+    lines = [(-half, 0.0, -half, aft / 2), (-half, aft / 2, half, fore / 2), (half, fore / 2, half, 0.0)]
+    return [Round(middle, axes, line) for line in lines if line[1] or line[3]]
+
+
+def _block(middle: Floats, body: Floats, size: tuple[float, float, float]) -> list[Panel]:
+    """The six faces of a block."""
+    found: list[Panel] = []
+    for out, first, second in _FACES:
+        away, one, other = (body[axis] * size[axis] for axis in (out, first, second))
+        for side in (1, -1):
+            corner = middle + (side * away - one - other) / 2
+            found.append(Flat(corner, *((other, one) if side > 0 else (one, other))))
+    return found

@@ -1,0 +1,93 @@
+"""Smooth targets a part at a time: no more memory for a large one, and the same echo as all at once."""
+
+import numpy as np
+import pytest
+
+from insonify.engines import room, target_reach, targets
+from insonify.engines.room import BYTES_AT_ONCE, bytes_per_point
+from insonify.engines.targets import target_points
+from insonify.simulation import prepare, simulate
+from oracles.scenes import nominal
+from oracles.smooth import ROUGH
+
+BOX = {"shape": "box", "position": (0.0, 7.0), "size": (0.76, 0.76, 0.76), "smooth": 0.9, "scattering": ROUGH}
+ROUGH_SEA = {"bounce": "statistical", "wind_speed": 5.0}
+
+
+def scene(**changes):
+    """A smooth box 7 m from a sonar of 300 kHz."""
+    fixed = {
+        "targets": [BOX], "line": {"length": 0.3}, "sonar": {"pulse": {"kind": "cw", "frequency": 300e3,
+        "duration": 0.1e-3}}, "track": {"position": (0.0, 0.0, 5.0), "window": (0.006, 0.02)},
+        "seabed": {"depth": 10.0}, "water": {"noise_level_db": None},
+        "paths": {"causes": ["target"], "reflections": 2},
+    }  # fmt: skip
+    return nominal(**{**fixed, **changes})
+
+
+CHANGES = {
+    "still": {},
+    "moving sea": {"surface": ROUGH_SEA},
+    "jitter": {"field": "incoherent", "paths": {"causes": ["target"], "reflections": 1, "jitter": 0.3}},
+    "expected moving sea": {"field": "incoherent", "surface": ROUGH_SEA},
+}
+
+
+@pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
+def test_a_target_in_parts_echoes_as_the_whole(change, monkeypatch):
+    """Legs and pairs of about 300 facets at a time, or of all: the same to 1e-5, moving sea, jitter and both fields."""
+    scenario = scene(**change)
+    name = "intensity" if scenario.field == "incoherent" else "pressure"
+    made = []
+    for budget in (1e12, 2e6):
+        monkeypatch.setattr(room, "BYTES_AT_ONCE", budget)
+        made.append(simulate(scenario, threads=1)[name].values)
+    assert np.abs(made[0]).max() > 0
+    np.testing.assert_allclose(made[1], made[0], rtol=0, atol=1e-5 * np.abs(made[0]).max())
+
+
+@pytest.mark.parametrize("reflections", [1, 4, 6])
+def test_legs_and_pairs_of_one_part_stay_within_their_memory(reflections):
+    """Columns of the largest part of a smooth box over a moving sea, counted: half of 256 MB at most, at any order."""
+    scenario = scene(surface=ROUGH_SEA, paths={"causes": ["target"], "reflections": reflections})
+    listening = prepare(scenario)
+    here = listening.stance(0)
+    points = next(p for p in target_points(scenario.scene, scenario.paths, 1, here, 0.075, even=False) if not p.drawn)
+    pairs = next(iter(listening.engine.pieces(here, lambda: points)))
+    held = sum(
+        getattr(legs, name).nbytes
+        for legs in (pairs.out, pairs.back)
+        for name in ("delay", "length", "spreading", "absorption", "boundary", "visibility", "departure", "arrival")
+    )
+    held += 4 * pairs.strength.nbytes
+    assert held <= BYTES_AT_ONCE / 2
+    each = bytes_per_point(scenario.scene, scenario.paths, "target", drawn=False)
+    assert held / len(pairs.scatterers) <= each
+
+
+def test_a_smooth_box_near_the_sonar_is_few_patches():
+    """0.76 m, 7 m away, at 300 kHz: the wavefront's curvature splits no face; under 30 000 patches."""
+    scenario = scene()
+    listening = prepare(scenario)
+    points = target_points(scenario.scene, scenario.paths, 1, listening.stance(0), 0.075, even=False)
+    assert len(next(p for p in points if not p.drawn)) < 30_000
+
+
+@pytest.mark.parametrize("shape", [
+    {"shape": "cylinder", "length": 60.0, "diameter": 0.6}, {"shape": "box", "size": (60.0, 1.0, 3.0)},
+])  # fmt: skip
+def test_points_out_of_reach_are_dropped_and_no_echo_with_them(shape, monkeypatch):
+    """A long body at 20 m: a third of its points at most are followed, and the pressure changes by 0.3 % at most."""
+    body = {"position": (0.0, 20.0), "scattering": {"law": "lambert", "strength_db": -20.0}, **shape}
+    scenario = scene(targets=[body], track={"position": (0.0, 0.0, 5.0), "window": (0.02, 0.05)}, paths={
+        "causes": ["target"], "reflections": 0, "beam_floor_db": -80})  # fmt: skip
+    listening = prepare(scenario)
+    counts, made = [], []
+    for few in (1_000, 10**9):
+        monkeypatch.setattr(targets, "FEW", few)
+        monkeypatch.setattr(target_reach, "FEW", few)
+        blocks = listening.engine.blocks(listening.stance(0))
+        counts.append(sum(len(block()) for block in blocks))
+        made.append(simulate(scenario, threads=1).pressure.values)
+    assert counts[0] < counts[1] / 3
+    assert np.abs(made[0] - made[1]).max() < 3e-3 * np.abs(made[1]).max()
