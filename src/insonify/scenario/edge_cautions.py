@@ -32,7 +32,7 @@ def touches(scenario: Scenario) -> str:
                 ping = int(np.nanargmin(gap))
                 return (
                     f"track: {name} comes within {1e3 * float(gap[ping]):.2g} mm of {what} at ping {ping}, less than a "
-                    f"wavelength ({1e3 * wavelength:.2g} mm): its near field is not followed, and cells of 5 mm "
-                    f"make the run some ten times as long as from 1 m. Keep it {SLOW:g} m away or more."
+                    f"wavelength ({1e3 * wavelength:.2g} mm): its near field is not followed, and cells of "
+                    f"5 mm, the smallest, are too large there. Keep it {SLOW:g} m away or more."
                 )
     return ""

@@ -22,8 +22,8 @@ class Feature(NamedTuple):
     """Processor time that all of them take to compile [s]."""
 
 
-COHERENT = Feature("synthesis._block_kernel", "spread_block", 35.0)
-PAIRS = Feature("synthesis._spread", "spread_pairs", 10.0)
+COHERENT = Feature("engines._kept_kernel", "keep", 35.0)
+BEAMS = Feature("synthesis._block_kernel", "spread_block", 34.0)
 FAST = Feature("engines._swath_kernel", "walk", 30.0)
 EXPECTED = Feature("synthesis._spread", "spread_energy", 12.0)
 LABELS = Feature("synthesis._label_kernel", "add_places", 8.0)
@@ -51,10 +51,13 @@ def _needed(listening: Listening, labels: bool) -> list[Feature]:
     scenario, rays = listening.scenario, listening.engine.rays
     if listening.tracer is not None:
         return [TRACER]
-    expected = scenario.field == "incoherent"
+    expected, side = scenario.field == "incoherent", listening.stances(0)[0]
+    ground = "seabed" in scenario.paths.causes and scenario.seabed.scattering is not None
+    drawn = not expected and ground and scenario.paths.geometry == "3d"
     wanted = {
-        COHERENT: not expected,
-        FAST: expected and listening.ground(listening.stances(0)[0]) is not None,
+        COHERENT: drawn,
+        BEAMS: drawn and side.elements is None and not listening.coherent(side).plain,
+        FAST: expected and listening.incoherent(side).brief and listening.ground(side) is not None,
         EXPECTED: expected or labels,
         LABELS: labels,
         ELEMENTS: scenario.sonar.receiver.record == "elements",
