@@ -34,6 +34,9 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
+NEAREST_POINT = 1.0
+"""Distance that source level and target strength refer to: no point target may be nearer to the sonar [m]."""
+
 
 def scenario_faults(scenario: Scenario) -> Iterator[PydanticCustomError]:
     """Everything that keeps a scenario of valid parts from being simulated.
@@ -128,6 +131,7 @@ def _sonar_in_a_body(scenario: Scenario, places: dict[str, Floats]) -> Iterator[
     seabed = scenario.settled_seabed
     for row, target in enumerate(scenario.targets):
         if isinstance(target, PointTarget):
+            yield from _point_at_the_sonar(row, target, places)
             continue
         for name, place in places.items():
             pings = np.flatnonzero(inside_body(target, seabed, place))
@@ -138,6 +142,19 @@ def _sonar_in_a_body(scenario: Scenario, places: dict[str, Floats]) -> Iterator[
                     "Move the target, or the track.",
                 )  # fmt: skip
                 break
+
+
+def _point_at_the_sonar(row: int, point: PointTarget, places: dict[str, Floats]) -> Iterator[PydanticCustomError]:
+    """A point target nearer than the distance that source level and target strength refer to."""
+    for name, place in places.items():
+        away = np.linalg.norm(place - np.array(point.position), axis=1)
+        ping = int(np.argmin(away))
+        if away[ping] < NEAREST_POINT:
+            yield located(
+                f"targets.{row}.position", None, f"{point.label} is {away[ping]:.2g} m from {name} at ping {ping}. "
+                f"Levels refer to 1 m: move the target to {NEAREST_POINT:g} m or farther, or the track.",
+            )  # fmt: skip
+            return
 
 
 def _deaf_beams(scenario: Scenario) -> Iterator[PydanticCustomError]:
