@@ -140,3 +140,13 @@ def test_gain_is_divided_out_again():
     step = 10**12 * 2.0**-23 / gain
     assert np.all(np.abs(held.pressure.values[0] - plain) < 0.71 * step + 1e-5 * np.abs(plain))
     assert step[0] > 80 * step[-1]
+
+
+@pytest.mark.parametrize("field", ["pressures", "intensities"])
+def test_silence_goes_through_a_converter_without_a_warning(field):
+    """No sound and no noise at all, or next to none: recorded as it is, and no overflow on the way."""
+    behind = Electronics(np.empty(0, complex), None, np.zeros(3, bool), np.ones(3), 1e8, 0.0)
+    quiet = np.array([[0.0, 1e-300, 1e-30]])
+    with np.errstate(all="raise", under="ignore"):
+        heard = getattr(behind, field)(quiet.astype(complex) if field == "pressures" else quiet)
+    np.testing.assert_allclose(heard, quiet, rtol=1e-6, atol=1e-40)

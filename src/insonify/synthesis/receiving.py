@@ -68,7 +68,8 @@ class Electronics:
 
     def _converted(self, amplified: Complexes) -> Complexes:
         size = np.abs(amplified)
-        held = amplified * np.minimum(1.0, self.full_scale / np.maximum(size, np.finfo(float).tiny))
+        # what fits is left as it is: a quotient by silence would overflow
+        held = amplified * (self.full_scale / np.maximum(size, self.full_scale))
         if self.step == 0:
             return held
         top = self.full_scale / self.step  # codes go from -top to top - 1
@@ -84,8 +85,9 @@ class Electronics:
         if self.leak.size:
             heard = heard + np.abs(self.leak) ** 2
         if self.full_scale < np.inf:
-            amplified = np.maximum(heard * self.gain**2, np.finfo(float).tiny)
-            held = amplified * -np.expm1(-(self.full_scale**2) / amplified)
+            amplified = heard * self.gain**2
+            # exp(-700) is nothing: a quotient by silence would overflow
+            held = amplified * -np.expm1(-(self.full_scale**2) / np.maximum(amplified, self.full_scale**2 / 700))
             heard = self._rounded_power(held) / self.gain**2
         return np.where(self.deaf, 0.0, heard)
 
