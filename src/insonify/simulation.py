@@ -154,10 +154,10 @@ class Listening:
     def labelling(self, here: Stance) -> Labelling:
         """The reading that labels one ping."""
         floor = float(np.mean(self.noise.power))
-        cutters = tuple(target.label for target in self.scenario.scene.occluders)
+        cutters = tuple(target.label for target in self.engine.scene.occluders)
         return Labelling(self.incoherent(here), self.label_names, cutters, floor)
 
-    @property
+    @cached_property
     def label_names(self) -> LabelNames:
         """The axes of labels."""
         targets, water = tuple(target.label for target in self.scenario.targets), self.scenario.water

@@ -76,6 +76,7 @@ def _build(path: Path, names: LabelNames, layout: Layout, attributes: Mapping[st
         fill = np.nan if np.issubdtype(dtype, np.floating) else dtype(0) if dtype is np.bool_ else 255
         group.create_array(
             name, shape=shape, chunks=(1, *shape[1:]), dtype=dtype, fill_value=fill, dimension_names=dims,
+            chunk_key_encoding={"name": "default", "separator": "."},  # a file a ping, without folders of its own
             compressors=PACKED,
             attributes={"units": units, "long_name": meaning},
         )  # fmt: skip
@@ -117,7 +118,8 @@ def write_ping(path: str | Path, ping: int, labels: Labels, *, into: str | None 
     for name, (dims, dtype, units, _) in COLUMNS.items():
         values: NDArray[Any] = np.asarray(getattr(labels, name), dtype)
         stored = _rounded(values) if units == "uPa^2" else np.round(values, 3) if name == "place" else values
-        put_chunk(folder.joinpath(name, "c", str(ping), *("0" for _ in dims[1:])), np.ascontiguousarray(stored))
+        key = ".".join(["c", str(ping), *("0" for _ in dims[1:])])
+        put_chunk(folder / name / key, np.ascontiguousarray(stored))
     put_chunk(folder / "done" / "c" / str(ping), np.ones(1, bool))
 
 

@@ -1,12 +1,18 @@
 """Where energy comes from: paths laid into bins of delay, each with the place that it went to."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from insonify.synthesis._lanes import add_real_spike
+from insonify.synthesis._spread import _SHIFT
+from insonify.synthesis._taps import CELLS_PER_SPIKE
+
 Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
 MOMENTS = 6
 """Columns of the bins: energy, then energy times north, east, depth, distance and grazing angle."""
 
@@ -52,3 +58,133 @@ def add_places(
             for m in range(MOMENTS):
                 bins[k, m] += (1 - part) * energy * told[m]
                 bins[k + 1, m] += part * energy * told[m]
+
+
+class Points(NamedTuple):
+    """Points, n of them, and f legs to each from a sonar whose ends are at one place."""
+
+    delay: Floats
+    """One way [s], (f, n)."""
+    sent: Complexes
+    """Weight of each leg out, its beam included [uPa], (f, n)."""
+    heard: Complexes
+    """Weight of each leg back, likewise [1], (f, n)."""
+    grazing: Floats
+    """Grazing angle at the point [rad], (f, n)."""
+    strength: Floats
+    """Pressure that p pairs scatter re incident [m], (p, n)."""
+    place: Floats
+    """North, east, depth [m], (n, 3)."""
+
+
+class Grid(NamedTuple):
+    """Cells of energy and bins of places, by delay."""
+
+    first_time: float
+    """Of the first cell [s]."""
+    rate: float
+    """Cells per second [Hz]."""
+    start: float
+    """Delay of the first bin [s]."""
+    bin_rate: float
+    """Bins per second [Hz]."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _spike(cells: Floats, grid: Grid, delay: float, energy: float) -> None:
+    """Add one energy to the cells about its delay, as `_spread.spread_energy`."""
+    position = (delay - grid.first_time) * grid.rate - _SHIFT
+    if position >= 0.0 and position < cells.size - CELLS_PER_SPIKE:
+        cell = math.floor(position)
+        add_real_spike(cells, np.intp(cell), np.float64(np.float32(position - cell - 0.5)), energy)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _lay_place(
+    bins: Floats, grid: Grid, delay: float, energy: float, place: Floats, away: float, grazing: float
+) -> None:
+    """Add one energy, and energy times place, to the two bins beside its delay."""
+    position = (delay - grid.start) * grid.bin_rate
+    if not (energy > 0 and 0 <= position < bins.shape[0] - 1):
+        return
+    k = math.floor(position)
+    part = position - k
+    for row, share in ((k, (1 - part) * energy), (k + 1, part * energy)):
+        bins[row, 0] += share
+        bins[row, 1] += share * place[0]
+        bins[row, 2] += share * place[1]
+        bins[row, 3] += share * place[2]
+        bins[row, 4] += share * away
+        bins[row, 5] += share * grazing
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def lay_labels(
+    points: Points, pair: NDArray[np.int64], support: float, grid: Grid, receiver: Floats, own: Floats,
+    met: Floats, bins: Floats,
+) -> tuple[NDArray[np.int64], Floats, Complexes]:  # fmt: skip
+    """Energies and places of all pairs of legs of some points; a pair and its reverse arrive together, as one.
+
+    A pair that arrives apart from all others of its point counts for itself and for the whole. Of pairs that interfere
+    each counts for itself here, and they are told to be added up for the whole.
+
+    Args:
+        points: The points.
+        pair: Rows of two legs, the first never after the second, (p, 2).
+        support: Lag at which replicas no longer interfere [s].
+        grid: Of the cells and the bins.
+        receiver: North, east, depth of the receiver [m], (3,).
+        own: Energies that count for pair and whole, added to in place, (p, cells).
+        met: Energies that count for the pair alone, likewise.
+        bins: Energies and places, added to in place, (p, bins, MOMENTS).
+
+    Returns:
+        Of replicas that interfere: the first row of each group (and the end), delay [s], weight.
+    """
+    count, many = pair.shape[0], points.delay.shape[1]
+    tau, w, which = np.empty(count), np.empty(count, np.complex128), np.empty(count, np.int64)
+    order = np.empty(count, np.int64)
+    room = 0 if count < 2 else count * many
+    first, late, weight = np.empty(room + 1, np.int64), np.empty(room), np.empty(room, np.complex128)
+    groups, filled = 0, 0
+    for n in range(many):
+        m = 0
+        place = points.place[n]
+        north, east, down = place[0] - receiver[0], place[1] - receiver[1], place[2] - receiver[2]
+        away = math.sqrt(north * north + east * east + down * down)
+        for p in range(count):
+            i, j, strength = pair[p, 0], pair[p, 1], points.strength[p, n]
+            one = points.sent[i, n] * points.heard[j, n] * strength
+            other = points.sent[j, n] * points.heard[i, n] * strength if i != j else 0j
+            value = one + other
+            energy = one.real**2 + one.imag**2 + other.real**2 + other.imag**2
+            if energy == 0:
+                continue
+            delay = points.delay[i, n] + points.delay[j, n]
+            grazing = (abs(points.grazing[i, n]) + abs(points.grazing[j, n])) / 2
+            _lay_place(bins[p], grid, delay, energy, place, away, grazing)
+            tau[m], w[m], which[m] = delay, value, p
+            k = m
+            while k > 0 and tau[order[k - 1]] > delay:
+                order[k] = order[k - 1]
+                k -= 1
+            order[k] = m
+            m += 1
+        a = 0
+        while a < m:
+            b = a + 1
+            while b < m and tau[order[b]] - tau[order[b - 1]] <= support:
+                b += 1
+            for k in range(a, b):
+                o = order[k]
+                energy = w[o].real ** 2 + w[o].imag ** 2
+                _spike(own[which[o]] if b == a + 1 else met[which[o]], grid, tau[o], energy)
+            if b > a + 1:
+                first[groups] = filled
+                groups += 1
+                for k in range(a, b):
+                    late[filled], weight[filled] = tau[order[k]], w[order[k]]
+                    filled += 1
+            a = b
+    first[groups] = filled
+    return first[: groups + 1], late[:filled], weight[:filled]

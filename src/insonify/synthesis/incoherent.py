@@ -121,7 +121,7 @@ class Incoherent:
             self._add_together(energies, pairs, sent, heard)
             return
         # A pair and its reverse arrive together, and unless jitter parts them they are one.
-        mirrored = pairs.out is pairs.back and mean == kept and _symmetric(pairs.pair)
+        mirrored = pairs.out is pairs.back and mean == kept and symmetric(pairs.pair)
         rows = np.flatnonzero(pairs.pair[:, 0] <= pairs.pair[:, 1]) if mirrored else np.arange(len(pairs.pair))
         for channel in range(self.stance.channel_count):
             delay, energy, first, late, weight = _sort(
@@ -150,6 +150,12 @@ class Incoherent:
             for key, share in ((group, kept), ((group, names), mean - kept)):
                 if share:
                     sums.add(key, share, delay, weight)
+
+    @property
+    def random_paths(self) -> bool:
+        """Whether the paths of one place are random too, by jitter or by uneven water, and interfere in part."""
+        uneven = self.delays is not None and self.delays.uneven.rms_index != 0
+        return uneven or self.perturbation.mean_energy != self.perturbation.kept_interference
 
     @property
     def brief(self) -> bool:
@@ -224,7 +230,7 @@ def _random_bounces(pairs: Pairs) -> tuple[int, int] | None:
     return one, other
 
 
-def _symmetric(pair: NDArray[np.int64]) -> bool:
+def symmetric(pair: NDArray[np.int64]) -> bool:
     """Whether the reverse of every pair is there too."""
     there = set(map(tuple, pair.tolist()))
     return there == {(j, i) for i, j in there}

@@ -8,7 +8,7 @@ seabed is missing: the cut legs carry their own echo, as it would be if nothing 
 from dataclasses import dataclass, field
 from functools import reduce
 from operator import iadd
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,9 +19,10 @@ from insonify.records.legs import SEABED, Legs, Status
 from insonify.records.pairs import Pairs
 from insonify.scene.scatterers import Boundary
 from insonify.sonar.beam import Beams
-from insonify.synthesis._label_kernel import MOMENTS, add_places
+from insonify.synthesis._groups import add_groups
+from insonify.synthesis._label_kernel import MOMENTS, Grid, Points, add_places, lay_labels
 from insonify.synthesis.flashes import add_flashes
-from insonify.synthesis.incoherent import Energies, Incoherent
+from insonify.synthesis.incoherent import Energies, Incoherent, symmetric
 from insonify.synthesis.levels import ALL, CurveSet, pair_name
 from insonify.units import intensity_ratio
 
@@ -29,6 +30,8 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 Rows = NDArray[np.intp]
 Key = tuple[str, str]
+MET = "met:"
+"""Before the name of a pair: what counts for the pair, but for its owner only together with other pairs."""
 HIDDEN = "hidden"
 """Stands for the pair where a key means what an owner hides."""
 POINTS = 3.0
@@ -54,14 +57,30 @@ def label_names(targets: tuple[str, ...], followed: tuple[str, ...], *, water: t
     return LabelNames(("seabed", "surface", *targets), tuple(pairs))
 
 
+class Room(NamedTuple):
+    """Cells and bins of all pairs of one owner, side by side."""
+
+    own: Floats
+    """Energies that count for pair and owner, (channels, pairs, cells)."""
+    met: Floats
+    """Energies that count for the pair alone, likewise."""
+    bins: Floats
+    """Energies and places, (channels, pairs, bins, MOMENTS)."""
+
+
 @dataclass(frozen=True, slots=True)
 class Kept:
     """What has been heard so far."""
 
     curves: CurveSet
-    """Energies by (owner, pair); the pair `ALL` is left out where an owner has but one."""
+    """Energies by (owner, pair), which count for both; by (owner, `ALL`) those that count for the owner, by (owner,
+    `MET` and pair) those that count for the pair."""
     bins: dict[Key, Floats] = field(default_factory=dict)
     """Energy and places by (owner, pair) and by (who cuts, `HIDDEN`), each (channels, bins, MOMENTS)."""
+    rooms: dict[tuple[str, tuple[str, ...]], Room] = field(default_factory=dict)
+    """What `curves` and `bins` of an owner with some pairs are parts of."""
+    nbytes: int = 0
+    """Size of all that one owner is likely to fill [bytes]."""
 
     def __iadd__(self, other: "Kept") -> "Kept":
         """Add what another has heard."""
@@ -91,22 +110,84 @@ class Labelling:
 
     def silence(self) -> Kept:
         """Nothing heard yet."""
-        return Kept(CurveSet())
+        grid, channels = self.whole.grid, self.whole.stance.channel_count
+        cells = 2 * grid.energy_cells(0).shape[1] + MOMENTS * (grid.count + sum(self._ringing))
+        return Kept(CurveSet(), nbytes=8 * channels * len(self.names.pairs) * cells)
 
     def take_in(self, kept: Kept, pairs: Pairs) -> None:
         """Add one block of scatterers to its owner."""
         owner = pairs.scatterers.owner
-        names = np.array([pair_name(out, back) for out, back in pairs.names()])
-        parts = {name: pairs.only(np.flatnonzero(names == name)) for name in dict.fromkeys(names.tolist())}
+        names = tuple(pair_name(out, back) for out, back in pairs.names())
         sent, heard = self.whole.weights(pairs)
+        room = self._room(kept, owner, pairs, names)
+        if room is not None:
+            self._lay_all(kept, owner, room, pairs, sent, heard)
+            if pairs.scatterers.boundary == "seabed" and STRAIGHT in names:
+                self._miss(kept, pairs.only(np.array([names.index(STRAIGHT)])))
+            return
+        parts = {name: pairs.only(np.flatnonzero(np.array(names) == name)) for name in dict.fromkeys(names)}
         out, back = _power(sent), _power(heard)
         if len(parts) > 1:
             self._hear(kept, (owner, ALL), pairs, sent, heard)
         for name, part in parts.items():
-            self._hear(kept, (owner, name), part, sent, heard)
+            self._hear(kept, (owner, MET + name if len(parts) > 1 else name), part, sent, heard)
             self._lay(kept, (owner, name), part, out, back)
         if pairs.scatterers.boundary == "seabed" and STRAIGHT in parts:
             self._miss(kept, parts[STRAIGHT])
+
+    def _room(self, kept: Kept, owner: str, pairs: Pairs, names: tuple[str, ...]) -> Room | None:
+        """Cells and bins for the pairs of a block, in the order of their names; None where these do not tell all.
+
+        Names tell all where legs out and back are the same, one of each family, and nothing is random but the phase of
+        the place.
+        """
+        whole = self.whole
+        if pairs.out is not pairs.back or pairs.together or pairs.out.glints is not None or whole.random_paths:
+            return None
+        if len(set(pairs.out.families)) < len(pairs.out.families) or not symmetric(pairs.pair):
+            return None
+        if np.iscomplexobj(pairs.strength):
+            return None
+        some = tuple(dict.fromkeys(names))
+        if (owner, some) not in kept.rooms:
+            if any((owner, name) in kept.bins for name in some):
+                return None
+            lead, tail = self._ringing
+            channels, cells = whole.silence().cells.shape
+            room = Room(
+                np.zeros((channels, len(some), cells)), np.zeros((channels, len(some), cells)),
+                np.zeros((channels, len(some), whole.grid.count + lead + tail, MOMENTS)),
+            )  # fmt: skip
+            kept.rooms[owner, some] = room
+            for row, name in enumerate(some):
+                kept.bins[owner, name] = room.bins[:, row]
+                for key, part in ((name, room.own), (MET + name, room.met)):
+                    kept.curves[owner, key] = Energies(part[:, row], np.zeros((channels, whole.grid.count)))
+        return kept.rooms[owner, some]
+
+    def _lay_all(self, kept: Kept, owner: str, room: Room, pairs: Pairs, sent: Complexes, heard: Complexes) -> None:
+        """Add all pairs of a block to their room, and what those that interfere make together to their owner."""
+        whole, table, legs = self.whole, self.whole.table, pairs.out
+        here, grid, (lead, _) = whole.stance, whole.grid, self._ringing
+        rows = np.flatnonzero(pairs.pair[:, 0] <= pairs.pair[:, 1])
+        pair, strength = pairs.pair[rows], np.abs(pairs.strength[rows])
+        times = Grid(grid.first_time, grid.energy_rate, grid.start - lead / grid.sample_rate, grid.sample_rate)
+        for channel in range(here.channel_count):
+            points = Points(
+                legs.delay, sent[channel % len(sent)], heard[channel % len(heard)], legs.grazing, strength,
+                pairs.scatterers.position,
+            )  # fmt: skip
+            told = lay_labels(
+                points, pair, len(table.samples) / table.rate, times, here.receive_place, room.own[channel],
+                room.met[channel], room.bins[channel],
+            )  # fmt: skip
+            if len(told[1]):
+                if (owner, ALL) not in kept.curves:
+                    kept.curves[owner, ALL] = whole.silence()
+                add_groups(
+                    kept.curves[owner, ALL].intensity[channel], grid.start, grid.sample_rate, table.samples,
+                    table.start, table.rate, *told, 1.0, 0.0,
+                )  # fmt: skip
 
     def _hear(self, kept: Kept, key: Key, pairs: Pairs, sent: Complexes, heard: Complexes) -> None:
         if key not in kept.curves:
@@ -209,11 +290,14 @@ class Labelling:
         def heard(parts: list[Energies]) -> Floats:
             return self.whole.series(reduce(iadd, parts, self.whole.silence())) if parts else silent
 
-        by_owner = []
-        for owner in self.names.owners:
-            mine = {pair: energies for (who, pair), energies in curves.items() if who == owner}
-            by_owner.append(heard([mine[ALL]] if ALL in mine else list(mine.values())))
-        by_pair = [heard([value for (_, name), value in curves.items() if name == pair]) for pair in self.names.pairs]
+        def both(name: str) -> list[Energies]:
+            return [value for (_, key), value in curves.items() if key in (name, MET + name)]
+
+        by_owner = [
+            heard([value for (who, key), value in curves.items() if who == owner and not key.startswith(MET)])
+            for owner in self.names.owners
+        ]
+        by_pair = [heard(both(name)) for name in self.names.pairs]
         return np.stack(by_owner, axis=1), np.stack(by_pair, axis=1)
 
     def _targets(

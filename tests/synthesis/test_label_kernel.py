@@ -1,0 +1,29 @@
+"""All pairs of a block laid down in one pass say what each pair by itself, and all together, say."""
+
+import numpy as np
+import pytest
+
+from insonify.records.labels import COLUMNS
+from insonify.simulation import labels
+from insonify.synthesis.labels import Labelling
+from oracles.scenes import nominal
+
+BOX = {"label": "box", "position": (0.0, 60.0), "size": (4.0, 1.0, 1.0)}
+
+
+@pytest.mark.parametrize("depth", [0.08, 11.0])
+def test_one_pass_is_all_passes(monkeypatch: pytest.MonkeyPatch, depth: float) -> None:
+    """A box, paths of two bounces; just under the surface they overlap within the pulse and make fringes: to 1e-9."""
+    scene = nominal(box=BOX, track={"position": (0.0, 0.0, depth), "window": (0.081, 0.086)},
+                    surface={"scattering": None}, paths={"reflections": 2, "scatterers_per_cell": 2})  # fmt: skip
+    once = labels(scene)
+    monkeypatch.setattr(Labelling, "_room", lambda *_: None)
+    passes = labels(scene)
+    assert (once.highlight.values | once.ghost.values).any()
+    alone, whole = once.pair_intensity.values.sum(axis=1), once.expected_intensity.values
+    if depth < 1:
+        assert np.std(10 * np.log10(whole / alone)) > 0.5
+    for name in COLUMNS:
+        first, second = once[name].values, passes[name].values
+        scale = float(np.nanmax(np.abs(second.astype(float)))) or 1.0
+        np.testing.assert_allclose(first, second, rtol=1e-6, atol=1e-9 * scale, err_msg=name)
