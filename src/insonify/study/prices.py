@@ -48,7 +48,7 @@ BYTES_PER_LEG, BYTES_PER_PAIR, BYTES_PER_WAVE_LEG = 350, 40, 8000
 """Columns of one leg, of one pair, and of one leg off explicit waves, in a block that a thread works on."""
 BYTES_OF_RELIEF = 80e6
 """Caches of the terrain."""
-BYTES_PER_PIECE = 600
+BYTES_PER_PIECE = 350
 """One piece of a body while it is cut up."""
 
 FILE_BYTES, PING_FILE_BYTES = 28e3, 60.0
