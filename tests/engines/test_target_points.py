@@ -106,7 +106,6 @@ def test_a_slice_keeps_of_a_box_what_its_plane_meets():
         ({"shape": "drum", "position": (0, 50), "burial_depth": 0.6}, r"buries all of it: it is 0.572 m high"),
         ({"shape": "drum", "position": (0, 50), "burial": 0.2, "burial_depth": 0.1}, r"says again what burial says"),
         ({"shape": "drum", "position": (0, 50), "burial": 0.2, "base_depth": 9}, r"burial: 0.2 is for a target on the"),
-        ({"shape": "cone", "position": (0, 50), "height": 25, "diameter": 1}, r"is 25 m high as it lies, and its base"),
         ({"shape": "point", "position": (0, 50, 21)}, r"position.2: 21 m is below the seabed .*up to 20 m"),
         ({"shape": "point", "position": (0, 50, 0)}, r"position.2: 0 m is at or above the sea surface"),
         ({"shape": "drum", "position": (0, 50), "label": "noise"}, r"label: 'noise' is taken"),

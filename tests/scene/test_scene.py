@@ -15,11 +15,6 @@ from insonify.scene.target import PointTarget
     [
         ({"shape": "point", "position": (0, 50, 21)}, "below the seabed"),
         ({"shape": "point", "position": (0, 50, 0)}, "at or above the sea surface"),
-        ({"shape": "box", "position": (0, 50), "size": (1, 1, 21)}, r"size.2: 21 m high .* under 20 m\."),
-        (
-            {"shape": "box", "position": (0, 50), "size": (1, 1, 6), "base_depth": 5},
-            r"size.2: 6 m high on a base at 5 m .* under 5 m, or a deeper base",
-        ),
         (
             {"shape": "box", "position": (0, 50), "size": (1, 1, 1), "base_depth": -5},
             "base_depth: -5 m is at or above the sea surface",

@@ -79,7 +79,7 @@ def echo_window(scenario: Scenario, ping: int, target: Solid | PointTarget) -> t
 
 
 def middle(target: Solid | PointTarget, scene: Scene) -> Floats:
-    """North, east, depth of the middle of a target [m], shape (3,).
+    """North, east, depth of the middle of what is under water of a target [m], shape (3,).
 
     Args:
         target: The target.
@@ -87,9 +87,6 @@ def middle(target: Solid | PointTarget, scene: Scene) -> Floats:
     """
     if isinstance(target, PointTarget):
         return np.array(target.position)
-    if isinstance(target, Box) and target.upright:
-        base = scene.depth_under(target) if target.base_depth is None else target.base_depth
-        return np.array([*target.position, base - target.size[2] / 2])
     surface = world_triangles(target, scene.seabed)
     return (surface.low + surface.high) / 2
 

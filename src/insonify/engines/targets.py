@@ -20,16 +20,14 @@ from insonify.propagation.families import families_for
 from insonify.propagation.images import StraightRays
 from insonify.propagation.rays import Rays
 from insonify.propagation.rims import rims
-from insonify.scene.box import box_scatterers, box_section
+from insonify.scene.box import box_body, box_scatterers, box_section
 from insonify.scene.cells import LONGEST
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene, point_scatterer
 from insonify.scene.seabed import Seabed
 from insonify.scene.solid import (
-    body_triangles,
     cell_side,
     ground_depth,
-    resting,
     solid_scatterers,
     world_triangles,
 )
@@ -150,7 +148,7 @@ def solid_pieces(scene: Scene, stance: Stance, resolution: Resolution) -> list[f
     found = []
     for solid in scene.solids:
         longest = LONGEST * _solid_pitch(scene, solid, stance, resolution.slant, resolution)
-        corners = body_triangles(solid).corners
+        corners = world_triangles(solid, scene.seabed).corners
         sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max(axis=1)
         found.append(float(np.sum(np.maximum(sides / longest, 1.0) ** np.log2(3.0))))
     return found
@@ -217,7 +215,7 @@ def _solid_pitch(scene: Scene, solid: Solid, stance: Stance, slant: float, resol
     Of many drawn points no more are left than fill the resolution cells.
     """
     pitch = slant / FACE_CELLS
-    cheap = float(np.sqrt(body_triangles(solid).area.sum() / FRINGE_POINTS))
+    cheap = float(np.sqrt(world_triangles(solid, scene.seabed).area.sum() / FRINGE_POINTS))
     if cheap > pitch and resolution is not None:
         return max(pitch, min(cheap, _sparse(scene, solid, stance, resolution)))
     return min(pitch, max(_rise(scene, solid, stance, pitch), cheap))
@@ -227,18 +225,24 @@ def _box_cells(
     scene: Scene, box: Box, stance: Stance, slant: float, resolution: Resolution | None
 ) -> tuple[float, float]:  # fmt: skip
     """Side of an upright box's cells, and their height on upright faces [m]; of many drawn points as `_solid_pitch`."""
-    pitch = min(slant, *box.size) / FACE_CELLS
+    length, width, height = size = _wet_size(scene, box)
+    pitch = min(slant, *size) / FACE_CELLS
     rise = _rise(scene, box, stance, pitch)
     if resolution is None:
         return pitch, rise
-    length, width, height = box.size
     level, upright = 2 * length * width, 2 * (length + width) * height
     if level / pitch**2 + upright / (pitch * rise) <= FRINGE_POINTS:
         return pitch, rise
     cheap = float(np.sqrt((level + upright) / FRINGE_POINTS))
     if cheap > pitch:
-        pitch = max(pitch, min(cheap, _sparse(scene, box, stance, resolution), min(box.size) / FACE_CELLS))
+        pitch = max(pitch, min(cheap, _sparse(scene, box, stance, resolution), min(size) / FACE_CELLS))
     return pitch, min(pitch, max(rise, cheap))
+
+
+def _wet_size(scene: Scene, box: Box) -> tuple[float, float, float]:
+    """Length, width, and height under water of an upright box [m]."""
+    top, base = box_body(box, scene.depth_under(box))[6:]
+    return *box.size[:2], float(base - top)
 
 
 def _sparse(scene: Scene, solid: Solid, stance: Stance, resolution: Resolution) -> float:
@@ -286,7 +290,7 @@ def _covered(stance: Stance, width: float, distance: float) -> float:
 def _may_be_heard(solid: Solid, scene: Scene, stance: Stance) -> bool:
     """Whether a solid is near enough for its first echo to fall into the window; others cost nothing."""
     surface = world_triangles(solid, scene.seabed)
-    middle: NDArray[np.float64] = resting(solid, scene.seabed)[1]
+    middle = (surface.low + surface.high) / 2
     radius = float(np.linalg.norm(surface.high - surface.low)) / 2
     way = sum(float(np.linalg.norm(middle - end)) - radius for end in (stance.transmit_place, stance.receive_place))
     return way * LATER / stance.sound_speed <= stance.heard_delays[1]

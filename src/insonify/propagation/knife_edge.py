@@ -35,6 +35,10 @@ PER_UNIT = 64
 
 TOUCHING = 0.01
 """A base this near to the bed leaves no gap [m]."""
+STANDING_OUT = 1e-6
+"""Depth of a top down to which a target stands through the surface [m]."""
+SKY = 1e30
+"""Height above the water at which such a screen ends [m]."""
 RIPPLES = 12.0
 """Fresnel number beyond which a solid beside or below a ray takes nothing: its ripple is below 0.02 [1]."""
 ROUGH_RIPPLES = 6.0
@@ -119,8 +123,8 @@ def soft_edges(
         bounced = np.array([bool(bounces(name)) for name in legs.families])
         around_boxes(
             np.unique(np.concatenate(boxed)), place, scatterers.position, legs.arrival, legs.length, bounced,
-            scene.seabed.depth, wavelength, scene.bodies, beds, scatterers.occluder, wide, edge_table(), PER_UNIT,
-            legs.status, legs.occluder, visibility,
+            scene.seabed.depth, wavelength, without_gap_above(scene.bodies, 6), beds, scatterers.occluder, wide,
+            edge_table(), PER_UNIT, legs.status, legs.occluder, visibility,
         )  # fmt: skip
     for row, solid in enumerate(scene.solids, start=len(scene.boxes)):
         if row != scatterers.occluder and len(near[row]):
@@ -142,6 +146,16 @@ def soft_edges(
     ground = 1.0 if scene.seabed.bed is None else legs.visibility
     partly = by_target | (legs.status == Status.CLEAR)
     return replace(legs, visibility=np.where(partly, visibility * ground, legs.visibility))
+
+
+def without_gap_above(screens: NDArray[np.float64], top: int) -> NDArray[np.float64]:
+    """Screens of which those that stand out of the water go on above it: no sound bends over their tops.
+
+    Args:
+        screens: Numbers of each screen, shape (n, k).
+        top: Column of the depths of their tops [m].
+    """
+    return np.where((np.arange(screens.shape[1]) == top) & (screens[:, top, None] <= STANDING_OUT), -SKY, screens)
 
 
 def _near(
@@ -174,6 +188,7 @@ def _around(
         if seen is not None:
             around_solid(
                 rows, place, scatterers.position, legs.arrival[f], legs.length[f], bool(bounces(family)),
-                scene.seabed.depth, wavelength, *seen, bed, row, wide, far, edge_table(), PER_UNIT, legs.status[f],
+                scene.seabed.depth, wavelength, seen.facing, seen.borders, seen.away,
+                without_gap_above(seen.columns, 1), bed, row, wide, far, edge_table(), PER_UNIT, legs.status[f],
                 legs.occluder[f], visibility[f],
             )  # fmt: skip

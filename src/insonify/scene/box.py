@@ -28,12 +28,12 @@ def box_body(box: Box, seabed_depth: float) -> NDArray[np.float64]:
     """The box as numbers for kernels, shape (8,).
 
     North, east of its centre; cosine, sine of its heading; half length, half width [m];
-    depth of its top and of its base [m].
+    depth of its top, or 0 where it stands out of the water, and of its base [m].
     """
     base = seabed_depth if box.base_depth is None else box.base_depth
     length, width, height = box.size
     c, s = np.cos(box.heading), np.sin(box.heading)
-    return np.array([*box.position, c, s, length / 2, width / 2, base - height, base])
+    return np.array([*box.position, c, s, length / 2, width / 2, max(base - height, 0.0), base])
 
 
 def inside_box(body: NDArray[np.float64], place: NDArray[np.float64]) -> bool:
@@ -58,10 +58,11 @@ def box_scatterers(
         even: Points laid out evenly instead, for an expectation.
 
     Returns:
-        Scatterers whose draws depend on the seed and the box's label, not on the other targets.
+        Scatterers whose draws depend on the seed and the box's label, not on the other targets; none above the surface.
     """
-    length, width, height = box.size
-    base = box_body(box, seabed_depth)[7]
+    length, width = box.size[:2]
+    top, base = box_body(box, seabed_depth)[6:]
+    height = base - top
     axes = box_axes(box)
     along, across, up = axes
     centre = np.array([*box.position, base - height / 2])
@@ -75,6 +76,8 @@ def box_scatterers(
     }
     if base >= seabed_depth - _STANDING:
         del spans["bottom"]
+    if top <= _STANDING:
+        del spans["top"]
     upright = (pitch, min(pitch, rise))
     faces = [
         _face(f, centre, *spans[name], (pitch, pitch) if name in LEVEL else upright, seed, box.label, even)

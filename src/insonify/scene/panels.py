@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.scene.seabed import Seabed
-from insonify.scene.solid import resting
+from insonify.scene.solid import resting, submerged
 from insonify.scene.target import Box, Cone, Cylinder, Plate, Solid, Sphere, TruncatedCone
 
 Floats = NDArray[np.float64]
@@ -126,6 +126,7 @@ def panels(solid: Solid, seabed: Seabed, place: Floats) -> list[Panel]:
         place: North, east, depth that a sphere's angles are counted from [m], shape (3,): its patches then lie alike
             from wherever it is seen.
     """
+    solid = submerged(solid, seabed)
     turn, middle = resting(solid, seabed)
     body = turn.T  # its own forward, starboard and down in the world, as rows
     match solid:

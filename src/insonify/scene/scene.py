@@ -16,7 +16,7 @@ from insonify.scene.box import box_body, inside_box
 from insonify.scene.scatterers import Scatterers, whole_target
 from insonify.scene.scoured import scoured
 from insonify.scene.seabed import Seabed
-from insonify.scene.solid import ground_depth, inside_solid, solid_faults, world_triangles
+from insonify.scene.solid import ground_depth, inside_solid, solid_faults, whole_triangles, world_triangles
 from insonify.scene.surface import Surface
 from insonify.scene.target import Box, PointTarget, Solid, Target, is_solid
 
@@ -104,16 +104,9 @@ def scene_faults(seabed: Seabed, targets: tuple[Target, ...]) -> Iterator[Pydant
 
 
 def _box_faults(path: str, box: Box, seabed_depth: float) -> Iterator[PydanticCustomError]:
-    body = box_body(box, seabed_depth)
-    top, base = float(body[6]), float(body[7])
+    base = float(box_body(box, seabed_depth)[7])
     if not 0 < base <= seabed_depth + _ROUNDING:
         yield _out_of_the_water(f"{path}.base_depth", base, seabed_depth)
-    elif top <= 0:
-        yield located(
-            f"{path}.size.2", f"{box.size[2]:g} m", f"high on a base at {base:g} m puts the top at or above the sea "
-            f"surface (0 m). Write a height under {base:g} m"
-            + (", or a deeper base." if base < seabed_depth else "."),
-        )  # fmt: skip
 
 
 def _point_faults(
@@ -154,7 +147,7 @@ def inside_body(body: Solid, seabed: Seabed, place: NDArray[np.float64], *, touc
         touching: Whether a place on top or under the base of an upright box counts as inside.
     """
     if is_solid(body):
-        return inside_solid(world_triangles(body, seabed), place)
+        return inside_solid(whole_triangles(body, seabed), place)
     assert isinstance(body, Box)
     edge = 0.0 if touching else _ROUNDING
     # a face that stands on the bed is no way in

@@ -5,17 +5,16 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.scene.clipping import clipped
 from insonify.scene.seabed import Seabed
 from insonify.scene.solid import ground_depth, world_triangles
 from insonify.scene.target import Solid
 
 Floats = NDArray[np.float64]
 
-_TOUCHING = 1e-6  # a face this close to the bed lies on it [m]
-
 
 def smooth_triangles(solid: Solid, seabed: Seabed) -> Floats:
-    """Corners of the faces of a target where it lies, counter-clockwise from outside [m], shape (t, 3, 3).
+    """Corners of the faces of a target under water where it lies, counter-clockwise from outside [m], shape (t, 3, 3).
 
     Args:
         solid: The target.
@@ -49,25 +48,4 @@ def above_ground(corners: Floats, seabed: Seabed) -> Floats:
         Triangles with the same normals, shape (..., 3, 3).
     """
     bed = ground_depth(seabed, corners[:, :, :2].mean(axis=1))
-    height = bed[:, None] - corners[:, :, 2]
-    reached = ~(height.max(axis=1) <= _TOUCHING)
-    cut = reached & (height.min(axis=1) < -_TOUCHING)
-    parts = [corners[reached & ~cut]]
-    for count in (1, 2):
-        # corners turned so that those above come first, or the one below last
-        rows = np.flatnonzero(cut & ((height > 0).sum(axis=1) == count))
-        first = (height[rows] > 0).argmax(axis=1) if count == 1 else ((height[rows] <= 0).argmax(axis=1) + 1) % 3
-        order = (first[:, None] + np.arange(3)) % 3
-        a, b, c = np.moveaxis(np.take_along_axis(corners[rows], order[:, :, None], axis=1), 1, 0)
-        at_a, at_b, at_c = np.take_along_axis(height[rows], order, axis=1).T[:, :, None]
-        if count == 1:
-            parts.append(np.stack([a, _level(a, b, at_a, at_b), _level(a, c, at_a, at_c)], axis=1))
-        else:
-            one, other = _level(b, c, at_b, at_c), _level(a, c, at_a, at_c)
-            parts += [np.stack([a, b, one], axis=1), np.stack([a, one, other], axis=1)]
-    return np.concatenate(parts)
-
-
-def _level(a: Floats, b: Floats, at_a: Floats, at_b: Floats) -> Floats:
-    """Where the sides from places above ground to places below it meet the ground [m], shape (n, 3)."""
-    return np.asarray(a + (b - a) * at_a / (at_a - at_b))
+    return clipped(corners, bed[:, None] - corners[:, :, 2])

@@ -1,4 +1,8 @@
-"""Solids in the world: where their triangles stand, what is inside them, and the points drawn on their faces."""
+"""Solids in the world: where their triangles stand, what is inside them, and the points drawn on their faces.
+
+What stands out of the water is cut off at the mean surface: sound in the water meets neither it nor its shadow. The cut
+is left open, for no sound comes from there.
+"""
 
 import zlib
 from collections.abc import Iterator
@@ -13,6 +17,7 @@ from insonify.frames import pose_rotation
 from insonify.noun import located
 from insonify.scene import shapes
 from insonify.scene.cells import Cells, surface_cells
+from insonify.scene.clipping import TOUCHING, clipped
 from insonify.scene.library import preset_triangles
 from insonify.scene.mesh import mesh_triangles
 from insonify.scene.scatterers import Scatterers, target_place
@@ -37,6 +42,7 @@ MOST_POINTS = 500_000
 FEWEST_POINTS = 400
 """Points that a solid has at least, so that a small one is no handful of glints [1]."""
 STANDING = 1e-6  # a face this close to the bed lies on it [m]
+UPRIGHT = 1e-9  # sine of the angle from upright below which a cylinder stands [1]
 SOLID_FACE = 6  # stands in a solid's keys where a box has its face
 ROW = 4096  # cells in a row of a solid's keys
 
@@ -122,9 +128,43 @@ def resting(solid: Solid, seabed: Seabed) -> tuple[Floats, Floats]:
 
 
 @lru_cache(maxsize=256)
-def world_triangles(solid: Solid, seabed: Seabed) -> Triangles:
-    """The surface of a solid where it lies: corners in north, east, depth [m]; see `resting`."""
+def whole_triangles(solid: Solid, seabed: Seabed) -> Triangles:
+    """The surface of a solid where it lies, out of the water too: north, east, depth [m]; see `resting`."""
     return body_triangles(solid).moved(*resting(solid, seabed))
+
+
+def emerges(solid: Solid, seabed: Seabed) -> bool:
+    """Whether the top of a solid reaches the mean surface of the water, or stands out of it."""
+    return bool(whole_triangles(solid, seabed).low[2] <= TOUCHING)
+
+
+@lru_cache(maxsize=256)
+def submerged(solid: Solid, seabed: Seabed) -> Solid:
+    """A solid as high as the water: upright boxes and cylinders that emerge are shortened, others stay as they are.
+
+    Args:
+        solid: The solid.
+        seabed: What it lies on.
+    """
+    base = float(whole_triangles(solid, seabed).high[2])
+    changes: dict[str, object] = {"base_depth": base, "burial": 0.0, "burial_depth": 0.0}
+    if emerges(solid, seabed):
+        match solid:
+            case Box(size=(length, width, _), pitch=0.0, roll=0.0):
+                return solid.unchecked_copy(size=(length, width, base), **changes)
+            case Cylinder() if abs(np.cos(solid.pitch)) < UPRIGHT:
+                return solid.unchecked_copy(length=base, **changes)
+    return solid
+
+
+@lru_cache(maxsize=256)
+def world_triangles(solid: Solid, seabed: Seabed) -> Triangles:
+    """The surface of a solid under water where it lies: north, east, depth [m]; open where the surface cuts it."""
+    whole = whole_triangles(submerged(solid, seabed), seabed)
+    if not emerges(solid, seabed):
+        return whole
+    left = clipped(whole.corners, whole.corners[..., 2])
+    return Triangles(left.reshape(-1, 3), np.arange(3 * len(left)).reshape(-1, 3))
 
 
 def solid_scatterers(
@@ -137,19 +177,22 @@ def solid_scatterers(
 
     Args:
         solid: The solid.
-        seabed: What it lies on; what has sunk in is left out.
+        seabed: What it lies on; what has sunk in, or stands out of the water, is left out.
         seed: Seed of the scenario.
         pitch: Side of a cell [m].
         occluder: Row of this solid among the scene's occluders.
         even: Points laid out evenly instead, for an expectation.
     """
+    turn, shift = resting(solid, seabed)
     body = body_triangles(solid)
+    if emerges(solid, seabed):
+        turn, shift = resting(submerged(solid, seabed), seabed)
+        body = world_triangles(solid, seabed).moved(turn.T, -shift @ turn)
     whole = float(body.area.sum())
     cells: Cells = surface_cells(body, cell_side(whole, pitch))
     n = np.arange(len(cells))
     u = streams.uniforms(seed, streams.TARGET, n // ROW, n % ROW, SOLID_FACE, zlib.crc32(solid.label.encode()))
     place, normal = cells.points(u[:, :3], even=even)
-    turn, shift = resting(solid, seabed)
     position = place @ turn.T + shift
     points = Scatterers(
         owner=solid.label,
@@ -222,8 +265,3 @@ def solid_faults(path: str, solid: Solid, seabed: Seabed) -> Iterator[PydanticCu
         yield located(f"{path}.burial_depth", f"{solid.burial_depth:g} m", f"buries all of it: it is {tall:.3g} m high "
                       f"as it lies. Write less than {tall:.3g} m.")  # fmt: skip
         return
-    top = float(world_triangles(solid, seabed).low[2])
-    if top <= 0:
-        lowest = float(world_triangles(solid, seabed).high[2])
-        yield located(path, f"{solid.label}", f"is {tall:.3g} m high as it lies, and its base at {lowest:.3g} m puts "
-                      "the top at or above the sea surface (0 m). Make it smaller, or lay it deeper.")  # fmt: skip

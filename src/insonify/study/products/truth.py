@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from insonify.scenario.scenario import Scenario
 from insonify.scene.shapes import Triangles
-from insonify.scene.solid import world_triangles
+from insonify.scene.solid import whole_triangles
 from insonify.scene.target import PointTarget
 
 Floats = NDArray[np.float64]
@@ -39,7 +39,8 @@ def depth_from_above(scenario: Scenario, north: ArrayLike, east: ArrayLike) -> F
     x, y = np.broadcast_arrays(np.asarray(north, float), np.asarray(east, float))
     for target in scenario.targets:
         if not isinstance(target, PointTarget):
-            depth = np.fmin(depth, _top(world_triangles(target, scenario.scene.seabed), x, y))
+            top = _top(whole_triangles(target, scenario.scene.seabed), x, y)
+            depth = np.fmin(depth, np.maximum(top, 0.0))
     return depth
 
 
@@ -56,7 +57,7 @@ def beside_targets(scenario: Scenario, north: ArrayLike, east: ArrayLike, margin
     alone = np.ones(x.shape, bool)
     for target in scenario.targets:
         if not isinstance(target, PointTarget):
-            surface = world_triangles(target, scenario.scene.seabed)
+            surface = whole_triangles(target, scenario.scene.seabed)
             for step in (np.zeros(2), *margin * np.stack([np.cos(AROUND), np.sin(AROUND)], axis=1)):
                 alone &= np.isnan(_top(surface, x + step[0], y + step[1]))
     return alone
