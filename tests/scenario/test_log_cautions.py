@@ -98,9 +98,9 @@ def test_a_sonar_that_touches_a_boundary_is_told(depth, what):
 
 @pytest.mark.parametrize("field", ["coherent", "incoherent"])
 def test_the_work_near_a_boundary_is_bounded(field):
-    """A tenth of a millimetre from the bed asks for hardly more blocks of ground than 0.1 m does."""
+    """A tenth of a millimetre from the bed asks for hardly more blocks of ground than a centimetre does."""
     counts = []
-    for depth in (19.9, 19.9999):
+    for depth in (19.99, 19.9999):
         listening = prepare(nominal(field=field, track={"position": (0.0, 0.0, depth), "window": (0.0, 0.05)}))
         counts.append(len(listening.engine.blocks(listening.stance(0), even=field == "incoherent")))
     assert counts[1] < 1.1 * counts[0]
