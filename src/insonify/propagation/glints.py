@@ -40,6 +40,8 @@ GLINT_BITS = 4
 """Bits of a glint's label that number it among those of its ray."""
 LASTING, SLANT = 32.0, 0.2
 """Life of a glint, in times in which the sea turns its phase by 1 rad at a bounce with that sine of grazing [1]."""
+LONGER = 2.0
+"""The same of a glint off explicit waves, over it: they end the memory of a leg before its glints do [1]."""
 FAINT = 1e-3
 """Coherent part of a leg below which it is left out [1]."""
 RAMP = STAGGER + 1
@@ -117,7 +119,8 @@ class Sea:
     def life(self) -> float:
         """Time after which a glint gives way to another [s]: long beside the memory of its phase, yet not for ever."""
         per_height = 4 * math.pi * self.frequency / float(self.scene.water.speed_at(0.0)) * SLANT
-        return LASTING / max(per_height * math.sqrt(self.waves.moment[2, -1]), 1e-9)
+        lasting = LASTING if self.bounces is None else LONGER * LASTING
+        return lasting / max(per_height * math.sqrt(self.waves.moment[2, -1]), 1e-9)
 
     def legs(self, legs: Legs, scatterers: Scatterers, end: End) -> tuple[Legs, Legs]:
         """The legs as the surface leaves them: rows of a coherent part, and behind them rows of glints.

@@ -45,6 +45,8 @@ NODES = 8.0
 """Points of a search per shortest wave."""
 SHARED = 12.0
 """Shortest wave over the size of the cell whose points share a search [1]."""
+APART = 2.0
+"""Distance at which two bounce points have glints of their own, over the shortest wave [1]."""
 _NORTH, _EAST, _HEIGHT, _BEFORE, _AFTER, _COSINE, _SINE, _WEAK, _STRONG, _FOURTH, _ASIDE, _GRADIENT = range(12)
 
 
@@ -173,7 +175,7 @@ def wavy_legs(
     for out in (True, False):
         found = {row: find(sea, legs.families[row], scatterers, end, scene, frequency, out=out) for row in touched}
         moved, sines, place = _moved(legs, found, scene, scatterers, frequency)
-        rough = _roughened(moved, sines, Bounces(place, sea.shortest), scene, seed, scatterers, frequency, end)
+        rough = _roughened(moved, sines, Bounces(place, APART * sea.shortest), scene, seed, scatterers, frequency, end)
         ways.append(rough[not out])
     return ways[0], ways[1]
 
