@@ -45,17 +45,18 @@ def means(scenario: Any, listen: Any = None, starts: Floats = DARK) -> Floats:
 
 @pytest.mark.parametrize(("relief", "most"), [(0.02, 0.25), (0.05, 0.45)])
 @pytest.mark.parametrize("off", [0.0, -0.6])
-@pytest.mark.parametrize("families", [("D",), ("D", "S")])
+@pytest.mark.parametrize("families", [("D",), ("D", "S"), ("D", "S", "BS"), ("S", "BS")])
 def test_shadows_over_relief_are_those_of_the_general_path(
     relief: float, most: float, off: float, families: tuple[str, ...]
 ) -> None:
     """Any 2 ms of the shadow within 0.25 dB over 2 cm of relief, 0.45 dB over 5 cm, on its axis and 0.6 m beside it.
 
+    With bottom bounces within 0.4 dB: 0.28 dB in one case, 0.09 with four times the points.
     Twenty points a cell in the general path are within 0.1 dB of eighty.
     """
     quick = means(scene(relief, off, families), quickly)
     general = means(scene(relief, off, families, scatterers_per_cell=20.0), thoroughly)
-    assert np.abs(quick - general).max() < most
+    assert np.abs(quick - general).max() < (0.4 if "BS" in families else most)
 
 
 @pytest.mark.parametrize(("relief", "most"), [(0.02, 0.3), (0.05, 0.6)])

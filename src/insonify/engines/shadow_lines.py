@@ -123,6 +123,9 @@ def shadow_lines(
     share, whole = plan.thinning.share[row], sum(len(own) for own, _ in rest)
     # in a shadow the faint is all there is: nothing that is wanted is left out
     share[whole:][share[whole:] > 0] = WHOLE
+    if scene.seabed.bed is not None:
+        # nor of what other uneven ground, before and behind it, sends back at the same time
+        share[:whole][(share[:whole] > 0) & _meanwhile(plan, scene, stance, runs)] = WHOLE
     return ShadowLines(replaced, lines, share, any_target[row])
 
 
@@ -138,6 +141,21 @@ class Run(NamedTuple):
 
     Lines that need fewer strips have them in the first columns, in evenly wide ones.
     """
+
+
+def _meanwhile(plan: Plan, scene: Scene, stance: Stance, runs: list[Run]) -> NDArray[np.bool_]:
+    """Whether pairs arrive from a stretch while the first pair would from some shadow, over the mean plane, (b, p)."""
+    climbs = (scene.seabed.depth - plan.images)[:, None]
+
+    def late(distance: Floats) -> Floats:
+        return np.asarray(np.hypot(distance, climbs)[plan.thinning.pair].sum(axis=1) / stance.sound_speed)
+
+    begin, stop = (late(edge).T for edge in (plan.thinning.edges[:-1], plan.thinning.edges[1:]))
+    met = np.zeros(begin.shape, bool)
+    for run in runs:
+        first, last = late(np.array([run.near, run.far]))[0]
+        met |= (stop >= first) & (begin <= last)
+    return met
 
 
 def _within(row: NDArray[np.int64], lines: Floats, near: float, far: float) -> tuple[NDArray[np.int64], Floats]:

@@ -22,6 +22,7 @@ from insonify.engines._points_kernel import Points
 from insonify.engines.lines import lines_in_view
 from insonify.engines.sampling import beam_bound, reach
 from insonify.engines.shadow_lines import shadow_lines, visibility
+from insonify.engines.swath_bounces import bounce_off_relief
 from insonify.engines.swath_plan import Plan, planned
 from insonify.engines.swath_window import Listed, Window, lines_passing, window_of
 from insonify.engines.view import view
@@ -175,6 +176,12 @@ class SwathView:
             plan.letters, plan.prefix, plan.way_images, plan.way_rising, plan.mirrors, plan.factor, plan.loss, place,
             delay, amplitude, departure, arrival, normal, rows, weight, found, first, meeting,
         )  # fmt: skip
+        bed = seabed.bed
+        if bed is not None and bed.span[0] < bed.span[1]:
+            bounce_off_relief(
+                self.scene, bed, stance, plan, part, first, place, normal, rows, found, delay, amplitude, departure,
+                arrival,
+            )  # fmt: skip
         if passing.any():
             self._shade(part, first, place, normal, amplitude)
         if seabed.texture is not None:
