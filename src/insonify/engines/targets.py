@@ -21,7 +21,7 @@ from insonify.propagation.images import StraightRays
 from insonify.propagation.rays import Rays
 from insonify.propagation.rims import rims
 from insonify.scene.box import box_body, box_scatterers, box_section
-from insonify.scene.cells import LONGEST
+from insonify.scene.cells import LONGEST, MOST_PIECES
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene, point_scatterer
 from insonify.scene.seabed import Seabed
@@ -150,7 +150,7 @@ def solid_pieces(scene: Scene, stance: Stance, resolution: Resolution) -> list[f
         longest = LONGEST * _solid_pitch(scene, solid, stance, resolution.slant, resolution)
         corners = world_triangles(solid, scene.seabed).corners
         sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max(axis=1)
-        found.append(float(np.sum(np.maximum(sides / longest, 1.0) ** np.log2(3.0))))
+        found.append(min(float(np.sum(np.maximum(sides / longest, 1.0) ** np.log2(3.0))), float(MOST_PIECES)))
     return found
 
 

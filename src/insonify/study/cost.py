@@ -116,6 +116,7 @@ def _memory_of(listening: Listening, work: Work, labelled: bool, threads: int) -
     total += prices.BYTES_PER_TILE * work.tiles / len(sides)
     total += scenario.track.ping_count * 8 * 30 + scenario.sonar.channel_count * grid.count * 16
     total += prices.BYTES_PER_PIECE * max(work.pieces, default=0.0)
+    total += work.facets
     total += prices.BYTES_OF_RELIEF * bool(scenario.seabed.relief)
     total += threads * min(work.points / max(threads, 1), BLOCK) * _bytes_per_point(scenario)
     if labelled:

@@ -40,6 +40,9 @@ SECONDS_PER_LABEL = 0.15e-6
 SECONDS_PER_SLICE = 0.02
 """One ping of a slice, but for its points [s]."""
 
+SECONDS_PER_FACET, SECONDS_PER_SPECULAR_PAIR = 11e-6, 0.15e-6
+"""One facet of a smooth target, split from its face, and one of its pairs in one channel [s]."""
+
 BYTES_OF_PROGRAM = 310e6
 """Python with the libraries and kernels of a run."""
 BYTES_PER_TILE = 2500
@@ -48,6 +51,8 @@ BYTES_PER_LEG, BYTES_PER_PAIR, BYTES_PER_WAVE_LEG = 350, 40, 8000
 """Columns of one leg, of one pair, and of one leg off explicit waves, in a block that a thread works on."""
 BYTES_OF_RELIEF = 80e6
 """Caches of the terrain."""
+BYTES_PER_FACET = 1500
+"""One facet of a smooth target while its faces are split."""
 BYTES_PER_PIECE = 350
 """One piece of a body while it is cut up."""
 

@@ -27,6 +27,7 @@ from insonify.scene.scatterers import Boundary
 from insonify.simulation import Listening
 from insonify.sonar.stance import Stance
 from insonify.study import prices
+from insonify.study.smooth_work import smooth_work
 from insonify.synthesis.labels import POINTS
 from insonify.synthesis.shapes import shapes_of
 from insonify.units import amplitude_ratio
@@ -51,6 +52,8 @@ class Work:
     """Tiles of the boundaries [1]."""
     pieces: tuple[float, ...] = ()
     """Pieces that each body is cut into, once for all pings [1]."""
+    facets: float = 0.0
+    """Memory of the facets of smooth targets [bytes]."""
 
     def __add__(self, other: "Work") -> "Work":
         """Both together."""
@@ -59,6 +62,7 @@ class Work:
             self.seconds + other.seconds,
             self.tiles + other.tiles,
             self.pieces + other.pieces,
+            max(self.facets, other.facets),
         )
 
 
@@ -73,7 +77,7 @@ def ping_work(listening: Listening, *, labels: bool = False) -> Work:
     total += _on_targets(listening)
     if labels:
         more = label_work(listening)
-        total = Work(total.points, total.seconds + more.seconds, max(total.tiles, more.tiles), total.pieces)
+        total = replace(total, seconds=total.seconds + more.seconds, tiles=max(total.tiles, more.tiles))
     return total
 
 
@@ -223,15 +227,24 @@ def _on_targets(listening: Listening) -> Work:
     kept, scene, total, seconds = scenario.paths.followed, scenario.scene, 0.0, 0.0
     pings = np.unique(np.linspace(0, scenario.track.ping_count - 1, TARGET_PINGS).round().astype(int)).tolist()
     pieces: list[float] = []
+    fullest: tuple[float, Stance | None] = (0.0, None)
     for stance in (side for ping in pings for side in listening.stances(ping)):
         seen = view(scene, scenario.paths, scenario.seed, stance, listening.engine.rays)
         pieces = pieces or solid_pieces(scene, stance, seen.resolution)
         drawn = seen.resolution if scenario.field == "coherent" else None
         asked, facing = target_count(scene, scenario.paths, stance, seen.resolution.slant, listening.engine.rays, drawn)
         total += asked
+        fullest = max(fullest, (asked, stance), key=lambda one: one[0])
         seconds += asked * sum(_legs(listening, stance, name) for name in kept)
         seconds += facing * len(kept) ** 2 * _pair_seconds(listening, stance)
-    return Work(total / len(pings), seconds / len(pings), pieces=tuple(pieces))
+    most, stance_there = fullest
+    if stance_there is None:
+        return Work(pieces=tuple(pieces))
+    # pings that meet fewer points meet fewer facets
+    facets, split, held = smooth_work(listening, stance_there)
+    part = total / len(pings) / most
+    return Work(total / len(pings) + facets * part, seconds / len(pings) + split * part, pieces=tuple(pieces),
+                facets=held)  # fmt: skip
 
 
 def _quick_steps(listening: Listening, stance: Stance) -> float | None:
