@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from engines.test_swath import quickly, thoroughly
-from insonify.engines.shadow_lines import STRIPS, Run, _narrow, _parts, shadow_lines
+from insonify.engines.shadow_lines import STRIPS, Run, _narrow, _parts, _probed, shadow_lines
 from insonify.engines.shadow_zones import shadow_zone
 from insonify.engines.swath_window import lines_passing
 from insonify.propagation.rims import rims
@@ -124,6 +124,22 @@ def test_a_shadow_that_the_beam_hardly_meets_takes_no_more_lines() -> None:
         counts.append([len(part.lines) for part in ground.parts])
     assert len(counts[0]) == 2 and counts[0][1] > 3 * counts[1][0]
     assert counts[1] == [len(ground.plan.lines)]
+
+
+def test_overlapping_shadows_are_looked_at_once() -> None:
+    """The box, and three more in a row with it: no more looks at any stretch of distance than for the box alone."""
+    asked = []
+    for many in (1, 4):
+        row = [{**box(2.0), "label": f"box {k}", "position": [0.1 * k, 150.5]} for k in range(many)]
+        listening = prepare(scene(0.02).with_("targets", row))
+        here = listening.stance(0)
+        ground = listening.ground(here)
+        assert ground is not None
+        passing = lines_passing(ground.plan, here, ground.known.heading, "hard")
+        stretch, distance, _ = _probed(ground.plan, ground.scene, here, ground.choice, passing)
+        assert passing.any(axis=1).sum() == many and len(np.unique(distance)) == len(distance)
+        asked.append(np.bincount(stretch).max())
+    assert asked[1] == asked[0]
 
 
 def test_narrow_lines_cover_the_ground_of_those_they_replace() -> None:

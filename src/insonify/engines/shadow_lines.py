@@ -238,18 +238,21 @@ def _probed(
 ) -> tuple[NDArray[np.int64], Floats, Floats]:
     """Stretches and distances [m] at which visibility is probed, (j,), and the shadow they lie in, near and far [m]."""
     energy, edges = plan.energy.sum(axis=2), plan.thinning.edges
-    free, rays, soft, found = energy.sum(axis=0), StraightRays(scene), choice.edges == "fresnel", []
+    free, rays, soft = energy.sum(axis=0), StraightRays(scene), choice.edges == "fresnel"
+    zones: dict[int, tuple[float, float]] = {}
     for row in np.flatnonzero(passing.any(axis=1)):
         hidden = energy[passing[row]].sum(axis=0) >= LEAST_CUT * np.maximum(free, 1e-300)
         if not hidden.any():
             continue
         zone = shadow_zone(scene, rays, stance, plan.families, int(row), float(edges[-1]), soft=soft)
-        near, far = zone.near, zone.far
-        behind = np.flatnonzero(hidden & (edges[1:] > near) & (edges[:-1] < far))
-        probes = max(1, min(PROBES, MOST_PROBES // max(len(behind), 1)))
-        for b in behind:
-            first, last = max(edges[b], near), min(edges[b + 1], far)
-            found += [(b, first + (last - first) * (k + 0.5) / probes, near, far) for k in range(probes)]
+        for b in np.flatnonzero(hidden & (edges[1:] > zone.near) & (edges[:-1] < zone.far)).tolist():
+            near, far = zones.get(b, (zone.near, zone.far))
+            zones[b] = min(near, zone.near), max(far, zone.far)
+    # where shadows of several targets overlap, one look at a distance tells what all of them leave
+    probes, found = max(1, min(PROBES, MOST_PROBES // max(len(zones), 1))), []
+    for b, (near, far) in sorted(zones.items()):
+        first, last = max(edges[b], near), min(edges[b + 1], far)
+        found += [(b, first + (last - first) * (k + 0.5) / probes, near, far) for k in range(probes)]
     rows = np.array(found, float).reshape(-1, 4)
     return rows[:, 0].astype(np.int64), rows[:, 1], rows[:, 2:]
 
