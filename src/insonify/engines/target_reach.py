@@ -18,16 +18,17 @@ RUN = 128
 """Points in a run [1]."""
 
 
-def in_reach(points: Scatterers, sight: Sight) -> Scatterers:
+def in_reach(points: Scatterers, sight: Sight, run: int = RUN) -> Scatterers:
     """The points of a target that one ping can receive; all of them where they are few.
 
     Args:
         points: Points on the faces of one target, neighbours one after another.
         sight: The sonar as the target sees it.
+        run: Points that are judged together [1].
     """
     if len(points) <= FEW:
         return points
-    starts = np.arange(0, len(points), RUN)
+    starts = np.arange(0, len(points), run)
     count = np.diff(np.append(starts, len(points)))
     middle = np.add.reduceat(points.position, starts, axis=0) / count[:, None]
     away = np.linalg.norm(points.position - np.repeat(middle, count, axis=0), axis=1)

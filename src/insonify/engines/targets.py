@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from insonify.engines._grain_kernel import ELONGATED
 from insonify.engines.faces import sight_of, smooth_facets
 from insonify.engines.glint_spread import glint_spread
+from insonify.engines.patches import Sight
 from insonify.engines.sampling import Resolution, beam_bound, survey_speed
-from insonify.engines.target_reach import FEW, in_reach
+from insonify.engines.target_reach import FEW, RUN, in_reach
 from insonify.propagation.choice import PathChoice
 from insonify.propagation.families import families_for
 from insonify.propagation.images import StraightRays
@@ -45,6 +46,8 @@ FRINGE_CELLS = 8.0
 """Cells up a target's face per fringe between its direct and its bottom path."""
 FRINGE_POINTS = 20_000
 """Points of a solid up to which its cells are made small for the sake of fringes [1]."""
+JUDGED = 100_000
+"""Points by which it is judged what part of a large target one ping can receive [1]."""
 NEAREST = 0.1
 """Distance to a body below which resolution cells on it get no narrower [m]."""
 LEEWAY = 0.02
@@ -130,9 +133,26 @@ def target_count(
         low, high = down.min(axis=1), down.max(axis=1)
         free = np.clip((ground_depth(scene.seabed, middle[:, :2]) - low) / np.maximum(high - low, 1e-9), 0, 1)
         points = np.nan_to_num(free) * surface.area / _cells(scene, target, stance, slant, resolution)
-        asked += float(points.sum())
-        facing += float(points[np.sum((stance.transmit_place - middle) * surface.normal, axis=1) > 0].sum())
+        towards = float(points[np.sum((stance.transmit_place - middle) * surface.normal, axis=1) > 0].sum())
+        if choice.geometry != "slice" and points.sum() > FEW:
+            part = _part_in_reach(
+                target, scene, sight_of(scene, target, choice, stance, slant, rays), float(points.sum())
+            )
+            asked, facing = asked + float(points.sum()) * part, facing + min(towards, float(points.sum()) * part)
+            continue
+        asked, facing = asked + float(points.sum()), facing + towards
     return Count(asked, facing)
+
+
+def _part_in_reach(target: Solid, scene: Scene, sight: Sight, points: float) -> float:
+    """Part of the points of a target, so many, that one ping can receive [1], judged by fewer of them."""
+    side = float(np.sqrt(world_triangles(target, scene.seabed).area.sum() / JUDGED))
+    if isinstance(target, Box) and target.upright:
+        coarse = box_scatterers(target, scene.depth_under(target), 0, side, 0, even=True)
+    else:
+        coarse = solid_scatterers(target, scene.seabed, 0, side, 0, even=True)
+    run = int(np.clip(RUN * len(coarse) / points, 1, RUN))  # as far across as runs of all its points
+    return len(in_reach(coarse, sight, run)) / max(len(coarse), 1)
 
 
 def solid_pieces(scene: Scene, stance: Stance, resolution: Resolution) -> list[float]:
