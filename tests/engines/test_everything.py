@@ -25,8 +25,9 @@ def test_bent_rays_in_nearly_even_water_hide_what_straight_ones_hide(tmp_path):
     """1 mm/s over 20 m: every leg of every point has the status and the occluder that images of the sonar give it.
 
     Neither boxes, solids nor ground are hidden by code that the two have in common, but for the walk along slices. A
-    few points in a thousand lie within rounding of an edge. Legs with bottom bounces arrive together too; the ground
-    hides straight ones along the planes that they bounce off, bent ones along the mean plane.
+    few points in a thousand lie within rounding of an edge, about which there are more points than elsewhere. Legs with
+    bottom bounces arrive together too; the ground hides straight ones along the planes that they bounce off, bent ones
+    along the mean plane.
     """
     even = quiet_harbour(water={}, folder=tmp_path, field="incoherent", pings=1)
     layered = quiet_harbour(water={"profile": ALMOST_EVEN}, folder=tmp_path, field="incoherent", pings=1)
@@ -46,7 +47,7 @@ def test_bent_rays_in_nearly_even_water_hide_what_straight_ones_hide(tmp_path):
         np.testing.assert_allclose(one.delay[clear], other.delay[clear], atol=1e-7)
         hidden |= set(np.unique(one.occluder))
     assert hidden == {-2, -1, 0, 1, 2, 4}  # the drum, 3, lies behind the baffle: nobody asks for its points
-    assert unlike < 2e-3 * met
+    assert unlike < 3e-3 * met
 
 
 @pytest.mark.slow

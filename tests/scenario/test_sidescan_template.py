@@ -39,11 +39,11 @@ def test_the_track_in_its_comments_follows_a_log(tmp_path):
         ("[20 m, 0 m, 12 m]", "[20 m, 0 m, 12 kg]", "track.waypoints.1.2", "12 kg is not a length"),
         (
             "[20 m, 0 m, 12 m]",
-            "[20 m, 0 m, 22 m]",
+            "[20 m, 0 m, 26 m]",
             "track.waypoints",
             "puts the port transmit array at or below the seabed (20 m)",
         ),
-        ("turn_radius: 15 m", "turn_radius: 1 km", "track.waypoints.1", "Write a turn_radius of 103.9 m or less"),
+        ("turn_radius: 24 m", "turn_radius: 1 km", "track.waypoints.1", "Write a turn_radius of 103.9 m or less"),
         ("70 ms]", "200 s]", "track.window.1", "200 s is too late; 100 s"),
         ("period: 6 s, ", "", "track.motion.roll.period", "needs either a period or a spectrum"),
         ("drift: 0 m/s", "drift: 1 deg/s", "track.logged.north.drift", "1 deg/s is not a speed"),

@@ -111,7 +111,7 @@ def test_what_a_box_hides_from_each_family_is_what_a_walked_path_cannot_reach(he
     )
     checked, hidden = 0, 0
     for pairs in listening.engine.all_pairs(here):
-        for n in range(0, len(pairs.scatterers), 61):
+        for n in range(0, len(pairs.scatterers), 13):
             place = pairs.scatterers.position[n]
             if np.abs(plain.within(place)).max() < 1.3:
                 continue

@@ -22,6 +22,7 @@ class Cell(NamedTuple):
     width: float
     per_cell: float
     pulse: float
+    elongation: float
 
 
 ELONGATED = 6.0
@@ -48,7 +49,7 @@ def _ground(cell: Cell, distance: float, height: float) -> float:
 def _cell(cell: Cell, distance: float, height: float) -> float:
     """Largest area that one scatterer may stand for [m^2]; see `Resolution.cell_area`."""
     ground = _ground(cell, distance, height)
-    return min(ground * (math.hypot(distance, height) * cell.width) / cell.per_cell, (ELONGATED * ground) ** 2)
+    return min(ground * (math.hypot(distance, height) * cell.width) / cell.per_cell, (cell.elongation * ground) ** 2)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -37,11 +37,15 @@ class Resolution:
     """Scatterers in each resolution cell [1]."""
     pulse: float = 0.0
     """Resolution along the slant range where nothing but the pulse limits it [m]; 0: `slant` holds everywhere."""
+    elongation: float = kernel.ELONGATED
+    """Largest side of the square that one scatterer stands for, over the length of a cell on the ground [1]."""
 
     @property
     def cell(self) -> kernel.Cell:
         """The same for kernels."""
-        return kernel.Cell(float(self.slant), float(self.width), float(self.per_cell), float(self.pulse))
+        return kernel.Cell(
+            float(self.slant), float(self.width), float(self.per_cell), float(self.pulse), float(self.elongation)
+        )
 
     def ground(self, distance: Floats, height: float) -> Floats:
         """Length of a resolution cell on the ground [m], at a horizontal distance [m] and height [m]."""
@@ -92,7 +96,7 @@ class Resolution:
             kernel.shortest(self.cell, nearest, farthest, height, row)
         ground = lengths.min(axis=0)
         across = np.minimum.reduce([np.hypot(nearest, height) * self.width for nearest, _, height in ends])
-        return np.minimum(ground * across / self.per_cell, (kernel.ELONGATED * ground) ** 2)
+        return np.minimum(ground * across / self.per_cell, (self.elongation * ground) ** 2)
 
 
 def survey_speed(scene: Scene, stance: Stance) -> float:

@@ -16,9 +16,9 @@ from insonify.units import amplitude_ratio
 
 Floats = NDArray[np.float64]
 
-BEAM_CELLS = 8.0
+BEAM_CELLS = 10.0
 """Patches across the main lobe of the narrowest beam [1]."""
-PULSE_CELLS = 4.0
+PULSE_CELLS = 6.0
 """Patches along a resolution cell of slant range [1]."""
 ZONES = 0.25
 """Side of a patch that others may shade in part, as a part of the scale of the first Fresnel zone [1]."""

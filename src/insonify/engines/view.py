@@ -37,6 +37,8 @@ BLOCK = 49152
 """Scatterers in a block: few enough for the cache, enough to keep Python out of the way."""
 LEAST_OF_TILE = 4
 """Scatterers of a block that one more tile counts for at least."""
+EVEN_ELONGATION = 2.0
+"""Largest side of the square that one point of an expectation stands for, over the length of a cell [1]."""
 EVEN_SEED = 0
 """Of the places in their cells at which an expectation is taken: the same for every seed."""
 
@@ -89,8 +91,10 @@ class View:
         """Jittered cells of all tiles in reach of window and beams."""
         lattice = self.scene.seabed.lattice
         floor = float(amplitude_ratio(self.choice.beam_floor_db))
+        # without random phases, squares much longer than a range cell would show as ripple
+        cells = replace(self.resolution, elongation=EVEN_ELONGATION) if self.even else self.resolution
         tiles, density = tiles_in_view(
-            self.stance, lattice, depth, self.rays, kept, self.resolution, floor, rise=self.rise(boundary),
+            self.stance, lattice, depth, self.rays, kept, cells, floor, rise=self.rise(boundary),
             widest=widest_way(self.stance, self.scene.water.fastest), glints=self.glints,
         )  # fmt: skip
         if not len(density):
