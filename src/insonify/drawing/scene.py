@@ -125,6 +125,28 @@ def _along(scenario: Scenario, north: Floats, east: Floats) -> Floats:
     return np.full(north.shape, scenario.seabed.depth) if bed is None else np.asarray(bed.depth_at(north, east))
 
 
+def _cut_along(corners: Floats, here: Floats, bearing: float) -> tuple[Floats, Floats] | None:
+    """Least and greatest distance and depth of what a vertical plane cuts out of triangles [m]; None where it misses.
+
+    Args:
+        corners: Of the triangles [m], shape (t, 3, 3).
+        here: North and east of a place in the plane [m], shape (2,).
+        bearing: Of the plane [rad]; what is behind the place is left out.
+    """
+    ahead, aside = np.array([np.cos(bearing), np.sin(bearing)]), np.array([-np.sin(bearing), np.cos(bearing)])
+    found = []
+    for side in range(3):
+        a, b = corners[:, side], corners[:, (side + 1) % 3]
+        off_a, off_b = (a[:, :2] - here) @ aside, (b[:, :2] - here) @ aside
+        met = (off_a >= 0) != (off_b >= 0)
+        part = (off_a[met] / (off_a[met] - off_b[met]))[:, None]
+        place = a[met] + part * (b[met] - a[met])
+        found.append(np.column_stack([(place[:, :2] - here) @ ahead, place[:, 2]]))
+    points = np.concatenate(found)
+    points = points[points[:, 0] > 0]
+    return (points.min(axis=0), points.max(axis=0)) if len(points) else None
+
+
 def _targets(axes: Axes, scenario: Scenario, side: Sonar, track: Poses, sign: int, far: float) -> None:
     """Targets at their distance from the sonar as its beam passes them, with their height."""
     pings = np.unique(np.linspace(0, len(track) - 1, PLANES).astype(int))
@@ -144,6 +166,13 @@ def _targets(axes: Axes, scenario: Scenario, side: Sonar, track: Poses, sign: in
         nearest = int(np.argmin(aside))
         if aside[nearest] <= half + spacing + BESIDE * along[nearest]:
             middle, colour = sign * along[nearest], style.CAUSES["target"]
+            if not isinstance(target, PointTarget):
+                cut = _cut_along(world_triangles(target, scenario.settled_seabed).corners, here[nearest],
+                                 float(bearing[nearest]))  # fmt: skip
+                if cut is not None:
+                    (near, top), (beyond, base) = cut
+                    middle, half = sign * (near + beyond) / 2, (beyond - near) / 2
+                    low, high = np.array([0, 0, top]), np.array([0, 0, base])
             if high[2] > low[2]:
                 axes.add_patch(Rectangle((middle - half, low[2]), 2 * half, high[2] - low[2], color=colour, zorder=4))
             else:
