@@ -43,3 +43,15 @@ def test_elements_are_not_labelled_and_a_demo_wants_a_folder(tmp_path, capsys):
     assert main(["demo", "forward-looking", "-o", str(tmp_path / "ahead.yaml")]) == 2
     said = capsys.readouterr().err
     assert "--labels is for beams" in said and "no folder can be made there" in said and not out.exists()
+
+
+def test_labels_of_elements_are_not_offered(tmp_path, capsys):
+    """What `run --labels` refuses, `show --labels` does not advise: a recording of elements can have none."""
+    text = SHORT.replace("receive: {kind: line, length: 1.5 m}", "receive: {kind: line, length: 0.1 m, elements: 4}")
+    text = text.replace("sonar:\n", "sonar:\n  receiver: {record: elements}\n").replace("geometry: slice, ", "")
+    text = text.replace("199 ms, 204 ms", "20 ms, 21 ms")
+    (tmp_path / "a.yaml").write_text(text, encoding="utf-8")
+    assert main(["run", str(tmp_path / "a.yaml"), "-o", str(tmp_path / "a.zarr")]) == 0
+    assert main(["show", str(tmp_path / "a.zarr"), "--labels", "-o", str(tmp_path / "a.png")]) == 2
+    said = capsys.readouterr().err
+    assert "labels are those of beams" in said and "insonify run" not in said

@@ -32,6 +32,15 @@ def test_the_cells_fill_the_ring_that_is_heard():
     assert first - 1e-9 <= slant.min() and slant.max() <= last + 1e-9
 
 
+def test_sparse_rings_are_a_pulse_apart():
+    """With fewer than 2 points to a cell its length is not cut, its width is; with more both are, by the root."""
+    whole, _, _, _ = rings(1.0)
+    for per_cell, along in ((1.5, 1.0), (1.9, 1.0), (4.0, 2.0)):
+        cells, _, _, _ = rings(per_cell)
+        assert cells.slant == pytest.approx(0.15 / along)
+        assert whole.azimuth / cells.azimuth == pytest.approx(per_cell / along, rel=0.1)
+
+
 def test_what_is_heard_lies_within_the_cells():
     """Nearest and farthest distance that the window hears are inside the outermost rings."""
     cells, _, heard, _ = rings()

@@ -176,6 +176,11 @@ def _show_recording(
         drawing.recording(dataset, out, ping=ping, beam=beam, ground=ground, gain=gain)
 
 
+def _of_elements(dataset: "xr.Dataset") -> bool:
+    """Whether channels of a recording are elements."""
+    return "record: elements" in dataset.attrs.get("scenario", "")
+
+
 def _check_image(ping: int | None, ground: bool, gain: str | None) -> None:
     """Refuse a gain that there is not, and what belongs to an image where one ping is wanted."""
     if gain is not None:
@@ -193,7 +198,11 @@ def _show_labels(
     from insonify.formats.zarr_store import open_recording
 
     _check_image(ping, ground, gain)
-    dataset, said = open_recording(recording), open_labels(recording)
+    dataset = open_recording(recording)
+    if _of_elements(dataset):
+        raise InputError(f"{recording} records elements, and labels are those of beams: it can have none. Leave "
+                         "--labels out; a run of the same scene with record: beams has them")  # fmt: skip
+    said = open_labels(recording)
     if ping is not None:
         _check_ping(dataset, recording, ping)
     _check_beam(dataset, beam)
@@ -233,7 +242,7 @@ def explain(
     from insonify.study.explain import explain as told
 
     look = None if bearing is None else words.quantity(bearing, "angle", "--bearing")
-    if look is not None and (beam is not None or "record: elements" not in dataset.attrs.get("scenario", "")):
+    if look is not None and (beam is not None or not _of_elements(dataset)):
         raise InputError(f"--bearing {bearing}: for recordings of elements, and without --beam. Leave one of them out")
     with _reading(recording):
         typer.echo(told(dataset, ping=ping, time=when, channel=beam, bearing=look))

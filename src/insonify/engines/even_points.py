@@ -37,6 +37,8 @@ BEHIND_TARGETS = 16.0
 """Factor on the gain at the ranges that a target in the loudest direction casts a shadow on [1]."""
 EDGE_STRIPS = 8
 """Strips that cells are cut into across, in and about shadows of targets."""
+FEW_STRIPS = 4
+"""The same of sparse points."""
 EDGE_WIDTHS = 1.0
 """Bearing beside such a shadow that counts to it [widths of the two-way beam]."""
 LOUD_ENOUGH = 0.2
@@ -157,7 +159,8 @@ class EvenPoints:
             return place + middle, area, key
 
         made: list[Callable[[], Columns]] = []
-        for some, strips in ((np.flatnonzero(~shaded), 1), (np.flatnonzero(shaded), EDGE_STRIPS)):
+        fine = FEW_STRIPS if self.resolution.sparse else EDGE_STRIPS
+        for some, strips in ((np.flatnonzero(~shaded), 1), (np.flatnonzero(shaded), fine)):
             count = share[some].sum(axis=(1, 2)) * CELLS * strips
             made += [partial(cells_of, some[rows], strips) for rows in cut(count)]
         return made

@@ -9,6 +9,8 @@ Where the beams are faint, few of the points are kept, each for as much more gro
 which are spread evenly too, so that the mean and the evenness stay.
 """
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -33,6 +35,8 @@ STRIP_BIT = 59
 """Bit of a key from which on it counts the strips that cells are cut into."""
 EVENNESS = 2.0
 """Factor on the gain by which points are kept: an even point left out is missed more than a drawn one [1]."""
+SPARSE_EVENNESS = 1.0
+"""The same of sparse points [1]."""
 NARROW = 1.5
 """Width of a cell re that of a beam, below the sonar, at whose inverse cells begin to be left out [1]."""
 LEAST_WIDTH = 0.1
@@ -57,8 +61,11 @@ class Rings:
             rise: How far the boundary may stand above or lie below its depth [m].
         """
         self.stance, self.depth, self.height, self.rise = stance, depth, reach.height, rise
-        across = np.sqrt(resolution.per_cell)
-        self.slant = resolution.slant / across
+        # rings as far apart as a pulse is long leave no ripple behind, and rings a little closer do
+        root = float(np.sqrt(resolution.per_cell))
+        along, across = (1.0, resolution.per_cell) if resolution.sparse else (root, root)
+        self.evenness = SPARSE_EVENNESS if resolution.sparse else EVENNESS
+        self.slant: float = resolution.slant / along
         sectors = np.ceil(2 * np.pi * across / min(resolution.width, WIDEST_CELL) / TILE) * TILE
         self.azimuth = 2 * np.pi / float(sectors)
         first = int(np.hypot(reach.nearest, reach.height) / self.slant) // TILE
@@ -106,7 +113,7 @@ class Rings:
         place = np.empty((len(tiles) * (PIECES + 1) * ACROSS, 2))
         kernel.ends(tiles, (TILE, PIECES, ACROSS), self.slant, self.height, self.azimuth, self._origin, place)
         gain = loudness.gain_at(place).reshape(-1, PIECES + 1, ACROSS)
-        gain = EVENNESS * np.maximum(gain[:, 1:], gain[:, :-1])
+        gain = self.evenness * np.maximum(gain[:, 1:], gain[:, :-1])
         if louder is not None:
             gain *= louder[tiles[:, 0] - self.rows[0]][..., None]
         return loudness.share_of(gain) * (self._narrower(tiles) if loudness.thinning else 1.0)
@@ -155,7 +162,7 @@ class Rings:
         north, east = self.stance.middle
         return float(north), float(east), float(np.arctan2(self.stance.boresight[1], self.stance.boresight[0]) + np.pi)
 
-    def _ground(self, slant: Floats) -> Floats:
+    def _ground(self, slant: NDArray[np.floating[Any]]) -> Floats:
         """Horizontal distance at a slant range [m]."""
         return np.asarray(np.sqrt(np.maximum(slant**2 - self.height**2, 0.0)))
 

@@ -24,6 +24,9 @@ Integers = NDArray[np.int64]
 FIRST_TILES = 8
 """Tiles to the farthest distance, at most, that are looked at before any is cut in four."""
 
+SPARSE = 2.0
+"""Points to a resolution cell below which even points are sparse [1]."""
+
 
 @dataclass(frozen=True, slots=True)
 class Resolution:
@@ -39,6 +42,11 @@ class Resolution:
     """Resolution along the slant range where nothing but the pulse limits it [m]; 0: `slant` holds everywhere."""
     elongation: float = kernel.ELONGATED
     """Largest side of the square that one scatterer stands for, over the length of a cell on the ground [1]."""
+
+    @property
+    def sparse(self) -> bool:
+        """Whether even points are to be as few as tell samples apart, for labels: they cost more than they bring."""
+        return self.per_cell < SPARSE
 
     @property
     def cell(self) -> kernel.Cell:

@@ -48,6 +48,8 @@ FRINGE_POINTS = 20_000
 """Points of a solid up to which its cells are made small for the sake of fringes [1]."""
 JUDGED = 100_000
 """Points by which it is judged what part of a large target one ping can receive [1]."""
+SPARSE_POINTS = 5_000
+"""The same of sparse points [1]."""
 NEAREST = 0.1
 """Distance to a body below which resolution cells on it get no narrower [m]."""
 LEEWAY = 0.02
@@ -70,9 +72,11 @@ def target_points(
         slant: What it resolves along the slant range [m].
         even: Points laid out evenly for an expectation, or drawn ones.
         rays: How sound travels in the scene; None: nobody asks whether beams hear a target but faintly.
-        resolution: Resolution cells, for targets of many drawn points to have no more than fill them; None: all points.
+        resolution: Resolution cells, for targets of many drawn or sparse points to have no more than fill them; None:
+            all points.
     """
-    cells = None if even or choice.geometry == "slice" else resolution
+    fully = even and not (resolution is not None and resolution.sparse)
+    cells = None if fully or choice.geometry == "slice" else resolution
     if choice.geometry == "slice":
         solids = iter(_solid_sections(scene, seed, stance, slant, even=even))
     else:
@@ -235,7 +239,7 @@ def _solid_pitch(scene: Scene, solid: Solid, stance: Stance, slant: float, resol
     Of many drawn points no more are left than fill the resolution cells.
     """
     pitch = slant / FACE_CELLS
-    cheap = float(np.sqrt(world_triangles(solid, scene.seabed).area.sum() / FRINGE_POINTS))
+    cheap = float(np.sqrt(world_triangles(solid, scene.seabed).area.sum() / _affordable(resolution)))
     if cheap > pitch and resolution is not None:
         return max(pitch, min(cheap, _sparse(scene, solid, stance, resolution)))
     return min(pitch, max(_rise(scene, solid, stance, pitch), cheap))
@@ -251,9 +255,9 @@ def _box_cells(
     if resolution is None:
         return pitch, rise
     level, upright = 2 * length * width, 2 * (length + width) * height
-    if level / pitch**2 + upright / (pitch * rise) <= FRINGE_POINTS:
+    if level / pitch**2 + upright / (pitch * rise) <= _affordable(resolution):
         return pitch, rise
-    cheap = float(np.sqrt((level + upright) / FRINGE_POINTS))
+    cheap = float(np.sqrt((level + upright) / _affordable(resolution)))
     if cheap > pitch:
         pitch = max(pitch, min(cheap, _sparse(scene, box, stance, resolution), min(size) / FACE_CELLS))
     return pitch, min(pitch, max(rise, cheap))
@@ -263,6 +267,11 @@ def _wet_size(scene: Scene, box: Box) -> tuple[float, float, float]:
     """Length, width, and height under water of an upright box [m]."""
     top, base = box_body(box, scene.depth_under(box))[6:]
     return *box.size[:2], float(base - top)
+
+
+def _affordable(resolution: Resolution | None) -> int:
+    """Points of a solid up to which its cells are made small for the sake of fringes [1]."""
+    return SPARSE_POINTS if resolution is not None and resolution.sparse else FRINGE_POINTS
 
 
 def _sparse(scene: Scene, solid: Solid, stance: Stance, resolution: Resolution) -> float:

@@ -34,8 +34,8 @@ MET = "met:"
 """Before the name of a pair: what counts for the pair, but for its owner only together with other pairs."""
 HIDDEN = "hidden"
 """Stands for the pair where a key means what an owner hides."""
-POINTS = 3.0
-"""Most points to a resolution cell of a boundary: over relief as even as the quick reading of the recording [1]."""
+POINTS = 1.5
+"""Most points to a resolution cell: sparse, off by a few tenths of a decibel where expectations are not [1]."""
 SURROUNDINGS = ("seabed", "surface", "water")
 """Owners that are no target."""
 STRAIGHT = pair_name(DIRECT, DIRECT)
