@@ -52,7 +52,7 @@ MISTAKES = [
     ("depth: 20 m", "depth: -20 m", "seabed.depth: -20 m is out of range (0.1 to 12000 m). Depths are positive"),
     ("depth: 20 m", "depth: .nan", "seabed.depth: .nan is not a finite number"),
     ("base_depth: null", "base_depth: 25 m", "targets.0.base_depth"),
-    ("base_depth: null", "base_depth: 0.5 m", "targets.0.size"),
+    ("base_depth: null", "base_depth: -0.5 m", "targets.0.base_depth"),
     ("[0 m, 0 m, 11 m]", "[0 m, 0 m, 21 m]", "track.position.2: 21 m "),
     ("[0 m, 0 m, 11 m]", "[0 m, 0 m, -1 m]", "track.position.2: -1 m "),
     ("band: 20 kHz", "band: 200 kHz", "sonar.receiver.band: "),
