@@ -6,6 +6,7 @@ from scipy.special import gammaln, kv
 from scipy.stats import kstest
 
 from insonify.simulation import Listening, labels, prepare, simulate
+from insonify.synthesis.labels import POINTS
 from oracles.scenes import each_ping, nominal
 from oracles.sonar_equation import bed_reverberation, pulse_energy
 
@@ -106,7 +107,7 @@ def test_texture_leaves_the_mean_level():
 def test_texture_is_in_labels_as_in_the_expected_intensity():
     """The same even points, the same sums: to rounding."""
     here = textured(window=(0.05, 0.06), field="incoherent")
-    here = here.model_copy(update={"paths": here.paths.model_copy(update={"scatterers_per_cell": 3.0})})
+    here = here.model_copy(update={"paths": here.paths.model_copy(update={"scatterers_per_cell": POINTS})})
     told, heard = labels(here).expected_intensity.values[0], simulate(here).intensity.values[0, 0]
     np.testing.assert_allclose(told, heard, rtol=1e-5)
 
