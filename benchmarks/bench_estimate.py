@@ -27,7 +27,7 @@ WANTED: tuple[str, ...] = tuple(SCENES)
 
 
 class Taken(NamedTuple):
-    """What one run took."""
+    """Resources that one run took."""
 
     seconds: float
     """Processor time, all threads [s]."""

@@ -59,7 +59,7 @@ def slowdown(result: Result, entries: list[Entry]) -> float | None:
 
 
 def is_rate(unit: str) -> bool:
-    """Whether a larger value in this unit is faster."""
+    """Return True if a larger value in this unit is faster."""
     return unit.endswith("/s") or unit.startswith("x real time")
 
 

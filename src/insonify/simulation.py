@@ -82,7 +82,7 @@ class Alone:
     def __init__(self) -> None:
         """Ready for one ping."""
         self.skylines = Remembered(4)
-        """What the ground hides at that ping: the same for its sound and its labels."""
+        """Terrain occlusion at that ping, shared by its sound and its labels."""
 
     def map(self, fn: Callable[[Any], Any], things: Iterable[Any], /) -> Iterator[Any]:
         """What a function makes of each thing, one when it is asked for."""
@@ -277,15 +277,15 @@ class Job(NamedTuple):
 
     ping: int
     sound: bool
-    """Whether its series is wanted."""
+    """True: its series is wanted."""
     labels: bool
-    """Whether its labels are."""
+    """True: its labels are wanted."""
 
 
 def listen(
     listening: Listening, pings: Iterable[int], threads: int | None = None
 ) -> Iterator[tuple[int, NDArray[np.generic]]]:
-    """What the sonar hears, ping by ping: number of the ping, and its series of shape (channels, samples)."""
+    """Time series, ping by ping: number of the ping, and its series of shape (channels, samples)."""
     for job, series, _ in _worked(listening, [Job(ping, sound=True, labels=False) for ping in pings], threads):
         assert series is not None
         yield job.ping, series

@@ -112,7 +112,7 @@ def _user_cache() -> Path:
 
 
 def _can_be_written(folder: Path) -> bool:
-    """Whether files can be made in a folder, which is made where it is not there."""
+    """Return True if files can be made in a folder, which is made where it is not there."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError:

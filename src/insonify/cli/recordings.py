@@ -177,7 +177,7 @@ def _show_recording(
 
 
 def _of_elements(dataset: "xr.Dataset") -> bool:
-    """Whether channels of a recording are elements."""
+    """Return True if the channels of a recording are elements."""
     return "record: elements" in dataset.attrs.get("scenario", "")
 
 

@@ -15,7 +15,7 @@ Interval = tuple[float | str, float | str]
 SOONER, LATER = 0.99, 1.1
 """Least and greatest travel time over that of the straight ray to the image, in water that bends or delays it [1]."""
 OFF_THE_PLANE = 2.0
-"""How much longer a path gets by each bounce off waves or slopes, beside the height of the relief [m]."""
+"""Growth of a path by each bounce off waves or slopes, beyond the height of the relief [m]."""
 
 
 def wanted_delays(stance: Stance, window: Interval | None) -> tuple[float, float]:

@@ -127,14 +127,14 @@ class EvenPoints:
     """Distances heard in the window."""
     resolution: Resolution
     rise: float
-    """How far the boundary may stand above or lie below its depth [m]."""
+    """Largest height of the boundary above, or depth below, its mean plane [m]."""
     floor: float
     """Two-way gain below which tiles are left out [1]."""
     thinning: bool
-    """Whether faint points are left out for others at all."""
+    """True: points of low gain are represented by fewer."""
     layouts: Layouts
     soft: bool = True
-    """Whether edges of targets are soft."""
+    """True: sound is diffracted at the edges of targets."""
 
     def blocks(self, cut: Callable[[Floats], list[slice]]) -> list[Callable[[], Columns]]:
         """The points, in blocks that are laid out when they are called.

@@ -150,15 +150,7 @@ def _may_reach(corners: Floats, sight: Sight) -> NDArray[np.bool_]:
     """True for triangles within the window and above the floor of the beams, shape (t,)."""
     middle = corners.mean(axis=1)
     radius = np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1, initial=0.0)
-    shortest, longest = np.zeros((2, len(middle)))
-    for places in sight.images:
-        length = np.linalg.norm(middle - places[:, None], axis=2)
-        shortest += np.maximum(length.min(axis=0) - radius, 0)
-        longest += length.max(axis=0) + radius
-    there = (shortest <= sight.lengths[1]) & (longest >= sight.lengths[0])
-    rows = np.flatnonzero(there)
-    there[rows] = sight.received(middle[rows], radius[rows])
-    return np.asarray(there)
+    return sight.reaches(middle, radius)
 
 
 def _size(corners: Floats, sides: Floats, sight: Sight) -> Floats:

@@ -125,7 +125,7 @@ class Loudness:
     thinning: bool = True
     """Whether any scatterer is left out at all."""
     glints: GlintSpread | None = None
-    """How a moving surface spreads the directions of legs; None: it is still."""
+    """Angular spread of legs by a moving surface; None: it is still."""
 
     def bounds(self, tiles: Tiles, density: Floats) -> Bounds:
         """How loud some tiles are at most, those with many scatterers part by part.

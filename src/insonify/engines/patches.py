@@ -58,6 +58,23 @@ class Sight:
     received: Callable[[Floats, Floats], Mask]
     """Given middles (n, 3) and radii (n,) [m]: True where the beams may receive more than their floor."""
 
+    def reaches(self, middle: Floats, radius: Floats) -> Mask:
+        """True for spheres within the window and above the floor of the beams, shape (n,).
+
+        Args:
+            middle: Centres of the spheres [m], shape (n, 3).
+            radius: Their radii [m], shape (n,).
+        """
+        shortest, longest = np.zeros((2, len(middle)))
+        for places in self.images:
+            length = np.linalg.norm(middle - places[:, None], axis=2)
+            shortest += np.maximum(length.min(axis=0) - radius, 0)
+            longest += length.max(axis=0) + radius
+        there = (shortest <= self.lengths[1]) & (longest >= self.lengths[0])
+        rows = np.flatnonzero(there)
+        there[rows] = self.received(middle[rows], radius[rows])
+        return np.asarray(there)
+
 
 class Patches(NamedTuple):
     """Pieces of a panel: rectangles of its parameters s and t."""

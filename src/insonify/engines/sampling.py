@@ -45,7 +45,7 @@ class Resolution:
 
     @property
     def sparse(self) -> bool:
-        """Whether even points are to be as few as tell samples apart, for labels: they cost more than they bring."""
+        """True: only as many even points as separate samples, for labels, where more cost more than they bring."""
         return self.per_cell < SPARSE
 
     @property

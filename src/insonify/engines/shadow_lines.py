@@ -144,7 +144,7 @@ class Run(NamedTuple):
 
 
 def _meanwhile(plan: Plan, scene: Scene, stance: Stance, runs: list[Run]) -> NDArray[np.bool_]:
-    """Whether pairs arrive from a stretch while the first pair would from some shadow, over the mean plane, (b, p)."""
+    """True where pairs arrive from a stretch with the first pair from some shadow, over the mean plane, (b, p)."""
     climbs = (scene.seabed.depth - plan.images)[:, None]
 
     def late(distance: Floats) -> Floats:

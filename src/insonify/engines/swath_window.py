@@ -26,7 +26,7 @@ class Listed(NamedTuple):
     lists: Points
     """Lists of points."""
     taken: NDArray[np.int64]
-    """Which of the lists each line has, (m,)."""
+    """Row in `lists` of each line, (m,)."""
     passing: NDArray[np.bool_]
     """Lines that may pass a target, (m,)."""
 

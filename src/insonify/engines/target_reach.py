@@ -33,15 +33,7 @@ def in_reach(points: Scatterers, sight: Sight, run: int = RUN) -> Scatterers:
     middle = np.add.reduceat(points.position, starts, axis=0) / count[:, None]
     away = np.linalg.norm(points.position - np.repeat(middle, count, axis=0), axis=1)
     radius = np.maximum.reduceat(away, starts)
-    shortest, longest = np.zeros((2, len(starts)))
-    for places in sight.images:
-        length = np.linalg.norm(middle - places[:, None], axis=2)
-        shortest += np.maximum(length.min(axis=0) - radius, 0)
-        longest += length.max(axis=0) + radius
-    near = (shortest <= sight.lengths[1]) & (longest >= sight.lengths[0])
-    rows = np.flatnonzero(near)
-    near[rows] = sight.received(middle[rows], radius[rows])
-    kept = np.flatnonzero(np.repeat(near, count))
+    kept = np.flatnonzero(np.repeat(sight.reaches(middle, radius), count))
     return points.take(kept[_facing(points, kept, sight)])
 
 

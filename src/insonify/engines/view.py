@@ -170,7 +170,7 @@ class View:
 
     @property
     def glints(self) -> GlintSpread | None:
-        """How a moving surface spreads the directions of legs; None: it is still."""
+        """Angular spread of legs by a moving surface; None: it is still."""
         return glint_spread(self.scene, self.stance.frequency)
 
     @property

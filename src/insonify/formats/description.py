@@ -23,7 +23,7 @@ class StoreError(ValueError):
 
 
 def description(folder: Path) -> dict[str, Any]:
-    """What zarr wrote about a group or an array.
+    """Description of a group or an array, as zarr wrote it.
 
     Args:
         folder: Folder of the group or array.

@@ -79,7 +79,7 @@ def read_netcdf(path: str | Path) -> xr.Dataset:
 
 
 def _engine() -> Literal["netcdf4", "scipy"]:
-    """What files are written and read with: netCDF 4 where it is installed."""
+    """Library that reads and writes files: netCDF 4 where it is installed."""
     return "netcdf4" if find_spec("netCDF4") else "scipy"
 
 

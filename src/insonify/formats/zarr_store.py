@@ -38,7 +38,7 @@ IDENTITY = "insonify_recording"
 """Attribute that tells a recording from any other."""
 _LEVEL = 0  # of compression: zarr's own
 PACKED = (ZstdCodec(level=_LEVEL),)
-"""How `put_chunk` packs."""
+"""Codec of `put_chunk`."""
 _FAILURES = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EMFILE, errno.ENFILE)  # the machine's, whatever the name
 _STALE = 600.0  # seconds: nobody needs that long to create an empty store
 

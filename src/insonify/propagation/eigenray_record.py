@@ -42,11 +42,11 @@ class Eigenrays:
     """
 
     point: Integers
-    """Which point, an index into the flattened broadcast of depths and ranges, shape (n,)."""
+    """Index of the point in the flattened broadcast of depths and ranges, shape (n,)."""
     family: NDArray[np.str_]
     """Name of the path family, D direct, S surface, B bottom, ... from the source outward, shape (n,)."""
     branch: Integers
-    """Which of the family's rays to that point, from 0, steepest up first, shape (n,)."""
+    """Number of the ray among its family's to that point, from 0, steepest up first, shape (n,)."""
     delay: Floats
     """Travel time [s], shape (n,)."""
     launch: Floats
@@ -61,7 +61,7 @@ class Eigenrays:
     path_length: Floats
     """Length along the ray [m], shape (n,)."""
     turning_points: Integers
-    """How often the ray turns between up and down in the water; -1 without path, shape (n,)."""
+    """Number of turns between up and down in the water; -1 without path, shape (n,)."""
     status: NDArray[np.str_]
     """"ok"; or why there is no path: "shadow" (refraction bends all rays of the family away), "turned" (its rays turn
     before that bounce or that depth), "beyond_critical" (none arrives between rays that turn at a kink of the profile

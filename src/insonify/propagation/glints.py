@@ -107,7 +107,7 @@ class Sea:
     sines: Floats | None = None
     """Sine of the grazing angle at the surface of every leg [1], (f, n); None: as of a level one, by how it departs."""
     bounces: Bounces | None = None
-    """Where every leg meets long waves; None: where it meets a calm surface, each ray with its own glints."""
+    """Bounce points on the long waves; None: those of a calm surface, each ray with its own glints."""
 
     @property
     def axes(self) -> Floats:

@@ -101,7 +101,7 @@ def _plain(model: BaseModel, *, whole: bool = False) -> dict[str, Any]:
 
 
 def _is_needed(model: BaseModel, name: str) -> bool:
-    """Whether a value that was not given must be written: it names the kind of its model, or is no default."""
+    """Return True if a value must be written though not given: it names a kind, or is no default."""
     field = type(model).model_fields.get(name)
     if field is None or get_origin(field.annotation) is Literal:
         return True

@@ -1,4 +1,4 @@
-"""Where a scene lies on Earth: what its surveyed grid and its navigation log know of it, for recordings to keep."""
+"""Position of a scene on Earth, from its surveyed grid and its navigation log, for recordings to keep."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the pings of a scenario ask for rays, and what uneven water adds to their times."""
+"""Region in which the pings of a scenario need rays, and the delays that uneven water adds."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from insonify.sonar.track import Poses
 
 
 def delay_field(scenario: Scenario) -> DelayField | None:
-    """What the water of a scenario adds to travel times; None where it is even."""
+    """Delays that the water of a scenario adds to travel times; None where it is even."""
     uneven = scenario.water.inhomogeneity
     if uneven is None or uneven.rms_index == 0:
         return None
@@ -24,7 +24,7 @@ def delay_field(scenario: Scenario) -> DelayField | None:
 
 
 def domain(scenario: Scenario, track: Poses | Platforms, pulse: HeardPulse) -> Domain:
-    """Where the pings of a scenario ask for rays.
+    """Region in which the pings of a scenario need rays.
 
     Args:
         scenario: What is simulated.
@@ -55,7 +55,7 @@ def _asked_depths(scenario: Scenario, carried: Platforms) -> NDArray[np.float64]
 
 
 def _wandered(scenario: Scenario, carried: Platforms) -> float:
-    """How far an element can be from where its array's centre was at the start of a ping, twice, about [m]."""
+    """Twice the largest distance of an element from its array's centre at the start of a ping, about [m]."""
     size, moved = 0.0, 0.0
     if scenario.sonar.receiver.record == "elements":
         size = float(np.linalg.norm(element_layout(scenario.sonar.receive)[0], axis=1).max())

@@ -38,5 +38,5 @@ def clipped(corners: Floats, level: Floats) -> Floats:
 
 
 def _crossing(a: Floats, b: Floats, at_a: Floats, at_b: Floats) -> Floats:
-    """Where the sides between places on either side of the level meet it [m], shape (n, 3)."""
+    """Intersections with a level of sides between positions on either side of it [m], shape (n, 3)."""
     return np.asarray(a + (b - a) * at_a / (at_a - at_b))

@@ -134,7 +134,7 @@ def whole_triangles(solid: Solid, seabed: Seabed) -> Triangles:
 
 
 def emerges(solid: Solid, seabed: Seabed) -> bool:
-    """Whether the top of a solid reaches the mean surface of the water, or stands out of it."""
+    """Return True if the top of a solid reaches the mean surface of the water, or stands out of it."""
     return bool(whole_triangles(solid, seabed).low[2] <= TOUCHING)
 
 

@@ -71,7 +71,7 @@ def _needed(listening: Listening, labels: bool) -> list[Feature]:
 
 
 def _kept(feature: Feature) -> bool:
-    """Whether machine code of a feature is in the cache; True where numba does not say."""
+    """Return True if machine code of a feature is in the cache, or numba does not say."""
     kernel: Any = getattr(import_module(f"insonify.{feature.module}"), feature.kernel, None)
     cache = getattr(kernel, "_cache", None)
     index = getattr(getattr(cache, "_cache_file", None), "_index_path", None)

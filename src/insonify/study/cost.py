@@ -40,7 +40,7 @@ class Cost:
     compiling: float = 0.0
     """Processor time more, once, while the cache of compiled kernels lacks some [s]."""
     labels: bool = False
-    """Whether labels are counted."""
+    """True: labels are counted."""
 
     def words(self) -> str:
         """The cost in one line."""

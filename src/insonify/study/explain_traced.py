@@ -1,4 +1,4 @@
-"""What is behind a sample of the tracer: energies by cause and pair of families, for its rays are no arrivals."""
+"""Explanation of a sample of the tracer: energies by cause and pair of families."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""What keeps a valid scenario from being run on this machine: the same answer before a run and in `check`."""
+"""Reasons that keep a valid scenario from being run on this machine, the same before a run and in `check`."""
 
 import numpy as np
 

@@ -35,7 +35,7 @@ from insonify.units import amplitude_ratio
 Floats = NDArray[np.float64]
 
 RINGS, SECTORS = 48, 360
-"""How finely the ground is walked [1]."""
+"""Number of rings and sectors in which the seabed is counted [1]."""
 TARGET_PINGS = 9
 """Pings at which targets are looked at [1]."""
 

@@ -47,7 +47,7 @@ class Sorted(NamedTuple):
     """Echoes before each row, (rows + 1,)."""
     order: NDArray[np.int32]
     tap: Singles
-    """What each echo counts for in its rows, (WIDTH, BLOCK)."""
+    """Weight of each echo in its rows, (WIDTH, BLOCK)."""
     at: NDArray[np.int32]
     single: Singles
     """Place between cells and place among shapes, (2, BLOCK)."""

@@ -63,7 +63,7 @@ class Coherent:
 
     @property
     def plain(self) -> bool:
-        """Whether a few beams of a standing sonar are recorded: the centre's far field tells all."""
+        """Return True if few beams of a stationary sonar are recorded: its far field suffices."""
         standing = self.stance.still and self.stance.elements is None and not self.stance.bands
         return standing and self._fan is None
 

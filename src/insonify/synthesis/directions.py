@@ -27,7 +27,7 @@ OVERSAMPLING = 2.0
 ROWS_PER_BEAM = 3.0
 """Rows for each beam at most: the grid takes as much more memory [1]."""
 LEVEL = 1e-12
-"""How much steering down may differ among beams that share a grid [1]."""
+"""Largest difference of downward steering among beams that share a grid [1]."""
 
 
 BEAM_BY_BEAM = Rows(0.0, 0.0, np.empty((0, 4)), 1.0)
@@ -35,7 +35,7 @@ BEAM_BY_BEAM = Rows(0.0, 0.0, np.empty((0, 4)), 1.0)
 MIXED = 0.25
 """Difference of direction cosines of two unlike legs by which transmit beams are judged [1]."""
 TOLERANCE = 1e-2
-"""What the two-way pattern of unlike legs may be wrong by there, re the beam's axis [1]."""
+"""Largest error of the two-way pattern of unlike legs on the grid, re the beam's axis [1]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,9 +47,9 @@ class Directions:
     count: int
     """Rows of the grid."""
     mixes: tuple[NDArray[np.float32], ...]
-    """What each row counts for in each beam, for each sub-band, shape (beams, rows)."""
+    """Weight of each row in each beam, for each sub-band, shape (beams, rows)."""
     ends: tuple[tuple[Beams, Beams], ...]
-    """What all beams have in common on transmission and on reception: directivity of elements, pattern down."""
+    """Pattern that all beams share on transmission and on reception: directivity of elements, vertical pattern."""
 
     def tell(self, cells: Cells) -> Cells:
         """Cells of the beams.
@@ -98,7 +98,7 @@ def _extent(beams: Beams) -> float:
 
 
 def _alike(sent: Beams, heard: Beams) -> bool:
-    """Whether the beams of a sonar are many, and differ in nothing but where they are steered across."""
+    """Return True if the beams of a sonar are many and differ in horizontal steering alone."""
     if heard.channel_count < FEWEST or heard.tables[0].shape[0] == 0 or np.ptp(heard.steer[:, 1]) > LEVEL:
         return False
     if sent.channel_count == 1:
@@ -108,7 +108,7 @@ def _alike(sent: Beams, heard: Beams) -> bool:
 
 
 def _wide(sent: Beams, heard: Beams) -> bool:
-    """Whether transmit beams are so wide that unlike legs out and back may share one direction."""
+    """Return True if transmit beams are so wide that unlike legs out and back may share one direction."""
     if sent.tables[0].shape[0] == 0:
         return True
     axis, away = np.zeros((1, 2)), np.linspace(-1.0, 1.0, 2001)
@@ -121,7 +121,7 @@ def _wide(sent: Beams, heard: Beams) -> bool:
 
 
 def _shared(beams: Beams) -> Beams:
-    """What all beams of an array have in common."""
+    """Pattern that all beams of an array share."""
     none, rows = _no_tables()
     steer = np.array([[0.0, beams.steer[0, 1]]])
     return replace(
@@ -134,7 +134,7 @@ _MOST_KEPT = 16
 
 
 def _mix(sent: Beams, heard: Beams, first: float, step: float, count: int) -> NDArray[np.float32]:
-    """What each row counts for in each beam, shape (beams, rows); kept for the same beams."""
+    """Weight of each row in each beam, shape (beams, rows); cached for the same beams."""
     key = (sent.pattern, heard.pattern, first, step)
     known = _KNOWN.get(key)
     if known is None:
@@ -176,7 +176,7 @@ def _no_tables() -> tuple[Floats, Floats]:
 
 @lru_cache(maxsize=8)
 def _solver(first: float, step: float, count: int) -> Floats:
-    """What turns values at directions of even angles into weights of rows: least squares, shape (rows, directions)."""
+    """Least-squares matrix from values at evenly spaced directions to weights of rows, shape (rows, directions)."""
     sine = np.cos((np.arange(5 * count) + 0.5) * np.pi / (5 * count))
     away = (sine[:, None] - first) / step - np.arange(count)
     return np.asarray(np.linalg.pinv(_height(away), rcond=1e-9))

@@ -153,7 +153,7 @@ class Incoherent:
 
     @property
     def random_paths(self) -> bool:
-        """Whether the paths of one place are random too, by jitter or by uneven water, and interfere in part."""
+        """Return True if jitter or uneven water make the paths of one scatterer interfere only in part."""
         uneven = self.delays is not None and self.delays.uneven.rms_index != 0
         return uneven or self.perturbation.mean_energy != self.perturbation.kept_interference
 

@@ -78,7 +78,7 @@ class Kept:
     bins: dict[Key, Floats] = field(default_factory=dict)
     """Energy and places by (owner, pair) and by (who cuts, `HIDDEN`), each (channels, bins, MOMENTS)."""
     rooms: dict[tuple[str, tuple[str, ...]], Room] = field(default_factory=dict)
-    """What `curves` and `bins` of an owner with some pairs are parts of."""
+    """Curves and bins of all owners and pairs, of which `curves` and `bins` are parts."""
     nbytes: int = 0
     """Size of all that one owner is likely to fill [bytes]."""
 

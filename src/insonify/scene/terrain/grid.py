@@ -177,7 +177,7 @@ def _origin(grid: Grid, found: Soundings) -> tuple[float, float]:
 
 
 def grid_origin(grid: Grid) -> dict[str, str | float]:
-    """Where a scene lies on Earth, as far as its grid knows.
+    """Position of a scene on Earth, as far as its grid states it.
 
     Args:
         grid: The grid.
