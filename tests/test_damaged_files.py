@@ -66,11 +66,24 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     return {name: (folder / name).read_bytes() for name in KINDS}
 
 
+HELD: dict[str, Callable[[Any], float]] = {
+    **dict.fromkeys(damage.GRIDS, lambda grid: -float(np.mean(grid.elevation))),
+    **dict.fromkeys(damage.MESHES, lambda mesh: float(np.linalg.norm(mesh.vertices, axis=1).max())),
+    "cast.csv": lambda profile: float(profile.depth[-1]),
+    "log.csv": lambda fixes: float(fixes.position[-1, 2]),
+    "strengths.csv": lambda law: law.strength_db[0],
+}
+"""One number of what each kind of file holds."""
+
+
 @pytest.mark.parametrize("name", KINDS)
 def test_a_whole_file_is_read(name, whole, tmp_path):
-    """What the damage starts from is sound."""
+    """What the damage starts from is sound: mean depth, radius and columns are those that were written."""
     (tmp_path / name).write_bytes(whole[name])
-    KINDS[name][1](str(tmp_path / name))
+    radius = dict.fromkeys(damage.MESHES, 0.5)
+    written = {**dict.fromkeys(damage.GRIDS, damage.DEPTH.mean()), **radius, "cast.csv": 28.0, "log.csv": 6.9,
+               "strengths.csv": -39.5}  # fmt: skip
+    assert HELD[name](KINDS[name][1](str(tmp_path / name))) == pytest.approx(written[name], rel=1e-6)
 
 
 @pytest.mark.parametrize("name", KINDS)

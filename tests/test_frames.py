@@ -13,20 +13,21 @@ angles = st.floats(-np.pi, np.pi)
 slopes = st.floats(-1.5, 1.5)
 
 
-def _same(a, b):
+def assert_same(a, b):
+    """Two sets of axes agree to rounding."""
     np.testing.assert_allclose(a, b, atol=1e-12)
 
 
 def test_a_level_ship_heading_north_has_the_worlds_axes():
     """No turn at all: bow north, starboard east, keel down."""
-    _same(pose_rotation(0, 0, 0), np.eye(3))
+    assert_same(pose_rotation(0, 0, 0), np.eye(3))
 
 
 def test_heading_90_deg_points_the_bow_east():
     """A compass turns clockwise: heading east, starboard is south."""
     pose = pose_rotation(np.pi / 2)
-    _same(pose @ BOW, EAST)
-    _same(pose @ STARBOARD, -NORTH)
+    assert_same(pose @ BOW, EAST)
+    assert_same(pose @ STARBOARD, -NORTH)
 
 
 def test_pitch_lifts_the_bow():
@@ -38,7 +39,7 @@ def test_roll_sinks_the_starboard_side():
     """Positive roll: starboard points to greater depth, and the bow does not move."""
     pose = pose_rotation(0, 0, 0.1)
     assert (pose @ STARBOARD)[2] == pytest.approx(np.sin(0.1))
-    _same(pose @ BOW, BOW)
+    assert_same(pose @ BOW, BOW)
 
 
 @given(angles, slopes, angles)
@@ -49,38 +50,38 @@ def test_a_pose_is_three_turns_in_the_navigators_order(heading, pitch, roll):
         cross = np.cross(np.eye(3), axis)
         return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
 
-    _same(pose_rotation(heading, pitch, roll), turn(DOWN, heading) @ turn(EAST, pitch) @ turn(NORTH, roll))
+    assert_same(pose_rotation(heading, pitch, roll), turn(DOWN, heading) @ turn(EAST, pitch) @ turn(NORTH, roll))
 
 
 @given(angles, slopes, angles)
 def test_frames_are_right_handed_and_keep_lengths(heading, pitch, roll):
     """Both rotations are orthogonal with determinant +1."""
     for rotation in (pose_rotation(heading, pitch, roll), mounting_rotation(heading, pitch)):
-        _same(rotation @ rotation.T, np.eye(3))
+        assert_same(rotation @ rotation.T, np.eye(3))
         assert np.linalg.det(rotation) == pytest.approx(1)
 
 
 def test_an_array_facing_starboard_has_the_stern_on_its_right():
     """Bearing 90 deg clockwise from the bow, level: boresight starboard, right astern, down to the keel."""
     boresight, right, down = mounting_rotation(np.pi / 2, 0)
-    _same(boresight, STARBOARD)
-    _same(right, -BOW)
-    _same(down, KEEL)
+    assert_same(boresight, STARBOARD)
+    assert_same(right, -BOW)
+    assert_same(down, KEEL)
 
 
 def test_tilt_turns_the_boresight_down():
     """Tilted by 90 deg, the array looks at the keel and its down axis at the stern."""
     boresight, right, down = mounting_rotation(0, np.pi / 2)
-    _same(boresight, KEEL)
-    _same(right, STARBOARD)
-    _same(down, -BOW)
+    assert_same(boresight, KEEL)
+    assert_same(right, STARBOARD)
+    assert_same(down, -BOW)
 
 
 @given(angles, slopes)
 def test_down_is_boresight_cross_right(bearing, tilt):
     """The array's third axis completes a right-handed set."""
     boresight, right, down = mounting_rotation(bearing, tilt)
-    _same(np.cross(boresight, right), down)
+    assert_same(np.cross(boresight, right), down)
 
 
 def test_an_echo_from_the_right_has_a_positive_right_cosine():
@@ -94,15 +95,15 @@ def test_an_echo_from_the_right_has_a_positive_right_cosine():
 
 def test_a_direction_down_has_positive_depth():
     """Elevation is positive down; bearing 90 deg is east."""
-    _same(direction(np.pi / 2, 0), EAST)
-    _same(direction(0, np.pi / 2), DOWN)
+    assert_same(direction(np.pi / 2, 0), EAST)
+    assert_same(direction(0, np.pi / 2), DOWN)
 
 
 @given(angles, slopes, st.floats(1e-3, 1e3))
 def test_bearing_and_elevation_undo_direction(bearing, elevation, length):
     """Round trip, whatever the length of the vector."""
     found = bearing_and_elevation(length * direction(bearing, elevation))
-    _same(np.exp(1j * found[0]), np.exp(1j * bearing))
+    assert_same(np.exp(1j * found[0]), np.exp(1j * bearing))
     assert found[1] == pytest.approx(elevation, abs=1e-9)
 
 
@@ -111,5 +112,5 @@ def test_a_track_of_poses_turns_all_at_once():
     heading, roll = np.linspace(0, 3, 4), np.linspace(-0.1, 0.1, 4)
     stack = pose_rotation(heading, 0.05, roll)
     assert stack.shape == (4, 3, 3)
-    _same(stack[2], pose_rotation(heading[2], 0.05, roll[2]))
+    assert_same(stack[2], pose_rotation(heading[2], 0.05, roll[2]))
     assert array_axes(stack, mounting_rotation(1.0, 0.2)).shape == (4, 3, 3)

@@ -56,6 +56,23 @@ def test_too_few_tests_are_noticed(tmp_path):
     assert shape.broken(_tree(tmp_path, WELL, tests="x = 1\n" * 4)) != []
 
 
+@pytest.mark.parametrize(
+    ("body", "idle"),
+    [
+        ("listen()", True),
+        ("checked(listen())", True),
+        ("assert listen()", False),
+        ("assert_loud(listen())", False),
+        ("np.testing.assert_allclose(listen(), 1)", False),
+        ("with pytest.raises(ValueError):\n        listen()", False),
+    ],
+)
+def test_a_test_that_asserts_nothing_is_noticed(tmp_path, body, idle):
+    """An assertion stands in the test, or the name of what it calls says that it asserts."""
+    told = _tree(tmp_path, WELL, tests=f"def test_a():\n    {body}\n" + "x = 1\n" * 20)
+    assert told.owing == (["tests/test_a.py:1 test_a asserts nothing"] if idle else [])
+
+
 def test_a_long_explanation_does_not_make_a_function_long(tmp_path):
     """A docstring of 50 lines weighs nothing."""
     source = WELL.replace('"""A sound."""', '"""A sound.' + "\n    more" * 50 + '\n    """')

@@ -60,7 +60,12 @@ def measure(root: Path) -> Shape:
     # A folder without __init__.py is invisible to the import contract.
     folders = sorted({path.parent for path in (root / "src").glob("*/**/*.py")})
     owing += [f"{f.relative_to(root)} has no __init__.py" for f in folders if not (f / "__init__.py").exists()]
-    tests = sum(len(path.read_text(encoding="utf-8").splitlines()) for path in (root / "tests").rglob("*.py"))
+    tests = 0
+    for path in sorted((root / "tests").rglob("*.py")):
+        text, name = path.read_text(encoding="utf-8"), path.relative_to(root).as_posix()
+        tests += len(text.splitlines())
+        idle = [f for f in _functions(ast.parse(text, name)) if f.name.startswith("test_") and not _asserts(f)]
+        owing += [f"{name}:{f.lineno} {f.name} asserts nothing" for f in idle]
     return Shape(files, functions, owing, tests)
 
 
@@ -86,6 +91,14 @@ def summary(shape: Shape) -> str:
 
 def _functions(tree: ast.AST) -> Iterator[Function]:
     return (node for node in ast.walk(tree) if isinstance(node, Function))
+
+
+def _asserts(test: Function) -> bool:
+    """True: there is an assertion to be seen in a test, or a call of a function whose name says that it asserts."""
+    called = [ast.unparse(node.func) for node in ast.walk(test) if isinstance(node, ast.Call)]
+    names = {name.rpartition(".")[2] for name in called}
+    seen = any(isinstance(node, ast.Assert) for node in ast.walk(test))
+    return seen or bool(names & {"raises", "warns", "fail"}) or any(name.startswith("assert_") for name in names)
 
 
 def _code_lines(function: Function) -> int:

@@ -46,7 +46,7 @@ def world(request):
     return asked, legs
 
 
-def same(one, other, name):
+def assert_same(one, other, name):
     """The same to rounding: the last digit may depend on the place in an array, where loops run in vectors."""
     np.testing.assert_allclose(one, other, rtol=1e-11, atol=1e-14, err_msg=name)
 
@@ -61,7 +61,7 @@ def test_legs_asked_for_are_those_of_all_and_others_are_silent(world, chance, so
     for row, family in enumerate(FAMILIES):
         here = wanted[row] if "B" in family else np.ones(300, bool)
         for name in COLUMNS:
-            same(getattr(some, name)[row, here], getattr(every, name)[row, here], name)
+            assert_same(getattr(some, name)[row, here], getattr(every, name)[row, here], name)
         assert not np.any(some.amplitude[row, ~here])
 
 
@@ -72,7 +72,7 @@ def test_points_have_the_same_bounces_alone_as_in_company(world):
     for which in (np.arange(0, 300, 7), np.array([123])):
         few = asked(which=which)
         for name in COLUMNS:
-            same(getattr(few, name), getattr(every, name)[:, which], name)
+            assert_same(getattr(few, name), getattr(every, name)[:, which], name)
 
 
 def test_a_leg_takes_as_long_as_its_way_and_fades_with_it(world):

@@ -12,7 +12,7 @@ CYLINDER = {"shape": "cylinder", "length": 2.0, "diameter": 0.6, "heading": 0.1,
 BACK = {"lattice": {"origin": (800.0, -600.0), "heading": 1.0}}
 
 
-def agree(tolerance_db, faint_db=90.0, whole=True, **changes):
+def assert_agree(tolerance_db, faint_db=90.0, whole=True, **changes):
     """Both engines on one scene: every pair of families within a tolerance in the mean over the window."""
     ours, theirs = curves(scene("tracer", **changes)), curves(scene("paths", **changes))
     loudest = max(power.mean() for power in theirs.values())
@@ -27,19 +27,19 @@ def agree(tolerance_db, faint_db=90.0, whole=True, **changes):
 @pytest.mark.parametrize("law", [{"law": "lambert", "strength_db": -27.0}, {"sediment": "medium sand"}])
 def test_a_flat_bed_sounds_the_same_by_rays_and_by_images(law):
     """Six pairs of D, S and BS, 68 to 90 m: within 0.02 dB each for 40 000 rays (their own scatter is 0.003 dB)."""
-    apart = agree(0.02, seabed={"scattering": law})
+    apart = assert_agree(0.02, seabed={"scattering": law})
     assert len([key for key in apart if key[0] == "seabed"]) == 7
 
 
 def test_a_bed_with_a_mirror_of_its_own_material_sounds_the_same():
     """Bottom bounces take the sediment's reflection at their own angle, and order 3 brings ten pairs to the bed."""
-    apart = agree(0.03, seabed={"reflection": "medium sand"}, paths={"reflections": 3})
+    apart = assert_agree(0.03, seabed={"reflection": "medium sand"}, paths={"reflections": 3})
     assert len([key for key in apart if key[0] == "seabed"]) == 11
 
 
 def test_the_surface_reverberates_the_same():
     """A rough surface of -20 dB: pairs of D, B and SB."""
-    agree(0.02, surface={"scattering": {"law": "lambert", "strength_db": -20.0}}, paths={"causes": ["surface"]})
+    assert_agree(0.02, surface={"scattering": {"law": "lambert", "strength_db": -20.0}}, paths={"causes": ["surface"]})
 
 
 @pytest.mark.parametrize("base_depth", [None, 12.0])
@@ -49,7 +49,7 @@ def test_targets_sound_the_same_and_cast_the_same_shadows(target, base_depth):
 
     The engine lays three points on a range cell of a face; this is its error more than the rays' (0.02 dB).
     """
-    apart = agree(0.1, targets=[{**target, "base_depth": base_depth}])
+    apart = assert_agree(0.1, targets=[{**target, "base_depth": base_depth}])
     assert len([key for key in apart if key[0] == "target"]) == 16
 
 
@@ -77,7 +77,7 @@ def test_uneven_ground_sounds_the_same(relief, tolerance_db):
 
     Direct and surface paths: bottom bounces have planes of their own by one engine, and the mean plane by the other.
     """
-    agree(
+    assert_agree(
         tolerance_db,
         faint_db=45.0,
         seabed={"relief": relief, "seed": 3, "split": 0.5},
@@ -104,7 +104,7 @@ def test_a_ripple_is_heard_where_it_lies():
 
 def test_a_point_is_heard_by_every_way_out_and_back():
     """A point half a metre above the bed: 15 pairs, each the engine's to 1e-5; reciprocal ones add up fourfold."""
-    apart = agree(1e-4, targets=[point(0.0, 75.0, 19.5)], rays=1000, paths={"causes": ["target"]}, whole=False)
+    apart = assert_agree(1e-4, targets=[point(0.0, 75.0, 19.5)], rays=1000, paths={"causes": ["target"]}, whole=False)
     assert len(apart) == 15
 
 
@@ -120,7 +120,7 @@ def test_ends_that_stand_apart_lose_the_gain_of_reciprocal_ways():
 
 def test_jitter_takes_the_same_from_both():
     """Replicas shaken by up to half a wavelength keep 40 % of their interference, by either engine."""
-    agree(0.02, paths={"jitter": 0.5, "amplitude_perturbation": 0.3})
+    assert_agree(0.02, paths={"jitter": 0.5, "amplitude_perturbation": 0.3})
 
 
 def test_a_world_moved_as_a_whole_sounds_the_same():

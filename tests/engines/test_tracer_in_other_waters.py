@@ -19,7 +19,7 @@ def both(rays=20_000, **changes):
     return tuple(curves(scene(engine, rays=rays, **changes)) for engine in ("tracer", "paths"))
 
 
-def insist(ours, theirs, tolerance_db, faint_db=60.0):
+def assert_agree(ours, theirs, tolerance_db, faint_db=60.0):
     """Every pair that is not too faint within a tolerance, and no other pairs in either."""
     loudest = max(power.mean() for power in theirs.values())
     floor = loudest * 10 ** (-faint_db / 10)
@@ -32,7 +32,7 @@ def insist(ours, theirs, tolerance_db, faint_db=60.0):
 @pytest.mark.parametrize("depth", [2.0, 4.0, 6.5])
 def test_shoal_water_rings_the_same_at_any_depth_of_the_sonar(depth):
     """8 m of water, a bed that mirrors 0.6: six pairs and their sum within 0.05 dB, 37 to 53 m."""
-    apart = insist(*both(**SHOAL, track={"position": (0.0, 0.0, depth)}), 0.05)
+    apart = assert_agree(*both(**SHOAL, track={"position": (0.0, 0.0, depth)}), 0.05)
     assert len(apart) == 7
 
 
@@ -57,7 +57,7 @@ def test_a_beam_that_looks_down_and_astern_hears_the_same():
         "line": planar, "sonar": {"mounting": {"bearing": np.radians(110), "tilt": np.radians(12)}},
         "track": {"heading": 0.7, "pitch": 0.03, "roll": -0.05},
     }  # fmt: skip
-    insist(*both(**changes), 0.1, faint_db=30.0)
+    assert_agree(*both(**changes), 0.1, faint_db=30.0)
 
 
 def test_two_points_are_heard_each_by_its_own_ways():
@@ -65,4 +65,4 @@ def test_two_points_are_heard_each_by_its_own_ways():
     targets = [point(0.0, 75.0, 1.5, label="float"), point(1.0, 74.0, 18.0, strength=3.0, label="buoy")]
     ours, theirs = both(1000, targets=targets, paths={"causes": ["target"]})
     del ours["target", "all"], theirs["target", "all"]
-    assert len(insist(ours, theirs, 1e-4)) == 15
+    assert len(assert_agree(ours, theirs, 1e-4)) == 15

@@ -66,7 +66,7 @@ def anywhere(low, high, farthest, n, seed=0):
     return draw.uniform(low, high, n), draw.uniform(0, farthest, n)
 
 
-def agree(table, source, depth, ranges):
+def assert_agree(table, source, depth, ranges):
     """Holds a table against the exact solver: same paths, delays to 1e-9 s, amplitudes and lengths to 0.02 dB."""
     rays, count, status = table.rays(source, depth, ranges)
     truth, paths, why = exact(table.task.water, table.family, source, depth, ranges)
@@ -123,7 +123,7 @@ def test_a_table_is_the_exact_solver(name, family):
     """Same paths everywhere, shadows included; 1e-9 s and 0.02 dB, and most of it from the table itself."""
     held = table(water(name), family)
     depth, ranges = anywhere(0, 20, 200, 1500, seed=3)
-    agree(held, 11.0, depth, ranges)
+    assert_agree(held, 11.0, depth, ranges)
     assert held.exact_share < 0.2
 
 
@@ -132,7 +132,7 @@ def test_a_flat_seabed_is_one_line(family):
     """Points of one depth cost one line of nodes, and 99 % of them are read from it in a thermocline."""
     held = table(water("thermo20"), family, points=(20.0, 20.0))
     _, ranges = anywhere(0, 20, 200, 2000, seed=4)
-    agree(held, 11.0, np.full(ranges.size, 20.0), ranges)
+    assert_agree(held, 11.0, np.full(ranges.size, 20.0), ranges)
     assert held.exact_share < 0.01
 
 
@@ -144,7 +144,7 @@ def test_a_heaving_sonar_is_anywhere_between(name, family):
     held = table(water(name), family, sources=(10.4, 11.5), points=(19.0, 20.0))
     for source in (10.4, 10.47, 10.9, 11.23, 11.5):
         depth, ranges = anywhere(19, 20, 200, 400, seed=5)
-        agree(held, source, depth, ranges)
+        assert_agree(held, source, depth, ranges)
 
 
 @pytest.mark.parametrize(
@@ -158,7 +158,7 @@ def test_any_profile(draw, seed):
     low = rng.uniform(0, 0.9) * here.water_depth
     held = table(here, family, (source, source), (low, here.water_depth), 120.0)
     z, ranges = anywhere(low, here.water_depth, 120, 300, seed)
-    agree(held, source, z, ranges)
+    assert_agree(held, source, z, ranges)
 
 
 def test_slopes_are_those_of_the_delay_itself():
@@ -212,15 +212,15 @@ def test_many_profiles(seed):
     sources = (max(0.0, source - 0.25), min(deepest, source + 0.25))
     held = table(here, family, sources, (low, deepest), 120.0)
     for place in rng.uniform(*sources, 2):
-        agree(held, place, *anywhere(low, deepest, 120, 300, seed))
+        assert_agree(held, place, *anywhere(low, deepest, 120, 300, seed))
 
 
 def test_what_the_table_was_not_made_for_is_solved_for():
     """Points beyond it and sources beside it cost time, not accuracy."""
     held = table(water("thermo20"), "D", sources=(10.8, 11.2), points=(10.0, 20.0), farthest=100.0)
     depth, ranges = np.array([20.0, 5.0, 15.0]), np.array([150.0, 60.0, 99.0])
-    agree(held, 11.0, depth, ranges)
-    agree(held, 12.0, depth, ranges)
+    assert_agree(held, 11.0, depth, ranges)
+    assert_agree(held, 12.0, depth, ranges)
     with pytest.raises(ValueError, match="span the whole track"):
         held.at(12.0)
 

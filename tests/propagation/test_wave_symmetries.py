@@ -86,7 +86,7 @@ def test_a_way_back_is_a_way_out_of_the_other_end(family, time):
     np.testing.assert_allclose(home.departure[rows, 0], -out.arrival[rows_out, 0], atol=1e-7)
 
 
-def alike(one, other, late=1e-10, near=1e-4):
+def assert_alike(one, other, late=1e-10, near=1e-4):
     """Both tell the same bounces."""
     (a, b, _), (c, d, _) = loud(one), loud(other)
     assert a.size == c.size >= 1
@@ -104,8 +104,8 @@ def test_a_swell_repeats_itself_in_time_and_in_space(family, count):
     later = ways(where, SONAR, FAR, family, count * PERIOD)
     moved = ways(where, *(place + count * LENGTH * along + 17.3 * crest for place in (SONAR, FAR)), family)
     for row in (0, 1):
-        alike(here[row], later[row], late=1e-9)
-        alike(here[row], moved[row])
+        assert_alike(here[row], later[row], late=1e-9)
+        assert_alike(here[row], moved[row])
 
 
 def test_who_runs_along_with_a_swell_sees_it_stand():
@@ -116,7 +116,7 @@ def test_who_runs_along_with_a_swell_sees_it_stand():
     there = ways(where, SONAR + shift, FAR + shift, time=gone)
     stayed = ways(where, SONAR, FAR, time=gone)
     for row in (0, 1):
-        alike(here[row], there[row])
+        assert_alike(here[row], there[row])
     assert abs(stayed[0].delay[0, 0] - here[0].delay[0, 0]) > 1e-7
 
 
@@ -127,11 +127,11 @@ def test_a_swell_and_both_ends_may_be_turned_or_mirrored():
         c, s = np.cos(turn), np.sin(turn)
         place = np.array([c * FAR[0] - s * FAR[1], s * FAR[0] + c * FAR[1], FAR[2]])
         there = ways(swell(1.1 + turn), SONAR, place)
-        alike(here[0], there[0])
-        alike(here[1], there[1])
+        assert_alike(here[0], there[0])
+        assert_alike(here[1], there[1])
     axis = np.array([np.cos(1.1), np.sin(1.1)])
     mirrored = np.append(2 * (FAR[:2] @ axis) * axis - FAR[:2], FAR[2])
-    alike(here[0], ways(swell(), SONAR, mirrored)[0])
+    assert_alike(here[0], ways(swell(), SONAR, mirrored)[0])
 
 
 def test_a_wind_sea_moves_with_its_lattice():
@@ -141,7 +141,7 @@ def test_a_wind_sea_moves_with_its_lattice():
     place = np.array([c * FAR[0] - s * FAR[1], s * FAR[0] + c * FAR[1], FAR[2]])
     here, there = ways(windy(), SONAR, FAR), ways(windy(tuple(away[:2]), turn), SONAR + away, place + away)
     for row in (0, 1):
-        alike(here[row], there[row], late=1e-9, near=1e-3)
+        assert_alike(here[row], there[row], late=1e-9, near=1e-3)
 
 
 @pytest.mark.parametrize("time", [0.0, 2.2])

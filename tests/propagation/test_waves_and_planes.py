@@ -107,7 +107,7 @@ def tilted(scene, sonar=SONAR, target=TARGET, time=0.0):
     return tilted_legs(mirror, scene, point, End(sonar, time))
 
 
-def alike(one, other, atol=1e-12):
+def assert_alike(one, other, atol=1e-12):
     """Delays and directions, out and back."""
     for a, b in zip(one, other, strict=True):
         np.testing.assert_allclose(a.delay, b.delay, rtol=0, atol=atol)
@@ -123,8 +123,8 @@ def test_a_swell_comes_back_after_its_length_and_its_period(time):
     period = 2 * np.pi / float(angular_frequency(2 * np.pi / LONG, water_depth=20.0))
     here = tilted(scene, time=time)
     for shift in ([LONG, 0, 0], [0, 13.7, 0], [-2 * LONG, 5.0, 0]):
-        alike(tilted(scene, SONAR + shift, TARGET + shift, time), here)
-    alike(tilted(scene, time=time + 3 * period), here)
+        assert_alike(tilted(scene, SONAR + shift, TARGET + shift, time), here)
+    assert_alike(tilted(scene, time=time + 3 * period), here)
     shift = np.array([LONG / 2, 0, 0])
     half = tilted(scene, SONAR + shift, TARGET + shift, time)
     assert np.abs(half[0].delay - here[0].delay).max() > 1e-7
@@ -135,7 +135,7 @@ def test_a_swell_may_be_followed():
     scene = swell()
     speed = float(angular_frequency(2 * np.pi / LONG, water_depth=20.0)) / (2 * np.pi / LONG)
     gone = np.array([2.0 * speed, 0, 0])
-    alike(tilted(scene, SONAR + gone, TARGET + gone, 2.0), tilted(scene), atol=1e-11)
+    assert_alike(tilted(scene, SONAR + gone, TARGET + gone, 2.0), tilted(scene), atol=1e-11)
 
 
 def test_planes_touch_the_surface_whose_slope_they_have():

@@ -11,7 +11,7 @@ from insonify.scene.held import Held
 KEYS = np.array([3, -(1 << 60), 0, 1 << 59, 7], np.int64)
 
 
-def told(held, key, size, made=None):
+def assert_own_points(held, key, size, made=None):
     """What is said of all points of some tiles: each point says its tile and its rank."""
     key, size = np.asarray(key, np.int64), np.asarray(size, np.int64)
 
@@ -30,12 +30,12 @@ def told(held, key, size, made=None):
 def test_points_are_worked_out_once_and_fewer_of_them_are_there_too():
     """Five tiles, then fewer points of four of them; of one that is asked for more, one point is missing."""
     held, made = Held(1 << 20), []
-    told(held, KEYS, [5, 1, 16, 64, 2], made)
-    told(held, KEYS[1:], [1, 4, 64, 1], made)
+    assert_own_points(held, KEYS, [5, 1, 16, 64, 2], made)
+    assert_own_points(held, KEYS[1:], [1, 4, 64, 1], made)
     assert made == KEYS.tolist()
-    told(held, KEYS[:2], [6, 1], made)
+    assert_own_points(held, KEYS[:2], [6, 1], made)
     assert made[5:] == [3]
-    told(held, KEYS[:1], [5], made)
+    assert_own_points(held, KEYS[:1], [5], made)
     assert len(made) == 6
 
 
@@ -45,16 +45,16 @@ def test_a_bound_too_small_costs_time_and_never_an_answer(room):
     held, rng = Held(room * 24), np.random.default_rng(1)
     for _ in range(60):
         key = rng.choice(400, 20, replace=False)
-        told(held, key, rng.integers(1, 12, 20))
+        assert_own_points(held, key, rng.integers(1, 12, 20))
 
 
 def test_tiles_asked_for_lately_outlive_others():
     """Asked for in each of many rounds, one tile is worked out once; those of the first round are forgotten."""
     held, made = Held(2 * 100 * 24), []
     for number in range(40):
-        told(held, [-1, 2 * number, 2 * number + 1], [10, 10, 10], made)
+        assert_own_points(held, [-1, 2 * number, 2 * number + 1], [10, 10, 10], made)
     assert made.count(-1) == 1
-    told(held, [0], [10], made)
+    assert_own_points(held, [0], [10], made)
     assert made.count(0) == 2
 
 
@@ -62,8 +62,8 @@ def test_many_tiles_are_all_found():
     """The table grows past its first 4096 slots: 20 000 tiles, none worked out twice."""
     held, made, key = Held(1 << 24), [], np.random.default_rng(2).permutation(20_000) << 27
     for part in np.split(key, 10):
-        told(held, part, np.ones(len(part)), made)
-    told(held, key, np.ones(len(key)), made)
+        assert_own_points(held, part, np.ones(len(part)), made)
+    assert_own_points(held, key, np.ones(len(key)), made)
     assert len(made) == len(key)
 
 
@@ -72,15 +72,15 @@ def test_threads_share_what_is_held():
     held, rng = Held(400 * 24), np.random.default_rng(3)
     wanted = [(rng.choice(80, 6, replace=False), rng.integers(1, 20, 6)) for _ in range(300)]
     with ThreadPoolExecutor(8) as pool:
-        list(pool.map(lambda one: told(held, *one), wanted))
+        list(pool.map(lambda one: assert_own_points(held, *one), wanted))
 
 
 def test_another_process_begins_with_nothing():
     """Pickled, only the bound goes along."""
     held = Held(12345)
-    told(held, [1], [4])
+    assert_own_points(held, [1], [4])
     other, made = pickle.loads(pickle.dumps(held)), []
-    told(other, [1], [4], made)
+    assert_own_points(other, [1], [4], made)
     assert other.most_bytes == 12345 and made == [1]
 
 

@@ -51,7 +51,7 @@ def over_seas(wind, count, pings):
     return heard / size[:, None], mirror / size[:, None]
 
 
-def checked(wind, count, pings, coherent, energy, remembered):
+def assert_moments(wind, count, pings, coherent, energy, remembered):
     """Claims on one wind: tolerances of the coherent part [1], the energy [dB] and the memory [1]."""
     sea = Sea(wind, BOUNCE, np.pi / 2 - WAVES_TO)
     heard, mirror = over_seas(wind, count, pings)
@@ -71,7 +71,7 @@ def checked(wind, count, pings, coherent, energy, remembered):
 
 def test_a_light_wind_leaves_part_of_the_bounce_as_it_was():
     """1 m/s, 40 seas: exp(-2 Gamma^2) = 0.57 within 0.15 (0.05 standard error), energy 1 dB (0.3), at 5, 20 ms 0.05."""
-    checked(1.0, 40, 21, 0.15, 1.0, 0.05)
+    assert_moments(1.0, 40, 21, 0.15, 1.0, 0.05)
 
 
 @pytest.mark.validate
@@ -91,7 +91,7 @@ def test_a_bounce_keeps_and_forgets_what_theory_says(wind, coherent, table):
     And the memory after 20, 50 and 132 ms within 0.18 of that of 60 surfaces drawn in two dimensions under another
     spectrum (Pierson and Moskowitz, 0.13 standard error).
     """
-    heard, _ = checked(wind, 300, 133, coherent, 0.35, 0.09)
+    heard, _ = assert_moments(wind, 300, 133, coherent, 0.35, 0.09)
     first = heard[:, 0, 0]
     alike = [abs(np.vdot(heard[:, row, 0], first)) / np.linalg.norm(first) / np.linalg.norm(heard[:, row, 0])
              for row in (2, 3, 4)]  # fmt: skip

@@ -49,7 +49,7 @@ def over_rings(pings):
     return found, expected
 
 
-def insist(pings, bar, turn):
+def assert_coherence(pings, bar, turn):
     """Moduli within a bar and phases within another [rad], which shrinks as coherence grows."""
     found, expected = over_rings(pings)
     np.testing.assert_allclose(np.abs(found), np.abs(expected), atol=bar)
@@ -63,13 +63,13 @@ def test_coherence_is_the_integral_over_the_footprint():
 
     Three standard errors at g = 0.79: 3 (1 - g^2) / sqrt(2 N) = 0.04; of the phase, 3 sqrt((1 - g^2) / (2 N)) / g.
     """
-    insist(100, 0.04, 0.11)
+    assert_coherence(100, 0.04, 0.11)
 
 
 @pytest.mark.validate
 def test_coherence_is_the_integral_over_the_footprint_closely():
     """600 pings, 2600 looks or more: modulus within 0.02 (0.0055 standard error), phase within three of its own."""
-    insist(600, 0.02, 0.045)
+    assert_coherence(600, 0.02, 0.045)
 
 
 @pytest.fixture(scope="module")

@@ -157,7 +157,7 @@ def broken_off(told: Scenario, path: Path, after: int) -> None:
         record(told, path, on_ping=die)
 
 
-def same(stored: xr.Dataset, held: xr.Dataset) -> None:
+def assert_same(stored: xr.Dataset, held: xr.Dataset) -> None:
     """Two recordings are the same, bit by bit, whatever else stands beside them."""
     np.testing.assert_array_equal(stored.pressure.values, held.pressure.values)
     for name in ("position", "attitude", "time", "ping_time", "steer"):
@@ -173,7 +173,7 @@ def test_a_run_that_was_interrupted_ends_with_the_same_bits(tmp_path: Path) -> N
     told_of: list[tuple[int, int]] = []
     record(told, tmp_path / "line.zarr", on_ping=lambda *n: told_of.append(n))
     assert told_of == [(n, PINGS) for n in range(3, PINGS + 1)]
-    same(open_recording(tmp_path / "line.zarr"), simulate(told))
+    assert_same(open_recording(tmp_path / "line.zarr"), simulate(told))
 
 
 def test_pings_may_be_run_in_any_order_and_in_parts(tmp_path: Path) -> None:
@@ -181,7 +181,7 @@ def test_pings_may_be_run_in_any_order_and_in_parts(tmp_path: Path) -> None:
     told = survey(water={"noise_level_db": 60.0})
     for part, threads in ((range(4, PINGS), 1), (range(4), 2)):
         record(told, tmp_path / "line.zarr", pings=part, threads=threads)
-    same(open_recording(tmp_path / "line.zarr"), simulate(told))
+    assert_same(open_recording(tmp_path / "line.zarr"), simulate(told))
 
 
 def test_a_finished_recording_is_not_simulated_again(tmp_path: Path) -> None:

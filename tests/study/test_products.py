@@ -27,7 +27,7 @@ def test_a_template_that_shows_has_nothing_wrong(name):
 PAIR = {"sonar.receive": {"kind": "elements", "places": [[0, 0, -0.02], [0, 0, 0.02]]}}
 
 
-def all_hold(numbers, *wanted):
+def assert_all_hold(numbers, *wanted):
     """Every number that has a true value agrees with it, and those wanted are among them."""
     assert not [f"{n.name}: {n.value} for {n.expected}" for n in numbers if n.holds is False]
     for name in wanted:
@@ -38,19 +38,19 @@ def test_a_forward_looking_sonar_puts_a_sphere_where_it_is():
     """Bearing within a tenth of the beam, range within 5 cm, beam as wide as its Hamming line's within a tenth."""
     figure, numbers = product(heard("forward-looking")[1])
     assert isinstance(figure, Figure)
-    all_hold(numbers, "sphere: bearing", "sphere: slant range", "sphere: beam width", "mine: bearing")
+    assert_all_hold(numbers, "sphere: bearing", "sphere: slant range", "sphere: beam width", "mine: bearing")
 
 
 def test_a_multibeam_sounds_the_bed_that_is_there():
     """A ping of 64 elements, 256 beams over relief: mean within 5 cm of the truth, rms within 1 % of height."""
     _, numbers = product(heard("multibeam")[1])
-    all_hold(numbers, "inner beams: mean", "inner beams: rms", "outer beams: mean", "within 5 %")
+    assert_all_hold(numbers, "inner beams: mean", "inner beams: rms", "outer beams: mean", "within 5 %")
 
 
 def test_an_interferometer_is_unbiased_over_relief():
     """Three pings, some 4000 depths on both sides: medians within 2 cm, spread within 2 % of the altitude."""
     _, numbers = product(heard("interferometric")[1])
-    all_hold(numbers, "port: median", "starboard: median", "port: spread", "starboard: spread")
+    assert_all_hold(numbers, "port: median", "starboard: median", "port: spread", "starboard: spread")
 
 
 def test_a_synthetic_aperture_focuses_a_point_as_theory_says():
@@ -61,7 +61,9 @@ def test_a_synthetic_aperture_focuses_a_point_as_theory_says():
     point = next(target for target in scenario.targets if target.label == "point")
     found = synthetic_aperture.response(short, scenario, course, point)
     numbers = synthetic_aperture.point_numbers(found, scenario, course)
-    all_hold(numbers, "along the track, off", "across the track, off", "width at -3 dB along", "width at -3 dB across")
+    assert_all_hold(
+        numbers, "along the track, off", "across the track, off", "width at -3 dB along", "width at -3 dB across"
+    )
 
 
 def test_ghosts_come_when_their_paths_are_as_long():
@@ -70,7 +72,7 @@ def test_ghosts_come_when_their_paths_are_as_long():
     box = scenario.targets[0]
     echoes = coherent_sidescan.due(scenario, box)
     figure, numbers = coherent_sidescan.made(recording, scenario)
-    all_hold(numbers, *(f"echo {echo.pair}" for echo in echoes))
+    assert_all_hold(numbers, *(f"echo {echo.pair}" for echo in echoes))
     assert len(figure.axes) >= 4
     # the ghost by the surface on one way: hand-made, source 11 m deep, top of the face 19 m deep and 150 m away
     straight, surface = np.hypot(150, 19 - 11), np.hypot(150, 19 + 11)
