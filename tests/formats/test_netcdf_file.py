@@ -44,15 +44,40 @@ def test_a_recording_comes_back_bit_by_bit(sound, tmp_path, monkeypatch, engine)
 
 
 def test_a_stored_recording_and_labels_can_be_written_too(tmp_path):
-    """As opened from the folder of a run: what xarray itself refuses to write."""
+    """As opened from the folder of a run."""
     scenario = nominal(**SMALL)
     record(scenario, tmp_path / "a.zarr", with_labels=True)
     opened = open_recording(tmp_path / "a.zarr")
-    with pytest.raises((ValueError, TypeError, NotImplementedError)):
-        opened.to_netcdf(tmp_path / "refused.nc")
     xr.testing.assert_equal(read_netcdf(write_netcdf(opened, tmp_path / "a.nc")), opened.load())
     labels = insonify.labels(scenario)
     xr.testing.assert_equal(read_netcdf(write_netcdf(labels, tmp_path / "labels.nc")), labels)
+
+
+@pytest.mark.parametrize("options", [{}, {"engine": "netcdf4"}, {"engine": "scipy"}, {"auto_complex": True}])
+def test_the_plain_method_of_xarray_writes_a_recording(sound, tmp_path, options):
+    """Simulated, opened from a folder or one ping of it, however xarray is told to write it: every bit comes back."""
+    if options != {"engine": "scipy"}:
+        pytest.importorskip("netCDF4")
+    record(nominal(field="coherent" if "pressure" in sound else "incoherent", **SMALL), tmp_path / "a.zarr")
+    for whole in (sound, open_recording(tmp_path / "a.zarr").isel(ping=[1])):
+        whole.to_netcdf(tmp_path / "a.nc", **options)
+        back = read_netcdf(tmp_path / "a.nc")
+        xr.testing.assert_equal(back, whole.load())
+        assert dict(back.attrs) == dict(whole.attrs)
+        for name in whole.variables:
+            assert back[name].attrs == whole[name].attrs and (
+                back[name].dtype == whole[name].dtype or "scipy" in str(options)
+            )
+
+
+def test_parts_are_packed_as_the_whole_would_be(tmp_path):
+    """An encoding given for the pressure is that of its real and of its imaginary part."""
+    pytest.importorskip("netCDF4")
+    sound = insonify.simulate(nominal(**SMALL))
+    sound.to_netcdf(tmp_path / "a.nc", encoding={"pressure": {"zlib": True}, "time": {"zlib": False}})
+    with xr.open_dataset(tmp_path / "a.nc") as plain:
+        assert plain["pressure_real"].encoding["zlib"] and plain["pressure_imag"].encoding["zlib"]
+        assert not plain["time"].encoding["zlib"]
 
 
 def test_the_parts_are_plain_variables(tmp_path):

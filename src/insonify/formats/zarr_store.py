@@ -31,6 +31,7 @@ from zarr.errors import ZarrUserWarning
 
 from insonify.formats.description import MEND, description, insist_on_sizes, opening
 from insonify.formats.description import StoreError as StoreError
+from insonify.records.netcdf_parts import as_recording
 from insonify.records.recording import COLUMNS, FIELDS, LATER, Layout, columns_of, coordinates_of
 
 _MUST_AGREE = ("scenario", "seed", "version")
@@ -198,7 +199,7 @@ def open_recording(path: str | Path) -> xr.Dataset:
         held["done"].load()
         if "scenario" not in held.attrs or not set(FIELDS) & set(held.variables):
             raise StoreError(f"{path} is damaged: its scenario or its sound is not described. {MEND}")
-    return held
+    return as_recording(held)
 
 
 @contextmanager

@@ -155,7 +155,7 @@ def dataset(
     Returns:
         A dataset in which every variable has units and a long name.
     """
-    import xarray as xr
+    from insonify.records.netcdf_parts import Recording
 
     dtype, units, long_name = FIELDS[layout.field]
     about = {"units": units, "long_name": long_name}
@@ -163,5 +163,5 @@ def dataset(
     for name, (dims, unit, meaning) in columns_of(layout).items():
         values = getattr(layout, name)
         variables[name] = (dims, values[pings] if dims[0] == "ping" else values, {"units": unit, "long_name": meaning})
-    held = xr.Dataset(variables, coords={"ping": ("ping", pings, {"units": "1", "long_name": "number of the ping"})})
+    held = Recording(variables, coords={"ping": ("ping", pings, {"units": "1", "long_name": "number of the ping"})})
     return held.set_coords(coordinates_of(layout)).assign_attrs(dict(attributes))
