@@ -183,6 +183,22 @@ def test_a_library_that_broods_or_crashes_is_given_up(tmp_path, monkeypatch, tri
         read_netcdf(tmp_path / "a.nc")
 
 
+@pytest.mark.parametrize(
+    ("step", "endless"), [("with netCDF4", "sum(iter(int, 1))\n    with netCDF4"), ("found[...]", "sum(iter(int, 1))")]
+)
+def test_a_file_that_keeps_its_library_busy_is_given_up_by_processor_time(tmp_path, monkeypatch, step, endless):
+    """A small file has a second or two of processor time to be opened and read in, however long the clock may run."""
+    resource = pytest.importorskip("resource")
+    damage.nc(tmp_path / "a.nc")
+    monkeypatch.setattr(data_file, "_TRIAL", data_file._TRIAL.replace(step, endless))
+    monkeypatch.setattr(data_file, "_PATIENCE", 600.0)
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    with pytest.raises(GridError, match=r"a\.nc: cannot be read: .* in the time that ten such files take"):
+        read_grid(str(tmp_path / "a.nc"))
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    assert after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime < 5
+
+
 @pytest.mark.parametrize("read", [read_profile, read_navigation, UserTable.from_csv])
 def test_a_table_without_end_is_not_begun(read, tmp_path, monkeypatch):
     """Devices never end, folders are no tables, and what is too large is refused unread; a cell without end, too."""

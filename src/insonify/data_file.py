@@ -1,6 +1,7 @@
 """Files that a scenario names: where they lie, and whether they are still what they were."""
 
 import hashlib
+import signal
 import stat
 import subprocess
 import sys
@@ -34,21 +35,42 @@ Fingerprint = Annotated[str | None, AfterValidator(_filled_in), Field(validate_d
 """SHA-256 of the file that the field `file` above it names, filled in when it is read."""
 
 
+_OUT_OF_TIME = getattr(signal, "SIGXCPU", 0)
 MOST_TRIED = 100_000_000
 """Numbers of an array above which it is not read on trial."""
 _HDF5 = b"\x89HDF\r\n\x1a\n"
-_PATIENCE = 20.0  # seconds, and one more for each megabyte: a thousand times what a whole file takes
+_PATIENCE = 20.0  # seconds on the clock, and one more for each megabyte, also where the machine is busy
+_TRIAL_SECONDS, _TRIAL_RATE = (
+    1.0,
+    5e7,
+)  # processor time to open a file, and bytes read in a second of it: a tenth of usual
 _TRIAL = f"""
-import sys
+import math, sys, time
+try:
+    import resource
+except ImportError:  # not on this system: the clock alone decides
+    resource = None
+
+def allow(size):
+    if resource:
+        most = math.ceil(time.process_time() + {_TRIAL_SECONDS} + size / {_TRIAL_RATE})
+        resource.setrlimit(resource.RLIMIT_CPU, (most, resource.getrlimit(resource.RLIMIT_CPU)[1]))
+
+def tried(size):
+    allow(8 * size)
+    return size <= {MOST_TRIED}
+
 if sys.argv[1].lower().endswith(".bag"):
     import rasterio
+    allow(float(sys.argv[2]))
     with rasterio.open(sys.argv[1], driver="BAG") as file:
-        file.width * file.height > {MOST_TRIED} or file.read(1)
+        tried(file.width * file.height) and file.read(1)
 else:
-    import math, netCDF4
+    import netCDF4
+    allow(float(sys.argv[2]))
     with netCDF4.Dataset(sys.argv[1]) as file:
         for found in file.variables.values():
-            math.prod(found.shape) > {MOST_TRIED} or found[...]
+            tried(math.prod(found.shape)) and found[...]
 """
 LARGEST_TABLE = 256 << 20
 """Most bytes of a table in text: some millions of rows."""
@@ -163,7 +185,8 @@ def insist_on_an_answer(path: str | Path) -> None:
     """Refuse an HDF5 file (netCDF 4, BAG) over which its library would brood for ever, or end this process.
 
     A damaged file can lead the library round in circles (one in two to five hundred did), from which nothing in the
-    same process can call it back. So such files are first read in a process of their own, for half a second.
+    same process can call it back. So such files are first read in a process of their own, for half a second; its
+    processor time is limited by the size of the file, and of each variable, so that a busy machine changes nothing.
 
     Args:
         path: The file; other kinds pass.
@@ -175,10 +198,11 @@ def insist_on_an_answer(path: str | Path) -> None:
         is_hdf5 = file.read(len(_HDF5)) == _HDF5
     if not is_hdf5 or not sys.executable:
         return
-    patience = _PATIENCE + Path(path).stat().st_size / 1e6
+    size = Path(path).stat().st_size
+    patience = _PATIENCE + size / 1e6
     try:
         tried = subprocess.run(
-            [sys.executable, "-c", _TRIAL, str(path)], timeout=patience, check=False,
+            [sys.executable, "-c", _TRIAL, str(path), str(size)], timeout=patience, check=False,
             stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
         )  # fmt: skip
     except subprocess.TimeoutExpired:
@@ -186,5 +210,6 @@ def insist_on_an_answer(path: str | Path) -> None:
     else:
         if tried.returncode >= 0:  # what failed there fails here as well, and is said here
             return
-        why = "its library crashed"
+        hung = tried.returncode == -_OUT_OF_TIME
+        why = "its library gave no answer in the time that ten such files take" if hung else "its library crashed"
     raise ValueError(f"{path}: cannot be read: {why}. It is damaged: copy or export it again.")

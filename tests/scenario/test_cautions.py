@@ -38,6 +38,23 @@ def test_water_outside_the_absorption_law_is_told_before_the_run():
     assert heard_of(water={"temperature": 30, "absorption_db_per_m": 0.03}) == []
 
 
+@pytest.mark.parametrize(("bounce", "reflections", "count"), [("statistical", 2, 1), ("waves", 1, 1), ("waves", 0, 0)])
+def test_bubbles_beyond_the_range_of_their_law_are_warned_of_before_the_run(bounce, reflections, count):
+    """At 300 kHz the handbook's bubble loss is an extrapolation, wherever a path bounces off a windy surface."""
+    array = {"kind": "line", "length": 0.1}
+    sonar = {
+        "source_level_db": 220,
+        "pulse": {"frequency": 300e3, "duration": 0.2e-3},
+        "transmit": array,
+        "receive": array,
+    }
+    with warnings.catch_warnings(record=True) as heard:
+        warnings.simplefilter("always")
+        Scenario(sonar=sonar, surface={"bounce": bounce, "wind_speed": 3}, paths={"reflections": reflections},
+                 track={"kind": "static", "position": (0, 0, 11)})  # fmt: skip
+    assert sum("trusted for frequency 10 to 100 kHz; 300 kHz" in str(word.message) for word in heard) == count
+
+
 def test_a_receiver_narrower_than_its_sweep_is_told_what_is_lost():
     """A sweep of 40 kHz spends half of its time, hence half of its energy, inside 20 kHz."""
     sweep = {"kind": "lfm", "bandwidth": 40e3, "duration": 20e-3, "taper": "none"}

@@ -221,6 +221,18 @@ def view(
     layouts: Layouts | None = None,
 ) -> View:  # fmt: skip
     """The scene as one ping meets it, sampled by the finest that can be made of the recording."""
+    resolution = resolution_of(scene, choice, stance)
+    return View(scene, choice, seed, stance, rays, resolution, even, layouts or Layouts())
+
+
+def resolution_of(scene: Scene, choice: PathChoice, stance: Stance) -> Resolution:
+    """Resolution cells of one ping: the finest that can be made of the recording.
+
+    Args:
+        scene: The scene.
+        choice: Scatterers in each cell.
+        stance: The sonar at this ping.
+    """
     # A pulse longer than the scene is deep would blur what the legs still tell apart: spreading, grazing, shadows.
     shallowest, deepest = stance.survey_depths
     height = max(0.1, min(shallowest, scene.seabed.depth - deepest))
@@ -233,8 +245,7 @@ def view(
         width = round(width * speed / here, ndigits=9)
     if stance.pulse.receiver.synthetic_aperture is not None:
         width = min(width, speed / stance.frequency / 2 / stance.pulse.receiver.synthetic_aperture)
-    resolution = Resolution(slant, width, choice.scatterers_per_cell, pulse)
-    return View(scene, choice, seed, stance, rays, resolution, even, layouts or Layouts())
+    return Resolution(slant, width, choice.scatterers_per_cell, pulse)
 
 
 def footprint(stance: Stance, within: float = np.pi) -> float:

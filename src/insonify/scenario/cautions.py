@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.ocean.kinks import Kink, kinks
+from insonify.scattering.bubbles import bubble_loss_db
 from insonify.scenario.aperture_cautions import aperture_cautions
 from insonify.scenario.carried import platforms
+from insonify.scenario.density_cautions import density_cautions
 from insonify.scenario.edge_cautions import touches
 from insonify.scenario.expectation_cautions import expectation_cautions
 from insonify.scenario.ground_faults import unknown_ground
@@ -50,6 +52,7 @@ def cautions(scenario: Scenario) -> None:
     """
     sonar, water = scenario.sonar, scenario.water
     water.absorption(sonar.pulse.frequency)  # for the warning that its law gives of itself
+    _bubbles(scenario)
     carried = platforms(scenario)
     depths = end_depths(sonar, carried)
     slowest = float(np.min(water.speed_at(depths)))  # where waves are shortest, lobes are nearest
@@ -62,13 +65,21 @@ def cautions(scenario: Scenario) -> None:
         said.append(_grating_lobes(end, array, sonar.pulse.frequency, slowest))
     said += [unknown_ground(scenario, carried.positions), _thin_steps(scenario), jumps(scenario), gaps(scenario),
              touches(scenario), *reach_cautions(scenario), *smooth_cautions(scenario),
-             *uneven_cautions(scenario), *expectation_cautions(scenario), _unheard_water(scenario)]  # fmt: skip
+             *uneven_cautions(scenario), *expectation_cautions(scenario),
+             *density_cautions(scenario), _unheard_water(scenario)]  # fmt: skip
     said += [*receiver_cautions(scenario), *aperture_cautions(scenario, slowest / sonar.pulse.frequency),
              *turn_cautions(scenario, slowest / sonar.pulse.frequency)]  # fmt: skip
     if scenario.surface.bounce == "waves":
         said += wave_cautions(scenario, float(depths[0]))
     for sentence in filter(None, said):
         warnings.warn(sentence, PhysicsWarning, stacklevel=2)
+
+
+def _bubbles(scenario: Scenario) -> None:
+    """Evaluate the loss of surface bounces to bubbles, if there are any, for the warnings that its law gives."""
+    wind, bounced = scenario.surface.wind_speed, any("S" in name for name in scenario.paths.followed)
+    if wind and bounced and scenario.surface.bounce in ("statistical", "waves"):
+        bubble_loss_db(wind, scenario.sonar.pulse.frequency, np.pi / 2)
 
 
 def _unheard_water(scenario: Scenario) -> str:

@@ -34,6 +34,8 @@ from insonify.units import amplitude_ratio
 
 Floats = NDArray[np.float64]
 
+FINEST_CELL = (BASE_PITCH * 2.0**FINEST_LEVEL) ** 2
+"""Area of the smallest cells of the scatterers' grid [m^2]."""
 RINGS, SECTORS = 48, 360
 """Number of rings and sectors in which the seabed is counted [1]."""
 TARGET_PINGS = 9
@@ -85,10 +87,9 @@ def label_work(listening: Listening) -> Work:
     """Work of the labels of one ping: those of an expectation of its own, and a place for each pair."""
     scenario = listening.scenario
     fewer = min(scenario.paths.scatterers_per_cell, POINTS)
-    paths = scenario.paths.model_copy(update={"scatterers_per_cell": fewer, "engine": "paths"})
-    expected = replace(
-        listening, scenario=scenario.model_copy(update={"field": "incoherent", "paths": paths}), tracer=None
-    )
+    paths = scenario.paths.unchecked_copy(scatterers_per_cell=fewer, engine="paths")
+    # unchecked: an expectation's work is counted, though sub-bands and the like are for pressures
+    expected = replace(listening, scenario=scenario.unchecked_copy(field="incoherent", paths=paths), tracer=None)
     total = sum(
         (_boundaries(expected, side, label=True) + _water(expected, side) for side in listening.stances(0)), Work()
     )
@@ -320,7 +321,7 @@ def _on_boundary(
         cell = resolution.slant / np.sqrt(resolution.per_cell) * np.hypot(middle, heard.height) * wide
         tiles = ground * loud.mean(axis=1) / (cell * rings.TILE * rings.ACROSS)
     else:
-        cell = resolution.cell_area(middle, heard.height)
+        cell = np.maximum(resolution.cell_area(middle, heard.height), FINEST_CELL)
     return ground * np.minimum(loudness.mean_share(middle), loud.mean(axis=1)) / cell, middle, float(tiles.sum())
 
 
