@@ -231,6 +231,16 @@ def test_labels_are_part_of_the_estimate():
     assert "labels included" in asked.words() and "labels" not in plain.words()
 
 
+def test_labels_of_pressures_in_sub_bands_are_part_of_the_estimate():
+    """Labels are made by an expectation, which has no sub-bands: their work is counted all the same."""
+    bands = {"receiver": {"sub_bands": 3}}
+    plain, labelled = (
+        cost(nominal(track={"window": (0.02, 0.1)}, paths=CHEAP, sonar=bands), labels=labels)
+        for labels in (False, True)
+    )
+    assert labelled.seconds > plain.seconds
+
+
 def test_kernels_that_no_cache_holds_are_told(monkeypatch):
     """All kernels of a feature stand or fall with one of them: with it, nothing; without it, the time to compile."""
     monkeypatch.setattr(compilation, "_kept", lambda feature: True)
