@@ -1,9 +1,9 @@
-"""Reflection coefficients weigh echoes; which scatterers there are, and direct echoes, do not depend on them."""
+"""Reflection coefficients weigh echoes; which scatterers there are, and by which paths, does not depend on them."""
 
 import numpy as np
 import pytest
 
-from insonify.simulation import prepare
+from insonify.simulation import prepare, simulate
 from oracles.scenes import nominal
 
 RELIEF = {"relief": {"kind": "power-law", "rms": 0.05, "hurst": 0.8, "outer_scale": 10.0}}
@@ -31,3 +31,60 @@ def test_a_bed_that_reflects_less_has_the_same_scatterers_and_direct_echoes(seab
     one, other = (direct(reflection, seabed) for reflection in (0.35, 0.1))
     np.testing.assert_array_equal(one[0], other[0])
     np.testing.assert_array_equal(one[1], other[1])
+
+
+GENTLE = {"relief": {"kind": "power-law", "rms": 0.01, "hurst": 0.8, "outer_scale": 10.0}}
+"""Relief that bottom bounces survive."""
+SEAS = {
+    "flat": {},
+    "1 m/s": {"bounce": "statistical", "wind_speed": 1.0},
+    "3 m/s": {"bounce": "statistical", "wind_speed": 3.0},
+}
+
+
+@pytest.mark.parametrize("sea", SEAS)
+@pytest.mark.parametrize("seabed", [{}, GENTLE])
+def test_pressure_is_a_polynomial_of_the_reflection_coefficient(seabed, sea):
+    """Pairs of D, S and BS have 0, 1 or 2 bottom bounces: p = a + R b + R^2 c, to 1e-5 of what bounces.
+
+    Pressures at R = 0.1, 0.35 and 0.9 tell those at 0 and -0.5; scatterers or pairs drawn anew would not fit.
+    """
+
+    def pressure(reflection):
+        scenario = nominal(
+            seabed={**seabed, "reflection": reflection}, track={"window": (0.16, 0.17)}, line={"length": 0.3},
+            surface=SEAS[sea], paths={"causes": ["seabed"], "reflections": 2},
+        )  # fmt: skip
+        return simulate(scenario, threads=1).pressure.values[0, 0].astype(complex)
+
+    known = np.array([0.1, 0.35, 0.9])
+    parts = np.linalg.solve(known[:, None] ** np.arange(3), np.array([pressure(reflection) for reflection in known]))
+    assert np.linalg.norm(parts[1]) > 1e-2 * np.linalg.norm(parts[0])
+    for reflection in (0.0, -0.5):
+        off = pressure(reflection) - reflection ** np.arange(3) @ parts
+        assert np.linalg.norm(off) < 1e-5 * np.linalg.norm(parts)
+
+
+def test_the_same_scatterers_have_the_same_pairs():
+    """Over relief each pair is met at the same scatterers, and is as strong, with R = 0.1, 0.9 or -0.5 as with 0.35."""
+
+    def strengths(reflection):
+        scenario = nominal(
+            seabed={**GENTLE, "reflection": reflection}, track={"window": (0.16, 0.17)}, line={"length": 0.3},
+            paths={"causes": ["seabed"], "reflections": 4},
+        )  # fmt: skip
+        listening = prepare(scenario)
+        here, found = listening.stance(0), {}
+        for block in listening.engine.blocks(here):
+            pairs = listening.engine.pairs(here, block, drowned=False)
+            for name, row in zip(pairs.names(), np.asarray(pairs.strength), strict=True):
+                found.setdefault(name, []).append(row)
+        return found
+
+    one = strengths(0.35)
+    assert any((np.concatenate(rows) == 0).any() for rows in one.values())
+    for reflection in (0.1, 0.9, -0.5):
+        other = strengths(reflection)
+        assert set(one) == set(other)
+        for name, rows in one.items():
+            np.testing.assert_array_equal(np.concatenate(rows), np.concatenate(other[name]), str(name))

@@ -6,6 +6,9 @@ channel by channel. A family of which all pairs are negligible is not followed. 
 of the scatterers, which stand for the others: a scatterer has a number that belongs to its place, and answers the pair
 where that lies below the pair's share, as much louder as its share is smaller. So nothing is lost in the mean, every
 ping, channel and thread asks the same places, and each echo of a faint pair is no louder than those of a loud one.
+
+The bed's own reflection coefficient does not enter, so that one that reflects more or less has every echo at the same
+scatterers: each pair has the larger one of its parts over a bed that reflects nothing and one with `REFLECTED`.
 """
 
 from dataclasses import dataclass, replace
@@ -17,9 +20,10 @@ from numpy.typing import NDArray
 
 from insonify import streams
 from insonify.engines._audible_kernel import answers, numbered
-from insonify.engines.bounced import mirrored
+from insonify.engines.bounced import left_in_step
 from insonify.engines.glint_spread import GlintSpread, glint_spread
 from insonify.engines.thinning import NEGLIGIBLE, heard_until
+from insonify.propagation.families import bounces
 from insonify.propagation.local_planes import level_course
 from insonify.records.pairs import Thinned
 from insonify.scattering.fast import FastLaw
@@ -42,6 +46,8 @@ CHANNELS = 8
 LOUD = 0.25
 """Part of what is heard at a time from which on a pair is met at every scatterer; below, its share is its part re this,
 so that no echo is louder than there [1]."""
+REFLECTED = 0.5
+"""Modulus of the reflection coefficient of the bed that pairs with bottom bounces are reckoned with [1]."""
 RISES = (-1.84, -1.12, -0.68, -0.33, 0.33, 0.68, 1.12, 1.84)
 """Deviations of a leg's elevation off a moving surface, besides none, over their standard one: equally likely [1]."""
 LEAST = 1 / 32
@@ -171,7 +177,8 @@ def families_heard(families: tuple[str, ...], part: Floats, stance: Stance, span
     """
     elements = 1 if stance.elements is None else len(stance.elements.place)
     own = (part.sum(axis=0) + part.sum(axis=1))[:, max(span.start - 1, 0) : span.stop + 1]
-    heard = own.max(axis=1, initial=0.0) >= NEGLIGIBLE / elements
+    whole = _bottom_bounces(families)  # a bed may reflect all
+    heard = own.max(axis=1, initial=0.0) >= NEGLIGIBLE / elements * REFLECTED ** (2 * whole)
     return families[:1] + tuple(name for name, kept in zip(families[1:], heard[1:], strict=True) if kept)
 
 
@@ -199,11 +206,18 @@ def largest_parts(scene: Scene, bed: Bed, stance: Stance, families: tuple[str, .
     out, back = (_legs(scene, bed, stance, families, edges, depth)[0] / stance.sound_speed for depth in depths)
     late = out[pair[:, 0]] + back[pair[:, 1]]
     own *= late[:, :-1] < stance.heard_delays[1]
+    bounced = _bottom_bounces(families)[pair].sum(axis=1)
     part = np.zeros((len(pair), STRETCHES))
-    for energy in own:
-        whole = np.diff(heard_until(late, energy), axis=1)
-        part = np.maximum(part, energy / np.maximum(whole, 1e-300))
+    for left in (0.0, REFLECTED**2) if bounced.any() else (1.0,):
+        for energy in own * left ** bounced[:, None]:
+            whole = np.diff(heard_until(late, energy), axis=1)
+            part = np.maximum(part, energy / np.maximum(whole, 1e-300))
     return part.reshape(len(families), len(families), STRETCHES)
+
+
+def _bottom_bounces(families: tuple[str, ...]) -> NDArray[np.int64]:
+    """Bottom bounces of each family, (f,)."""
+    return np.array([bounces(name).count("B") for name in families])
 
 
 def _edges(stance: Stance) -> Floats:
@@ -215,14 +229,19 @@ def _edges(stance: Stance) -> Floats:
 def _legs(
     scene: Scene, bed: Bed, stance: Stance, families: tuple[str, ...], distance: Floats, depth: float
 ) -> tuple[Floats, Floats, Floats]:
-    """Lengths [m], directions of arrival to the north, powers re 1 m [m^-2] of level legs from a depth, (f, n), 3."""
+    """Lengths [m], directions of arrival to the north, powers re 1 m [m^-2] of level legs from a depth, (f, n), 3.
+
+    Powers are those over a bed that reflects all, but for what its roughness takes.
+    """
     place = np.array([0.0, 0.0, depth])
     points = np.stack([distance, 0 * distance, np.full_like(distance, bed.depth)], axis=-1)
     ways = [level_course(name, place, points, bed.depth) for name in families]
     length = np.array([way.length for way in ways])
-    left = [mirrored(name, way, bed, stance.wavelength, scene) for name, way in zip(families, ways, strict=True)]
+    left = [left_in_step(name, way, bed, stance.wavelength) for name, way in zip(families, ways, strict=True)]
+    surface = abs(complex(scene.surface.mirror(np.zeros(1))[0]))
+    left = [one * surface ** bounces(name).count("S") for name, one in zip(families, left, strict=True)]
     taken = float(scene.water.absorption(stance.frequency))
-    power = np.abs(np.array(left)) ** 2 * 10 ** (-taken * length / 10) / length**2
+    power = np.array(left) ** 2 * 10 ** (-taken * length / 10) / length**2
     return length, np.array([way.arrival for way in ways]), power
 
 
