@@ -34,11 +34,14 @@ def heard(place, area, here):
 
 
 def test_few_points_hold_the_energy_of_all():
-    """Of a 1.5 m line's ground a sixth of the points and less: each metre of range within 0.05 dB, all to 0.01 dB."""
+    """Of a 1.5 m line's ground a quarter of the points and less: each metre of range within 0.01 dB, all to 0.001 dB.
+
+    A sixth would do here (0.003 dB); beams that are steered apart receive by side lobes, and want the quarter.
+    """
     whole, some = points(thinning=False), points()
-    assert len(some[0]) < len(whole[0]) / 6
+    assert len(some[0]) < len(whole[0]) / 4.5
     ratio = 10 * np.log10(heard(*some[:3]) / heard(*whole[:3]))
-    assert np.abs(ratio).max() < 0.05 and abs(ratio.mean()) < 0.01
+    assert np.abs(ratio).max() < 0.01 and abs(ratio.mean()) < 0.001
 
 
 def test_the_points_left_stand_for_all_the_ground():

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import insonify
+from insonify.engines import paths
 from insonify.formats import zarr_store
 from insonify.propagation.images import StraightRays
 from insonify.records.legs import Status
@@ -21,14 +22,15 @@ def told(tmp_path_factory):
 
 
 @pytest.mark.slow
-def test_bent_rays_in_nearly_even_water_hide_what_straight_ones_hide(tmp_path):
+def test_bent_rays_in_nearly_even_water_hide_what_straight_ones_hide(tmp_path, monkeypatch):
     """1 mm/s over 20 m: every leg of every point has the status and the occluder that images of the sonar give it.
 
-    Neither boxes, solids nor ground are hidden by code that the two have in common, but for the walk along slices. A
-    few points in a thousand lie within rounding of an edge, about which there are more points than elsewhere. Legs with
-    bottom bounces arrive together too; the ground hides straight ones along the planes that they bounce off, bent ones
-    along the mean plane.
+    Neither boxes, solids nor ground are hidden by code that the two have in common, but for the walk along slices. All
+    slices are walked: where beams are faint straight rays merge four of them, and bent rays do not. One point in
+    100,000 may lie within rounding of an edge; none of 340,000 does. Legs with bottom bounces arrive together too; the
+    ground hides straight ones along the planes that they bounce off, bent ones along the mean plane.
     """
+    monkeypatch.setattr(paths, "heard_about", lambda *_: None)
     even = quiet_harbour(water={}, folder=tmp_path, field="incoherent", pings=1)
     layered = quiet_harbour(water={"profile": ALMOST_EVEN}, folder=tmp_path, field="incoherent", pings=1)
     straight, bent = prepare(even), prepare(layered)
@@ -47,7 +49,7 @@ def test_bent_rays_in_nearly_even_water_hide_what_straight_ones_hide(tmp_path):
         np.testing.assert_allclose(one.delay[clear], other.delay[clear], atol=1e-7)
         hidden |= set(np.unique(one.occluder))
     assert hidden == {-2, -1, 0, 1, 2, 4}  # the drum, 3, lies behind the baffle: nobody asks for its points
-    assert unlike < 3e-3 * met
+    assert met > 300_000 and unlike <= 1e-5 * met
 
 
 @pytest.mark.slow

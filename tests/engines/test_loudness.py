@@ -113,7 +113,11 @@ def test_no_scatterer_left_over_is_louder_than_those_at_the_edge():
 
 
 def test_pings_nearby_keep_the_same():
-    """A sonar that moves by 5 cm keeps nearly all; whoever stays has the same key, place and phase."""
+    """A sonar that moves by 5 cm keeps nearly all; whoever stays has the same key, place and phase.
+
+    Nine in ten stand for as much ground as before, to a quarter, and those of the main lobe, down to 12 dB below its
+    axis, to 1e-3: at its flank and beyond weights follow the beam.
+    """
     listening = prepare(passing(step=0.05))
     pings = [
         {int(k): (*p, a) for part in (block() for block in listening.engine.blocks(listening.stance(ping)))
@@ -124,7 +128,9 @@ def test_pings_nearby_keep_the_same():
     assert len(both) > 0.93 * len(pings[0])
     assert all(pings[0][key][:3] == pings[1][key][:3] for key in both)
     change = np.array([pings[1][key][3] / pings[0][key][3] for key in both])
-    assert np.mean(np.abs(change - 1) < 0.25) > 0.88
+    assert np.mean(np.abs(change - 1) < 0.25) > 0.9
+    lobe = off_axis(np.array([pings[0][key][:3] for key in both])) < 0.6
+    np.testing.assert_allclose(change[lobe], 1, rtol=1e-3)
 
 
 def test_the_coherence_of_pings_is_that_of_all_scatterers(monkeypatch):

@@ -171,12 +171,17 @@ def test_points_stand_for_the_whole_surface(even):
 
 
 def test_a_finer_pulse_draws_finer_faces():
-    """Cells are no larger than a third of the range resolution in either direction; the area stays."""
-    coarse, fine = points_of(WALL, slant=1.2)[0], points_of(WALL, slant=0.6)[0]
-    assert len(fine) > 1.5 * len(coarse)
-    for part, slant in ((coarse, 1.2), (fine, 0.6)):
+    """A quarter of the range resolution, cells of a fourteenth: none is larger than a third of it each way.
+
+    A sixteenth, but for rounding to whole cells of a face. The front and the top, towards the sonar, are whole in both.
+    """
+    here = prepare(nominal()).stance(0).transmit_place
+    coarse, fine = points_of(WALL, slant=0.6)[0], points_of(WALL, slant=0.15)[0]
+    assert coarse.area.max() > 14 * fine.area.max()
+    for part, slant in ((coarse, 0.6), (fine, 0.15)):
         assert part.area.max() <= (slant / 3) ** 2 * (1 + 1e-9)
-    assert fine.area.sum() == pytest.approx(coarse.area.sum(), rel=1e-9)
+        towards = np.sum((here - part.position) * part.normal, axis=1) > 0
+        assert part.area[towards].sum() == pytest.approx(6 * 2 + 6 * 1, rel=1e-9)
 
 
 def test_targets_do_not_know_one_another():

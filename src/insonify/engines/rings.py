@@ -33,7 +33,7 @@ PIECES = 4
 """Pieces of the rings of a tile, in each of which and in each sector the keep probability is one number."""
 STRIP_BIT = 59
 """Bit of a key from which on it counts the strips that cells are cut into."""
-EVENNESS = 2.0
+EVENNESS = 3.5
 """Factor on the gain by which points are kept: an even point left out is missed more than a drawn one [1]."""
 SPARSE_EVENNESS = 1.0
 """The same of sparse points [1]."""
