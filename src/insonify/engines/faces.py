@@ -94,9 +94,7 @@ def _patches(scene: Scene, solid: Solid, closed: list[Panel], sight: Sight) -> t
 def _triangles(scene: Scene, solid: Solid, sight: Sight) -> tuple[Scatterers, bool]:
     """A mesh as flat facets, and whether all are small enough."""
     assert solid.smooth is not None
-    corners = smooth_triangles(solid, scene.seabed)
-    corners = corners[np.logical_and(*(_facing(corners, places, sight.aside) for places in sight.images))]
-    corners, whole = split(corners, sight)
+    corners, whole = split(towards(scene, solid, sight), sight)
     corners = above_ground(corners, scene.seabed)
     middle = corners.mean(axis=1)
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -108,6 +106,12 @@ def _triangles(scene: Scene, solid: Solid, sight: Sight) -> tuple[Scatterers, bo
         place=whole_target(solid.label, count), drawn=False, occluder=scene.occluders.index(solid),
         corners=corners - middle[:, None], centre=_middle(scene, solid),
     ), whole  # fmt: skip
+
+
+def towards(scene: Scene, solid: Solid, sight: Sight) -> Floats:
+    """Corners of the triangles of a smooth mesh that look at both ends [m], shape (t, 3, 3)."""
+    corners = smooth_triangles(solid, scene.seabed)
+    return corners[np.logical_and(*(_facing(corners, places, sight.aside) for places in sight.images))]
 
 
 def _middle(scene: Scene, solid: Solid) -> Floats:
@@ -129,21 +133,30 @@ def split(corners: Floats, sight: Sight) -> tuple[Floats, bool]:
     done = []
     held = 0
     while len(corners):
-        corners = corners[_may_reach(corners, sight)]
-        sides = np.roll(corners, -1, axis=1) - corners
-        size = _size(corners, sides, sight)
-        longest = size.argmax(axis=1)
-        large = size.max(axis=1) > 1
-        done.append(corners[~large])
-        held += len(done[-1])
-        corners, longest = corners[large], longest[large]
+        small, corners, longest = by_size(corners, sight)
+        done.append(small)
+        held += len(small)
         if held + 2 * len(corners) > MOST_FACETS:
             return np.concatenate([*done, corners]), False
-        order = (longest[:, None] + np.arange(3)) % 3
-        a, b, c = np.moveaxis(np.take_along_axis(corners, order[:, :, None], axis=1), 1, 0)
-        middle = (a + b) / 2
-        corners = np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
+        corners = halved(corners, longest)
     return np.concatenate(done) if done else corners, True
+
+
+def by_size(corners: Floats, sight: Sight) -> tuple[Floats, Floats, NDArray[np.int64]]:
+    """Triangles that can be received: small ones, large ones, and the side across which each large one is halved."""
+    corners = corners[_may_reach(corners, sight)]
+    sides = np.roll(corners, -1, axis=1) - corners
+    size = _size(corners, sides, sight)
+    large = size.max(axis=1) > 1
+    return corners[~large], corners[large], size.argmax(axis=1)[large]
+
+
+def halved(corners: Floats, side: NDArray[np.int64]) -> Floats:
+    """Triangles halved across one side each, (t,), shape (2 t, 3, 3)."""
+    order = (side[:, None] + np.arange(3)) % 3
+    a, b, c = np.moveaxis(np.take_along_axis(corners, order[:, :, None], axis=1), 1, 0)
+    middle = (a + b) / 2
+    return np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
 
 
 def _may_reach(corners: Floats, sight: Sight) -> NDArray[np.bool_]:

@@ -84,7 +84,7 @@ class Patches(NamedTuple):
     half_s: Floats
     half_t: Floats
 
-    def take(self, rows: Mask) -> "Patches":
+    def take(self, rows: Mask | NDArray[np.int64]) -> "Patches":
         """Some of them."""
         return Patches(*(column[rows] for column in self))
 
@@ -128,18 +128,23 @@ def divided(panel: Panel, sight: Sight) -> tuple[Patches, bool]:
     done: list[Patches] = []
     held, open_ones = 0, whole(panel)
     while len(open_ones.s):
-        d = panel.at(open_ones.s, open_ones.t)
-        near = _may_reach(d, open_ones, sight)
-        open_ones = open_ones.take(near)
-        along_s, along_t = _sizes(Derivatives(*(part[near] for part in d)), open_ones, sight)
-        small = np.maximum(along_s, along_t) <= 1
-        done.append(open_ones.take(small))
-        held += int(small.sum())
-        open_ones, longer = open_ones.take(~small), (along_s >= along_t)[~small]
-        if held + 2 * len(open_ones.s) > MOST:
-            return joined([*done, open_ones]), False
-        open_ones = open_ones.halved(longer)
+        small, large, longer = by_size(panel, open_ones, sight)
+        done.append(small)
+        held += len(small.s)
+        if held + 2 * len(large.s) > MOST:
+            return joined([*done, large]), False
+        open_ones = large.halved(longer)
     return joined(done), True
+
+
+def by_size(panel: Panel, patches: Patches, sight: Sight) -> tuple[Patches, Patches, Mask]:
+    """Patches that one ping may receive: small ones, large ones, and True where a large one is to be halved along s."""
+    d = panel.at(patches.s, patches.t)
+    near = _may_reach(d, patches, sight)
+    patches = patches.take(near)
+    along_s, along_t = _sizes(Derivatives(*(part[near] for part in d)), patches, sight)
+    small = np.maximum(along_s, along_t) <= 1
+    return patches.take(small), patches.take(~small), (along_s >= along_t)[~small]
 
 
 def _rays(place: Floats, image: Floats) -> tuple[Floats, Floats]:

@@ -18,31 +18,41 @@ RUN = 128
 """Points in a run [1]."""
 
 
-def in_reach(points: Scatterers, sight: Sight, run: int = RUN) -> Scatterers:
+def in_reach(points: Scatterers, sight: Sight) -> Scatterers:
     """The points of a target that one ping can receive; all of them where they are few.
 
     Args:
         points: Points on the faces of one target, neighbours one after another.
         sight: The sonar as the target sees it.
-        run: Points that are judged together [1].
     """
     if len(points) <= FEW:
         return points
-    starts = np.arange(0, len(points), run)
-    count = np.diff(np.append(starts, len(points)))
-    middle = np.add.reduceat(points.position, starts, axis=0) / count[:, None]
-    away = np.linalg.norm(points.position - np.repeat(middle, count, axis=0), axis=1)
+    return points.take(rows_in_reach(points.position, points.normal, sight, RUN))
+
+
+def rows_in_reach(position: Floats, normal: Floats, sight: Sight, run: int) -> NDArray[np.int64]:
+    """Rows of the points of a target that one ping can receive, shape (m,).
+
+    Args:
+        position: Positions of the points, neighbours one after another [m], shape (n, 3).
+        normal: Unit normals of their faces, shape (n, 3).
+        sight: The sonar as the target sees it.
+        run: Points that are judged together [1].
+    """
+    starts = np.arange(0, len(position), run)
+    count = np.diff(np.append(starts, len(position)))
+    middle = np.add.reduceat(position, starts, axis=0) / count[:, None]
+    away = np.linalg.norm(position - np.repeat(middle, count, axis=0), axis=1)
     radius = np.maximum.reduceat(away, starts)
     kept = np.flatnonzero(np.repeat(sight.reaches(middle, radius), count))
-    return points.take(kept[_facing(points, kept, sight)])
+    return kept[_facing(position[kept], normal[kept], sight)]
 
 
-def _facing(points: Scatterers, rows: NDArray[np.int64], sight: Sight) -> NDArray[np.bool_]:
-    """True for points whose face looks at some image of both ends, shape of the rows."""
-    place, normal = points.position[rows], points.normal[rows]
-    both = np.ones(len(rows), bool)
+def _facing(place: Floats, normal: Floats, sight: Sight) -> NDArray[np.bool_]:
+    """True for points whose face looks at some image of both ends, shape (n,)."""
+    both = np.ones(len(place), bool)
     for places in sight.images:
-        seen = np.zeros(len(rows), bool)
+        seen = np.zeros(len(place), bool)
         for image in places:
             ray = image - place
             seen |= np.einsum("nk,nk->n", ray, normal) > -sight.aside * np.linalg.norm(ray, axis=1)

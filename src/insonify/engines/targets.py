@@ -15,16 +15,16 @@ from insonify.engines.faces import sight_of, smooth_facets
 from insonify.engines.glint_spread import glint_spread
 from insonify.engines.patches import Sight
 from insonify.engines.sampling import Resolution, beam_bound, survey_speed
-from insonify.engines.target_reach import FEW, RUN, in_reach
+from insonify.engines.target_reach import FEW, RUN, in_reach, rows_in_reach
 from insonify.propagation.choice import PathChoice
 from insonify.propagation.families import families_for
 from insonify.propagation.images import StraightRays
 from insonify.propagation.rays import Rays
 from insonify.propagation.rims import rims
 from insonify.scene.box import box_body, box_scatterers, box_section
-from insonify.scene.cells import LONGEST, MOST_PIECES
+from insonify.scene.cells import LONGEST, MOST_PIECES, even_points
 from insonify.scene.scatterers import Scatterers
-from insonify.scene.scene import Scene, point_scatterer
+from insonify.scene.scene import Scene, depth_under, point_scatterer
 from insonify.scene.seabed import Seabed
 from insonify.scene.solid import (
     cell_side,
@@ -46,7 +46,7 @@ FRINGE_CELLS = 8.0
 """Cells up a target's face per fringe between its direct and its bottom path."""
 FRINGE_POINTS = 20_000
 """Points of a solid up to which its cells are made small for the sake of fringes [1]."""
-JUDGED = 100_000
+JUDGED = 10_000
 """Points by which it is judged what part of a large target one ping can receive [1]."""
 SPARSE_POINTS = 5_000
 """The same of sparse points [1]."""
@@ -150,13 +150,25 @@ def target_count(
 
 def _part_in_reach(target: Solid, scene: Scene, sight: Sight, points: float) -> float:
     """Part of the points of a target, so many, that one ping can receive [1], judged by fewer of them."""
-    side = float(np.sqrt(world_triangles(target, scene.seabed).area.sum() / JUDGED))
+    position, normal = _coarse(target, scene.seabed)
+    if not len(position):
+        return 0.0
+    # as far across as runs of all its points, which lie along slivers
+    run = int(np.clip(2 * RUN * len(position) / points, 1, RUN))
+    return len(rows_in_reach(position, normal, sight, run)) / len(position)
+
+
+@lru_cache(maxsize=128)
+def _coarse(target: Solid, seabed: Seabed) -> tuple[Floats, Floats]:
+    """Positions of some points all over a target [m], and unit normals there, each of shape (n, 3)."""
+    surface = world_triangles(target, seabed)
     if isinstance(target, Box) and target.upright:
-        coarse = box_scatterers(target, scene.depth_under(target), 0, side, 0, even=True)
-    else:
-        coarse = solid_scatterers(target, scene.seabed, 0, side, 0, even=True)
-    run = int(np.clip(RUN * len(coarse) / points, 1, RUN))  # as far across as runs of all its points
-    return len(in_reach(coarse, sight, run)) / max(len(coarse), 1)
+        side = float(np.sqrt(surface.area.sum() / JUDGED))
+        points = box_scatterers(target, depth_under(target, seabed), 0, side, 0, even=True)
+        return points.position, points.normal
+    position, normal = even_points(surface, JUDGED)
+    free = position[:, 2] < ground_depth(seabed, position[:, :2])
+    return position[free], normal[free]
 
 
 def solid_pieces(scene: Scene, stance: Stance, resolution: Resolution) -> list[float]:

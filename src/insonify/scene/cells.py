@@ -72,6 +72,25 @@ def surface_cells(surface: Triangles, side: float) -> Cells:
     return Cells(corners[order], ends / ends[-1], int(np.ceil(ends[-1] / side**2 * (1 - 1e-12))))
 
 
+def even_points(surface: Triangles, count: int) -> tuple[Floats, Floats]:
+    """Points spread evenly over a surface, neighbours one after another, and unit normals there, each of shape (n, 3).
+
+    Args:
+        surface: The surface.
+        count: Number of points.
+    """
+    ends = np.cumsum(surface.area)
+    n = np.arange(count)
+    row = np.minimum(np.searchsorted(ends, (n + 0.5) / count * ends[-1], side="right"), len(ends) - 1)
+    a, b, c = np.moveaxis(surface.corners[row], 1, 0)
+    first, second = np.mod(0.5 + n[:, None] * _PLASTIC, 1).T[:, :, None]
+    root = np.sqrt(first)
+    place = (1 - root) * a + root * (1 - second) * b + root * second * c
+    normal = surface.normal[row] / (2 * np.maximum(surface.area[row], 1e-300))[:, None]
+    order = np.lexsort((_along_a_curve(place), _looks(normal)))
+    return place[order], normal[order]
+
+
 def halved(corners: Floats, longest: float) -> Floats:
     """Triangles halved across their longest side until none is longer than a length [m], shape (t, 3, 3)."""
     done: list[Floats] = []

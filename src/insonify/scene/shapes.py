@@ -47,12 +47,12 @@ class Triangles:
         a, b, c = np.moveaxis(self.corners - self.vertices.mean(axis=0), 1, 0)
         return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
 
-    @property
+    @cached_property
     def low(self) -> Floats:
         """Least coordinates [m], shape (3,)."""
         return np.asarray(self.vertices.min(axis=0))
 
-    @property
+    @cached_property
     def high(self) -> Floats:
         """Greatest coordinates [m], shape (3,)."""
         return np.asarray(self.vertices.max(axis=0))

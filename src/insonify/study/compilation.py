@@ -65,7 +65,7 @@ def _needed(listening: Listening, labels: bool) -> list[Feature]:
         REFRACTION: not isinstance(rays, StraightRays),
         GLINTS: not expected and scenario.surface.bounce == "statistical",
         WAVES: scenario.surface.bounce == "waves",
-        SOLIDS: bool(scenario.scene.occluders),
+        SOLIDS: bool(listening.engine.scene.occluders),
     }
     return [feature for feature, used in wanted.items() if used]
 

@@ -34,8 +34,8 @@ def _too_much_water(scenario: Scenario, *, labels: bool) -> str:
     kinds = {scenario.field == "incoherent"} | ({True} if labels else set())
     for ping in sorted({0, int(np.argmin(depth)), int(np.argmax(depth))}):
         for side in listening.stances(ping):
-            seen = view(scenario.scene, scenario.paths, scenario.seed, side, listening.engine.rays)
-            suspended = Suspended(scenario.scene, scenario.paths, scenario.seed, side, seen.resolution)
+            seen = view(listening.engine.scene, scenario.paths, scenario.seed, side, listening.engine.rays)
+            suspended = Suspended(listening.engine.scene, scenario.paths, scenario.seed, side, seen.resolution)
             if any(np.isinf(suspended.count(even=even)) for even in kinds):
                 return TOO_MANY
     return ""

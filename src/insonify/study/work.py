@@ -38,8 +38,8 @@ FINEST_CELL = (BASE_PITCH * 2.0**FINEST_LEVEL) ** 2
 """Area of the smallest cells of the scatterers' grid [m^2]."""
 RINGS, SECTORS = 48, 360
 """Number of rings and sectors in which the seabed is counted [1]."""
-TARGET_PINGS = 9
-"""Pings at which targets are looked at [1]."""
+TARGET_PINGS, TARGET_LOOKS = 9, 300
+"""Most pings at which targets are counted, and counts of single targets from which on there are fewer pings [1]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,7 +130,7 @@ def _side_work(listening: Listening, stance: Stance) -> Work:
 def _slice(listening: Listening, stance: Stance) -> Work:
     """Points along the one line of each boundary, and their pairs."""
     scenario = listening.scenario
-    seen = view(scenario.scene, scenario.paths, scenario.seed, stance, listening.engine.rays)
+    seen = view(listening.engine.scene, scenario.paths, scenario.seed, stance, listening.engine.rays)
     found: list[tuple[Boundary, float]] = [("seabed", scenario.seabed.depth), ("surface", 0.0)]
     total = Work(seconds=prices.SECONDS_PER_SLICE)
     for boundary, level in found:
@@ -148,7 +148,7 @@ def _slice(listening: Listening, stance: Stance) -> Work:
 def _boundaries(listening: Listening, stance: Stance, *, label: bool = False) -> Work:
     """Scatterers of the seabed and the surface."""
     scenario, total = listening.scenario, Work()
-    seen = view(scenario.scene, scenario.paths, scenario.seed, stance, listening.engine.rays)
+    seen = view(listening.engine.scene, scenario.paths, scenario.seed, stance, listening.engine.rays)
     found: list[tuple[Boundary, float]] = [("seabed", scenario.seabed.depth), ("surface", 0.0)]
     for boundary, level in found:
         kept, law = families_for(boundary, scenario.paths.followed), _law(scenario, boundary)
@@ -180,8 +180,8 @@ def _water(listening: Listening, stance: Stance) -> Work:
     scenario = listening.scenario
     if "water" not in scenario.paths.causes or not scenario.water.scatters:
         return Work()
-    seen = view(scenario.scene, scenario.paths, scenario.seed, stance, listening.engine.rays)
-    suspended = Suspended(scenario.scene, scenario.paths, scenario.seed, stance, seen.resolution)
+    seen = view(listening.engine.scene, scenario.paths, scenario.seed, stance, listening.engine.rays)
+    suspended = Suspended(listening.engine.scene, scenario.paths, scenario.seed, stance, seen.resolution)
     count, kept = suspended.count(even=scenario.field == "incoherent"), scenario.paths.followed
     each = sum(_legs(listening, stance, name) for name in kept) + len(kept) ** 2 * _pair_seconds(listening, stance)
     return Work(count, count * (each + prices.SECONDS_PER_GROUND * len(scenario.seabed.relief)))
@@ -225,8 +225,9 @@ def _on_targets(listening: Listening) -> Work:
     scenario = listening.scenario
     if "target" not in scenario.paths.causes or not scenario.targets or scenario.paths.geometry == "slice":
         return Work()
-    kept, scene, total, seconds = scenario.paths.followed, scenario.scene, 0.0, 0.0
-    pings = np.unique(np.linspace(0, scenario.track.ping_count - 1, TARGET_PINGS).round().astype(int)).tolist()
+    kept, scene, total, seconds = scenario.paths.followed, listening.engine.scene, 0.0, 0.0
+    looks = int(np.clip(TARGET_LOOKS // len(scenario.targets), 2, TARGET_PINGS))
+    pings = np.unique(np.linspace(0, scenario.track.ping_count - 1, looks).round().astype(int)).tolist()
     pieces: list[float] = []
     fullest: tuple[float, Stance | None] = (0.0, None)
     for stance in (side for ping in pings for side in listening.stances(ping)):
