@@ -21,6 +21,7 @@ from insonify.engines.delay_window import Interval, in_delay_window, wanted_dela
 from insonify.engines.paths import Paths
 from insonify.engines.skyline import Remembered
 from insonify.engines.swath import SwathView, swath_of
+from insonify.engines.terrain_cover import MOST_HIDDEN, hidden_part
 from insonify.freed_memory import keep_freed_memory
 from insonify.propagation.medium import rays_in
 from insonify.records.arrivals import Arrivals, expand, joined
@@ -65,6 +66,8 @@ LEAST_PARTS = 2
 MOST_BYTES = 64 << 20
 """Memory of a coherent ping's sound, of one side and part, up to which pings are heard side by side [bytes]."""
 
+PINGS_JUDGED = 5
+"""Pings of a track by which it is judged how much of the bed terrain hides."""
 AHEAD = 2
 """Pings that are heard, or wait for a thread, beyond one for each thread."""
 
@@ -149,7 +152,17 @@ class Listening:
         bed = self.engine.scene.seabed.bed
         if self.tracer is not None or bed is None or bed.span[0] == bed.span[1] or delay_field(self.scenario):
             return None
-        return swath_of(self.engine.scene, self.engine.choice, here, self.engine.rays)
+        quick = swath_of(self.engine.scene, self.engine.choice, here, self.engine.rays)
+        return None if quick is None or self._terrain_hides_much else quick
+
+    @cached_property
+    def _terrain_hides_much(self) -> bool:
+        """True: terrain hides so much of the bed on the whole track that the fast path to the seabed does not serve."""
+        bed = self.engine.scene.seabed.bed
+        last, parts = self.scenario.track.ping_count - 1, []
+        for ping in sorted({round(last * part) for part in np.linspace(0, 1, PINGS_JUDGED)}):
+            parts += [hidden_part(bed, here) for here in self.stances(ping)] if bed is not None else []
+        return bool(parts) and float(np.mean(parts)) > MOST_HIDDEN
 
     def labelling(self, here: Stance) -> Labelling:
         """The reading that labels one ping."""

@@ -1,0 +1,39 @@
+"""Part of the seabed that the terrain hides from the sonar: where it is large, the fast seabed path does not serve.
+
+The fast path takes one terrain profile for each line of azimuth, thins lines by a flat bed, and lets sound end at once
+behind crests. Where ridges hide much of the bed, the few patches in sight are most of what is received, and that is
+no longer enough: the error of 2 ms grows from 0.1 dB to several dB.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.scene.bed import Bed
+from insonify.sonar.stance import Stance
+
+MOST_HIDDEN = 0.1
+"""Part of the bed in the window, hidden by terrain, up to which the fast path serves [1]."""
+BEARINGS = (-0.08, -0.04, 0.0, 0.04, 0.08)
+"""Bearings of the profiles off the boresight [rad]."""
+SAMPLES = 4096
+"""Samples of a profile, at most."""
+
+
+def hidden_part(bed: Bed, stance: Stance) -> float:
+    """Part of the horizontal distances in the window at which direct paths are cut by terrain [1].
+
+    Args:
+        bed: The terrain.
+        stance: The sonar at one ping.
+    """
+    north, east, depth = stance.transmit_place
+    near, far = (stance.sound_speed * delay / 2 for delay in stance.heard_delays)
+    step = max(bed.map_cell, far / SAMPLES)
+    distance: NDArray[np.float64] = np.arange(step, far, step)
+    if not len(distance):
+        return 0.0
+    bearing = np.arctan2(stance.boresight[1], stance.boresight[0]) + np.array(BEARINGS)[:, None]
+    ground = bed.ground.survey(north + distance * np.cos(bearing), east + distance * np.sin(bearing))
+    launch = (bed.depth - np.asarray(ground.height) - depth) / distance
+    hidden = launch > np.minimum.accumulate(launch, axis=1)
+    return float(hidden[:, distance > min(near, far - step) - step].mean())
