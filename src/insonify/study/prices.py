@@ -11,6 +11,8 @@ WRITE_SECONDS, LABEL_WRITE_SECONDS = 1.5e-3, 40e-3
 """One ping written to disk, and its labels [s]."""
 SECONDS_PER_LEG, SECONDS_PER_PAIR = 0.06e-6, 0.06e-6
 """One leg, and one pair in one channel [s]."""
+SECONDS_PER_EXPECTED_PAIR = 0.24e-6
+"""One pair in one channel of an expectation outside the fast path: its energy is spread over the pulse [s]."""
 SECONDS_PER_SECTION = 0.5e-6
 """Cross section of one pair by a law other than Lambert's [s]."""
 ELEMENTS_SECONDS = 0.04

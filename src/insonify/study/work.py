@@ -17,7 +17,7 @@ from insonify.engines.sampling import Resolution, beam_bound, reach, tiles_in_vi
 from insonify.engines.targets import solid_pieces, target_count
 from insonify.engines.view import view
 from insonify.engines.volume import Suspended
-from insonify.propagation.families import families_for
+from insonify.propagation.families import bounces, families_for
 from insonify.propagation.images import StraightRays
 from insonify.propagation.rays import Rays
 from insonify.scattering.lambert import Lambert
@@ -38,6 +38,8 @@ FINEST_CELL = (BASE_PITCH * 2.0**FINEST_LEVEL) ** 2
 """Area of the smallest cells of the scatterers' grid [m^2]."""
 RINGS, SECTORS = 48, 360
 """Number of rings and sectors in which the seabed is counted [1]."""
+PLACES = 12
+"""Distances, and depths, at which pairs of legs to points in the water are counted [1]."""
 TARGET_PINGS, TARGET_LOOKS = 9, 300
 """Most pings at which targets are counted, and counts of single targets from which on there are fewer pings [1]."""
 
@@ -91,7 +93,8 @@ def label_work(listening: Listening) -> Work:
     # unchecked: an expectation's work is counted, though sub-bands and the like are for pressures
     expected = replace(listening, scenario=scenario.unchecked_copy(field="incoherent", paths=paths), tracer=None)
     total = sum(
-        (_boundaries(expected, side, label=True) + _water(expected, side) for side in listening.stances(0)), Work()
+        (_boundaries(expected, side, label=True) + _water(expected, side, label=True) for side in listening.stances(0)),
+        Work(),
     )
     total += _on_targets(expected)
     names = listening.label_names
@@ -175,7 +178,7 @@ def _law(scenario: Scenario, boundary: Boundary) -> object:
     return (scenario.seabed if boundary == "seabed" else scenario.surface).scattering
 
 
-def _water(listening: Listening, stance: Stance) -> Work:
+def _water(listening: Listening, stance: Stance, *, label: bool = False) -> Work:
     """Points in the water."""
     scenario = listening.scenario
     if "water" not in scenario.paths.causes or not scenario.water.scatters:
@@ -183,8 +186,38 @@ def _water(listening: Listening, stance: Stance) -> Work:
     seen = view(listening.engine.scene, scenario.paths, scenario.seed, stance, listening.engine.rays)
     suspended = Suspended(listening.engine.scene, scenario.paths, scenario.seed, stance, seen.resolution)
     count, kept = suspended.count(even=scenario.field == "incoherent"), scenario.paths.followed
-    each = sum(_legs(listening, stance, name) for name in kept) + len(kept) ** 2 * _pair_seconds(listening, stance)
+    pair = _pair_seconds(listening, stance)
+    pair += prices.SECONDS_PER_LABEL * scenario.sonar.beam_count if label else 0.0
+    distance, depth = _in_the_water(listening, stance)
+    pairs = _pairs_received(listening, stance, kept, distance, depth)
+    near = 1 / np.maximum(distance**2 + (depth - stance.transmit_place[2]) ** 2, 1.0)  # cells widen with the range
+    met = float(np.average(pairs[pairs > 0], weights=(distance * near)[pairs > 0])) if pairs.any() else 0.0
+    each = sum(_legs(listening, stance, name) for name in kept) + met * pair
     return Work(count, count * (each + prices.SECONDS_PER_GROUND * len(scenario.seabed.relief)))
+
+
+def _in_the_water(listening: Listening, stance: Stance) -> tuple[Floats, Floats]:
+    """Horizontal distances and depths of places all over the water that the window reaches [m], shape (n,) each."""
+    farthest = listening.scenario.water.fastest * stance.heard_delays[1] / 2
+    part = (np.arange(PLACES) + 0.5) / PLACES
+    distance, depth = np.meshgrid(farthest * part, listening.scenario.seabed.depth * part)
+    return distance.ravel(), depth.ravel()
+
+
+def _pairs_received(
+    listening: Listening, stance: Stance, kept: tuple[str, ...], distance: Floats, depth: Floats
+) -> Floats:  # fmt: skip
+    """Number of pairs of straight legs to places, by their distance and depth [m], that fall into the window, (n,)."""
+    lengths = []
+    for end in (stance.transmit_place, stance.receive_place):
+        images = np.full(len(kept), float(end[2]))
+        for row, name in enumerate(kept):
+            for bounce in bounces(name):
+                images[row] = -images[row] if bounce == "S" else 2 * listening.scenario.seabed.depth - images[row]
+        lengths.append(np.hypot(distance, depth - images[:, None]))
+    both = lengths[0][:, None] + lengths[1]
+    first, last = (stance.sound_speed * delay for delay in stance.heard_delays)
+    return np.asarray(((both >= first) & (both <= last)).sum(axis=(0, 1)), float)
 
 
 def _met(
@@ -194,8 +227,10 @@ def _met(
     drawn = boundary == "seabed" and listening.scenario.field == "coherent"
     known = listening.engine.met(stance, place) if drawn else None
     if known is None:
+        level = listening.scenario.seabed.depth if boundary == "seabed" else 0.0
+        pairs = _pairs_received(listening, stance, kept, place, np.full(len(place), level))
         count = float(points.sum())
-        return count * sum(_legs(listening, stance, name) for name in kept), count * len(kept) ** 2
+        return count * sum(_legs(listening, stance, name) for name in kept), float(points @ pairs)
     families, share = known
     followed, fitted = ((points * part).sum(axis=1) for part in ((share > 0).any(axis=1), share.max(axis=1)))
     seconds = sum(
@@ -267,6 +302,8 @@ def _pair_seconds(listening: Listening, stance: Stance, law: object = None) -> f
     """Processor time for one pair of legs in all channels of one side [s], by a law; None: one without angles."""
     beams = listening.scenario.sonar.beam_count
     section = 0.0 if law is None or isinstance(law, Lambert) else prices.SECONDS_PER_SECTION
+    if listening.scenario.field == "incoherent":
+        return section + prices.SECONDS_PER_EXPECTED_PAIR * beams
     if stance.still and stance.elements is None and not stance.bands:
         return section + prices.SECONDS_PER_PAIR * beams
     shapes = prices.SECONDS_PER_SHAPE * (shape_count(stance) - 1)
