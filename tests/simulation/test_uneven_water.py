@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from insonify.ocean.inhomogeneity import delay_variance
+from insonify.propagation.delay_field import DelayField
 from insonify.scenario.load import parse
 from insonify.scenario.scenario import Scenario
 from insonify.scenario.write import to_yaml
@@ -145,3 +146,16 @@ def test_under_way_the_water_stays_where_it_is():
     """A moving sonar in uneven water hears arrivals that make up its recording: delays are in both, to 1e-9 s."""
     still, moving = (uneven(track={**GOES, "stop_and_hop": hop}) for hop in (True, False))
     assert _delay(still, 0) == pytest.approx(_delay(moving, 0), abs=1e-9)
+
+
+def test_a_moving_surface_over_uneven_water_takes_work_in_proportion_to_its_pairs(monkeypatch):
+    """Each group of pairs that interfere follows its own legs through the water, not those of all glints."""
+    followed, groups = [], []
+    way, covariance = DelayField._way, DelayField.covariance
+    monkeypatch.setattr(DelayField, "_way", lambda *asked: followed.append(1) or way(*asked))
+    monkeypatch.setattr(DelayField, "covariance", lambda *asked: groups.append(1) or covariance(*asked))
+    simulate(uneven(families=("D", "S", "B", "BS", "SB"), surface={"bounce": "statistical", "wind_speed": 5.0},
+                    targets=[{**ONE, "position": (10.0, 5.0, 15.0)}], field="incoherent",
+                    paths={"causes": ["target"], "reflections": 3}))  # fmt: skip
+    assert len(groups) > 20
+    assert len(followed) <= 8 * len(groups)

@@ -8,6 +8,7 @@ them: the mean over s of exp(-d(s)^2 / l^2), with d(s) the distance between the 
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,7 @@ from insonify.records.legs import Legs
 from insonify.scene.lattice import Lattice
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 WAVES = 64
 """Waves of a field: its fourth moment is 3 (1 - 1 / 128) times the square of its second."""
 PARTS = 24
@@ -61,27 +63,33 @@ class DelayField:
 
     def spread_of(self, legs: Legs) -> Floats:
         """Root mean square of each leg's delay [s], shape (f, n); 0 where there is no leg."""
-        there = (legs.visibility != 0) & (legs.delay > 0)
-        length = np.where(there, legs.length, 0.0)
-        speed = np.where(there, legs.length / np.where(there, legs.delay, 1.0), 1.0)
-        return np.sqrt(np.maximum(delay_variance(length, speed, self.uneven), 0.0))
+        return self._spread(legs.visibility, legs.delay, legs.length)
 
-    def covariance(self, sides: list[tuple[Legs, Floats]], points: Floats, asked: NDArray[np.int64]) -> Floats:
-        """Covariance of the delays of all legs to the same points [s^2], shape (m, legs, legs).
+    def _spread(self, visibility: NDArray[Any], delay: Floats, length: Floats) -> Floats:
+        there = (visibility != 0) & (delay > 0)
+        speed = np.where(there, length / np.where(there, delay, 1.0), 1.0)
+        return np.sqrt(np.maximum(delay_variance(np.where(there, length, 0.0), speed, self.uneven), 0.0))
+
+    def covariance(self, sides: list[tuple[Legs, Floats, Integers]], points: Floats, asked: Integers) -> Floats:
+        """Covariance of the delays of some legs to the same points [s^2], shape (m, legs, legs).
 
         Args:
-            sides: Legs to n points, and where they start [m], shape (3,); one such pair or several.
+            sides: Legs to n points, where they start [m], shape (3,), and rows of those wanted; one such or several.
             points: Where all of them end [m], shape (n, 3).
             asked: Rows of the points that are asked about, shape (m,).
         """
-        spread, points = np.concatenate([self.spread_of(legs)[:, asked] for legs, _ in sides]), points[asked]
-        ways = [self._way(family, place, points) for legs, place in sides for family in legs.families]
+        spread = []
+        for legs, _, rows in sides:
+            some = np.ix_(rows, asked)
+            spread.append(self._spread(legs.visibility[some], legs.delay[some], legs.length[some]))
+        size, points = np.concatenate(spread), points[asked]
+        ways = [self._way(legs.families[row], place, points) for legs, place, rows in sides for row in rows]
         found = np.empty((len(points), len(ways), len(ways)))
         for a, first in enumerate(ways):
             for b, second in enumerate(ways[: a + 1]):
                 square = np.sum((first - second) ** 2, axis=-1)
                 alike = np.exp(-square / self.uneven.length**2).mean(axis=0)
-                found[:, a, b] = found[:, b, a] = spread[a] * spread[b] * alike
+                found[:, a, b] = found[:, b, a] = size[a] * size[b] * alike
         return found
 
     def _way(self, family: str, place: Floats, points: Floats) -> Floats:

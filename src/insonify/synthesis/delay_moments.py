@@ -42,9 +42,15 @@ def copies(pairs: Pairs, field: DelayField | None, stance: Stance) -> list[Pairs
     which = which.ravel()
     # neighbours follow one another, and share their water
     asked = np.arange(0, len(pairs.scatterers), max(1, len(pairs.scatterers) // ASKED))
-    sides = [(pairs.out, stance.transmit_place), (pairs.back, stance.receive_place)][: 1 if both else 2]
-    covariance = field.covariance(sides, pairs.scatterers.position, asked)
-    kept = _kept(replicas, covariance, len(pairs.out.families) * (not both), stance.frequency)
+    # legs off a moving surface are many, and each part of a block has but a few of them
+    if both:
+        used, number = np.unique(replicas, return_inverse=True)
+        sides, of = [(pairs.out, stance.transmit_place, used)], number.reshape(replicas.shape)
+    else:
+        (out, first), (back, second) = (np.unique(column, return_inverse=True) for column in replicas.T)
+        sides = [(pairs.out, stance.transmit_place, out), (pairs.back, stance.receive_place, back)]
+        of = np.column_stack([first.ravel(), second.ravel() + len(out)])
+    kept = _kept(of, field.covariance(sides, pairs.scatterers.position, asked), stance.frequency)
     lower = np.linalg.cholesky(kept + FLOOR * np.eye(len(replicas)))
     lower = np.repeat(lower, np.diff(np.append(asked, len(pairs.scatterers))), axis=0)
     made = []
@@ -57,12 +63,12 @@ def copies(pairs: Pairs, field: DelayField | None, stance: Stance) -> list[Pairs
     return made
 
 
-def _kept(replicas: NDArray[np.int64], covariance: Floats, offset: int, frequency: float) -> Floats:
+def _kept(replicas: NDArray[np.int64], covariance: Floats, frequency: float) -> Floats:
     """What is left of the product of every two replicas [1], shape (n, replicas, replicas)."""
     taken = np.zeros((len(replicas), covariance.shape[-1]))
     for row, (i, j) in enumerate(replicas):
         taken[row, i] += 1
-        taken[row, j + offset] += 1
+        taken[row, j] += 1
     together = np.einsum("pa,nab,qb->npq", taken, covariance, taken, optimize=True)
     own = np.einsum("npp->np", together)
     apart = own[:, :, None] + own[:, None, :] - 2 * together
