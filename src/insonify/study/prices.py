@@ -13,8 +13,12 @@ SECONDS_PER_LEG, SECONDS_PER_PAIR = 0.06e-6, 0.06e-6
 """One leg, and one pair in one channel [s]."""
 SECONDS_PER_EXPECTED_PAIR = 0.24e-6
 """One pair in one channel of an expectation outside the fast path: its energy is spread over the pulse [s]."""
+SECONDS_PER_GLINT_PAIR = 0.12e-6
+"""The same where a leg has met a moving surface: each of its glints makes pairs of its own [s]."""
 SECONDS_PER_SECTION = 0.5e-6
 """Cross section of one pair by a law other than Lambert's [s]."""
+SECONDS_PER_PAIR_APART, SECONDS_PER_SURFACE_SECTION = 1.4e-6, 5e-6
+"""One pair of an expectation between two platforms, and its cross section by the surface's law of wind [s]."""
 ELEMENTS_SECONDS = 0.04
 """Share of each ping and side of an array of elements [s]."""
 EXPECTED_SECONDS = 0.015

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from insonify.engines import rings
 from insonify.engines.glint_spread import glint_spread
 from insonify.engines.loudness import Loudness
+from insonify.engines.room import legs_per_point
 from insonify.engines.sampling import Resolution, beam_bound, reach, tiles_in_view, widest_way
 from insonify.engines.targets import solid_pieces, target_count
 from insonify.engines.view import view
@@ -143,7 +144,7 @@ def _slice(listening: Listening, stance: Stance) -> Work:
         heard = reach(stance, level, listening.engine.rays, kept, rise=seen.rise(boundary))
         points = max(heard.farthest - heard.nearest, 0.0) / (seen.resolution.slant / seen.resolution.per_cell)
         each = sum(_legs(listening, stance, name) for name in kept)
-        each += len(kept) ** 2 * _pair_seconds(listening, stance, _law(scenario, boundary))
+        each += len(kept) ** 2 * _pair_seconds(listening, stance, _law(scenario, boundary), boundary)
         total += Work(points, points * each)
     return total
 
@@ -165,7 +166,7 @@ def _boundaries(listening: Listening, stance: Stance, *, label: bool = False) ->
             stance, level, listening.engine.rays, kept, seen.resolution, scenario, seen.rise(boundary)
         )
         legs, pairs = _met(listening, stance, boundary, kept, points, place)
-        each = _pair_seconds(listening, stance, law)
+        each = _pair_seconds(listening, stance, law, boundary)
         each += prices.SECONDS_PER_LABEL * scenario.sonar.beam_count if label else 0.0
         relief = len(scenario.seabed.relief) if boundary == "seabed" else 0
         count = float(points.sum())
@@ -186,7 +187,7 @@ def _water(listening: Listening, stance: Stance, *, label: bool = False) -> Work
     seen = view(listening.engine.scene, scenario.paths, scenario.seed, stance, listening.engine.rays)
     suspended = Suspended(listening.engine.scene, scenario.paths, scenario.seed, stance, seen.resolution)
     count, kept = suspended.count(even=scenario.field == "incoherent"), scenario.paths.followed
-    pair = _pair_seconds(listening, stance)
+    pair = _pair_seconds(listening, stance, boundary="water")
     pair += prices.SECONDS_PER_LABEL * scenario.sonar.beam_count if label else 0.0
     distance, depth = _in_the_water(listening, stance)
     pairs = _pairs_received(listening, stance, kept, distance, depth)
@@ -228,7 +229,9 @@ def _met(
     known = listening.engine.met(stance, place) if drawn else None
     if known is None:
         level = listening.scenario.seabed.depth if boundary == "seabed" else 0.0
-        pairs = _pairs_received(listening, stance, kept, place, np.full(len(place), level))
+        pairs = np.full(len(place), len(kept) ** 2.0)
+        if stance.receive_survey is None:
+            pairs = _pairs_received(listening, stance, kept, place, np.full(len(place), level))
         count = float(points.sum())
         return count * sum(_legs(listening, stance, name) for name in kept), float(points @ pairs)
     families, share = known
@@ -298,12 +301,27 @@ def shape_count(stance: Stance) -> int:
     return len(made.band) * len(made.doppler)
 
 
-def _pair_seconds(listening: Listening, stance: Stance, law: object = None) -> float:
+def _expected_pair_seconds(listening: Listening, stance: Stance, section: float, boundary: Boundary) -> float:
+    """Processor time for the expectation of one pair of families in all channels of one side [s]."""
+    scenario = listening.scenario
+    if not stance.together:
+        return prices.SECONDS_PER_PAIR_APART * scenario.sonar.beam_count + (
+            prices.SECONDS_PER_SURFACE_SECTION if section and boundary == "surface" else section
+        )
+    kept = len(families_for(boundary, scenario.paths.followed))
+    legs = legs_per_point(listening.engine.scene, scenario.paths, boundary, drawn=boundary == "water")
+    glints = (legs**2 - kept**2) / kept**2 * prices.SECONDS_PER_GLINT_PAIR
+    return section + (prices.SECONDS_PER_EXPECTED_PAIR + glints) * scenario.sonar.beam_count
+
+
+def _pair_seconds(
+    listening: Listening, stance: Stance, law: object = None, boundary: Boundary = "target"
+) -> float:  # fmt: skip
     """Processor time for one pair of legs in all channels of one side [s], by a law; None: one without angles."""
     beams = listening.scenario.sonar.beam_count
     section = 0.0 if law is None or isinstance(law, Lambert) else prices.SECONDS_PER_SECTION
     if listening.scenario.field == "incoherent":
-        return section + prices.SECONDS_PER_EXPECTED_PAIR * beams
+        return _expected_pair_seconds(listening, stance, section, boundary)
     if stance.still and stance.elements is None and not stance.bands:
         return section + prices.SECONDS_PER_PAIR * beams
     shapes = prices.SECONDS_PER_SHAPE * (shape_count(stance) - 1)
