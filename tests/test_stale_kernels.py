@@ -146,7 +146,7 @@ def test_the_place_of_the_cache_is_the_one_that_numba_takes(installed, tmp_path,
 
     def agree() -> None:
         chosen = caching.CompileResultCacheImpl(scope["answer"]).locator.get_cache_path()
-        assert stale_kernels._cache_place(installed)(installed) == Path(chosen)
+        assert stale_kernels.cache_folder(installed)(installed) == Path(chosen)
 
     for named, classes in (
         ("", ""),
@@ -168,7 +168,7 @@ def test_the_place_of_the_cache_is_the_one_that_numba_takes(installed, tmp_path,
 def test_stamps_stand_in_the_folder_that_the_user_named(package, tmp_path, monkeypatch):
     """In NUMBA_CACHE_DIR the stale code goes, the rest stays, and code beside the sources is not touched."""
     monkeypatch.setattr(stale_kernels, "_numba_says", lambda: (str(tmp_path / "named"), []))
-    place = stale_kernels._cache_place(package)
+    place = stale_kernels.cache_folder(package)
     assert sorted(forget_stale_kernels(package)) == ["parts/other.py", "parts/piece.py", "sum.py"]
     codes = [place(package) / "sum.f-1.py311.nbi", place(package / "parts") / "other.f-1.py311.1.nbc"]
     for code in codes:

@@ -6,7 +6,8 @@ A call into the maths library would make a loop run one number at a time, so her
 """
 
 import numpy as np
-from numba import njit
+
+from insonify.jit import njit
 
 # Minimax fits over a quarter turn y either side of zero, in powers of y^2, by iterated weighted
 # least squares: sin(2 pi y) / y to 3e-9, cos(2 pi y) to 2e-10; float32 rounding is what remains.

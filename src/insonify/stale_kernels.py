@@ -23,7 +23,7 @@ from typing import Any
 STAMPS = "kernels.json"
 _TOUCHED = "touched"
 _DRAWS_ON = re.compile(r"^\s*from (insonify[\w.]*) import (?:\(([^)]*)\)|([^(#\n]*))", re.MULTILINE)
-_COMPILED = re.compile(r"\bnumba\b")
+_COMPILED = re.compile(r"\b(?:numba|insonify\.jit)\b")
 
 
 def forget_stale_kernels(package: Path) -> list[str]:
@@ -36,7 +36,7 @@ def forget_stale_kernels(package: Path) -> list[str]:
         Files of kernels whose machine code was dropped, relative to the package; none where no place for machine code
         can be written to.
     """
-    beside = _cache_place(package)
+    beside = cache_folder(package)
     stamped = beside(package) / STAMPS
     try:
         before = json.loads(stamped.read_text())
@@ -61,7 +61,7 @@ def forget_stale_kernels(package: Path) -> list[str]:
     return stale
 
 
-def _cache_place(package: Path) -> Callable[[Path], Path]:
+def cache_folder(package: Path) -> Callable[[Path], Path]:
     """Folder in which numba keeps the machine code of a folder of sources, as numba 0.61 to 0.68 choose it.
 
     Args:
@@ -142,6 +142,7 @@ def _stamps(package: Path) -> Iterator[tuple[str, str]]:
     code holds their constants as numbers.
     """
     text = {path: path.read_text(encoding="utf-8") for path in sorted(package.rglob("*.py"))}
+    text.pop(package / "jit.py", None)  # decides when kernels are compiled, not into what
     kernels = {path for path, source in text.items() if _COMPILED.search(source)}
 
     @cache

@@ -12,8 +12,9 @@ import math
 from operator import index
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
+
+from insonify.jit import njit
 
 # The numbers are part of every stored result: append new ones, never renumber.
 SEABED = 1

@@ -8,6 +8,7 @@ one warning that names the law, the quantity and the range. A quantity that mean
 from __future__ import annotations
 
 import math
+import sys
 import warnings
 from numbers import Real
 from typing import Any
@@ -149,7 +150,8 @@ def as_floats(value: Any) -> NDArray[np.float64] | None:
     Args:
         value: Whatever was given; masked values become NaN.
     """
-    if isinstance(value, np.ma.MaskedArray):
+    # where nothing has loaded numpy.ma, nothing is masked: it takes a while to load
+    if "numpy.ma" in sys.modules and isinstance(value, np.ma.MaskedArray):
         return np.asarray(np.ma.filled(value.astype(float), np.nan)) if value.dtype.kind in "fiu" else None
     try:
         given = np.asarray(value)

@@ -7,6 +7,8 @@ from typing import Any, TypeVar
 
 import typer
 
+from insonify.jit import when_loaded
+
 Command = TypeVar("Command", bound=Callable[..., Any])
 OFTEN = 5.0
 """Time between two lines of progress [s]."""
@@ -40,12 +42,16 @@ _PROGRESS: list[Progress] = []
 
 def report_compiling() -> None:
     """Print progress on stderr whenever this process compiles a kernel from now on."""
-    from numba.core import event
-
     if _PROGRESS:
         _PROGRESS[0] = Progress()  # the next command of the same process begins anew
         return
     _PROGRESS.append(Progress())
+    when_loaded(_listen)
+
+
+def _listen() -> None:
+    """Have the compiler tell the process's progress of each kernel."""
+    from numba.core import event
 
     class Lines(event.Listener):  # type: ignore[misc]
         def on_start(self, event: Any) -> None:

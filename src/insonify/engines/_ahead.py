@@ -2,10 +2,12 @@
 
 from typing import Any
 
-from llvmlite import ir
-from numba import types
-from numba.core import cgutils
-from numba.extending import intrinsic
+from insonify.jit import deferred, intrinsic
+
+ir = deferred("llvmlite.ir")
+types = deferred("numba.core.types")
+cgutils = deferred("numba.core.cgutils")
+
 
 _BYTES, _FLAG = ir.IntType(8).as_pointer(), ir.IntType(32)
 _READ, _SOON, _DATA = (ir.Constant(_FLAG, n) for n in (0, 3, 1))

@@ -8,9 +8,9 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from insonify.jit import njit
 from insonify.propagation._knife_edge_kernel import ENDLESS, differs_less, edge_factor
 
 Floats = NDArray[np.floating[Any]]

@@ -4,9 +4,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from insonify.jit import njit
 from insonify.scene.lattice import BASE_PITCH, FINEST_LEVEL, TILE
 
 Floats = NDArray[np.float64]

@@ -3,10 +3,10 @@
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from insonify.engines._ahead import ask_for
+from insonify.jit import njit
 
 Floats = NDArray[np.float64]
 Integers = NDArray[Any]

@@ -3,12 +3,12 @@
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from insonify.cycles import sincos_cycles
 from insonify.engines._loudness_kernel import Gains, re_edge
 from insonify.engines._share_kernel import Frame, share_of
+from insonify.jit import njit
 from insonify.scene.lattice import BASE_PITCH, PARTS, SIDE, TILE, in_order
 from insonify.scene.scatterers import KEY_ROW
 from insonify.streams import philox_each, unit

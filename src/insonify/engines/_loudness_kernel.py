@@ -8,10 +8,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from insonify.engines._spread_kernel import at_spread, cosine_spreads
+from insonify.jit import njit
 from insonify.sonar._beam_kernels import cone, element_gain, nearest
 
 Floats = NDArray[np.float64]

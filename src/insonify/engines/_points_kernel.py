@@ -7,10 +7,10 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from insonify.engines._thin_kernel import GOLDEN
+from insonify.jit import njit
 
 Floats = NDArray[np.float64]
 Integers = NDArray[Any]

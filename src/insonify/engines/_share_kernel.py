@@ -1,9 +1,9 @@
 """What share of the scatterers of tiles is kept, part by part: the arithmetic of `engines.loudness`."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from insonify.jit import njit
 from insonify.scene.lattice import BASE_PITCH, PARTS, TILE
 
 Floats = NDArray[np.float64]

@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from insonify.jit import njit
 from insonify.sonar._beam_kernels import cone, element_gain, look_up_bound, nearest
 
 Floats = NDArray[np.float64]

@@ -7,13 +7,13 @@ follow by the rules of `insonify.engines.skyline`; what comes out are columns of
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from insonify.engines._ground_kernel import look_up
 from insonify.engines._lit_kernel import bounds_of, reached_by
 from insonify.engines._points_kernel import Points
 from insonify.engines._straight_kernel import legs_along
+from insonify.jit import njit
 
 Floats = NDArray[np.float64]
 Integers = NDArray[Any]

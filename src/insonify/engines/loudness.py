@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify import streams
+from insonify.engines import _loudness_arrays as _loudness_arrays  # stand-ins of the kernels
 from insonify.engines import _loudness_kernel as kernel
 from insonify.engines import _share_kernel as share_kernel
 from insonify.engines._kept_kernel import keep
@@ -325,6 +326,13 @@ class Loudness:
             level[row], level[to], tilt[to], turn[to] = legs.coherent, legs.glints, legs.tilt, legs.turn
         spread = kernel.Spreads(level, tilt, turn, glinting, np.array(self.glints.slopes), spread_patterns(beams))
         return spread, np.concatenate([sines, sines[[row for row, _ in found]]])
+
+
+@share_kernel.shares.stand_in
+def _shares(gain: Floats, fewer: float, least: float, found: Floats) -> None:
+    """Parts of the scatterers that are kept, as the kernel `shares`, into found (n,)."""
+    gain = np.minimum(gain, 1.0)
+    found[:] = np.clip(np.maximum(gain * gain, fewer * gain), least, 1.0)
 
 
 def _nodes(farthest: float) -> Floats:

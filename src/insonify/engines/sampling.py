@@ -239,6 +239,15 @@ def filling(
     return np.minimum(tiles.pitch**2 / area, most)
 
 
+@kernel.cells.stand_in
+def _cells(cell: kernel.Cell, distance: Floats, height: float, found: Floats) -> None:
+    """Largest area that one scatterer may stand for [m^2], as the kernel `cells`, into found (n,)."""
+    slant_range = np.hypot(distance, height)
+    slant = np.maximum(cell.slant, np.minimum(cell.pulse, kernel.LONGEST_CELL * slant_range))
+    ground = np.minimum(slant * slant_range / np.maximum(distance, 1e-9), np.sqrt(2 * slant_range * slant))
+    found[:] = np.minimum(ground * (slant_range * cell.width) / cell.per_cell, (cell.elongation * ground) ** 2)
+
+
 class _Grain:
     """How fine the cells of a boundary must be at a place, from the whole track of each platform."""
 

@@ -8,8 +8,9 @@ other places were asked for, nor on how the work was split.
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from insonify.jit import njit
 
 Floats = NDArray[np.float64]
 

@@ -10,10 +10,10 @@ Source of the method: non-uniform FFT of type 2, Barnett, Magland & af Klinteber
 
 import numpy as np
 import scipy
-from numba import njit
 from numpy.typing import NDArray
 
 from insonify.cycles import sincos_cycles
+from insonify.jit import njit
 from insonify.processing._four_cells import four_cells
 
 FINER = 4

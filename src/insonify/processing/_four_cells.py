@@ -6,11 +6,13 @@ are written out in the compiler's portable vector language, which turns them int
 
 from typing import Any
 
-from llvmlite import ir
-from numba import types
-from numba.core import cgutils
-from numba.core.errors import TypingError
-from numba.extending import intrinsic
+from insonify.jit import deferred, intrinsic
+
+ir = deferred("llvmlite.ir")
+types = deferred("numba.core.types")
+cgutils = deferred("numba.core.cgutils")
+errors = deferred("numba.core.errors")
+
 
 _SINGLE, _INDEX = ir.FloatType(), ir.IntType(32)
 
@@ -44,5 +46,5 @@ def four_cells(typingctx: Any, cells: Any, at: Any, weights: Any, first: Any) ->
         return context.make_tuple(builder, signature.return_type, parts)
 
     if cells.layout != "C" or weights.layout != "C":
-        raise TypingError("cells and weights must lie side by side in memory")
+        raise errors.TypingError("cells and weights must lie side by side in memory")
     return types.UniTuple(types.float32, 2)(cells, types.intp, weights, types.intp), codegen

@@ -1,9 +1,9 @@
 """Echoes summed over a picture's pixels: the loop of back-projection."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from insonify.jit import njit
 from insonify.processing._between import BLOCK, FAST, aim, take
 
 Doubles = NDArray[np.float64]

@@ -1,9 +1,9 @@
 """Elements' series summed along the delays of a place that moves outward: the loop of delay-and-sum."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from insonify.jit import njit
 from insonify.processing._between import BLOCK, FAST, aim, take
 
 Doubles = NDArray[np.float64]

@@ -7,8 +7,9 @@ the surface at given heights of the climb.
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from insonify.jit import njit
 
 Floats = NDArray[np.float64]
 

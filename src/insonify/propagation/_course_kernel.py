@@ -7,9 +7,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from insonify.jit import njit
 from insonify.scene._plane_kernel import Ellipses, fit_ellipses
 from insonify.scene.pages import Pages
 

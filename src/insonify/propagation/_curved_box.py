@@ -7,8 +7,9 @@ its angle (+ down) falls by g p for every metre of range. So its depth over rang
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from insonify.jit import njit
 
 Floats = NDArray[np.float64]
 

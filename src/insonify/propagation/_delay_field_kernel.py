@@ -1,8 +1,9 @@
 """The sum of waves that a field of delays is made of, along the ways of one family. Plain numbers and arrays."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from insonify.jit import njit
 
 Floats = NDArray[np.float64]
 

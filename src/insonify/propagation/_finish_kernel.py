@@ -11,9 +11,9 @@ the arcs, from memory; the atanh and arctan forms are rearranged so that nothing
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from insonify.jit import njit
 from insonify.propagation._route_kernel import (
     BEND,
     DEPTH,

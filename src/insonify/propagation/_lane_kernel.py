@@ -15,9 +15,9 @@ interval of v is bounded by its ends.
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from insonify.jit import njit
 from insonify.propagation._route_kernel import BEND, FIRST, KAPPA, LAST, NEAR, ROUTE, STRETCH, TOP
 
 Floats = NDArray[np.float64]

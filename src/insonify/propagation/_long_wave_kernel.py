@@ -7,9 +7,9 @@ path lie below the mean surface, by a height each.
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from insonify.jit import njit
 from insonify.ocean._wave_kernels import cosine_of_cycles
 
 Floats = NDArray[np.float64]

@@ -10,8 +10,9 @@ Nodes and route stand together in one array, the lane.
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from insonify.jit import njit
 
 Floats = NDArray[np.float64]
 Integers = NDArray[Any]

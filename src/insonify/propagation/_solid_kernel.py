@@ -6,8 +6,9 @@ The tree is in depth-first order; each node knows where to go on when it is miss
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from insonify.jit import njit
 
 Floats = NDArray[np.float64]
 Integers = NDArray[Any]

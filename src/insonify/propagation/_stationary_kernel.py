@@ -7,9 +7,9 @@ Newton's method goes to each end's own bounce points in a few steps. Plain numbe
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from insonify.jit import njit
 from insonify.propagation._long_wave_kernel import Sums, Way, half_way, main_axes, sea_along, sea_at, third_along
 
 Floats = NDArray[np.float64]

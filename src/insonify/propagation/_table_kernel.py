@@ -17,9 +17,9 @@ the last from the mixed derivatives of the delay (Van Vleck's determinant in the
 import math
 
 import numpy as np
-from numba import njit, uintp
 from numpy.typing import NDArray
 
+from insonify.jit import njit
 from insonify.propagation._finish_kernel import (
     AMPLITUDE,
     AT_END,
@@ -85,12 +85,12 @@ def find_cells(
             paths[n] = EXACT
             left += 1
             continue
-        row = buckets[uintp(min(int(max(z - top, 0.0) * per_metre), slices))]
+        row = buckets[np.uintp(min(int(max(z - top, 0.0) * per_metre), slices))]
         following = min(row + 1, last)
-        row = following if z >= rows[uintp(following), TOP] else row
+        row = following if z >= rows[np.uintp(following), TOP] else row
         k = min(int(away), cells - 1)
         cell[0, n], cell[1, n] = row, k
-        found = state[uintp(row), uintp(k)]
+        found = state[np.uintp(row), np.uintp(k)]
         paths[n] = found
         left += found == EXACT
     return left
@@ -131,18 +131,18 @@ def read_cells(
         row, k = int(cell[0, n]), int(cell[1, n])
         away = max(ranges[n], NEAREST)
         u = away * per_step - k
-        below = depth[n] - rows[uintp(row), TOP]
-        speed = rows[uintp(row), SPEED] + below * rows[uintp(row), GRADIENT]
+        below = depth[n] - rows[np.uintp(row), TOP]
+        speed = rows[np.uintp(row), SPEED] + below * rows[np.uintp(row), GRADIENT]
         here = (first + row) * stations + k
-        typical = mean_speed[uintp(here)] + u * (mean_speed[uintp(here + 1)] - mean_speed[uintp(here)])
+        typical = mean_speed[np.uintp(here)] + u * (mean_speed[np.uintp(here + 1)] - mean_speed[np.uintp(here)])
         if lines == 1:
             square, along, down, w, w_along, w_down = on_line(nodes, here * NUMBERS, u)
         else:
-            under, height, per_height = here + stations, rows[uintp(row), HEIGHT], rows[uintp(row), PER_HEIGHT]
+            under, height, per_height = here + stations, rows[np.uintp(row), HEIGHT], rows[np.uintp(row), PER_HEIGHT]
             v = below * per_height
             square, along, down, w, w_along, w_down = in_cell(nodes, here * NUMBERS, under * NUMBERS, u, v, height)
             down, w_down = down * per_height, w_down * per_height
-            lower = mean_speed[uintp(under)] + u * (mean_speed[uintp(under + 1)] - mean_speed[uintp(under)])
+            lower = mean_speed[np.uintp(under)] + u * (mean_speed[np.uintp(under + 1)] - mean_speed[np.uintp(under)])
             typical += v * (lower - typical)
         rate = 0.5 / math.sqrt(square)
         along, w_along = along * per_step, w_along * per_step

@@ -8,11 +8,13 @@ compiler's portable vector language, which it turns into whatever the processor 
 
 from typing import Any
 
-from llvmlite import ir
-from numba import types
-from numba.core import cgutils
-from numba.core.errors import TypingError
-from numba.extending import intrinsic
+from insonify.jit import deferred, intrinsic
+
+ir = deferred("llvmlite.ir")
+types = deferred("numba.core.types")
+cgutils = deferred("numba.core.cgutils")
+errors = deferred("numba.core.errors")
+
 
 LANES = 4
 _ROW = ir.VectorType(ir.DoubleType(), LANES)
@@ -77,7 +79,7 @@ def _data(context: Any, builder: Any, array_type: Any, array: Any) -> Any:
 
 def _require_flat(nodes: Any) -> None:
     if not isinstance(nodes, types.Array) or nodes.layout != "C" or nodes.ndim != 1 or nodes.dtype != types.float64:
-        raise TypingError(f"the nodes are {nodes}; they must be one contiguous list of float64")
+        raise errors.TypingError(f"the nodes are {nodes}; they must be one contiguous list of float64")
 
 
 @intrinsic

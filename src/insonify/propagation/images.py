@@ -96,6 +96,17 @@ def _boundary(scene: Scene, strings: list[str], sine: NDArray[np.float64], *, le
     return product
 
 
+@cones.stand_in
+def _cones(
+    place: Floats, down: float, centre: Floats, radius: Floats, rise: float, way: Floats, margin: Floats
+) -> None:
+    """Cones of straight rays to neighbourhoods, as the kernel `cones`."""
+    way[:, :2], way[:, 2] = centre - place[:2], down
+    length, around = np.sqrt(np.sum(way**2, axis=1)), radius + rise
+    way /= length[:, None]
+    margin[:] = np.where(around < length, np.arcsin(np.minimum(1.0, around / length)), np.pi)
+
+
 @dataclass(frozen=True)
 class StraightRays:
     """Rays in water of one sound speed."""

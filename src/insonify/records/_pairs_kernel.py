@@ -1,8 +1,9 @@
 """Strengths of all pairs at all scatterers, written out. Plain numbers and arrays only."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from insonify.jit import njit
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]

@@ -13,10 +13,10 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.polynomial import Chebyshev, Polynomial
 from numpy.typing import NDArray
 
+from insonify.jit import njit
 from insonify.scattering.directions import SPECULAR_BLUR2
 from insonify.scattering.sediment_volume import OUTER_WAVENUMBER, STRONGEST
 

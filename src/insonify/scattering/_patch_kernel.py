@@ -1,11 +1,12 @@
 """Kirchhoff's integral over curved patches: phases of second order in two parameters, by Fresnel integrals."""
 
 import math
+from functools import lru_cache
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
-from scipy.special import wofz
+
+from insonify.jit import njit
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -21,11 +22,14 @@ FLAT = 0.01
 _NODE, _WEIGHT = (half[8:].copy() for half in np.polynomial.legendre.leggauss(16))
 
 
+@lru_cache(maxsize=1)
 def fresnel_tail() -> Complexes:
     """Table of the integral of exp(j pi (t^2 - x^2) / 2) over t from x to infinity [1], from x = 0 on.
 
     Source: Abramowitz & Stegun (1964) 7.3.22 with 7.1.3: it is (1 + j) / 2 times erfc of a complex argument.
     """
+    from scipy.special import wofz  # a sixth of a second to load, which a check need not wait for
+
     x = np.arange(int(LARGEST * PER_UNIT) + 4) / PER_UNIT
     return np.asarray((1 + 1j) / 2 * wofz(1j * np.sqrt(np.pi) / 2 * (1 - 1j) * x))
 

@@ -18,7 +18,6 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 TERMS = 7
 """Rows of a patch: terms of the place in u, v, u^2, v^2 and u v [m]; growth of the vector area along u and v [1]."""
-_TABLE = fresnel_tail()
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +55,16 @@ class SmoothPatch:
         """
         echo = np.empty(arriving.shape[:2], complex)
         patch_echoes(
-            self.reflection, terms, area, normal, arriving, leaving, length_in, length_out, wavenumber, _TABLE, echo
+            self.reflection,
+            terms,
+            area,
+            normal,
+            arriving,
+            leaving,
+            length_in,
+            length_out,
+            wavenumber,
+            fresnel_tail(),
+            echo,
         )
         return echo

@@ -8,6 +8,7 @@ import dataclasses
 import types
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from typing import Annotated, Any, Literal, Self, Union, get_args, get_origin, get_type_hints
 
 from pydantic import BaseModel
@@ -48,15 +49,9 @@ class Asked:
         return {name: float(bound) for name, bound in pairs if isinstance(bound, int | float)}
 
     @property
-    def keys(self) -> dict[str, list[Self]]:
+    def keys(self) -> "dict[str, list[Asked]]":
         """What each key of a noun asks for; empty where it is not a noun."""
-        if isinstance(self.kind, type) and issubclass(self.kind, BaseModel):
-            fields = self.kind.model_fields.items()
-            return {name: list(self.unfold(field.annotation, (field,))) for name, field in fields}
-        if dataclasses.is_dataclass(self.kind):
-            hints = get_type_hints(self.kind, include_extras=True)
-            return {f.name: list(self.unfold(hints[f.name])) for f in dataclasses.fields(self.kind) if f.init}
-        return {}
+        return _keys(self.kind) if isinstance(self.kind, type) else {}
 
     def _said(self, word: str) -> str:
         extras = (getattr(note, "json_schema_extra", None) for note in self.notes)
@@ -105,6 +100,17 @@ class Asked:
             return f"{_a(self.dimension or 'level')} in {self.units}"
         plain = {float: "a number", int: "a whole number", str: "text", bool: "true or false", type(None): "nothing"}
         return plain.get(self.kind, "another kind of value")
+
+
+@cache
+def _keys(kind: type) -> dict[str, list[Asked]]:
+    """Kinds of value that each key of a model or a dataclass accepts; empty for any other type."""
+    if issubclass(kind, BaseModel):
+        return {name: list(Asked.unfold(field.annotation, (field,))) for name, field in kind.model_fields.items()}
+    if dataclasses.is_dataclass(kind):
+        hints = get_type_hints(kind, include_extras=True)
+        return {f.name: list(Asked.unfold(hints[f.name])) for f in dataclasses.fields(kind) if f.init}
+    return {}
 
 
 def _a(noun: str) -> str:

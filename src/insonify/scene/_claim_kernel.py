@@ -2,8 +2,9 @@
 
 from typing import Any
 
-from numba import njit
 from numpy.typing import NDArray
+
+from insonify.jit import njit
 
 Integers = NDArray[Any]
 

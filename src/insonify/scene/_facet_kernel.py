@@ -3,8 +3,9 @@
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from insonify.jit import njit
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -1,8 +1,9 @@
 """Where the points of tiles are held: a table of tiles by key, and their rows. Plain numbers and arrays only."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from insonify.jit import njit
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

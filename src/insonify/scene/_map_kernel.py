@@ -6,9 +6,9 @@ Single precision: places in a window of nodes are a few dozen pitches at most, s
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from insonify.jit import njit
 from insonify.scene._spline_lanes import LANES, add_spline
 from insonify.scene.terrain._kernels import add_band
 from insonify.streams import philox_words

@@ -7,11 +7,13 @@ too, so the instructions are written out here, in the compiler's portable vector
 
 from typing import Any
 
-from llvmlite import ir
-from numba import types
-from numba.core import cgutils
-from numba.core.errors import TypingError
-from numba.extending import intrinsic
+from insonify.jit import deferred, intrinsic
+
+ir = deferred("llvmlite.ir")
+types = deferred("numba.core.types")
+cgutils = deferred("numba.core.cgutils")
+errors = deferred("numba.core.errors")
+
 
 LANES = 16
 """Nodes of a row that are worked out together."""
@@ -24,7 +26,7 @@ _FUSED = ("contract",)  # a multiplication and an addition may round once
 class Arithmetic:
     """Sums and products of vectors of one kind, and of vectors and plain numbers."""
 
-    def __init__(self, builder: Any, kind: ir.VectorType = _ROW) -> None:
+    def __init__(self, builder: Any, kind: Any = _ROW) -> None:
         """Nothing worked out yet."""
         self.builder, self.kind = builder, kind
 
@@ -72,7 +74,7 @@ class Arithmetic:
         return values, slopes
 
 
-def _splat(builder: Any, scalar: Any, kind: ir.VectorType) -> Any:
+def _splat(builder: Any, scalar: Any, kind: Any) -> Any:
     nothing = ir.Constant(kind, ir.Undefined)
     one = builder.insert_element(nothing, scalar, ir.Constant(_INDEX, 0))
     return builder.shuffle_vector(one, nothing, ir.Constant(_CELLS, [0] * LANES))
@@ -142,7 +144,7 @@ def _add_to(builder: Any, data: Any, at: Any, addend: Any) -> None:
 def _require_flat(*arrays: Any) -> None:
     for array in arrays:
         if array.layout != "C" or array.ndim != 1 or array.dtype != types.float32:
-            raise TypingError(f"{array} must be one contiguous list of float32")
+            raise errors.TypingError(f"{array} must be one contiguous list of float32")
 
 
 @intrinsic

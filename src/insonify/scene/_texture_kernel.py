@@ -7,10 +7,10 @@ normal everywhere, not only on average.
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from insonify import streams
+from insonify.jit import njit
 
 Floats = NDArray[np.float64]
 

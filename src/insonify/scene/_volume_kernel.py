@@ -1,10 +1,10 @@
 """Draws in cells of the water: place and phase of one scatterer each."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from insonify import streams
+from insonify.jit import njit
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -9,11 +9,11 @@ priority: a sonar that hears a place faintly draws only those that come first, t
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from pydantic import Field
 
 from insonify import streams
+from insonify.jit import njit
 from insonify.noun import Metres, Noun, Radians
 from insonify.scene.scatterers import lattice_place
 

@@ -12,6 +12,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from insonify.sonar import _beam_arrays as _beam_arrays  # stand-ins of the kernels
 from insonify.sonar._beam_kernels import BAFFLED, COSINE, OMNI, Patterns, bounds, gains
 from insonify.sonar.aperture import pattern
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer

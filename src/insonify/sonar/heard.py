@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from insonify.fourier import fast_length
 from insonify.sonar.pulse import Complexes, Pulse, energy_duration
 from insonify.sonar.pulse import spectrum as pulse_spectrum
 from insonify.sonar.receiver import Receiver, response
@@ -188,14 +189,12 @@ def _span(pulse: Pulse, receiver: Receiver) -> tuple[float, float]:
 
 def _table(offset: NDArray[np.float64], heard: Complexes, first: float, period: float) -> Complexes:
     """Waveform and slope on a fine grid: the inverse transform of a spectrum that ends at the band's edge."""
-    from scipy.fft import ifft, next_fast_len
-
-    rows = next_fast_len(OVERSAMPLING * len(offset))
+    rows = fast_length(OVERSAMPLING * len(offset))
     bins = np.round(offset * period).astype(np.int64)
     line = np.zeros((2, rows), dtype=complex)
     line[0, bins] = heard * np.exp(2j * np.pi * offset * first) * rows / period
     line[1, bins] = line[0, bins] * 2j * np.pi * offset * period / rows
-    return np.ascontiguousarray(ifft(line, axis=1).T)
+    return np.ascontiguousarray(np.fft.ifft(line, axis=1).T)
 
 
 def _support(energy: NDArray[np.float64], tail: float) -> tuple[int, int]:

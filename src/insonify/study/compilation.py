@@ -3,12 +3,15 @@
 One kernel stands for all those that a feature needs; whether its machine code is kept is looked up, nothing is loaded.
 """
 
-from importlib import import_module
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+import insonify
 from insonify.propagation.images import StraightRays
 from insonify.simulation import Listening
+from insonify.stale_kernels import cache_folder
+
+PACKAGE = Path(insonify.__file__).parent
 
 
 class Feature(NamedTuple):
@@ -71,8 +74,6 @@ def _needed(listening: Listening, labels: bool) -> list[Feature]:
 
 
 def _kept(feature: Feature) -> bool:
-    """Return True if machine code of a feature is in the cache, or numba does not say."""
-    kernel: Any = getattr(import_module(f"insonify.{feature.module}"), feature.kernel, None)
-    cache = getattr(kernel, "_cache", None)
-    index = getattr(getattr(cache, "_cache_file", None), "_index_path", None)
-    return index is None or Path(index).exists()
+    """Return True if machine code of a feature is in the cache."""
+    source = PACKAGE.joinpath(*feature.module.split(".")).with_suffix(".py")
+    return any(cache_folder(PACKAGE)(source.parent).glob(f"{source.stem}.{feature.kernel}-*.nbi"))

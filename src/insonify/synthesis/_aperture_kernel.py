@@ -11,10 +11,10 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from insonify.cycles import sincos_cycles
+from insonify.jit import njit
 from insonify.synthesis._echo_kernel import Ears, Flags, Heard, Integers, Sent, audible, that_echo
 from insonify.synthesis._element_kernel import arrive_bent, arrive_moving, arrive_still
 from insonify.synthesis._lanes import mix_nodes

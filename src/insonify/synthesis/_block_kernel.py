@@ -9,10 +9,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from insonify.cycles import sincos_cycles
+from insonify.jit import njit
 from insonify.propagation.wavefront import CLOSEST_SOURCE
 from insonify.sonar._beam_kernels import Patterns, seen_by_array, steered, unsteered
 from insonify.synthesis._direction_kernel import Rows, lay_pair_by_direction, sorted_room

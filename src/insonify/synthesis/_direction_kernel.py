@@ -7,9 +7,9 @@ few cells in time. So an echo costs the same for any number of beams. Plain numb
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from insonify.jit import njit
 from insonify.sonar._beam_kernels import look_up
 from insonify.synthesis._echo_kernel import BLOCK, Ears, Heard, Room, Sent, _turn, _weigh
 from insonify.synthesis._element_kernel import arrive_bent, arrive_moving, arrive_still

@@ -10,10 +10,10 @@ Plain numbers and arrays.
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from insonify.cycles import sincos_cycles
+from insonify.jit import njit
 from insonify.synthesis._element_kernel import arrive_bent, arrive_moving, arrive_still
 from insonify.synthesis._shape_kernel import Shaping, lay_down_all, place_among, shaping, share_out
 from insonify.synthesis._spread import _locate

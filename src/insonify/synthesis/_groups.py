@@ -10,8 +10,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from insonify.jit import njit
 
 _FAST = {"contract", "reassoc", "nsz", "arcp"}
 _SHORT = 64

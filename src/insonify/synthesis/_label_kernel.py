@@ -4,9 +4,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from insonify.jit import njit
 from insonify.synthesis._lanes import add_real_spike
 from insonify.synthesis._spread import _SHIFT
 from insonify.synthesis._taps import CELLS_PER_SPIKE

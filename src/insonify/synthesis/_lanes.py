@@ -7,28 +7,28 @@ language: it turns them into whatever the processor has.
 
 from typing import Any
 
-from llvmlite import ir
-from numba import types
-from numba.core import cgutils
-from numba.core.errors import TypingError
-from numba.extending import intrinsic
-
+from insonify.jit import deferred, intrinsic
 from insonify.synthesis._taps import CELLS_PER_SPIKE, DEGREE, WIDTH, tap_coefficients
+
+ir = deferred("llvmlite.ir")
+types = deferred("numba.core.types")
+cgutils = deferred("numba.core.cgutils")
+errors = deferred("numba.core.errors")
 
 # Constants of the compiled kernels, which are cached on disk by the date of _spread.py alone: after a change here or in
 # _taps.py or cycles.py, touch that file. (The accuracy tests fail on a stale cache.)
 _TAPS = tap_coefficients()
 
 
-def _vector(scalar: ir.Type, lanes: int) -> ir.Type:
+def _vector(scalar: Any, lanes: int) -> Any:
     return ir.VectorType(scalar, lanes)
 
 
-def _load(builder: Any, pointer: Any, vector: ir.Type, align: int) -> Any:
+def _load(builder: Any, pointer: Any, vector: Any, align: int) -> Any:
     return builder.load(builder.bitcast(pointer, vector.as_pointer()), align=align)
 
 
-def _add_to(builder: Any, pointer: Any, vector: ir.Type, addend: Any, align: int) -> None:
+def _add_to(builder: Any, pointer: Any, vector: Any, addend: Any, align: int) -> None:
     place = builder.bitcast(pointer, vector.as_pointer())
     builder.store(builder.fadd(builder.load(place, align=align), addend, flags=("contract",)), place, align=align)
 
@@ -58,7 +58,7 @@ def _kernel_cells(builder: Any, place: Any) -> Any:
 
 def _require_contiguous(cells: Any) -> None:
     if cells.layout != "C":
-        raise TypingError("cells must lie side by side in memory; pass one channel's row, not a column")
+        raise errors.TypingError("cells must lie side by side in memory; pass one channel's row, not a column")
 
 
 def _weight_at(builder: Any, data: Any, i: Any) -> Any:

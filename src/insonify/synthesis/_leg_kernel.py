@@ -1,8 +1,9 @@
 """What of the sound a leg brings to scatterers, and takes back from them. Plain numbers and arrays only."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from insonify.jit import njit
 
 Floats = NDArray[np.float64]
 

@@ -4,8 +4,9 @@ Sums run in the same order whatever the threads: a product of matrices by a libr
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from insonify.jit import njit
 
 Reals = NDArray[np.float32]
 

@@ -8,9 +8,9 @@ outside of it is laid down by itself. Plain numbers and arrays.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from insonify.jit import njit
 from insonify.synthesis._lanes import (
     add_complex_spike,
     add_spike_of_2,

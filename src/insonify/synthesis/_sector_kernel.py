@@ -7,10 +7,10 @@ arrays.
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from insonify.cycles import sincos_cycles
+from insonify.jit import njit
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]

@@ -8,9 +8,9 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from insonify.jit import njit
 from insonify.synthesis._lanes import add_complex_spike, add_shaped_spike, add_spike_of_2, add_spike_of_4
 
 Floats = NDArray[np.float64]

@@ -11,10 +11,10 @@ Spikes without room for all their cells on the grid, or without a number for a d
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from insonify.cycles import sincos_cycles
+from insonify.jit import njit
 from insonify.synthesis._lanes import add_complex_spike, add_real_spike
 from insonify.synthesis._taps import CELLS_PER_SPIKE, WIDTH
 

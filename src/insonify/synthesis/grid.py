@@ -16,6 +16,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from insonify.fourier import fast_length
 from insonify.synthesis._taps import CELLS_PER_SPIKE, kernel_transform
 
 OVERSAMPLING = 2
@@ -57,7 +58,7 @@ class TimeGrid:
     @property
     def energy_padded(self) -> int:
         """Samples of the periodic stretch of energies: a little more, for a transform of real numbers to be quick."""
-        return int(scipy.fft.next_fast_len(self.padded, real=True))
+        return fast_length(self.padded, real=True)
 
     @property
     def time(self) -> NDArray[np.float64]:
@@ -67,7 +68,7 @@ class TimeGrid:
     @property
     def frequencies(self) -> NDArray[np.float64]:
         """Offsets from the carrier at which the pulse spectrum is wanted [Hz], shape (padded,), in DFT order."""
-        return np.asarray(scipy.fft.fftfreq(self.padded, 1 / self.sample_rate))
+        return np.asarray(np.fft.fftfreq(self.padded, 1 / self.sample_rate))
 
     def cells(self, channels: int = 1) -> NDArray[np.complex64]:
         """An empty grid of pressures, shape (channels, OVERSAMPLING * padded); it starts where a cache line does."""
@@ -101,7 +102,7 @@ def time_grid(start: float, stop: float, sample_rate: float, pulse_start: float,
     count = max(1, round((stop - start) * sample_rate))
     lead = max(0, math.ceil(pulse_stop * sample_rate)) + CELLS_PER_SPIKE
     tail = max(0, math.ceil(-pulse_start * sample_rate)) + CELLS_PER_SPIKE
-    padded = 2 * scipy.fft.next_fast_len(math.ceil((lead + count + tail) / 2))
+    padded = 2 * fast_length(math.ceil((lead + count + tail) / 2))
     return TimeGrid(start=start, sample_rate=sample_rate, count=count, lead=lead, padded=padded)
 
 

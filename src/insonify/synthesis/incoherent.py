@@ -11,9 +11,9 @@ from functools import lru_cache
 
 import numpy as np
 import scipy
-from numba import njit
 from numpy.typing import NDArray
 
+from insonify.jit import njit
 from insonify.propagation.delay_field import DelayField
 from insonify.records.pairs import Pairs
 from insonify.records.swath import Swath

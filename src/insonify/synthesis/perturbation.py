@@ -10,10 +10,10 @@ changed by up to a part e, uniform, adds e^2 / 3 to the energy of each.
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from insonify import streams
+from insonify.jit import njit
 from insonify.propagation.choice import PathChoice
 from insonify.propagation.families import bounces
 

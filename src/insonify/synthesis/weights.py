@@ -1,10 +1,10 @@
 """What a leg weighs in each channel: its amplitude, the beam it passes, and the phase of its carrier."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from insonify.cycles import sincos_cycles
+from insonify.jit import njit
 from insonify.records.legs import Legs
 from insonify.sonar.beam import Beams
 

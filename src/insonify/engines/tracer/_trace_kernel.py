@@ -3,11 +3,11 @@
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from insonify.engines.tracer._bodies_kernel import CLEARANCE, Bodies, body_hit
 from insonify.engines.tracer._ground_kernel import Ground, ground_hit, upward
+from insonify.jit import njit
 
 Floats = NDArray[np.float64]
 

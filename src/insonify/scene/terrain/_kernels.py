@@ -8,9 +8,9 @@ follow one another share nodes where they can, which changes the time and not on
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from insonify.jit import njit
 from insonify.scene.terrain._stencil_lanes import POINTS, splines
 from insonify.streams import philox_each
 

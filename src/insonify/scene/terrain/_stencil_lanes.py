@@ -6,13 +6,13 @@ compiler's portable vector language.
 
 from typing import Any
 
-from llvmlite import ir
-from numba import types
-from numba.core import cgutils
-from numba.core.errors import TypingError
-from numba.extending import intrinsic
-
+from insonify.jit import deferred, intrinsic
 from insonify.scene._spline_lanes import Arithmetic
+
+ir = deferred("llvmlite.ir")
+types = deferred("numba.core.types")
+cgutils = deferred("numba.core.cgutils")
+errors = deferred("numba.core.errors")
 
 POINTS = 4
 """Points that are worked out together."""
@@ -56,7 +56,7 @@ def splines(
     for array, kind in ((node, types.float64), (at, types.int64), (along, types.float64), (across, types.float64),
                         (found, types.float64)):  # fmt: skip
         if array.layout != "C" or array.ndim != 1 or array.dtype != kind:
-            raise TypingError(f"{array} must be one contiguous list of {kind}")
+            raise errors.TypingError(f"{array} must be one contiguous list of {kind}")
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         node, at, along, across, found = (

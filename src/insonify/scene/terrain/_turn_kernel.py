@@ -1,8 +1,9 @@
 """Gradients along the lattice's axes, turned to the north and the east. Plain numbers and arrays only."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from insonify.jit import njit
 
 Floats = NDArray[np.float64]
 

@@ -1,0 +1,67 @@
+"""Processor time of commands from their start to their end, warm: `check`, `show` and `--help`, and the nominal `run`.
+
+Each command runs in a process of its own; the value is the median of `ROUNDS` runs after one that is not counted.
+"""
+
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import measure
+from measure import Result
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+ROUNDS = 5
+"""Runs of each command."""
+SURVEY_PINGS = "0:6"
+"""Pings of the harbour that are recorded for its picture."""
+SMALL = {"ROUNDS": 1, "SURVEY_PINGS": "0"}
+
+
+def processor_time(*words: str) -> float:
+    """Processor time of one command, all threads [s]."""
+    # a command leaves bytecode behind where it can, as it does on a user's machine
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    child = subprocess.Popen(
+        [sys.executable, "-m", "insonify", *words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        env=environment,
+    )  # fmt: skip
+    _, status, used = os.wait4(child.pid, 0)
+    if status:
+        raise RuntimeError(f"insonify {' '.join(words)} fails")
+    return used.ru_utime + used.ru_stime
+
+
+def median(name: str, *words: str) -> Result:
+    """One line of the table for a command."""
+    if not measure.SMOKE:
+        processor_time(*words)
+    return Result(name, statistics.median(processor_time(*words) for _ in range(ROUNDS)), "s")
+
+
+def start() -> list[Result]:
+    """Commands that compute little: help, a check, and the simulation of one ping."""
+    nominal = str(EXAMPLES / "nominal.yaml")
+    with tempfile.TemporaryDirectory() as folder:
+        return [
+            median("insonify --help", "--help"),
+            median("check of the nominal scene", "check", nominal),
+            median("run of the nominal scene", "run", nominal, "-o", f"{folder}/n.zarr", "--overwrite", "--quiet"),
+        ]
+
+
+def pictures() -> list[Result]:
+    """Pictures of a trace, with its expected level, and of a survey."""
+    with tempfile.TemporaryDirectory() as folder:
+        found = []
+        for name, pings in (("nominal", "0"), ("harbour", SURVEY_PINGS)):
+            out = f"{folder}/{name}.zarr"
+            processor_time("run", str(EXAMPLES / f"{name}.yaml"), "-o", out, "--quiet", "--pings", pings)
+            found.append(median(f"show of a recording of the {name} scene", "show", out, "-o", f"{folder}/{name}.png"))
+        return found
+
+
+BENCHES = [start, pictures]

@@ -1,0 +1,168 @@
+"""Loudness of places on a level boundary in NumPy: stand-ins of kernels while numba is not loaded."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines._loudness_kernel import Beam, End, Gains, loudest_at, re_edge
+from insonify.engines._spread_kernel import FIRST, ROWS
+from insonify.sonar._beam_arrays import distance_to_span, element_gains, spans
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+BATCH = 1 << 15
+"""Places evaluated together [1]."""
+
+
+def _envelope(bound: Floats, per_unit: float, x: Floats) -> Floats:
+    """Largest magnitude of a pattern at some distances from its axis or beyond, linear between the table's rows [1]."""
+    if not len(bound):
+        return np.ones(x.shape)
+    return np.asarray(np.interp(x * per_unit, np.arange(len(bound)), bound))
+
+
+def _among(distance: Floats, last: float, count: int) -> tuple[Integers, Floats]:
+    """Row of the node below each distance [m], and the part of the way to the next [1]."""
+    place = np.sqrt(np.clip(distance / last, 0.0, 1.0)) * (count - 1)
+    row = np.minimum(place.astype(np.int64), count - 2)
+    return row, np.asarray(place - row)
+
+
+def _at_nodes(value: Floats, row: Integers, part: Floats) -> Floats:
+    """Values at nodes, read between them."""
+    return np.asarray(value[row] + part * (value[row + 1] - value[row]))
+
+
+class _Neighbourhoods:
+    """Directions from one end to places and what lies around them."""
+
+    def __init__(self, end: End, there: Floats, around: Floats) -> None:
+        """Work out bearings and distances.
+
+        Args:
+            end: The end.
+            there: North and east of the places [m], shape (n, 2).
+            around: Distance from each place within which the gain is the largest [m], shape (n,).
+        """
+        place, sines, last, height = end[:4]
+        away = there - place[:2]
+        distance = np.hypot(*away.T)
+        self.end, self.wide = end, bool(np.any(around > 0))
+        self.node, self.part = _among(distance, last, sines.shape[1])
+        self.ahead, self.aside = away.T / np.maximum(distance, 1e-9)
+        self.sine = np.minimum(around / np.maximum(np.hypot(distance, height), 1e-9), 1.0)
+        self.cosine = np.where(self.sine < 1.0, np.sqrt(1.0 - self.sine**2), -1.0)
+
+    def envelope(self) -> Floats:
+        """Largest gain of the end's beams by any row of rays [1], shape (n,)."""
+        sines, beam, spreads = self.end[1], self.end[4], self.end[5]
+        found = np.zeros(len(self.node))
+        for row in range(len(sines)):
+            down = _at_nodes(sines[row], self.node, self.part)
+            level = np.ones(len(down))
+            if spreads.level.shape[1]:
+                level = _at_nodes(spreads.level[row], self.node, self.part)
+            spread = self._spread(row, down) if spreads.glints[row] else None
+            gain = _gain(beam, self._spans(beam[0], down), spread, spreads.patterns) * level
+            np.fmax(found, gain, out=found)  # no ray, no number
+        return found
+
+    def _spans(self, axes: Floats, down: Floats) -> list[tuple[Floats, Floats]]:
+        """Least and greatest cosines to an array's boresight, right and down [1]."""
+        level = np.sqrt(np.maximum(1.0 - down * down, 0.0))
+        made = [level * (self.ahead * row[0] + self.aside * row[1]) + down * row[2] for row in axes]
+        return [spans(one, self.cosine, self.sine) if self.wide else (one, one) for one in made]
+
+    def _spread(self, row: int, down: Floats) -> tuple[Floats, Floats]:
+        """Standard deviations of a glint's cosines to the right and down of the array [1]."""
+        spreads, axes = self.end[5], self.end[4][0]
+        tilt, turn = (_at_nodes(one[row], self.node, self.part) for one in (spreads.tilt, spreads.turn))
+        north, east, slopes = self.ahead, self.aside, spreads.slopes
+        along = north * north * slopes[0] + 2 * north * east * slopes[1] + east * east * slopes[2]
+        up = tilt * np.sqrt(np.maximum(along, 0.0))
+        right = turn * np.sqrt(np.maximum(slopes[0] + slopes[2] - along, 0.0))
+        level = np.sqrt(np.maximum(1.0 - down * down, 0.0))
+        u, v = (np.hypot(up * (level * axis[2] - down * (north * axis[0] + east * axis[1])),
+                         right * (north * axis[1] - east * axis[0])) for axis in axes[1:])  # fmt: skip
+        return u, v
+
+
+def _gain(
+    beam: Beam, seen: list[tuple[Floats, Floats]], spread: tuple[Floats, Floats] | None, patterns: tuple[Floats, ...]
+) -> Floats:
+    """Envelope of the loudest of some beams where cosines lie in spans [1], in the fourth mean over glints if any."""
+    _, steer, scale, majorants, per_unit, element = beam
+    (_, w), right, down = seen
+    more = np.zeros(len(w)) if spread is None else 2 * np.maximum(*spread)
+
+    def pattern(which: int, span: tuple[Floats, Floats], axis: float) -> Floats:
+        x = distance_to_span(*span, axis)
+        plain = _envelope(majorants[which], per_unit[which], x)
+        return plain if spread is None else _spread_value(patterns[which], plain, per_unit[which], x, spread[which % 2])
+
+    one = element_gains(element, (w if spread is None else np.minimum(w + more, 1.0)) + 1e-12)
+    one = one * pattern(2, right, 0.0) * pattern(3, down, 0.0)
+    largest = np.zeros(len(w))
+    for (across, deep), size in zip(steer, scale, strict=True):
+        np.fmax(largest, size * pattern(0, right, across) * pattern(1, down, deep), out=largest)
+    return np.asarray(one * largest)
+
+
+def _spread_value(table: Floats, plain: Floats, per_unit: float, x: Floats, spread: Floats) -> Floats:
+    """Pattern at distances x from its axis in the fourth mean over directions with a spread, as `at_spread` [1]."""
+    if not len(table):
+        return plain
+    place = np.minimum(x * (per_unit / ROWS), table.shape[1] - 1.0)
+    row = np.minimum(place.astype(np.int64), table.shape[1] - 2)
+    part, times = place - row, np.maximum(spread * (per_unit / FIRST), 0.0)
+    octave = np.minimum(np.log2(np.maximum(times, 1.0)), table.shape[0] - 1.0)
+    i = np.minimum(octave.astype(np.int64), table.shape[0] - 2)
+    low, high = (table[k, row] + part * (table[k, row + 1] - table[k, row]) for k in (i, i + 1))
+    return np.where(times <= 1.0, plain + times * (low - plain), low + (octave - i) * (high - low))
+
+
+def _two_way(out: End, back: End, alike: bool, there: Floats, around: Floats) -> Floats:
+    """Envelope of the two-way gain no farther than so far [m] from some places [1], shape (n,)."""
+    once = _Neighbourhoods(out, there, around).envelope()
+    return np.asarray(once * (once if alike else _Neighbourhoods(back, there, around).envelope()))
+
+
+@re_edge.stand_in
+def _re_edge(gains: Gains, there: Floats, around: Floats, found: Floats) -> None:
+    """Envelope of the two-way gain re that above which all scatterers are kept, into found (n,) [1]."""
+    out, back, alike, edge, last, middle, faintest = gains
+    for first in range(0, len(found), BATCH):
+        part = slice(first, first + BATCH)
+        distance = np.hypot(*(there[part] - middle).T)
+        ends = (distance - around[part], distance + around[part])
+        least = np.minimum(*(_at_nodes(edge, *_among(one, last, len(edge))) for one in ends))
+        found[part] = _two_way(out, back, alike, there[part], around[part]) / np.maximum(least, faintest)
+
+
+@loudest_at.stand_in
+def _loudest_at(
+    out: End, back: End, alike: bool, far: Floats, middle: Floats, axes: Floats, sectors: Floats, halvings: int,
+    close: float, best: Floats,
+) -> None:  # fmt: skip
+    """Envelope of the loudest two-way gain at some distances, over all bearings, into best (n,) [1]."""
+
+    def places(node: Integers, bearing: Floats) -> Floats:
+        return np.asarray(middle + far[node, None] * np.stack([np.cos(bearing), np.sin(bearing)], axis=-1))
+
+    def raise_best(node: Integers, there: Floats) -> None:
+        np.maximum.at(best, node, _two_way(out, back, alike, there, np.zeros(len(node))))
+
+    best[:], wide = 0.0, np.pi / len(sectors)
+    node, bearing = np.arange(len(far)).repeat(len(axes)), np.tile(axes, len(far))
+    raise_best(node, places(node, bearing))
+    node, bearing = np.arange(len(far)).repeat(len(sectors)), np.tile(sectors, len(far))
+    for _ in range(halvings):
+        there = places(node, bearing)
+        raise_best(node, there)
+        found = _two_way(out, back, alike, there, wide * far[node])
+        wide /= 2
+        hopeful = found > best[node] * close
+        if not hopeful.any():
+            return
+        node = node[hopeful].repeat(2)
+        bearing = (bearing[hopeful, None] + [-wide, wide]).ravel()

@@ -1,0 +1,157 @@
+"""Compile functions with numba on first use, not on import.
+
+Importing numba and making its first call ready takes half a second, and each of some 440 decorated functions a little.
+A scenario that is only checked, or a recording that is only drawn, calls none of them. So kernels are decorated with
+the `njit` of this module: what stands at the module's top level is a `Kernel`, and numba is imported when one is called
+for the first time. To the compiler a kernel that calls another sees numba's own dispatcher, so the machine code, and
+its cache on disk, are those of plain numba.
+"""
+
+import functools
+import sys
+import threading
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any
+
+_LOCK = threading.RLock()
+_WAITING: list[Callable[[], None]] = []
+"""Functions to call once numba has been imported."""
+
+
+class Kernel:
+    """A function that numba compiles when it is first called."""
+
+    def __init__(self, function: Callable[..., Any], options: dict[str, Any]) -> None:
+        """Keep a function and the options of its compilation.
+
+        Args:
+            function: The function in Python.
+            options: Keyword arguments of `numba.njit`.
+        """
+        functools.update_wrapper(self, function)
+        self.py_func, self.targetoptions = function, options
+        self._made: Any = None
+        self._stand_in: Callable[..., Any] | None = None
+
+    def stand_in(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        """Register the same function in NumPy, which is called as long as numba has not been imported.
+
+        Args:
+            function: Function of the same arguments; to the bit where its results are kept for a simulation.
+        """
+        self._stand_in = function
+        return function
+
+    @property
+    def dispatcher(self) -> Any:
+        """Dispatcher of numba, made when it is first asked for."""
+        if self._made is None:
+            with _LOCK:
+                if self._made is None:
+                    self._made = load_numba().njit(**self.targetoptions)(self.py_func)
+        return self._made
+
+    @property
+    def _numba_type_(self) -> Any:
+        """Type by which the compiler knows this kernel where another one calls it."""
+        return self.dispatcher._numba_type_
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Run the compiled function, or its stand-in."""
+        if self._made is None and self._stand_in is not None and "numba" not in sys.modules:
+            return self._stand_in(*arguments)
+        return (self._made or self.dispatcher)(*arguments)
+
+    def __getattr__(self, name: str) -> Any:
+        """Return an attribute of numba's dispatcher, such as `signatures`."""
+        if name.startswith("__") or name == "_made":
+            raise AttributeError(name)
+        return getattr(self.dispatcher, name)
+
+
+class Intrinsic:
+    """A function that writes instructions of the compiler, for kernels to call."""
+
+    def __init__(self, definition: Callable[..., Any]) -> None:
+        """Keep the definition.
+
+        Args:
+            definition: Function of a typing context and types, as of `numba.extending.intrinsic`.
+        """
+        functools.update_wrapper(self, definition)
+        self.definition = definition
+
+    @functools.cached_property
+    def _numba_type_(self) -> Any:
+        """Type by which the compiler knows it where a kernel calls it."""
+        from numba.core import types
+        from numba.core.typing.templates import make_intrinsic_template
+
+        return types.Function(make_intrinsic_template(self, self.definition, self.definition.__name__))
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Refuse: there are instructions in compiled kernels only."""
+        raise NotImplementedError(f"{self.definition.__name__} can be called by compiled kernels only")
+
+
+def njit(**options: Any) -> Any:
+    """Compile a function when it is first called.
+
+    Args:
+        options: Keyword arguments of `numba.njit`.
+
+    Returns:
+        A decorator.
+    """
+    return lambda function: Kernel(function, options)
+
+
+def intrinsic(definition: Callable[..., Any]) -> Any:
+    """Turn a definition into an intrinsic, as `numba.extending.intrinsic` does, without importing numba.
+
+    Args:
+        definition: Function of a typing context and types that returns a signature and a code generator.
+    """
+    return Intrinsic(definition)
+
+
+def load_numba() -> Any:
+    """Import numba, and call what waits for that."""
+    import numba
+
+    with _LOCK:
+        while _WAITING:
+            _WAITING.pop()()
+    return numba
+
+
+def when_loaded(function: Callable[[], None]) -> None:
+    """Call a function as soon as numba has been imported: at once, or before the first kernel is compiled.
+
+    Args:
+        function: Function without arguments.
+    """
+    if "numba" in sys.modules:
+        function()
+    else:
+        _WAITING.append(function)
+
+
+class _Deferred:
+    """A module that is imported when a name of it is first asked for."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(import_module(self._name), name)
+
+
+def deferred(name: str) -> Any:
+    """A module of the compiler, imported when something of it is first used.
+
+    Args:
+        name: Its full name.
+    """
+    return _Deferred(name)

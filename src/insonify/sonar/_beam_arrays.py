@@ -1,0 +1,119 @@
+"""Beam patterns over arrays of directions in NumPy: stand-ins of kernels while numba is not loaded."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.sonar._beam_kernels import BAFFLED, OMNI, Patterns, bounds, gains
+
+Floats = NDArray[np.float64]
+
+
+def table_value(table: Floats, per_unit: float, x: Floats) -> Floats:
+    """Pattern at some distances from its axis [1], from a table of cubics of shape (rows, 4).
+
+    Args:
+        table: Coefficients; none for a pattern of one everywhere.
+        per_unit: Rows per unit of direction cosine.
+        x: Distances in direction cosine [1], any shape.
+    """
+    if not len(table):
+        return np.ones(x.shape)
+    place = np.abs(x) * per_unit
+    row = np.minimum(place.astype(np.int64), len(table) - 1)
+    t, (a, b, c, d) = place - row, table.T
+    return np.asarray(a[row] + t * (b[row] + t * (c[row] + t * d[row])))
+
+
+def bound_value(bound: Floats, per_unit: float, x: Floats) -> Floats:
+    """Largest magnitude of a pattern at some distances from its axis or beyond [1].
+
+    Args:
+        bound: Largest magnitude from each row outwards, shape (rows,); none for a pattern of one everywhere.
+        per_unit: Rows per unit of direction cosine.
+        x: Distances in direction cosine [1], any shape.
+    """
+    if not len(bound):
+        return np.ones(x.shape)
+    place = np.maximum(np.abs(x) * per_unit - 1e-9, 0.0)
+    return np.asarray(bound[np.minimum(place.astype(np.int64), len(bound) - 1)])
+
+
+def element_gains(element: int, w: Floats) -> Floats:
+    """Directivity of one element by cosines to boresight [1].
+
+    Args:
+        element: Code of its directivity.
+        w: Cosines, any shape.
+    """
+    if element == OMNI:
+        return np.ones(w.shape)
+    return np.asarray((w >= 0).astype(float) if element == BAFFLED else np.maximum(w, 0.0))
+
+
+def cosines(axes: Floats, north: Floats, east: Floats, depth: Floats) -> list[Floats]:
+    """Cosines to an array's boresight, right and down of directions in the world [1].
+
+    Args:
+        axes: Boresight, right and down as rows in the world [1], shape (3, 3).
+        north: Northward component of the directions [1].
+        east: Eastward component [1].
+        depth: Downward component [1].
+    """
+    return [north * row[0] + east * row[1] + depth * row[2] for row in axes]
+
+
+def spans(cosine: Floats, cos_margin: Floats, sin_margin: Floats) -> tuple[Floats, Floats]:
+    """Least and greatest cosine to an axis of all directions within a margin of those with given cosines [1].
+
+    Args:
+        cosine: Cosines to the axis.
+        cos_margin: Cosine of the margin.
+        sin_margin: Sine of the margin.
+    """
+    sine = np.sqrt(np.maximum(1.0 - cosine * cosine, 0.0))
+    ahead, aside = cosine * cos_margin, sine * sin_margin
+    least = np.where(cosine <= -cos_margin, -1.0, ahead - aside)
+    return least, np.where(cosine >= cos_margin, 1.0, ahead + aside)
+
+
+def distance_to_span(least: Floats, greatest: Floats, axis: float) -> Floats:
+    """Distance from an axis to the nearest point of intervals [1].
+
+    Args:
+        least: Lower ends.
+        greatest: Upper ends.
+        axis: Cosine of the axis.
+    """
+    return np.asarray(np.maximum(np.maximum(least - axis, axis - greatest), 0.0))
+
+
+@gains.stand_in
+def _gains(direction: Floats, beams: Patterns, out: Floats) -> None:
+    """Amplitude of every beam in every direction, into out of shape (channels, n): the kernel's to the bit."""
+    w, u, v = cosines(beams.axes, *direction.T)
+    (across, down, long, tall), per = beams.tables, beams.per_unit
+    one = element_gains(beams.element, w) * table_value(long, per[2], u) * table_value(tall, per[3], v)
+    for channel, (right, below) in enumerate(beams.steer):
+        beam = table_value(across, per[0], u - right) * table_value(down, per[1], v - below)
+        out[channel] = one * (beam * beams.scale[channel])
+
+
+@bounds.stand_in
+def _bounds(
+    direction: Floats, margin: Floats, axes: Floats, steer: Floats, scale: Floats, tables: tuple[Any, ...],
+    per_unit: Floats, element: int, out: Floats,
+) -> None:  # fmt: skip
+    """Upper bound of every beam's magnitude within a margin of each direction, largest channel, into out (n,)."""
+    near = np.minimum(margin, np.pi)
+    cos_margin, sin_margin = np.cos(near), np.sin(near)
+    (_, w), (u0, u1), (v0, v1) = (spans(one, cos_margin, sin_margin) for one in cosines(axes, *direction.T))
+    across, down, long, tall = tables
+    one = element_gains(element, w + 1e-12) * bound_value(long, per_unit[2], distance_to_span(u0, u1, 0.0))
+    one *= bound_value(tall, per_unit[3], distance_to_span(v0, v1, 0.0))
+    out[:] = 0.0
+    for (right, below), size in zip(steer, scale, strict=True):
+        beam = bound_value(across, per_unit[0], distance_to_span(u0, u1, right))
+        np.maximum(out, beam * bound_value(down, per_unit[1], distance_to_span(v0, v1, below)) * size, out=out)
+    out *= one

@@ -1,0 +1,80 @@
+"""Claims about kernels that are compiled on first use: the machine code of plain numba, and stand-ins that agree."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from insonify import jit
+from insonify.fourier import fast_length
+
+
+@jit.njit(inline="always")
+def doubled(x: float) -> float:
+    """A number twice."""
+    return 2.0 * x
+
+
+@jit.njit(error_model="numpy")
+def halved(x: float) -> float:
+    """Half a number."""
+    return x / 2.0
+
+
+@jit.njit(error_model="numpy")
+def there_and_back(x: float) -> float:
+    """The same number."""
+    return halved(doubled(x)) + halved(0.0)
+
+
+def test_a_kernel_calls_others_whether_inlined_or_not():
+    """To the compiler a kernel is numba's own dispatcher: it is called, or inlined where that is wanted."""
+    assert there_and_back(3.25) == 3.25
+    assert there_and_back.signatures
+
+
+def test_an_inlined_kernel_is_never_compiled_by_itself():
+    """`inline="always"` reaches numba: the callee leaves no machine code of its own."""
+    there_and_back(1.0)
+    assert not doubled.signatures and halved.signatures
+
+
+def test_an_intrinsic_is_for_kernels_only():
+    """Instructions of the compiler cannot be run by Python."""
+    from insonify.propagation._table_lanes import on_line
+
+    with pytest.raises(NotImplementedError, match="on_line"):
+        on_line(np.zeros(16), 0, 0.5)
+
+
+def test_a_stand_in_is_called_until_numba_is_imported():
+    """Before: the function in NumPy, without numba; after: the kernel."""
+    script = """
+import sys
+from insonify import jit
+@jit.njit()
+def kernel(x):
+    return x + 1.0
+@kernel.stand_in
+def plain(x):
+    return -x
+waited = []
+jit.when_loaded(lambda: waited.append(1))
+assert kernel(1.0) == -1.0 and "numba" not in sys.modules and not waited
+jit.load_numba()
+assert kernel(1.0) == 2.0 and waited == [1]
+jit.when_loaded(lambda: waited.append(2))
+assert waited == [1, 2]
+"""
+    done = subprocess.run([sys.executable, "-c", script], check=False, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+def test_fast_lengths_are_those_of_scipy():
+    """Products of 2, 3, 5 and, of complex numbers, 7 and 11."""
+    from scipy.fft import next_fast_len
+
+    for least in (*range(1, 3000), 2**17 + 1, 999_983):
+        assert fast_length(least) == next_fast_len(least)
+        assert fast_length(least, real=True) == next_fast_len(least, real=True)
