@@ -2,13 +2,18 @@
 
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import numpy as np
 from numba import njit
 
-from insonify.cli import compiling
+from insonify import simulation
+from insonify.cli import compiling, main
+from insonify.scenario import carried
+from insonify.scenario.load import load_scenario
 
+HARBOUR = Path(__file__).parents[2] / "examples" / "harbour.yaml"
 NOMINAL = Path(__file__).parents[2] / "examples" / "nominal.yaml"
 LOADED = "import sys; from insonify.cli import main; code = main(sys.argv[1:]); print(*sys.modules, sep=chr(10))"
 
@@ -25,11 +30,42 @@ def test_help_loads_no_array_library():
     assert not loaded("--help") & {"numpy", "numba", "scipy", "pydantic"}
 
 
-def test_check_loads_neither_pictures_nor_recordings_nor_statistics():
-    """Tables, stores, pictures and most of scipy take seconds to load; a check of the nominal scene uses none."""
-    heavy = {"xarray", "pandas", "zarr", "numcodecs", "matplotlib", "gsw"}
-    heavy |= {f"scipy.{part}" for part in ("signal", "stats", "interpolate", "ndimage", "spatial", "optimize")}
-    assert not loaded("check", str(NOMINAL)) & heavy
+def test_check_loads_neither_compiler_nor_pictures_nor_recordings_nor_statistics():
+    """Numba, tables, stores, pictures and scipy take seconds to load; a check of the nominal scene uses none."""
+    heavy = {"numba", "xarray", "pandas", "zarr", "numcodecs", "matplotlib", "gsw"}
+    parts = ("fft", "special", "linalg", "signal", "stats", "interpolate", "ndimage", "spatial", "optimize", "sparse")
+    assert not loaded("check", str(NOMINAL)) & (heavy | {f"scipy.{part}" for part in parts})
+
+
+def test_a_picture_of_a_survey_loads_no_compiler(tmp_path):
+    """A recording was simulated already: its waterfall needs no kernel, and no check of its scenario over relief."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        less = {"targets": (), "track.pings": 3, "track.window": ["0 ms", "20 ms"]}
+        scenario = load_scenario(HARBOUR).with_(less | {"seabed.relief": [{"kind": "ripples", "wavelength": 1.5}]})
+    out = simulation.record(scenario, tmp_path / "survey.zarr")
+    assert not loaded("show", str(out), "-o", str(tmp_path / "survey.png")) & {"numba"}
+    assert (tmp_path / "survey.png").stat().st_size > 0
+
+
+def test_a_check_works_out_the_poses_once(monkeypatch):
+    """Faults, cautions, cost and bands ask ten times where the platforms are; the answer is that of the first."""
+    counted = []
+    work_out = carried._platforms
+    monkeypatch.setattr(carried, "_platforms", lambda scenario: counted.append(scenario) or work_out(scenario))
+    assert main(["check", str(NOMINAL)]) == 0
+    assert len(counted) == 1
+
+
+def test_poses_follow_the_track_and_the_seed():
+    """Another seed of a moving platform, or another track, has other poses: what is kept is of one scenario."""
+    nominal = load_scenario(NOMINAL)
+    moving = nominal.with_({"track.motion": {"heave": {"rms": "10 cm", "period": "5 s"}}, "track.pings": 3})
+    first = carried.platforms(moving).sending.position
+    other = carried.platforms(moving.with_(seed=5)).sending.position
+    assert np.abs(first - other).max() > 1e-3
+    np.testing.assert_array_equal(carried.platforms(moving).sending.position, first)
+    assert not np.array_equal(carried.platforms(nominal).sending.position, first)
 
 
 def test_a_command_that_compiles_says_so_once(capsys):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from insonify.cli import words
+from insonify.cli.pictures import start_drawing
 from insonify.cli.words import InputError
 
 if TYPE_CHECKING:
@@ -119,6 +120,7 @@ def show(
     from insonify.cli.physics import show_physics
 
     words.check_picture(out, "-o")
+    start_drawing()
     if rays:
         from insonify.cli.rays import show_rays
 

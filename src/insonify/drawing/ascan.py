@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 from insonify.drawing import style
 from insonify.drawing.heard import Heard
 from insonify.drawing.targets import echo_window, loudest
-from insonify.simulation import levels
 from insonify.units import amplitude_ratio
 
 BEFORE, AFTER = 0.2, 0.8
@@ -66,6 +65,8 @@ def by_cause(sound: Heard, row: int) -> list[xr.Dataset]:
     held = [sound.beam] if sound.beam is not None else list(range(len(sound.steer)))
     if sound.scenario is None or len(held) > MOST_BEAMS:
         return []
+    from insonify.simulation import levels  # all engines, which a picture of many pings does without
+
     return [levels(sound.scenario, row, channel=channel) for channel in held]
 
 

@@ -2,6 +2,7 @@
 
 import warnings
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 import xarray as xr
@@ -125,10 +126,11 @@ def heard(dataset: xr.Dataset) -> Heard:
     )
 
 
+@lru_cache(maxsize=2)
 def _scenario(text: str) -> Scenario | None:
     """The scenario of a recording; None, with a warning, where only a file that it names is no longer there."""
     try:
-        return parse(Scenario, text)
+        return parse(Scenario, text, recorded=True)
     except ScenarioError as error:
         if not all(fault.field.endswith("file") for fault in error.faults):
             raise

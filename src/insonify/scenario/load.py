@@ -51,7 +51,9 @@ def load(model: type[Model], path: str | Path) -> Model:
     return noun
 
 
-def parse(model: type[Model], text: str, *, name: str = "scenario", folder: str | Path = "") -> Model:
+def parse(
+    model: type[Model], text: str, *, name: str = "scenario", folder: str | Path = "", recorded: bool = False
+) -> Model:
     """A noun from a YAML text.
 
     Args:
@@ -59,26 +61,27 @@ def parse(model: type[Model], text: str, *, name: str = "scenario", folder: str 
         text: The YAML.
         name: What messages call the text.
         folder: Where the files stand that it names by relative paths; the working directory by default.
+        recorded: True: the text is that of a recording. It was simulated, so whether its parts fit is not asked again.
 
     Raises:
         ScenarioError: Every fault found in the text, one line each.
     """
-    return _parsed(model, read(text, name), Path(folder))
+    return _parsed(model, read(text, name), Path(folder), recorded=recorded)
 
 
-def _parsed(model: type[Model], source: Source, folder: Path) -> Model:
+def _parsed(model: type[Model], source: Source, folder: Path, *, recorded: bool = False) -> Model:
     if source.values is None:
         raise ScenarioError(source.faults)
     source.faults += strays(model, source)
-    noun, faults = _validated(model, source, folder)
+    noun, faults = _validated(model, source, {"folder": folder, "recorded": recorded})
     if noun is None or source.faults:
         raise ScenarioError([*source.faults, *faults])
     return noun
 
 
-def _validated(model: type[Model], source: Source, folder: Path) -> tuple[Model | None, list[Advice]]:
+def _validated(model: type[Model], source: Source, context: dict[str, object]) -> tuple[Model | None, list[Advice]]:
     try:
-        return model.model_validate(source.values, context={"folder": folder}), []
+        return model.model_validate(source.values, context=context), []
     except ValidationError as error:
         return None, advise(error, model, source)
 
