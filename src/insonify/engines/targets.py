@@ -158,7 +158,7 @@ def _part_in_reach(target: Solid, scene: Scene, sight: Sight, points: float) -> 
     return len(rows_in_reach(position, normal, sight, run)) / len(position)
 
 
-@lru_cache(maxsize=128)
+@lru_cache(maxsize=512)
 def _coarse(target: Solid, seabed: Seabed) -> tuple[Floats, Floats]:
     """Positions of some points all over a target [m], and unit normals there, each of shape (n, 3)."""
     surface = world_triangles(target, seabed)

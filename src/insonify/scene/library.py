@@ -46,7 +46,7 @@ class Kind:
     """Its surface in its own axes; the number picks one of many rocks."""
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=1024)
 def preset_triangles(name: str, variant: int = 0) -> Triangles:
     """The surface of one of the library's shapes, in its own axes: forward, starboard, down.
 

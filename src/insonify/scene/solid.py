@@ -58,7 +58,7 @@ def ground_depth(seabed: Seabed, place: Floats) -> Floats:
     return np.full(place.shape[:-1], seabed.depth) if bed is None else bed.depth_at(place[..., 0], place[..., 1])
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=1024)
 def body_triangles(solid: Solid) -> Triangles:
     """The surface of a solid in its own axes (forward, starboard, down), its middle at the origin."""
     return _made(solid)
@@ -107,7 +107,7 @@ def _leaning(solid: Solid) -> Triangles:
     return body_triangles(solid).moved(pose_rotation(solid.heading, solid.pitch, solid.roll), np.zeros(3))
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=1024)
 def resting(solid: Solid, seabed: Seabed) -> tuple[Floats, Floats]:
     """How a solid lies in the world: rotation from its own axes, (3, 3), and place of its middle [m], (3,).
 
@@ -127,7 +127,7 @@ def resting(solid: Solid, seabed: Seabed) -> tuple[Floats, Floats]:
     return pose_rotation(solid.heading, solid.pitch, solid.roll), shift
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=1024)
 def whole_triangles(solid: Solid, seabed: Seabed) -> Triangles:
     """The surface of a solid where it lies, out of the water too: north, east, depth [m]; see `resting`."""
     return body_triangles(solid).moved(*resting(solid, seabed))
@@ -138,7 +138,7 @@ def emerges(solid: Solid, seabed: Seabed) -> bool:
     return bool(whole_triangles(solid, seabed).low[2] <= TOUCHING)
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=1024)
 def submerged(solid: Solid, seabed: Seabed) -> Solid:
     """A solid as high as the water: upright boxes and cylinders that emerge are shortened, others stay as they are.
 
@@ -157,7 +157,7 @@ def submerged(solid: Solid, seabed: Seabed) -> Solid:
     return solid
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=1024)
 def world_triangles(solid: Solid, seabed: Seabed) -> Triangles:
     """The surface of a solid under water where it lies: north, east, depth [m]; open where the surface cuts it."""
     whole = whole_triangles(submerged(solid, seabed), seabed)

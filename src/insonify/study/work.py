@@ -97,7 +97,7 @@ def label_work(listening: Listening) -> Work:
         (_boundaries(expected, side, label=True) + _water(expected, side, label=True) for side in listening.stances(0)),
         Work(),
     )
-    total += _on_targets(expected)
+    total += _on_targets(expected, label=True)
     names = listening.label_names
     curves = (len(names.owners) + len(names.pairs)) * scenario.sonar.channel_count
     return Work(total.points, total.seconds + curves * transform_seconds(listening, expected=True), total.tiles)
@@ -166,8 +166,7 @@ def _boundaries(listening: Listening, stance: Stance, *, label: bool = False) ->
             stance, level, listening.engine.rays, kept, seen.resolution, scenario, seen.rise(boundary)
         )
         legs, pairs = _met(listening, stance, boundary, kept, points, place)
-        each = _pair_seconds(listening, stance, law, boundary)
-        each += prices.SECONDS_PER_LABEL * scenario.sonar.beam_count if label else 0.0
+        each = _pair_seconds(listening, stance, law, boundary, label=label)
         relief = len(scenario.seabed.relief) if boundary == "seabed" else 0
         count = float(points.sum())
         total += Work(count, legs + pairs * each + count * prices.SECONDS_PER_GROUND * relief, tiles)
@@ -187,8 +186,7 @@ def _water(listening: Listening, stance: Stance, *, label: bool = False) -> Work
     seen = view(listening.engine.scene, scenario.paths, scenario.seed, stance, listening.engine.rays)
     suspended = Suspended(listening.engine.scene, scenario.paths, scenario.seed, stance, seen.resolution)
     count, kept = suspended.count(even=scenario.field == "incoherent"), scenario.paths.followed
-    pair = _pair_seconds(listening, stance, boundary="water")
-    pair += prices.SECONDS_PER_LABEL * scenario.sonar.beam_count if label else 0.0
+    pair = _pair_seconds(listening, stance, boundary="water", label=label)
     distance, depth = _in_the_water(listening, stance)
     pairs = _pairs_received(listening, stance, kept, distance, depth)
     near = 1 / np.maximum(distance**2 + (depth - stance.transmit_place[2]) ** 2, 1.0)  # cells widen with the range
@@ -258,7 +256,7 @@ def _legs(listening: Listening, stance: Stance, family: str, *, fitted: float = 
     return each * (1 if stance.together else 2)
 
 
-def _on_targets(listening: Listening) -> Work:
+def _on_targets(listening: Listening, *, label: bool = False) -> Work:
     """Points on targets in one ping, all sides: means of a few pings."""
     scenario = listening.scenario
     if "target" not in scenario.paths.causes or not scenario.targets or scenario.paths.geometry == "slice":
@@ -276,7 +274,7 @@ def _on_targets(listening: Listening) -> Work:
         total += asked
         fullest = max(fullest, (asked, stance), key=lambda one: one[0])
         seconds += asked * sum(_legs(listening, stance, name) for name in kept)
-        seconds += facing * len(kept) ** 2 * _pair_seconds(listening, stance)
+        seconds += facing * len(kept) ** 2 * _pair_seconds(listening, stance, label=label)
     most, stance_there = fullest
     if stance_there is None:
         return Work(pieces=tuple(pieces))
@@ -315,11 +313,13 @@ def _expected_pair_seconds(listening: Listening, stance: Stance, section: float,
 
 
 def _pair_seconds(
-    listening: Listening, stance: Stance, law: object = None, boundary: Boundary = "target"
+    listening: Listening, stance: Stance, law: object = None, boundary: Boundary = "target", *, label: bool = False
 ) -> float:  # fmt: skip
     """Processor time for one pair of legs in all channels of one side [s], by a law; None: one without angles."""
     beams = listening.scenario.sonar.beam_count
     section = 0.0 if law is None or isinstance(law, Lambert) else prices.SECONDS_PER_SECTION
+    if label:
+        return section + (prices.SECONDS_PER_PAIR + prices.SECONDS_PER_LABEL) * beams
     if listening.scenario.field == "incoherent":
         return _expected_pair_seconds(listening, stance, section, boundary)
     if stance.still and stance.elements is None and not stance.bands:
