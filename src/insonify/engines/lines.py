@@ -28,6 +28,8 @@ SECTOR = 128
 """Cells looked at together, before each is."""
 FAINT = 10 ** (-25 / 20)
 """Two-way gain below which lines stand for several cells each [1]."""
+SIDE_LOBE = 10 ** (-20 / 20)
+"""Largest two-way gain at some distance below which that gain is lowered in proportion: all is faint there [1]."""
 CELLS_IN_FAINT = (16, 4)
 """Cells of a line there, the most that are all faint."""
 WIDEST_PATCH = 0.5
@@ -131,12 +133,15 @@ def _cells(
         return two_way_bound(stance, bearing, count * angle, zone, climbs, odd)
 
     first = np.arange(-whole // 2, whole // 2, SECTOR)
-    first, kept = first[level(first, SECTOR) >= floor], []
+    loud = level(first, SECTOR)
+    # near the sonar even the loudest may be a side lobe of the vertical beam
+    faint = FAINT * min(float(loud.max(initial=0.0)) / SIDE_LOBE, 1.0)
+    first, kept = first[loud >= floor], []
     coarser = SECTOR
     for width in sorted({*(max(count, merged) for count in CELLS_IN_FAINT), merged}, reverse=True):
         first = (first[:, None] + np.arange(0, coarser, width)).ravel()
         loud = level(first, width)
-        rest = (loud >= FAINT) if width > merged else np.zeros(len(first), bool)
+        rest = (loud >= faint) if width > merged else np.zeros(len(first), bool)
         if width >= CELLS_IN_FAINT[-1]:
             kept += [(int(cell), width) for cell in first[(loud >= floor) & ~rest]]
         else:
