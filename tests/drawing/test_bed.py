@@ -30,6 +30,17 @@ def test_the_map_shows_the_ground_as_far_as_it_is_heard():
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("east [m]", "north [m]")
 
 
+def test_a_target_whose_middle_is_outside_is_named_where_it_is_seen():
+    """A quay 400 m long whose middle lies 100 m north of the map: named on its outline, inside the frame."""
+    quay = {"shape": "box", "label": "quay", "position": (280.0, 60.0), "size": (400.0, 4.0, 3.0)}
+    scenario = nominal(targets=[quay], track={"window": (0.0, 0.24)})
+    axes = drawn(scenario)
+    (name,) = (text for text in axes.texts if text.get_text() == "quay")
+    east, north = name.xy
+    assert axes.get_ylim()[0] <= north <= axes.get_ylim()[1] and north > 150
+    assert east == pytest.approx(60.0, abs=2.01)
+
+
 def test_ground_that_was_not_surveyed_is_left_grey(tmp_path):
     """Holes are NaN on the map, and the title says what the file is."""
     axis = np.arange(-200.0, 201.0, 2.0)

@@ -81,12 +81,12 @@ def bed_map(axes: Axes, scenario: Scenario, *, near: bool = False) -> None:
     if len(line) > 1:
         pointer = (3, 0, -float(np.degrees(track.heading[-1])))
         axes.plot(line[-1, 1], line[-1, 0], marker=pointer, color=style.INK, markersize=9)
+    axes.set(xlim=(west, east), ylim=(south, north))
     _targets(axes, scenario)
     named = axes.get_legend_handles_labels()[0]
     if not np.isfinite(depth).all():
         named.append(Patch(facecolor=UNKNOWN, edgecolor=style.QUIET, label="not surveyed"))
     axes.legend(handles=named, loc="upper right", frameon=True)
-    axes.set(xlim=(west, east), ylim=(south, north))
     grid = scenario.seabed.grid
     axes.set_title("\n".join([scenario.title or "The seabed", *([] if grid is None else [grid.told])]), fontsize=9)
     axes.set_xlabel("east [m]")
@@ -187,17 +187,34 @@ def _targets(axes: Axes, scenario: Scenario) -> None:
 
     for target in scenario.targets:
         north, east = target.position[:2]
-        colour = style.CAUSES["target"]
+        colour, named = style.CAUSES["target"], np.array([north, east])
         if isinstance(target, PointTarget):
             axes.plot(east, north, "+", color=colour, markersize=9)
         else:
             corners = np.asarray(world_triangles(target, scenario.settled_seabed).corners)[..., :2].reshape(-1, 2)
             hull = corners[ConvexHull(corners).vertices] if np.ptp(corners, axis=0).min() > 0 else corners
             axes.add_patch(Polygon(hull[:, ::-1], closed=True, facecolor=colour, edgecolor=colour, linewidth=1.5))
+            named = _in_frame(axes, named, hull)
         axes.annotate(
-            target.label, (east, north), xytext=(5, 5), textcoords="offset points", fontsize=8, annotation_clip=True,
-            path_effects=[withStroke(linewidth=2.0, foreground="#FFFFFFB0")],
+            target.label, (named[1], named[0]), xytext=(5, 5), textcoords="offset points", fontsize=8,
+            annotation_clip=True, path_effects=[withStroke(linewidth=2.0, foreground="#FFFFFFB0")],
         )  # fmt: skip
+
+
+def _in_frame(axes: Axes, middle: Floats, outline: Floats) -> Floats:
+    """North and east of the place where a target is named: its middle, or what of its outline in the frame is nearest.
+
+    Args:
+        axes: The map, with its limits.
+        middle: North and east of the target [m].
+        outline: Corners of its outline, north and east [m], shape (n, 2).
+    """
+    (west, east), (south, north) = axes.get_xlim(), axes.get_ylim()
+    part = np.linspace(0, 1, 65)[:, None, None]
+    places = np.concatenate([middle[None], (outline + part * (np.roll(outline, -1, axis=0) - outline)).reshape(-1, 2)])
+    inside = (places[:, 0] >= south) & (places[:, 0] <= north) & (places[:, 1] >= west) & (places[:, 1] <= east)
+    shown = places[inside]
+    return shown[np.argmin(np.hypot(*(shown - middle).T))] if len(shown) else middle
 
 
 def depths(scenario: Scenario, north: Floats, east: Floats) -> Floats:
