@@ -4,36 +4,34 @@ from __future__ import annotations
 
 import os
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property, partial, reduce
-from importlib.metadata import version
-from itertools import chain
 from operator import iadd
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines.delay_window import Interval, in_delay_window, wanted_delays
+from insonify.engines.parts import Alone, Pool, parts_of
 from insonify.engines.paths import Paths
-from insonify.engines.skyline import Remembered
 from insonify.engines.swath import SwathView, swath_of
 from insonify.engines.terrain_cover import MOST_HIDDEN, hidden_part
 from insonify.freed_memory import keep_freed_memory
+from insonify.propagation.choice import PathChoice
 from insonify.propagation.medium import rays_in
 from insonify.records.arrivals import Arrivals, expand, joined
 from insonify.records.labels import LabelNames, Labels, beside, label_dataset
 from insonify.records.recording import Layout, dataset
 from insonify.records.swath import Swath
+from insonify.scenario.attributes import attributes
 from insonify.scenario.carried import platforms, receiver_seed
-from insonify.scenario.citations import citations
-from insonify.scenario.georeference import georeference
+from insonify.scenario.pings import wanted_pings
 from insonify.scenario.ray_domain import delay_field, domain
 from insonify.scenario.scenario import Scenario
-from insonify.scenario.write import to_yaml
 from insonify.scene.scatterers import Scatterers
 from insonify.sonar.heard import HeardPulse, heard_pulse
 from insonify.sonar.platforms import Platforms
@@ -47,9 +45,9 @@ from insonify.synthesis.channel_noise import ChannelNoise, channel_noise
 from insonify.synthesis.coherent import Coherent
 from insonify.synthesis.elements import as_beam
 from insonify.synthesis.grid import TimeGrid, time_grid
-from insonify.synthesis.incoherent import Incoherent
-from insonify.synthesis.labels import POINTS, Labelling, label_names
-from insonify.synthesis.levels import Levels, level_curves
+from insonify.synthesis.incoherent import Energies, Incoherent
+from insonify.synthesis.labels import GROUND_POINTS, POINTS, Labelling, label_names
+from insonify.synthesis.levels import ALL, Levels, level_curves
 from insonify.synthesis.perturbation import perturbation
 from insonify.synthesis.receiving import Electronics, electronics
 from insonify.synthesis.shapes import shapes_of
@@ -58,11 +56,6 @@ from insonify.synthesis.traced import Traced, TracedLevels
 if TYPE_CHECKING:
     import xarray as xr
 
-CHUNKS = 16
-"""Parts that a ping's blocks are shared into: fixed, so that sums do not depend on the number of threads."""
-PARTS_BYTES = 64 << 20
-"""Memory beyond which there are fewer parts, down to `LEAST_PARTS`: to add them up costs time too [bytes]."""
-LEAST_PARTS = 2
 MOST_BYTES = 64 << 20
 """Memory of a coherent ping's sound, of one side and part, up to which pings are heard side by side [bytes]."""
 
@@ -70,26 +63,6 @@ PINGS_JUDGED = 5
 """Pings of a track by which it is judged how much of the bed terrain hides."""
 AHEAD = 2
 """Pings that are heard, or wait for a thread, beyond one for each thread."""
-
-
-class Pool(Protocol):
-    """Who does the parts of a ping: a `ThreadPoolExecutor`, or `Alone`."""
-
-    def map(self, fn: Callable[[Any], Any], things: Iterable[Any], /) -> Iterator[Any]:
-        """What a function makes of each thing, in their order."""
-
-
-class Alone:
-    """One thread, which does the parts of a ping one after the other."""
-
-    def __init__(self) -> None:
-        """Ready for one ping."""
-        self.skylines = Remembered(4)
-        """Terrain occlusion at that ping, shared by its sound and its labels."""
-
-    def map(self, fn: Callable[[Any], Any], things: Iterable[Any], /) -> Iterator[Any]:
-        """What a function makes of each thing, one when it is asked for."""
-        return map(fn, things)
 
 
 class Reading(Protocol):
@@ -148,12 +121,32 @@ class Listening:
         return Incoherent(here, self.grid, shaken, self._table, delay_field(scenario))
 
     def ground(self, here: Stance) -> SwathView | None:
-        """The quick way to the seabed of one ping, where there is one."""
+        """The fast path to the seabed of one ping, where its expectation takes it."""
+        return None if self.tracer is not None else self._ground(here, self.engine.choice)
+
+    def label_ground(self, here: Stance) -> SwathView | None:
+        """The fast path to the seabed of one ping for its labels, whatever engine is recorded."""
+        return self._ground(here, self._label_paths)
+
+    def _ground(self, here: Stance, choice: PathChoice) -> SwathView | None:
         bed = self.engine.scene.seabed.bed
-        if self.tracer is not None or bed is None or bed.span[0] == bed.span[1] or delay_field(self.scenario):
+        if bed is None or bed.span[0] == bed.span[1] or delay_field(self.scenario) is not None:
             return None
-        quick = swath_of(self.engine.scene, self.engine.choice, here, self.engine.rays)
+        quick = swath_of(self.engine.scene, choice, here, self.engine.rays)
         return None if quick is None or self._terrain_hides_much else quick
+
+    @property
+    def shares_ground(self) -> bool:
+        """True where labels and sound are expectations of the same points of the seabed."""
+        return self._label_paths is self.engine.choice
+
+    @cached_property
+    def _label_paths(self) -> PathChoice:
+        """Paths of the labels' seabed: those of the sound where it may take the fast path, else at fewer points."""
+        choice = self.engine.choice
+        if self.scenario.field == "incoherent" and self.tracer is None:
+            return choice
+        return choice.unchecked_copy(scatterers_per_cell=min(choice.scatterers_per_cell, GROUND_POINTS))
 
     @cached_property
     def _terrain_hides_much(self) -> bool:
@@ -335,8 +328,10 @@ def _worked(
 
 def _done(listening: Listening, job: Job, pool: Pool) -> tuple[NDArray[np.generic] | None, Labels | None]:
     """Series and labels of one ping, as far as they are wanted: what the ground hides is worked out once for both."""
-    labelling = _labels(listening, job.ping, pool) if job.labels else None
-    return _heard(listening, job.ping, pool) if job.sound else None, labelling
+    if not job.labels:
+        return _heard(listening, job.ping, pool), None
+    labelling, seabeds = _labels(listening, job.ping, pool)
+    return _heard(listening, job.ping, pool, seabeds) if job.sound else None, labelling
 
 
 def _side_by_side(listening: Listening, ping: int) -> bool:
@@ -349,11 +344,16 @@ def _side_by_side(listening: Listening, ping: int) -> bool:
     return all(listening.incoherent(side).brief and listening.ground(side) for side in here)
 
 
-def _heard(listening: Listening, ping: int, pool: Pool) -> NDArray[np.generic]:
+def _heard(
+    listening: Listening, ping: int, pool: Pool, seabeds: Sequence[Seabed | None] | None = None
+) -> NDArray[np.generic]:  # fmt: skip
     """All sides of one ping, with the noise, through the receiver, shape (channels, samples)."""
     sides, behind = listening.stances(ping), listening.electronics
     if listening.scenario.field == "incoherent":
-        expected = [hear(listening, listening.expectation(here), here, pool) for here in sides]
+        expected = [
+            hear(listening, listening.expectation(here), here, pool, seabed)
+            for here, seabed in zip(sides, seabeds or [None] * len(sides), strict=True)
+        ]
         intensity = np.asarray(np.concatenate(expected) + listening.noise.power[:, None])
         return intensity if behind is None else behind.intensities(intensity)
     sound = np.concatenate([hear(listening, listening.coherent(here), here, pool) for here in sides])
@@ -361,15 +361,48 @@ def _heard(listening: Listening, ping: int, pool: Pool) -> NDArray[np.generic]:
     return sound if behind is None else behind.pressures(sound)
 
 
-def hear(listening: Listening, reading: Reading, here: Stance, pool: Pool) -> Any:
-    """One ping, heard by one reading: blocks are shared into a fixed number of parts, added in a fixed order."""
+class Seabed(NamedTuple):
+    """The seabed of one side of a ping by the fast path, with its expected energies."""
+
+    ground: SwathView | None
+    energies: Energies
+
+
+def hear(listening: Listening, reading: Reading, here: Stance, pool: Pool, seabed: Seabed | None = None) -> Any:
+    """One ping, heard by one reading.
+
+    Args:
+        listening: A prepared scenario.
+        reading: The reading.
+        here: One side of the sonar at that ping.
+        pool: Does the parts of the ping.
+        seabed: Its seabed, where the fast path has evaluated it already; for an `Incoherent` reading.
+    """
+    if seabed is not None:
+        return reading.series(_sums(listening, reading, here, pool, *seabed))
+    quick = type(reading) is Incoherent and reading.brief
+    return reading.series(_sums(listening, reading, here, pool, listening.ground(here) if quick else None))
+
+
+def _sums(
+    listening: Listening, reading: Reading, here: Stance, pool: Pool, ground: SwathView | None,
+    known: Energies | None = None,
+) -> Any:  # fmt: skip
+    """What one reading hears of a ping: blocks are shared into a fixed number of parts, added in a fixed order.
+
+    Args:
+        listening: A prepared scenario.
+        reading: The reading.
+        here: One side of the sonar at that ping.
+        pool: Does the parts of the ping.
+        ground: The fast path to its seabed; None: the seabed comes in blocks, as all else.
+        known: Energies of the seabed by the fast path; None: not yet evaluated.
+    """
     engine = listening.tracer if isinstance(reading, Traced | TracedLevels) else listening.engine
     if isinstance(pool, Alone) and isinstance(engine, Paths):
         engine = replace(engine, skylines=pool.skylines)  # nobody else asks for this ping
     if reading.even and isinstance(engine, Paths):
         engine = replace(engine, delays=None)  # an expectation takes the mean over them
-    quick = reading if type(reading) is Incoherent and reading.brief else None
-    ground = listening.ground(here) if quick is not None else None
     if ground is not None:
         engine = replace(engine, choice=ground.rest)
     if isinstance(reading, Labelling):
@@ -388,35 +421,38 @@ def hear(listening: Listening, reading: Reading, here: Stance, pool: Pool) -> An
         return heard
 
     def swathed(swath: Swath) -> Any:
-        assert quick is not None
-        heard = quick.silence()
-        quick.take_in_swath(heard, swath)
+        heard, wide = reading.silence(), cast(Incoherent | Labelling, reading)
+        wide.take_in_swath(heard, swath)
         return heard
 
     count = min(parts_of(getattr(reading.silence(), "nbytes", 0)), len(blocks)) if blocks else 0
-    parts = [blocks[k::count] for k in range(count)]
-    swaths = ground.gather(pool.map, swathed) if ground is not None else []
-    sounds = chain(pool.map(part, parts), swaths)
-    return reading.series(reduce(iadd, sounds, next(sounds, None)) if parts or swaths else reading.silence())
-
-
-def parts_of(size: int) -> int:
-    """Parts that a ping's blocks are shared into: fewer where each holds a large array's sound.
-
-    Args:
-        size: What one part holds [bytes].
-    """
-    return int(np.clip(PARTS_BYTES // max(size, 1), LEAST_PARTS, CHUNKS))
+    sums = list(pool.map(part, [blocks[k::count] for k in range(count)]))
+    found = [reduce(iadd, sums)] if sums else []
+    if known is not None:
+        found.append(known)
+    elif ground is not None:
+        found.append(reduce(iadd, ground.gather(pool.map, swathed, labelled=isinstance(reading, Labelling))))
+    return reduce(iadd, found) if found else reading.silence()
 
 
 def label_ping(listening: Listening, ping: int, threads: int | None = None) -> Labels:
     """The labels of one ping, all its sides."""
     with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
-        return _labels(listening, ping, pool)
+        return _labels(listening, ping, pool)[0]
 
 
-def _labels(listening: Listening, ping: int, pool: Pool) -> Labels:
-    return beside([hear(listening, listening.labelling(here), here, pool) for here in listening.stances(ping)])
+def _labels(listening: Listening, ping: int, pool: Pool) -> tuple[Labels, list[Seabed | None]]:
+    """Labels of one ping, and the seabed of each side as its expectation is recorded, where both are the same."""
+    made: list[Labels] = []
+    seabeds: list[Seabed | None] = []
+    for here in listening.stances(ping):
+        reading = listening.labelling(here)
+        ground = listening.label_ground(here) if reading.whole.brief else None
+        sums = _sums(listening, reading, here, pool, ground)
+        made.append(reading.series(sums))
+        shared = ground is not None and listening.shares_ground
+        seabeds.append(Seabed(ground, sums.curves["seabed", ALL]) if shared else None)
+    return beside(made), seabeds
 
 
 def labels(scenario: Scenario, ping: int = 0, *, threads: int | None = None) -> xr.Dataset:
@@ -523,31 +559,6 @@ def _insist_on_channel(scenario: Scenario, channel: int) -> None:
         raise ValueError(f"channel is {channel}; the sonar has channels 0 to {scenario.sonar.channel_count - 1}")
 
 
-def _several(pings: int | Iterable[int]) -> Iterable[int]:
-    """Numbers of pings, where one alone may be given."""
-    if isinstance(pings, Iterable):
-        return pings
-    if isinstance(pings, bool) or not isinstance(pings, int | np.integer):
-        raise TypeError(f"pings is {pings!r}; give the number of a ping, or several, such as range(10)")
-    return [int(pings)]
-
-
-def wanted_pings(scenario: Scenario, pings: int | Iterable[int] | None) -> list[int]:
-    """The pings asked for, all by default.
-
-    Raises:
-        ValueError: The track has no such ping.
-    """
-    if not isinstance(scenario, Scenario):
-        raise TypeError(f"a Scenario is wanted, not a {type(scenario).__name__}; load one with insonify.load_scenario")
-    count = scenario.track.ping_count
-    chosen = list(range(count)) if pings is None else [int(ping) for ping in _several(pings)]
-    for ping in chosen:
-        if not 0 <= ping < count:
-            raise ValueError(f"ping is {ping}; the track has pings 0 to {count - 1}")
-    return chosen
-
-
 def layout(listening: Listening) -> Layout:
     """What a recording of this scenario holds, but for the sound."""
     scenario, true = listening.scenario, listening.poses
@@ -575,17 +586,3 @@ def layout(listening: Listening) -> Layout:
         logged_attitude=logged.attitude,
         **second,
     )
-
-
-def attributes(scenario: Scenario) -> dict[str, Any]:
-    """What describes a recording as a whole: the scenario itself, and what it rests on."""
-    return {
-        "title": scenario.title,
-        "scenario": to_yaml(scenario),
-        "seed": scenario.seed,
-        "version": version("insonify"),
-        "centre_frequency": scenario.sonar.pulse.frequency,
-        "centre_frequency_units": "Hz",
-        "citations": citations(scenario),
-        **georeference(scenario),
-    }

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from insonify.formats import zarr_store
+from insonify.scenario.attributes import attributes
 from insonify.scenario.load import parse
 from insonify.scenario.scenario import Scenario
 from insonify.scenario.write import to_yaml
-from insonify.simulation import attributes, layout, prepare, record, simulate
+from insonify.simulation import layout, prepare, record, simulate
 from oracles.scenes import nominal
 
 

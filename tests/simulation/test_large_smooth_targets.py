@@ -46,6 +46,28 @@ def test_a_target_in_parts_echoes_as_the_whole(change, monkeypatch):
     np.testing.assert_allclose(made[1], made[0], rtol=0, atol=1e-5 * np.abs(made[0]).max())
 
 
+def test_a_target_in_parts_is_labelled_as_the_whole(monkeypatch):
+    """Facets interfere across parts: energies and places of a smooth box in parts are those of the box at once."""
+    listening = prepare(scene(field="incoherent", paths={"causes": ["target"], "reflections": 1}))
+    here = listening.stance(0)
+    reading = listening.labelling(here)
+    made = []
+    for budget in (1e12, 2e6):
+        monkeypatch.setattr(room, "BYTES_AT_ONCE", budget)
+        kept, parts = reading.silence(), 0
+        for block in listening.engine.blocks(here, even=True):
+            for pairs in listening.engine.pieces(here, block):
+                reading.take_in(kept, pairs)
+                parts += pairs.together
+        made.append((parts, {key: flashes.bins for key, flashes in kept.flashes.items()}))
+    (few, whole), (many, split) = made
+    assert many > few and whole.keys() == split.keys()
+    for key, bins in whole.items():
+        # places are within 10 m, and means over both sides of the beam nearly cancel to the north
+        assert np.abs(split[key] - bins).max() <= 1e-4 * bins[..., 0].max(), key
+        assert np.abs(split[key] - bins)[..., 0].max() <= 1e-5 * bins[..., 0].max(), key
+
+
 @pytest.mark.parametrize("reflections", [1, 4, 6])
 def test_legs_and_pairs_of_one_part_stay_within_their_memory(reflections):
     """Columns of the largest part of a smooth box over a moving sea, counted: half of 256 MB at most, at any order."""

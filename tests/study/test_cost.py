@@ -7,9 +7,10 @@ import pytest
 
 from insonify.cli import main
 from insonify.engines import volume
+from insonify.engines.parts import parts_of
 from insonify.engines.targets import target_count
 from insonify.engines.view import view
-from insonify.simulation import parts_of, prepare
+from insonify.simulation import prepare
 from insonify.study import compilation, prices
 from insonify.study.compilation import Feature
 from insonify.study.cost import Cost, cost, too_big

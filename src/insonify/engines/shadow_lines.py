@@ -20,7 +20,7 @@ from insonify.engines.swath_plan import Plan
 from insonify.propagation.choice import PathChoice
 from insonify.propagation.images import StraightRays
 from insonify.propagation.knife_edge import soft_edges
-from insonify.records.legs import Status
+from insonify.records.legs import Legs, Status
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
 from insonify.sonar.stance import Stance
@@ -58,6 +58,13 @@ class ShadowLines:
 def visibility(
     scene: Scene, stance: Stance, plan: Plan, edges: str, points: Floats, normal: Floats
 ) -> NDArray[np.complex128] | Floats:
+    """Pressure that targets leave of straight legs re that without targets; arguments as of `shaded_legs`."""
+    return shaded_legs(scene, stance, plan, edges, points, normal)[0]
+
+
+def shaded_legs(
+    scene: Scene, stance: Stance, plan: Plan, edges: str, points: Floats, normal: Floats
+) -> tuple[NDArray[np.complex128] | Floats, Legs]:
     """Pressure that targets leave of straight legs re that without targets; edges of the ground are hard [1].
 
     Args:
@@ -69,7 +76,7 @@ def visibility(
         normal: Unit normals there, (n, 3).
 
     Returns:
-        Shape (f, n); 0 for legs that a facet faces away from.
+        Shape (f, n), 0 for legs that a facet faces away from; and the legs past targets with hard edges.
     """
     count = len(points)
     hidden = Scatterers(
@@ -84,11 +91,11 @@ def visibility(
     )
     legs = StraightRays(scene).legs(stance.transmit_place, hidden, plan.families, stance.frequency)
     if edges == "hard":
-        return legs.visibility
+        return legs.visibility, legs
     there = legs.status != Status.FACING_AWAY
     whole = replace(legs, visibility=there.astype(float))
     soft = soft_edges(whole, hidden, stance.transmit_place, scene, stance.wavelength, roughly=True)
-    return np.asarray(there * soft.visibility)
+    return np.asarray(there * soft.visibility), legs
 
 
 def shadow_lines(

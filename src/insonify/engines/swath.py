@@ -21,8 +21,9 @@ from insonify.engines._ground_kernel import CELLS
 from insonify.engines._points_kernel import Points
 from insonify.engines.lines import lines_in_view
 from insonify.engines.sampling import beam_bound, reach
-from insonify.engines.shadow_lines import shadow_lines, visibility
+from insonify.engines.shadow_lines import shaded_legs, shadow_lines
 from insonify.engines.swath_bounces import bounce_off_relief
+from insonify.engines.swath_origins import Shaded, Walked, origins, unlit
 from insonify.engines.swath_plan import Plan, planned
 from insonify.engines.swath_window import Listed, Window, lines_passing, window_of
 from insonify.engines.view import view
@@ -135,12 +136,13 @@ class SwathView:
         )  # fmt: skip
         return bool((bound >= floor).any())
 
-    def gather(self, share: Mapped, hear: Callable[[Swath], Any]) -> list[Any]:
+    def gather(self, share: Mapped, hear: Callable[[Swath], Any], *, labelled: bool = False) -> list[Any]:
         """All the ground heard.
 
         Args:
             share: Calls a function with each of some things, as `map` does, perhaps on several threads.
             hear: What is done with it; its columns are written over afterwards.
+            labelled: True: with the `Origins` of its points.
 
         Returns:
             What hearing it came to.
@@ -148,14 +150,16 @@ class SwathView:
         bed, window = self.scene.seabed.bed, self.window
         if bed is None:
             pieces, slot = unmapped()
-            return [hear(self._walk(part, pieces, slot, 1.0)) for part in self.parts]
+            return [hear(self._walk(part, pieces, slot, 1.0, labelled)) for part in self.parts]
         kept = ground_map(bed)
         slot = np.zeros((window.side, window.side), np.uint32)
         with kept.reading(window.corner + window.crossed, share) as rows:
             slot[tuple(window.crossed.T)] = rows
-            return [hear(self._walk(part, kept.pieces, slot, kept.cell)) for part in self.parts]
+            return [hear(self._walk(part, kept.pieces, slot, kept.cell, labelled)) for part in self.parts]
 
-    def _walk(self, part: Listed, pieces: NDArray[np.float32], slot: NDArray[np.uint32], cell: float) -> Swath:
+    def _walk(
+        self, part: Listed, pieces: NDArray[np.float32], slot: NDArray[np.uint32], cell: float, labelled: bool
+    ) -> Swath:
         """The points of some lines, with the strength of each pair of legs."""
         seabed, stance, plan, heading = self.scene.seabed, self.stance, self.plan, self.known.heading
         lines, lists, taken, passing = part
@@ -182,15 +186,17 @@ class SwathView:
                 self.scene, bed, stance, plan, part, first, place, normal, rows, found, delay, amplitude, departure,
                 arrival,
             )  # fmt: skip
-        if passing.any():
-            self._shade(part, first, place, normal, amplitude)
+        walked = Walked(first, place, normal, arrival, rows, found)
+        dark = unlit(plan, walked, amplitude) if labelled else None
+        shaded = self._shade(part, first, place, normal, amplitude) if passing.any() else None
         if seabed.texture is not None:
             factor = self._texture(lines, heading, first, place).astype(np.float32)
             for k, many in enumerate(found):
                 weight[k, :many] *= factor[rows[k, :many]]
         for k, (i, j) in enumerate(thin.pair if not plan.factor.size else ()):
             self._answer(arrival[i], arrival[j], normal, rows[k, : found[k]], weight[k, : found[k]])
-        return Swath(delay, amplitude, departure, thin.pair, found, rows, weight, meeting[:ranges])
+        held = None if dark is None else origins(plan, stance, part, walked, dark, shaded)
+        return Swath(delay, amplitude, departure, thin.pair, found, rows, weight, meeting[:ranges], held)
 
     def _texture(self, lines: Floats, heading: float, first: NDArray[np.int64], place: Floats) -> Floats:
         """What the seabed's texture makes of the points of some lines [1], shape (n,)."""
@@ -216,8 +222,8 @@ class SwathView:
     def _shade(
         self, part: Listed, first: NDArray[np.int64], place: Floats, normal: NDArray[np.float32],
         amplitude: NDArray[np.complex64],
-    ) -> None:  # fmt: skip
-        """Take away what targets cut of the legs, from lines that pass one."""
+    ) -> Shaded | None:  # fmt: skip
+        """Take away what targets cut of the legs, from lines that pass one; these legs, if there are any."""
         here, ahead = self.stance.transmit_place, part.lists.ahead
         nearest = min(
             np.hypot(north - here[0], east - here[1]) - radius for north, east, radius in self.plan.rims[:, :3]
@@ -228,11 +234,13 @@ class SwathView:
             behind.append(np.stack([first[s] + point, listed[s] + point]))
         row, point = np.concatenate(behind, axis=1)
         if not len(row):
-            return
+            return None
         reach, depth = place[:, row]
         points = np.stack([here[0] + reach * ahead[0, point], here[1] + reach * ahead[1, point], depth], axis=-1)
         up = np.ascontiguousarray(normal[:, row].T, float)
-        amplitude[:, row] *= visibility(self.scene, self.stance, self.plan, self.choice.edges, points, up)
+        left, legs = shaded_legs(self.scene, self.stance, self.plan, self.choice.edges, points, up)
+        amplitude[:, row] *= left
+        return Shaded(row, left, legs)
 
 
 def _sizes(lists: Points, taken: NDArray[np.int64]) -> tuple[int, int, int]:

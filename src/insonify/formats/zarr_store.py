@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 import zarr
+from numcodecs.abc import Codec
 from numcodecs.zstd import Zstd  # comes with zarr, whose compressor it is
 from numpy.typing import ArrayLike, NDArray
 from zarr.codecs import ZstdCodec
@@ -38,6 +39,7 @@ _MUST_AGREE = ("scenario", "seed", "version")
 IDENTITY = "insonify_recording"
 """Attribute that tells a recording from any other."""
 _LEVEL = 0  # of compression: zarr's own
+_PACKER = Zstd(level=_LEVEL)
 PACKED = (ZstdCodec(level=_LEVEL),)
 """Codec of `put_chunk`."""
 _FAILURES = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EMFILE, errno.ENFILE)  # the machine's, whatever the name
@@ -154,10 +156,16 @@ def _sound(path: str, mine: str) -> tuple[str, tuple[int, ...], np.dtype[Any]]:
     return field, there.shape, np.dtype(there.dtype)
 
 
-def put_chunk(place: Path, values: NDArray[Any]) -> None:
-    """Write one chunk as zarr does, ten times as fast: whole, under another name, which then becomes its own."""
+def put_chunk(place: Path, values: NDArray[Any], packer: Codec = _PACKER) -> None:
+    """Write one chunk as zarr does, ten times as fast: whole, under another name, which then becomes its own.
+
+    Args:
+        place: File of the chunk.
+        values: Its values, in the order and the byte order of the array.
+        packer: Compressor of the array.
+    """
     aside = place.with_name(f".{place.name}.{uuid.uuid4().hex}.partial")
-    packed = Zstd(level=_LEVEL).encode(values)
+    packed = packer.encode(values)
     try:
         aside.write_bytes(packed)
     except FileNotFoundError:

@@ -122,7 +122,7 @@ def soft_edges(
         beds = np.array([scene.depth_under(box) for box in scene.boxes]) - TOUCHING
         bounced = np.array([bool(bounces(name)) for name in legs.families])
         around_boxes(
-            np.unique(np.concatenate(boxed)), place, scatterers.position, legs.arrival, legs.length, bounced,
+            union(boxed, len(scatterers)), place, scatterers.position, legs.arrival, legs.length, bounced,
             scene.seabed.depth, wavelength, without_gap_above(scene.bodies, 6), beds, scatterers.occluder, wide,
             edge_table(), PER_UNIT, legs.status, legs.occluder, visibility,
         )  # fmt: skip
@@ -146,6 +146,16 @@ def soft_edges(
     ground = 1.0 if scene.seabed.bed is None else legs.visibility
     partly = by_target | (legs.status == Status.CLEAR)
     return replace(legs, visibility=np.where(partly, visibility * ground, legs.visibility))
+
+
+def union(parts: list[NDArray[np.int64]], count: int) -> NDArray[np.int64]:
+    """Rows that any part has, in order, of so many rows."""
+    if len(parts) == 1:
+        return parts[0]
+    there = np.zeros(count, bool)
+    for part in parts:
+        there[part] = True
+    return np.flatnonzero(there)
 
 
 def without_gap_above(screens: NDArray[np.float64], top: int) -> NDArray[np.float64]:

@@ -13,6 +13,30 @@ from numpy.typing import NDArray
 
 
 @dataclass(frozen=True, slots=True)
+class Origins:
+    """Places of n points of a swath, and direct legs that something cuts, m of them: what labels ask for besides."""
+
+    families: tuple[str, ...]
+    """Name of each row of legs."""
+    position: NDArray[np.float64]
+    """North, east, depth of each point [m], shape (3, n)."""
+    grazing: NDArray[np.float32]
+    """Grazing angle of each leg at its point [rad], shape (f, n)."""
+    direct: int
+    """Row of the direct legs."""
+    straight: int
+    """Row in `Swath.pair` of the direct leg out and back; -1 where there is none."""
+    cut: NDArray[np.int64]
+    """Which of the points in its row of `Swath.rows` have a direct leg that is cut, shape (m,)."""
+    free: NDArray[np.complex64]
+    """Amplitude of these legs as if nothing cut them [1], shape (m,)."""
+    lost: NDArray[np.float64]
+    """Part of the energy out and back that is taken away [1], shape (m,)."""
+    cutter: NDArray[np.int16]
+    """What cuts each: row among the scene's occluders, or `SEABED`, shape (m,)."""
+
+
+@dataclass(frozen=True, slots=True)
 class Swath:
     """Points of the ground, n of them, and their legs by f families."""
 
@@ -35,3 +59,5 @@ class Swath:
 
     Pairs that do have the same points there.
     """
+    origins: Origins | None = None
+    """Where the points lie, and what is cut; None where nobody labels them."""

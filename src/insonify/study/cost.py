@@ -9,12 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from insonify.engines.parts import parts_of
 from insonify.engines.view import BLOCK
 from insonify.engines.volume import TOO_MANY
 from insonify.propagation.families import families_for
 from insonify.records.labels import COLUMNS
 from insonify.scenario.scenario import Scenario
-from insonify.simulation import Listening, parts_of, prepare
+from insonify.simulation import Listening, prepare
 from insonify.study import prices
 from insonify.study.compilation import compile_seconds
 from insonify.study.work import Work, ping_work, shape_count

@@ -1,31 +1,66 @@
-"""Where the flashes of a smooth target come from: facets within one bin of delay, added in phase before they count."""
+"""Energy and places of echoes of smooth targets: facets within one bin of delay are added in phase, then squared.
+
+A large target comes in parts, whose echoes interfere like those of one part: pressures are kept until all have come.
+"""
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.records.pairs import Pairs
 from insonify.sonar.stance import Stance
+from insonify.synthesis._label_kernel import MOMENTS
 from insonify.synthesis.weights import leg_weights
 from insonify.units import amplitude_ratio
 
 Floats = NDArray[np.float64]
 
 
-def add_flashes(bins: Floats, start: float, rate: float, pairs: Pairs, stance: Stance) -> None:
-    """Add energy, and energy times place, of facets that interfere to the bins of their delays.
+@dataclass(frozen=True, slots=True)
+class Flashes:
+    """Pressures of one smooth target by one pair of families, in bins of delay."""
 
-    Facets cancel one another but for the flash: the energy of a bin is that of their sum, its place the mean of theirs
-    weighted by what each sends back. Bins do not interfere with one another.
+    pressure: NDArray[np.complex128]
+    """Sum of the pressures [uPa], shape (channels, bins)."""
+    apart: Floats
+    """Sum of their squared magnitudes [uPa^2], and of these times each column of places, (channels, bins, MOMENTS)."""
+
+    @classmethod
+    def empty(cls, channels: int, bins: int) -> "Flashes":
+        """Return sums of nothing."""
+        return cls(np.zeros((channels, bins), complex), np.zeros((channels, bins, MOMENTS)))
+
+    def __iadd__(self, other: "Flashes") -> "Flashes":
+        """Add other parts of the same target, in phase."""
+        self.pressure[...] += other.pressure
+        self.apart[...] += other.apart
+        return self
+
+    @property
+    def bins(self) -> Floats:
+        """Energy, and energy times place, of all parts together, shape (channels, bins, MOMENTS).
+
+        Facets cancel one another but for the flash: the energy of a bin is that of their sum, its place the mean of
+        theirs weighted by what each sends back. Bins do not interfere with one another.
+        """
+        energy, weight = np.abs(self.pressure) ** 2, self.apart[..., :1]
+        means = np.divide(self.apart, weight, out=np.zeros_like(self.apart), where=weight > 0)
+        return np.asarray(energy[..., None] * means)
+
+
+def add_flashes(sums: Flashes, start: float, rate: float, pairs: Pairs, stance: Stance) -> None:
+    """Add facets that interfere to the bins of their delays.
 
     Args:
-        bins: Added to in place, shape (channels, bins, MOMENTS), columns as in `insonify.synthesis._label_kernel`.
+        sums: Added to in place.
         start: Delay of the first bin [s].
         rate: Bins per second [Hz].
-        pairs: The facets of one target, and their pairs of legs.
+        pairs: Facets of one target, or of a part of it, and their pairs of legs.
         stance: The sonar at that ping.
     """
     i, j = pairs.pair.T
-    count = bins.shape[1]
+    count = sums.pressure.shape[1]
     bin_of = np.rint((pairs.out.delay[i] + pairs.back.delay[j] - start) * rate)
     level = float(amplitude_ratio(stance.source_level_db))
     sent = leg_weights(pairs.out, stance.transmit_beams, stance.frequency, level)
@@ -34,13 +69,13 @@ def add_flashes(bins: Floats, start: float, rate: float, pairs: Pairs, stance: S
     distance = np.linalg.norm(place - stance.receive_place, axis=1)
     grazing = (np.abs(pairs.out.grazing[i]) + np.abs(pairs.back.grazing[j])) / 2
     columns = [*np.broadcast_to(np.column_stack([place, distance]).T[:, None], (4, *bin_of.shape)), grazing]
-    for channel, mine in enumerate(bins):
+    for channel, (pressure, apart) in enumerate(zip(sums.pressure, sums.apart, strict=True)):
         weight = sent[channel % len(sent)][i] * heard[channel % len(heard)][j] * pairs.strength
         rows = (weight != 0) & (bin_of >= 0) & (bin_of < count)
-        which, told = bin_of[rows].astype(np.int64), weight[rows]
-        real, imaginary = (np.bincount(which, part, count) for part in (told.real, told.imag))
-        energy, apart = real**2 + imaginary**2, np.bincount(which, np.abs(told) ** 2, count)
-        mine[:, 0] += energy
-        for moment, column in zip(mine[:, 1:].T, columns, strict=True):
-            whole = np.bincount(which, np.abs(told) ** 2 * column[rows], count)
-            moment += energy * np.divide(whole, apart, out=np.zeros(count), where=apart > 0)
+        which, some = bin_of[rows].astype(np.int64), weight[rows]
+        pressure.real += np.bincount(which, some.real, count)
+        pressure.imag += np.bincount(which, some.imag, count)
+        energy = np.abs(some) ** 2
+        apart[:, 0] += np.bincount(which, energy, count)
+        for moment, column in zip(apart[:, 1:].T, columns, strict=True):
+            moment += np.bincount(which, energy * column[rows], count)

@@ -164,15 +164,37 @@ class Incoherent:
 
     def take_in_swath(self, energies: Energies, swath: Swath) -> None:
         """Add the mean intensity of all the ground of a part of a ping."""
-        stance, level = self.stance, float(amplitude_ratio(self.stance.source_level_db))
-        sent = _sizes(stance.transmit_beams, swath)
-        swept = swept_axes(stance)
-        heard = sent if stance.alike and swept is None else _sizes(stance.receive_beams, swath, swept)
+        sizes = self.swath_sizes(swath)
+        self.add_swath(energies, swath, *sizes)
+        if len(swath.meeting):
+            self.add_fringes(energies, swath, *sizes)
+
+    def swath_sizes(self, swath: Swath) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Sizes of all legs of a swath times the gains of the transmit and of the receive beam [1], (f, n) each."""
+        sent, swept = _sizes(self.stance.transmit_beams, swath), swept_axes(self.stance)
+        alike = self.stance.alike and swept is None
+        return sent, sent if alike else _sizes(self.stance.receive_beams, swath, swept)
+
+    def add_swath(
+        self, energies: Energies, swath: Swath, sent: NDArray[np.float32], heard: NDArray[np.float32]
+    ) -> None:
+        """Add the energies of all pairs of a swath, without what pairs that arrive within one pulse have in common."""
+        level = float(amplitude_ratio(self.stance.source_level_db))
         kept, mean = self.perturbation.kept_interference, self.perturbation.mean_energy
         pairs = swath.delay, sent, heard, swath.pair, swath.count, swath.rows, swath.section
+        lay_pairs(
+            *pairs, level, kept, mean - kept, energies.cells[0], self.grid.first_time, self.grid.energy_rate
+        )  # fmt: skip
+
+    def add_fringes(
+        self, energies: Energies, swath: Swath, sent: NDArray[np.float32], heard: NDArray[np.float32]
+    ) -> None:
+        """Add what pairs of a swath that arrive within one pulse have in common, which may be less than nothing."""
+        stance, level = self.stance, float(amplitude_ratio(self.stance.source_level_db))
+        kept = self.perturbation.kept_interference
+        pairs = swath.delay, sent, heard, swath.pair, swath.count, swath.rows, swath.section
         cells = energies.cells[0], self.grid.first_time, self.grid.energy_rate
-        lay_pairs(*pairs, level, kept, mean - kept, *cells)
-        if len(swath.meeting) and kept > 0:
+        if kept > 0:
             likeness, _ = _likeness(self.table)
             lags = likeness, self.table.rate / LAGS_PER_CELL
             lay_fringes(*pairs, swath.amplitude, swath.meeting, level, kept, stance.frequency, *lags, *cells)

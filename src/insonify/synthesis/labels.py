@@ -5,40 +5,36 @@ smeared by the pulse as the recording is, but without interference. A shadow is 
 seabed is missing: the cut legs carry their own echo, as it would be if nothing cut them.
 """
 
-from dataclasses import dataclass, field
-from functools import reduce
-from operator import iadd
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.propagation.families import DIRECT, families_for
-from insonify.records.labels import NOBODY, LabelNames, Labels
+from insonify.propagation.families import families_for
+from insonify.records.labels import LabelNames, Labels
 from insonify.records.legs import SEABED, Legs, Status
 from insonify.records.pairs import Pairs
+from insonify.records.swath import Swath
 from insonify.scene.scatterers import Boundary
 from insonify.sonar.beam import Beams
 from insonify.synthesis._groups import add_groups
 from insonify.synthesis._label_kernel import MOMENTS, Grid, Points, add_places, lay_labels
-from insonify.synthesis.flashes import add_flashes
+from insonify.synthesis.flashes import Flashes, add_flashes
 from insonify.synthesis.incoherent import Energies, Incoherent, symmetric
-from insonify.synthesis.levels import ALL, CurveSet, pair_name
+from insonify.synthesis.label_series import STRAIGHT, labels_of, ringing
+from insonify.synthesis.label_sums import ALL, HIDDEN, MET, Kept, Key, Room
+from insonify.synthesis.levels import CurveSet, pair_name
+from insonify.synthesis.swath_labels import add_swath
 from insonify.units import intensity_ratio
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 Rows = NDArray[np.intp]
-Key = tuple[str, str]
-MET = "met:"
-"""Before the name of a pair: what counts for the pair, but for its owner only together with other pairs."""
-HIDDEN = "hidden"
-"""Stands for the pair where a key means what an owner hides."""
+GROUND_POINTS = 2.0
+"""Most points to a resolution cell along lines of the seabed, where the sound has other points [1]."""
 POINTS = 1.5
 """Most points to a resolution cell: sparse, off by a few tenths of a decibel where expectations are not [1]."""
-SURROUNDINGS = ("seabed", "surface", "water")
-"""Owners that are no target."""
-STRAIGHT = pair_name(DIRECT, DIRECT)
 
 
 def label_names(targets: tuple[str, ...], followed: tuple[str, ...], *, water: tuple[str, ...] = ()) -> LabelNames:
@@ -55,40 +51,6 @@ def label_names(targets: tuple[str, ...], followed: tuple[str, ...], *, water: t
     found = {pair_name(out, back) for names in kept for out in names for back in names}
     pairs = sorted(found, key=lambda name: (name.count("S") + name.count("B"), len(name), name))
     return LabelNames(("seabed", "surface", *targets), tuple(pairs))
-
-
-class Room(NamedTuple):
-    """Cells and bins of all pairs of one owner, side by side."""
-
-    own: Floats
-    """Energies that count for pair and owner, (channels, pairs, cells)."""
-    met: Floats
-    """Energies that count for the pair alone, likewise."""
-    bins: Floats
-    """Energies and places, (channels, pairs, bins, MOMENTS)."""
-
-
-@dataclass(frozen=True, slots=True)
-class Kept:
-    """What has been heard so far."""
-
-    curves: CurveSet
-    """Energies by (owner, pair), which count for both; by (owner, `ALL`) those that count for the owner, by (owner,
-    `MET` and pair) those that count for the pair."""
-    bins: dict[Key, Floats] = field(default_factory=dict)
-    """Energy and places by (owner, pair) and by (who cuts, `HIDDEN`), each (channels, bins, MOMENTS)."""
-    rooms: dict[tuple[str, tuple[str, ...]], Room] = field(default_factory=dict)
-    """Curves and bins of all owners and pairs, of which `curves` and `bins` are parts."""
-    nbytes: int = 0
-    """Size of all that one owner is likely to fill [bytes]."""
-
-    def __iadd__(self, other: "Kept") -> "Kept":
-        """Add what another has heard."""
-        curves = self.curves
-        curves += other.curves
-        for key, bins in other.bins.items():
-            self.bins[key] = self.bins[key] + bins if key in self.bins else bins
-        return self
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,6 +96,11 @@ class Labelling:
             self._lay(kept, (owner, name), part, out, back)
         if pairs.scatterers.boundary == "seabed" and STRAIGHT in parts:
             self._miss(kept, parts[STRAIGHT])
+
+    def take_in_swath(self, kept: Kept, swath: Swath) -> None:
+        """Add the ground of a part of a ping, and what hides of it."""
+        cutters = {SEABED: "seabed", **dict(enumerate(self.cutters))}
+        add_swath(kept, self.whole, swath, cutters)
 
     def _room(self, kept: Kept, owner: str, pairs: Pairs, names: tuple[str, ...]) -> Room | None:
         """Cells and bins for the pairs of a block, in the order of their names; None where these do not tell all.
@@ -207,12 +174,13 @@ class Labelling:
         """
         here, grid = self.whole.stance, self.whole.grid
         lead, tail = self._ringing
-        if key not in kept.bins:
-            kept.bins[key] = np.zeros((here.channel_count, grid.count + lead + tail, MOMENTS))
-        start = grid.start - lead / grid.sample_rate
+        shape, start = (here.channel_count, grid.count + lead + tail), grid.start - lead / grid.sample_rate
         if pairs.together:
-            add_flashes(kept.bins[key], start, grid.sample_rate, pairs, here)
+            flashes = kept.flashes.setdefault(key, Flashes.empty(*shape))
+            add_flashes(flashes, start, grid.sample_rate, pairs, here)
             return
+        if key not in kept.bins:
+            kept.bins[key] = np.zeros((*shape, MOMENTS))
         rows: Any = slice(None) if at is None else at
         place, strength = pairs.scatterers.position[rows], np.abs(pairs.strength[:, rows])
         for channel, bins in enumerate(kept.bins[key]):
@@ -242,96 +210,11 @@ class Labelling:
 
     @property
     def _ringing(self) -> tuple[int, int]:
-        """Samples for which the pulse is heard after, and before, an echo's delay."""
-        pulse, rate = self.whole.stance.pulse, self.whole.grid.sample_rate
-        return max(0, int(np.ceil(pulse.stop * rate))), max(0, int(np.ceil(-pulse.start * rate)))
-
-    def _smeared(self, bins: Floats) -> Floats:
-        """Bins as the pulse leaves them in the recording, along the last axis: (..., bins) to (..., samples)."""
-        lead, tail = self._ringing
-        pulse = np.abs(self.whole.stance.pulse.samples(np.arange(-tail, lead + 1) / self.whole.grid.sample_rate)) ** 2
-        rows = bins.reshape(-1, bins.shape[-1])
-        smeared = np.array([np.convolve(row, pulse, "valid") for row in rows])
-        return smeared.reshape(*bins.shape[:-1], self.whole.grid.count)
+        return ringing(self.whole)
 
     def series(self, kept: Kept) -> Labels:
         """The labels of the ping."""
-        by_owner, by_pair = self._intensities(kept.curves)
-        energy = {key: self._smeared(bins[..., 0]) for key, bins in kept.bins.items()}
-        silent = np.zeros(by_owner.shape[::2])
-        echo = {key: value for key, value in energy.items() if key[1] != HIDDEN}
-        there = sum(echo.values(), silent) > 0
-        missing = np.stack([energy.get((who, HIDDEN), silent) for who in self.names.owners])
-        highlight, ghost = self._targets(by_owner, echo, missing.sum(axis=0))
-        shadow = (missing.sum(axis=0) > energy.get(("seabed", STRAIGHT), silent)) & ~highlight
-        shadow_of = np.where(shadow, np.argmax(missing, axis=0), NOBODY).astype(np.uint8)
-        owner = np.where(there, np.argmax(by_owner, axis=1), NOBODY).astype(np.uint8)
-        place = self._places(kept.bins, energy, owner, shadow_of)
-        return Labels(
-            expected_intensity=by_owner.sum(axis=1),
-            owner_intensity=by_owner,
-            pair_intensity=by_pair,
-            strongest_owner=owner,
-            strongest_pair=np.where(there, np.argmax(by_pair, axis=1), NOBODY).astype(np.uint8),
-            highlight=highlight,
-            shadow=shadow,
-            ghost=ghost,
-            shadow_of=shadow_of,
-            place=np.moveaxis(place[:3], 0, -1),
-            distance=place[3],
-            grazing=place[4],
-        )
-
-    def _intensities(self, curves: CurveSet) -> tuple[Floats, Floats]:
-        """Expected intensity by owner, (channels, owners, samples), and by pair alone, (channels, pairs, samples)."""
-        shape = self.whole.stance.channel_count, self.whole.grid.count
-        silent = np.zeros(shape)
-
-        def heard(parts: list[Energies]) -> Floats:
-            return self.whole.series(reduce(iadd, parts, self.whole.silence())) if parts else silent
-
-        def both(name: str) -> list[Energies]:
-            return [value for (_, key), value in curves.items() if key in (name, MET + name)]
-
-        by_owner = [
-            heard([value for (who, key), value in curves.items() if who == owner and not key.startswith(MET)])
-            for owner in self.names.owners
-        ]
-        by_pair = [heard(both(name)) for name in self.names.pairs]
-        return np.stack(by_owner, axis=1), np.stack(by_pair, axis=1)
-
-    def _targets(
-        self, by_owner: Floats, echo: dict[Key, Floats], missing: Floats
-    ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Highlights and ghosts: samples of which targets make at least half, noise included; by which paths.
-
-        A highlight is no fainter than the echo of the ground that is missing there: it would pass for a shadow.
-        """
-        silent = np.zeros(by_owner.shape[::2])
-        target = np.array([name not in SURROUNDINGS for name in self.names.owners])
-        mine = by_owner[:, target].sum(axis=1)
-        most = (mine > 0) & (mine >= by_owner[:, ~target].sum(axis=1) + self.noise)
-        parts = {True: silent, False: silent}
-        for (who, pair), value in echo.items():
-            if who not in SURROUNDINGS:
-                parts["S" in pair] = parts["S" in pair] + value
-        ghost = parts[True] > parts[False]
-        return most & ~ghost & (mine >= missing), most & ghost
-
-    def _places(
-        self, bins: dict[Key, Floats], energy: dict[Key, Floats], owner: NDArray[np.uint8], shadow_of: NDArray[np.uint8]
-    ) -> Floats:
-        """North, east, depth, distance, grazing of each sample, (5, channels, samples); NaN where nobody is heard."""
-        place, loudest = np.full((MOMENTS - 1, *owner.shape), np.nan), np.zeros(owner.shape)
-        for key, value in energy.items():
-            row = self.names.owners.index(key[0])
-            mine = (shadow_of == row) if key[1] == HIDDEN else (owner == row) & (shadow_of == NOBODY)
-            wins = mine & (value > loudest)
-            if wins.any():
-                loudest = np.where(wins, value, loudest)
-                means = self._smeared(np.moveaxis(bins[key][..., 1:], -1, 0))
-                place[:, wins] = means[:, wins] / value[wins]
-        return place
+        return labels_of(kept, self.whole, self.names, self.noise)
 
 
 def _power(weight: Complexes) -> Floats:

@@ -1,0 +1,43 @@
+"""Parts that a ping's work is shared into: fixed, so that sums do not depend on the number of threads."""
+
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any, Protocol
+
+import numpy as np
+
+from insonify.engines.skyline import Remembered
+
+CHUNKS = 16
+"""Parts that a ping's blocks are shared into: fixed, so that sums do not depend on the number of threads."""
+PARTS_BYTES = 64 << 20
+"""Memory beyond which there are fewer parts, down to `LEAST_PARTS`: to add them up costs time too [bytes]."""
+LEAST_PARTS = 2
+
+
+class Pool(Protocol):
+    """Who does the parts of a ping: a `ThreadPoolExecutor`, or `Alone`."""
+
+    def map(self, fn: Callable[[Any], Any], things: Iterable[Any], /) -> Iterator[Any]:
+        """What a function makes of each thing, in their order."""
+
+
+class Alone:
+    """One thread, which does the parts of a ping one after the other."""
+
+    def __init__(self) -> None:
+        """Ready for one ping."""
+        self.skylines = Remembered(4)
+        """Terrain occlusion at that ping, shared by its sound and its labels."""
+
+    def map(self, fn: Callable[[Any], Any], things: Iterable[Any], /) -> Iterator[Any]:
+        """What a function makes of each thing, one when it is asked for."""
+        return map(fn, things)
+
+
+def parts_of(size: int) -> int:
+    """Parts that a ping's blocks are shared into: fewer where each holds a large array's sound.
+
+    Args:
+        size: What one part holds [bytes].
+    """
+    return int(np.clip(PARTS_BYTES // max(size, 1), LEAST_PARTS, CHUNKS))

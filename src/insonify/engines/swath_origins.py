@@ -1,0 +1,128 @@
+"""What labels ask of a swath besides its energies: where its points lie, and which direct legs are cut, and by what."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines._origin_kernel import grazing_angles, positions
+from insonify.engines.swath_plan import Plan
+from insonify.engines.swath_window import Listed
+from insonify.propagation.families import DIRECT
+from insonify.records.legs import SEABED, Legs, Status
+from insonify.records.swath import Origins
+from insonify.sonar.stance import Stance
+
+Floats = NDArray[np.float64]
+Singles = NDArray[np.float32]
+Rows = NDArray[np.int64]
+
+
+class Walked(NamedTuple):
+    """Columns of the points of some lines, n of them, as `_swath_kernel.walk` fills them."""
+
+    first: Rows
+    """First point of each line, (s + 1,)."""
+    place: Floats
+    """Horizontal distance and depth [m], (2, n)."""
+    normal: Singles
+    """Unit normal into the water, (3, n)."""
+    arrival: Singles
+    """Direction of travel at the points, (f, 3, n)."""
+    rows: NDArray[np.int32]
+    """Points of each pair, (p, any)."""
+    found: Rows
+    """How many they are, (p,)."""
+
+
+class Shaded(NamedTuple):
+    """Legs to points in reach of targets, and what targets leave of them."""
+
+    points: Rows
+    """Which points, (k,)."""
+    visibility: NDArray[Any]
+    """Pressure ratio [1], (f, k)."""
+    legs: Legs
+    """The same legs with the reason and the target that cuts them."""
+
+
+def unlit(plan: Plan, walked: Walked, amplitude: NDArray[np.complex64]) -> Rows:
+    """Places in the row of the direct pair of points that no direct leg reaches, before targets are asked."""
+    straight, direct = straight_rows(plan)
+    if straight < 0:
+        return np.zeros(0, np.int64)
+    return np.flatnonzero(amplitude[direct][walked.rows[straight, : walked.found[straight]]] == 0)
+
+
+def straight_rows(plan: Plan) -> tuple[int, int]:
+    """Row of the pair of two direct legs, and of the direct leg; -1 for none."""
+    if DIRECT not in plan.families:
+        return -1, -1
+    direct = plan.families.index(DIRECT)
+    pair = np.flatnonzero((plan.thinning.pair == direct).all(axis=1))
+    return (int(pair[0]) if len(pair) else -1), direct
+
+
+def origins(
+    plan: Plan, stance: Stance, part: Listed, walked: Walked, dark: Rows, shaded: Shaded | None
+) -> Origins:  # fmt: skip
+    """Places of the points of some lines, and their cut direct legs.
+
+    Args:
+        plan: What all such pings have in common.
+        stance: The sonar at this ping.
+        part: The lines.
+        walked: Their points.
+        dark: As from `unlit`.
+        shaded: What targets cut; None: nothing.
+    """
+    count, here = int(walked.first[-1]), stance.transmit_place
+    position = np.empty((3, count))
+    positions(here[0], here[1], walked.first, part.lists.first[part.taken], part.lists.ahead, walked.place, position)
+    grazing = np.empty((len(plan.families), count), np.float32)
+    grazing_angles(walked.arrival[:, :, :count], walked.normal[:, :count], grazing)
+    straight, direct = straight_rows(plan)
+    cut, lost, cutter = _cut(walked, dark, shaded, straight, direct)
+    free = np.zeros(0, np.complex64)
+    if len(cut):
+        free, there = _free(plan, stance, walked, walked.rows[straight, cut], direct)
+        cut, free, lost, cutter = cut[there], free[there], lost[there], cutter[there]
+    return Origins(plan.families, position, grazing, direct, straight, cut, free, lost, cutter)
+
+
+def _cut(
+    walked: Walked, dark: Rows, shaded: Shaded | None, straight: int, direct: int
+) -> tuple[Rows, Floats, NDArray[np.int16]]:
+    """Points of the direct pair whose leg the ground or a target cuts, the part that is lost, and what cuts."""
+    lost, cutter = np.ones(len(dark)), np.full(len(dark), SEABED, np.int16)
+    if shaded is None or straight < 0:
+        return dark, lost, cutter
+    count = int(walked.found[straight])
+    place = np.full(int(walked.first[-1]), -1, np.int64)
+    place[walked.rows[straight, :count]] = np.arange(count)
+    mine = np.flatnonzero(shaded.legs.status[direct] == Status.OCCLUDED)
+    mine = mine[place[shaded.points[mine]] >= 0]
+    behind, unlit_too = place[shaded.points[mine]], np.zeros(count, bool)
+    unlit_too[dark] = True
+    left = np.abs(shaded.visibility[direct, mine]) ** 4
+    taken = np.where(unlit_too[behind], 1.0, np.maximum(1 - left, 0.0))
+    unlit_too[behind] = False
+    rest = unlit_too[dark]
+    return (
+        np.concatenate([dark[rest], behind]), np.concatenate([lost[rest], taken]),
+        np.concatenate([cutter[rest], shaded.legs.occluder[direct, mine]]).astype(np.int16),
+    )  # fmt: skip
+
+
+def _free(
+    plan: Plan, stance: Stance, walked: Walked, points: NDArray[np.int32], direct: int
+) -> tuple[NDArray[np.complex64], NDArray[np.bool_]]:
+    """Amplitudes of direct legs to some points as if nothing cut them, and which of these faces look at the sonar."""
+    reach, depth = walked.place[:, points]
+    slant = np.hypot(reach, depth - plan.images[direct])
+    facing = -np.einsum("cm,cm->m", walked.arrival[direct][:, points], walked.normal[:, points]).astype(float)
+    free = np.exp2(-plan.loss * slant) / slant
+    if plan.factor.size:
+        steps = np.linspace(0, 1, plan.factor.size)
+        free *= np.sqrt(np.interp(np.sqrt(np.clip(1 - facing, 0, 1)), steps, plan.factor))
+    return free.astype(np.complex64), (facing > 0) & (depth > 0)

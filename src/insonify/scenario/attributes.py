@@ -1,0 +1,23 @@
+"""What describes a recording as a whole."""
+
+from importlib.metadata import version
+from typing import Any
+
+from insonify.scenario.citations import citations
+from insonify.scenario.georeference import georeference
+from insonify.scenario.scenario import Scenario
+from insonify.scenario.write import to_yaml
+
+
+def attributes(scenario: Scenario) -> dict[str, Any]:
+    """What describes a recording as a whole: the scenario itself, and what it rests on."""
+    return {
+        "title": scenario.title,
+        "scenario": to_yaml(scenario),
+        "seed": scenario.seed,
+        "version": version("insonify"),
+        "centre_frequency": scenario.sonar.pulse.frequency,
+        "centre_frequency_units": "Hz",
+        "citations": citations(scenario),
+        **georeference(scenario),
+    }

@@ -1,0 +1,150 @@
+"""Energies and places of the points of a swath by delay, and as the pulse smears them. Plain numbers and arrays only.
+
+Bins are those of `_label_kernel`: energy, then energy times north, east, depth, distance and grazing angle.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Singles = NDArray[np.float32]
+Integers = NDArray[Any]
+
+BLOCK = 512
+"""Energies that are worked out before they are laid down: few enough for the nearest cache."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def lay_energies(
+    bins: Floats, start: float, rate: float, delay: Floats, energy: Floats, points: Integers, position: Floats,
+    out: Singles, back: Singles, receiver: Floats,
+) -> None:  # fmt: skip
+    """Add energies, and energies times places, to the two bins beside each delay.
+
+    Args:
+        bins: Added to in place, (bins, MOMENTS).
+        start: Delay of the first bin [s].
+        rate: Bins per second [Hz].
+        delay: Out and back [s], (m,).
+        energy: Energies [uPa^2], (m,).
+        points: Point that each comes from, (m,).
+        position: North, east, depth of the points [m], (3, n).
+        out: Grazing angle of the legs out at the points [rad], (n,).
+        back: Grazing angle of the legs back, (n,).
+        receiver: North, east, depth of the receiver [m], (3,).
+    """
+    last = bins.shape[0] - 1
+    for k in range(delay.size):
+        at = (delay[k] - start) * rate
+        if not (energy[k] > 0 and 0 <= at < last):
+            continue
+        n, b = points[k], int(at)
+        north, east, down = position[0, n], position[1, n], position[2, n]
+        x, y, z = north - receiver[0], east - receiver[1], down - receiver[2]
+        away, grazing = math.sqrt(x * x + y * y + z * z), 0.5 * (np.float64(out[n]) + back[n])
+        more = (at - b) * energy[k]
+        less = energy[k] - more
+        one, two = bins[b], bins[b + 1]
+        one[0] += less
+        one[1] += less * north
+        one[2] += less * east
+        one[3] += less * down
+        one[4] += less * away
+        one[5] += less * grazing
+        two[0] += more
+        two[1] += more * north
+        two[2] += more * east
+        two[3] += more * down
+        two[4] += more * away
+        two[5] += more * grazing
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def lay_places(
+    delay: Floats, sent: Singles, heard: Singles, pair: Integers, count: Integers, rows: Integers,
+    section: NDArray[Any], level: float, kept: float, apart: float, bins: Floats, start: float, rate: float,
+    position: Floats, grazing: Singles, receiver: Floats,
+) -> None:  # fmt: skip
+    """Energies and places of all that a swath sends back, pair by pair; energies are those of `lay_pairs`.
+
+    Args:
+        delay: As of `_swath_energies.lay_pairs`, like all up to `apart`.
+        sent: Size of each leg times the gain of the transmit beam [1], (f, n).
+        heard: Size of each leg times the gain of the receive beam [1], (f, n).
+        pair: Rows of two legs, (p, 2).
+        count: Points of each pair, (p,).
+        rows: Which they are, (p, any).
+        section: Cross section times area [m^2], (p, any).
+        level: Pressure of the source at 1 m [uPa].
+        kept: Part of interference that jitter leaves [1].
+        apart: Energy of each replica that does not interfere [1].
+        bins: Added to in place, (p, bins, MOMENTS).
+        start: Delay of the first bin [s].
+        rate: Bins per second [Hz].
+        position: North, east, depth of the points [m], (3, n).
+        grazing: Grazing angles of the legs at the points [rad], (f, n).
+        receiver: North, east, depth of the receiver [m], (3,).
+    """
+    late, energy = np.empty((2, BLOCK))
+    square = level * level
+    for p in range(pair.shape[0]):
+        i, j = pair[p, 0], pair[p, 1]
+        other = 0.0 if i == j else 1.0
+        for begin in range(0, count[p], BLOCK):
+            m = min(BLOCK, count[p] - begin)
+            some, ground = rows[p, begin : begin + m], section[p, begin : begin + m]
+            for k in range(m):
+                n = some[k]
+                there = np.float64(sent[i, n]) * heard[j, n]
+                back = other * np.float64(sent[j, n]) * heard[i, n]
+                late[k] = delay[i, n] + delay[j, n]
+                energy[k] = kept * (there + back) * (there + back) + apart * (there * there + back * back)
+                energy[k] *= square * ground[k]
+            lay_energies(
+                bins[p], start, rate, late[:m], energy[:m], some, position, grazing[i], grazing[j], receiver
+            )  # fmt: skip
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+def smear(energy: Floats, pulse: Floats, out: Floats) -> None:
+    """Fill in what a pulse makes of energies: sums over the bins that each sample hears.
+
+    Args:
+        energy: Energies by delay, (bins,).
+        pulse: Energy of the pulse at the lag of each bin, the first bin first [1], (bins - samples + 1,).
+        out: Result, (samples,).
+    """
+    out[:] = 0.0
+    for k in range(pulse.size):
+        part = pulse[k]
+        if part > 0.0:
+            for n in range(out.size):
+                out[n] += part * energy[n + k]
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+def smear_places(bins: Floats, pulse: Floats, samples: Integers, out: Floats) -> None:
+    """Fill in the mean place of what some samples hear, weighted by energy.
+
+    Args:
+        bins: Energies and places by delay, (bins, MOMENTS).
+        pulse: As of `smear`.
+        samples: Which samples, (m,).
+        out: Result, (MOMENTS - 1, m).
+    """
+    for m in range(samples.size):
+        energy, north, east, down, away, grazing = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for k in range(pulse.size):
+            row, part = bins[samples[m] + k], pulse[k]
+            energy += part * row[0]
+            north += part * row[1]
+            east += part * row[2]
+            down += part * row[3]
+            away += part * row[4]
+            grazing += part * row[5]
+        out[0, m], out[1, m], out[2, m] = north / energy, east / energy, down / energy
+        out[3, m], out[4, m] = away / energy, grazing / energy
