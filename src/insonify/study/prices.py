@@ -7,7 +7,7 @@ START_SECONDS = 2.8
 """Start of a run: libraries, validation, kernels read from their cache [s]."""
 PING_SECONDS = 4e-3
 """Share of each ping and side that does not depend on its scatterers [s]."""
-WRITE_SECONDS, LABEL_WRITE_SECONDS = 1.5e-3, 40e-3
+WRITE_SECONDS, LABEL_WRITE_SECONDS = 1.5e-3, 1.8e-3
 """One ping written to disk, and its labels [s]."""
 SECONDS_PER_LEG, SECONDS_PER_PAIR = 0.06e-6, 0.06e-6
 """One leg, and one pair in one channel [s]."""
@@ -41,6 +41,8 @@ SECONDS_PER_RAY = 6.5e-6
 """One ray of the tracer, followed to its end [s]."""
 SECONDS_PER_PIECE = 1.8e-6
 """One of the pieces that bodies are cut into, once, before points are laid on them [s]."""
+LABEL_SWATH_SECONDS, SECONDS_PER_LABEL_STEP_LEG = 2e-3, 0.09e-6
+"""Labels of the seabed by the fast path, more than its energies: for any ping and side, for each leg to a step [s]."""
 SECONDS_PER_LABEL = 0.15e-6
 """One pair in one channel, labelled [s]."""
 SECONDS_PER_SLICE = 0.02

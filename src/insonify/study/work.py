@@ -93,13 +93,13 @@ def label_work(listening: Listening) -> Work:
     paths = scenario.paths.unchecked_copy(scatterers_per_cell=fewer, engine="paths")
     # unchecked: an expectation's work is counted, though sub-bands and the like are for pressures
     expected = replace(listening, scenario=scenario.unchecked_copy(field="incoherent", paths=paths), tracer=None)
-    total = sum(
-        (_boundaries(expected, side, label=True) + _water(expected, side, label=True) for side in listening.stances(0)),
-        Work(),
-    )
-    total += _on_targets(expected, label=True)
-    names = listening.label_names
-    curves = (len(names.owners) + len(names.pairs)) * scenario.sonar.channel_count
+    total, names, apart = _on_targets(expected, label=True), listening.label_names, False
+    for side in listening.stances(0):
+        fast = _label_swath(listening, side)
+        total += _boundaries(expected, side, label=True, seabed=fast is None) + _water(expected, side, label=True)
+        total, apart = total + (fast or Work()), apart or fast is None
+    # by the fast path pairs share the owner's curve out
+    curves = (len(names.owners) + len(names.pairs) * apart) * scenario.sonar.channel_count
     return Work(total.points, total.seconds + curves * transform_seconds(listening, expected=True), total.tiles)
 
 
@@ -149,18 +149,17 @@ def _slice(listening: Listening, stance: Stance) -> Work:
     return total
 
 
-def _boundaries(listening: Listening, stance: Stance, *, label: bool = False) -> Work:
-    """Scatterers of the seabed and the surface."""
+def _boundaries(listening: Listening, stance: Stance, *, label: bool = False, seabed: bool = True) -> Work:
+    """Scatterers of the seabed, unless it is counted apart, and of the surface."""
     scenario, total = listening.scenario, Work()
     seen = view(listening.engine.scene, scenario.paths, scenario.seed, stance, listening.engine.rays)
     found: list[tuple[Boundary, float]] = [("seabed", scenario.seabed.depth), ("surface", 0.0)]
     for boundary, level in found:
         kept, law = families_for(boundary, scenario.paths.followed), _law(scenario, boundary)
-        if boundary not in scenario.paths.causes or law is None or not kept:
+        if boundary not in scenario.paths.causes or law is None or not kept or (boundary == "seabed" and not seabed):
             continue
         if boundary == "seabed" and not label and (steps := _quick_steps(listening, stance)) is not None:
-            price = prices.SECONDS_PER_STEP + len(kept) * prices.SECONDS_PER_STEP_LEG
-            total += Work(steps, prices.SECONDS_PER_SWATH + steps * price)
+            total += Work(steps, _swath_seconds(steps, len(kept)))
             continue
         points, place, tiles = _on_boundary(
             stance, level, listening.engine.rays, kept, seen.resolution, scenario, seen.rise(boundary)
@@ -171,6 +170,26 @@ def _boundaries(listening: Listening, stance: Stance, *, label: bool = False) ->
         count = float(points.sum())
         total += Work(count, legs + pairs * each + count * prices.SECONDS_PER_GROUND * relief, tiles)
     return total
+
+
+def _swath_seconds(steps: float, families: int) -> float:
+    """Processor time of the fast reverberation path for so many steps and families of legs [s]."""
+    price = prices.SECONDS_PER_STEP + families * prices.SECONDS_PER_STEP_LEG
+    return prices.SECONDS_PER_SWATH + steps * price
+
+
+def _label_swath(listening: Listening, stance: Stance) -> Work | None:
+    """Work of labels on the seabed by the fast path, of one side; None where they do not take it."""
+    scenario = listening.scenario
+    kept = families_for("seabed", scenario.paths.followed)
+    if "seabed" not in scenario.paths.causes or not kept or not listening.incoherent(stance).brief:
+        return None
+    ground = listening.label_ground(stance)
+    if ground is None:
+        return None
+    steps = float(ground.plan.steps)
+    seconds = prices.LABEL_SWATH_SECONDS + steps * len(kept) * prices.SECONDS_PER_LABEL_STEP_LEG
+    return Work(steps, seconds + (0.0 if listening.shares_ground else _swath_seconds(steps, len(kept))))
 
 
 def _law(scenario: Scenario, boundary: Boundary) -> object:
@@ -269,7 +288,7 @@ def _on_targets(listening: Listening, *, label: bool = False) -> Work:
     for stance in (side for ping in pings for side in listening.stances(ping)):
         seen = view(scene, scenario.paths, scenario.seed, stance, listening.engine.rays)
         pieces = pieces or solid_pieces(scene, stance, seen.resolution)
-        drawn = seen.resolution if scenario.field == "coherent" else None
+        drawn = seen.resolution if scenario.field == "coherent" or label else None  # labels take as few points
         asked, facing = target_count(scene, scenario.paths, stance, seen.resolution.slant, listening.engine.rays, drawn)
         total += asked
         fullest = max(fullest, (asked, stance), key=lambda one: one[0])
