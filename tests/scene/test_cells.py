@@ -6,7 +6,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from insonify.scene import shapes
-from insonify.scene.cells import LONGEST, halved, surface_cells
+from insonify.scene.cells import (
+    LONGEST,
+    MANY_PIECES,
+    MOST_PIECES,
+    halved,
+    pieces_about,
+    pieces_by_halving,
+    surface_cells,
+)
 
 SHAPES = {
     "sphere": shapes.sphere(1.0),
@@ -132,3 +140,27 @@ def test_pieces_are_at_most_a_cell_and_a_half_long():
     sides = np.linalg.norm(np.roll(cells.corners, -1, axis=1) - cells.corners, axis=2)
     assert sides.max() <= LONGEST * 0.2
     assert cells.ends[-1] == 1.0 and np.all(np.diff(cells.ends) >= 0)
+
+
+@pytest.mark.parametrize("length", [9.0, 27.0])
+def test_pieces_of_a_long_body_grow_with_its_length(length):
+    """A pile of 96 slivers a side: no more than twice as many pieces as cells of its length, and told beforehand."""
+    pile, longest = shapes.cylinder(length, 0.6), 0.045
+    assert pieces_by_halving(pile.corners, longest) > 2 * MANY_PIECES
+    pieces = halved(pile.corners, longest)
+    slivers = np.count_nonzero(np.ptp(pile.corners[..., 0], axis=1) > 0)
+    assert len(pieces) < 2.1 * slivers * length / (longest - np.pi * 0.6 / 96) + 50_000
+    assert len(pieces) == pytest.approx(pieces_about(pile.corners, longest), rel=0.2)
+    sides = np.linalg.norm(np.roll(pieces, -1, axis=1) - pieces, axis=2)
+    assert sides.max() <= longest * (1 + 1e-9)
+    assert area_of(pieces).sum() == pytest.approx(pile.area.sum(), rel=1e-12)
+    across = np.cross(pieces[:, 1] - pieces[:, 0], pieces[:, 2] - pieces[:, 0])
+    assert np.einsum("ij,ij->", across, pieces[:, 0]) / 6 == pytest.approx(pile.volume, rel=1e-9)
+
+
+def test_however_long_a_body_its_pieces_are_bounded():
+    """A pipe of 2 km in cells of 1 cm: no more pieces than the most, and the whole of its area."""
+    pipe = shapes.cylinder(2000.0, 0.6)
+    pieces = halved(pipe.corners, 0.015)
+    assert len(pieces) <= MOST_PIECES
+    assert area_of(pieces).sum() == pytest.approx(pipe.area.sum(), rel=1e-9)

@@ -45,16 +45,22 @@ def rows_in_reach(position: Floats, normal: Floats, sight: Sight, run: int) -> N
     away = np.linalg.norm(position - np.repeat(middle, count, axis=0), axis=1)
     radius = np.maximum.reduceat(away, starts)
     kept = np.flatnonzero(np.repeat(sight.reaches(middle, radius), count))
-    return kept[_facing(position[kept], normal[kept], sight)]
+    return kept[facing(position[kept], normal[kept], sight)]
 
 
-def _facing(place: Floats, normal: Floats, sight: Sight) -> NDArray[np.bool_]:
-    """True for points whose face looks at some image of both ends, shape (n,)."""
-    both = np.ones(len(place), bool)
+def facing(position: Floats, normal: Floats, sight: Sight) -> NDArray[np.bool_]:
+    """True for points on faces that are turned to some image of both ends, shape (n,).
+
+    Args:
+        position: Positions of points on the faces of one target [m], shape (n, 3).
+        normal: Unit normals of the faces there, shape (n, 3).
+        sight: The sonar as the target sees it.
+    """
+    both = np.ones(len(position), bool)
     for places in sight.images:
-        seen = np.zeros(len(place), bool)
+        seen = np.zeros(len(position), bool)
         for image in places:
-            ray = image - place
+            ray = image - position
             seen |= np.einsum("nk,nk->n", ray, normal) > -sight.aside * np.linalg.norm(ray, axis=1)
         both &= seen
     return both

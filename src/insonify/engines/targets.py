@@ -4,6 +4,7 @@ Cells follow from the closest approach of the whole track and from the slowest w
 ping's distance or from the speed of sound at its depth, so that a place on a target has the same phase in every ping.
 """
 
+from collections.abc import Callable
 from functools import lru_cache, partial
 from typing import NamedTuple
 
@@ -11,18 +12,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines._grain_kernel import ELONGATED
+from insonify.engines.drawn_bodies import DrawnBodies
 from insonify.engines.faces import sight_of, smooth_facets
 from insonify.engines.glint_spread import glint_spread
 from insonify.engines.patches import Sight
 from insonify.engines.sampling import Resolution, beam_bound, survey_speed
-from insonify.engines.target_reach import FEW, RUN, in_reach, rows_in_reach
+from insonify.engines.target_reach import FEW, RUN, facing, in_reach, rows_in_reach
 from insonify.propagation.choice import PathChoice
 from insonify.propagation.families import families_for
 from insonify.propagation.images import StraightRays
 from insonify.propagation.rays import Rays
 from insonify.propagation.rims import rims
-from insonify.scene.box import box_body, box_scatterers, box_section
-from insonify.scene.cells import LONGEST, MOST_PIECES, even_points
+from insonify.scene.box import Reaches, box_body, box_cells, box_scatterers, box_section
+from insonify.scene.cells import LONGEST, even_points, pieces_about
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene, depth_under, point_scatterer
 from insonify.scene.seabed import Seabed
@@ -77,27 +79,22 @@ def target_points(
     """
     fully = even and not (resolution is not None and resolution.sparse)
     cells = None if fully or choice.geometry == "slice" else resolution
-    if choice.geometry == "slice":
-        solids = iter(_solid_sections(scene, seed, stance, slant, even=even))
-    else:
-        pitches = tuple(_solid_pitch(scene, solid, stance, slant, cells) for solid in scene.solids)
-        solids = iter(_drawn_solids(scene.solids, scene.seabed, seed, pitches, len(scene.boxes), even))
     found = []
     for target in scene.targets:
         if isinstance(target, PointTarget):
             found.append(point_scatterer(target))
             continue
-        if isinstance(target, Box) and target.upright:
-            points = _box_points(scene, choice, seed, stance, slant, target, cells, even=even)
+        if not _may_be_heard(target, scene, stance):
+            continue
+        if choice.geometry == "slice":
+            points = _section(scene, seed, stance, slant, target, even=even)
+        elif _within_beams(scene, target, choice, stance, rays):
+            sight = partial(sight_of, scene, target, choice, stance, slant, rays)
+            points = _points_of(scene, seed, stance, slant, target, cells, sight, even=even)
         else:
-            points = next(solids)
-        near = _may_be_heard(target, scene, stance)
-        if near and choice.geometry != "slice":
-            near = _within_beams(scene, target, choice, stance, rays)
-        if near:
-            whole = choice.geometry == "slice" or len(points) <= FEW
-            found.append(points if whole else in_reach(points, sight_of(scene, target, choice, stance, slant, rays)))
-        if target.smooth and near and len(points):
+            continue
+        found.append(points)
+        if target.smooth and len(points):
             found.append(smooth_facets(scene, target, choice, stance, slant, rays))
     return found
 
@@ -174,8 +171,6 @@ def _coarse(target: Solid, seabed: Seabed) -> tuple[Floats, Floats]:
 def solid_pieces(scene: Scene, stance: Stance, resolution: Resolution) -> list[float]:
     """Pieces that each solid of a scene is cut into before points are laid on it [1], about.
 
-    A sliver that is halved across its longest side leaves three of half its length, of its width or half of it.
-
     Args:
         scene: The scene.
         stance: The sonar.
@@ -184,9 +179,7 @@ def solid_pieces(scene: Scene, stance: Stance, resolution: Resolution) -> list[f
     found = []
     for solid in scene.solids:
         longest = LONGEST * _solid_pitch(scene, solid, stance, resolution.slant, resolution)
-        corners = world_triangles(solid, scene.seabed).corners
-        sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max(axis=1)
-        found.append(min(float(np.sum(np.maximum(sides / longest, 1.0) ** np.log2(3.0))), float(MOST_PIECES)))
+        found.append(pieces_about(world_triangles(solid, scene.seabed).corners, longest))
     return found
 
 
@@ -201,42 +194,63 @@ def _cells(scene: Scene, target: Solid, stance: Stance, slant: float, resolution
     return np.full(len(surface.faces), side**2)
 
 
-@lru_cache(maxsize=4)
-def _drawn_solids(
-    solids: tuple[Solid, ...], seabed: Seabed, seed: int, pitches: tuple[float, ...], before: int, even: bool
-) -> tuple[Scatterers, ...]:
-    """The points of all solids of a scene: every ping wants the same."""
-    return tuple(
-        solid_scatterers(solid, seabed, seed, pitch, before + row, even=even)
-        for row, (solid, pitch) in enumerate(zip(solids, pitches, strict=True))
-    )
+_KEPT = DrawnBodies()
 
 
-@lru_cache(maxsize=8)
-def _drawn_box(
-    box: Box, seabed: Seabed, base: float, seed: int, pitch: float, rise: float, occluder: int, even: bool
-) -> Scatterers:
-    """The points of an upright box that are above the ground: every ping wants the same."""
-    whole = box_scatterers(box, base, seed, pitch, occluder, rise=rise, even=even)
+def _points_of(
+    scene: Scene, seed: int, stance: Stance, slant: float, target: Solid, cells: Resolution | None,
+    sight: Callable[[], Sight], *, even: bool,
+) -> Scatterers:  # fmt: skip
+    """Points of a body that one ping can receive; all of them where they are few.
+
+    Args:
+        scene: The scene.
+        seed: Seed of the scenario.
+        stance: The sonar at this ping.
+        slant: Resolution along the slant range [m].
+        target: The body.
+        cells: Resolution cells that limit the number of points; None: no limit.
+        sight: Makes the sonar as the body sees it.
+        even: Points laid out evenly for an expectation, or drawn ones.
+    """
+    row = scene.occluders.index(target)
+    if isinstance(target, Box) and target.upright:
+        pitch, rise = _box_cells(scene, target, stance, slant, cells)
+        key = target, scene.seabed, scene.depth_under(target), seed, pitch, rise, row, even
+        if box_cells(target, scene.depth_under(target), pitch, rise) > FEW:
+            seen = sight()
+            points = _box_points(*key, reaches=seen.reaches)
+            return points.take(facing(points.position, points.normal, seen))
+        return _KEPT.get(key, partial(_box_points, *key))
+    pitch = _solid_pitch(scene, target, stance, slant, cells)
+    draw = partial(solid_scatterers, target, scene.seabed, seed, pitch, row, even=even)
+    points = _KEPT.get((target, scene.seabed, seed, pitch, row, even), draw)
+    return in_reach(points, sight()) if len(points) > FEW else points
+
+
+def _box_points(
+    box: Box, seabed: Seabed, base: float, seed: int, pitch: float, rise: float, occluder: int, even: bool,
+    reaches: Reaches | None = None,
+) -> Scatterers:  # fmt: skip
+    """Points of an upright box above the seabed, of the parts of its faces that are in reach."""
+    whole = box_scatterers(box, base, seed, pitch, occluder, rise=rise, even=even, reaches=reaches)
     if not seabed.relief:
         return whole
     place = whole.position
     return whole.take(place[:, 2] < ground_depth(seabed, place[:, :2]))
 
 
-def _solid_sections(
-    scene: Scene, seed: int, stance: Stance, slant: float, *, even: bool
-) -> tuple[Scatterers, ...]:  # fmt: skip
-    """The points of all solids of a scene that a slice meets, each standing for the part that the beam covers."""
-    here, made = stance.transmit_place, []
-    for row, solid in enumerate(scene.solids, len(scene.boxes)):
-        distance = float(np.linalg.norm(np.array(solid.position) - here[:2]))
-        pitch = _rise(scene, solid, stance, min(slant, *_extent(scene, solid)) / FACE_CELLS)
-        made.append(
-            solid_section(solid, scene.seabed, seed, pitch, row, here, stance.bearing,
-                          partial(_covered, stance, distance=distance), even=even)
-        )  # fmt: skip
-    return tuple(made)
+def _section(scene: Scene, seed: int, stance: Stance, slant: float, target: Solid, *, even: bool) -> Scatterers:
+    """Points of a body in a slice, each standing for the part that the beam covers."""
+    here, row = stance.transmit_place, scene.occluders.index(target)
+    distance = float(np.linalg.norm(np.array(target.position) - here[:2]))
+    covered = partial(_covered, stance, distance=distance)
+    if isinstance(target, Box) and target.upright:
+        pitch, rise = _box_cells(scene, target, stance, slant, None)
+        key = target, scene.seabed, scene.depth_under(target), seed, pitch, rise, row, even
+        return box_section(_KEPT.get(key, partial(_box_points, *key)), target, here, stance.bearing, covered)
+    pitch = _rise(scene, target, stance, min(slant, *_extent(scene, target)) / FACE_CELLS)
+    return solid_section(target, scene.seabed, seed, pitch, row, here, stance.bearing, covered, even=even)
 
 
 def _extent(scene: Scene, solid: Solid) -> Floats:
@@ -306,20 +320,6 @@ def _rise(scene: Scene, target: Solid, stance: Stance, pitch: float) -> float:
     wavelength = survey_speed(scene, stance) / stance.frequency
     fringe = wavelength * max(nearest, 1.0) / highest
     return max(min(pitch, fringe / FRINGE_CELLS), wavelength / 4)
-
-
-def _box_points(
-    scene: Scene, choice: PathChoice, seed: int, stance: Stance, slant: float, box: Box,
-    resolution: Resolution | None, *, even: bool,
-) -> Scatterers:  # fmt: skip
-    """The points of an upright box, or of the part of it that a slice meets."""
-    pitch, rise = _box_cells(scene, box, stance, slant, resolution)
-    whole = _drawn_box(box, scene.seabed, scene.depth_under(box), seed, pitch, rise, scene.boxes.index(box), even)
-    if choice.geometry != "slice":
-        return whole
-    here = stance.transmit_place
-    distance = float(np.linalg.norm(np.array(box.position) - here[:2]))
-    return box_section(whole, box, here, stance.bearing, lambda width: _covered(stance, width, distance))
 
 
 def _covered(stance: Stance, width: float, distance: float) -> float:

@@ -20,6 +20,8 @@ Floats = NDArray[np.float64]
 
 COLUMNS = 64
 """Columns of a silhouette: Arago's spot behind a ball of seven Fresnel zones comes out within 4 % [1]."""
+REMEMBERED = 2048
+"""Silhouettes kept: those of 100 solids for all families of both ends, with room for sonars side by side [1]."""
 FEWEST = 8
 """Columns of a silhouette at least [1]."""
 
@@ -37,7 +39,7 @@ class Silhouette(NamedTuple):
     """Distance and depth of each top, of each base, nearest and farthest distance [m], shape (c, 6)."""
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=REMEMBERED)
 def silhouette(
     solid: Solid, seabed: Seabed, source: tuple[float, float, float], widest: float = 0.0
 ) -> Silhouette | None:  # fmt: skip

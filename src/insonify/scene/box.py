@@ -14,6 +14,9 @@ from insonify.scene.target import Box
 Floats = NDArray[np.float64]
 FACES = ("fore", "aft", "starboard", "port", "top", "bottom")
 LEVEL = ("top", "bottom")
+TILE = 32
+"""Cells along a side of the squares of a face that are judged as one [1]."""
+Reaches = Callable[[Floats, Floats], NDArray[np.bool_]]
 _GOLDEN = 0.6180339887498949
 _STANDING = 1e-6  # a base this close to the bed stands on it [m]
 
@@ -44,8 +47,9 @@ def inside_box(body: NDArray[np.float64], place: NDArray[np.float64]) -> bool:
 
 
 def box_scatterers(
-    box: Box, seabed_depth: float, seed: int, pitch: float, occluder: int, *, rise: float = np.inf, even: bool = False
-) -> Scatterers:
+    box: Box, seabed_depth: float, seed: int, pitch: float, occluder: int, *, rise: float = np.inf, even: bool = False,
+    reaches: Reaches | None = None,
+) -> Scatterers:  # fmt: skip
     """Points on the faces of a box that water can reach, one for each cell, jittered in it.
 
     Args:
@@ -56,6 +60,8 @@ def box_scatterers(
         occluder: Row of this box among the scene's occluders.
         rise: Largest height of a cell on the upright faces [m]; by default the pitch.
         even: Points laid out evenly instead, for an expectation.
+        reaches: Test of spheres, given their middles (n, 3) and radii (n,) [m]: squares of `TILE` cells a side for
+            which it is False have no points; by default all have.
 
     Returns:
         Scatterers whose draws depend on the seed and the box's label, not on the other targets; none above the surface.
@@ -80,7 +86,7 @@ def box_scatterers(
         del spans["top"]
     upright = (pitch, min(pitch, rise))
     faces = [
-        _face(f, centre, *spans[name], (pitch, pitch) if name in LEVEL else upright, seed, box.label, even)
+        _face(f, centre, *spans[name], (pitch, pitch) if name in LEVEL else upright, seed, box.label, even, reaches)
         for f, name in enumerate(FACES)
         if name in spans
     ]
@@ -88,6 +94,20 @@ def box_scatterers(
     return Scatterers(
         box.label, "target", box.scattering, position, normal, area, phase, place, drawn=True, occluder=occluder
     )
+
+
+def box_cells(box: Box, seabed_depth: float, pitch: float, rise: float) -> float:
+    """Number of cells on all faces of a box under water [1], about.
+
+    Args:
+        box: The box.
+        seabed_depth: Depth of the bed it stands on [m].
+        pitch: Side of a cell [m].
+        rise: Height of a cell on the upright faces [m].
+    """
+    length, width = box.size[:2]
+    top, base = box_body(box, seabed_depth)[6:]
+    return float(2 * length * width / pitch**2 + 2 * (length + width) * (base - top) / (pitch * min(pitch, rise)))
 
 
 def box_section(
@@ -131,11 +151,15 @@ def _face(
     seed: int,
     label: str,
     even: bool,
+    reaches: Reaches | None,
 ) -> tuple[Floats, Floats, Floats, NDArray[np.complex128], NDArray[np.uint64]]:  # fmt: skip
     """Jittered cells of one face spanned by two edge vectors about centre + out."""
     spans = [float(np.linalg.norm(first)), float(np.linalg.norm(second))]
     count = [int(np.ceil(span / max(side, span / 4095))) for span, side in zip(spans, pitch, strict=True)]
-    i, j = (index.ravel() for index in np.indices(count))
+    if reaches is None:
+        i, j = (index.ravel() for index in np.indices(count))
+    else:
+        i, j = _cells_in_reach((count[0], count[1]), centre + out, first, second, reaches)
     name = zlib.crc32(label.encode())
     u = streams.uniforms(seed, streams.TARGET, i, j, face, name)
     if even:
@@ -143,5 +167,30 @@ def _face(
     s, t = (i + u[:, 0]) / count[0] - 0.5, (j + u[:, 1]) / count[1] - 0.5
     position = centre + out + s[:, None] * first + t[:, None] * second
     normal = np.broadcast_to(out / np.linalg.norm(out), position.shape)
-    area = np.full(i.size, spans[0] * spans[1] / i.size)
+    area = np.full(i.size, spans[0] * spans[1] / (count[0] * count[1]))
     return position, normal, area, np.exp(2j * np.pi * u[:, 2]), target_place(label, face, i, j)
+
+
+def _cells_in_reach(
+    count: tuple[int, int], middle: Floats, first: Floats, second: Floats, reaches: Reaches
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Numbers of the cells of one face in tiles that are in reach, tile by tile, each of shape (n,).
+
+    Args:
+        count: Cells along both edges.
+        middle: Middle of the face [m], shape (3,).
+        first: Edge along which the first number counts [m], shape (3,).
+        second: Edge along which the second number counts [m], shape (3,).
+        reaches: Test of spheres, as in `box_scatterers`.
+    """
+    tiles = [np.arange(0, n, TILE) for n in count]
+    low, start = (index.ravel() for index in np.meshgrid(*tiles, indexing="ij"))
+    high, stop = np.minimum(low + TILE, count[0]), np.minimum(start + TILE, count[1])
+    s, t = (low + high) / 2 / count[0] - 0.5, (start + stop) / 2 / count[1] - 0.5
+    half_s, half_t = (high - low) / 2 / count[0], (stop - start) / 2 / count[1]
+    radius = np.hypot(half_s * np.linalg.norm(first), half_t * np.linalg.norm(second))
+    kept = np.flatnonzero(reaches(middle + s[:, None] * first + t[:, None] * second, radius))
+    i = (low[kept, None, None] + np.arange(TILE)[:, None]) + np.zeros(TILE, int)
+    j = (start[kept, None, None] + np.arange(TILE)) + np.zeros((TILE, 1), int)
+    inside = (i < count[0]) & (j < count[1])
+    return i[inside], j[inside]

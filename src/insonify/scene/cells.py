@@ -1,6 +1,7 @@
 """Cells of a surface: shares of equal area, for drawn points on any triangles, large or small.
 
-Large triangles are halved across their longest side until they are no longer than a cell; all pieces are then put
+Large triangles are halved across their longest side until they are no longer than a cell, slivers of large bodies cut
+into strips before; all pieces are then put
 in a row, neighbours beside neighbours and faces that look alike together, and the row is cut into equal areas. A
 cell is a stretch of that row: a part of a large triangle, or many small ones.
 """
@@ -17,7 +18,10 @@ Integers = NDArray[np.int64]
 
 LONGEST = 1.5
 """Longest side of a piece, in sides of a cell [1]."""
-MOST_PIECES = 1_000_000
+MOST_PIECES = 500_000
+"""Pieces of a surface beyond which they stay longer [1]."""
+MANY_PIECES = 100_000
+"""Pieces of a surface by halving alone beyond which slivers are cut into strips first [1]."""
 # Roberts (2018), "The unreasonable effectiveness of quasirandom sequences": the plastic number's powers.
 _PLASTIC = np.array([0.7548776662466927, 0.5698402909980532])
 
@@ -93,12 +97,14 @@ def even_points(surface: Triangles, count: int) -> tuple[Floats, Floats]:
 
 def halved(corners: Floats, longest: float) -> Floats:
     """Triangles halved across their longest side until none is longer than a length [m], shape (t, 3, 3)."""
+    if pieces_by_halving(corners, longest) > MANY_PIECES:
+        corners = strips(corners, longest)
     done: list[Floats] = []
     held = 0
     while len(corners):
         sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
         small = sides.max(axis=1) <= longest
-        if len(corners) + held > MOST_PIECES:
+        if held + 2 * len(corners) - int(small.sum()) > MOST_PIECES:
             small[:] = True
         held += int(small.sum())
         done.append(corners[small])
@@ -108,6 +114,63 @@ def halved(corners: Floats, longest: float) -> Floats:
         middle = (a + b) / 2
         corners = np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
     return np.concatenate(done)
+
+
+def pieces_by_halving(corners: Floats, longest: float) -> float:
+    """Pieces that halving makes of triangles [1], about.
+
+    A sliver that is halved across its longest side leaves three of half its length, of its width or half of it.
+
+    Args:
+        corners: Corners of the triangles [m], shape (t, 3, 3).
+        longest: Longest side of a piece [m].
+    """
+    sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max(axis=1)
+    return float(np.sum(np.maximum(sides / longest, 1.0) ** np.log2(3.0)))
+
+
+def pieces_about(corners: Floats, longest: float) -> float:
+    """Pieces that `halved` makes of triangles [1], about.
+
+    Args:
+        corners: Corners of the triangles [m], shape (t, 3, 3).
+        longest: Longest side of a piece [m].
+    """
+    count = pieces_by_halving(corners, longest)
+    if count > MANY_PIECES:
+        sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+        width, length = sides.min(axis=1), sides.max(axis=1)
+        sliver = (width <= longest / 2) & (length > longest)
+        count = pieces_by_halving(corners[~sliver], longest)
+        count += float(np.sum(2 * length[sliver] / (longest - width[sliver])))
+    return min(count, float(MOST_PIECES))
+
+
+def strips(corners: Floats, longest: float) -> Floats:
+    """Triangles of which slivers are cut parallel to their shortest side, so that pieces grow with the length alone.
+
+    Args:
+        corners: Corners of the triangles [m], shape (t, 3, 3).
+        longest: Longest side of a piece [m]; slivers are those whose shortest side is half of it at most.
+
+    Returns:
+        Triangles of the same surface and sense, no more than about `MOST_PIECES`, shape (p, 3, 3).
+    """
+    sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+    sliver = (sides.min(axis=1) <= longest / 2) & (sides.max(axis=1) > longest)
+    thin, width = corners[sliver], sides[sliver].min(axis=1)
+    turn = (np.argmin(sides[sliver], axis=1)[:, None] + 2 + np.arange(3)) % 3  # the corner opposite first
+    thin = np.take_along_axis(thin, turn[:, :, None], axis=1)
+    count = np.ceil(sides[sliver].max(axis=1) / (longest - width))
+    count = np.maximum(np.floor(count * min(1.0, MOST_PIECES / max(2 * float(count.sum()), 1.0))), 1).astype(np.int64)
+    row = np.repeat(np.arange(len(thin)), count)
+    step = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)
+    apex, towards = thin[row, 0], thin[row, 1:] - thin[row, :1]
+    near = apex[:, None] + (step / count[row])[:, None, None] * towards
+    far = apex[:, None] + ((step + 1) / count[row])[:, None, None] * towards
+    outer = np.stack([near[:, 0], far[:, 0], far[:, 1]], axis=1)
+    inner = np.stack([near[:, 0], far[:, 1], near[:, 1]], axis=1)[step > 0]  # at the corner there is none
+    return np.concatenate([corners[~sliver], outer, inner])
 
 
 def _looks(normal: Floats) -> Integers:

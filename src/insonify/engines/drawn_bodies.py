@@ -1,0 +1,55 @@
+"""Drawn points of bodies, kept from ping to ping in bounded memory."""
+
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
+from threading import Lock
+
+from insonify.scene.scatterers import Scatterers
+
+MOST_BYTES = 256 << 20
+"""Memory of the points that are kept beyond those of the last body [bytes]."""
+
+
+class DrawnBodies:
+    """Points of bodies by what they follow from; those not used for longest are dropped first."""
+
+    def __init__(self, most: int = MOST_BYTES) -> None:
+        """Nothing kept yet.
+
+        Args:
+            most: Memory of the points that are kept beyond those of the last body [bytes].
+        """
+        self._most = most
+        self._held = 0
+        self._points: OrderedDict[Hashable, Scatterers] = OrderedDict()
+        self._lock = Lock()
+
+    def get(self, key: Hashable, draw: Callable[[], Scatterers]) -> Scatterers:
+        """The points of one body, drawn where they are not kept.
+
+        Args:
+            key: All that the points follow from.
+            draw: Function that draws them.
+        """
+        with self._lock:
+            if key in self._points:
+                self._points.move_to_end(key)
+                return self._points[key]
+        points = draw()
+        with self._lock:
+            if key not in self._points:
+                self._points[key] = points
+                self._held += size(points)
+            while self._held > self._most and len(self._points) > 1:
+                self._held -= size(self._points.popitem(last=False)[1])
+        return points
+
+
+def size(points: Scatterers) -> int:
+    """Memory of the columns of some points [bytes].
+
+    Args:
+        points: The points.
+    """
+    columns = points.position, points.normal, points.area, points.phase, points.place
+    return sum(column.nbytes for column in columns)

@@ -1,0 +1,92 @@
+"""Points of bodies: only those in reach are drawn, they are those of the whole body, and few are kept."""
+
+import numpy as np
+import pytest
+
+from insonify.engines import drawn_bodies
+from insonify.engines import targets as target_engine
+from insonify.engines.drawn_bodies import DrawnBodies
+from insonify.engines.faces import sight_of
+from insonify.engines.target_reach import facing
+from insonify.engines.targets import target_points
+from insonify.propagation import silhouette
+from insonify.scene.box import box_scatterers
+from insonify.simulation import prepare
+from oracles.scenes import nominal
+
+QUAY = {"shape": "box", "label": "quay", "position": (0.0, 60.0), "size": (120.0, 2.0, 4.0), "heading": "10 deg"}
+
+
+def points_of(targets, slant=0.06, even=False, **changes):
+    """Points of one ping, the scenario's scene and what the sonar sees of the first target."""
+    scenario = nominal(targets=targets, **changes)
+    listening = prepare(scenario)
+    here, rays = listening.stance(0), listening.engine.rays
+    found = target_points(scenario.scene, scenario.paths, 1, here, slant, even=even, rays=rays)
+    sight = sight_of(scenario.scene, scenario.scene.targets[0], scenario.paths, here, slant, rays)
+    return found, scenario.scene, sight
+
+
+@pytest.mark.parametrize("even", [False, True])
+def test_of_a_quay_wall_only_what_is_in_reach_is_drawn(even, monkeypatch):
+    """Each point is one of the whole wall's, bit by bit; all of the whole that can be received are among them."""
+    asked = []
+
+    def counted(*args, **how):
+        asked.append((args, box_scatterers(*args, **how)))
+        return asked[-1][1]
+
+    monkeypatch.setattr(target_engine, "box_scatterers", counted)
+    (found,), _, sight = points_of([QUAY], slant=0.5, even=even, track={"window": (0.08, 0.1)})
+    args, near = asked[-1]
+    whole = box_scatterers(*args[:5], rise=asked_rise(near, args), even=even)
+    assert 0 < len(found) < len(near) < len(whole) / 4
+    row = {int(key): n for n, key in enumerate(whole.place)}
+    rows = np.array([row[int(key)] for key in found.place])
+    for column in ("position", "normal", "area", "phase"):
+        np.testing.assert_array_equal(getattr(found, column), getattr(whole, column)[rows])
+    heard = sight.reaches(whole.position, np.zeros(len(whole))) & facing(whole.position, whole.normal, sight)
+    assert set(np.flatnonzero(heard)) <= set(rows)
+
+
+def asked_rise(points, args):
+    """Height of the cells of a wall's long faces [m], from the area of its points."""
+    _, _, _, pitch, _ = args
+    long_side = points.area[np.abs(points.normal[:, 2]) < 0.5]
+    return float(long_side.min() / pitch) * 1.0001
+
+
+def test_bodies_out_of_reach_are_not_drawn():
+    """A rock 3 km away, beyond the window, and one behind the beams cost no point."""
+    far = {"shape": "rock", "label": "far", "position": (0.0, 3000.0)}
+    found, *_ = points_of([far], track={"window": (0.08, 0.1)})
+    assert found == []
+
+
+def test_the_points_kept_have_bounded_memory(monkeypatch):
+    """Those used last stay; what goes beyond the bound is drawn again, the same."""
+    (points,), *_ = points_of([{"shape": "drum", "position": (0.0, 75.0)}])
+    one = drawn_bodies.size(points)
+    kept, drawn = DrawnBodies(2 * one), []
+
+    def draw(name):
+        return lambda: drawn.append(name) or points
+
+    for name in "abacabcb":
+        assert kept.get(name, draw(name)) is points
+    assert "".join(drawn) == "abcbc"  # no more than two at a time
+
+
+def test_each_silhouette_is_made_once_a_ping(monkeypatch):
+    """Of 30 rocks seen from the images of five families, block after block of the seabed: 150 outlines, no more."""
+    made = []
+    monkeypatch.setattr(silhouette, "outline", lambda *args: made.append(args[1:]))
+    silhouette.silhouette.cache_clear()
+    rocks = [{"shape": "rock", "label": f"rock {n}", "position": (0.0, 50.0 + n)} for n in range(30)]
+    scene = nominal(targets=rocks).scene
+    for _block in range(3):
+        for solid in scene.solids:
+            for depth in (11.0, -11.0, 29.0, -29.0, 51.0):
+                silhouette.silhouette(solid, scene.seabed, (0.0, 0.0, depth))
+    silhouette.silhouette.cache_clear()
+    assert len(made) == 30 * 5
