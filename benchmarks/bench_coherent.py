@@ -6,7 +6,7 @@ touched by the pings before. Many pings are timed, heard as a survey has them: a
 
 from bench_sidescan import SCENE, WINDOW, loaded
 from insonify.scenario.scenario import Scenario
-from insonify.simulation import prepare
+from insonify.simulator import build_simulator
 from measure import THREADS, Result, ping_seconds
 
 GOALS = {2: 4.0, 4: 2.0}
@@ -39,9 +39,9 @@ def pings() -> list[Result]:
 
 
 def _told(name: str, scenario: Scenario, goal: float) -> list[Result]:
-    listening = prepare(scenario)
-    wall, cores = ping_seconds(listening, WARM, PINGS)
-    blocks = [block for here in listening.stances(WARM) for block in listening.engine.blocks(here)]
+    simulator = build_simulator(scenario)
+    wall, cores = ping_seconds(simulator, WARM, PINGS)
+    blocks = [block for here in simulator.ping_geometries(WARM) for block in simulator.engine.blocks(here)]
     return [
         Result(f"{name}, {THREADS} threads", WINDOW / wall, "x real time", f"goal {goal:g}"),
         Result(f"{name}, processor time", 1e3 * cores, "ms", f"goal {2e3 * WINDOW / goal:.0f}"),

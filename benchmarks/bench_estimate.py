@@ -17,8 +17,8 @@ import yaml
 
 import measure
 from estimate_scenes import SCENES, described
+from insonify.estimates.run_cost import RunCost, estimate_cost
 from insonify.scenario.load import load_scenario
-from insonify.study.cost import Cost, cost
 from measure import THREADS, Result
 
 SMALL = {"WANTED": ("calm sea",)}
@@ -37,11 +37,11 @@ class Taken(NamedTuple):
     """Sizes of all files of the recording [bytes]."""
 
 
-def told(file: Path) -> Cost:
+def told(file: Path) -> RunCost:
     """The estimate of a scenario file."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        return cost(load_scenario(file))
+        return estimate_cost(load_scenario(file))
 
 
 def taken(file: Path, out: Path) -> Taken:

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import insonify
 from insonify.ocean.water import Water
-from insonify.propagation.choice import PathChoice
+from insonify.propagation.path_settings import PathSettings
 from insonify.scenario.scenario import Scenario
-from insonify.simulation import hear, prepare
+from insonify.simulator import accumulate_ping, build_simulator
 from measure import Result, best_seconds
 
 THERMOCLINE = [[0.0, 1510.0], [8.0, 1510.0], [14.0, 1490.0], [20.0, 1490.0]]
@@ -20,14 +20,14 @@ ABOUT_300K = 2.5
 
 def nominal(per_cell: float, **changes: object) -> Scenario:
     """The nominal scene with another density of scatterers."""
-    paths = PathChoice(scatterers_per_cell=per_cell, reflections=2)
+    paths = PathSettings(scatterers_per_cell=per_cell, max_reflections=2)
     return NOMINAL.model_copy(update={"paths": paths, **changes})
 
 
 def scatterers(scenario: Scenario) -> int:
     """Scatterers that one ping of a scenario meets."""
-    listening = prepare(scenario)
-    return sum(len(block()) for block in listening.engine.blocks(listening.stance(0)))
+    simulator = build_simulator(scenario)
+    return sum(len(block()) for block in simulator.engine.blocks(simulator.ping_geometry(0)))
 
 
 def coherent_ping() -> list[Result]:
@@ -66,12 +66,12 @@ def incoherent_ping() -> list[Result]:
 
 def _heard(scenario: Scenario) -> Callable[[], object]:
     """One ping of a survey that is under way: what is made once for all pings is there."""
-    listening = prepare(scenario)
-    here = listening.stance(0)
+    simulator = build_simulator(scenario)
+    here = simulator.ping_geometry(0)
 
     def ping() -> object:
         with ThreadPoolExecutor(1) as pool:
-            return hear(listening, listening.coherent(here), here, pool)
+            return accumulate_ping(simulator, simulator.coherent_accumulator(here), here, pool)
 
     return ping
 

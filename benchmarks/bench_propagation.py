@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from insonify.propagation._eigenray_kernel import COLUMNS, MOST, solve_points
+from insonify.propagation._eigenray_kernel import COLUMNS, MOST, solve_eigenrays
 from measure import Result, best_seconds
 
 COLUMNS_OF_WATER = {
@@ -36,10 +36,10 @@ def _rates(what: str, depth: np.ndarray, ranges: np.ndarray, note: str) -> list[
         for family, (bounces, up) in FAMILIES.items():
             water_column = np.asarray(z, float), np.asarray(c, float), np.inf  # the last knot mirrors sound
             asked = (*water_column, 11.0, bounces, up, depth, ranges, rays, count, status)
-            solve_points(*asked)
+            solve_eigenrays(*asked)
             name = f"{what}, {water}, {family}"
             found[name] = count.sum()
-            runs[name] = lambda asked=asked: [solve_points(*asked) for _ in range(CALLS)]
+            runs[name] = lambda asked=asked: [solve_eigenrays(*asked) for _ in range(CALLS)]
     seconds = best_seconds(runs)
     return [Result(name, CALLS * found[name] / best / 1e6, UNIT, note) for name, best in seconds.items()]
 

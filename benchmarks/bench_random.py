@@ -22,11 +22,11 @@ import numpy as np
 import yaml
 
 import measure
+from insonify.estimates.run_cost import estimate_cost
+from insonify.estimates.run_limits import run_refusal
 from insonify.formats.zarr_store import open_recording
-from insonify.scenario.advice import ScenarioError
+from insonify.scenario.diagnostic import ScenarioError
 from insonify.scenario.load import load_scenario
-from insonify.study.cost import cost
-from insonify.study.refusals import refusal
 from measure import Result
 from random_scenes import random_description
 
@@ -39,7 +39,7 @@ MOST_MEMORY = 8 << 30
 """Address space of a child [bytes]."""
 PATIENCE = 300.0
 """Processor time after which a child is ended [s]."""
-QUANTITIES = {"seconds": "time", "memory": "memory", "disk": "disk"}
+QUANTITIES = {"seconds": "time", "correlation_time": "memory", "disk": "disk"}
 """What is compared, and its name in the table."""
 
 
@@ -60,8 +60,8 @@ def scene(seed: int) -> dict[str, Any]:
             scenario = load_scenario(file)
         except ScenarioError as fault:
             return {"seed": seed, "outcome": "invalid", "words": str(fault).partition(": ")[2]}
-        told = cost(scenario, threads=1)
-        refused = refusal(scenario, told)
+        told = estimate_cost(scenario, threads=1)
+        refused = run_refusal(scenario, told)
         found = {"seed": seed, "check": time.process_time() - begin,
                  "told": {name: getattr(told, name) for name in QUANTITIES}}  # fmt: skip
         if not refused and told.seconds > MOST_SECONDS:
@@ -87,7 +87,7 @@ def _run(file: Path, out: Path, *, refused: bool) -> dict[str, Any]:
         agreed = refused and code == 2
         return {"outcome": "refused" if agreed else "failed", "code": code, "words": "" if agreed else said[-400:]}
     disk = sum(one.stat().st_size for one in out.rglob("*") if one.is_file())
-    taken = {"seconds": used.ru_utime + used.ru_stime, "memory": used.ru_maxrss * 1024.0, "disk": float(disk)}
+    taken = {"seconds": used.ru_utime + used.ru_stime, "correlation_time": used.ru_maxrss * 1024.0, "disk": float(disk)}
     broken = _broken(out)
     return {"outcome": "failed" if broken else "done", "taken": taken, "words": broken}
 

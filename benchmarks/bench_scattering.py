@@ -4,7 +4,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from insonify.scattering import Jackson, Kirchhoff, Lambert, Sediment, SmallSlope, UserTable, compiled
+from insonify.scattering import Jackson, Kirchhoff, Lambert, Sediment, SmallSlope, TableScatteringLaw, compile_law
 from measure import Result, best_seconds
 
 SAND = Sediment.named("medium sand")
@@ -13,7 +13,7 @@ LAWS = {
     "SmallSlope": SmallSlope(SAND, 100e3),
     "Kirchhoff": Kirchhoff(SAND, 100e3),
     "Lambert": Lambert(),
-    "UserTable": UserTable([0.1, 0.5, 1.5], [-40, -25, -10]),
+    "TableScatteringLaw": TableScatteringLaw([0.1, 0.5, 1.5], [-40, -25, -10]),
 }
 UNIT = "M evaluations/s"
 GROUP, GROUPS = 8192, 128
@@ -39,7 +39,7 @@ def fast_laws() -> list[Result]:
         for _ in range(groups):
             law.fill(*columns, section)
 
-    made = {name: compiled(law) for name, law in LAWS.items()}
+    made = {name: compile_law(law) for name, law in LAWS.items()}
     with ThreadPoolExecutor(2) as two:
         runs = {f"{name}, one thread": lambda law=law: work(law, GROUPS) for name, law in made.items()}
         runs |= {

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from insonify.scenario.load import load_scenario
 from insonify.scenario.scenario import Scenario
-from insonify.simulation import prepare, record
+from insonify.simulator import build_simulator, record
 from measure import THREADS, Result, ping_seconds
 
 WINDOW = 0.267
@@ -33,7 +33,7 @@ sonar:
 track:
   {kind: line, start: [0 m, 0 m, 12 m], heading: 0 deg, speed: 2 m/s, pings: 1000, interval: 0.267 s,
    window: [0 ms, 267 ms]}
-paths: {reflections: ORDER}
+paths: {max_reflections: ORDER}
 """
 
 
@@ -55,7 +55,7 @@ def pings() -> list[Result]:
     found = []
     for order, goal in GOALS.items():
         name = f"sidescan ping, up to {order} bounces"
-        wall, cores = ping_seconds(prepare(sidescan(order)), WARM, PINGS)
+        wall, cores = ping_seconds(build_simulator(sidescan(order)), WARM, PINGS)
         found += [
             Result(f"{name}, {THREADS} threads", WINDOW / wall, "x real time", f"goal {goal:g}"),
             Result(f"{name}, processor time", 1e3 * cores, "ms", f"goal {2e3 * WINDOW / goal:.1f}"),

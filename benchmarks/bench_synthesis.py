@@ -8,15 +8,15 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from numba import njit
 
-from insonify.synthesis._aperture_kernel import spread_to_elements
-from insonify.synthesis._echo_kernel import Ears, Heard, Sent
-from insonify.synthesis._groups import add_groups, pulse_table
-from insonify.synthesis._spread import spread, spread_carrier, spread_energy, spread_pairs
-from insonify.synthesis._taps import CELLS_PER_SPIKE, WIDTH, tap_coefficients
-from insonify.synthesis.apertures import nodes_along
-from insonify.synthesis.grid import finish, time_grid
-from insonify.synthesis.sectors import NONE
-from insonify.synthesis.shapes import Shapes
+from insonify.synthesis._arrival_kernel import ReceiveBeams, ReceiveLegs, TransmitLegs
+from insonify.synthesis._element_arrivals_kernel import deposit_on_elements
+from insonify.synthesis._gridding import deposit_carrier, deposit_energy, deposit_leg_pairs, deposit_pressure
+from insonify.synthesis._gridding_kernel import CELLS_PER_SPIKE, WIDTH, tap_coefficients
+from insonify.synthesis.chebyshev_nodes import aperture_nodes
+from insonify.synthesis.coherent_groups import add_groups, pulse_table
+from insonify.synthesis.sector_interpolation import NONE
+from insonify.synthesis.time_grid import convolve_pulse, time_grid
+from insonify.synthesis.waveform_basis import WaveformBasis
 from measure import Result, best_seconds
 
 RATE, CARRIER, WINDOW = 25e3, 100e3, 0.24
@@ -68,17 +68,17 @@ def one_core() -> list[Result]:
     results = []
     for count in (100_000, 1_000_000):
         delay, weight = spikes(count)
-        in_order = np.sort(delay)
+        priority_ordered_cells = np.sort(delay)
         half, one, energy = delay / 2, np.ones(count, np.float32), np.abs(weight).astype(float)
         cells, energies = GRID.cells()[0], GRID.energy_cells()[0]
         kernels = {
-            "spread_carrier": lambda d=delay, w=weight, c=cells: spread_carrier(c, *PLACE, d, w, CARRIER),
-            "spread_carrier, delays in order": lambda d=in_order, w=weight, c=cells: spread_carrier(
+            "deposit_carrier": lambda d=delay, w=weight, c=cells: deposit_carrier(c, *PLACE, d, w, CARRIER),
+            "deposit_carrier, delays in order": lambda d=priority_ordered_cells, w=weight, c=cells: deposit_carrier(
                 c, *PLACE, d, w, CARRIER
             ),
-            "spread (carrier in the weights)": lambda d=delay, w=weight, c=cells: spread(c, *PLACE, d, w),
-            "spread_pairs": lambda h=half, w=weight, s=one, c=cells: spread_pairs(c, *PLACE, h, h, w, w, s),
-            "spread_energy": lambda d=delay, e=energy, c=energies: spread_energy(
+            "spread (carrier in the weights)": lambda d=delay, w=weight, c=cells: deposit_pressure(c, *PLACE, d, w),
+            "deposit_leg_pairs": lambda h=half, w=weight, s=one, c=cells: deposit_leg_pairs(c, *PLACE, h, h, w, w, s),
+            "deposit_energy": lambda d=delay, e=energy, c=energies: deposit_energy(
                 c, GRID.first_time, GRID.energy_rate, d, e
             ),
             "plain gridding": lambda d=delay, w=weight, c=cells: plain_gridding(c, *PLACE, d, w, CARRIER, TAPS),
@@ -86,7 +86,7 @@ def one_core() -> list[Result]:
         seconds = best_seconds(kernels)
         plain = seconds["plain gridding"]
         for name, best in seconds.items():
-            note = "goal 40" if name == "spread_carrier" else f"{plain / best:.1f} x plain gridding"
+            note = "goal 40" if name == "deposit_carrier" else f"{plain / best:.1f} x plain gridding"
             results.append(Result(f"{name}, {count:.0e}", count / best / 1e6, UNIT, note))
     return results
 
@@ -100,8 +100,8 @@ def element_by_element() -> list[Result]:
     radius = np.maximum(750 * delay, 1.0)
     place = np.outer(np.linspace(-0.5, 0.5, elements), [1.0, 0.0, 0.0])
     still, ones, number = np.zeros((elements, 3)), np.ones((1, count)), np.arange(elements)
-    sent = Sent(0 * ones, ones, weight[None, None])
-    heard = Heard(delay[None], 1 / radius[None], radius[None], np.empty((1, 0, delay.size)), towards[None],
+    sent = TransmitLegs(0 * ones, ones, weight[None, None])
+    heard = ReceiveLegs(delay[None], 1 / radius[None], radius[None], np.empty((1, 0, delay.size)), towards[None],
                   ones.astype(np.complex64), ones[None].astype(np.float32))  # fmt: skip
     channels = np.stack([number, number + 1], axis=1)
 
@@ -111,20 +111,20 @@ def element_by_element() -> list[Result]:
     }
 
     def kernel(speed: float, bent: bool, shapes: int) -> None:
-        made = Shapes(-4e-3 * np.cos((np.arange(shapes) + 0.5) * np.pi / shapes))
+        made = WaveformBasis(-4e-3 * np.cos((np.arange(shapes) + 0.5) * np.pi / shapes))
         velocity = np.tile([speed, 0.0, 0.0], (elements, 1))
-        ears = Ears(place, velocity, still, channels, 0 * number, 0 * number)
-        nodes = nodes_along(place, velocity, still, float(radius.min()), WINDOW, 1500 / CARRIER)
-        spread_to_elements(
+        ears = ReceiveBeams(place, velocity, still, channels, 0 * number, 0 * number)
+        nodes = aperture_nodes(place, velocity, still, float(radius.min()), WINDOW, 1500 / CARRIER)
+        deposit_on_elements(
             held[shapes], *PLACE, np.zeros((1, 3), np.int64), sent, heard, ones, ears, nodes, NONE, 1 / 1500, 0.0, 0.0,
             bent, 1e-4 * (speed > 0), CARRIER, made.doppler,
         )  # fmt: skip
 
     kernels = {
-        "spread_to_elements, at rest": lambda: kernel(0.0, False, 1),
-        "spread_to_elements, under way, 1 shape": lambda: kernel(3.0, False, 1),
-        "spread_to_elements, under way, 8 shapes": lambda: kernel(3.0, False, 8),
-        "spread_to_elements, bent rays, under way, 1 shape": lambda: kernel(3.0, True, 1),
+        "deposit_on_elements, at rest": lambda: kernel(0.0, False, 1),
+        "deposit_on_elements, under way, 1 shape": lambda: kernel(3.0, False, 1),
+        "deposit_on_elements, under way, 8 shapes": lambda: kernel(3.0, False, 8),
+        "deposit_on_elements, bent rays, under way, 1 shape": lambda: kernel(3.0, True, 1),
     }
     return [Result(name, count * elements / best / 1e6, UNIT) for name, best in best_seconds(kernels).items()]
 
@@ -133,19 +133,19 @@ def against_replicas() -> list[Result]:
     """Gridding, its transforms included, against writing pulses one by one."""
     many, few = spikes(100_000), spikes(1000)
     series = np.zeros(int(WINDOW * 1e6))
-    spectrum = np.ones(GRID.padded, complex)
+    spectrum = np.ones(GRID.padded_samples, complex)
 
     def gridded() -> None:
         cells = GRID.cells()
-        spread_carrier(cells[0], *PLACE, *many, CARRIER)
-        finish(cells, GRID, spectrum)
+        deposit_carrier(cells[0], *PLACE, *many, CARRIER)
+        convolve_pulse(cells, GRID, spectrum)
 
     seconds = best_seconds(
         {
             "gridding and transforms, 1e+05": gridded,
             "passband replicas at 1 MHz, 0.2 ms": lambda: passband_replicas(series, 1e6, *few, CARRIER, 2e-4),
             "passband replicas at 1 MHz, 2 ms": lambda: passband_replicas(series, 1e6, *few, CARRIER, 2e-3),
-            "transforms alone, per channel": lambda: finish(GRID.cells(), GRID, spectrum),
+            "transforms alone, per channel": lambda: convolve_pulse(GRID.cells(), GRID, spectrum),
         }
     )
     alone = seconds.pop("transforms alone, per channel")
@@ -163,15 +163,15 @@ def two_threads() -> list[Result]:
 
     def chunk(part: slice) -> np.ndarray:
         cells = GRID.cells()[0]
-        spread_carrier(cells, *PLACE, delay[part], weight[part], CARRIER)
+        deposit_carrier(cells, *PLACE, delay[part], weight[part], CARRIER)
         return cells
 
     with ThreadPoolExecutor(1) as one, ThreadPoolExecutor(2) as two:
         seconds = best_seconds({"one": lambda: sum(one.map(chunk, chunks)), "two": lambda: sum(two.map(chunk, chunks))})
     gain = seconds["one"] / seconds["two"]
     return [
-        Result("spread_carrier, 8 chunks, 1 thread", 2.0 / seconds["one"], UNIT),
-        Result("spread_carrier, 8 chunks, 2 threads", 2.0 / seconds["two"], UNIT, f"{gain:.2f} x one thread"),
+        Result("deposit_carrier, 8 chunks, 1 thread", 2.0 / seconds["one"], UNIT),
+        Result("deposit_carrier, 8 chunks, 2 threads", 2.0 / seconds["two"], UNIT, f"{gain:.2f} x one thread"),
     ]
 
 
@@ -181,7 +181,7 @@ def groups() -> list[Result]:
     count, size = 50_000, 9
     delay, weight = spikes(count * size)
     delay = np.repeat(delay[:count], size) + np.tile(np.arange(size) * 1e-4, count)
-    intensity, first = np.zeros(GRID.count), np.arange(count + 1) * size
+    intensity, first = np.zeros(GRID.sample_count), np.arange(count + 1) * size
     columns = (table.samples, table.start, table.rate, first, delay, weight)
     best = best_seconds({"groups": lambda: add_groups(intensity, 0.0, RATE, *columns, 1.0, 0.0)})["groups"]
     return [Result("add_groups, nine arrivals a group", count * size / best / 1e6, "M arrivals/s")]

@@ -4,19 +4,19 @@ import numpy as np
 
 from insonify.ocean.profile import SoundSpeedProfile
 from insonify.propagation._eigenray_kernel import COLUMNS
-from insonify.propagation._table_kernel import EXACT, find_cells, read_cells
-from insonify.propagation.layers import column
-from insonify.propagation.tables import LegTable, leg_table
+from insonify.propagation._eigenray_table_kernel import EXACT, find_cells, interpolate_cells
+from insonify.propagation.eigenray_table import EigenrayTable, eigenray_table
+from insonify.propagation.sound_speed_layers import sound_speed_layers
 from measure import Result, best_seconds
 
-WATER = column(SoundSpeedProfile(np.array([0.0, 8, 14, 20]), np.array([1510.0, 1510, 1490, 1490])), 20.0)
+WATER = sound_speed_layers(SoundSpeedProfile(np.array([0.0, 8, 14, 20]), np.array([1510.0, 1510, 1490, 1490])), 20.0)
 AT_ONCE = 8192  # points of one call: what is read of them fits the cache
 CALLS = 16
 SPANS = {"on the seabed": (20.0, 20.0), "anywhere": (0.0, 20.0)}
 
 
-def _table(family: str, points: tuple[float, float], heave: float = 0.0) -> LegTable:
-    return leg_table(WATER, family, source_depths=(11.0, 11.0 + heave), point_depths=points, farthest=200.0)
+def _table(family: str, points: tuple[float, float], heave: float = 0.0) -> EigenrayTable:
+    return eigenray_table(WATER, family, source_depths=(11.0, 11.0 + heave), point_depths=points, max_range=200.0)
 
 
 def look_ups() -> list[Result]:
@@ -33,12 +33,12 @@ def look_ups() -> list[Result]:
     ]
 
 
-def _reading(table: LegTable, span: tuple[float, float]) -> tuple[object, int]:
+def _reading(table: EigenrayTable, span: tuple[float, float]) -> tuple[object, int]:
     """A run that reads a table at many points, and how many."""
-    plane, where = table.at(11.0), table.task.where
+    plane, where = table.plane_at(11.0), table.specification.grid
     random = np.random.default_rng(1)
     depth, ranges = random.uniform(*span, 4 * AT_ONCE), random.uniform(1, 200, 4 * AT_ONCE)
-    held = np.flatnonzero(~np.isin(where.find(plane.state, depth, ranges)[1], (0, EXACT)))[:AT_ONCE]
+    held = np.flatnonzero(~np.isin(where.find(plane.path_count, depth, ranges)[1], (0, EXACT)))[:AT_ONCE]
     depth, ranges = depth[held], ranges[held]
     cell, paths = np.empty((2, held.size), np.int32), np.empty(held.size, np.uint8)
     rays, nodes, mean_speed = np.empty((held.size, 1, COLUMNS)), plane.nodes.reshape(-1), plane.mean_speed.reshape(-1)
@@ -47,11 +47,19 @@ def _reading(table: LegTable, span: tuple[float, float]) -> tuple[object, int]:
     def run() -> None:
         for _ in range(CALLS):
             find_cells(
-                plane.state, where.rows, where.buckets, where.per_metre, 1 / where.step, depth, ranges, cell, paths
+                plane.path_count,
+                where.cell_rows,
+                where.buckets,
+                where.per_metre,
+                1 / where.step,
+                depth,
+                ranges,
+                cell,
+                paths,
             )
-            read_cells(
-                nodes, mean_speed, where.lines.size, where.stations.size, where.rows, 1 / where.step, speed,
-                plane.history, table.task.bounces, 0, depth, ranges, cell, paths, rays,
+            interpolate_cells(
+                nodes, mean_speed, where.node_depths.size, where.node_ranges.size, where.cell_rows, 1 / where.step, speed,
+                plane.history, table.specification.bounces, 0, depth, ranges, cell, paths, rays,
             )  # fmt: skip
 
     return run, held.size
@@ -65,7 +73,7 @@ def making() -> list[Result]:
 
     def blend() -> None:
         heaving._recent.clear()
-        heaving.at(11.1)
+        heaving.plane_at(11.1)
 
     runs["table of one ping, by blending"] = blend
     seconds = best_seconds(runs)

@@ -8,7 +8,7 @@ import time
 
 from bench_sidescan import loaded
 from insonify.scenario.scenario import Scenario
-from insonify.simulation import Listening, listen, prepare
+from insonify.simulator import Simulator, build_simulator, simulate_pings
 from measure import Result
 
 SCENE = """
@@ -20,10 +20,10 @@ sonar:
   pulse: {kind: lfm, frequency: 900 kHz, bandwidth: SWEEP kHz, duration: 0.5 ms}
   transmit: {kind: planar, width: 0.8 mm, height: 5 mm, steer: 0 deg}
   receive: {kind: planar, width: 53.3 mm, height: 5 mm, columns: 64BEAMS}
-  receiver: {band: BAND kHz, record: CHANNELS}
+  receiver: {bandwidth: BAND kHz, record: CHANNELS}
   mounting: {bearing: 0 deg, tilt: 20 deg}
 track: {kind: static, position: [0 m, 0 m, 3 m], window: [0 ms, 14.5 ms], pings: 8}
-paths: {reflections: ORDER}
+paths: {max_reflections: ORDER}
 """
 STEER = ", steer: {from: -65 deg, to: 65 deg, step: 0.509803922 deg}"
 SWEEPS = (30, 300)
@@ -47,21 +47,21 @@ def frames() -> list[Result]:
     for sweep in SWEEPS:
         for channels in ("elements", "beams"):
             for order, goal in GOALS.items():
-                listening = prepare(imaging(sweep, channels, order))
-                name = f"{sweep} kHz, {listening.scenario.sonar.channel_count} {channels}, up to {order} bounces"
-                found.append(Result(f"{name}, processor time", _seconds(listening), "s", f"goal {goal:g}"))
+                simulator = build_simulator(imaging(sweep, channels, order))
+                name = f"{sweep} kHz, {simulator.scenario.sonar.channel_count} {channels}, up to {order} bounces"
+                found.append(Result(f"{name}, processor time", _seconds(simulator), "s", f"goal {goal:g}"))
                 if channels == "elements" and order == 0:
-                    blocks = listening.engine.blocks(listening.stance(0))
+                    blocks = simulator.engine.blocks(simulator.ping_geometry(0))
                     found.append(Result(f"{name}, scatterers", sum(len(block()) for block in blocks) / 1e3, "k", ""))
     return found
 
 
-def _seconds(listening: Listening) -> float:
+def _seconds(simulator: Simulator) -> float:
     """Least processor time of some frames, after one that compiles and fills caches [s]."""
     times = []
     for ping in range(1 + FRAMES):
         begin = time.process_time()
-        for _ in listen(listening, [ping], 1):
+        for _ in simulate_pings(simulator, [ping], 1):
             pass
         times.append(time.process_time() - begin)
     return min(times[1:])

@@ -10,27 +10,27 @@ TEMPLATES = files("insonify.scenario") / "templates"
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
 ROUGH = {"kind": "power-law", "hurst": 0.8, "rms": "8 cm", "outer_scale": "25 m"}
-CALM = {"bounce": "mirror", "wind_speed": None}
+CALM = {"reflection": "flat", "wind_speed": None}
 LABELS = {"output": {"labels": True}}
 THERMOCLINE = [[0, 1510], [8, 1510], [14, 1490], [20, 1490]]
 NEAR = {"track": {"window": ["0 ms", "60 ms"], "pings": 4}}
 """A short window, for what would take minutes over the template's."""
 STEADY = {"kind": "line", "start": [0, 0, 12], "speed": "2 m/s", "pings": 40, "interval": "0.15 s",
           "window": ["0 ms", "70 ms"]}  # fmt: skip
-SMOOTH = {"shape": "box", "position": [0, 30], "size": ["2 m", "1 m", "1 m"], "smooth": 0.9}
-SPHERE = {"shape": "sphere", "position": [0, 30], "diameter": "1.5 m", "smooth": 0.9}
+SMOOTH = {"shape": "box", "position": [0, 30], "size": ["2 m", "1 m", "1 m"], "face_reflection_coefficient": 0.9}
+SPHERE = {"shape": "sphere", "position": [0, 30], "diameter": "1.5 m", "face_reflection_coefficient": 0.9}
 PLAIN = {"texture": None, "relief": None}
 
 SCENES: dict[str, tuple[str, dict[str, Any]]] = {
     "one ping": ("nominal", {}),
     "calm sea": ("nominal", {"surface": CALM, "track": {"pings": 10}}),
-    "statistical sea, order 4": ("nominal", {"paths": {"reflections": 4}, "track": {"pings": 6}}),
-    "explicit waves": ("nominal", {"surface": {"bounce": "waves"}, **NEAR}),
+    "statistical sea, order 4": ("nominal", {"paths": {"max_reflections": 4}, "track": {"pings": 6}}),
+    "explicit waves": ("nominal", {"surface": {"reflection": "explicit"}, **NEAR}),
     "own echoes of the surface": (
         "nominal", {"surface": {"scattering": {"law": "apl-surface", "wind_speed": "5 m/s"}}, "track": {"pings": 4}}
     ),
     "layered water": ("nominal", {"water": {"profile": THERMOCLINE, "sound_speed": None}, "track": {"pings": 6}}),
-    "uneven water": ("nominal", {"water": {"inhomogeneity": {"rms_index": 1e-4, "length": "2 m"}}, **NEAR}),
+    "uneven water": ("nominal", {"water": {"inhomogeneity": {"rms_index": 1e-4, "correlation_length": "2 m"}}, **NEAR}),
     "expected, general": ("nominal", {"field": "incoherent", "surface": CALM, "track": {"pings": 2}}),
     "labels of one beam": ("nominal", {**LABELS, "surface": CALM, **NEAR}),
     "slice": ("nominal", {"paths": {"geometry": "slice"}, "targets": [], "track": {"pings": 100}}),
@@ -49,7 +49,7 @@ SCENES: dict[str, tuple[str, dict[str, Any]]] = {
     "sidescan, labels": ("sidescan", {**LABELS, "track": STEADY | {"pings": 10}}),
     "sidescan, expected": ("sidescan", {"field": "incoherent", "track": STEADY | {"pings": 400}}),
     "sidescan, expected, labels": ("sidescan", {"field": "incoherent", **LABELS, "track": STEADY | {"pings": 8}}),
-    "sidescan over relief": ("sidescan", {"seabed": {"relief": ROUGH}, "track": STEADY, "paths": {"reflections": 2}}),
+    "sidescan over relief": ("sidescan", {"seabed": {"relief": ROUGH}, "track": STEADY, "paths": {"max_reflections": 2}}),
     "sidescan, expected over relief": (
         "sidescan", {"field": "incoherent", "seabed": {"relief": ROUGH}, "track": STEADY | {"pings": 100}}
     ),

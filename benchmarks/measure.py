@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from insonify.simulation import Listening, listen
+from insonify.simulator import Simulator, simulate_pings
 
 THREADS = 2
 """By which pings are heard."""
@@ -51,21 +51,21 @@ def best_seconds(candidates: Mapping[str, Callable[[], object]], repeats: int = 
     return best
 
 
-def ping_seconds(listening: Listening, warm: int, timed: int) -> tuple[float, float]:
+def ping_seconds(simulator: Simulator, warm: int, timed: int) -> tuple[float, float]:
     """Wall and processor seconds of one ping of a survey that is under way, the least of `STRETCHES` of it.
 
     Args:
-        listening: A scenario that has been prepared.
+        simulator: A scenario that has been prepared.
         warm: Pings heard first, which compile what is missing, draw the ground and touch the memory that a run holds.
         timed: Those of each stretch after them, heard as a survey has them.
     """
     warm, timed, stretches = (1, 1, 1) if SMOKE else (warm, timed, STRETCHES)
-    for _ in listen(listening, range(warm), THREADS):
+    for _ in simulate_pings(simulator, range(warm), THREADS):
         pass
     found = []
     for begin in range(warm, warm + stretches * timed, timed):
         wall, cores = time.perf_counter(), time.process_time()
-        for _ in listen(listening, range(begin, begin + timed), THREADS):
+        for _ in simulate_pings(simulator, range(begin, begin + timed), THREADS):
             pass
         found.append(((time.perf_counter() - wall) / timed, (time.process_time() - cores) / timed))
     walls, cores_of = zip(*found, strict=True)

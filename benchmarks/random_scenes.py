@@ -71,14 +71,14 @@ def _reconciled(found: Description) -> Description:
         found["water"].pop("profile", None)
         found["water"].pop("smoothing", None)
     if paths.get("geometry") == "slice" or "engine" in paths:
-        found["surface"] = surface = {"bounce": "mirror"}
+        found["surface"] = surface = {"reflection": "flat"}
         found["water"].pop("volume_strength_db", None)
         found["track"].pop("motion", None)
         found["sonar"].pop("sides", None)
-    if surface["bounce"] == "waves":
+    if surface["reflection"] == "explicit":
         found["water"].pop("profile", None)
         found["water"].pop("smoothing", None)
-        paths["reflections"] = min(paths["reflections"], 1)
+        paths["max_reflections"] = min(paths["max_reflections"], 1)
     return found
 
 
@@ -115,7 +115,7 @@ def _water(draw: _Draw, depth: float) -> Description:
     if draw.chance(0.15):
         found["volume_strength_db"] = draw.between(-95, -60)
     if draw.chance(0.15):
-        found["inhomogeneity"] = {"rms_index": draw.log(1e-6, 1e-4), "length": draw.log(0.5, 5)}
+        found["inhomogeneity"] = {"rms_index": draw.log(1e-6, 1e-4), "correlation_length": draw.log(0.5, 5)}
     if draw.chance(0.4):
         found["noise_level_db"] = draw.between(10, 50)
     elif draw.chance(0.3):
@@ -142,19 +142,19 @@ def _seabed(draw: _Draw, depth: float) -> Description:
     if relief:
         found["relief"] = relief
     if draw.chance(0.15):
-        found["texture"] = {"shape": draw.log(0.5, 20), "length": draw.log(0.3, 5)}
+        found["texture"] = {"k_shape": draw.log(0.5, 20), "correlation_length": draw.log(0.3, 5)}
     return found
 
 
 def _surface(draw: _Draw) -> Description:
-    bounce = draw.one(("mirror", "mirror", "statistical", "statistical", "tilted", "waves"))
-    found: Description = {"bounce": bounce}
+    bounce = draw.one(("flat", "flat", "statistical", "statistical", "tilted", "explicit"))
+    found: Description = {"reflection": bounce}
     wind = draw.between(1.5, 8)
-    if bounce in ("statistical", "waves"):
+    if bounce in ("statistical", "explicit"):
         found["wind_speed"] = wind
-    if bounce == "tilted" or (bounce == "waves" and draw.chance(0.3)):
+    if bounce == "tilted" or (bounce == "explicit" and draw.chance(0.3)):
         found["swell"] = {"height": draw.log(0.05, 0.4), "length": draw.log(30, 120)}
-        found["waves_to"] = f"{draw.between(0, 359)} deg"
+        found["wave_direction"] = f"{draw.between(0, 359)} deg"
     if draw.chance(0.25):
         found["scattering"] = {"law": "apl-surface", "wind_speed": wind}
     return found
@@ -185,7 +185,7 @@ def _target(draw: _Draw, number: int, depth: float, reach: float, folder: Path) 
     if draw.chance(0.3):
         found["burial"] = draw.between(0.05, 0.6)
     if draw.chance(0.25) and max(size) < SMOOTH_LARGEST:
-        found["smooth"] = draw.between(-1, 1)
+        found["face_reflection_coefficient"] = draw.between(-1, 1)
     return found
 
 
@@ -212,17 +212,17 @@ def _sonar(draw: _Draw, frequency: float, wavelength: float) -> Description:
     if draw.chance(0.5):
         band = frequency * draw.between(0.03, 0.12)
         pulse: Description = {"kind": "lfm", "bandwidth": band, "duration": draw.log(20, 150) / band}
-        receiver["compress"] = draw.chance(0.4)
+        receiver["matched_filter"] = draw.chance(0.4)
     else:
         pulse = {"kind": "cw", "duration": draw.log(8, 150) / frequency}
         band = 2 / pulse["duration"]
-    receiver["band"] = 1.5 * band
+    receiver["bandwidth"] = 1.5 * band
     if draw.chance(0.15):
         receiver["sub_bands"] = draw.one((2, 3))
     if draw.chance(0.2):
         receiver["self_noise"] = {"level_db": draw.between(10, 40)}
     if draw.chance(0.15):
-        receiver["converter"] = {"full_scale_db": draw.between(140, 200), "bits": draw.one((8, 12, 16))}
+        receiver["adc"] = {"full_scale_db": draw.between(140, 200), "bits": draw.one((8, 12, 16))}
     found: Description = {
         "source_level_db": draw.between(190, 225),
         "pulse": {"frequency": frequency, **pulse},
@@ -253,10 +253,10 @@ def _track(draw: _Draw, depth: float, reach: float) -> Description:
 
 def _paths(draw: _Draw, field: str) -> Description:
     found: Description = {
-        "reflections": draw.one((0, 1, 1, 2, 2, 3)),
+        "max_reflections": draw.one((0, 1, 1, 2, 2, 3)),
         "scatterers_per_cell": draw.log(1, 8),
-        "beam_floor_db": draw.between(-60, -25),
-        "edges": draw.one(("fresnel", "hard")),
+        "beam_cutoff_db": draw.between(-60, -25),
+        "edge_diffraction": draw.one(("knife-edge", "none")),
     }
     if draw.chance(0.08):
         found["geometry"] = "slice"

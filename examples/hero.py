@@ -11,16 +11,16 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from insonify import Scenario, levels, load_scenario, simulate
-from insonify.drawing import style
-from insonify.drawing.fan import sector
-from insonify.drawing.heard import heard
+from insonify.plotting import style
+from insonify.plotting.recording_levels import recording_levels
+from insonify.plotting.sector_image import sector
 
 HERE = Path(__file__).resolve().parent
 STEERS = np.radians(np.arange(-6, 6.01, 0.125))
 WINDOW = (0.185, 0.2345)
 SPAN = (-72.0, -18.0)
 NIGHT, PALE, DIM = "#0C0F12", "#E9E4DA", "#8F8A80"
-CAUSES = {"seabed": "#E8A33D", "target": "#FF5B3A"}
+CONTRIBUTION_COLOURS = {"seabed": "#E8A33D", "target": "#FF5B3A"}
 
 
 def box(label: str, bearing: float, reach: float, size: list[float], heading: float) -> dict[str, object]:
@@ -43,7 +43,7 @@ def scene(steers: list[float], reflections: int = 2) -> Scenario:
     values["targets"] = TARGETS
     values["track"]["window"] = WINDOW
     values["sonar"]["receive"]["steer"] = steers
-    values["paths"]["reflections"] = reflections
+    values["paths"]["max_reflections"] = reflections
     return Scenario.model_validate(values)
 
 
@@ -51,7 +51,7 @@ def images(figure: Figure) -> None:
     """Two fans side by side: direct paths, and up to two reflections on each leg."""
     panels = figure.subplots(1, 2, sharey=True)
     for axes, reflections, title in zip(panels, (0, 2), ("direct paths only", "with surface and bottom"), strict=True):
-        sound = heard(simulate(scene(STEERS.tolist(), reflections)))
+        sound = recording_levels(simulate(scene(STEERS.tolist(), reflections)))
         slant = sound.time * sound.sound_speed / 2
         mesh = sector(axes, slant, sound.steer, np.maximum(sound.strength()[0], SPAN[0]), SPAN, ink=DIM)
         axes.set_title(title, pad=24, fontsize=13)
@@ -68,8 +68,8 @@ def curves(figure: Figure) -> None:
     time = ping["time"].values * 1e3
     expected = levels(whole)["level_db"].sel(pair="all")
     axes.plot(time, 20 * np.log10(np.abs(ping["pressure"].values[0, 0])), color=PALE, linewidth=0.7, label="one ping")
-    for cause, colour in CAUSES.items():
-        level = expected.sel(cause=cause).values
+    for cause, colour in CONTRIBUTION_COLOURS.items():
+        level = expected.sel(contribution=cause).values
         axes.plot(
             time, np.where(np.isfinite(level), level, np.nan), color=colour, linewidth=2.2, label=f"{cause}, expected"
         )
@@ -86,12 +86,12 @@ def main(path: Path) -> None:
     night = {name: NIGHT for name in ("figure.facecolor", "axes.facecolor", "savefig.facecolor")}
     pale = {name: PALE for name in ("text.color", "axes.labelcolor", "xtick.labelcolor", "ytick.labelcolor")}
     lines = {"axes.edgecolor": DIM, "xtick.color": DIM, "ytick.color": DIM, "grid.color": "#23282D", "savefig.dpi": 90}
-    with style.page(), matplotlib.rc_context({**night, **pale, **lines}):
-        figure = style.sheet(12, 9.6)
+    with style.plot_style(), matplotlib.rc_context({**night, **pale, **lines}):
+        figure = style.new_figure(12, 9.6)
         above, below = figure.subfigures(2, 1, height_ratios=(2.2, 1))
         images(above)
         curves(below)
-        style.keep(figure, path)
+        style.save_figure(figure, path)
 
 
 if __name__ == "__main__":

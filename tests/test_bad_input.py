@@ -15,11 +15,11 @@ import pytest
 
 from insonify import ocean, scattering
 from insonify.scattering import Sediment
-from insonify.scene.terrain import Patches, PowerLaw, Ripples, SedimentMap, grow, upward_normal
+from insonify.scene.terrain import PowerLaw, Ripples, SedimentMap, SedimentPatches, build_terrain, upward_normal
 
 SAND = Sediment.named("medium sand")
 SEA = ocean.SeaSurface(ocean.Elfouhaily(7.0), bands=4, directions=2)
-GROUND = grow([PowerLaw(hurst=0.6, rms=0.1), Ripples()], seed=1)
+GROUND = build_terrain([PowerLaw(hurst=0.6, rms=0.1), Ripples()], seed=1)
 LAWS = [
     *(law(SAND, 5e4) for law in (scattering.Jackson, scattering.SmallSlope, scattering.Kirchhoff)),
     *(law(SAND, 5e4) for law in (scattering.Perturbation, scattering.SedimentVolume)),
@@ -28,7 +28,7 @@ LAWS = [
     scattering.Bubbles(7.0, 5e4),
     scattering.SurfaceFacets(0.01, 0.02),
     scattering.SurfaceScattering.at_wind(7.0, 5e4),
-    scattering.UserTable([0.1, 1.0], [-20.0, -10.0]),
+    scattering.TableScatteringLaw([0.1, 1.0], [-20.0, -10.0]),
 ]
 
 WATER = {"temperature": 10.0, "salinity": 35.0}
@@ -51,14 +51,14 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, float]]] = {
     },
     "absorption filter": (ocean.absorption_filter, {"frequency": 1e5, "path_length": 90.0}),
     "pressure": (ocean.pressure_dbar, {"depth": 9.0, "latitude": 45.0}),
-    "depth": (ocean.depth, {"pressure_dbar": 9.0, "latitude": 45.0}),
+    "depth": (ocean.depth_from_pressure, {"pressure_dbar": 9.0, "latitude": 45.0}),
     "noise": (ocean.noise_level_db, {"frequency": 2e4, "wind_speed": 5.0, "shipping": 0.5, "rain_rate": 1.0}),
     "waves": (ocean.angular_frequency, {"wavenumber": 1.0, "water_depth": 9.0}),
     "elfouhaily": (ocean.Elfouhaily(7.0).density, {"wavenumber": 1.0}),
     "pierson-moskowitz": (ocean.PiersonMoskowitz(12.0).density, {"wavenumber": 1.0}),
-    "spreading": (ocean.CosinePower().density, {"angle": 0.1, "wavenumber": 1.0}),
+    "spreading": (ocean.CosinePowerSpreading().density, {"angle": 0.1, "wavenumber": 1.0}),
     "sea": (SEA.elevation, {"north": 1.0, "east": 2.0, "time": 3.0}),
-    "volume": (ocean.sv, {"density": 1.0, "mean_backscatter": 1e-5}),
+    "volume": (ocean.volume_backscattering_coefficient, {"density": 1.0, "mean_backscatter": 1e-5}),
     "bubble": (ocean.bubble_resonance_frequency, {"radius": 1e-4, "depth": 1.0, "density": 1025.0}),
     "reflection": (lambda **k: scattering.reflection_coefficient(SAND, **k), {"grazing": 0.3}),
     "coherent loss": (scattering.coherent_reflection_factor, {"frequency": 1e5, "rms_height": 1e-3, "grazing": 0.3}),
@@ -147,7 +147,7 @@ def test_a_gap_in_a_measurement_stays_a_gap():
 
 def test_a_place_that_is_none_has_no_sediment():
     """A row number cannot be a gap: NaN is refused where ground is only undefined."""
-    cover = SedimentMap(base=Patches(sediments=("clay", "rock"), fractions=(1, 2))).lay(seed=2)
+    cover = SedimentMap(base=SedimentPatches(sediments=("clay", "rock"), fractions=(1, 2))).build_cover(seed=2)
     assert np.isnan(GROUND.height(np.nan, 0.0))
     with pytest.raises(ValueError, match="north is nan m"):
         cover.lookup([0.0, np.nan], 0.0)
@@ -186,7 +186,7 @@ NOUNS = [
     SAND,
     SEA,
     GROUND,
-    GROUND.terrain.parts[0],
+    GROUND.resolved.parts[0],
     ocean.PiersonMoskowitz(12.0),
     ocean.Jonswap(12.0, 1e5),
     ocean.NoiseSpectrum([1e3, 1e5], [50.0, 40.0]),

@@ -17,10 +17,10 @@ from insonify.cli.app import main
 from insonify.formats.netcdf_file import read_netcdf
 from insonify.formats.zarr_store import StoreError
 from insonify.ocean.profile_file import read_profile
-from insonify.scattering import UserTable
-from insonify.scene.mesh import MeshError, mesh_triangles
-from insonify.scene.terrain.grid_file import GridError, read_grid
-from insonify.simulation import record
+from insonify.scattering import TableScatteringLaw
+from insonify.scene.mesh_file import MeshError, mesh_triangles
+from insonify.scene.terrain.bathymetry_file import GridError, read_grid
+from insonify.simulator import record
 from insonify.sonar.navigation_file import read_navigation
 from oracles import damage
 
@@ -36,7 +36,7 @@ sonar:
   transmit: {{kind: line, length: 0.3 m}}
   receive: {{kind: line, length: 0.3 m}}
 track: {{kind: static, position: [0, 0, 8 m], window: [20 ms, 25 ms]}}
-paths: {{causes: [seabed], reflections: 0}}
+paths: {{contributions: [seabed], max_reflections: 0}}
 output: {{labels: true}}
 """
 
@@ -46,7 +46,7 @@ def _surface(path: str) -> object:
 
 
 def _kinds() -> dict[str, tuple[Callable[[Path], None], Callable[[Any], object], type[ValueError]]]:
-    tables = {"cast.csv": read_profile, "log.csv": read_navigation, "strengths.csv": UserTable.from_csv}
+    tables = {"cast.csv": read_profile, "log.csv": read_navigation, "strengths.csv": TableScatteringLaw.from_csv}
     return {
         **{name: (make, read_grid, GridError) for name, make in damage.GRIDS.items()},
         **{name: (make, _surface, MeshError) for name, make in damage.MESHES.items()},
@@ -176,7 +176,7 @@ def test_a_library_that_broods_or_crashes_is_given_up(tmp_path, monkeypatch, tri
     """An HDF5 file over which the library hangs or dies is refused: the trial stands in for the library here."""
     damage.nc(tmp_path / "a.nc")
     monkeypatch.setattr(data_file, "_TRIAL", trial)
-    monkeypatch.setattr(data_file, "_PATIENCE", 1.0)
+    monkeypatch.setattr(data_file, "_TRIAL_TIMEOUT", 1.0)
     with pytest.raises(GridError, match=rf"a\.nc: cannot be read: its library .*{said}"):
         read_grid(str(tmp_path / "a.nc"))
     with pytest.raises(StoreError, match=rf"a\.nc cannot be read as netCDF.*{said}"):
@@ -191,7 +191,7 @@ def test_a_file_that_keeps_its_library_busy_is_given_up_by_processor_time(tmp_pa
     resource = pytest.importorskip("resource")
     damage.nc(tmp_path / "a.nc")
     monkeypatch.setattr(data_file, "_TRIAL", data_file._TRIAL.replace(step, endless))
-    monkeypatch.setattr(data_file, "_PATIENCE", 600.0)
+    monkeypatch.setattr(data_file, "_TRIAL_TIMEOUT", 600.0)
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     with pytest.raises(GridError, match=r"a\.nc: cannot be read: .* in the time that ten such files take"):
         read_grid(str(tmp_path / "a.nc"))
@@ -199,7 +199,7 @@ def test_a_file_that_keeps_its_library_busy_is_given_up_by_processor_time(tmp_pa
     assert after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime < 5
 
 
-@pytest.mark.parametrize("read", [read_profile, read_navigation, UserTable.from_csv])
+@pytest.mark.parametrize("read", [read_profile, read_navigation, TableScatteringLaw.from_csv])
 def test_a_table_without_end_is_not_begun(read, tmp_path, monkeypatch):
     """Devices never end, folders are no tables, and what is too large is refused unread; a cell without end, too."""
     with pytest.raises(ValueError, match="/dev/zero: not an ordinary file"):
@@ -209,7 +209,7 @@ def test_a_table_without_end_is_not_begun(read, tmp_path, monkeypatch):
     (tmp_path / "a.csv").write_text('time,"' + "x" * 200_000 + '"\n1,2\n')
     with pytest.raises(ValueError, match=r"a\.csv, line 1: no (row|header) of a table \(field larger than"):
         read(tmp_path / "a.csv")
-    monkeypatch.setattr("insonify.data_file.LARGEST_TABLE", 1000)
+    monkeypatch.setattr("insonify.data_file.MAX_TABLE_BYTES", 1000)
     with pytest.raises(ValueError, match=r"a\.csv: 0 MB; 0 MB is the most"):
         read(tmp_path / "a.csv")
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from insonify import streams
+from insonify import random_keys
 from insonify.frames import array_axes, bearing_and_elevation, direction, mounting_rotation, pose_rotation
 from insonify.units import UNITS, amplitude_ratio, decibels, intensity_ratio, level_db, si
 
@@ -103,7 +103,7 @@ def test_one_bit_of_a_counter_changes_half_of_the_draw(counters, bit):
     """Avalanche: of 128 bits 64 change, 30 to 98 in all cases (six standard deviations of 5.66)."""
     changed = list(counters)
     changed[bit // 32] ^= 1 << bit % 32
-    words = [streams.philox(*c, *streams.key(7, streams.SEABED)) for c in (counters, changed)]
+    words = [random_keys.philox(*c, *random_keys.stream_key(7, random_keys.SEABED)) for c in (counters, changed)]
     flipped = sum(int(a ^ b).bit_count() for a, b in zip(*words, strict=True))
     assert 30 <= flipped <= 98
 
@@ -111,24 +111,26 @@ def test_one_bit_of_a_counter_changes_half_of_the_draw(counters, bit):
 def test_no_counter_stands_for_another():
     """Swapped counters, and a negative first one beside its complement in the others, have draws of their own."""
     asked = [(1, 2, 3, 4), (2, 1, 3, 4), (1, 3, 2, 4), (1, 2, 4, 3), (4, 3, 2, 1), (-1, 0, 0, 0), (0, -1, 0, 0)]
-    draws = np.array([streams.uniforms(1, streams.TARGET, *counters) for counters in asked])
+    draws = np.array([random_keys.uniforms(1, random_keys.TARGET, *counters) for counters in asked])
     assert len(np.unique(draws)) == draws.size
-    np.testing.assert_array_equal(draws[5], streams.uniforms(1, streams.TARGET, 2**32 - 1, 0, 0, 0))
+    np.testing.assert_array_equal(draws[5], random_keys.uniforms(1, random_keys.TARGET, 2**32 - 1, 0, 0, 0))
 
 
 def test_samples_late_in_a_run_are_no_repetition():
     """Beyond 2^33 samples the low words of the counter come round; the noise does not."""
-    late = streams.normals(1, streams.NOISE, 0, 0, 64, start=2**33)
-    early = streams.normals(1, streams.NOISE, 0, 0, 64)
+    late = random_keys.complex_normals(1, random_keys.NOISE, 0, 0, 64, start=2**33)
+    early = random_keys.complex_normals(1, random_keys.NOISE, 0, 0, 64)
     assert np.abs(late - early).min() > 0
-    np.testing.assert_array_equal(late[7:], streams.normals(1, streams.NOISE, 0, 0, 57, start=2**33 + 7))
+    np.testing.assert_array_equal(
+        late[7:], random_keys.complex_normals(1, random_keys.NOISE, 0, 0, 57, start=2**33 + 7)
+    )
 
 
 def test_seeds_are_whole_and_of_64_bits():
     """The last seed is one; numpy's whole numbers do; the next is refused with the range."""
-    assert streams.key(2**64 - 1, 1) != streams.key(0, 1)
-    assert streams.key(np.int64(5), 1) == streams.key(5, 1)
+    assert random_keys.stream_key(2**64 - 1, 1) != random_keys.stream_key(0, 1)
+    assert random_keys.stream_key(np.int64(5), 1) == random_keys.stream_key(5, 1)
     for seed in (-1, 2**64):
         with pytest.raises(ValueError, match="from 0 to 2"):
-            streams.normals(seed, streams.NOISE, 0, 0, 1)
-    assert streams.normals(1, streams.NOISE, 0, 0, 0).shape == (0,)
+            random_keys.complex_normals(seed, random_keys.NOISE, 0, 0, 1)
+    assert random_keys.complex_normals(1, random_keys.NOISE, 0, 0, 0).shape == (0,)

@@ -42,10 +42,10 @@ def test_an_inlined_kernel_is_never_compiled_by_itself():
 
 def test_an_intrinsic_is_for_kernels_only():
     """Instructions of the compiler cannot be run by Python."""
-    from insonify.propagation._table_lanes import on_line
+    from insonify.propagation._eigenray_table_simd import interpolate_on_line
 
-    with pytest.raises(NotImplementedError, match="on_line"):
-        on_line(np.zeros(16), 0, 0.5)
+    with pytest.raises(NotImplementedError, match="interpolate_on_line"):
+        interpolate_on_line(np.zeros(16), 0, 0.5)
 
 
 def test_a_stand_in_is_called_until_numba_is_imported():

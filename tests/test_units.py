@@ -5,11 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from insonify.noun import Decibels, Hertz, Metres, Noun, Radians
+from insonify.model import Decibels, Hertz, Metres, Model, Radians
 from insonify.units import UNITS, amplitude_ratio, decibels, intensity_ratio, level_db, si
 
 
-class Buoy(Noun):
+class Buoy(Model):
     """A thing with one value of each kind."""
 
     depth: Metres = 3.0

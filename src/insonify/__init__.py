@@ -4,7 +4,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from insonify.stale_kernels import forget_stale_kernels
+from insonify.kernel_cache import delete_stale_kernels
 
 if TYPE_CHECKING:
     from insonify.formats.netcdf_file import read_netcdf as read_netcdf
@@ -12,27 +12,28 @@ if TYPE_CHECKING:
     from insonify.formats.zarr_store import open_recording as open_recording
     from insonify.scenario.load import load_scenario as load_scenario
     from insonify.scenario.scenario import Scenario as Scenario
-    from insonify.simulation import arrivals as arrivals
-    from insonify.simulation import labels as labels
-    from insonify.simulation import levels as levels
-    from insonify.simulation import simulate as simulate
+    from insonify.simulator import arrivals as arrivals
+    from insonify.simulator import labels as labels
+    from insonify.simulator import levels as levels
+    from insonify.simulator import simulate as simulate
 
-forget_stale_kernels(Path(__file__).parent)  # before any of them can be loaded
+delete_stale_kernels(Path(__file__).parent)  # before any of them can be loaded
 
 # Numba and friends take a second to import: nothing is loaded before it is asked for.
 _HOMES = {
     "load_scenario": "insonify.scenario.load",
     "Scenario": "insonify.scenario.scenario",
-    "simulate": "insonify.simulation",
-    "arrivals": "insonify.simulation",
-    "labels": "insonify.simulation",
-    "levels": "insonify.simulation",
+    "simulate": "insonify.simulator",
+    "arrivals": "insonify.simulator",
+    "labels": "insonify.simulator",
+    "levels": "insonify.simulator",
     "open_recording": "insonify.formats.zarr_store",
     "read_netcdf": "insonify.formats.netcdf_file",
     "write_netcdf": "insonify.formats.netcdf_file",
 }
 _PACKAGES = (
-    "ocean", "scattering", "scene", "sonar", "records", "propagation", "processing", "formats", "drawing", "study",
+    "ocean", "scattering", "scene", "sonar", "records", "propagation", "processing", "formats", "plotting", "paper",
+    "demos", "explanation", "estimates",
 )  # fmt: skip
 
 __all__ = [

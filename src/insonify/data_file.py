@@ -12,15 +12,15 @@ from typing import Annotated
 from pydantic import AfterValidator, Field, ValidationInfo
 from pydantic_core import PydanticCustomError
 
-from insonify.noun import located
+from insonify.model import field_error
 
 
-def _beside(value: str, info: ValidationInfo) -> str:
+def _resolve_path(value: str, info: ValidationInfo) -> str:
     folder = (info.context or {}).get("folder", "")
     return str(Path(folder, value).expanduser().absolute())
 
 
-def _filled_in(value: str | None, info: ValidationInfo) -> str | None:
+def _fill_in_digest(value: str | None, info: ValidationInfo) -> str | None:
     if value is not None or "file" not in info.data:
         return value
     try:
@@ -29,17 +29,17 @@ def _filled_in(value: str | None, info: ValidationInfo) -> str | None:
         return None  # whoever reads the file says what is wrong with it
 
 
-DataFile = Annotated[str, AfterValidator(_beside)]
+DataFile = Annotated[str, AfterValidator(_resolve_path)]
 """A file that a scenario names: beside the scenario file (validation context `folder`), else beside the caller."""
-Fingerprint = Annotated[str | None, AfterValidator(_filled_in), Field(validate_default=True)]
+Fingerprint = Annotated[str | None, AfterValidator(_fill_in_digest), Field(validate_default=True)]
 """SHA-256 of the file that the field `file` above it names, filled in when it is read."""
 
 
 _OUT_OF_TIME = getattr(signal, "SIGXCPU", 0)
-MOST_TRIED = 100_000_000
+MAX_TRIAL_VALUES = 100_000_000
 """Numbers of an array above which it is not read on trial."""
 _HDF5 = b"\x89HDF\r\n\x1a\n"
-_PATIENCE = 20.0  # seconds on the clock, and one more for each megabyte, also where the machine is busy
+_TRIAL_TIMEOUT = 20.0  # seconds on the clock, and one more for each megabyte, also where the machine is busy
 _TRIAL_SECONDS, _TRIAL_RATE = (
     1.0,
     5e7,
@@ -58,7 +58,7 @@ def allow(size):
 
 def tried(size):
     allow(8 * size)
-    return size <= {MOST_TRIED}
+    return size <= {MAX_TRIAL_VALUES}
 
 if sys.argv[1].lower().endswith(".bag"):
     import rasterio
@@ -72,16 +72,16 @@ else:
         for found in file.variables.values():
             tried(math.prod(found.shape)) and found[...]
 """
-LARGEST_TABLE = 256 << 20
+MAX_TABLE_BYTES = 256 << 20
 """Most bytes of a table in text: some millions of rows."""
 
 
-def insist_on_a_file(path: str | Path, most: int) -> int:
+def require_regular_file(path: str | Path, max_bytes: int) -> int:
     """Size of an ordinary file [bytes], before a byte of it is read.
 
     Args:
         path: Its path.
-        most: Most bytes that it may have.
+        max_bytes: Most bytes that it may have.
 
     Raises:
         OSError: It is not there, or a folder.
@@ -92,9 +92,9 @@ def insist_on_a_file(path: str | Path, most: int) -> int:
         raise IsADirectoryError(21, "it is a folder", str(path))
     if not stat.S_ISREG(about.st_mode):
         raise ValueError(f"{path}: not an ordinary file but a device or a pipe. Save its content in a file.")
-    if about.st_size > most:
+    if about.st_size > max_bytes:
         raise ValueError(
-            f"{path}: {about.st_size / 1e6:,.0f} MB; {most / 1e6:,.0f} MB is the most. Is it the right file? "
+            f"{path}: {about.st_size / 1e6:,.0f} MB; {max_bytes / 1e6:,.0f} MB is the most. Is it the right file? "
             "If so, keep the part that is needed."
         )
     return about.st_size
@@ -110,7 +110,7 @@ def table_text(path: str | Path) -> str:
         OSError: It cannot be opened.
         ValueError: It is not text in UTF-8, no ordinary file, or too large; the file and its line are named.
     """
-    insist_on_a_file(path, LARGEST_TABLE)
+    require_regular_file(path, MAX_TABLE_BYTES)
     raw = Path(path).read_bytes()
     try:
         return raw.decode("utf-8-sig")
@@ -156,7 +156,7 @@ def install_advice(extra: str) -> str:
     return f"pip install {' '.join(EXTRAS[extra])}"
 
 
-def insist_on_the_same(file: str, sha256: str | None) -> None:
+def require_unchanged(file: str, sha256: str | None) -> None:
     """Refuse a file that has changed since its fingerprint was taken; whoever reads it says what else is wrong.
 
     Args:
@@ -177,11 +177,11 @@ def _changed(file: str, sha256: str | None) -> PydanticCustomError | None:
         return None
     if found == sha256:
         return None
-    return located("sha256", f"{str(sha256)[:12]}...", f"is not the fingerprint of {file}: the file has changed since. "
+    return field_error("sha256", f"{str(sha256)[:12]}...", f"is not the fingerprint of {file}: the file has changed since. "
                    "Leave sha256 out to take the file as it is.")  # fmt: skip
 
 
-def insist_on_an_answer(path: str | Path) -> None:
+def require_readable_hdf5(path: str | Path) -> None:
     """Refuse an HDF5 file (netCDF 4, BAG) over which its library would brood for ever, or end this process.
 
     A damaged file can lead the library round in circles (one in two to five hundred did), from which nothing in the
@@ -199,7 +199,7 @@ def insist_on_an_answer(path: str | Path) -> None:
     if not is_hdf5 or not sys.executable:
         return
     size = Path(path).stat().st_size
-    patience = _PATIENCE + size / 1e6
+    patience = _TRIAL_TIMEOUT + size / 1e6
     try:
         tried = subprocess.run(
             [sys.executable, "-c", _TRIAL, str(path), str(size)], timeout=patience, check=False,

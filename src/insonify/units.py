@@ -55,13 +55,13 @@ def si(value: object, dimension: str) -> object:
 
 
 _FEW_DIGITS = re.compile(r"[-+]?\d+\.?\d?")
-LEAST_TYPED_ANGLE = 1.0
+MIN_DOUBTFUL_ANGLE = 1.0
 """From here on, a bare angle with few digits was probably meant in degrees [rad]."""
-MOST_TYPED_FREQUENCY = 2000.0
+MAX_DOUBTFUL_FREQUENCY = 2000.0
 """Up to here, a bare frequency was probably meant in kilohertz [Hz]."""
 
 
-def unit_doubt(typed: str, dimension: str) -> str:
+def unit_warning(typed: str, dimension: str) -> str:
     """Warning about a number typed without a unit that was probably meant in another one than SI.
 
     Args:
@@ -77,12 +77,12 @@ def unit_doubt(typed: str, dimension: str) -> str:
     number, unit = _split(typed, dimension, "")
     if unit or number == 0:
         return ""
-    if dimension == "angle" and abs(number) >= LEAST_TYPED_ANGLE and _FEW_DIGITS.fullmatch(typed.strip()):
+    if dimension == "angle" and abs(number) >= MIN_DOUBTFUL_ANGLE and _FEW_DIGITS.fullmatch(typed.strip()):
         return (
             f"{typed} without a unit is read as {number:g} rad ({np.degrees(number):.4g} deg). "
             f"Write '{number:g} deg' for degrees, or '{number:g} rad' if radians are meant."
         )
-    if dimension == "frequency" and 0 < number <= MOST_TYPED_FREQUENCY:
+    if dimension == "frequency" and 0 < number <= MAX_DOUBTFUL_FREQUENCY:
         return (
             f"{typed} without a unit is read as {number:g} Hz. "
             f"Write '{number:g} kHz' for kilohertz, or '{number:g} Hz' if hertz are meant."

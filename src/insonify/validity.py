@@ -51,16 +51,16 @@ def warn_outside(law: str, quantity: str, value: ArrayLike, low: float, high: fl
     return True
 
 
-def numbers(
+def require_numbers(
     name: str,
     value: ArrayLike,
     unit: str,
     low: float = -math.inf,
     high: float = math.inf,
     *,
-    above: bool = False,
-    gaps: bool = True,
-    such_as: str = "",
+    exclude_low: bool = False,
+    allow_nan: bool = True,
+    example: str = "",
 ) -> NDArray[np.float64]:
     """A quantity as numbers, refused where it means nothing.
 
@@ -70,10 +70,10 @@ def numbers(
         unit: Unit of the numbers, "" for a ratio.
         low: Smallest number that means something, in `unit`.
         high: Largest, in `unit`.
-        above: Whether `low` itself means nothing.
-        gaps: Whether NaN and masked values may pass: gaps in a measurement, which stay gaps (NaN), as does
+        exclude_low: Whether `low` itself means nothing.
+        allow_nan: Whether NaN and masked values may pass: gaps in a measurement, which stay gaps (NaN), as does
             what is computed of them.
-        such_as: Example, for the advice.
+        example: Example, for the advice.
 
     Returns:
         The numbers, in the shape in which they were given.
@@ -83,15 +83,15 @@ def numbers(
     """
     given = as_floats(value)
     if given is None:
-        raise _refusal(name, _shown(value), unit, low, high, above, such_as)
-    meant = np.isfinite(given) & (given <= high) & (given > low if above else given >= low)
-    strange = given[~(meant | np.isnan(given))] if gaps else given[~meant]
+        raise _range_error(name, _shortened_repr(value), unit, low, high, exclude_low, example)
+    meant = np.isfinite(given) & (given <= high) & (given > low if exclude_low else given >= low)
+    strange = given[~(meant | np.isnan(given))] if allow_nan else given[~meant]
     if strange.size:
-        raise _refusal(name, f"{strange[0]:g} {unit}".rstrip(), unit, low, high, above, such_as)
+        raise _range_error(name, f"{strange[0]:g} {unit}".rstrip(), unit, low, high, exclude_low, example)
     return given
 
 
-def number(
+def require_number(
     name: str,
     value: object,
     unit: str,
@@ -99,9 +99,9 @@ def number(
     high: float = math.inf,
     *,
     above: bool = False,
-    such_as: str = "",
+    example: str = "",
 ) -> float:
-    """One number, refused where it means nothing; arguments and errors as `numbers`, and a gap is refused too.
+    """One number, refused where it means nothing; arguments and errors as `require_numbers`, and a gap is refused too.
 
     Args:
         name: Of the quantity, as its owner knows it.
@@ -110,35 +110,37 @@ def number(
         low: Smallest number that means something, in `unit`.
         high: Largest, in `unit`.
         above: Whether `low` itself means nothing.
-        such_as: Example, for the advice.
+        example: Example, for the advice.
     """
     given = as_floats(value)
     if given is None or given.ndim:
-        raise _refusal(name, _shown(value), unit, low, high, above, such_as)
-    return float(numbers(name, given, unit, low, high, above=above, gaps=False, such_as=such_as))
+        raise _range_error(name, _shortened_repr(value), unit, low, high, above, example)
+    return float(require_numbers(name, given, unit, low, high, exclude_low=above, allow_nan=False, example=example))
 
 
-def grazing_angle(name: str, value: ArrayLike, *, gaps: bool = True) -> NDArray[np.float64]:
-    """A grazing angle in front of an interface, 0 to pi/2 [rad], any shape; others are refused as by `numbers`.
+def require_grazing_angle(name: str, value: ArrayLike, *, gaps: bool = True) -> NDArray[np.float64]:
+    """A grazing angle in front of an interface, 0 to pi/2 [rad], any shape; others are refused as by `require_numbers`.
 
     Args:
         name: Of the angle.
         value: What was given.
         gaps: Whether NaN may pass.
     """
-    given = numbers(name, value, "rad", -_ROUNDING, math.pi / 2 + _ROUNDING, gaps=gaps, such_as="np.radians(20)")
+    given = require_numbers(
+        name, value, "rad", -_ROUNDING, math.pi / 2 + _ROUNDING, allow_nan=gaps, example="np.radians(20)"
+    )
     return np.clip(given, 0, math.pi / 2)
 
 
-def water_speed(name: str, value: ArrayLike, *, gaps: bool = True) -> NDArray[np.float64]:
-    """A sound speed that some liquid has [m/s], any shape; others are refused as by `numbers`.
+def require_sound_speed(name: str, value: ArrayLike, *, gaps: bool = True) -> NDArray[np.float64]:
+    """A sound speed that some liquid has [m/s], any shape; others are refused as by `require_numbers`.
 
     Args:
         name: Of the speed.
         value: What was given.
         gaps: Whether NaN may pass.
     """
-    return numbers(name, value, "m/s", 300.0, 5000.0, gaps=gaps, such_as="1500")
+    return require_numbers(name, value, "m/s", 300.0, 5000.0, allow_nan=gaps, example="1500")
 
 
 _ROUNDING = 1e-9  # rad: angles come out of arcsines
@@ -165,17 +167,17 @@ def as_floats(value: Any) -> NDArray[np.float64] | None:
     return given.astype(float, copy=False) if given.dtype.kind in "fiu" else None
 
 
-def _shown(value: object) -> str:
+def _shortened_repr(value: object) -> str:
     words = " ".join(repr(value).split())
     return words if len(words) <= 60 else f"{words[:57]}..."
 
 
-def _refusal(name: str, shown: str, unit: str, low: float, high: float, above: bool, such_as: str) -> ValueError:
+def _range_error(name: str, shown: str, unit: str, low: float, high: float, above: bool, example: str) -> ValueError:
     """What was wrong and what to give instead."""
     limit = ""
     if math.isfinite(high):
         limit = f", {'above ' if above else ''}{low if low != -_ROUNDING else 0.0:.6g} to {high:.6g}"
     elif math.isfinite(low):
         limit = f", above {low:g}" if above else f", {low:g} or more"
-    of_unit, example = f" ({unit})" if unit else "", f", such as {such_as}" if such_as else ""
+    of_unit, example = f" ({unit})" if unit else "", f", such as {example}" if example else ""
     return ValueError(f"{name} is {shown}; give a finite number{of_unit}{limit}{example}")

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 import yaml
 
-from insonify.scenario.advice import ScenarioError
+from insonify.estimates.run_cost import estimate_cost
+from insonify.estimates.run_limits import run_refusal
+from insonify.scenario.diagnostic import ScenarioError
 from insonify.scenario.load import load_scenario
-from insonify.study.cost import cost
-from insonify.study.refusals import refusal
 
 FOLDER = Path(__file__).parents[2] / "benchmarks"
 NUMBERS = range(30, 50)
@@ -46,8 +46,8 @@ def test_every_valid_scene_has_a_finite_estimate(random_scenes, tmp_path):
                 scenario = load_scenario(file)
             except ScenarioError:
                 continue
-            whole = cost(scenario, threads=1)
-            assert isinstance(refusal(scenario, whole), str)
+            whole = estimate_cost(scenario, threads=1)
+            assert isinstance(run_refusal(scenario, whole), str)
         valid += 1
         numbers = np.array([whole.seconds, whole.memory, whole.disk])
         assert np.all(np.isfinite(numbers) & (numbers > 0)), number

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from insonify.cli import main
-from insonify.formats.zarr_store import create
-from insonify.records.recording import Layout
+from insonify.formats.zarr_store import create_recording
+from insonify.records.recording import RecordingLayout
 
 
 @pytest.fixture
@@ -55,7 +55,7 @@ MISTAKES = [
     ("base_depth: null", "base_depth: -0.5 m", "targets.0.base_depth"),
     ("[0 m, 0 m, 11 m]", "[0 m, 0 m, 21 m]", "track.position.2: 21 m "),
     ("[0 m, 0 m, 11 m]", "[0 m, 0 m, -1 m]", "track.position.2: -1 m "),
-    ("band: 20 kHz", "band: 200 kHz", "sonar.receiver.band: "),
+    ("bandwidth: 20 kHz", "bandwidth: 200 kHz", "sonar.receiver.bandwidth: "),
     ("pings: 1", "pings: 0", "track.pings: "),
     (
         "{law: lambert, strength_db: -27}",
@@ -110,8 +110,8 @@ def test_a_wrong_command_writes_nothing(here: Path, capsys: pytest.CaptureFixtur
     """Exit code 2, something on stderr, nothing on stdout or on disk."""
     main(["new", "harbour"])
     empty = np.zeros((2, 3))
-    layout = Layout("pressure", np.arange(5) / 1e3, np.arange(2.0), np.zeros(1), empty, empty)
-    create("begun.zarr", layout, {"scenario": ""})
+    layout = RecordingLayout("pressure", np.arange(5) / 1e3, np.arange(2.0), np.zeros(1), empty, empty)
+    create_recording("begun.zarr", layout, {"scenario": ""})
     before = sorted(here.rglob("*"))
     capsys.readouterr()
     assert main(words) == 2

@@ -10,9 +10,9 @@ import pytest
 
 from insonify.cli import main
 from insonify.cli.progress import pace, progress
-from insonify.formats.zarr_store import done, open_recording
+from insonify.formats.zarr_store import open_recording, recorded_pings
 from insonify.scenario.load import load_scenario
-from insonify.simulation import simulate
+from insonify.simulator import simulate
 
 Captured = pytest.CaptureFixture[str]
 
@@ -22,7 +22,7 @@ def shortened(here: Path, **changes: str) -> Path:
     assert main(["new", "bay"]) == 0
     path = here / "bay.yaml"
     text = path.read_text(encoding="utf-8")
-    wanted = {"window": "[199 ms, 206 ms]", "pings": "3", "geometry": "slice", "reflections": "1", **changes}
+    wanted = {"window": "[199 ms, 206 ms]", "pings": "3", "geometry": "slice", "max_reflections": "1", **changes}
     for name, value in wanted.items():
         text, found = re.subn(rf"^(\s*{name}:)[^#\n]*", rf"\1 {value}  ", text, count=1, flags=re.MULTILINE)
         assert found == 1, name
@@ -118,7 +118,7 @@ def test_pings_are_explained_one_by_one(there: Path, capsys: Captured) -> None:
 def test_a_part_of_a_track_is_a_part_of_the_recording(there: Path, capsys: Captured) -> None:
     """--pings 1:2 leaves the others for later; the same command without it fills them in."""
     assert main(["run", "bay.yaml", "-o", "part.zarr", "--pings", "1:2"]) == 0
-    assert done("part.zarr").tolist() == [False, True, False]
+    assert recorded_pings("part.zarr").tolist() == [False, True, False]
     assert np.isnan(open_recording("part.zarr").pressure.values[0]).all()
     assert main(["run", "bay.yaml", "-o", "part.zarr", "--threads", "1"]) == 0
     np.testing.assert_array_equal(

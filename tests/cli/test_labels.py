@@ -15,7 +15,7 @@ sonar:
   transmit: {kind: line, length: 1.5 m}
   receive: {kind: line, length: 1.5 m}
 track: {kind: static, position: [0, 0, 11 m], window: [199 ms, 204 ms]}
-paths: {geometry: slice, reflections: 0}
+paths: {geometry: slice, max_reflections: 0}
 """
 
 

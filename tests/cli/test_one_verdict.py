@@ -8,7 +8,7 @@ import pytest
 import insonify
 from insonify.cli import main
 from insonify.engines import volume
-from insonify.study.cost import cost
+from insonify.estimates.run_cost import estimate_cost
 
 TEMPLATES = {
     path.stem: path.read_text() for path in (Path(insonify.__file__).parent / "scenario" / "templates").glob("*.yaml")
@@ -66,7 +66,7 @@ def test_too_much_water_is_refused_by_both(tmp_path, capsys, monkeypatch):
     """For the sound, and for the labels alone: they are of even points, and ask for others."""
     path = written(tmp_path, "nominal", SHORT, WATER, ("labels: false", "labels: true"))
     assert main(["check", str(path)]) == 0
-    monkeypatch.setattr(volume, "MOST_TILES", 1)
+    monkeypatch.setattr(volume, "MAX_TILES", 1)
     capsys.readouterr()
     (checked, words), (ran, others) = verdicts(path, capsys)
     assert (checked, ran) == (2, 2) and words == others and "water.volume_strength_db" in words
@@ -75,7 +75,7 @@ def test_too_much_water_is_refused_by_both(tmp_path, capsys, monkeypatch):
     capsys.readouterr()
     (checked, words), (ran, others) = verdicts(path, capsys, "--labels")
     assert (checked, ran) == (2, 2) and words == others
-    monkeypatch.setattr(volume, "MOST_CUBES", 1)
+    monkeypatch.setattr(volume, "MAX_CUBES", 1)
     assert [code for code, _ in verdicts(path, capsys)] == [2, 2]
 
 
@@ -90,8 +90,8 @@ def test_too_much_water_at_a_later_ping_is_refused_by_both(tmp_path, capsys, mon
     )
     path = written(tmp_path, "nominal", near, layer, rising, ("  pings: 1\n", "  pings: 30\n"))
     assert main(["check", str(path)]) == 0
-    monkeypatch.setattr(volume, "MOST_CUBES", 100)
-    whole = cost(insonify.load_scenario(path))
+    monkeypatch.setattr(volume, "MAX_CUBES", 100)
+    whole = estimate_cost(insonify.load_scenario(path))
     assert np.isfinite(whole.scatterers)  # the first ping, right above the bed, does not reach the layer
     capsys.readouterr()
     (checked, words), (ran, others) = verdicts(path, capsys)

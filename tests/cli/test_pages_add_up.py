@@ -10,7 +10,7 @@ from insonify.cli import main
 from insonify.formats.label_store import open_labels
 from insonify.formats.zarr_store import open_recording
 from insonify.scenario.load import load_scenario
-from insonify.simulation import labels, simulate
+from insonify.simulator import labels, simulate
 
 QUAY = """
 seed: 7
@@ -25,7 +25,7 @@ sonar:
   transmit: {kind: line, length: 0.3 m}
   receive: {kind: line, length: 0.3 m}
 track: {kind: static, position: [0, 0, 11 m], window: [79 ms, 100 ms], pings: 2}
-paths: {geometry: slice, reflections: 2}
+paths: {geometry: slice, max_reflections: 2}
 """
 NUMBER = r"(-?\d+\.?\d*)"
 
@@ -118,7 +118,7 @@ def test_what_is_run_is_what_is_simulated(quay):
         kept, made = said[name].isel(ping=1).values, told[name].values
         if told[name].attrs.get("units") == "uPa^2":
             np.testing.assert_allclose(kept, made, rtol=1.0001 * 2.0**-13)
-        elif name == "place":
+        elif name == "position":
             np.testing.assert_allclose(kept, made, atol=0.501e-3)
         else:
             np.testing.assert_array_equal(kept, made)

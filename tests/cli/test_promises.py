@@ -10,10 +10,18 @@ from hypothesis import strategies as st
 
 from insonify import cli
 from insonify.cli import app, main
-from insonify.cli.progress import already_there, pace, progress
-from insonify.cli.words import PICTURES, InputError, check_choice, check_picture, check_time, pings, quantity
+from insonify.cli.arguments import (
+    PICTURES,
+    InputError,
+    parse_ping_range,
+    parse_quantity,
+    require_choice,
+    require_picture_suffix,
+    require_time,
+)
+from insonify.cli.progress import pace, progress, resumed_note
 from insonify.formats.zarr_store import StoreError
-from insonify.scenario.advice import Advice, ScenarioError
+from insonify.scenario.diagnostic import Diagnostic, ScenarioError
 from insonify.scenario.load import load_scenario
 from insonify.units import UNITS
 
@@ -34,10 +42,10 @@ def test_a_range_is_a_slice_or_is_refused_with_what_there_is(count, start, stop)
         meant = numbers[part]
         last = stop if text.endswith(str(stop)) and ":" in text else start + 1 if ":" not in text else count
         if meant and last <= count:
-            assert list(pings(text, count)) == meant
+            assert list(parse_ping_range(text, count)) == meant
         else:
             with pytest.raises(InputError, match=f"--pings {text}: .*there are pings 0 to {count - 1}$"):
-                pings(text, count)
+                parse_ping_range(text, count)
 
 
 @pytest.mark.parametrize("dimension", UNITS)
@@ -45,11 +53,11 @@ def test_a_range_is_a_slice_or_is_refused_with_what_there_is(count, start, stop)
 def test_every_unit_is_understood_and_none_of_another_dimension(dimension, option):
     """Two of a unit are twice its size; a unit of something else is refused with those that would do."""
     for unit, size in UNITS[dimension].items():
-        assert quantity(f"2 {unit}", dimension, option) == pytest.approx(2 * size, rel=1e-15)
+        assert parse_quantity(f"2 {unit}", dimension, option) == pytest.approx(2 * size, rel=1e-15)
         for other in UNITS:
             if unit not in UNITS[other]:
                 with pytest.raises(InputError, match=rf"^{option} 2 {unit}: '{unit}' is not a unit of {other}"):
-                    quantity(f"2 {unit}", other, option)
+                    parse_quantity(f"2 {unit}", other, option)
 
 
 @given(st.floats(0, 0.5), st.floats(0.001, 0.5), st.floats(-1, 300))
@@ -57,32 +65,32 @@ def test_a_time_is_taken_when_it_is_held_and_milliseconds_are_offered_when_they_
     """The three cases are exactly: inside, outside though it would fit in milliseconds, outside for good."""
     held = (first, first + length)
     if held[0] <= when <= held[1]:
-        check_time(repr(when), when, held, "--time")
+        require_time(repr(when), when, held, "--time")
         return
     with pytest.raises(InputError) as caught:
-        check_time(repr(when), when, held, "--time")
+        require_time(repr(when), when, held, "--time")
     assert ("did you mean" in str(caught.value)) == (held[0] <= when / 1e3 <= held[1])
     with pytest.raises(InputError) as caught:
-        check_time(f"{when!r} s", when, held, "--time")
+        require_time(f"{when!r} s", when, held, "--time")
     assert "did you mean" not in str(caught.value) and "the recording holds" in str(caught.value)
 
 
 def test_a_picture_needs_a_kind_and_a_folder(tmp_path):
     """Suffixes in any case; a missing folder is answered with the command that makes it."""
     for suffix in PICTURES:
-        check_picture(tmp_path / f"a{suffix}", "-o")
-        check_picture(tmp_path / f"a{suffix.upper()}", "-o")
+        require_picture_suffix(tmp_path / f"a{suffix}", "-o")
+        require_picture_suffix(tmp_path / f"a{suffix.upper()}", "-o")
     for name in ("a", "a.jpg", "a.png.txt"):
         with pytest.raises(InputError, match=r"not a picture; end its name in \.png, \.pdf, \.svg"):
-            check_picture(tmp_path / name, "-o")
+            require_picture_suffix(tmp_path / name, "-o")
     with pytest.raises(InputError, match=f"Make it first: mkdir -p {tmp_path / 'no'}$"):
-        check_picture(tmp_path / "no" / "a.png", "-o")
-    check_choice("tvg20", ("none", "tvg20"), "--gain")
+        require_picture_suffix(tmp_path / "no" / "a.png", "-o")
+    require_choice("tvg20", ("none", "tvg20"), "--gain")
     with pytest.raises(InputError, match=r"Choose one of none, tvg20$"):
-        check_choice("zzz", ("none", "tvg20"), "--gain")
+        require_choice("zzz", ("none", "tvg20"), "--gain")
 
 
-FAULT = Advice("a.yaml", 3, "x", "bad")
+FAULT = Diagnostic("a.yaml", 3, "x", "bad")
 ENDS = {
     "advice": (ScenarioError([FAULT]), 2, "a.yaml:3: x: bad.\n"),
     "store": (StoreError("full of other things"), 2, "full of other things\n"),
@@ -201,10 +209,8 @@ def test_what_was_there_is_told_once_and_only_if_there_was_any(total, data):
             with progress(quiet) as on_ping:
                 for step in range(done, total + 1):
                     on_ping(step, total)
-    assert told == ([(already_there(done, total, "ping"), True)] if done else [])
-    assert ("nothing was left to do" in already_there(total, total, "ping")) and already_there(0, 2, "p").startswith(
-        "0"
-    )
+    assert told == ([(resumed_note(done, total, "ping"), True)] if done else [])
+    assert ("nothing was left to do" in resumed_note(total, total, "ping")) and resumed_note(0, 2, "p").startswith("0")
 
 
 def test_no_words_at_all_are_answered_with_help(capsys):

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from numba import njit
 
-from insonify import simulation
-from insonify.cli import compiling, main
-from insonify.scenario import carried
+from insonify import simulator
+from insonify.cli import compile_progress, main
+from insonify.scenario import platform_poses
 from insonify.scenario.load import load_scenario
 
 HARBOUR = Path(__file__).parents[2] / "examples" / "harbour.yaml"
@@ -43,7 +43,7 @@ def test_a_picture_of_a_survey_loads_no_compiler(tmp_path):
         warnings.simplefilter("ignore")
         less = {"targets": (), "track.pings": 3, "track.window": ["0 ms", "20 ms"]}
         scenario = load_scenario(HARBOUR).with_(less | {"seabed.relief": [{"kind": "ripples", "wavelength": 1.5}]})
-    out = simulation.record(scenario, tmp_path / "survey.zarr")
+    out = simulator.record(scenario, tmp_path / "survey.zarr")
     assert not loaded("show", str(out), "-o", str(tmp_path / "survey.png")) & {"numba"}
     assert (tmp_path / "survey.png").stat().st_size > 0
 
@@ -51,8 +51,8 @@ def test_a_picture_of_a_survey_loads_no_compiler(tmp_path):
 def test_a_check_works_out_the_poses_once(monkeypatch):
     """Faults, cautions, cost and bands ask ten times where the platforms are; the answer is that of the first."""
     counted = []
-    work_out = carried._platforms
-    monkeypatch.setattr(carried, "_platforms", lambda scenario: counted.append(scenario) or work_out(scenario))
+    work_out = platform_poses._platforms
+    monkeypatch.setattr(platform_poses, "_platforms", lambda scenario: counted.append(scenario) or work_out(scenario))
     assert main(["check", str(NOMINAL)]) == 0
     assert len(counted) == 1
 
@@ -61,11 +61,11 @@ def test_poses_follow_the_track_and_the_seed():
     """Another seed of a moving platform, or another track, has other poses: what is kept is of one scenario."""
     nominal = load_scenario(NOMINAL)
     moving = nominal.with_({"track.motion": {"heave": {"rms": "10 cm", "period": "5 s"}}, "track.pings": 3})
-    first = carried.platforms(moving).sending.position
-    other = carried.platforms(moving.with_(seed=5)).sending.position
+    first = platform_poses.platforms(moving).transmitter_poses.position
+    other = platform_poses.platforms(moving.with_(seed=5)).transmitter_poses.position
     assert np.abs(first - other).max() > 1e-3
-    np.testing.assert_array_equal(carried.platforms(moving).sending.position, first)
-    assert not np.array_equal(carried.platforms(nominal).sending.position, first)
+    np.testing.assert_array_equal(platform_poses.platforms(moving).transmitter_poses.position, first)
+    assert not np.array_equal(platform_poses.platforms(nominal).transmitter_poses.position, first)
 
 
 def test_a_command_that_compiles_says_so_once(capsys):
@@ -78,22 +78,22 @@ def test_a_command_that_compiles_says_so_once(capsys):
     def command() -> float:
         return fresh(1.0) + fresh(np.float32(2.0))
 
-    assert compiling.reporting(command)() == 5.0
+    assert compile_progress.reporting(command)() == 5.0
     said = capsys.readouterr()
     assert said.out == "" and said.err == "compiling (once): the machine code is kept for later runs\n"
 
 
 def test_a_command_that_compiles_nothing_is_silent(capsys):
     """Machine code from the cache is loaded without a word."""
-    assert compiling.reporting(lambda: 3)() == 3
+    assert compile_progress.reporting(lambda: 3)() == 3
     assert capsys.readouterr().err == ""
 
 
 def test_long_compilation_shows_progress(capsys, monkeypatch):
     """A line each five seconds, with the number of kernels so far."""
     now = [100.0]
-    monkeypatch.setattr(compiling.time, "monotonic", lambda: now[0])
-    progress = compiling.Progress()
+    monkeypatch.setattr(compile_progress.time, "monotonic", lambda: now[0])
+    progress = compile_progress.Progress()
     for seconds in (0.0, 2.0, 4.0, 1.0):
         progress.begin()
         now[0] += seconds

@@ -4,10 +4,10 @@ import warnings
 
 import numpy as np
 import pytest
-
-from insonify.simulation import prepare, simulate
-from oracles import beams
 from oracles.listening import heard, pulse_spectrum, relative_rms
+
+from insonify.simulator import build_simulator, simulate
+from oracles import beams
 from oracles.scenes import nominal, point
 from oracles.water import fold
 
@@ -50,7 +50,7 @@ def told(transmit: dict[str, object], receive: dict[str, object], lean: dict[str
         return nominal(
             targets=[point(*place, label=f"buoy {n}", strength=-5.0) for n, place in enumerate(BUOYS)],
             water={"noise_level_db": None, "absorption_db_per_m": 0.03},
-            paths={"reflections": 1, "causes": ["target"]},
+            paths={"max_reflections": 1, "contributions": ["target"]},
             track={"position": tuple(HERE), "window": WINDOW, **lean},
             sonar={"mounting": {"tilt": tilt}},
             transmit=transmit,
@@ -82,7 +82,7 @@ def summed(transmit: dict[str, object], receive: dict[str, object], lean: dict[s
                 weight.append(echo * np.array(gains))
 
     def spectrum(offset: np.ndarray) -> np.ndarray:
-        return pulse_spectrum(offset, duration=0.2e-3, fraction=0.2, bandwidth=0.0, band=20e3, compress=False)
+        return pulse_spectrum(offset, duration=0.2e-3, fraction=0.2, bandwidth=0.0, band=20e3, matched_filter=False)
 
     rows = np.array(weight).T
     return np.array([heard(np.array(delay), row, time, CARRIER, spectrum, 25e3, 2048) for row in rows])
@@ -151,17 +151,19 @@ def test_heading_and_bearing_are_one_turn() -> None:
     """A ship that heads 0.3 rad to the right with an array 0.3 rad less: the same sound."""
     array = {"length": 0.3}
     turned = nominal(line=array, targets=[point(*BUOYS[1])], track={"heading": 0.3, "window": WINDOW},
-                     sonar={"mounting": {"bearing": np.pi / 2 - 0.3}}, paths={"causes": ["target"]})  # fmt: skip
-    plain = nominal(line=array, targets=[point(*BUOYS[1])], track={"window": WINDOW}, paths={"causes": ["target"]})
+                     sonar={"mounting": {"bearing": np.pi / 2 - 0.3}}, paths={"contributions": ["target"]})  # fmt: skip
+    plain = nominal(
+        line=array, targets=[point(*BUOYS[1])], track={"window": WINDOW}, paths={"contributions": ["target"]}
+    )
     assert relative_rms(simulate(turned).pressure.values, simulate(plain).pressure.values) < 1e-6
 
 
 def test_taylors_side_lobes_are_where_taylor_put_them() -> None:
     """The recorded pattern of a taylor line: no lobe above -29.5 dB, several near -30 (n-bar 4, 1955)."""
-    listening = prepare(nominal(line={"length": 1.5, "shading": "taylor", "element": "omni"}))
+    simulator = build_simulator(nominal(line={"length": 1.5, "shading": "taylor", "element": "omni"}))
     angle = np.arcsin(np.linspace(2.2 / 100, 5 / 100, 4000))
     way = np.stack([-np.sin(angle), np.cos(angle), 0 * angle], axis=-1)
-    level = 20 * np.log10(np.abs(listening.stance(0).receive_beams.gain(way)[0]))
+    level = 20 * np.log10(np.abs(simulator.ping_geometry(0).receive_beams.gain(way)[0]))
     lobes = level[1:-1][(level[1:-1] > level[:-2]) & (level[1:-1] > level[2:])]
     assert len(lobes) >= 2
     assert -32 < lobes.max() < -29.5

@@ -5,21 +5,31 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from insonify.engines._audible_kernel import answers, numbered
-from insonify.engines.audible import BEYOND, LEAST, STRETCHES, _first_of_parts, _shares, _told_apart, largest_parts
-from insonify.simulation import prepare
+from insonify.engines._pair_importance_kernel import assign_priorities, mark_sampled_families
+from insonify.engines.pair_importance import (
+    MIN_KEEP_PROBABILITY,
+    RANGE_BINS,
+    RANGE_MARGIN,
+    _bin_lookup,
+    _elevation_cells,
+    _keep_probabilities,
+    pair_energy_fractions,
+)
+from insonify.simulator import build_simulator
 from oracles.scenes import nominal
 
 ROUGH = {"depth": 20.0, "relief": {"kind": "power-law", "hurst": 0.8, "rms": 0.05}}
-EDGES = np.linspace(0, 1, STRETCHES + 1) ** 1.5
+EDGES = np.linspace(0, 1, RANGE_BINS + 1) ** 1.5
 MASK = (1 << 64) - 1
 
 
 def told(position, place, edges=EDGES, middle=(0.0, 0.0), word=12345):
     """Stretches and numbers of some places, least and greatest stretch."""
     stretch, number = np.empty(len(place), np.uint8), np.empty(len(place), np.float32)
-    first = _first_of_parts()
-    ends = numbered(np.asarray(position, float), *middle, edges, first, place, np.uint64(word), stretch, number)
+    first = _bin_lookup()
+    ends = assign_priorities(
+        np.asarray(position, float), *middle, edges, first, place, np.uint64(word), stretch, number
+    )
     return stretch, number, ends
 
 
@@ -39,14 +49,14 @@ def test_each_place_lies_in_the_stretch_that_holds_it(farthest):
     ])  # fmt: skip
     position = np.stack([distance, 0 * distance, distance], axis=1)
     stretch, _, ends = told(position, np.arange(len(distance), dtype=np.uint64), edges)
-    known = np.clip(np.searchsorted(edges, distance, side="right") - 1, 0, STRETCHES - 1)
+    known = np.clip(np.searchsorted(edges, distance, side="right") - 1, 0, RANGE_BINS - 1)
     np.testing.assert_array_equal(stretch, known)
     assert ends == (known.min(), known.max())
 
 
 def test_no_place_at_all_has_no_stretch():
     """None: nothing is written and the least is beyond the greatest; one place: it is both."""
-    assert told(np.empty((0, 3)), np.empty(0, np.uint64))[2] == (STRETCHES - 1, 0)
+    assert told(np.empty((0, 3)), np.empty(0, np.uint64))[2] == (RANGE_BINS - 1, 0)
     stretch, _, ends = told([[0.5, 0.0, 3.0]], np.ones(1, np.uint64))
     assert ends == (stretch[0], stretch[0])
 
@@ -90,7 +100,7 @@ def test_a_family_is_wanted_where_its_number_is_low_enough(seed, count, families
     rng = np.random.default_rng(seed)
     number, stretch = rng.integers(0, 5, count).astype(np.float32) / 4, rng.integers(0, 3, count).astype(np.uint8)
     share, wanted = rng.integers(0, 5, (families, 3)).astype(np.float32) / 4, np.empty((families, count), bool)
-    answers(number, stretch, share, wanted)
+    mark_sampled_families(number, stretch, share, wanted)
     assert wanted.tolist() == [[bool(number[n] < row[stretch[n]]) for n in range(count)] for row in share]
 
 
@@ -98,36 +108,36 @@ def test_a_family_is_wanted_where_its_number_is_low_enough(seed, count, families
 @given(seed=st.integers(0, 2**31), families=st.integers(1, 4))
 def test_more_of_a_pair_is_no_smaller_share(seed, families):
     """Shares are between the least and one, alike for twins, and grow with what a pair has of all."""
-    part = 10 ** np.random.default_rng(seed).uniform(-6, 0, (families, families, STRETCHES))
-    share, more = _shares(part), _shares(1.5 * part)
-    assert (share >= LEAST).all() and (share <= 1).all() and (more >= share).all()
+    part = 10 ** np.random.default_rng(seed).uniform(-6, 0, (families, families, RANGE_BINS))
+    share, more = _keep_probabilities(part), _keep_probabilities(1.5 * part)
+    assert (share >= MIN_KEEP_PROBABILITY).all() and (share <= 1).all() and (more >= share).all()
     np.testing.assert_array_equal(share, share.swapaxes(0, 1))
-    np.testing.assert_array_equal(_shares(part[:, :, ::-1]), share[:, :, ::-1])
+    np.testing.assert_array_equal(_keep_probabilities(part[:, :, ::-1]), share[:, :, ::-1])
 
 
 def sonar(sent=0.0, heard=0.0, **more):
     """A point that sends and a point that hears, each so much below 11 m, over rough ground up to 90 m away."""
     one = {"kind": "point", "length": None, "element": "omni"}
-    listening = prepare(nominal(**{
+    simulator = build_simulator(nominal(**{
         "seabed": ROUGH, "track": {"window": (0.04, 0.12)}, "line": one,
         "transmit": {"offset": (0.0, 0.0, sent)}, "receive": {"offset": (0.0, 0.0, heard)}, **more,
     }))  # fmt: skip
-    return listening, listening.stance(0)
+    return simulator, simulator.ping_geometry(0)
 
 
-def parts(listening, here, families):
-    """Of `largest_parts`."""
-    seabed = listening.engine.scene.seabed
-    return largest_parts(listening.engine.scene, seabed.bed, here, families, seabed.law(here.frequency, 1500.0))
+def parts(simulator, here, families):
+    """Of `pair_energy_fractions`."""
+    seabed = simulator.engine.scene.seabed
+    return pair_energy_fractions(simulator.engine.scene, seabed.terrain, here, families, seabed.law(here.frequency, 1500.0))
 
 
 @pytest.mark.parametrize(("sent", "heard"), [(0.0, 0.0), (-6.0, 5.0), (7.0, -9.0)])
 def test_parts_are_those_of_the_sonar_equation(sent, heard):
     """Direct and by the surface, Lambert's law, all directions, two depths: images and overlaps in time, to 3 %."""
-    listening, here = sonar(sent, heard)
-    found = parts(listening, here, ("D", "S"))
-    speed, loss = here.sound_speed, float(listening.engine.scene.water.absorption(here.frequency))
-    edges = BEYOND * speed * here.heard_delays[1] / 2 * EDGES
+    simulator, here = sonar(sent, heard)
+    found = parts(simulator, here, ("D", "S"))
+    speed, loss = here.sound_speed, float(simulator.engine.scene.water.absorption(here.frequency))
+    edges = RANGE_MARGIN * speed * here.recorded_delays[1] / 2 * EDGES
     middle = (edges[1:] + edges[:-1]) / 2
     climb = {(end, sign): 20 - sign * (11 + more) for end, more in ((0, sent), (1, heard)) for sign in (1, -1)}
     energy, late = {}, {}
@@ -137,18 +147,18 @@ def test_parts_are_those_of_the_sonar_equation(sent, heard):
             sines = climb[0, one] * climb[1, other] / ways[0] / ways[1]
             left = np.prod([10 ** (-loss * way / 10) / way**2 for way in ways], axis=0)
             late[one, other] = (np.hypot(edges, climb[0, one]) + np.hypot(edges, climb[1, other])) / speed
-            within = late[one, other][:-1] < here.heard_delays[1]
+            within = late[one, other][:-1] < here.recorded_delays[1]
             energy[one, other] = sines * left * middle * np.diff(edges) * within
     for row, one in enumerate((1, -1)):
         for column, other in enumerate((1, -1)):
-            whole = np.zeros(STRETCHES)
-            for k in range(STRETCHES):
+            whole = np.zeros(RANGE_BINS)
+            for k in range(RANGE_BINS):
                 start, stop = late[one, other][k : k + 2]
                 for pair, own in late.items():
                     shared = np.minimum(own[1:], stop) - np.maximum(own[:-1], start)
                     whole[k] += np.sum(energy[pair] * np.maximum(shared, 0) / np.diff(own))
             known = energy[one, other] / np.maximum(whole, 1e-300)
-            loud = (energy[one, other] > 0) & (np.arange(STRETCHES) > 8)
+            loud = (energy[one, other] > 0) & (np.arange(RANGE_BINS) > 8)
             np.testing.assert_allclose(found[row, column][loud], known[loud], rtol=0.03)
 
 
@@ -180,13 +190,13 @@ def test_parts_do_not_know_bearings_or_levels():
 def test_as_many_heights_as_an_upright_array_is_long_are_told_apart():
     """One for beams and for a line abeam; half a wavelength apart upright, one for each element at most."""
     wave = 1500.0 / 100e3
-    elements = {"receiver": {"band": 8e3, "record": "elements"}}
+    elements = {"receiver": {"bandwidth": 8e3, "record": "elements"}}
 
     def apart(places):
-        array = {"kind": "elements", "length": None, "element": "omni", "places": places}
-        return _told_apart(sonar(receive=array, sonar=elements)[1])
+        array = {"kind": "elements", "length": None, "element": "omni", "positions": places}
+        return _elevation_cells(sonar(receive=array, sonar=elements)[1])
 
-    assert _told_apart(sonar()[1]) == 1
+    assert _elevation_cells(sonar()[1]) == 1
     assert apart([(0.0, 0.0, k * wave / 2) for k in range(6)]) == pytest.approx(6, rel=0.01)
     assert apart([(0.0, 0.0, k * wave / 4) for k in range(9)]) == pytest.approx(5, rel=0.01)
     assert apart([(0.0, 0.0, k * wave) for k in range(6)]) == 6

@@ -5,10 +5,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from insonify.engines.audible import LEAST, STRETCHES, Audible, largest_parts, shares_met
-from insonify.propagation.families import families_for
-from insonify.records.pairs import Thinned
-from insonify.simulation import prepare
+from insonify.engines.pair_importance import (
+    MIN_KEEP_PROBABILITY,
+    RANGE_BINS,
+    PairSelection,
+    keep_probabilities_at,
+    pair_energy_fractions,
+)
+from insonify.propagation.families import families_reaching
+from insonify.records.pairs import PairSampling
+from insonify.simulator import build_simulator
 from oracles.scenes import nominal
 
 NAMES = ("D", "B", "S", "BS")
@@ -17,35 +23,35 @@ ROUGH = {"depth": 20.0, "relief": {"kind": "power-law", "hurst": 0.8, "rms": 0.0
 
 def known(seed=1):
     """Four families and a table of shares whose every number is its own, for one place in each of 30 stretches."""
-    share = (np.random.default_rng(seed).permutation(16 * 30) + 1).reshape(16, 30).astype(np.float32) / 500
+    keep_probability = (np.random.default_rng(seed).permutation(16 * 30) + 1).reshape(16, 30).astype(np.float32) / 500
     number, stretch = np.full(30, 1e-4, np.float32), np.arange(30).astype(np.uint8)
-    return Audible(NAMES, np.ones((4, 30), bool), Thinned(number, stretch, share))
+    return PairSelection(NAMES, np.ones((4, 30), bool), PairSampling(number, stretch, keep_probability))
 
 
 def row_of(heard, one, other):
     """Shares of one pair of families."""
-    return heard.thinned.share[4 * NAMES.index(one) + NAMES.index(other)]
+    return heard.sampling.keep_probability[4 * NAMES.index(one) + NAMES.index(other)]
 
 
 def scene(**more):
     """Rough ground, 30 to 90 m away."""
-    return nominal(**{"seabed": ROUGH, "track": {"window": (0.04, 0.12)}, "paths": {"reflections": 2}, **more})
+    return nominal(**{"seabed": ROUGH, "track": {"window": (0.04, 0.12)}, "paths": {"max_reflections": 2}, **more})
 
 
 @given(st.lists(st.tuples(st.sampled_from(NAMES), st.sampled_from(NAMES)), max_size=20))
 def test_each_pair_has_the_row_of_its_two_names(pairs):
     """Out first and back second, however many pairs, in any order, some more than once."""
     heard, out, back = known(), *(tuple(pair[k] for pair in pairs) for k in (0, 1))
-    rows = heard.met(out, back)
-    assert rows.louder.shape == (len(pairs), 30)
-    for row, (one, other) in zip(rows.share, pairs, strict=True):
+    rows = heard.sampling_of(out, back)
+    assert rows.amplitude_weight.shape == (len(pairs), 30)
+    for row, (one, other) in zip(rows.keep_probability, pairs, strict=True):
         np.testing.assert_array_equal(row, row_of(heard, one, other))
 
 
 def test_the_way_out_is_told_from_the_way_back():
     """A pair and its twin have rows of their own, though shares make them alike."""
     heard = known()
-    there, back = heard.met(("D",), ("B",)).share, heard.met(("B",), ("D",)).share
+    there, back = heard.sampling_of(("D",), ("B",)).keep_probability, heard.sampling_of(("B",), ("D",)).keep_probability
     assert (there != back).all()
 
 
@@ -53,15 +59,15 @@ def test_all_pairs_in_their_order_are_the_table_itself():
     """Nothing is copied where everything is asked for as it lies."""
     heard = known()
     out, back = (tuple(NAMES[k] for k in np.indices((4, 4))[axis].ravel()) for axis in (0, 1))
-    assert np.shares_memory(heard.met(out, back).share, heard.thinned.share)
-    assert not np.shares_memory(heard.met(out[::-1], back[::-1]).share, heard.thinned.share)
+    assert np.shares_memory(heard.sampling_of(out, back).keep_probability, heard.sampling.keep_probability)
+    assert not np.shares_memory(heard.sampling_of(out[::-1], back[::-1]).keep_probability, heard.sampling.keep_probability)
 
 
 def test_glints_of_one_family_share_its_row():
     """A rough surface splits a family into several legs of one name: all are met where the family is."""
     heard = known()
     out, back = ("S", "S", "S", "D"), ("D", "S", "D", "S")
-    rows = heard.met(out, back).share
+    rows = heard.sampling_of(out, back).keep_probability
     np.testing.assert_array_equal(rows[0], rows[2])
     np.testing.assert_array_equal(rows[1], row_of(heard, "S", "S"))
     np.testing.assert_array_equal(rows[3], row_of(heard, "D", "S"))
@@ -70,18 +76,18 @@ def test_glints_of_one_family_share_its_row():
 def test_a_pair_is_met_where_the_number_lies_below_its_share():
     """Over all places met, what is louder squared times the share is one; elsewhere nothing is heard."""
     number = np.linspace(0, 1, 1001)[:-1].astype(np.float32)
-    share = np.array([[1.0, 0.3], [0.05, 1 / 32]], np.float32)
+    keep_probability = np.array([[1.0, 0.3], [0.05, 1 / 32]], np.float32)
     stretch = np.repeat([0, 1], 500).astype(np.uint8)
-    louder = Thinned(number, stretch, share).louder
-    np.testing.assert_array_equal(louder > 0, number < share[:, stretch])
-    np.testing.assert_allclose((louder**2 * share[:, stretch])[louder > 0], 1, rtol=1e-6)
+    amplitude_weight = PairSampling(number, stretch, keep_probability).amplitude_weight
+    np.testing.assert_array_equal(amplitude_weight > 0, number < keep_probability[:, stretch])
+    np.testing.assert_allclose((amplitude_weight**2 * keep_probability[:, stretch])[amplitude_weight > 0], 1, rtol=1e-6)
 
 
 def test_where_all_is_met_nothing_is_multiplied():
     """No table, no factor, whatever the pairs; and a family that is not followed has no row."""
-    assert Audible(NAMES, None, None).met(("D", "D"), ("B", "S")) is None
+    assert PairSelection(NAMES, None, None).sampling_of(("D", "D"), ("B", "S")) is None
     with pytest.raises(KeyError):
-        known().met(("SBS",), ("D",))
+        known().sampling_of(("SBS",), ("D",))
 
 
 @pytest.mark.parametrize("reflections", [1, 2])
@@ -90,52 +96,62 @@ def test_shares_told_ahead_are_those_of_the_scatterers(reflections):
 
     Some 10 000 scatterers, of which one number each decides: its standard error is below 1 %.
     """
-    listening = prepare(scene(paths={"reflections": reflections}))
-    here = listening.stance(0)
+    simulator = build_simulator(scene(paths={"max_reflections": reflections}))
+    here = simulator.ping_geometry(0)
     met = told = 0.0
-    for block in listening.engine.blocks(here):
+    for block in simulator.engine.blocks(here):
         points = block()
-        heard = listening.engine._audible(here, points)
-        distance = np.hypot(*(points.position[:, :2] - here.middle[:2]).T)
-        families, share = listening.engine.met(here, distance)
-        told += share.sum()
-        met += len(heard.families) ** 2 * len(points) if heard.thinned is None else (heard.thinned.louder > 0).sum()
-        assert families == families_for("seabed", listening.scenario.paths.followed)
+        heard = simulator.engine._pair_selection(here, points)
+        distance = np.hypot(*(points.position[:, :2] - here.midpoint[:2]).T)
+        families, keep_probability = simulator.engine.family_keep_probabilities(here, distance)
+        told += keep_probability.sum()
+        met += (
+            len(heard.families) ** 2 * len(points)
+            if heard.sampling is None
+            else (heard.sampling.amplitude_weight > 0).sum()
+        )
+        assert families == families_reaching("seabed", simulator.scenario.paths.followed_families)
     assert told == pytest.approx(met, rel=0.02)
 
 
 def test_shares_lie_between_the_least_and_all():
     """Direct pairs everywhere, others from 1 in 32 upwards or, where a leg is not followed, nowhere; twins alike."""
-    listening = prepare(scene(paths={"reflections": 4}))
-    families, share = listening.engine.met(listening.stance(0), np.linspace(0, 300, 500))
-    assert (share[0, 0] == 1).all() and share.max() <= 1
-    assert ((share == 0) | (share >= LEAST)).all() and (share == 0).any() and (share == LEAST).any()
-    np.testing.assert_array_equal(share, share.swapaxes(0, 1))
-    assert share.shape == (len(families), len(families), 500)
+    simulator = build_simulator(scene(paths={"max_reflections": 4}))
+    families, keep_probability = simulator.engine.family_keep_probabilities(
+        simulator.ping_geometry(0), np.linspace(0, 300, 500)
+    )
+    assert (keep_probability[0, 0] == 1).all() and keep_probability.max() <= 1
+    assert (
+        ((keep_probability == 0) | (keep_probability >= MIN_KEEP_PROBABILITY)).all()
+        and (keep_probability == 0).any()
+        and (keep_probability == MIN_KEEP_PROBABILITY).any()
+    )
+    np.testing.assert_array_equal(keep_probability, keep_probability.swapaxes(0, 1))
+    assert keep_probability.shape == (len(families), len(families), 500)
 
 
 def test_a_family_that_is_drowned_has_no_share():
     """Parts of a hundred-thousandth throughout: neither its own pairs nor those with others are met at any place."""
-    listening = prepare(scene())
-    here, families = listening.stance(0), ("D", "B", "S")
-    part = np.full((3, 3, STRETCHES), 0.2)
+    simulator = build_simulator(scene())
+    here, families = simulator.ping_geometry(0), ("D", "B", "S")
+    part = np.full((3, 3, RANGE_BINS), 0.2)
     part[1], part[:, 1] = 1e-9, 1e-9
-    share = shares_met(families, part, here, np.linspace(1, 100, 50))
-    assert not share[1].any() and not share[:, 1].any() and (share[0, 2] == 1).all()
+    keep_probability = keep_probabilities_at(families, part, here, np.linspace(1, 100, 50))
+    assert not keep_probability[1].any() and not keep_probability[:, 1].any() and (keep_probability[0, 2] == 1).all()
 
 
 @pytest.mark.parametrize("changes", [{"seabed": {"depth": 20.0}}, {"paths": {"geometry": "slice"}}])
 def test_where_nothing_is_known_all_is_met(changes):
     """Over a flat bed, and in a slice: no shares."""
-    listening = prepare(scene(**changes))
-    assert listening.engine.met(listening.stance(0), np.array([50.0])) is None
+    simulator = build_simulator(scene(**changes))
+    assert simulator.engine.family_keep_probabilities(simulator.ping_geometry(0), np.array([50.0])) is None
 
 
 def test_what_is_alone_is_all_that_is_heard():
     """One family: its pair has all of what arrives with it, to 5 %, wherever anything is heard within the window."""
-    listening = prepare(scene(paths={"reflections": 0}))
-    here, bed = listening.stance(0), listening.engine.scene.seabed.bed
-    law = listening.engine.scene.seabed.law(here.frequency, 1500.0)
-    part = largest_parts(listening.engine.scene, bed, here, ("D",), law)
-    assert part.shape == (1, 1, STRETCHES) and part.min() >= 0
+    simulator = build_simulator(scene(paths={"max_reflections": 0}))
+    here, bed = simulator.ping_geometry(0), simulator.engine.scene.seabed.terrain
+    law = simulator.engine.scene.seabed.law(here.frequency, 1500.0)
+    part = pair_energy_fractions(simulator.engine.scene, bed, here, ("D",), law)
+    assert part.shape == (1, 1, RANGE_BINS) and part.min() >= 0
     np.testing.assert_allclose(part[0, 0, 20:48], 1.0, atol=0.05)

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from insonify.engines.bounced import over_relief
-from insonify.engines.skyline import Skylines, StraightLaunches
-from insonify.propagation.families import bounces
+from insonify.engines.relief_reflections import reflect_off_relief
+from insonify.engines.terrain_occlusion import StraightLaunchAngles, TerrainOcclusion
+from insonify.propagation.families import bounce_sequence
 from insonify.scene.scatterers import Scatterers
-from insonify.simulation import prepare
+from insonify.simulator import build_simulator
 from oracles.scenes import nominal
 
 FAMILIES = ("D", "S", "BS", "SBS")
-COLUMNS = ("delay", "length", "spreading", "absorption", "boundary", "visibility", "status", "occluder", "grazing",
+COLUMNS = ("delay", "length", "spreading", "absorption", "reflection_coefficient", "visibility", "status", "occluder", "grazing",
            "departure", "arrival")  # fmt: skip
 
 
@@ -19,29 +19,31 @@ COLUMNS = ("delay", "length", "spreading", "absorption", "boundary", "visibility
 def world(request):
     """300 places of rough ground, the legs over the mean plane to them, and what the ground hides."""
     relief = {"kind": "power-law", "hurst": 0.8, "rms": request.param, "outer_scale": 20.0}
-    scenario = nominal(seabed={"relief": relief, "split": 0.5}, track={"window": (0.02, 0.08)},
-                       paths={"families": list(FAMILIES), "reflections": 3})  # fmt: skip
-    listening = prepare(scenario)
-    scene, here = listening.engine.scene, listening.stance(0)
-    bed, rng = scene.seabed.bed, np.random.default_rng(1)
+    scenario = nominal(seabed={"relief": relief, "cutoff_wavelength": 0.5}, track={"window": (0.02, 0.08)},
+                       paths={"families": list(FAMILIES), "max_reflections": 3})  # fmt: skip
+    simulator = build_simulator(scenario)
+    scene, here = simulator.engine.scene, simulator.ping_geometry(0)
+    bed, rng = scene.seabed.terrain, np.random.default_rng(1)
     away, turn = rng.uniform(12, 55, 300), rng.uniform(-np.pi, np.pi, 300)
     place = np.stack([away * np.cos(turn), away * np.sin(turn)], axis=-1)
-    ground = bed.ground.survey(*place.T)
+    ground = bed.relief.sample(*place.T)
     normal = np.column_stack([-ground.slope, -np.ones(300)])
     points = Scatterers(
         "seabed", "seabed", scenario.seabed.law(1e5, 1500.0), np.column_stack([place, 20 - ground.height]),
         normal / np.linalg.norm(normal, axis=1, keepdims=True), np.ones(300), np.ones(300, complex),
         np.arange(300).astype(np.uint64),
     )  # fmt: skip
-    sonar = here.transmit_place
+    sonar = here.transmit_position
 
     def legs(which=slice(None)):
-        return listening.engine.rays.legs(sonar, points.take(which), FAMILIES, here.frequency)
+        return simulator.engine.rays.legs(sonar, points.take(which), FAMILIES, here.frequency)
 
     def asked(wanted=None, which=slice(None), soft=False):
-        skylines = Skylines(bed, sonar, StraightLaunches(11.0, 20.0), farthest=80.0, wavelength=0.015,
-                            finest_slice=4e-3)  # fmt: skip
-        return over_relief(legs(which), points.take(which), sonar, skylines, scene, soft=soft, wanted=wanted)
+        terrain_occlusion = TerrainOcclusion(bed, sonar, StraightLaunchAngles(11.0, 20.0), farthest=80.0, wavelength=0.015,
+                            min_profile_width=4e-3)  # fmt: skip
+        return reflect_off_relief(
+            legs(which), points.take(which), sonar, terrain_occlusion, scene, soft=soft, wanted=wanted
+        )
 
     return asked, legs
 
@@ -79,7 +81,7 @@ def test_a_leg_takes_as_long_as_its_way_and_fades_with_it(world):
     """Delay times speed is the length, spreading its inverse; absorption is that per metre of the level leg."""
     asked, level = world
     found, flat = asked(), level()
-    heard = np.abs(found.boundary) > 0
+    heard = np.abs(found.reflection_coefficient) > 0
     assert heard[:2].all()
     np.testing.assert_allclose(found.delay * 1500.0, found.length, rtol=1e-9)
     np.testing.assert_allclose(found.spreading, 1 / found.length, rtol=1e-9)
@@ -93,9 +95,9 @@ def test_a_mirror_takes_no_less_than_its_own_coefficient(world):
     """Of the bed's 0.35 for each bottom bounce at most that is left, rough or not; those off the surface lose none."""
     found = world[0]()
     for row, family in enumerate(FAMILIES):
-        times = [*bounces(family)].count("B")
-        assert np.all(np.abs(found.boundary[row]) <= 0.35**times * (1 + 1e-9))
-        assert times > 0 or np.all(np.abs(found.boundary[row]) > 0.99)
+        times = [*bounce_sequence(family)].count("B")
+        assert np.all(np.abs(found.reflection_coefficient[row]) <= 0.35**times * (1 + 1e-9))
+        assert times > 0 or np.all(np.abs(found.reflection_coefficient[row]) > 0.99)
 
 
 def test_no_points_have_no_bounces(world):

@@ -8,18 +8,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import insonify
-from insonify.propagation.curved import curved_rays
-from insonify.propagation.families import families
-from insonify.propagation.found import exact_rays
-from insonify.propagation.images import image_legs
-from insonify.propagation.rays import Domain
-from insonify.propagation.tables import TableError, TableWarning
-from insonify.records.legs import Status
-from insonify.scattering.point import PointEcho
+from insonify.explanation.sample_report import explain_sample
+from insonify.propagation.eigenray_table import TableError, TableWarning
+from insonify.propagation.eigenray_tables import exact_rays
+from insonify.propagation.families import families_up_to
+from insonify.propagation.image_sources import image_legs
+from insonify.propagation.propagation_model import RayDomain
+from insonify.propagation.refracted_rays import refracted_rays
+from insonify.records.legs import LegStatus
+from insonify.scattering.point_target import PointTargetLaw
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
-from insonify.simulation import prepare
-from insonify.study.explain import explain
+from insonify.simulator import build_simulator
 from oracles.scenes import nominal, point
 
 DEPTH = 20.0
@@ -41,7 +41,7 @@ def scene(profile, targets=()):
 
 def rays(profile, targets=(), farthest=200.0):
     """The curved rays of such water."""
-    return curved_rays(scene(profile, targets), Domain((11.0,), False, (0.0, DEPTH), farthest))
+    return refracted_rays(scene(profile, targets), RayDomain((11.0,), False, (0.0, DEPTH), farthest))
 
 
 def points(position, normal=(0.0, 0.0, 0.0), boundary="target", occluder=-1):
@@ -49,7 +49,7 @@ def points(position, normal=(0.0, 0.0, 0.0), boundary="target", occluder=-1):
     position = np.atleast_2d(np.asarray(position, float))
     n = len(position)
     return Scatterers(
-        boundary, boundary, PointEcho(0.0), position, np.tile(np.asarray(normal, float), (n, 1)), np.ones(n),
+        boundary, boundary, PointTargetLaw(0.0), position, np.tile(np.asarray(normal, float), (n, 1)), np.ones(n),
         np.ones(n, complex), np.arange(n, dtype=np.uint64), False, occluder,
     )  # fmt: skip
 
@@ -62,14 +62,14 @@ def places(n, seed):
 
 def test_where_the_speed_hardly_changes_rays_are_straight():
     """A gradient of 1e-9 1/s gives the legs of images: delays to 1e-9, amplitudes to 2e-6; no box moves."""
-    sonar, order = np.array([0.3, -1.0, 11.0]), families(4)
+    sonar, order = np.array([0.3, -1.0, 11.0]), families_up_to(4)
     bent = rays(NEARLY, BOXES).legs(sonar, points(places(400, 3)), order, 100e3)
     world = Scene(seabed={"depth": DEPTH, "reflection": "medium sand"}, targets=BOXES)
     straight = image_legs(world, sonar, points(places(400, 3)), order, 100e3)
     assert bent.families == straight.families and not any(bent.branch)
     np.testing.assert_array_equal(bent.status, straight.status)
     np.testing.assert_array_equal(bent.occluder, straight.occluder)
-    assert {Status.CLEAR, Status.OCCLUDED} == set(np.unique(bent.status))
+    assert {LegStatus.CLEAR, LegStatus.OCCLUDED} == set(np.unique(bent.status))
     np.testing.assert_allclose(bent.delay, straight.delay, rtol=1e-9)
     np.testing.assert_allclose(bent.amplitude, straight.amplitude, rtol=2e-6)
     for name in ("departure", "arrival", "grazing", "length"):
@@ -78,7 +78,7 @@ def test_where_the_speed_hardly_changes_rays_are_straight():
 
 def test_a_profile_of_one_speed_is_no_layered_water():
     """Its ping is, bit for bit, that of the plain speed."""
-    few = {"track": {"window": (0.2, 0.202)}, "paths": {"reflections": 1}}
+    few = {"track": {"window": (0.2, 0.202)}, "paths": {"max_reflections": 1}}
     flat = nominal(water={"noise_level_db": None, "profile": [[0, 1500], [20, 1500]]}, **few)
     plain = nominal(water={"noise_level_db": None, "sound_speed": 1500}, **few)
     np.testing.assert_array_equal(insonify.simulate(flat).pressure.values, insonify.simulate(plain).pressure.values)
@@ -88,13 +88,13 @@ def test_the_direct_path_ends_where_rays_have_turned_away():
     """Thermocline, sonar at 11 m, seabed at 20 m: direct legs up to 162 m and none beyond; S and BS go on."""
     away = np.arange(150.0, 180.0, 0.25)
     bed = points(np.column_stack([0 * away, away, np.full(away.size, DEPTH)]), (0, 0, -1), "seabed")
-    legs = rays(THERMO).legs(np.array([0.0, 0.0, 11.0]), bed, families(2), 100e3)
+    legs = rays(THERMO).legs(np.array([0.0, 0.0, 11.0]), bed, families_up_to(2), 100e3)
     direct = legs.status[legs.families.index("D")]
-    assert away[direct == Status.CLEAR].max() == pytest.approx(162, abs=0.5)
-    assert set(direct[away > 163]) <= {Status.SHADOW, Status.TURNED, Status.BEYOND_CRITICAL}
+    assert away[direct == LegStatus.CLEAR].max() == pytest.approx(162, abs=0.5)
+    assert set(direct[away > 163]) <= {LegStatus.SHADOW, LegStatus.TURNED, LegStatus.BEYOND_CRITICAL}
     assert np.all(legs.amplitude[legs.families.index("D"), away > 163] == 0)
     for family in ("S", "BS"):
-        assert np.all(legs.status[legs.families.index(family)] == Status.CLEAR)
+        assert np.all(legs.status[legs.families.index(family)] == LegStatus.CLEAR)
 
 
 @settings(max_examples=30, deadline=None)
@@ -104,7 +104,7 @@ def test_legs_are_the_same_both_ways(seed, profile):
     random = np.random.default_rng(seed)
     one, other = (np.array([0.0, away, random.uniform(0.5, 19.5)]) for away in (0.0, random.uniform(5, 120)))
     water = rays(profile)
-    for family in families(3):
+    for family in families_up_to(3):
         # the family met from the other end
         backwards = family if family == "D" else family[::-1]
         forth = water.legs(one, points(other), (family,), 100e3)
@@ -152,18 +152,18 @@ def test_a_box_cuts_the_rays_that_run_into_it():
     random = np.random.default_rng(12)
     n = 100
     behind = np.column_stack([random.uniform(-4, 4, n), random.uniform(95, 130, n), random.uniform(0.5, 19.5, n)])
-    legs = rays(THERMO, BOXES).legs(sonar, points(behind), families(1), 100e3)
+    legs = rays(THERMO, BOXES).legs(sonar, points(behind), families_up_to(1), 100e3)
     bodies, seen = scene(THERMO, BOXES).bodies, []
     offset = behind[:, :2] - sonar[:2]
     away = np.hypot(*offset.T)
     for row, family in enumerate(legs.families):
-        there = np.isin(legs.status[row], [Status.CLEAR, Status.OCCLUDED])
+        there = np.isin(legs.status[row], [LegStatus.CLEAR, LegStatus.OCCLUDED])
         along, deep = bent_paths(THERMO, sonar, legs.departure[row, there], family != "D", away.max())
         ahead = (offset / away[:, None])[there]
         north, east = along * ahead[:, 0], along * ahead[:, 1]
         inside = np.max([_depth_inside(body, north, east, deep, along < away[there]) for body in bodies], axis=0)
         sure = np.abs(inside) > 0.06
-        cut = legs.status[row, there] == Status.OCCLUDED
+        cut = legs.status[row, there] == LegStatus.OCCLUDED
         np.testing.assert_array_equal(inside[sure] > 0, cut[sure])
         seen += list(cut[sure])
     assert sum(seen) > 30 and len(seen) - sum(seen) > 30
@@ -184,7 +184,7 @@ def test_a_ray_that_only_dips_into_a_box_where_it_turns_is_cut():
     gradient, cosine = 20 / 6, way[1]
     apex = 8 + (1510 - 1500 / cosine) / gradient
     away = -way[2] * 1500 / (cosine * gradient)
-    for lower, status in ((2e-3, Status.OCCLUDED), (-2e-3, Status.CLEAR)):
+    for lower, status in ((2e-3, LegStatus.OCCLUDED), (-2e-3, LegStatus.CLEAR)):
         box = {"shape": "box", "position": (0.0, away), "size": (2.0, 4.0, 3.0), "base_depth": apex + lower}
         legs = rays(THERMO, (box,)).legs(sonar, bed, ("D",), 100e3)
         assert legs.status[0, 0] == status
@@ -196,7 +196,7 @@ def test_beyond_a_caustic_a_ray_is_a_quarter_turn_ahead():
     low = points(np.column_stack([0 * away, away, np.full(away.size, 15.0)]))
     water = rays(CAUSTIC)
     legs = water.legs(np.array([0.0, 0.0, 11.0]), low, ("D",), 100e3)
-    there = legs.status == Status.CLEAR
+    there = legs.status == LegStatus.CLEAR
     assert there.sum(axis=0).max() >= 2 and legs.caustics[there].max() == 1
     plain = there & (legs.spreading < 0.03)
     turned = np.angle(legs.amplitude[plain])
@@ -220,15 +220,15 @@ def test_no_ray_leaves_outside_the_cone_that_was_promised(profile, boundary):
     offset[:150] = radius[:150]
     place = centre + np.stack([np.cos(bearing), np.sin(bearing)], axis=1) * offset[:, None]
     found = points(np.column_stack([place, np.full(300, boundary)]))
-    for family in families(2):
-        cones = water.cones(family, sonar, centre, radius, boundary)
+    for family in families_up_to(2):
+        cones = water.departure_cones(family, sonar, centre, radius, boundary)
         legs = water.legs(sonar, found, (family,), 100e3)
         for row in range(len(legs.families)):
-            there = legs.status[row] == Status.CLEAR
-            assert np.all(cones.there[there])
-            cosine = np.sum(cones.way * legs.departure[row], axis=1)
+            there = legs.status[row] == LegStatus.CLEAR
+            assert np.all(cones.exists[there])
+            cosine = np.sum(cones.axis * legs.departure[row], axis=1)
             off = np.arccos(np.clip(cosine, -1, 1))
-            assert np.all(off[there] <= cones.margin[there] + 1e-6)
+            assert np.all(off[there] <= cones.half_angle[there] + 1e-6)
 
 
 @pytest.mark.parametrize("profile", [THERMO, CAUSTIC], ids=["thermocline", "caustic"])
@@ -240,14 +240,14 @@ def test_tables_and_exact_rays_give_the_same_legs(profile, boundary):
         place[:, 2] = DEPTH
     found = points(place, (0, 0, -1) if boundary == "seabed" else (0, 0, 0), boundary)
     read, solved = rays(profile, BOXES), rays(profile, BOXES)
-    object.__setattr__(solved, "tables", Solved(solved.column))
+    object.__setattr__(solved, "tables", Solved(solved.layers))
     sonar = np.array([0.0, 0.0, 11.0])
-    one, other = (water.legs(sonar, found, families(2), 100e3) for water in (read, solved))
-    assert any(table is not None for table in read.tables.made.values())
+    one, other = (water.legs(sonar, found, families_up_to(2), 100e3) for water in (read, solved))
+    assert any(table is not None for table in read.tables.tables.values())
     assert one.rays == other.rays
     np.testing.assert_array_equal(one.status, other.status)
     np.testing.assert_array_equal(one.occluder, other.occluder)
-    there = other.status == Status.CLEAR
+    there = other.status == LegStatus.CLEAR
     assert np.abs(one.delay - other.delay)[there].max() < 1e-9
     ratio = one.amplitude[there] / other.amplitude[there]
     assert np.abs(ratio - 1).max() < 2.4e-3
@@ -259,11 +259,11 @@ class Solved:
 
     def __init__(self, column):
         """For one water column."""
-        self.column = column
+        self.layers = column
 
     def rays(self, family, boundary, source_depth, depths, ranges):
         """Each ray solved for."""
-        return exact_rays(self.column, family, source_depth, depths, ranges)
+        return exact_rays(self.layers, family, source_depth, depths, ranges)
 
 
 def test_a_table_that_fails_its_test_gives_way_to_the_exact_solver(monkeypatch):
@@ -276,7 +276,7 @@ def test_a_table_that_fails_its_test_gives_way_to_the_exact_solver(monkeypatch):
     bed = places(50, 1)
     bed[:, 2] = DEPTH
     expected = rays(THERMO).legs(sonar, points(bed, boundary="seabed"), ("D",), 1e5)
-    monkeypatch.setattr("insonify.propagation.found.leg_table", fails)
+    monkeypatch.setattr("insonify.propagation.eigenray_tables.eigenray_table", fails)
     water = rays(THERMO)
     with pytest.warns(TableWarning, match="The exact solver takes its place"):
         legs = water.legs(sonar, points(bed, boundary="seabed"), ("D",), 1e5)
@@ -289,16 +289,16 @@ def test_a_table_that_fails_its_test_gives_way_to_the_exact_solver(monkeypatch):
 def test_all_that_is_heard_is_in_reach():
     """Places on the bed whose earliest or latest pair of legs falls into the window lie in the ring; it is tight."""
     scenario = nominal(
-        water={"noise_level_db": None, "profile": THERMO}, track={"window": (0.12, 0.15)}, paths={"reflections": 2}
+        water={"noise_level_db": None, "profile": THERMO}, track={"window": (0.12, 0.15)}, paths={"max_reflections": 2}
     )
-    engine, here = prepare(scenario).engine, prepare(scenario).stance(0)
+    engine, here = build_simulator(scenario).engine, build_simulator(scenario).ping_geometry(0)
     depths = (11.0, 11.0)
-    first, last = here.heard_delays
-    ring = engine.rays.reach(depths, DEPTH, ("D", "S", "BS"), (first / 2, last / 2), 0.0)
+    first, last = here.recorded_delays
+    ring = engine.rays.reachable_range(depths, DEPTH, ("D", "S", "BS"), (first / 2, last / 2), 0.0)
     away = np.linspace(1, 180, 2000)
     bed = points(np.column_stack([0 * away, away, np.full(away.size, DEPTH)]), (0, 0, -1), "seabed")
     legs = engine.rays.legs(np.array([0.0, 0.0, 11.0]), bed, ("D", "S", "BS"), 100e3)
-    there = legs.status == Status.CLEAR
+    there = legs.status == LegStatus.CLEAR
     earliest = 2 * np.where(there, legs.delay, np.inf).min(axis=0)
     latest = 2 * np.where(there, legs.delay, -np.inf).max(axis=0)
     heard = away[(earliest <= last) & (latest >= first)]
@@ -311,11 +311,11 @@ def test_arrivals_and_explain_name_each_ray():
     """Where the target is met by two direct rays, the second is D2, in the arrivals and on the page that explains."""
     scenario = nominal(
         water={"noise_level_db": None, "profile": CAUSTIC}, track={"window": (0.2, 0.24)},
-        paths={"reflections": 0, "causes": ["target"]}, targets=[point(0, 165, 15)],
+        paths={"max_reflections": 0, "contributions": ["target"]}, targets=[point(0, 165, 15)],
     )  # fmt: skip
     found = insonify.arrivals(scenario)
-    names = {found.rays(row) for row in range(len(found))}
+    names = {found.ray_names(row) for row in range(len(found))}
     assert ("D", "D2") in names and ("D2", "D") in names
     assert "D2" in repr(found)
     when = float(found.delay[np.argmax(np.abs(found.amplitude[:, 0]))])
-    assert "D2" in explain(insonify.simulate(scenario), 0, when + 1e-4)
+    assert "D2" in explain_sample(insonify.simulate(scenario), 0, when + 1e-4)

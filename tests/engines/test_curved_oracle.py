@@ -1,14 +1,14 @@
 """Claims that a ping in layered water is the sum over its rays: rays that were shot, in a sum over frequencies."""
 
 import numpy as np
+from oracles.listening import heard, pulse_spectrum, relative_rms, row
 
 from insonify.scattering.lambert import Lambert
-from insonify.scattering.point import PointEcho
+from insonify.scattering.point_target import PointTargetLaw
 from insonify.scattering.sediments import Sediment
 from insonify.scene.scatterers import Scatterers
-from insonify.simulation import prepare
+from insonify.simulator import build_simulator
 from oracles import layered
-from oracles.listening import heard, pulse_spectrum, relative_rms, row
 from oracles.scenes import hear_blocks, nominal
 
 DEPTH, CARRIER, LEVEL = 20.0, 100e3, 220.0
@@ -27,9 +27,9 @@ def scenario(**paths):
     return nominal(
         transmit={"length": 0.4, "elements": 60, "shading": "hamming", "element": "cosine", "offset": offsets[0]},
         receive={"length": 0.3, "shading": "hann", "offset": offsets[1]},
-        sonar={"pulse": PULSE, "receiver": {"band": 20e3, "compress": False}, "mounting": {"bearing": np.pi / 2}},
+        sonar={"pulse": PULSE, "receiver": {"bandwidth": 20e3, "matched_filter": False}, "mounting": {"bearing": np.pi / 2}},
         track={"position": tuple(base), "window": WINDOW},
-        paths={"reflections": 1, **paths},
+        paths={"max_reflections": 1, **paths},
         water={"noise_level_db": None, "absorption_db_per_m": 0.035,
                "profile": [list(knot) for knot in zip(KNOTS, SPEEDS, strict=True)]},
         seabed={"depth": DEPTH, "reflection": "medium sand"},
@@ -53,11 +53,11 @@ def scatterers():
     return [
         block("seabed", 22, DEPTH, [0.0, 0.0, -1.0], flat, True),
         block("surface", 12, 0.0, [0.0, 0.0, 1.0], flat, True),
-        block("buoy", 16, random.uniform(2, 19, 16), [0.0, 0.0, 0.0], PointEcho(-10.0), False),
+        block("buoy", 16, random.uniform(2, 19, 16), [0.0, 0.0, 0.0], PointTargetLaw(-10.0), False),
     ]
 
 
-def speed_at(depth):
+def sound_speed_at(depth):
     """Straight lines between the knots."""
     return float(np.interp(depth, KNOTS, SPEEDS))
 
@@ -94,13 +94,13 @@ def legs(end, place, owner):
 
 def transmit_gain(way):
     """A row of 60 cosine elements over 0.4 m, looking east, at the speed of sound of its own depth."""
-    wave = speed_at(ENDS[0][2]) / CARRIER
+    wave = sound_speed_at(ENDS[0][2]) / CARRIER
     return row(0.4 / wave, 60, "hamming", [-way[0]], 0.0)[0] * max(way[1], 0)
 
 
 def receive_gain(way):
     """A continuous line of 0.3 m, elements that hear all around in front and behind."""
-    wave = speed_at(ENDS[1][2]) / CARRIER
+    wave = sound_speed_at(ENDS[1][2]) / CARRIER
     return row(0.3 / wave, None, "hann", [-way[0]], 0.0)[0]
 
 
@@ -109,10 +109,10 @@ def brute_force(blocks):
     delay, weight = [], []
     for block in blocks:
         for n, place in enumerate(block.position):
-            out, back = (list(legs(end, place, block.owner)) for end in ENDS)
+            out, back = (list(legs(end, place, block.object)) for end in ENDS)
             for t1, a1, way1, sine1 in out:
                 for t2, a2, way2, sine2 in back:
-                    sigma = 0.1 if block.owner == "buoy" else 0.01 * sine1 * sine2
+                    sigma = 0.1 if block.object == "buoy" else 0.01 * sine1 * sine2
                     echo = a1 * a2 * np.sqrt(sigma * block.area[n]) * block.phase[n] * 10 ** (LEVEL / 20)
                     delay.append(t1 + t2)
                     weight.append(echo * transmit_gain(way1) * receive_gain(way2))
@@ -131,9 +131,9 @@ def test_a_ping_through_a_thermocline_is_the_sum_over_its_rays():
     assert delay.min() > WINDOW[0] + 5e-3 and delay.max() < WINDOW[1] - 5e-3
 
     def spectrum(offset):
-        return pulse_spectrum(offset, duration=2e-3, fraction=0.1, bandwidth=15e3, band=20e3, compress=False)
+        return pulse_spectrum(offset, duration=2e-3, fraction=0.1, bandwidth=15e3, band=20e3, matched_filter=False)
 
     time = WINDOW[0] + np.arange(round((WINDOW[1] - WINDOW[0]) * 25e3)) / 25e3
     truth = heard(delay, weight, time, CARRIER, spectrum, 25e3, 8192)
-    assert prepare(told).stance(0).sound_speed == speed_at(ENDS[0][2])
+    assert build_simulator(told).ping_geometry(0).sound_speed == sound_speed_at(ENDS[0][2])
     assert relative_rms(hear_blocks(told, blocks), truth) < 1e-5

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 import insonify
-from insonify.propagation.choice import PathChoice
-from insonify.propagation.curved import CurvedRays
-from insonify.propagation.families import families
-from insonify.propagation.images import StraightRays
+from insonify.propagation.families import families_up_to
+from insonify.propagation.image_sources import StraightRays
+from insonify.propagation.path_settings import PathSettings
+from insonify.propagation.refracted_rays import RefractedRays
 from insonify.records.legs import ray_name
-from insonify.simulation import prepare
-from insonify.sonar.stance import end_depths
-from insonify.synthesis.perturbation import _code, perturbation
+from insonify.simulator import build_simulator
+from insonify.sonar.ping_geometry import array_depths
+from insonify.synthesis.replica_jitter import _code, replica_jitter
 from oracles.scenes import nominal, point
 
 THERMO = [[0.0, 1510.0], [8.0, 1510.0], [14.0, 1490.0], [20.0, 1490.0]]
@@ -31,10 +31,10 @@ def layered(profile=THERMO, **changes):
 
 def test_water_says_which_rays_it_has():
     """Straight for one speed, curved for a profile; a profile that does not reach the bed is refused."""
-    assert isinstance(prepare(nominal(water=QUIET)).engine.rays, StraightRays)
-    assert isinstance(prepare(layered()).engine.rays, CurvedRays)
+    assert isinstance(build_simulator(nominal(water=QUIET)).engine.rays, StraightRays)
+    assert isinstance(build_simulator(layered()).engine.rays, RefractedRays)
     with pytest.raises(ValueError, match=r"profile"):
-        prepare(layered([[0.0, 1510.0], [15.0, 1490.0]]))
+        build_simulator(layered([[0.0, 1510.0], [15.0, 1490.0]]))
 
 
 @pytest.mark.parametrize("field", ["coherent", "incoherent"])
@@ -50,17 +50,17 @@ def test_threads_and_parts_do_not_change_a_bit(field):
 
 def _passing(field):
     """A sonar that runs north past a box."""
-    scenario = layered(box={"position": (0.3, 40.0)}, field=field, paths={"reflections": 2})
+    scenario = layered(box={"position": (0.3, 40.0)}, field=field, paths={"max_reflections": 2})
     track = {"kind": "line", "start": (0.0, 0.0, 11.0), "speed": 2.0, "pings": 3, "window": (0.050, 0.058)}
     return type(scenario)(**{**scenario.model_dump(), "track": track})
 
 
 def test_level_curves_add_up_to_the_expected_intensity():
     """All causes together are the incoherent reading; pairs are told by family, several rays of one together."""
-    told = layered(CAUSTIC, track={"window": (0.21, 0.22)}, paths={"reflections": 1}, field="incoherent",
+    told = layered(CAUSTIC, track={"window": (0.21, 0.22)}, paths={"max_reflections": 1}, field="incoherent",
                    targets=[point(0, 160, 15)])  # fmt: skip
     curves = insonify.levels(told)
-    total = 10 ** (curves.level_db.sel(cause="total", pair="all").values / 10)
+    total = 10 ** (curves.level_db.sel(contribution="total", pair="all").values / 10)
     heard = insonify.simulate(told).intensity.values[0, 0]
     np.testing.assert_allclose(total, heard, rtol=1e-9, atol=1e-12 * heard.max())
     assert set(curves.pair.values) == {"all", "D-D", "D-S", "D-B", "S-S", "S-B", "B-B"}
@@ -68,7 +68,11 @@ def test_level_curves_add_up_to_the_expected_intensity():
 
 def test_a_slice_hears_the_thermocline():
     """The direct reverberation of a slice ends with the direct path, at 162 m; in water of one speed it goes on."""
-    few = {"track": {"window": (0.15, 0.24)}, "paths": {"geometry": "slice", "reflections": 0}, "field": "incoherent"}
+    few = {
+        "track": {"window": (0.15, 0.24)},
+        "paths": {"geometry": "slice", "max_reflections": 0},
+        "field": "incoherent",
+    }
     bent, straight = layered(**few), nominal(water=QUIET, **few)
     ends = {}
     for name, told in (("bent", bent), ("straight", straight)):
@@ -82,21 +86,21 @@ def test_a_slice_hears_the_thermocline():
 def test_each_end_has_the_beam_of_its_own_depth():
     """A transmitter at 5 m in fast water and a receiver at 16 m in slow: beams by the wavelength at each."""
     told = layered(transmit={"offset": (0.0, 0.0, -6.0)}, receive={"offset": (0.0, 0.0, 5.0)})
-    here = prepare(told).stance(0)
+    here = build_simulator(told).ping_geometry(0)
     aside = np.array([[np.sin(0.005), np.cos(0.005), 0.0]])
     sent, heard = here.transmit_beams.gain(aside)[0, 0], here.receive_beams.gain(aside)[0, 0]
     for gain, speed in ((sent, 1510.0), (heard, 1490.0)):
         assert abs(gain) == pytest.approx(abs(np.sinc(1.5 * 100e3 / speed * np.sin(0.005))), abs=1e-5)
     assert here.sound_speed == 1510.0
-    np.testing.assert_allclose(end_depths(told.sonar, prepare(told).poses), [5.0, 16.0])
+    np.testing.assert_allclose(array_depths(told.sonar, build_simulator(told).poses), [5.0, 16.0])
 
 
 def test_each_ray_of_a_family_has_a_jitter_of_its_own():
     """Up to twelve bounces and eight rays, names have numbers below 256, each its own; the first is its family."""
-    names = [ray_name(family, branch) for family, branch in product(families(12), range(8))]
+    names = [ray_name(family, branch) for family, branch in product(families_up_to(12), range(8))]
     codes = {_code(name) for name in names}
     assert len(codes) == len(names) == 200 and max(codes) < 256
-    shaken = perturbation(1, 0, PathChoice(jitter=1.0))
+    shaken = replica_jitter(1, 0, PathSettings(jitter=1.0))
     place = np.arange(2000, dtype=np.uint64)
     one, other = shaken.factor(place, "D", "D"), shaken.factor(place, "D", "D2")
     assert abs(np.mean(one * np.conj(other))) < 4 / np.sqrt(2000)

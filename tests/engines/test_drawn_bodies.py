@@ -6,12 +6,12 @@ import pytest
 from insonify.engines import drawn_bodies
 from insonify.engines import targets as target_engine
 from insonify.engines.drawn_bodies import DrawnBodies
-from insonify.engines.faces import sight_of
-from insonify.engines.target_reach import facing
+from insonify.engines.facet_subdivision import solid_insonification
+from insonify.engines.target_culling import facing
 from insonify.engines.targets import target_points
 from insonify.propagation import silhouette
 from insonify.scene.box import box_scatterers
-from insonify.simulation import prepare
+from insonify.simulator import build_simulator
 from oracles.scenes import nominal
 
 QUAY = {"shape": "box", "label": "quay", "position": (0.0, 60.0), "size": (120.0, 2.0, 4.0), "heading": "10 deg"}
@@ -20,10 +20,10 @@ QUAY = {"shape": "box", "label": "quay", "position": (0.0, 60.0), "size": (120.0
 def points_of(targets, slant=0.06, even=False, **changes):
     """Points of one ping, the scenario's scene and what the sonar sees of the first target."""
     scenario = nominal(targets=targets, **changes)
-    listening = prepare(scenario)
-    here, rays = listening.stance(0), listening.engine.rays
-    found = target_points(scenario.scene, scenario.paths, 1, here, slant, even=even, rays=rays)
-    sight = sight_of(scenario.scene, scenario.scene.targets[0], scenario.paths, here, slant, rays)
+    simulator = build_simulator(scenario)
+    here, rays = simulator.ping_geometry(0), simulator.engine.rays
+    found = target_points(scenario.scene, scenario.paths, 1, here, slant, quadrature=even, rays=rays)
+    sight = solid_insonification(scenario.scene, scenario.scene.targets[0], scenario.paths, here, slant, rays)
     return found, scenario.scene, sight
 
 
@@ -39,10 +39,10 @@ def test_of_a_quay_wall_only_what_is_in_reach_is_drawn(even, monkeypatch):
     monkeypatch.setattr(target_engine, "box_scatterers", counted)
     (found,), _, sight = points_of([QUAY], slant=0.5, even=even, track={"window": (0.08, 0.1)})
     args, near = asked[-1]
-    whole = box_scatterers(*args[:5], rise=asked_rise(near, args), even=even)
+    whole = box_scatterers(*args[:5], rise=asked_rise(near, args), quadrature=even)
     assert 0 < len(found) < len(near) < len(whole) / 4
-    row = {int(key): n for n, key in enumerate(whole.place)}
-    rows = np.array([row[int(key)] for key in found.place])
+    row = {int(key): n for n, key in enumerate(whole.scatterer_id)}
+    rows = np.array([row[int(key)] for key in found.scatterer_id])
     for column in ("position", "normal", "area", "phase"):
         np.testing.assert_array_equal(getattr(found, column), getattr(whole, column)[rows])
     heard = sight.reaches(whole.position, np.zeros(len(whole))) & facing(whole.position, whole.normal, sight)

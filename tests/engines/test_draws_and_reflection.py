@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from insonify.simulation import prepare, simulate
+from insonify.simulator import build_simulator, simulate
 from oracles.scenes import nominal
 
 RELIEF = {"relief": {"kind": "power-law", "rms": 0.05, "hurst": 0.8, "outer_scale": 10.0}}
@@ -13,14 +13,14 @@ def direct(reflection, seabed):
     """Keys of the scatterers of a ping by nine pairs, and the strength of their direct pair."""
     scenario = nominal(
         seabed={**seabed, "reflection": reflection}, track={"window": (0.05, 0.055)}, line={"length": 0.3},
-        paths={"causes": ["seabed"], "reflections": 2},
+        paths={"contributions": ["seabed"], "max_reflections": 2},
     )  # fmt: skip
-    listening = prepare(scenario)
-    here, keys, strengths = listening.stance(0), [], []
-    for block in listening.engine.blocks(here):
-        pairs = listening.engine.pairs(here, block, drowned=False)
+    simulator = build_simulator(scenario)
+    here, keys, strengths = simulator.ping_geometry(0), [], []
+    for block in simulator.engine.blocks(here):
+        pairs = simulator.engine.pairs(here, block, include_negligible=False)
         (row,) = (n for n, (i, j) in enumerate(pairs.pair) if pairs.out.families[i] == pairs.back.families[j] == "D")
-        keys.append(pairs.scatterers.place)
+        keys.append(pairs.scatterers.scatterer_id)
         strengths.append(np.asarray(pairs.strength)[row])
     return np.concatenate(keys), np.concatenate(strengths)
 
@@ -37,8 +37,8 @@ GENTLE = {"relief": {"kind": "power-law", "rms": 0.01, "hurst": 0.8, "outer_scal
 """Relief that bottom bounces survive."""
 SEAS = {
     "flat": {},
-    "1 m/s": {"bounce": "statistical", "wind_speed": 1.0},
-    "3 m/s": {"bounce": "statistical", "wind_speed": 3.0},
+    "1 m/s": {"reflection": "statistical", "wind_speed": 1.0},
+    "3 m/s": {"reflection": "statistical", "wind_speed": 3.0},
 }
 
 
@@ -53,7 +53,7 @@ def test_pressure_is_a_polynomial_of_the_reflection_coefficient(seabed, sea):
     def pressure(reflection):
         scenario = nominal(
             seabed={**seabed, "reflection": reflection}, track={"window": (0.16, 0.17)}, line={"length": 0.3},
-            surface=SEAS[sea], paths={"causes": ["seabed"], "reflections": 2},
+            surface=SEAS[sea], paths={"contributions": ["seabed"], "max_reflections": 2},
         )  # fmt: skip
         return simulate(scenario, threads=1).pressure.values[0, 0].astype(complex)
 
@@ -71,12 +71,12 @@ def test_the_same_scatterers_have_the_same_pairs():
     def strengths(reflection):
         scenario = nominal(
             seabed={**GENTLE, "reflection": reflection}, track={"window": (0.16, 0.17)}, line={"length": 0.3},
-            paths={"causes": ["seabed"], "reflections": 4},
+            paths={"contributions": ["seabed"], "max_reflections": 4},
         )  # fmt: skip
-        listening = prepare(scenario)
-        here, found = listening.stance(0), {}
-        for block in listening.engine.blocks(here):
-            pairs = listening.engine.pairs(here, block, drowned=False)
+        simulator = build_simulator(scenario)
+        here, found = simulator.ping_geometry(0), {}
+        for block in simulator.engine.blocks(here):
+            pairs = simulator.engine.pairs(here, block, include_negligible=False)
             for name, row in zip(pairs.names(), np.asarray(pairs.strength), strict=True):
                 found.setdefault(name, []).append(row)
         return found

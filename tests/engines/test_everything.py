@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import insonify
-from insonify.engines import paths
+from insonify.engines import eigenray_engine
 from insonify.formats import zarr_store
-from insonify.propagation.images import StraightRays
-from insonify.records.legs import Status
-from insonify.simulation import prepare, record
+from insonify.propagation.image_sources import StraightRays
+from insonify.records.legs import LegStatus
+from insonify.simulator import build_simulator, record
 from oracles.harbour import ALMOST_EVEN, THERMOCLINE, quiet_harbour
 
 LAYERED = {"profile": THERMOCLINE}
@@ -30,22 +30,22 @@ def test_bent_rays_in_nearly_even_water_hide_what_straight_ones_hide(tmp_path, m
     100,000 may lie within rounding of an edge; none of 340,000 does. Legs with bottom bounces arrive together too; the
     ground hides straight ones along the planes that they bounce off, bent ones along the mean plane.
     """
-    monkeypatch.setattr(paths, "heard_about", lambda *_: None)
+    monkeypatch.setattr(eigenray_engine, "straight_gain_bound", lambda *_: None)
     even = quiet_harbour(water={}, folder=tmp_path, field="incoherent", pings=1)
     layered = quiet_harbour(water={"profile": ALMOST_EVEN}, folder=tmp_path, field="incoherent", pings=1)
-    straight, bent = prepare(even), prepare(layered)
+    straight, bent = build_simulator(even), build_simulator(layered)
     assert isinstance(straight.engine.rays, StraightRays)
-    here, met, unlike, hidden = straight.stance(0, channel=1), 0, 0, set()
-    for block in straight.engine.blocks(here, even=True):
+    here, met, unlike, hidden = straight.ping_geometry(0, channel=1), 0, 0, set()
+    for block in straight.engine.blocks(here, quadrature=True):
         points = block()
-        one, other = straight.engine.meet(here, points).out, bent.engine.meet(here, points).out
+        one, other = straight.engine.path_pairs(here, points).out, bent.engine.path_pairs(here, points).out
         assert one.families == other.families
         for row, family in enumerate(one.families):
             if "B" not in family:
                 unlike += np.sum(one.occluder[row] != other.occluder[row])
                 met += len(points)
-        clear = (one.status == Status.CLEAR) & (other.status == Status.CLEAR)
-        clear &= one.boundary != 0  # legs that rough ground leaves nothing of are not followed
+        clear = (one.status == LegStatus.CLEAR) & (other.status == LegStatus.CLEAR)
+        clear &= one.reflection_coefficient != 0  # legs that rough ground leaves nothing of are not followed
         np.testing.assert_allclose(one.delay[clear], other.delay[clear], atol=1e-7)
         hidden |= set(np.unique(one.occluder))
     assert hidden == {-2, -1, 0, 1, 2, 4}  # the drum, 3, lies behind the baffle: nobody asks for its points
@@ -63,7 +63,7 @@ def test_nearly_even_water_is_heard_as_even_water_is(tmp_path, channel):
     for water in ({}, {"profile": ALMOST_EVEN}):
         told = quiet_harbour(water=water, folder=tmp_path, field="incoherent", pings=1, window=(0.02, 0.08))
         told = told.model_copy(update={"paths": told.paths.model_copy(update={"families": ("D", "S")})})
-        level = insonify.levels(told, channel=channel).level_db.sel(cause="total").values
+        level = insonify.levels(told, channel=channel).level_db.sel(contribution="total").values
         power.append((10 ** (level / 10)).reshape(len(level), 6, -1).mean(axis=2))
     loud = power[0] > 1.0  # 0 dB re 1 uPa: what is fainter is heard by sidelobes of sidelobes
     np.testing.assert_allclose(10 * np.log10(power[1][loud]), 10 * np.log10(power[0][loud]), atol=0.02)
@@ -72,13 +72,13 @@ def test_nearly_even_water_is_heard_as_even_water_is(tmp_path, channel):
 @pytest.mark.parametrize("field", ["coherent", "incoherent"])
 def test_a_place_is_the_same_in_every_ping_of_a_heaving_ship(told, field):
     """Sound is faster or slower where the ship is; still every ping finds the same points on the same bodies."""
-    listening = prepare(told(field=field, pings=2))
+    simulator = build_simulator(told(field=field, pings=2))
     found = []
     for ping in range(2):
-        here = listening.stance(ping, channel=1)
-        blocks = [block() for block in listening.engine.blocks(here, even=field == "incoherent")]
-        found.append([one for one in blocks if one.owner == "log"])
-    assert listening.stance(0).sound_speed != listening.stance(1).sound_speed
+        here = simulator.ping_geometry(ping, channel=1)
+        blocks = [block() for block in simulator.engine.blocks(here, quadrature=field == "incoherent")]
+        found.append([one for one in blocks if one.object == "log"])
+    assert simulator.ping_geometry(0).sound_speed != simulator.ping_geometry(1).sound_speed
     for one, other in zip(*found, strict=True):
         np.testing.assert_array_equal(one.position, other.position)
         np.testing.assert_array_equal(one.phase, other.phase)

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from engines.test_local_planes import FAMILIES, surveyed
-from insonify.engines.skyline import over_ground
-from insonify.propagation.images import image_legs
-from insonify.records.legs import Status
+from insonify.engines.terrain_occlusion import occlude_by_terrain
+from insonify.propagation.image_sources import image_legs
+from insonify.records.legs import LegStatus
 from insonify.scattering.lambert import Lambert
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene, point_scatterer
 from insonify.scene.target import PointTarget
-from insonify.simulation import prepare
+from insonify.simulator import build_simulator
 from oracles.ridges import DEPTH, Ridge, bed_of, seen_from
 from oracles.scenes import nominal
 
@@ -22,7 +22,7 @@ def beyond_crests(here, there, families, *crests):
     """Legs from one place to another past ridges, soft."""
     point = point_scatterer(PointTarget(position=tuple(there)))
     flat = image_legs(FLAT, np.array(here), point, families, 1e5)
-    return over_ground(flat, point, np.array(here), seen_from(bed_of(*crests), here), soft=True)
+    return occlude_by_terrain(flat, point, np.array(here), seen_from(bed_of(*crests), here), soft=True)
 
 
 def ends(seed, count, farthest=100):
@@ -58,7 +58,7 @@ def test_what_bends_around_a_crest_bends_back_as_well(family, crests):
     left = [np.array([legs.visibility[0, 0] for legs in ways]) for ways in (out, home)]
     np.testing.assert_allclose(*left, rtol=0, atol=0.025)
     assert np.ptp(np.abs(left[0])) > 0.5
-    cut = [np.array([legs.status[0, 0] == Status.OCCLUDED for legs in ways]) for ways in (out, home)]
+    cut = [np.array([legs.status[0, 0] == LegStatus.OCCLUDED for legs in ways]) for ways in (out, home)]
     near_edge = np.abs(np.abs(left[0]) - 0.5) < 0.05
     assert np.array_equal(cut[0][~near_edge], cut[1][~near_edge])
 
@@ -68,7 +68,7 @@ def test_a_higher_crest_leaves_no_more_in_the_shadow():
     here, there = (0.0, 0.0, 11.0), (90.0, 0.0, 17.0)
     legs = [beyond_crests(here, there, ("D",), Ridge(40.0, height)) for height in np.arange(3.0, 8.0, 0.1)]
     left = np.array([abs(way.visibility[0, 0]) for way in legs])
-    dark = np.array([way.status[0, 0] == Status.OCCLUDED for way in legs])
+    dark = np.array([way.status[0, 0] == LegStatus.OCCLUDED for way in legs])
     first = np.flatnonzero(dark)[0]
     assert dark[first:].all() and 5 < first < 40
     assert np.all(np.diff(left[first:]) < 1e-6)
@@ -97,21 +97,21 @@ def wavy(north, east):
 
 def met(scenario, points):
     """Legs from the nominal sonar of a scenario to points."""
-    listening = prepare(scenario)
+    simulator = build_simulator(scenario)
     count = len(points)
     ones = np.ones(count)
     points = Scatterers(
         "any", "target", Lambert(), np.array(points, float), np.zeros((count, 3)), ones, ones.astype(complex),
         np.arange(count).astype(np.uint64),
     )  # fmt: skip
-    return listening.engine.meet(listening.stance(0), points).out
+    return simulator.engine.path_pairs(simulator.ping_geometry(0), points).out
 
 
 @pytest.mark.filterwarnings(BEYOND)
 def test_a_bounce_off_uneven_ground_is_the_same_from_either_end(tmp_path):
     """Twelve pairs of ends over swells of the bed: B and SBS as long and as loud, SB as BS; to 1 us and 0.3 dB."""
     seabed = surveyed(tmp_path, wavy, reach=100.0, cell=1.0)
-    paths = {"families": list(FAMILIES), "reflections": 3}
+    paths = {"families": list(FAMILIES), "max_reflections": 3}
     rng = np.random.default_rng(7)
     worst, level = [], []
     for _ in range(12):
@@ -124,7 +124,7 @@ def test_a_bounce_off_uneven_ground_is_the_same_from_either_end(tmp_path):
         )
         for family in ("B", "SB", "BS", "SBS"):
             there, home = out.families.index(family), back.families.index(family[::-1])
-            if (out.status[there, 0], back.status[home, 0]) == (Status.CLEAR, Status.CLEAR):
+            if (out.status[there, 0], back.status[home, 0]) == (LegStatus.CLEAR, LegStatus.CLEAR):
                 worst.append(out.delay[there, 0] - back.delay[home, 0])
                 level.append(20 * np.log10(abs(out.amplitude[there, 0] / back.amplitude[home, 0])))
     assert len(worst) > 40
@@ -145,7 +145,7 @@ def test_an_inclined_world_may_be_turned(tmp_path):
         c, s = np.cos(turn), np.sin(turn)
         seabed = surveyed(folder, lambda n, e, c=c, s=s: 20 + 0.04 * (c * n + s * e), reach=150.0)
         points = np.column_stack([distance * np.cos(bearing + turn), distance * np.sin(bearing + turn), depth])
-        paths = {"families": list(FAMILIES), "reflections": 3}
+        paths = {"families": list(FAMILIES), "max_reflections": 3}
         found.append(met(nominal(seabed=seabed, track={"window": (0.01, 0.25)}, paths=paths), points))
     for other in found[1:]:
         np.testing.assert_array_equal(other.status, found[0].status)

@@ -6,13 +6,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from insonify.engines import audible, bounced
-from insonify.propagation._knife_edge_kernel import differs_less, edge_factor
-from insonify.propagation.knife_edge import PER_UNIT, edge_table
-from insonify.propagation.local_planes import level_course
+from insonify.engines import pair_importance, relief_reflections
+from insonify.propagation.knife_edge import PER_UNIT, edge_diffraction_table
+from insonify.propagation.knife_edge_kernel import crest_diffraction_factor, crest_is_negligible
+from insonify.propagation.local_planes import flat_image_paths
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.seabed import Seabed
-from insonify.simulation import listen, prepare
+from insonify.simulator import build_simulator, simulate_pings
 from oracles.scenes import nominal
 
 ROUGH = {"depth": 20.0, "relief": {"kind": "power-law", "hurst": 0.8, "rms": 0.05}}
@@ -20,30 +20,34 @@ ROUGH = {"depth": 20.0, "relief": {"kind": "power-law", "hurst": 0.8, "rms": 0.0
 
 def amplitudes(seabed, points, families):
     """Amplitudes of the legs to some points above the bed, (families, n)."""
-    scenario = nominal(seabed=seabed, track={"window": (0.01, 0.25)}, paths={"families": families, "reflections": 4})
-    listening = prepare(scenario)
+    scenario = nominal(
+        seabed=seabed, track={"window": (0.01, 0.25)}, paths={"families": families, "max_reflections": 4}
+    )
+    simulator = build_simulator(scenario)
     ones, keys = np.ones(len(points)), np.arange(len(points)).astype(np.uint64)
     law = scenario.seabed.law(1e5, 1500.0)
     met = Scatterers("any", "target", law, points, np.zeros(points.shape), ones, ones.astype(complex), keys)
-    legs = listening.engine.meet(listening.stance(0), met).out
+    legs = simulator.engine.path_pairs(simulator.ping_geometry(0), met).out
     return np.abs(legs.amplitude) / legs.spreading
 
 
 def test_legs_that_are_wanted_do_not_care_which_others_are():
     """Every third point of bounced families, and all of them: the same bits in every column, others are silent."""
-    scenario = nominal(seabed=ROUGH, track={"window": (0.01, 0.25)}, paths={"reflections": 3})
-    listening, rng = prepare(scenario), np.random.default_rng(3)
+    scenario = nominal(seabed=ROUGH, track={"window": (0.01, 0.25)}, paths={"max_reflections": 3})
+    simulator, rng = build_simulator(scenario), np.random.default_rng(3)
     points = np.stack([rng.uniform(20, 90, 300), rng.uniform(-30, 30, 300), rng.uniform(12, 18, 300)], axis=1)
     normal = np.broadcast_to([0.0, 0.0, -1.0], points.shape).copy()
     ones, keys = np.ones(300), np.arange(300).astype(np.uint64)
     met = Scatterers(
         "any", "target", scenario.seabed.law(1e5, 1500.0), points, normal, ones, ones.astype(complex), keys
     )
-    every = listening.engine.meet(listening.stance(0), met).out
+    every = simulator.engine.path_pairs(simulator.ping_geometry(0), met).out
     wanted = np.ones((len(every.families), 300), bool)
     bounces = [row for row, family in enumerate(every.families) if "B" in family]
     wanted[bounces] = np.arange(300) % 3 == 0
-    some = listening.engine.meet(listening.stance(0), met, audible.Audible(every.families, wanted, None)).out
+    some = simulator.engine.path_pairs(
+        simulator.ping_geometry(0), met, pair_importance.PairSelection(every.families, wanted, None)
+    ).out
     for name in ("delay", "amplitude", "arrival", "departure", "grazing", "status", "visibility"):
         np.testing.assert_array_equal(getattr(some, name)[wanted], getattr(every, name)[wanted])
     assert not some.amplitude[~wanted].any() and np.mean(every.amplitude[~wanted] != 0) > 0.3
@@ -56,7 +60,7 @@ def test_legs_left_out_are_seventy_decibels_down(monkeypatch):
     points = np.stack([distance * np.cos(azimuth), distance * np.sin(azimuth), rng.uniform(12, 18, 400)], axis=1)
     families = ["D", "BS", "SBS", "BSBS"]
     kept = amplitudes(ROUGH, points, families)
-    monkeypatch.setattr(bounced, "FAINT", 0.0)
+    monkeypatch.setattr(relief_reflections, "FAINT", 0.0)
     every = amplitudes(ROUGH, points, families)
     left_out = (kept == 0) & (every > 0)
     assert 0.2 < left_out[1:].mean() < 0.9 and not left_out[0].any()
@@ -67,16 +71,16 @@ def test_legs_left_out_are_seventy_decibels_down(monkeypatch):
 def test_families_left_out_are_drowned_in_what_arrives_with_them(monkeypatch):
     """Of a ping over rough ground with up to 4 bounces a leg, in every 10 ms at least 40 dB below what is heard."""
     scenario = nominal(
-        seabed=ROUGH, track={"window": (0.01, 0.11)}, paths={"reflections": 4, "scatterers_per_cell": 0.5}
+        seabed=ROUGH, track={"window": (0.01, 0.11)}, paths={"max_reflections": 4, "scatterers_per_cell": 0.5}
     )
-    listening = prepare(scenario)
-    here = listening.stance(0)
-    ground = [block for block in listening.engine.blocks(here) if block().boundary == "seabed"]
-    legs = [len(listening.engine.pairs(here, block, drowned=False).out.families) for block in ground]
+    simulator = build_simulator(scenario)
+    here = simulator.ping_geometry(0)
+    ground = [block for block in simulator.engine.blocks(here) if block().boundary == "seabed"]
+    legs = [len(simulator.engine.pairs(here, block, include_negligible=False).out.families) for block in ground]
     assert max(legs) < 5  # of 5
-    fewer = dict(listen(listening, [0], 2))[0]
-    monkeypatch.setattr(audible, "NEGLIGIBLE", 0.0)
-    every = dict(listen(prepare(scenario), [0], 2))[0]
+    fewer = dict(simulate_pings(simulator, [0], 2))[0]
+    monkeypatch.setattr(pair_importance, "NEGLIGIBLE", 0.0)
+    every = dict(simulate_pings(build_simulator(scenario), [0], 2))[0]
     missing, heard = (np.sum(np.abs(a[:, : a.shape[1] // 10 * 10].reshape(-1, 10, a.shape[1] // 10)) ** 2, axis=(0, 2))
                       for a in (fewer - every, every))  # fmt: skip
     assert missing.max() > 0 and (missing < 1e-4 * heard).all()
@@ -84,30 +88,30 @@ def test_families_left_out_are_drowned_in_what_arrives_with_them(monkeypatch):
 
 def test_crests_passed_over_change_as_little_as_that():
     """50000 crests below rays, of any depth and place: told to change the pressure by less than a part, they do."""
-    rng, table = np.random.default_rng(2), edge_table()
+    rng, table = np.random.default_rng(2), edge_diffraction_table()
     count = 0
     for clear, hollow, behind, before, exponent in zip(
         10 ** rng.uniform(-3, 1, 50_000), 10 ** rng.uniform(-4, 1, 50_000), 10 ** rng.uniform(-1, 2.5, 50_000),
         10 ** rng.uniform(-1, 2.5, 50_000), rng.uniform(-4, -0.5, 50_000), strict=True,
     ):  # fmt: skip
         way = behind, behind + before, 0.015
-        if differs_less(clear, hollow, *way, 10 ** (2 * exponent)):
+        if crest_is_negligible(clear, hollow, *way, 10 ** (2 * exponent)):
             count += 1
-            assert abs(1 - edge_factor(-clear, hollow, *way, table, PER_UNIT)) < 10**exponent
+            assert abs(1 - crest_diffraction_factor(-clear, hollow, *way, table, PER_UNIT)) < 10**exponent
     assert count > 10_000
 
 
 @pytest.mark.parametrize("family", ["B", "BS", "SBS", "BSBS"])
 def test_legs_that_cannot_be_faint_are_told_before_they_are_judged(family):
     """Where the widest zone and the steepest bounce together leave enough, every leg on the mean plane has enough."""
-    bed = Seabed(**ROUGH, split=0.5, seed=1).settled(1, 1e5, 1500.0).bed
+    bed = Seabed(**ROUGH, cutoff_wavelength=0.5, seed=1).completed(1, 1e5, 1500.0).terrain
     place, found = np.array([0.0, 0.0, 12.0]), set()
     for near, wavelength in itertools.product((5.0, 40.0, 150.0), (0.015, 0.15, 0.6)):
         points = np.stack([np.linspace(near, near + 10, 50), np.zeros(50), np.full(50, 15.0)], axis=1)
-        skylines = SimpleNamespace(bed=bed, wavelength=wavelength)
-        way = level_course(family, place, points, bed.depth)
-        may = bounced._may_be_faint(family, way.length, np.abs(way.departure[:, 2]), skylines)
-        least = bounced.left_in_step(family, way, bed, wavelength).min()
-        assert may or least >= bounced.FAINT
+        terrain_occlusion = SimpleNamespace(bed=bed, wavelength=wavelength)
+        way = flat_image_paths(family, place, points, bed.depth)
+        may = relief_reflections._may_be_faint(family, way.length, np.abs(way.departure[:, 2]), terrain_occlusion)
+        least = relief_reflections.coherent_bounce_factor(family, way, bed, wavelength).min()
+        assert may or least >= relief_reflections.NEGLIGIBLE_PRESSURE
         found.add(may)
     assert False in found

@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-
-from insonify.engines import audible
-from insonify.engines._audible_kernel import answers, numbered
-from insonify.engines.audible import LEAST, STRETCHES, _shares
-from insonify.records.pairs import Thinned
-from insonify.simulation import arrivals, listen, prepare, simulate
-from insonify.synthesis.coherent import hear_arrivals
 from oracles.listening import relative_rms
+
+from insonify.engines import pair_importance
+from insonify.engines._pair_importance_kernel import assign_priorities, mark_sampled_families
+from insonify.engines.pair_importance import MIN_KEEP_PROBABILITY, RANGE_BINS, _keep_probabilities
+from insonify.records.pairs import PairSampling
+from insonify.simulator import arrivals, build_simulator, simulate, simulate_pings
+from insonify.synthesis.coherent import coherent_from_arrivals
 from oracles.scenes import nominal
 
 ROUGH = {"depth": 20.0, "relief": {"kind": "power-law", "hurst": 0.8, "rms": 0.05}}
@@ -18,16 +18,16 @@ ROUGH = {"depth": 20.0, "relief": {"kind": "power-law", "hurst": 0.8, "rms": 0.0
 def scene(**more):
     """Rough ground at 60 m, where legs off the bottom are 15 to 25 dB fainter than all that arrives with them."""
     return nominal(**{
-        "seabed": ROUGH, "track": {"window": (0.08, 0.092)}, "paths": {"reflections": 2, "scatterers_per_cell": 2.0},
+        "seabed": ROUGH, "track": {"window": (0.08, 0.092)}, "paths": {"max_reflections": 2, "scatterers_per_cell": 2.0},
         **more,
     })  # fmt: skip
 
 
-def ground(listening):
+def ground(simulator):
     """Pairs of the first blocks of the ground, thinned."""
-    here = listening.stance(0)
-    blocks = [block for block in listening.engine.blocks(here) if block().boundary == "seabed"]
-    return [listening.engine.pairs(here, block, drowned=False) for block in blocks]
+    here = simulator.ping_geometry(0)
+    blocks = [block for block in simulator.engine.blocks(here) if block().boundary == "seabed"]
+    return [simulator.engine.pairs(here, block, include_negligible=False) for block in blocks]
 
 
 def test_scatterers_stand_for_those_left_out():
@@ -38,12 +38,12 @@ def test_scatterers_stand_for_those_left_out():
     position = np.stack([5 + distance * np.cos(bearing), distance * np.sin(bearing)], axis=1)
     stretch, number = np.empty(count, np.uint8), np.empty(count, np.float32)
     first = np.array([0, 0, 1, 1], np.uint8)
-    numbered(position, 5.0, 0.0, np.array([0, 1.0, 2.0]), first, place, np.uint64(7), stretch, number)
+    assign_priorities(position, 5.0, 0.0, np.array([0, 1.0, 2.0]), first, place, np.uint64(7), stretch, number)
     np.testing.assert_array_equal(stretch, distance >= 1)  # beyond the last is the last
     share = np.array([[[1.0, 1.0], [0.5, 0.04]], [[0.5, 0.04], [0.25, 0.03125]]], np.float32)
     wanted = np.empty((2, count), bool)
-    answers(number, stretch, share.max(axis=1), wanted)
-    louder = Thinned(number, stretch, share.reshape(4, 2)).louder.reshape(2, 2, count)
+    mark_sampled_families(number, stretch, share.max(axis=1), wanted)
+    louder = PairSampling(number, stretch, share.reshape(4, 2)).amplitude_weight.reshape(2, 2, count)
     for b in range(2):
         own = stretch == b
         met, error = (louder[..., own] > 0).mean(axis=-1), np.sqrt(share[..., b] * (1 - share[..., b]) / own.sum())
@@ -54,29 +54,29 @@ def test_scatterers_stand_for_those_left_out():
 
 def test_shares_follow_what_a_pair_has_of_all():
     """A pair and its twin count together; a quarter of all is whole, the least is heard at one place in 32."""
-    part = np.zeros((2, 2, STRETCHES))
+    part = np.zeros((2, 2, RANGE_BINS))
     part[0, 1], part[1, 0], part[1, 1] = 0.02, 0.03, 1e-9
-    share = _shares(part)
+    share = _keep_probabilities(part)
     np.testing.assert_allclose(share[0, 1], 0.2)
     np.testing.assert_array_equal(share[0, 1], share[1, 0])
-    assert (share[0, 0] == 1).all() and (share[1, 1] == LEAST).all()
+    assert (share[0, 0] == 1).all() and (share[1, 1] == MIN_KEEP_PROBABILITY).all()
     part[0, 1, 10] = 1.0
-    np.testing.assert_array_equal(np.flatnonzero(_shares(part)[0, 1] == 1), [9, 10, 11])
+    np.testing.assert_array_equal(np.flatnonzero(_keep_probabilities(part)[0, 1] == 1), [9, 10, 11])
 
 
 def test_a_recording_is_the_sum_of_its_arrivals():
     """Faint pairs thinned in both: to 1e-5 of the rms."""
     scenario = scene(track={"window": (0.08, 0.084)})
-    listening = prepare(scenario)
-    assert any((pairs.strength == 0).any(axis=1).any() for pairs in ground(listening))
+    simulator = build_simulator(scenario)
+    assert any((pairs.strength == 0).any(axis=1).any() for pairs in ground(simulator))
     heard = simulate(scenario, threads=1).pressure.values[0]
-    written = hear_arrivals(arrivals(scenario), listening.stance(0), listening.grid)
+    written = coherent_from_arrivals(arrivals(scenario), simulator.ping_geometry(0), simulator.grid)
     assert np.sqrt(np.mean(np.abs(heard - written) ** 2) / np.mean(np.abs(heard) ** 2)) < 1e-5
 
 
 def test_a_leg_is_followed_where_any_of_its_pairs_is_met():
     """Legs off the bottom are silent at more than half of the places; where a pair is met, its legs are there."""
-    for pairs in ground(prepare(scene())):
+    for pairs in ground(build_simulator(scene())):
         if "BS" not in pairs.out.families:
             continue
         row = pairs.out.families.index("BS")
@@ -94,8 +94,8 @@ def test_faint_pairs_keep_their_energy(monkeypatch):
         scenario = scene(seed=seed)
         thinned = simulate(scenario, threads=1).pressure.values[0]
         with monkeypatch.context() as patch:
-            patch.setattr(audible, "LOUD", 1e-12)
-            whole = dict(listen(prepare(scenario), [0], 1))[0]
+            patch.setattr(pair_importance, "LOUD", 1e-12)
+            whole = dict(simulate_pings(build_simulator(scenario), [0], 1))[0]
             direct = simulate(scenario.model_copy(update={"paths": scenario.paths.model_copy(
                 update={"families": ("D", "S")})}), threads=1).pressure.values[0]  # fmt: skip
         ratio.append([np.sum(np.abs(one - direct) ** 2) for one in (thinned, whole)])

@@ -5,7 +5,7 @@ import pytest
 
 from insonify.scenario.scenario import Scenario
 from insonify.scene.scatterers import Scatterers
-from insonify.simulation import prepare
+from insonify.simulator import build_simulator
 
 PANEL = {"kind": "planar", "width": 0.3, "height": 0.1}
 SCENE = {
@@ -20,12 +20,12 @@ SCENE = {
 RINGS, SECTORS, FARTHEST = 700, 1100, 5.0
 
 
-def counted(listening):
+def counted(simulator):
     """The ping from 770 000 cells of equal area and width, rings and sectors about the point under the sonar."""
-    here = listening.stance(0)
-    reading = listening.incoherent(here)
-    heard = reading.silence()
-    law = listening.engine.scene.seabed.law(1e5, 1500.0)
+    here = simulator.ping_geometry(0)
+    reading = simulator.incoherent_accumulator(here)
+    heard = reading.empty()
+    law = simulator.engine.scene.seabed.law(1e5, 1500.0)
     edge = FARTHEST * np.sqrt(np.linspace(0, 1, RINGS + 1))
     area = np.pi * FARTHEST**2 / RINGS / SECTORS
     for start in range(0, RINGS, 50):
@@ -37,24 +37,24 @@ def counted(listening):
         key = (np.arange(len(place)) + start * SECTORS).astype(np.uint64)
         cells = Scatterers("seabed", "seabed", law, place, np.tile([0.0, 0.0, -1.0], (len(place), 1)), area * ones,
                            ones.astype(complex), key)  # fmt: skip
-        reading.take_in(heard, listening.engine.meet(here, cells))
-    return np.asarray(reading.series(heard))[0]
+        reading.add(heard, simulator.engine.path_pairs(here, cells))
+    return np.asarray(reading.time_series(heard))[0]
 
 
 @pytest.mark.parametrize(("floor_db", "low", "high"), [(-100.0, -0.3, 0.3), (-50.0, -12.0, -3.0)])
 def test_the_first_return_is_whole_where_the_floor_lies_below_its_side_lobes(floor_db, low, high):
     """Panels 10 cm high, tilted by 20 degrees: what is under them answers by lobes of -50 dB and less.
 
-    With `paths.beam_floor_db` at -100 the level at 8.1 ms is that of all cells counted, to 0.3 dB; at its default
+    With `paths.beam_cutoff_db` at -100 the level at 8.1 ms is that of all cells counted, to 0.3 dB; at its default
     of -50 much of that ground is left out, and the return with it.
     """
-    scenario = Scenario.model_validate({**SCENE, "paths": {"reflections": 0, "beam_floor_db": floor_db}})
-    listening = prepare(scenario)
-    here = listening.stance(0)
-    reading = listening.incoherent(here)
-    heard = reading.silence()
-    for pairs in listening.engine.all_pairs(here, even=True):
-        reading.take_in(heard, pairs)
-    series = np.asarray(reading.series(heard))[0]
-    first = (listening.grid.time > 8.05e-3) & (listening.grid.time < 8.25e-3)
-    assert low < 10 * np.log10(series[first].mean() / counted(listening)[first].mean()) < high
+    scenario = Scenario.model_validate({**SCENE, "paths": {"max_reflections": 0, "beam_cutoff_db": floor_db}})
+    simulator = build_simulator(scenario)
+    here = simulator.ping_geometry(0)
+    reading = simulator.incoherent_accumulator(here)
+    heard = reading.empty()
+    for pairs in simulator.engine.all_pairs(here, quadrature=True):
+        reading.add(heard, pairs)
+    series = np.asarray(reading.time_series(heard))[0]
+    first = (simulator.grid.time > 8.05e-3) & (simulator.grid.time < 8.25e-3)
+    assert low < 10 * np.log10(series[first].mean() / counted(simulator)[first].mean()) < high

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from insonify.engines import _spread_kernel as kernel
+from insonify.engines import _glint_spread_kernel as kernel
 from insonify.engines.glint_spread import glint_spread, spread_patterns
-from insonify.propagation.glints import End, sea_of
-from insonify.propagation.images import StraightRays
+from insonify.propagation.glints import SonarEnd, glint_surface
+from insonify.propagation.image_sources import StraightRays
 from insonify.scene.scatterers import Scatterers
-from insonify.simulation import prepare
+from insonify.simulator import build_simulator
 from insonify.sonar.array import PlanarArray
 from insonify.sonar.beam import beams
 from oracles.scenes import nominal
@@ -18,7 +18,9 @@ FREQUENCY = 100e3
 
 def departures(family, distance, wind, count=4000):
     """Elevation [rad] and bearing times cosine of it [rad] of the glints to many places north of the sonar."""
-    scene = prepare(nominal(surface={"bounce": "statistical", "wind_speed": wind, "waves_to": 0.6})).engine.scene
+    scene = build_simulator(
+        nominal(surface={"reflection": "statistical", "wind_speed": wind, "wave_direction": 0.6})
+    ).engine.scene
     position = np.column_stack([np.full(count, distance), np.zeros(count), np.full(count, 20.0)])
     up = np.zeros((count, 3))
     points = Scatterers("one", "target", None, position, up, np.ones(count), np.ones(count, complex),
@@ -26,8 +28,8 @@ def departures(family, distance, wind, count=4000):
     place = np.array([0.0, 0.0, 11.0])
     legs = StraightRays(scene).legs(place, points, (family,), FREQUENCY)
     calm = legs.departure[0, 0]
-    out, _ = sea_of(scene, 3, FREQUENCY).legs(legs, points, End(place, 0.0))
-    glints = out.departure[[row for row, label in enumerate(out.glints.label) if label >= 0]].reshape(-1, 3)
+    out, _ = glint_surface(scene, 3, FREQUENCY).legs(legs, points, SonarEnd(place, 0.0))
+    glints = out.departure[[row for row, label in enumerate(out.glints.bounce_id) if label >= 0]].reshape(-1, 3)
     sense = np.sign(calm[2])
     rise = np.arcsin(sense * glints[:, 2]) - np.arcsin(sense * calm[2])
     return scene, np.sqrt(np.mean(rise**2)), np.sqrt(np.mean(glints[:, 1] ** 2))
@@ -44,16 +46,18 @@ def test_departures_spread_as_the_glints_drawn_do(family, distance):
     spread = glint_spread(scene, FREQUENCY)
     legs = spread.legs(family, 11.0, np.array([distance]), 20.0)
     north, _, east = spread.slopes
-    assert legs.tilt[0] * np.sqrt(north) == pytest.approx(rise, rel=0.25)
-    assert legs.turn[0] * np.sqrt(east) == pytest.approx(turn, rel=0.25)
+    assert legs.elevation_change[0] * np.sqrt(north) == pytest.approx(rise, rel=0.25)
+    assert legs.bearing_change[0] * np.sqrt(east) == pytest.approx(turn, rel=0.25)
     assert legs.coherent[0] ** 2 + legs.glints[0] ** 2 == pytest.approx(1.0)
 
 
 def test_a_calm_has_neither_glints_nor_spread():
     """A mirror has no spread at all; a swell of a hair's breadth leaves all in the mirror's direction."""
-    assert glint_spread(prepare(nominal()).engine.scene, FREQUENCY) is None
-    hair = {"bounce": "tilted", "swell": {"height": 1e-8, "length": 30.0}}
-    legs = glint_spread(prepare(nominal(surface=hair)).engine.scene, FREQUENCY).legs("S", 11.0, np.array([75.0]), 20.0)
+    assert glint_spread(build_simulator(nominal()).engine.scene, FREQUENCY) is None
+    hair = {"reflection": "tilted", "swell": {"height": 1e-8, "length": 30.0}}
+    legs = glint_spread(build_simulator(nominal(surface=hair)).engine.scene, FREQUENCY).legs(
+        "S", 11.0, np.array([75.0]), 20.0
+    )
     assert legs.coherent[0] == pytest.approx(1.0, abs=1e-9)
     assert legs.glints[0] < 1e-4
 
@@ -62,7 +66,7 @@ def test_a_calm_has_neither_glints_nor_spread():
 def test_spread_patterns_are_fourth_means_over_directions(spread):
     """Envelope of a 0.6 m array at 100 kHz, at 40 places: the integral over both halves of the slopes, within 20 %.
 
-    Spreads between those tabulated, an octave apart, are interpolated.
+    RaySpreads between those tabulated, an octave apart, are interpolated.
     """
     own = beams(PlanarArray(width=0.6, height=0.05, element="piston", columns=64, rows=1), FREQUENCY, 1500.0)
     bound, per = own.majorants[0], own.per_unit[0]
@@ -75,7 +79,7 @@ def test_spread_patterns_are_fourth_means_over_directions(spread):
     for x in np.linspace(0.0, 0.6, 40):
         mean = np.mean([
             np.trapezoid(envelope(x + spread * part * steps) ** 4 * np.exp(-(steps**2) / 2), steps)
-            for part in kernel.PARTS
+            for part in kernel.MIXTURE_DEVIATIONS
         ]) / np.sqrt(2 * np.pi)  # fmt: skip
-        found = kernel.at_spread(table, envelope(x), per, x, spread)
+        found = kernel.pattern_with_spread(table, envelope(x), per, x, spread)
         assert found == pytest.approx(mean**0.25, rel=0.2)

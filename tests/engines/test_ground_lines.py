@@ -1,31 +1,31 @@
-"""Lines of the ground about a stance: they cover what is heard once, whatever the beam, the heading and the floor."""
+"""Lines of the ground about a ping_geometry: they cover what is heard once, whatever the beam, the heading and the floor."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from insonify.engines.lines import FAINT, heard_about, lines_in_view
-from insonify.engines.rings import WIDEST_CELL
-from insonify.engines.sampling import Resolution, beam_bound
-from insonify.propagation.rays import Reach
-from insonify.simulation import prepare
+from insonify.engines.polar_grid import MAX_CELL_WIDTH
+from insonify.engines.radials import LOW_GAIN, radials_in_view, straight_gain_bound
+from insonify.engines.resolution import Resolution, two_way_gain_bound
+from insonify.propagation.propagation_model import ReachableRange
+from insonify.simulator import build_simulator
 from oracles.scenes import nominal
 
 DEPTH, HEIGHT = 20.0, 9.0
-HEARD = Reach(HEIGHT, 20.0, 150.0)
+HEARD = ReachableRange(HEIGHT, 20.0, 150.0)
 RESOLUTION = Resolution(0.12, 0.0076, 4.0)
 
 
 @pytest.fixture(scope="module")
-def listening():
+def simulator():
     """The nominal sonar, 11 m deep over 20 m of water, that looks east."""
-    return prepare(nominal(paths={"reflections": 0}))
+    return build_simulator(nominal(paths={"max_reflections": 0}))
 
 
-def lines(listening, floor=0.0, heading=0.0, heard=HEARD, resolution=RESOLUTION, families=("D",)):
+def lines(simulator, floor=0.0, heading=0.0, heard=HEARD, resolution=RESOLUTION, families=("D",)):
     """Lines of the ground of the nominal sonar."""
-    return lines_in_view(listening.stance(0), DEPTH, heard, resolution, families, floor, heading)
+    return radials_in_view(simulator.ping_geometry(0), DEPTH, heard, resolution, families, floor, heading)
 
 
 def area(found):
@@ -38,18 +38,18 @@ def width_at(found, distance):
     return found[(found[:, 4] <= distance) & (distance < found[:, 5]), 2].sum()
 
 
-@pytest.mark.parametrize("heard", [HEARD, Reach(HEIGHT, 90.0, 91.0), Reach(HEIGHT, 12.0, 500.0)])
-def test_without_a_floor_the_whole_ring_is_covered_once(listening, heard):
+@pytest.mark.parametrize("heard", [HEARD, ReachableRange(HEIGHT, 90.0, 91.0), ReachableRange(HEIGHT, 12.0, 500.0)])
+def test_without_a_floor_the_whole_ring_is_covered_once(simulator, heard):
     """Sectors add up to the annulus, and at any distance to the whole circle."""
-    found = lines(listening, heard=heard)
+    found = lines(simulator, heard=heard)
     assert area(found) == pytest.approx(np.pi * (heard.farthest**2 - heard.nearest**2), rel=1e-9)
     for distance in np.linspace(heard.nearest, heard.farthest, 9)[1:-1]:
         assert width_at(found, distance) == pytest.approx(2 * np.pi, rel=1e-9)
 
 
-def test_below_the_sonar_too_the_ring_is_covered_once(listening):
+def test_below_the_sonar_too_the_ring_is_covered_once(simulator):
     """Down to the point under the sonar, where lines stand for ever more cells: the whole circle at any distance."""
-    found = lines(listening, heard=Reach(HEIGHT, 0.0, 30.0))
+    found = lines(simulator, heard=ReachableRange(HEIGHT, 0.0, 30.0))
     covered = [width_at(found, distance) for distance in np.geomspace(0.1, 29, 30)]
     np.testing.assert_allclose(covered, 2 * np.pi, rtol=1e-9)
 
@@ -59,8 +59,8 @@ def test_a_narrow_beam_that_looks_down_meets_each_place_once(height, tilt_deg, d
     """Tall panels, tilted: where their axis meets the bed, 9 m below, no bearing has two lines."""
     panel = {"kind": "planar", "width": 0.3, "height": height}
     mounting = {"tilt": float(np.radians(tilt_deg))}
-    told = nominal(paths={"reflections": 0}, sonar={"mounting": mounting, "transmit": panel, "receive": panel})
-    found = lines(prepare(told), 1e-3, heard=Reach(HEIGHT, 0.0, 60.0))
+    told = nominal(paths={"max_reflections": 0}, sonar={"mounting": mounting, "transmit": panel, "receive": panel})
+    found = lines(build_simulator(told), 1e-3, heard=ReachableRange(HEIGHT, 0.0, 60.0))
     there = (found[:, 4] <= distance) & (distance < found[:, 5])
     bearing = np.pi / 2 + np.linspace(-0.5, 0.5, 4001) + 1e-5
     off = np.angle(np.exp(1j * (bearing[:, None] - np.arctan2(found[there, 1], found[there, 0]))))
@@ -68,9 +68,9 @@ def test_a_narrow_beam_that_looks_down_meets_each_place_once(height, tilt_deg, d
 
 
 @pytest.mark.parametrize("floor", [1e-3, 1e-2, 0.3])
-def test_lines_do_not_overlap(listening, floor):
+def test_lines_do_not_overlap(simulator, floor):
     """At any distance the sectors, side by side, are disjoint."""
-    found = lines(listening, floor)
+    found = lines(simulator, floor)
     middle = np.arctan2(found[:, 1], found[:, 0])
     for distance in (21.0, 47.0, 74.0, 76.0, 149.0):
         there = (found[:, 4] <= distance) & (distance < found[:, 5])
@@ -81,24 +81,24 @@ def test_lines_do_not_overlap(listening, floor):
         assert np.all(np.diff(bearing) >= (width[1:] + width[:-1]) / 2 - 1e-9)
 
 
-def test_a_lower_floor_only_adds(listening):
+def test_a_lower_floor_only_adds(simulator):
     """Area and width at any distance grow as the floor falls, up to all there is."""
-    areas = [area(lines(listening, floor)) for floor in (0.5, 0.1, 1e-2, 1e-3, 0.0)]
+    areas = [area(lines(simulator, floor)) for floor in (0.5, 0.1, 1e-2, 1e-3, 0.0)]
     assert np.all(np.diff(areas) >= 0) and areas[0] < 0.05 * areas[-1]
     for distance in (30.0, 100.0):
-        widths = [width_at(lines(listening, floor), distance) for floor in (0.5, 0.1, 1e-2, 1e-3, 0.0)]
+        widths = [width_at(lines(simulator, floor), distance) for floor in (0.5, 0.1, 1e-2, 1e-3, 0.0)]
         assert np.all(np.diff(widths) >= -1e-12)
 
 
 @pytest.mark.parametrize("floor", [1e-2, 0.2])
-def test_what_no_line_covers_is_below_the_floor(listening, floor):
+def test_what_no_line_covers_is_below_the_floor(simulator, floor):
     """3000 places in the ring: where the two-way gain reaches the floor there is a line; gains by another program."""
     rng = np.random.default_rng(5)
-    here, found = listening.stance(0), lines(listening, floor)
+    here, found = simulator.ping_geometry(0), lines(simulator, floor)
     distance = rng.uniform(21, 149, 3000)
     bearing = np.pi / 2 + rng.normal(0, 0.03, 3000)
-    place = here.transmit_place[:2] + distance[:, None] * np.stack([np.cos(bearing), np.sin(bearing)], axis=-1)
-    way = np.column_stack([place - here.transmit_place[:2], np.full(3000, HEIGHT)])
+    place = here.transmit_position[:2] + distance[:, None] * np.stack([np.cos(bearing), np.sin(bearing)], axis=-1)
+    way = np.column_stack([place - here.transmit_position[:2], np.full(3000, HEIGHT)])
     way /= np.linalg.norm(way, axis=1, keepdims=True)
     gain = np.abs(here.transmit_beams.gain(way)[0] * here.receive_beams.gain(way)[0])
     off = np.angle(np.exp(1j * (bearing[:, None] - np.arctan2(found[:, 1], found[:, 0]))))
@@ -107,60 +107,60 @@ def test_what_no_line_covers_is_below_the_floor(listening, floor):
     assert np.all(covered[gain >= floor]) and np.mean(gain >= floor) > 0.02
     assert not covered.all()
     # and the bound by which tiles are chosen agrees that nothing loud was left out
-    bound = beam_bound(place, np.zeros(3000), here, DEPTH, listening.engine.rays, ("D",))
+    bound = two_way_gain_bound(place, np.zeros(3000), here, DEPTH, simulator.engine.rays, ("D",))
     assert bound[~covered].max() < floor * (1 + 1e-6)
 
 
-def test_no_loud_line_is_wider_than_a_cell(listening):
+def test_no_loud_line_is_wider_than_a_cell(simulator):
     """Away from the sonar and from the beam's outskirts, where the ground is broad, each cell has its own line."""
-    cell = min(RESOLUTION.width, WIDEST_CELL) / np.sqrt(RESOLUTION.per_cell)
-    found = lines(listening)
+    cell = min(RESOLUTION.beam_width, MAX_CELL_WIDTH) / np.sqrt(RESOLUTION.scatterers_per_cell)
+    found = lines(simulator)
     alone = (found[:, 3] == 0) & (found[:, 4] > HEIGHT)
     assert alone.any() and found[alone, 2].max() <= cell * (1 + 1e-9)
-    here = listening.stance(0)
+    here = simulator.ping_geometry(0)
     for distance in (60.0, 140.0):
         way = np.array([[0.0, distance, HEIGHT]]) / np.hypot(distance, HEIGHT)
-        assert np.abs(here.transmit_beams.gain(way)[0] * here.receive_beams.gain(way)[0]) > FAINT
+        assert np.abs(here.transmit_beams.gain(way)[0] * here.receive_beams.gain(way)[0]) > LOW_GAIN
         ahead = np.abs(np.angle(np.exp(1j * (np.arctan2(found[:, 1], found[:, 0]) - np.pi / 2)))) <= found[:, 2] / 2
         over = ahead & (found[:, 4] <= distance) & (distance < found[:, 5])
         assert over.any() and np.all(found[over, 3] == 0)
 
 
-def test_finer_cells_are_more_lines(listening):
+def test_finer_cells_are_more_lines(simulator):
     """Four times the points to a cell: lines half as wide in the loud part, about twice as many, on the same ground."""
-    coarse, fine = (lines(listening, 1e-3, resolution=Resolution(0.12, 0.0076, n)) for n in (4.0, 16.0))
+    coarse, fine = (lines(simulator, 1e-3, resolution=Resolution(0.12, 0.0076, n)) for n in (4.0, 16.0))
     loud = [found[(found[:, 3] == 0) & (found[:, 5] > 40)] for found in (coarse, fine)]
     assert loud[1][:, 2].max() == pytest.approx(loud[0][:, 2].max() / 2, rel=0.05)
     assert len(loud[1]) == pytest.approx(2 * len(loud[0]), rel=0.15)
 
 
 @pytest.mark.parametrize("heading", [0.4, -2.0, np.pi])
-def test_a_frame_turned_is_the_same_lines_turned(listening, heading):
+def test_a_frame_turned_is_the_same_lines_turned(simulator, heading):
     """Only the direction cosines change, by the heading."""
-    plain, turned = lines(listening, 1e-3), lines(listening, 1e-3, heading)
+    plain, turned = lines(simulator, 1e-3), lines(simulator, 1e-3, heading)
     c, s = np.cos(heading), np.sin(heading)
     np.testing.assert_allclose(turned[:, 0], c * plain[:, 0] + s * plain[:, 1], atol=1e-12)
     np.testing.assert_allclose(turned[:, 1], c * plain[:, 1] - s * plain[:, 0], atol=1e-12)
     np.testing.assert_array_equal(turned[:, 2:], plain[:, 2:])
 
 
-def test_what_is_asked_again_is_the_same_whatever_was_asked_between(listening):
+def test_what_is_asked_again_is_the_same_whatever_was_asked_between(simulator):
     """Lines are remembered for the pings to come: twelve other questions later, the same numbers."""
-    first = lines(listening, 1e-2).copy()
+    first = lines(simulator, 1e-2).copy()
     for heading in np.linspace(0.1, 3, 12):
-        lines(listening, 1e-2, float(heading))
-    np.testing.assert_array_equal(lines(listening, 1e-2), first)
+        lines(simulator, 1e-2, float(heading))
+    np.testing.assert_array_equal(lines(simulator, 1e-2), first)
 
 
-def test_more_families_take_in_no_less(listening):
+def test_more_families_take_in_no_less(simulator):
     """What any of the families hears is in view: with the surface's too the ground covered cannot shrink."""
-    direct, both = (area(lines(listening, 1e-2, families=families)) for families in (("D",), ("D", "S")))
+    direct, both = (area(lines(simulator, 1e-2, families=families)) for families in (("D",), ("D", "S")))
     assert both >= direct * (1 - 1e-12)
 
 
-def test_samples_are_staggered_evenly(listening):
+def test_samples_are_staggered_evenly(simulator):
     """Shifts of the lines are multiples of the golden ratio: any 34 in a row leave no gap wider than 2 / 34."""
-    found = lines(listening)
+    found = lines(simulator)
     np.testing.assert_array_equal(found[:, 7], np.arange(len(found)))
     assert np.all((found[:, 6] > 0) & (found[:, 6] <= 1)) and len(found) > 100
     for start in (0, 17, 60):
@@ -168,21 +168,21 @@ def test_samples_are_staggered_evenly(listening):
         assert np.diff(np.append(shift, shift[0] + 1)).max() < 2 / 34
 
 
-def test_nothing_heard_is_no_line(listening):
+def test_nothing_heard_is_no_line(simulator):
     """A window that closes before the first echo, and a floor above the loudest beam."""
-    assert lines(listening, heard=Reach(HEIGHT, 0.0, -1.0)).shape == (0, 9)
-    assert lines(listening, floor=1.5).shape == (0, 9)
+    assert lines(simulator, heard=ReachableRange(HEIGHT, 0.0, -1.0)).shape == (0, 9)
+    assert lines(simulator, floor=1.5).shape == (0, 9)
 
 
 @pytest.mark.parametrize(("family", "climb", "up"), [("D", 9.0, 1), ("S", 31.0, -1), ("BS", 49.0, 1)])
 @pytest.mark.parametrize("zone", [(20.0, 40.0), (40.0, 200.0)])
-def test_no_place_of_a_patch_is_louder_than_the_patch_is_said_to_be(listening, zone, family, climb, up):
+def test_no_place_of_a_patch_is_louder_than_the_patch_is_said_to_be(simulator, zone, family, climb, up):
     """4000 places in 64 patches of 0.02 rad about the beam: two-way gains by another program stay below the bound.
 
     Nor is the bound far off: its loudest patch is at most 1.5 times as loud as the loudest place.
     """
-    here, rng = listening.stance(0), np.random.default_rng(9)
-    heard = heard_about(here, DEPTH, (family,))
+    here, rng = simulator.ping_geometry(0), np.random.default_rng(9)
+    heard = straight_gain_bound(here, DEPTH, (family,))
     middle = np.pi / 2 + 0.02 * (np.arange(64) - 31.5)
     told = heard(middle, 0.02, zone)
     patch = rng.integers(0, 64, 4000)
@@ -194,16 +194,16 @@ def test_no_place_of_a_patch_is_louder_than_the_patch_is_said_to_be(listening, z
     assert told.max() < 1.5 * gain.max()
 
 
-def test_ends_apart_widen_what_is_asked_and_wide_patches_are_not_told(listening):
+def test_ends_apart_widen_what_is_asked_and_wide_patches_are_not_told(simulator):
     """Ends 2 m apart: at 20 m a patch is 0.2 rad wider for the other end, never less loud; near by nothing is told.
 
     Beyond half a radian, and of two platforms, there is no bound.
     """
-    here = listening.stance(0)
-    apart = replace(here, receive_place=here.receive_place + np.array([2.0, 0.0, 0.0]))
+    here = simulator.ping_geometry(0)
+    apart = replace(here, receive_position=here.receive_position + np.array([2.0, 0.0, 0.0]))
     middle = np.pi / 2 + 0.05 * np.arange(-8, 9)
-    alone, both = (heard_about(one, DEPTH, ("D",)) for one in (here, apart))
+    alone, both = (straight_gain_bound(one, DEPTH, ("D",)) for one in (here, apart))
     assert np.all(both(middle, 0.02, (20.0, 40.0)) >= alone(middle, 0.02, (20.0, 40.0)))
     assert np.all(np.isinf(both(middle, 0.02, (0.0, 20.0)))) and np.all(np.isinf(alone(middle, 0.6, (20.0, 40.0))))
     assert np.all(np.isfinite(alone(middle, 0.02, (0.0, 20.0))))
-    assert heard_about(replace(here, receive_survey=here.survey), DEPTH, ("D",)) is None
+    assert straight_gain_bound(replace(here, receive_track_extent=here.track_extent), DEPTH, ("D",)) is None

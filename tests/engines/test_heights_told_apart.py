@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from insonify.engines.audible import _told_apart
-from insonify.simulation import prepare, simulate
+from insonify.engines.pair_importance import _elevation_cells
+from insonify.simulator import build_simulator, simulate
 from oracles.scenes import nominal
 
 ROUGH = {"depth": 20.0, "relief": {"kind": "power-law", "hurst": 0.8, "rms": 0.05}}
@@ -14,20 +14,20 @@ WAVE = 0.015
 
 def hears(places, bearing=0.0, **told):
     """The nominal sonar over rough ground with elements ahead, to the right of and below its middle [m]."""
-    receive = {"kind": "elements", "places": [tuple(map(float, place)) for place in places], "length": None}
+    receive = {"kind": "elements", "positions": [tuple(map(float, place)) for place in places], "length": None}
     sonar = {"receiver": {"record": "elements"}, "mounting": {"bearing": bearing}}
     return nominal(receive=receive, sonar=sonar, seabed=ROUGH, **told)
 
 
-def stance(places, bearing=0.0):
+def ping_geometry(places, bearing=0.0):
     """That sonar at its first ping."""
-    return prepare(hears(places, bearing)).stance(0)
+    return build_simulator(hears(places, bearing)).ping_geometry(0)
 
 
-def over_ground(places):
+def occlude_by_terrain(places):
     """The same, with a window that hears the ground at 150 m, by legs of up to two bounces."""
     return hears(
-        places, track={"window": (0.2, 0.206)}, paths={"reflections": 2, "scatterers_per_cell": 1.0}
+        places, track={"window": (0.2, 0.206)}, paths={"max_reflections": 2, "scatterers_per_cell": 1.0}
     )  # fmt: skip
 
 
@@ -39,40 +39,42 @@ def line(direction, length, count):
 @pytest.mark.parametrize("bearing", [0.0, 1.0, -2.5])
 def test_a_level_array_abeam_tells_no_heights_apart(bearing):
     """All legs from one place abeam come from one bearing: 32 elements along 1 m hear them alike."""
-    assert _told_apart(stance(line([0, 1, 0], 1.0, 32), bearing=bearing)) == pytest.approx(1.0, abs=1e-9)
+    assert _elevation_cells(ping_geometry(line([0, 1, 0], 1.0, 32), bearing=bearing)) == pytest.approx(1.0, abs=1e-9)
 
 
 @pytest.mark.parametrize("length", [0.03, 0.12, 0.3])
 def test_an_upright_array_has_a_beam_for_each_half_wavelength(length):
     """Between up and down fit 1 + 2 L / wavelength beams."""
-    assert _told_apart(stance(line([0, 0, 1], length, 64))) == pytest.approx(1 + 2 * length / WAVE, rel=1e-3)
+    assert _elevation_cells(ping_geometry(line([0, 0, 1], length, 64))) == pytest.approx(
+        1 + 2 * length / WAVE, rel=1e-3
+    )
 
 
 def test_no_more_beams_than_elements():
     """Three elements that are a metre apart in height tell three directions apart at most."""
-    assert _told_apart(stance(line([0, 0, 1], 2.0, 3))) == 3
+    assert _elevation_cells(ping_geometry(line([0, 0, 1], 2.0, 3))) == 3
 
 
 def test_an_array_along_the_boresight_tells_heights_too():
     """Rays that climb differently pass it at different pace: it counts by its length, whatever the bearing."""
     for bearing in (0.0, 0.7):
-        found = _told_apart(stance(line([1, 0, 0], 0.3, 64), bearing=bearing))
+        found = _elevation_cells(ping_geometry(line([1, 0, 0], 0.3, 64), bearing=bearing))
         assert found == pytest.approx(1 + 2 * 0.3 / WAVE, rel=1e-3)
 
 
 def test_beams_tell_what_they_tell():
     """A beam has been steered already."""
-    assert _told_apart(prepare(nominal(seabed=ROUGH)).stance(0)) == 1.0
+    assert _elevation_cells(build_simulator(nominal(seabed=ROUGH)).ping_geometry(0)) == 1.0
 
 
 def met(places):
     """Part of the ground's scatterers at which each kind of leg is followed, by family."""
-    listening, found = prepare(over_ground(places)), {}
-    here = listening.stance(0)
-    for block in listening.engine.blocks(here):
+    simulator, found = build_simulator(occlude_by_terrain(places)), {}
+    here = simulator.ping_geometry(0)
+    for block in simulator.engine.blocks(here):
         if block().boundary != "seabed":
             continue
-        pairs = listening.engine.pairs(here, block, drowned=False)
+        pairs = simulator.engine.pairs(here, block, include_negligible=False)
         for row, family in enumerate(pairs.out.families):
             found.setdefault(family, []).append(pairs.out.amplitude[row] != 0)
     return {family: float(np.concatenate(there).mean()) for family, there in found.items()}
@@ -88,7 +90,7 @@ def test_an_upright_array_follows_legs_that_a_level_one_leaves_out():
 def test_what_is_met_more_often_is_the_same_in_the_mean():
     """Both arrays hear the same ground: powers within 1 dB over 6 ms, some 30 cells of 16 elements."""
     power = [
-        np.mean(np.abs(simulate(over_ground(line(direction, 0.02, 16)), threads=1).pressure.values[0]) ** 2)
+        np.mean(np.abs(simulate(occlude_by_terrain(line(direction, 0.02, 16)), threads=1).pressure.values[0]) ** 2)
         for direction in ([0, 1, 0], [0, 0, 1])
     ]
     assert 10 * np.log10(power[0] / power[1]) == pytest.approx(0, abs=1.0)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from insonify.records.legs import SEABED, Status
+from insonify.records.legs import SEABED_OCCLUDER, LegStatus
 from insonify.scene.scatterers import Scatterers
-from insonify.simulation import prepare
+from insonify.simulator import build_simulator
 from oracles.scenes import nominal
 
 SONAR = np.array([0.0, 0.0, 11.0])
@@ -31,16 +31,16 @@ def inclined(tmp_path, **bed):
 def legs_to(points, seabed, *, normal=(0.0, 0.0, 0.0), boundary="target", families=FAMILIES, **top):
     """The legs of the engine to some points."""
     most = max(len(name) for name in families)
-    scenario = nominal(seabed=seabed, track=WINDOW, paths={"families": list(families), "reflections": most}, **top)
-    listening = prepare(scenario)
-    here = listening.stance(0)
+    scenario = nominal(seabed=seabed, track=WINDOW, paths={"families": list(families), "max_reflections": most}, **top)
+    simulator = build_simulator(scenario)
+    here = simulator.ping_geometry(0)
     points = np.array(points, float)
     count = len(points)
     ones, keys = np.ones(count), np.arange(count).astype(np.uint64)
     facing = np.tile(np.array(normal, float), (count, 1))
     law = scenario.seabed.law(1e5, 1500.0)
     met = Scatterers("any", boundary, law, points, facing, ones, ones.astype(complex), keys)
-    return listening.engine.meet(here, met).out, scenario
+    return simulator.engine.path_pairs(here, met).out, scenario
 
 
 def unfolded(family, points):
@@ -77,7 +77,7 @@ def test_an_inclined_bed_mirrors_as_one_inclined_plane(tmp_path):
     points = scattered(300)
     legs, scenario = legs_to(points, inclined(tmp_path))
     loss = float(scenario.water.absorption(1e5))
-    assert (legs.status == Status.CLEAR).all()
+    assert (legs.status == LegStatus.CLEAR).all()
     for row, family in enumerate(legs.families):
         length, departure, arrival = unfolded(family, points)
         np.testing.assert_allclose(legs.delay[row], length / 1500, rtol=0, atol=1e-8)
@@ -99,7 +99,7 @@ def test_the_ground_of_an_inclined_bed_hears_its_multiples_as_that_plane_has_the
         np.testing.assert_allclose(legs.delay[row], length / 1500, rtol=0, atol=1e-8)
         np.testing.assert_allclose(np.sin(legs.grazing[row]), -arrival @ up, atol=1e-5)
         facing = -arrival @ up > 1e-3
-        assert (legs.status[row][facing] == Status.CLEAR).mean() > 0.99, family
+        assert (legs.status[row][facing] == LegStatus.CLEAR).mean() > 0.99, family
 
 
 def test_a_bounce_off_a_long_swell_of_the_bed_is_where_fermat_has_it(tmp_path):
@@ -143,10 +143,10 @@ def test_what_a_bounce_loses_is_the_roughness_between_its_zone_and_the_sound(tmp
     sine, k = arrival @ up, 2 * np.pi / 0.015
     below = 9 / np.sqrt(1 + NORTHWARD**2 + EASTWARD**2) / sine  # the way to the bounce
     half = np.sqrt(0.015 * below * (length - below) / length)
-    ground = scenario.seabed.bed.ground
+    ground = scenario.seabed.terrain.relief
     rms = np.array([ground.roughness_rms(2 * np.pi / (2 * one), k) for one in half / np.sqrt(sine)])
     exponent = 2 * (k * rms * sine) ** 2
-    clear = legs.status[0] == Status.CLEAR
+    clear = legs.status[0] == LegStatus.CLEAR
     lost = -np.log(np.abs(legs.boundary[0]) / 0.35)
     assert np.mean(lost[clear] / exponent[clear]) == pytest.approx(1.25, abs=0.15)
     assert np.ptp(exponent[clear]) > 1 and clear.sum() > 100
@@ -157,8 +157,8 @@ def test_a_point_below_the_plane_of_its_bounce_has_none(tmp_path):
     seabed = surveyed(tmp_path, lambda n, e: 20 + 0.6 * np.maximum(e - 40, 0) + 0 * n, cell=1.0)
     points = np.array([[0.0, 60.0, 28.0], [0.0, 60.0, 12.0]])
     legs, _ = legs_to(points, seabed, families=("B",))
-    assert legs.status[0].tolist() == [Status.OCCLUDED, Status.CLEAR]
-    assert legs.occluder[0].tolist() == [SEABED, -1] and legs.visibility[0].tolist() == [0, 1]
+    assert legs.status[0].tolist() == [LegStatus.OCCLUDED, LegStatus.CLEAR]
+    assert legs.occluder[0].tolist() == [SEABED_OCCLUDER, -1] and legs.visibility[0].tolist() == [0, 1]
 
 
 def test_a_wall_of_ground_cuts_the_rising_leg(tmp_path):
@@ -167,7 +167,7 @@ def test_a_wall_of_ground_cuts_the_rising_leg(tmp_path):
         seabed = surveyed(tmp_path, lambda n, e, h=height: 20 - h * np.exp(-((e - 70) ** 2) / 4) + 0 * n, cell=0.5,
                           reach=110.0)  # fmt: skip
         legs, _ = legs_to([[0.0, 100.0, 11.0]], seabed, families=("B",))
-        assert (legs.status[0, 0] == Status.OCCLUDED) == cut
+        assert (legs.status[0, 0] == LegStatus.OCCLUDED) == cut
 
 
 PROFILE = [[0.0, 1502.0], [8.0, 1500.0], [14.0, 1490.0], [20.0, 1488.0]]
@@ -187,7 +187,7 @@ def test_in_layered_water_bounces_move_with_the_ground(tmp_path):
     moved, _ = legs_to(points, shallow, families=named, water=water)
     exact, _ = legs_to(points, {"depth": 19.7}, families=named, water=water)
     mean, _ = legs_to(points, {"depth": 20.0}, families=named, water=water)
-    there = (moved.status == Status.CLEAR) & (exact.status == Status.CLEAR) & (mean.status == Status.CLEAR)
+    there = (moved.status == LegStatus.CLEAR) & (exact.status == LegStatus.CLEAR) & (mean.status == LegStatus.CLEAR)
     assert there.mean() > 0.9
     assert np.abs(mean.delay - exact.delay)[there].max() > 1e-4
     assert np.abs(moved.delay - exact.delay)[there].max() < 4e-6
@@ -203,14 +203,14 @@ def test_waves_of_a_survey_that_are_shorter_than_the_zone_roughen_the_mirror(tmp
     seabed = surveyed(tmp_path, lambda n, e: 20 + height * np.sin(np.pi * e) + 0 * n, reach=150.0, cell=0.25)
     place = {**WINDOW, "position": (0.0, -70.0, 18.0)}
     points = np.column_stack([np.linspace(-5, 5, 40), np.full(40, 0.0), np.full(40, 18.0)])
-    scenario = nominal(seabed=seabed, track=place, paths={"families": ["B"], "reflections": 1})
-    listening = prepare(scenario)
+    scenario = nominal(seabed=seabed, track=place, paths={"families": ["B"], "max_reflections": 1})
+    simulator = build_simulator(scenario)
     ones = np.ones(40)
     met = Scatterers("any", "target", scenario.seabed.law(1e5, 1500.0), points, np.zeros((40, 3)), ones,
                      ones.astype(complex), np.arange(40).astype(np.uint64))  # fmt: skip
-    legs = listening.engine.meet(listening.stance(0), met).out
+    legs = simulator.engine.path_pairs(simulator.ping_geometry(0), met).out
     sine = 4 / np.hypot(4, np.hypot(points[:, 0], 70))
-    exponent = -np.log(np.abs(legs.boundary[0]) / 0.35)
+    exponent = -np.log(np.abs(legs.reflection_coefficient[0]) / 0.35)
     assert np.mean(exponent / (2 * (2 * np.pi / 0.015 * 0.01 * sine) ** 2)) == pytest.approx(1.0, abs=0.12)
 
 
@@ -219,19 +219,19 @@ def test_late_multiples_off_a_deep_part_of_the_bed_are_in_reach(tmp_path):
     seabed = surveyed(tmp_path, lambda n, e: np.where(e < -150, 20.0, 23.0) + 0 * n, reach=160.0)
     place = np.array([0.0, 6.0, 23.0])
     legs, _ = legs_to([place], seabed, normal=(0.0, 0.0, -1.0), boundary="seabed", families=("BS",))
-    assert legs.status[0, 0] == Status.CLEAR
+    assert legs.status[0, 0] == LegStatus.CLEAR
     assert legs.delay[0, 0] == pytest.approx(np.hypot(6.0, 2 * 23 - 11 + 23) / 1500, abs=1e-8)
     late = float(2 * legs.delay[0, 0])
-    paths = {"families": ["BS"], "reflections": 2}
-    listening = prepare(nominal(seabed=seabed, track={"window": (late - 1e-3, late + 1e-3)}, paths=paths))
-    found = [block().position for block in listening.engine.blocks(listening.stance(0))]
+    paths = {"families": ["BS"], "max_reflections": 2}
+    simulator = build_simulator(nominal(seabed=seabed, track={"window": (late - 1e-3, late + 1e-3)}, paths=paths))
+    found = [block().position for block in simulator.engine.blocks(simulator.ping_geometry(0))]
     assert min(np.linalg.norm(points[:, :2] - place[:2], axis=1).min() for points in found) < 1.0
 
 
-@pytest.mark.parametrize("bounce", ["waves", "tilted"])
+@pytest.mark.parametrize("bounce", ["explicit", "tilted"])
 def test_bottom_bounces_keep_their_planes_under_a_swell(tmp_path, bounce):
     """Over an inclined bed, under a swell of a nanometre: delays, directions and levels of a calm, to its size."""
-    calm, seabed = {"bounce": bounce, "swell": {"height": 1e-9, "length": 30.0}}, inclined(tmp_path)
+    calm, seabed = {"reflection": bounce, "swell": {"height": 1e-9, "length": 30.0}}, inclined(tmp_path)
     families = ("S", "SB", "BS", "BSB")
     under, still = (
         legs_to([(30.0, 60.0, 17.0), (-20.0, 80.0, 16.0)], seabed, families=families, **surface)[0]

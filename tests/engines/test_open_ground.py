@@ -5,9 +5,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from insonify.engines._crest_kernel import FAINT, felt_until, find_crests, never_rises, over_crests
-from insonify.propagation._knife_edge_kernel import differs_less, turned
-from insonify.propagation.knife_edge import PER_UNIT, edge_table
+from insonify.engines._terrain_diffraction_kernel import (
+    NEGLIGIBLE_CHANGE,
+    diffract_over_crests,
+    find_crests,
+    negligible_beyond,
+    surely_unobstructed,
+)
+from insonify.propagation.knife_edge import PER_UNIT, edge_diffraction_table
+from insonify.propagation.knife_edge_kernel import crest_is_negligible, sincos_of_quarter_turns
 
 STEP, WAVE = 0.25, 0.015
 
@@ -28,7 +34,7 @@ def test_lines_that_are_told_to_be_open_have_no_crest(seed: int, rough: float, h
     depth = (20 + rough * np.random.default_rng(seed).standard_normal((3, 400)).cumsum(axis=1) / 20).astype(np.float32)
     distance = (np.arange(400, dtype=np.float32) + 1) * np.float32(STEP)
     image = np.float32(20 - height)
-    if never_rises(depth, distance, image, 64):
+    if surely_unobstructed(depth, distance, image, 64):
         assert crests_of(depth, image) == 0
 
 
@@ -39,11 +45,11 @@ def test_level_ground_is_open_and_a_step_up_is_not() -> None:
     """
     level = np.full((4, 800), 20.0, np.float32)
     distance = (np.arange(800, dtype=np.float32) + 1) * np.float32(STEP)
-    assert all(never_rises(level, distance, np.float32(20 - height), 64) for height in (0.5, 8.0, 60.0))
+    assert all(surely_unobstructed(level, distance, np.float32(20 - height), 64) for height in (0.5, 8.0, 60.0))
     for value, image in ((19.8, 18.0), (np.nan, 18.0), (20.0, 20.5)):
         other = level.copy()
         other[2, 500] = value
-        assert not never_rises(other, distance, np.float32(image), 64)
+        assert not surely_unobstructed(other, distance, np.float32(image), 64)
 
 
 @pytest.mark.parametrize("wavelength", [0.003, 0.015, 0.15])
@@ -53,13 +59,15 @@ def test_beyond_its_reach_a_crest_changes_nothing_that_clears_it(wavelength: flo
     told = 0
     for _ in range(3000):
         near, hollow = rng.uniform(0.1, 200), 10 ** rng.uniform(-4, 0)
-        until = felt_until(near, hollow, wavelength)
+        until = negligible_beyond(near, hollow, wavelength)
         if not np.isfinite(until):
             continue
         distance, slope = until * rng.uniform(1.0001, 3), rng.uniform(0, 2)
         stretch = np.sqrt(1 + slope**2)
         length, clear = distance * stretch, 10 ** rng.uniform(-4, 1)
-        assert differs_less(clear, hollow / stretch, length - near * stretch, length, wavelength, FAINT**2)
+        assert crest_is_negligible(
+            clear, hollow / stretch, length - near * stretch, length, wavelength, NEGLIGIBLE_CHANGE**2
+        )
         told += 1
     assert told > 300
 
@@ -67,7 +75,7 @@ def test_beyond_its_reach_a_crest_changes_nothing_that_clears_it(wavelength: flo
 def test_quarters_of_a_turn_are_those_of_sine_and_cosine() -> None:
     """20 001 angles up to 250 turns, on whole quarters and between them, either way: to 1e-11."""
     quarters = np.linspace(-1000, 1000, 20_001)
-    found = np.array([turned(q) for q in quarters])
+    found = np.array([sincos_of_quarter_turns(q) for q in quarters])
     np.testing.assert_allclose(found[:, 0], np.cos(np.pi / 2 * quarters), atol=2e-11)
     np.testing.assert_allclose(found[:, 1], np.sin(np.pi / 2 * quarters), atol=2e-11)
 
@@ -127,7 +135,7 @@ def test_a_ray_to_ground_is_one_of_that_launch() -> None:
     told = []
     for ground in (True, False):
         lit, left = np.ones(700, bool), np.ones(700, complex)
-        over_crests(launch, bound, crest, met, rows, points, reach, steep, STEP, reach, WAVE, edge_table(), PER_UNIT,
+        diffract_over_crests(launch, bound, crest, met, rows, points, reach, steep, STEP, reach, WAVE, edge_diffraction_table(), PER_UNIT,
                     ground, True, lit, left)  # fmt: skip
         told.append((lit, left))
     hidden = steep > bound[rows, sample]

@@ -5,15 +5,15 @@ from functools import cache
 import finufft
 import numpy as np
 import pytest
+from oracles.listening import heard, pulse_spectrum, relative_rms, row
 
-from insonify.records.arrivals import expand, joined
+from insonify.records.arrivals import concatenate_arrivals, expand_arrivals
 from insonify.scattering.lambert import Lambert
-from insonify.scattering.point import PointEcho
+from insonify.scattering.point_target import PointTargetLaw
 from insonify.scattering.sediments import Sediment
 from insonify.scene.scatterers import Scatterers
-from insonify.simulation import arrivals, prepare, simulate
-from insonify.synthesis.coherent import hear_arrivals
-from oracles.listening import heard, pulse_spectrum, relative_rms, row
+from insonify.simulator import arrivals, build_simulator, simulate
+from insonify.synthesis.coherent import coherent_from_arrivals
 from oracles.scenes import hear_blocks, nominal, point
 from oracles.water import Block, cut, fold, letters
 
@@ -36,10 +36,10 @@ def scenario(pulse, compress, perturbed):
         receive={"kind": "planar", "length": None, "width": 0.3, "height": 0.02, "shading": "hann",
                  "shading_down": "uniform", "element": "baffled", "steer": STEER, "steer_down": 0.05,
                  "offset": (-0.2, 0.0, 0.5)},
-        sonar={"pulse": pulse, "receiver": {"band": 20e3, "compress": compress},
+        sonar={"pulse": pulse, "receiver": {"bandwidth": 20e3, "matched_filter": compress},
                "mounting": {"bearing": BEARING, "tilt": TILT}},
         track={"heading": HEADING, "pitch": PITCH, "roll": ROLL, "window": WINDOW, "position": (1.0, -2.0, 11.0)},
-        paths={"reflections": 2, **shaken},
+        paths={"max_reflections": 2, **shaken},
         water={"noise_level_db": None, "sound_speed": SPEED, "absorption_db_per_m": 0.035},
         seabed={"depth": DEPTH, "reflection": "medium sand"},
     )  # fmt: skip
@@ -70,7 +70,7 @@ def scatterers():
         block("seabed", spot(80, DEPTH), np.tile(up, (80, 1)), flat),
         block("surface", spot(40, 0.0), np.tile(-up, (40, 1)), flat),
         block("box", faces, sides @ axes, Lambert(strength_db=-10), occluder=0),
-        block("buoy", spot(20, random.uniform(3, 19, 20)), np.zeros((20, 3)), PointEcho(-10.0), drawn=False),
+        block("buoy", spot(20, random.uniform(3, 19, 20)), np.zeros((20, 3)), PointTargetLaw(-10.0), drawn=False),
     ]
 
 
@@ -112,13 +112,13 @@ def mirror(sine):
 
 def leg(end, place, family, block, row):
     """Delay, complex amplitude, direction at the sonar and sine of grazing at the point; None where there is none."""
-    own = {"seabed": "B", "surface": "S"}.get(block.owner)
+    own = {"seabed": "B", "surface": "S"}.get(block.object)
     if letters(family).endswith(own or "-"):
         return None
     path = fold(end, place, family, DEPTH)
     if cut(path, BLOCK):
         return None
-    sine = 1.0 if block.owner == "buoy" else -path.arrival @ block.normal[row]
+    sine = 1.0 if block.object == "buoy" else -path.arrival @ block.normal[row]
     if sine <= 0:
         return None
     bounced = (-1) ** family.count("S") * mirror(path.sine) ** family.count("B")
@@ -141,7 +141,7 @@ def echoes():
             )  # fmt: skip
             for f, (t1, a1, _, sine1, sent) in out.items():
                 for g, (t2, a2, _, sine2, caught) in back.items():
-                    sigma = 0.1 if block.owner == "buoy" else 10 ** (strength[block.owner] / 10) * sine1 * sine2
+                    sigma = 0.1 if block.object == "buoy" else 10 ** (strength[block.object] / 10) * sine1 * sine2
                     echo = a1 * a2 * np.sqrt(sigma * block.area[n]) * block.phase[n] * 10 ** (LEVEL / 20)
                     found.append((t1 + t2, echo * sent * caught, (which, n, f, g)))
     return found
@@ -176,15 +176,15 @@ def test_the_engine_is_the_sum_over_all_echoes(case):
     """
     pulse, compress, perturbed = CASES[case]
     told, blocks = scenario(pulse, compress, perturbed), scatterers()
-    listening = prepare(told)
-    moved = listening.coherent(listening.stance(0)).perturbation
-    delay, weight = brute_force(blocks, lambda block, f, g: moved.factor(block.place, f, g))
+    simulator = build_simulator(told)
+    moved = simulator.coherent_accumulator(simulator.ping_geometry(0)).replica_jitter
+    delay, weight = brute_force(blocks, lambda block, f, g: moved.factor(block.scatterer_id, f, g))
     assert len(delay) > 1500
     assert delay.min() > WINDOW[0] + 5e-3 and delay.max() < WINDOW[1] - 5e-3
 
     def spectrum(offset):
         return pulse_spectrum(offset, duration=pulse["duration"], fraction=pulse.get("taper_fraction", 0.1),
-                              bandwidth=pulse.get("bandwidth", 0.0), band=20e3, compress=compress)  # fmt: skip
+                              bandwidth=pulse.get("bandwidth", 0.0), band=20e3, matched_filter=compress)  # fmt: skip
 
     time = WINDOW[0] + np.arange(round((WINDOW[1] - WINDOW[0]) * 25e3)) / 25e3
     truth = np.array([heard(delay, w, time, CARRIER, spectrum, 25e3, 4096) for w in weight])
@@ -194,25 +194,25 @@ def test_the_engine_is_the_sum_over_all_echoes(case):
 def test_a_non_uniform_transform_of_the_arrivals_agrees():
     """The arrivals through finufft (type 1, 1e-12) give the same series.
 
-    Relative rms 1e-5 of the fast path; and `hear_arrivals` makes of them what the fast path makes of the pairs.
+    Relative rms 1e-5 of the fast path; and `coherent_from_arrivals` makes of them what the fast path makes of the pairs.
     """
     told, blocks = scenario(*CASES["sweep, shaken"]), scatterers()
-    listening = prepare(told)
-    here = listening.stance(0)
-    moved = listening.coherent(here).perturbation
+    simulator = build_simulator(told)
+    here = simulator.ping_geometry(0)
+    moved = simulator.coherent_accumulator(here).replica_jitter
     rows = []
     for block in blocks:
-        pairs = listening.engine.meet(here, block)
-        rows.append(expand(pairs, 0, {names: moved.factor(block.place, *names) for names in pairs.names()}))
-    found = joined(rows)
+        pairs = simulator.engine.path_pairs(here, block)
+        rows.append(expand_arrivals(pairs, 0, {names: moved.factor(block.scatterer_id, *names) for names in pairs.names()}))
+    found = concatenate_arrivals(rows)
     fast = hear_blocks(told, blocks)
-    assert relative_rms(hear_arrivals(found, here, listening.grid), fast) < 1e-5
-    bins, start, count = 4096, WINDOW[0], listening.grid.count
+    assert relative_rms(coherent_from_arrivals(found, here, simulator.grid), fast) < 1e-5
+    bins, start, count = 4096, WINDOW[0], simulator.grid.sample_count
     turns = 2 * np.pi * 25e3 / bins * (found.delay - start)
     gain = 10 ** (LEVEL / 20) * here.transmit_beams.gain(found.departure) * here.receive_beams.gain(found.arrival)
     carried = gain * found.amplitude[:, 0] * np.exp(-2j * np.pi * (CARRIER * found.delay % 1))
     offset = (np.arange(bins) - bins // 2) * 25e3 / bins
-    shaped = finufft.nufft1d1(turns, carried, bins, eps=1e-12, isign=-1) * listening.pulse.spectrum(offset)
+    shaped = finufft.nufft1d1(turns, carried, bins, eps=1e-12, isign=-1) * simulator.pulse.spectrum(offset)
     series = np.fft.ifft(np.fft.ifftshift(shaped, axes=-1), axis=-1)[:, :count] * 25e3
     assert relative_rms(fast, series) < 1e-5
 
@@ -225,18 +225,18 @@ def test_a_scenario_told_in_full_is_the_sum_over_its_arrivals():
     """
     told = nominal(
         box={},
-        paths={"reflections": 1, "beam_floor_db": -25},
+        paths={"max_reflections": 1, "beam_cutoff_db": -25},
         track={"window": (0.2010, 0.2022)},
         line={"shading": "hann"},
     )
     told = told.model_copy(update={"targets": (*told.targets, *nominal(targets=[point(1, 148, 15)]).targets)})
-    found, here = arrivals(told, window=(0.19, 0.215)), prepare(told).stance(0)
-    assert set(found.owner) == {"seabed", "box", "point"}
+    found, here = arrivals(told, window=(0.19, 0.215)), build_simulator(told).ping_geometry(0)
+    assert set(found.object) == {"seabed", "box", "point"}
     gain = here.transmit_beams.gain(found.departure)[0] * here.receive_beams.gain(found.arrival)[0]
-    heard_pulse = prepare(told).pulse.spectrum
+    received_pulse = build_simulator(told).pulse.spectrum
     heard_ping = simulate(told)
     kept = np.abs(gain) > 0
     truth = heard(found.delay[kept], 1e11 * (gain * found.amplitude[:, 0])[kept], heard_ping.time.values, CARRIER,
-                  heard_pulse, 25e3, 2048)  # fmt: skip
+                  received_pulse, 25e3, 2048)  # fmt: skip
     assert len(found) > 1000
     assert relative_rms(heard_ping.pressure.values[0, 0], truth) < 1e-5

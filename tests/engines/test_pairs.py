@@ -7,7 +7,7 @@ from insonify.scattering.lambert import Lambert
 from insonify.scattering.reflection import reflection_coefficient
 from insonify.scattering.sediments import Sediment
 from insonify.scene.scatterers import Scatterers
-from insonify.simulation import arrivals, prepare, simulate
+from insonify.simulator import arrivals, build_simulator, simulate
 from oracles.scenes import nominal, point
 from oracles.water import fold
 
@@ -17,7 +17,7 @@ SONAR, TARGET = np.array([0.0, 0.0, 11.0]), np.array([0.0, 150.0, 19.5])
 def raised(order, **changes):
     """Arrivals of a point target 0.5 m above the bed and nothing else."""
     return arrivals(
-        nominal(targets=[point(*TARGET)], paths={"reflections": order, "causes": ["target"]},
+        nominal(targets=[point(*TARGET)], paths={"max_reflections": order, "contributions": ["target"]},
                 track={"window": (0.0, 0.5)}, **changes)
     )  # fmt: skip
 
@@ -28,16 +28,16 @@ def test_a_raised_target_is_met_by_every_leg_out_with_every_leg_back(order, orde
     found = raised(order)
     assert len(found) == ordered
     assert len({round(delay * 1e9) for delay in found.delay}) == distinct
-    assert len(set(zip(found.family_out, found.family_back, strict=True))) == ordered
+    assert len(set(zip(found.transmit_family, found.receive_family, strict=True))) == ordered
 
 
 @pytest.mark.parametrize(("order", "ordered"), [(0, 1), (1, 4), (2, 9), (3, 16), (4, 25)])
 def test_a_seabed_point_counts_no_bounce_on_its_own_ground(order, ordered):
     """1, 2, 3, 4, 5 distinct legs reach the bed at orders 0 to 4: 1, 4, 9, 16, 25 ordered pairs."""
-    listening = prepare(nominal(paths={"reflections": order}))
+    simulator = build_simulator(nominal(paths={"max_reflections": order}))
     one = Scatterers("seabed", "seabed", Lambert(), np.array([[0, 150.0, 20]]), np.array([[0, 0, -1.0]]), np.ones(1),
                      np.ones(1, complex), np.ones(1, np.uint64))  # fmt: skip
-    pairs = listening.engine.meet(listening.stance(0), one)
+    pairs = simulator.engine.path_pairs(simulator.ping_geometry(0), one)
     assert len(pairs.pair) == ordered
     assert np.all(pairs.strength > 0)
 
@@ -57,10 +57,12 @@ def test_each_pair_has_its_own_sign_phase_and_loss(reflection):
         bottom = 0.35 if reflection == 0.35 else reflection_coefficient(Sediment.named(reflection), angle)
         return (-1.0) ** family.count("S") * bottom ** family.count("B") / path.length * 10 ** (-0.0015 * path.length)
 
-    for out, back, amplitude in zip(found.family_out, found.family_back, found.amplitude[:, 0], strict=True):
+    for out, back, amplitude in zip(found.transmit_family, found.receive_family, found.amplitude[:, 0], strict=True):
         assert amplitude == pytest.approx(leg(out) * leg(back), rel=1e-6)
     if reflection == 0.35:
-        of = dict(zip(zip(found.family_out, found.family_back, strict=True), found.amplitude[:, 0].real, strict=True))
+        of = dict(
+            zip(zip(found.transmit_family, found.receive_family, strict=True), found.amplitude[:, 0].real, strict=True)
+        )
         assert of["D", "S"] < 0 < of["S", "S"]
         assert of["D", "B"] > 0 > of["D", "SB"]
 
@@ -69,7 +71,7 @@ def test_families_that_end_on_the_bed_add_nothing_to_its_reverberation():
     """Paper's c and d are a and b at the bed: level change 0 +- 0.05 dB (counted twice: 40 log 1.35 = +5.2 dB)."""
     level = [
         10 * np.log10(simulate(nominal(field="incoherent", track={"window": (0.198, 0.235)},
-                                       paths={"reflections": 2, "families": names})).intensity.values.mean())
+                                       paths={"max_reflections": 2, "families": names})).intensity.values.mean())
         for names in (("D", "S"), ("D", "S", "B", "SB"))
     ]  # fmt: skip
     assert level[1] - level[0] == pytest.approx(0, abs=0.05)
@@ -78,10 +80,10 @@ def test_families_that_end_on_the_bed_add_nothing_to_its_reverberation():
 def test_the_records_say_what_happened():
     """Bounces, owners, angles and columns of each arrival fit together; the page of the notebook shows them."""
     found = raised(2)
-    strings = [(a + b).replace("D", "") for a, b in zip(found.family_out, found.family_back, strict=True)]
+    strings = [(a + b).replace("D", "") for a, b in zip(found.transmit_family, found.receive_family, strict=True)]
     assert list(found.bounces) == [len(string) for string in strings]
-    assert set(found.owner) == {"point"}
-    product = found.spreading * found.absorption * found.scattering * np.abs(found.boundary)
+    assert set(found.object) == {"point"}
+    product = found.spreading * found.absorption * found.scattering_amplitude * np.abs(found.boundary)
     np.testing.assert_allclose(np.abs(found.amplitude[:, 0]), product, rtol=1e-6)
     np.testing.assert_allclose(np.linalg.norm(found.departure, axis=1), 1)
     page = repr(found)
@@ -90,6 +92,8 @@ def test_the_records_say_what_happened():
 
 def test_a_target_out_of_the_window_leaves_no_arrival():
     """No paths is an answer too."""
-    found = arrivals(nominal(targets=[point(*TARGET)], paths={"causes": ["target"]}, track={"window": (0.0, 0.1)}))
+    found = arrivals(
+        nominal(targets=[point(*TARGET)], paths={"contributions": ["target"]}, track={"window": (0.0, 0.1)})
+    )
     assert len(found) == 0
     assert "no paths" in repr(found)

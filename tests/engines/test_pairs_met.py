@@ -5,14 +5,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from insonify.engines.skyline import Remembered, fresnel_half_length
 from insonify.engines.targets import target_points
-from insonify.engines.tracer.mirrors import folded, kept, ways
-from insonify.propagation.families import families
+from insonify.engines.terrain_occlusion import OcclusionCache, fresnel_half_length
+from insonify.engines.tracer.image_legs import image_legs, image_source_depth, reflected_intensity
+from insonify.propagation.families import families_up_to
 from insonify.scattering.lambert import Lambert
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
-from insonify.simulation import prepare
+from insonify.simulator import build_simulator
 from oracles.scenes import nominal, point
 
 DEPTH = 20.0
@@ -33,16 +33,16 @@ def bed_points(count=60, seed=1, area=0.01):
 
 def met(scatterers, order=2, **changes):
     """Pairs of some points by name of the pair, and the pairs themselves."""
-    listening = prepare(nominal(paths={"reflections": order}, **changes))
-    pairs = listening.engine.meet(listening.stance(0), scatterers)
+    simulator = build_simulator(nominal(paths={"max_reflections": order}, **changes))
+    pairs = simulator.engine.path_pairs(simulator.ping_geometry(0), scatterers)
     return dict(zip(pairs.names(), pairs.strength, strict=True)), pairs
 
 
 def points_of(*targets, slant=0.15, even=False, seed=1, **told):
     """Points of the targets of a scene at its first ping."""
-    listening = prepare(nominal(targets=targets, **told))
-    engine = listening.engine
-    return target_points(engine.scene, engine.choice, seed, listening.stance(0), slant, even=even)
+    simulator = build_simulator(nominal(targets=targets, **told))
+    engine = simulator.engine
+    return target_points(engine.scene, engine.choice, seed, simulator.ping_geometry(0), slant, quadrature=even)
 
 
 def test_a_pair_off_a_lambert_bed_has_its_closed_form():
@@ -90,7 +90,7 @@ def test_four_times_the_area_scatters_twice_the_pressure():
     np.testing.assert_array_equal(four.out.delay, one.out.delay)
 
 
-families_asked = st.sampled_from(families(4))
+families_asked = st.sampled_from(families_up_to(4))
 depths = st.floats(0.5, 19.5)
 
 
@@ -101,8 +101,8 @@ def test_a_way_may_be_gone_backwards(family, one, other, distance, bearing):
     scene = Scene(seabed={"depth": DEPTH, "reflection": 0.35})
     here = np.array([0.0, 0.0, one])
     there = np.array([distance * np.cos(bearing), distance * np.sin(bearing), other])
-    out = ways(scene, here, there[None], family, 0.015)
-    back = ways(scene, there, here[None], "D" if family == "D" else family[::-1], 0.015)
+    out = image_legs(scene, here, there[None], family, 0.015)
+    back = image_legs(scene, there, here[None], "D" if family == "D" else family[::-1], 0.015)
     assert out.length[0] == pytest.approx(back.length[0], rel=1e-12)
     np.testing.assert_allclose(out.departure, -back.arrival, atol=1e-12)
     np.testing.assert_allclose(out.arrival, -back.departure, atol=1e-12)
@@ -113,16 +113,16 @@ def test_a_way_may_be_gone_backwards(family, one, other, distance, bearing):
 def test_mirrors_undo_themselves(family, depth):
     """An image mirrored by the same mirrors in reverse is the sonar; S and B together shift it by twice the depth."""
     back = "D" if family == "D" else family[::-1]
-    assert folded(back, folded(family, depth, DEPTH), DEPTH) == pytest.approx(depth, abs=1e-9)
-    assert folded("SB", depth, DEPTH) - depth == pytest.approx(2 * DEPTH)
-    assert folded("BS", depth, DEPTH) - depth == pytest.approx(-2 * DEPTH)
+    assert image_source_depth(back, image_source_depth(family, depth, DEPTH), DEPTH) == pytest.approx(depth, abs=1e-9)
+    assert image_source_depth("SB", depth, DEPTH) - depth == pytest.approx(2 * DEPTH)
+    assert image_source_depth("BS", depth, DEPTH) - depth == pytest.approx(-2 * DEPTH)
 
 
 def test_every_bounce_takes_the_same_share_again():
     """Pressure 0.35 at the bed: intensity 0.35^2 for each B, nothing for S."""
     scene = Scene(seabed={"depth": DEPTH, "reflection": 0.35})
-    for family in families(5):
-        left = kept(scene, family, np.array([0.1, 0.7]))
+    for family in families_up_to(5):
+        left = reflected_intensity(scene, family, np.array([0.1, 0.7]))
         np.testing.assert_allclose(left, 0.35 ** (2 * family.count("B")), rtol=1e-12)
 
 
@@ -145,7 +145,7 @@ def test_a_mirror_is_as_large_seen_from_either_end(share, distance, tangent, wav
 
 def test_the_places_asked_for_longest_ago_are_forgotten():
     """Three are remembered and made once each; a fourth takes the place of the first."""
-    store, made = Remembered(3), []
+    store, made = OcclusionCache(3), []
     for key in ("a", "b", "a", "c", "d", "b", "a"):
         store.get(key, lambda key=key: made.append(key) or key)
     assert made == ["a", "b", "c", "d", "a"]
@@ -154,7 +154,7 @@ def test_the_places_asked_for_longest_ago_are_forgotten():
 def test_targets_come_in_their_order_and_a_point_is_one():
     """Three kinds of target, each under its own label."""
     found = points_of(WALL, point(0.0, 30.0, 15.0, label="mark"), BALL)
-    assert [part.owner for part in found] == ["wall", "mark", "ball"]
+    assert [part.object for part in found] == ["wall", "mark", "ball"]
     assert len(found[1]) == 1 and found[1].area[0] == 1.0
     np.testing.assert_array_equal(found[1].position, [[0.0, 30.0, 15.0]])
 
@@ -175,7 +175,7 @@ def test_a_finer_pulse_draws_finer_faces():
 
     A sixteenth, but for rounding to whole cells of a face. The front and the top, towards the sonar, are whole in both.
     """
-    here = prepare(nominal()).stance(0).transmit_place
+    here = build_simulator(nominal()).ping_geometry(0).transmit_position
     coarse, fine = points_of(WALL, slant=0.6)[0], points_of(WALL, slant=0.15)[0]
     assert coarse.area.max() > 14 * fine.area.max()
     for part, slant in ((coarse, 0.6), (fine, 0.15)):

@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from insonify.engines.sampling import Resolution, reach, tiles_in_view
-from insonify.engines.view import view
-from insonify.propagation.families import families_for
+from insonify.engines.ping_scatterers import ping_scatterers
+from insonify.engines.resolution import Resolution, receivable_range, tiles_in_view
+from insonify.propagation.families import families_reaching
 from insonify.scenario.scenario import Scenario
-from insonify.scene.lattice import BASE_PITCH, TILE, Tiles
-from insonify.simulation import prepare, simulate
-from insonify.sonar.stance import Stance
+from insonify.scene.scatterer_grid import BASE_PITCH, TILE, Tiles
+from insonify.simulator import build_simulator, simulate
+from insonify.sonar.ping_geometry import PingGeometry
 from oracles.scenes import nominal
 from oracles.water import fold, letters
 
@@ -26,21 +26,21 @@ FAR_APART = {
 WINDOWS = {"under the sonar": (0.010, 0.016), "near": (0.03, 0.032), "multipath": (0.055, 0.058)}
 
 
-def tiles(scenario: Scenario, boundary: str) -> tuple[Tiles, Stance, tuple[str, ...]]:
+def tiles(scenario: Scenario, boundary: str) -> tuple[Tiles, PingGeometry, tuple[str, ...]]:
     """The tiles of one boundary that the first ping visits."""
-    listening = prepare(scenario)
-    here = listening.stance(0)
-    seen = view(scenario.scene, scenario.paths, scenario.seed, here, listening.engine.rays)
-    kept = families_for(boundary, scenario.paths.followed)
+    simulator = build_simulator(scenario)
+    here = simulator.ping_geometry(0)
+    seen = ping_scatterers(scenario.scene, scenario.paths, scenario.seed, here, simulator.engine.rays)
+    kept = families_reaching(boundary, scenario.paths.followed_families)
     depth = scenario.seabed.depth if boundary == "seabed" else 0.0
-    floor = 10 ** (scenario.paths.beam_floor_db / 20)
-    found, _ = tiles_in_view(here, scenario.seabed.lattice, depth, seen.rays, kept, seen.resolution, floor)
+    floor = 10 ** (scenario.paths.beam_cutoff_db / 20)
+    found, _ = tiles_in_view(here, scenario.seabed.scatterer_grid, depth, seen.rays, kept, seen.resolution, floor)
     return found, here, kept
 
 
 def covered(found: Tiles, scenario: Scenario, place: np.ndarray) -> np.ndarray:
     """In how many tiles each place lies, shape (n,)."""
-    local = scenario.seabed.lattice.from_world(place[:, :2])
+    local = scenario.seabed.scatterer_grid.from_world(place[:, :2])
     count = np.zeros(len(place), int)
     for level, along, across in zip(*found, strict=True):
         side = TILE * BASE_PITCH * 2.0**level
@@ -48,16 +48,16 @@ def covered(found: Tiles, scenario: Scenario, place: np.ndarray) -> np.ndarray:
     return count
 
 
-def audible(here: Stance, kept: tuple[str, ...], place: np.ndarray, depth: float, floor: float) -> bool:
+def audible(here: PingGeometry, kept: tuple[str, ...], place: np.ndarray, depth: float, floor: float) -> bool:
     """Whether any pair of walked legs to a place falls into the window with a two-way gain above the floor."""
     out, back = (
         [fold(end, place, name, depth).length / 1500 for name in kept] for end in
-        (here.transmit_place, here.receive_place)
+        (here.transmit_position, here.receive_position)
     )  # fmt: skip
-    first, last = here.heard_delays
+    first, last = here.recorded_delays
     gains = [
         np.abs(beams.gain(np.array([fold(end, place, name, depth).departure for name in kept])))
-        for end, beams in ((here.transmit_place, here.transmit_beams), (here.receive_place, here.receive_beams))
+        for end, beams in ((here.transmit_position, here.transmit_beams), (here.receive_position, here.receive_beams))
     ]
     for i, j in itertools.product(range(len(kept)), repeat=2):
         if first <= out[i] + back[j] <= last and np.any(gains[0][:, i] * gains[1][:, j] >= floor):
@@ -81,9 +81,9 @@ def test_what_can_be_heard_is_in_view(boundary: str, ends: str, window: str) -> 
     """
     array = {"length": 0.06, "steer": [0.2]}
     scenario = nominal(line=array, surface={"scattering": {"strength_db": -30}}, sonar=pulse_of(0.2e-3),
-                       seabed={"depth": 20.0, "lattice": {"origin": (3.0, -7.0), "heading": 0.4}},
+                       seabed={"depth": 20.0, "scatterer_grid": {"origin": (3.0, -7.0), "heading": 0.4}},
                        track={"window": WINDOWS[window], "heading": 0.2, "roll": 0.1},
-                       paths={"beam_floor_db": -40, "scatterers_per_cell": 0.5}, **FAR_APART[ends])  # fmt: skip
+                       paths={"beam_cutoff_db": -40, "scatterers_per_cell": 0.5}, **FAR_APART[ends])  # fmt: skip
     found, here, kept = tiles(scenario, boundary)
     random = np.random.default_rng(3)
     radius, turn = 55 * np.sqrt(random.random(300)), 2 * np.pi * random.random(300)
@@ -100,13 +100,13 @@ def test_what_can_be_heard_is_in_view(boundary: str, ends: str, window: str) -> 
 def test_the_ring_that_one_family_hears_is_the_ring_in_reach(name: str) -> None:
     """One family and one end: radii from sqrt((ct/2)^2 - h^2) of the window's ends, h from the walked leg."""
     scenario = nominal(paths={"families": (name,)}, track={"window": (0.1, 0.12)})
-    here = prepare(scenario).stance(0)
+    here = build_simulator(scenario).ping_geometry(0)
     height = {"D": 9.0, "S": 31.0, "BS": 49.0}[name]
-    found = reach(here, 20.0, prepare(scenario).engine.rays, (name,))
-    first, last = here.heard_delays
+    found = receivable_range(here, 20.0, build_simulator(scenario).engine.rays, (name,))
+    first, last = here.recorded_delays
     for radius, delay in ((found.nearest, first), (found.farthest, last)):
         assert np.hypot(radius, height) == pytest.approx(750 * delay, rel=1e-9)
-        assert 2 * fold(here.transmit_place, (radius, 0, 20.0), name, 20.0).length == pytest.approx(1500 * delay)
+        assert 2 * fold(here.transmit_position, (radius, 0, 20.0), name, 20.0).length == pytest.approx(1500 * delay)
     assert len(letters(name)) == {"D": 0, "S": 1, "BS": 2}[name]
 
 
@@ -126,17 +126,19 @@ def test_every_resolution_cell_holds_what_was_asked_for(window: tuple[float, flo
     The cell on the ground: slant resolution by R / x deep, or the first return's disc below the sonar; the beam's
     half-power width across. The floor of a tile is its finest place, not its middle.
     """
-    scenario = nominal(line={"length": 0.3}, paths={"reflections": 0, "scatterers_per_cell": per_cell},
+    scenario = nominal(line={"length": 0.3}, paths={"max_reflections": 0, "scatterers_per_cell": per_cell},
                        track={"window": window})  # fmt: skip
-    listening = prepare(scenario)
-    here = listening.stance(0)
-    seen = view(scenario.scene, scenario.paths, scenario.seed, here, listening.engine.rays)
-    for block in listening.engine.blocks(here):
+    simulator = build_simulator(scenario)
+    here = simulator.ping_geometry(0)
+    seen = ping_scatterers(scenario.scene, scenario.paths, scenario.seed, here, simulator.engine.rays)
+    for block in simulator.engine.blocks(here):
         points = block()
         away = np.linalg.norm(points.position[:, :2], axis=1)
         slant = np.hypot(away, 9.0)
-        deep = np.minimum(seen.resolution.slant * slant / away, np.sqrt(2 * slant * seen.resolution.slant))
-        cell = deep * slant * seen.resolution.width
+        deep = np.minimum(
+            seen.resolution.slant_resolution * slant / away, np.sqrt(2 * slant * seen.resolution.slant_resolution)
+        )
+        cell = deep * slant * seen.resolution.beam_width
         lobe = (np.abs(points.position[:, 0]) / slant < 0.6 * 0.015 / 0.3) & (points.position[:, 1] > 0)
         assert np.all(points.area[lobe] <= cell[lobe] / per_cell * (1 + 1e-9) + BASE_PITCH**2)
 
@@ -146,15 +148,15 @@ def test_ground_is_drawn_as_finely_as_it_will_be_focused() -> None:
 
     Half a wavelength over the aperture, for both ways; the beam of 0.3 m is ten times as wide.
     """
-    kept = {"band": 20e3, "record": "elements"}
+    kept = {"bandwidth": 20e3, "record": "elements"}
     most = np.zeros(2)
     for row, receiver in enumerate((kept | {"synthetic_aperture": 6.0}, kept)):
-        scenario = nominal(line={"length": 0.3}, paths={"reflections": 0, "scatterers_per_cell": 5.0},
+        scenario = nominal(line={"length": 0.3}, paths={"max_reflections": 0, "scatterers_per_cell": 5.0},
                            sonar={"receiver": receiver}, track={"window": (0.1, 0.101)})  # fmt: skip
-        listening = prepare(scenario)
-        here = listening.stance(0)
+        simulator = build_simulator(scenario)
+        here = simulator.ping_geometry(0)
         slant = 1500 / 2 * here.pulse.resolution_time
-        for block in listening.engine.blocks(here):
+        for block in simulator.engine.blocks(here):
             points = block()
             away = np.linalg.norm(points.position[:, :2], axis=1)
             far = np.hypot(away, 9.0)
@@ -172,7 +174,7 @@ def test_cells_shrink_with_the_pulse_and_the_beam() -> None:
     assert Resolution(0.05, 0.01, 5.0).cell_area(away, 9.0) == pytest.approx(plain / 2)
     assert Resolution(0.1, 0.005, 5.0).cell_area(away, 9.0) == pytest.approx(plain / 2)
     wide = Resolution(0.1, 1.0, 5.0)
-    assert wide.cell_area(away, 9.0) == pytest.approx((6 * wide.ground(away, 9.0)) ** 2)
+    assert wide.cell_area(away, 9.0) == pytest.approx((6 * wide.ground_length(away, 9.0)) ** 2)
 
 
 @settings(max_examples=50)
@@ -193,7 +195,7 @@ def test_the_finest_cell_of_a_stretch_is_its_finest(
 
 def test_what_the_floor_leaves_out_is_fainter_than_the_floor() -> None:
     """Places in the window's ring that no tile covers: their two-way gain is below the floor, all 2000 of them."""
-    scenario = nominal(line={"length": 0.3}, paths={"reflections": 0, "beam_floor_db": -30},
+    scenario = nominal(line={"length": 0.3}, paths={"max_reflections": 0, "beam_cutoff_db": -30},
                        track={"window": (0.06, 0.062)})  # fmt: skip
     found, here, _ = tiles(scenario, "seabed")
     random = np.random.default_rng(4)
@@ -211,7 +213,7 @@ def test_twice_the_scatterers_are_as_loud(per_cell: tuple[float, float]) -> None
     """Density doubled: the mean level over 60 ms moves by less than 0.1 dB, for each stands for its own area."""
     level = [
         10 * np.log10(simulate(nominal(field="incoherent", line={"length": 0.5}, track={"window": (0.1, 0.16)},
-                                       paths={"reflections": 0, "scatterers_per_cell": n})).intensity.values.mean())
+                                       paths={"max_reflections": 0, "scatterers_per_cell": n})).intensity.values.mean())
         for n in per_cell
     ]  # fmt: skip
     assert level[1] - level[0] == pytest.approx(0, abs=0.1)

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from insonify.engines.view import view
+from insonify.engines.ping_scatterers import ping_scatterers
 from insonify.ocean.water import Water
 from insonify.scattering import Sediment
-from insonify.scene.bed import Bed
-from insonify.scene.terrain.kept import Kept
-from insonify.simulation import arrivals, prepare, simulate
+from insonify.scene.seabed_terrain import SeabedTerrain
+from insonify.scene.terrain.array_cache import ArrayCache
+from insonify.simulator import arrivals, build_simulator, simulate
 from oracles import handbook_bottom
 from oracles.scenes import nominal
 
@@ -49,7 +49,7 @@ def test_a_fractal_bed_flickers_and_a_flat_one_does_not():
 
 def test_more_points_do_not_change_the_mean():
     """Twice and four times the points on the same ground: the mean over 25 m of bed within 0.1 dB."""
-    seabed = {"relief": FRACTAL, "split": 0.5}
+    seabed = {"relief": FRACTAL, "cutoff_wavelength": 0.5}
     mean = [
         10 * np.log10(heard(field="incoherent", seabed=seabed, track=FAR, paths={"scatterers_per_cell": n})[1].mean())
         for n in (5.0, 10.0, 20.0)
@@ -58,11 +58,11 @@ def test_more_points_do_not_change_the_mean():
 
 
 def test_relief_moved_with_its_world_gives_the_same_echoes():
-    """Lattice, ship and relief 1 km away and turned by 1 rad: pressure within 1e-3 of the same draw."""
+    """ScattererGrid, ship and relief 1 km away and turned by 1 rad: pressure within 1e-3 of the same draw."""
     lattice = {"origin": (800.0, -600.0), "heading": 1.0}
     still = heard(seabed={"relief": FRACTAL}, track=FAR)[1]
     place = {"position": (800.0, -600.0, 11.0), "heading": 1.0}
-    moved = heard(seabed={"relief": FRACTAL, "lattice": lattice}, track={**FAR, **place})[1]
+    moved = heard(seabed={"relief": FRACTAL, "scatterer_grid": lattice}, track={**FAR, **place})[1]
     assert np.linalg.norm(moved - still) < 1e-2 * np.linalg.norm(still)
 
 
@@ -71,15 +71,15 @@ def test_the_mean_over_gentle_relief_is_that_of_its_lit_facets():
 
     The oracle shares the ground's heights and Lambert's law, but neither points, slices nor sectors.
     """
-    scenario = nominal(seabed={"relief": FRACTAL, "split": 1.0}, paths={"families": ["D"]}, field="incoherent",
+    scenario = nominal(seabed={"relief": FRACTAL, "cutoff_wavelength": 1.0}, paths={"families": ["D"]}, field="incoherent",
                        track={"window": (0.13, 0.16)})  # fmt: skip
-    listening = prepare(scenario)
-    here, bed = listening.stance(0), scenario.scene.seabed.bed
+    simulator = build_simulator(scenario)
+    here, bed = simulator.ping_geometry(0), scenario.scene.seabed.terrain
     east = np.arange(0.1, 112.0, 0.04)
     north = np.arange(-4.0, 4.0, 0.05)
-    told = _facet_sum(bed, here.transmit_place, north, east, (100.0, 112.0))
+    told = _facet_sum(bed, here.transmit_position, north, east, (100.0, 112.0))
     met = 0.0
-    for pairs in listening.engine.all_pairs(here, even=True):
+    for pairs in simulator.engine.all_pairs(here, quadrature=True):
         place = pairs.scatterers.position
         inside = (np.abs(place[:, 0]) < 4.0 * place[:, 1] / 112.0) & (place[:, 1] > 100.0) & (place[:, 1] < 112.0)
         met += np.sum((np.abs(pairs.out.amplitude[0]) ** 2 * pairs.strength[0])[inside] ** 2)
@@ -90,7 +90,7 @@ def _facet_sum(bed, sonar, north, east, heard_east):
     """Sum over a grid of facets of mu sin^2 / L^4 with absorption, each lit or not by the ray along its own bearing."""
     n, e = np.meshgrid(north, east, indexing="ij")
     n = n * e / heard_east[1]  # a fan of bearings; its cells grow with the distance
-    found = bed.ground.survey(n, e)
+    found = bed.relief.sample(n, e)
     depth, distance = bed.depth - found.height, np.hypot(n, e)
     launch = (depth - sonar[2]) / distance
     lit = launch <= np.minimum.accumulate(launch, axis=1)
@@ -106,18 +106,20 @@ def _facet_sum(bed, sonar, north, east, heard_east):
 def test_a_facet_lies_and_faces_as_the_ground_does():
     """Positions are on the ground, normals are its gradient's, areas are the cell's over the normal's vertical part."""
     scenario = nominal(seabed={"relief": FRACTAL}, track=FAR)
-    listening = prepare(scenario)
-    here, bed = listening.stance(0), scenario.scene.seabed.bed
-    points = listening.engine.blocks(here)[0]()
+    simulator = build_simulator(scenario)
+    here, bed = simulator.ping_geometry(0), scenario.scene.seabed.terrain
+    points = simulator.engine.blocks(here)[0]()
     north, east, depth = points.position.T
     np.testing.assert_allclose(depth, bed.depth_at(north, east), atol=1e-9)
     step = 1e-4
     slope = np.stack([(bed.depth_at(north + step, east) - bed.depth_at(north - step, east)) / (2 * step),
                       (bed.depth_at(north, east + step) - bed.depth_at(north, east - step)) / (2 * step)])  # fmt: skip
     np.testing.assert_allclose(points.normal[:, :2].T / -points.normal[:, 2], slope, atol=1e-6)
-    level = prepare(nominal(track=FAR)).engine.blocks(here)
-    known = {int(key): area for p in (block() for block in level) for key, area in zip(p.place, p.area, strict=True)}
-    area = np.array([known.get(int(key), np.nan) for key in points.place])
+    level = build_simulator(nominal(track=FAR)).engine.blocks(here)
+    known = {
+        int(key): area for p in (block() for block in level) for key, area in zip(p.scatterer_id, p.area, strict=True)
+    }
+    area = np.array([known.get(int(key), np.nan) for key in points.scatterer_id])
     both = np.isfinite(area)
     assert both.sum() > 1000
     np.testing.assert_allclose(points.area[both], area[both] / -points.normal[both, 2], rtol=1e-9)
@@ -126,15 +128,15 @@ def test_a_facet_lies_and_faces_as_the_ground_does():
 def test_what_is_kept_changes_nothing():
     """Ground asked anew and ground kept are the same bits; the store forgets the oldest beyond its bound."""
     scenario = nominal(seabed={"relief": FRACTAL}, track=FAR)
-    listening = prepare(scenario)
-    here = listening.stance(0)
-    seen = view(scenario.scene, scenario.paths, 1, here, listening.engine.rays)
+    simulator = build_simulator(scenario)
+    here = simulator.ping_geometry(0)
+    seen = ping_scatterers(scenario.scene, scenario.paths, 1, here, simulator.engine.rays)
     first, again = (block() for block in (seen.blocks()[0], seen.blocks()[0]))
     np.testing.assert_array_equal(first.position, again.position)
-    bed = scenario.scene.seabed.bed
-    fresh = Bed(bed.depth, bed.ground)
-    np.testing.assert_array_equal(fresh.map_piece(3, 4), bed.map_piece(3, 4))
-    store = Kept(100)
+    bed = scenario.scene.seabed.terrain
+    fresh = SeabedTerrain(bed.depth, bed.relief)
+    np.testing.assert_array_equal(fresh.heightmap_tile(3, 4), bed.heightmap_tile(3, 4))
+    store = ArrayCache(100)
     made = []
     for key in (1, 2, 1, 3, 1, 2):
         store.get(key, lambda key=key: made.append(key) or np.zeros(6))
@@ -144,13 +146,13 @@ def test_what_is_kept_changes_nothing():
 def test_roughness_takes_from_a_bottom_bounce_what_rayleigh_says():
     """B legs lose exp(-2 k^2 h^2 sin^2), h the rms height between the bounce's mirror and the wave."""
     changes = {"targets": [{"shape": "point", "position": (0.0, 100.0, 11.0)}], "track": {"window": (0.1, 0.2)},
-               "paths": {"causes": ["target"], "families": ["B"]}}  # fmt: skip
+               "paths": {"contributions": ["target"], "families": ["B"]}}  # fmt: skip
     rough = {"kind": "power-law", "hurst": 0.8, "rms": 0.01, "outer_scale": 20.0}
     plain, over = (arrivals(nominal(seabed=bed, **changes)) for bed in ({}, {"relief": rough}))
-    sine, k, bed = 18 / np.hypot(18, 100), 2 * np.pi / 0.015, nominal(seabed={"relief": rough}).scene.seabed.bed
+    sine, k, bed = 18 / np.hypot(18, 100), 2 * np.pi / 0.015, nominal(seabed={"relief": rough}).scene.seabed.terrain
     half = np.sqrt(0.015 * np.hypot(18, 100) / 4) / sine
-    height = bed.ground.roughness_rms(2 * np.pi / (2 * half * np.sqrt(sine)), k)
-    left = abs(over.boundary[0]) / abs(plain.boundary[0])  # out and back
+    height = bed.relief.roughness_rms(2 * np.pi / (2 * half * np.sqrt(sine)), k)
+    left = abs(over.reflection_coefficient[0]) / abs(plain.reflection_coefficient[0])  # out and back
     assert left == pytest.approx(np.exp(-4 * (k * height * sine) ** 2), rel=0.02)
     assert 0.05 < left < 0.95
 
@@ -181,7 +183,7 @@ def test_a_sediments_relief_and_its_law_are_the_handbooks_composite_bed(grazing_
     sand, grazing = Sediment.named("medium sand"), np.radians(grazing_deg)
     relief = {"kind": "power-law", "exponent": sand.spectral_exponent, "strength": sand.spectral_strength}
     law = {"law": "jackson", "sediment": "medium sand"}
-    found = strength_db({"scattering": law, "relief": relief, "split": None}, grazing, 1)
+    found = strength_db({"scattering": law, "relief": relief, "cutoff_wavelength": None}, grazing, 1)
     page = handbook_bottom.of_sediment(sand, 30e3, 1500.0)
     assert found == pytest.approx(10 * np.log10(handbook_bottom.composite(page, grazing_deg)), abs=tolerance)
     if grazing_deg < 10:
@@ -199,7 +201,7 @@ def test_a_target_in_the_shadow_of_a_bank_is_not_heard(tmp_path):
         with pytest.warns(match="not in the survey"):
             scenario = nominal(
                 seabed={"relief": relief, "depth": 20.0}, targets=[point], track={"window": (0.04, 0.14)},
-                paths={"families": ["D"], "causes": ["target"]},
+                paths={"families": ["D"], "contributions": ["target"]},
             )  # fmt: skip
         assert (len(arrivals(scenario)) == 1) == heard_there
 

@@ -5,18 +5,18 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from insonify.engines._slice_kernel import turn_of
-from insonify.engines.skyline import Skylines, StraightLaunches, sighted
-from insonify.scene.bed import Bed
-from insonify.scene.terrain import PowerLaw, Split, grow
+from insonify.engines._terrain_profile_kernel import bearing_in_turns
+from insonify.engines.terrain_occlusion import StraightLaunchAngles, TerrainOcclusion, locate_points
+from insonify.scene.seabed_terrain import SeabedTerrain
+from insonify.scene.terrain import PowerLaw, RoughnessCutoff, build_terrain
 from oracles.ridges import Corduroy, bed_of, seen_from
 
 
 def skylines_of(finest, *, farthest=200.0, heard=None, bed=None):
-    """Skylines of flat ground for beams of which a third is so wide."""
-    return Skylines(
-        bed or bed_of(), np.array([0.0, 0.0, 11.0]), StraightLaunches(11.0, 20.0), farthest=farthest, wavelength=0.015,
-        finest_slice=finest, heard=heard,
+    """TerrainOcclusion of flat ground for beams of which a third is so wide."""
+    return TerrainOcclusion(
+        bed or bed_of(), np.array([0.0, 0.0, 11.0]), StraightLaunchAngles(11.0, 20.0), farthest=farthest, wavelength=0.015,
+        min_profile_width=finest, gain_bound=heard,
     )  # fmt: skip
 
 
@@ -29,11 +29,11 @@ def narrow(bearing, width, zone):
 @pytest.mark.parametrize("count", [0, 1, 2000])
 def test_every_point_lies_in_the_slice_that_passes_it(count, heard):
     """Each point once, by a line at most half a slice aside, or half of four slices where next to nothing is heard."""
-    skylines = skylines_of(1e-3, heard=heard)
+    terrain_occlusion = skylines_of(1e-3, heard=heard)
     rng = np.random.default_rng(count)
-    place, heading = np.array([0.0, 0.0, 10.0]), skylines.bed.ground.terrain.lattice.heading
+    place, heading = np.array([0.0, 0.0, 10.0]), terrain_occlusion.bed.relief.resolved.lattice.heading
     position = np.concatenate([rng.uniform(-15, 15, (count, 2)), np.full((count, 1), 20.0)], axis=1)
-    seen, cut = sighted(skylines, place, position), skylines.cut
+    seen, cut = locate_points(terrain_occlusion, place, position), terrain_occlusion.profiles
     azimuth = np.arctan2(position[:, 1], position[:, 0])
     np.testing.assert_allclose(seen.distance, np.hypot(*position[:, :2].T))
     met = [np.asarray(points) for _, points, _ in seen.groups]
@@ -43,7 +43,7 @@ def test_every_point_lies_in_the_slice_that_passes_it(count, heard):
         assert np.all(np.diff(points) > 0)
         zone = np.searchsorted(cut.edges, seen.distance[points])
         assert len(set(zone.tolist())) == 1  # all of one zone, as far as its lines reach
-        assert lines.depth.shape[1] * skylines.step >= seen.distance[points].max()
+        assert lines.depth.shape[1] * terrain_occlusion.step >= seen.distance[points].max()
         off = np.abs(np.angle(np.exp(1j * (azimuth[points] - heading - lines.turn[rows]))))
         half = np.pi / cut.counts[zone[0]]
         faint = off > half + 1e-7
@@ -56,54 +56,59 @@ def test_every_point_lies_in_the_slice_that_passes_it(count, heard):
 def test_bearings_are_told_to_a_few_micrometres_at_any_distance_heard():
     """4001 directions all around: turns to 3e-9, which is 4 um at 200 m."""
     angle = np.linspace(-np.pi, np.pi, 4001)[:-1]
-    found = np.array([turn_of(np.cos(a), np.sin(a)) for a in angle])
+    found = np.array([bearing_in_turns(np.cos(a), np.sin(a)) for a in angle])
     off = np.mod(found - angle / (2 * np.pi) + 0.5, 1.0) - 0.5
     assert np.abs(off).max() < 3e-9
 
 
 def test_lines_reach_as_far_as_is_heard_and_zones_of_like_slices_are_one():
     """Slices differ from zone to zone, and the last zone ends at the farthest distance that is asked."""
-    skylines = Skylines(
-        bed_of(), np.array([0.0, 0.0, 10.0]), StraightLaunches(10.0, 20.0), farthest=150.0, wavelength=0.015,
-        finest_slice=0.01,
+    terrain_occlusion = TerrainOcclusion(
+        bed_of(), np.array([0.0, 0.0, 10.0]), StraightLaunchAngles(10.0, 20.0), farthest=150.0, wavelength=0.015,
+        min_profile_width=0.01,
     )  # fmt: skip
-    assert np.all(np.diff(skylines.cut.counts) > 0) and np.all(np.diff(skylines.cut.edges) > 0)
-    assert skylines.cut.edges[-1] == 150.0
+    assert np.all(np.diff(terrain_occlusion.profiles.counts) > 0) and np.all(
+        np.diff(terrain_occlusion.profiles.edges) > 0
+    )
+    assert terrain_occlusion.profiles.edges[-1] == 150.0
 
 
 def test_the_ground_along_a_line_is_that_of_the_place():
     """Heights read along lines, across pieces of the map, are those of a sine within linear interpolation."""
     wave, height = 8.0, 1.0
-    skylines = seen_from(bed_of(Corduroy(wave, height)))
-    zone = np.searchsorted(skylines.cut.edges, 40.0)
-    count, inner = skylines.cut.counts[zone], skylines.cut.edges[zone - 1]  # nearer ground is that of wider slices
-    heading = skylines.bed.ground.terrain.lattice.heading
+    terrain_occlusion = seen_from(bed_of(Corduroy(wave, height)))
+    zone = np.searchsorted(terrain_occlusion.profiles.edges, 40.0)
+    count, inner = (
+        terrain_occlusion.profiles.counts[zone],
+        terrain_occlusion.profiles.edges[zone - 1],
+    )  # nearer ground is that of wider slices
+    heading = terrain_occlusion.bed.relief.resolved.lattice.heading
     azimuth = heading + 2 * np.pi * (np.array([100, 900]) + 0.5) / count  # middles of slices
-    groups = skylines.groups_of(azimuth, np.full(2, 40.0))
+    groups = terrain_occlusion.profile_groups(azimuth, np.full(2, 40.0))
     assert sum(len(points) for _, points, _ in groups) == 2
     for lines, at, row in ((lines, *two) for lines, *pair in groups for two in zip(*pair, strict=True)):
-        away, turn = (np.arange(lines.depth.shape[1]) + 1) * skylines.step, azimuth[at]
-        true = skylines.bed.depth_at(away * np.cos(turn), away * np.sin(turn))
+        away, turn = (np.arange(lines.depth.shape[1]) + 1) * terrain_occlusion.step, azimuth[at]
+        true = terrain_occlusion.bed.depth_at(away * np.cos(turn), away * np.sin(turn))
         # sagitta of both directions: height / 2 (2 pi / wave)^2 cell^2 / 8
-        sagitta = height / 2 * (2 * np.pi / wave * skylines.bed.map_cell) ** 2 / 8
-        own = away > inner + 2 * skylines.step
+        sagitta = height / 2 * (2 * np.pi / wave * terrain_occlusion.bed.heightmap_cell_size) ** 2 / 8
+        own = away > inner + 2 * terrain_occlusion.step
         assert np.abs(lines.depth[row] - true)[own].max() < sagitta + 1e-5
 
 
 @pytest.mark.parametrize("finest", [0.1, 0.03, 0.01, 0.003, 0.001])
 def test_slices_are_no_narrower_than_they_need_be(finest):
     """The narrowest are at most as wide as was asked, or a quarter of a wave of ground: never half as wide as both."""
-    skylines = skylines_of(finest)
-    width = 2 * np.pi / skylines.cut.counts
-    across = max(skylines.bed.ground.finest / 4, skylines.bed.map_cell)
-    assert (width > finest / 2 - 1e-12).all() or skylines.cut.counts.max() == 128
-    enough = (width <= finest) | (width * skylines.cut.edges <= across * (1 + 1e-9))
+    terrain_occlusion = skylines_of(finest)
+    width = 2 * np.pi / terrain_occlusion.profiles.counts
+    across = max(terrain_occlusion.bed.relief.shortest_wavelength / 4, terrain_occlusion.bed.heightmap_cell_size)
+    assert (width > finest / 2 - 1e-12).all() or terrain_occlusion.profiles.counts.max() == 128
+    enough = (width <= finest) | (width * terrain_occlusion.profiles.edges <= across * (1 + 1e-9))
     assert enough.all()
 
 
 def test_a_finer_beam_wants_more_slices_far_away_and_none_near():
     """Halved widths: the innermost zone has as many slices as before, the outermost more until waves decide."""
-    counts = [skylines_of(finest).cut.counts for finest in (0.04, 0.02, 0.01)]
+    counts = [skylines_of(finest).profiles.counts for finest in (0.04, 0.02, 0.01)]
     assert {int(slices[0]) for slices in counts} == {128}
     assert [int(slices[-1]) for slices in counts] == [256, 512, 1024]
 
@@ -114,7 +119,7 @@ def test_zones_do_not_depend_on_how_far_is_asked():
     distance, azimuth = np.linspace(0.5, 59.5, 200), np.linspace(-3, 3, 200)
     for points in (slice(None, 100), slice(100, None)):
         cut = [
-            {(int(at), float(lines.turn[row])) for lines, met, rows in one.groups_of(azimuth[points], distance[points])
+            {(int(at), float(lines.turn[row])) for lines, met, rows in one.profile_groups(azimuth[points], distance[points])
              for at, row in zip(met, rows, strict=True)}
             for one in (near, far)
         ]  # fmt: skip
@@ -127,17 +132,19 @@ def test_ground_in_merged_slices_is_lit_as_often_and_nearly_as_brightly():
     24 000 places of a fractal of 20 cm rms, 30 to 150 m from 9 m above it: who faces the sonar is more often lit, and
     slices that are four times as wide know less of that. Halves of the places differ by 0.5 %.
     """
-    bed = Bed(20.0, grow([PowerLaw(hurst=0.7, rms=0.2)], seed=3, split=Split(wavelength=0.5)))
+    bed = SeabedTerrain(
+        20.0, build_terrain([PowerLaw(hurst=0.7, rms=0.2)], seed=3, cutoff=RoughnessCutoff(wavelength=0.5))
+    )
     rng = np.random.default_rng(4)
     distance, azimuth = rng.uniform(30.0, 150.0, 24_000), rng.uniform(-np.pi, np.pi, 24_000)
     ahead = np.stack([np.cos(azimuth), np.sin(azimuth)], axis=-1)
-    ground = bed.ground.survey(*(distance[:, None] * ahead).T)
+    ground = bed.relief.sample(*(distance[:, None] * ahead).T)
     facing = np.maximum((9.0 - ground.height) / distance + np.sum(ground.slope * ahead, axis=1), 0.0) ** 2
     seen = []
     for heard in (None, lambda bearing, width, zone: np.where(bearing < 0.1, 1.0, 0.01)):
-        skylines = skylines_of(4e-3, farthest=150.0, heard=heard, bed=bed)
-        level, groups = np.full(distance.shape, 20.0), skylines.groups_of(azimuth, distance)
-        seen.append(skylines.visible(("D",), distance, np.zeros((1, 24_000)), level, groups, ground=True)[0])
+        terrain_occlusion = skylines_of(4e-3, farthest=150.0, heard=heard, bed=bed)
+        level, groups = np.full(distance.shape, 20.0), terrain_occlusion.profile_groups(azimuth, distance)
+        seen.append(terrain_occlusion.visible(("D",), distance, np.zeros((1, 24_000)), level, groups, ground=True)[0])
     own, merged = seen
     assert 0.4 < own.mean() < 0.6 and np.mean(own != merged) > 0.1
     assert merged.mean() / own.mean() == pytest.approx(1, abs=0.015)
@@ -147,12 +154,14 @@ def test_ground_in_merged_slices_is_lit_as_often_and_nearly_as_brightly():
 def test_threads_that_ask_together_read_the_same_ground():
     """Eight threads, each asking for lines that others ask for too: every line once, as deep as for one alone."""
     rng = np.random.default_rng(2)
-    bed = Bed(20.0, grow([PowerLaw(hurst=0.7, rms=0.2)], seed=3, split=Split(wavelength=1.0)))
+    bed = SeabedTerrain(
+        20.0, build_terrain([PowerLaw(hurst=0.7, rms=0.2)], seed=3, cutoff=RoughnessCutoff(wavelength=1.0))
+    )
     places = [np.column_stack([*rng.uniform(-40, 40, (2, 400)), np.full(400, 20.0)]) for _ in range(8)]
 
-    def told(skylines, position):
+    def told(terrain_occlusion, position):
         found = np.empty(len(position))
-        for lines, points, rows in sighted(skylines, np.zeros(3), position).groups:
+        for lines, points, rows in locate_points(terrain_occlusion, np.zeros(3), position).groups:
             found[points] = lines.depth[rows, -1]
         return found
 
@@ -160,5 +169,5 @@ def test_threads_that_ask_together_read_the_same_ground():
     with ThreadPoolExecutor(8) as pool:
         found = list(pool.map(lambda position: told(together, position), places))
     np.testing.assert_array_equal(found, [told(alone, position) for position in places])
-    sizes = [sum(len(lines.depth) for lines in one.cut._lines) for one in (alone, together)]
+    sizes = [sum(len(lines.depth) for lines in one.profiles._lines) for one in (alone, together)]
     assert sizes[0] == sizes[1]

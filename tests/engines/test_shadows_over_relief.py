@@ -5,16 +5,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from engines.test_fast_reverberation import quickly, thoroughly
 from numpy.typing import NDArray
 
-from engines.test_swath import quickly, thoroughly
-from insonify.engines.shadow_lines import STRIPS, Run, _narrow, _parts, _probed, shadow_lines
-from insonify.engines.shadow_zones import shadow_zone
-from insonify.engines.swath_window import lines_passing
-from insonify.propagation.rims import rims
-from insonify.simulation import prepare, simulate
-from insonify.study.paper import figure2, model1
-from insonify.study.paper.nominal import box
+from insonify.engines.radial_window import radials_past_targets
+from insonify.engines.shadow_radials import STRIPS, ShadowRun, _parts_of_strips, _probed, _split_radials, shadow_radials
+from insonify.engines.target_shadows import shadow_sector
+from insonify.paper import figure2, sidescan_model
+from insonify.paper.nominal_scenario import box
+from insonify.propagation.bounding_cylinders import bounding_cylinders
+from insonify.simulator import build_simulator, simulate
 
 Floats = NDArray[np.float64]
 
@@ -29,17 +29,17 @@ def scene(relief: float = 0.02, off: float = 0.0, families: tuple[str, ...] = ("
           **paths: Any) -> Any:  # fmt: skip
     """The paper's box, a distance to the north of the sonar's boresight [m], over a bed of some rms relief [m]."""
     told = {
-        "paths.reflections": max(len(name) for name in families) if families != ("D",) else 0,
+        "paths.max_reflections": max(len(name) for name in families) if families != ("D",) else 0,
         "paths.families": list(families), "track.window": WINDOW, "targets": [{**box(2.0), "position": [off, 150.5]}],
         **{f"paths.{key}": value for key, value in paths.items()},
     }  # fmt: skip
-    return model1.scene(water, told, relief=relief)
+    return sidescan_model.scene(water, told, relief=relief)
 
 
 def means(scenario: Any, listen: Any = None, starts: Floats = DARK) -> Floats:
     """Level of each 2 ms [dB]."""
-    intensity = simulate(scenario).intensity.values[0, 0] if listen is None else listen(prepare(scenario))[0]
-    time = prepare(scenario).grid.time
+    intensity = simulate(scenario).intensity.values[0, 0] if listen is None else listen(build_simulator(scenario))[0]
+    time = build_simulator(scenario).grid.time
     return np.array([10 * np.log10(intensity[(time >= t) & (time < t + STEP)].mean()) for t in starts])
 
 
@@ -99,11 +99,11 @@ def test_more_points_a_cell_bring_the_fast_path_nearer() -> None:
 
 def test_soft_edges_of_targets_converge_too() -> None:
     """Edges by Fresnel on the axis: default and eight times as many points within 0.35 dB any 2 ms."""
-    few, many = (means(scene(0.03, edges="fresnel", scatterers_per_cell=n), quickly) for n in (5.0, 40.0))
+    few, many = (means(scene(0.03, edges="knife-edge", scatterers_per_cell=n), quickly) for n in (5.0, 40.0))
     assert np.abs(few - many).max() < 0.35
 
 
-@pytest.mark.parametrize("water", model1.WATERS)
+@pytest.mark.parametrize("water", sidescan_model.WATERS)
 @pytest.mark.parametrize(("off", "most"), [(0.0, 0.7), (0.6, 0.7)])
 def test_shadows_on_a_flat_bed_are_smooth(water: Any, off: float, most: float) -> None:
     """Sample for sample within 0.7 dB of sixteen times the points, 0.3 dB rms: coarse cells rippled by 2.8 dB."""
@@ -118,12 +118,12 @@ def test_a_shadow_that_the_beam_hardly_meets_takes_no_more_lines() -> None:
     """A box in the side lobes: the plan's own lines; one on boresight: narrower lines in their place."""
     counts = []
     for off in (0.0, 30.0):
-        listening = prepare(scene(0.02, off))
-        ground = listening.ground(listening.stance(0))
+        simulator = build_simulator(scene(0.02, off))
+        ground = simulator.fast_reverberation(simulator.ping_geometry(0))
         assert ground is not None
-        counts.append([len(part.lines) for part in ground.parts])
+        counts.append([len(part.radials) for part in ground.parts])
     assert len(counts[0]) == 2 and counts[0][1] > 3 * counts[1][0]
-    assert counts[1] == [len(ground.plan.lines)]
+    assert counts[1] == [len(ground.plan.radials)]
 
 
 def test_overlapping_shadows_are_looked_at_once() -> None:
@@ -131,11 +131,11 @@ def test_overlapping_shadows_are_looked_at_once() -> None:
     asked = []
     for many in (1, 4):
         row = [{**box(2.0), "label": f"box {k}", "position": [0.1 * k, 150.5]} for k in range(many)]
-        listening = prepare(scene(0.02).with_("targets", row))
-        here = listening.stance(0)
-        ground = listening.ground(here)
+        simulator = build_simulator(scene(0.02).with_("targets", row))
+        here = simulator.ping_geometry(0)
+        ground = simulator.fast_reverberation(here)
         assert ground is not None
-        passing = lines_passing(ground.plan, here, ground.known.heading, "hard")
+        passing = radials_past_targets(ground.plan, here, ground.known.heading, "none")
         stretch, distance, _ = _probed(ground.plan, ground.scene, here, ground.choice, passing)
         assert passing.any(axis=1).sum() == many and len(np.unique(distance)) == len(distance)
         asked.append(np.bincount(stretch).max())
@@ -144,31 +144,31 @@ def test_overlapping_shadows_are_looked_at_once() -> None:
 
 def test_narrow_lines_cover_the_ground_of_those_they_replace() -> None:
     """Kept lines and new ones: the areas of all add up to those of the plan's lines, line by line to a millionth."""
-    listening = prepare(scene(0.02))
-    here = listening.stance(0)
-    ground = listening.ground(here)
+    simulator = build_simulator(scene(0.02))
+    here = simulator.ping_geometry(0)
+    ground = simulator.fast_reverberation(here)
     assert ground is not None
     plan = ground.plan
-    passing = lines_passing(plan, here, ground.known.heading, "hard")
-    made = shadow_lines(plan, ground.scene, here, ground.choice, ground.known.heading, passing)
+    passing = radials_past_targets(plan, here, ground.known.heading, "none")
+    made = shadow_radials(plan, ground.scene, here, ground.choice, ground.known.heading, passing)
 
-    def area(lines: Floats) -> float:
-        return float(np.sum((lines[:, 5] ** 2 - lines[:, 4] ** 2) / 2 * lines[:, 2]))
+    def area(radials: Floats) -> float:
+        return float(np.sum((radials[:, 5] ** 2 - radials[:, 4] ** 2) / 2 * radials[:, 2]))
 
-    assert made.replaced.any() and len(made.lines) > 2 * len(plan.lines)
-    assert area(made.lines) == pytest.approx(area(plan.lines[made.replaced]), rel=1e-6)
-    np.testing.assert_allclose(np.hypot(made.lines[:, 0], made.lines[:, 1]), 1.0, rtol=1e-12)
-    new = made.lines[made.lines[:, 7] >= len(plan.lines), 7]
+    assert made.replaced.any() and len(made.radials) > 2 * len(plan.radials)
+    assert area(made.radials) == pytest.approx(area(plan.radials[made.replaced]), rel=1e-6)
+    np.testing.assert_allclose(np.hypot(made.radials[:, 0], made.radials[:, 1]), 1.0, rtol=1e-12)
+    new = made.radials[made.radials[:, 7] >= len(plan.radials), 7]
     assert len(new) > 50 and len(np.unique(new)) == len(new)
 
 
 def test_a_line_is_cut_evenly_in_each_of_its_strips() -> None:
     """Two lines, one in 2 strips of 1 and 3 parts: borders of the parts meet, and widths are those of the strips."""
-    lines = np.zeros((2, 9))
-    lines[:, 0], lines[:, 2], lines[:, 4], lines[:, 5] = 1.0, (0.08, 0.02), 5.0, 50.0
+    radials = np.zeros((2, 9))
+    radials[:, 0], radials[:, 2], radials[:, 4], radials[:, 5] = 1.0, (0.08, 0.02), 5.0, 50.0
     parts = np.zeros((5, STRIPS), np.int64)
     parts[3, :2] = 1, 3
-    row, made = _narrow(np.array([3, 4]), lines, parts, 100)
+    row, made = _split_radials(np.array([3, 4]), radials, parts, 100)
     np.testing.assert_array_equal(row, [3, 3, 3, 3, 4])
     np.testing.assert_allclose(made[:, 2], [0.04, 0.04 / 3, 0.04 / 3, 0.04 / 3, 0.02])
     middle = np.arctan2(made[:, 1], made[:, 0])
@@ -181,22 +181,22 @@ def test_strips_follow_what_a_line_would_send_back_and_parts_what_it_does() -> N
     """A dark line of 20 units has 8 strips of one part, a lit one of 3 has 4 strips; next to nothing stays as it is."""
     free = np.array([20.0, 3.0, 0.5, 0.001])
     left = np.repeat(free[:, None] / STRIPS, STRIPS, axis=1) * np.array([[0.0], [1.0], [1.0], [1.0]])
-    parts = _parts(free, left)
+    parts = _parts_of_strips(free, left)
     np.testing.assert_array_equal((parts > 0).sum(axis=1), [8, 4, 1, 0])
     np.testing.assert_array_equal(parts.sum(axis=1), [8, 4, 1, 0])
-    assert Run(1.0, 2.0, parts).far == 2.0
+    assert ShadowRun(1.0, 2.0, parts).far == 2.0
 
 
-@pytest.mark.parametrize("water", model1.WATERS)
+@pytest.mark.parametrize("water", sidescan_model.WATERS)
 def test_a_zone_holds_the_shadow_that_exact_rays_tell(water: Any) -> None:
     """From the box's face to where the ray over its far edge comes down, and not half as far again behind that."""
-    listening = prepare(scene(0.0, water=water))
-    engine, here = listening.engine, listening.stance(0)
-    zone = shadow_zone(engine.scene, engine.rays, here, ("D",), 0, 200.0, soft=False)
-    end = model1.shadow_end(water)
-    radius = rims(engine.scene)[0, 2]
+    simulator = build_simulator(scene(0.0, water=water))
+    engine, here = simulator.engine, simulator.ping_geometry(0)
+    zone = shadow_sector(engine.scene, engine.rays, here, ("D",), 0, 200.0, soft=False)
+    end = sidescan_model.shadow_end(water)
+    radius = bounding_cylinders(engine.scene)[0, 2]
     assert zone.near == pytest.approx(150.5 - radius) and zone.bearing == pytest.approx(np.pi / 2)
     assert np.sin(zone.half) == pytest.approx(radius / 150.5)
-    assert end <= zone.far < end + (end - model1.BACK) / 2
-    soft = shadow_zone(engine.scene, engine.rays, here, ("D",), 0, 200.0, soft=True)
+    assert end <= zone.far < end + (end - sidescan_model.BACK) / 2
+    soft = shadow_sector(engine.scene, engine.rays, here, ("D",), 0, 200.0, soft=True)
     assert soft.far > zone.far

@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from insonify.engines.skyline import over_ground
-from insonify.propagation.families import bounces, families
-from insonify.propagation.images import image_legs
-from insonify.propagation.knife_edge import fresnel_number, knife_edge, soft_edges
-from insonify.records.legs import Status
+from insonify.engines.terrain_occlusion import occlude_by_terrain
+from insonify.propagation.families import bounce_sequence, families_up_to
+from insonify.propagation.image_sources import image_legs
+from insonify.propagation.knife_edge import diffract_at_edges, fresnel_number, knife_edge
+from insonify.records.legs import LegStatus
 from insonify.scattering.lambert import Lambert
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene, point_scatterer
 from insonify.scene.target import PointTarget
-from insonify.simulation import simulate
+from insonify.simulator import simulate
 from oracles.ridges import DEPTH, SONAR, Corduroy, Ridge, bed_of, seen_from
 from oracles.scenes import nominal
 
@@ -20,13 +20,13 @@ HERE, WAVE = np.array([0.0, 0.0, SONAR]), 0.015
 CREST = 50.0
 
 
-def on_ground(skylines, family, distance):
+def lay_on_terrain(terrain_occlusion, family, distance):
     """Whether the ground due north is lit by one family, and what of the pressure is left there."""
-    tangent = skylines.launches.steepness(family, distance, np.full(distance.shape, DEPTH))
-    sine = (-1 if bounces(family).startswith("S") else 1) * tangent / np.hypot(1, tangent)
+    tangent = terrain_occlusion.launches.launch_slope(family, distance, np.full(distance.shape, DEPTH))
+    sine = (-1 if bounce_sequence(family).startswith("S") else 1) * tangent / np.hypot(1, tangent)
     left = np.empty((1, len(distance)), complex)
-    depth, groups = np.full(distance.shape, DEPTH), skylines.groups_of(np.zeros(len(distance)), distance)
-    lit = skylines.visible((family,), distance, sine[None], depth, groups, ground=True, left=left)
+    depth, groups = np.full(distance.shape, DEPTH), terrain_occlusion.profile_groups(np.zeros(len(distance)), distance)
+    lit = terrain_occlusion.visible((family,), distance, sine[None], depth, groups, ground=True, left=left)
     return lit[0], left[0]
 
 
@@ -42,7 +42,7 @@ def half_plane(distance, image, height, crest=CREST):
 @pytest.mark.parametrize(("family", "image", "height"), [("D", SONAR, 1.0), ("D", SONAR, 2.0), ("S", -SONAR, 2.0)])
 def test_behind_a_ridge_the_field_is_a_half_plane_s(family, image, height):
     """Modulus and phase by Fresnel's integral, from 3 m behind the crest to 10 m beyond the shadow, to 0.01."""
-    lit, left = on_ground(seen_from(bed_of(Ridge(CREST, height))), family, distance := np.arange(53.0, 75.0, 0.1))
+    lit, left = lay_on_terrain(seen_from(bed_of(Ridge(CREST, height))), family, distance := np.arange(53.0, 75.0, 0.1))
     number, wanted = half_plane(distance, image, height)
     near = np.abs(number) < 5  # beyond it the parabola of the number errs, not the field
     assert np.all(lit == (number <= 0)) or np.abs(number[lit != (number <= 0)]).max() < 0.1
@@ -53,7 +53,7 @@ def test_behind_a_ridge_the_field_is_a_half_plane_s(family, image, height):
 def test_half_is_left_on_the_line_nearly_all_above_it_and_a_ninth_in_the_middle():
     """-6 dB on the edge of the hard shadow, no step there, -19 dB where the number is 1.95, 1 far beyond: to 0.1 dB."""
     distance = np.arange(52.0, 180.0, 0.01)
-    lit, left = on_ground(seen_from(bed_of(Ridge(CREST, 1.0))), "D", distance)
+    lit, left = lay_on_terrain(seen_from(bed_of(Ridge(CREST, 1.0))), "D", distance)
     edge = np.flatnonzero(~lit)[-1]
     level = 20 * np.log10(np.abs(left))
     assert level[edge] == pytest.approx(-6.02, abs=0.1)
@@ -66,13 +66,13 @@ def test_half_is_left_on_the_line_nearly_all_above_it_and_a_ninth_in_the_middle(
 
 def test_a_level_bed_takes_nothing_from_any_family():
     """No crest, no edge: exactly 1 on the bed and above it, for all families up to four bounces."""
-    skylines = seen_from(bed_of())
-    for family in families(4):
+    terrain_occlusion = seen_from(bed_of())
+    for family in families_up_to(4):
         if not family.endswith("B"):
-            assert (on_ground(skylines, family, np.linspace(1.0, 199.0, 300))[1] == 1).all(), family
+            assert (lay_on_terrain(terrain_occlusion, family, np.linspace(1.0, 199.0, 300))[1] == 1).all(), family
     point = point_scatterer(PointTarget(position=(100.0, 0.0, 15.0)))
-    legs = image_legs(Scene(seabed={"depth": DEPTH}), HERE, point, families(4), 1e5)
-    assert (over_ground(legs, point, HERE, skylines, soft=True).visibility == 1).all()
+    legs = image_legs(Scene(seabed={"depth": DEPTH}), HERE, point, families_up_to(4), 1e5)
+    assert (occlude_by_terrain(legs, point, HERE, terrain_occlusion, soft=True).visibility == 1).all()
 
 
 @pytest.mark.parametrize(("crest", "height"), [(25.0, 4.3), (25.0, 4.6), (90.0, 7.0), (90.0, 7.35)])
@@ -80,15 +80,15 @@ def test_a_bounce_bends_on_its_way_down_and_on_its_way_up(crest, height):
     """B to 100 m and 11 m deep, past a crest on its way down or up: the half plane of the unfolded way, to 0.06."""
     point = point_scatterer(PointTarget(position=(100.0, 0.0, SONAR)))
     flat = image_legs(Scene(seabed={"depth": DEPTH}), HERE, point, ("B",), 1e5)
-    skylines = seen_from(bed_of(Ridge(crest, height, half_width=0.5 * height)))
-    found = over_ground(flat, point, HERE, skylines, soft=True)
+    terrain_occlusion = seen_from(bed_of(Ridge(crest, height, half_width=0.5 * height)))
+    found = occlude_by_terrain(flat, point, HERE, terrain_occlusion, soft=True)
     stretch = np.hypot(1, 18 / 100)
     ray = 0.18 * crest if crest < 50 else 18 - 0.18 * crest  # below the sonar
     above = (ray - (DEPTH - SONAR - height)) / stretch
     number = fresnel_number(above, crest * stretch, (100 - crest) * stretch, WAVE)
     assert 0.2 < abs(float(number)) < 3
     assert found.visibility[0, 0] == pytest.approx(complex(knife_edge(number)), abs=0.06)
-    assert (found.status[0, 0] == Status.CLEAR) == (number < 0)
+    assert (found.status[0, 0] == LegStatus.CLEAR) == (number < 0)
 
 
 def test_smooth_ripples_cast_no_shadow_and_dim_nothing():
@@ -99,7 +99,7 @@ def test_smooth_ripples_cast_no_shadow_and_dim_nothing():
     far = np.arange(120.0, 140.0, 0.02)
     kept = []
     for length in (0.25, 8.0):
-        lit, left = on_ground(seen_from(bed_of(Corduroy(length, 0.05 * length), split=0.2)), "D", far)
+        lit, left = lay_on_terrain(seen_from(bed_of(Corduroy(length, 0.05 * length), split=0.2)), "D", far)
         assert 0.2 < np.mean(~lit) < 0.8
         kept.append(np.mean(np.abs(left[~lit]) ** 2))
         assert np.mean(np.abs(left[lit]) ** 2) > 0.75
@@ -113,10 +113,10 @@ def test_soft_edges_move_light_about_but_keep_the_level_of_a_rough_bed(rms):
     scenes = [
         nominal(
             seabed={"relief": [relief]}, field="coherent", surface={"scattering": None},
-            paths={"edges": edges, "reflections": 0, "scatterers_per_cell": 1.0},
+            paths={"edge_diffraction": edges, "max_reflections": 0, "scatterers_per_cell": 1.0},
             track={"window": (0.09, 0.16)},
         )
-        for edges in ("hard", "fresnel")
+        for edges in ("none", "knife-edge")
     ]  # fmt: skip
     hard, soft = (np.abs(simulate(scene).pressure.values[0, 0]) ** 2 for scene in scenes)
     assert 10 * np.log10(soft.mean() / hard.mean()) == pytest.approx(0, abs=0.2)
@@ -134,13 +134,15 @@ def test_what_targets_leave_is_taken_from_what_the_ground_leaves():
         "target", "target", Lambert(), place, np.zeros((30, 3)), np.ones(30), np.ones(30, complex),
         np.arange(30, dtype=np.uint64),
     )  # fmt: skip
-    skylines = seen_from(bed_of(Ridge(CREST, 1.0)))
+    terrain_occlusion = seen_from(bed_of(Ridge(CREST, 1.0)))
     legs = image_legs(bare, HERE, points, ("D",), 1e5)
-    ground = over_ground(image_legs(Scene(seabed={"depth": DEPTH}), HERE, points, ("D",), 1e5), points, HERE,
-                         skylines, soft=True)  # fmt: skip
-    target = soft_edges(legs, points, HERE, bare, WAVE)
-    both = soft_edges(over_ground(legs, points, HERE, skylines, soft=True), points, HERE, scene, WAVE)
+    ground = occlude_by_terrain(image_legs(Scene(seabed={"depth": DEPTH}), HERE, points, ("D",), 1e5), points, HERE,
+                         terrain_occlusion, soft=True)  # fmt: skip
+    target = diffract_at_edges(legs, points, HERE, bare, WAVE)
+    both = diffract_at_edges(
+        occlude_by_terrain(legs, points, HERE, terrain_occlusion, soft=True), points, HERE, scene, WAVE
+    )
     by_ground = both.occluder[0] == -2
-    assert (both.status == Status.OCCLUDED).any() and (both.status == Status.CLEAR).any()
+    assert (both.status == LegStatus.OCCLUDED).any() and (both.status == LegStatus.CLEAR).any()
     wanted = np.where(by_ground, ground.visibility[0], ground.visibility[0] * target.visibility[0])
     np.testing.assert_allclose(both.visibility[0], wanted, rtol=0, atol=1e-12)

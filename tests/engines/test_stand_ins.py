@@ -3,17 +3,17 @@
 import numpy as np
 import pytest
 
-from insonify.engines import _grain_kernel, _share_kernel, sampling
-from insonify.engines import loudness as loud
-from insonify.engines._loudness_kernel import loudest_at, re_edge
+from insonify.engines import _keep_probability_kernel, _resolution_kernel, resolution
+from insonify.engines import beam_importance as loud
+from insonify.engines._gain_envelope_kernel import gain_re_threshold, max_two_way_gain
 from insonify.engines.glint_spread import glint_spread
-from insonify.propagation._cone_kernel import cones
-from insonify.scenario.load import parse
+from insonify.propagation._departure_cone_kernel import departure_cones
+from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
-from insonify.simulation import prepare
-from insonify.sonar._beam_kernels import bounds, gains
+from insonify.simulator import build_simulator
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
 from insonify.sonar.beam import Beams, beams
+from insonify.sonar.beam_kernels import beam_bounds, beam_gains
 
 ARRAYS = (
     LineArray(length=1.5, element="omni"),
@@ -33,7 +33,7 @@ sonar:
   mounting: {bearing: 60 deg, tilt: 15 deg}
 track: {kind: static, position: [3 m, -2 m, 6 m], heading: 20 deg, roll: 3 deg, pings: 1, interval: 1 s,
         window: [0 s, 60 ms]}
-paths: {reflections: 2}
+paths: {max_reflections: 2}
 """
 
 
@@ -45,7 +45,7 @@ def directions(rng: np.random.Generator, n: int = 4000) -> np.ndarray:
 
 def turned(array: LineArray | PlanarArray | PointTransducer, rng: np.random.Generator) -> Beams:
     """Beams of an array at an attitude drawn at random."""
-    return beams(array, 120e3, 1500.0).turned(np.linalg.qr(rng.normal(size=(3, 3)))[0])
+    return beams(array, 120e3, 1500.0).rotated(np.linalg.qr(rng.normal(size=(3, 3)))[0])
 
 
 @pytest.mark.parametrize("array", ARRAYS, ids=lambda array: f"{array.kind} {array.element}")
@@ -55,8 +55,8 @@ def test_gains_agree_to_the_bit(array):
     made = turned(array, rng)
     way = np.concatenate([directions(rng), made.axes, -made.axes])
     kernel, plain = np.empty((2, made.channel_count, len(way)))
-    gains.dispatcher(way, made.patterns, kernel)
-    gains._stand_in(way, made.patterns, plain)
+    beam_gains.dispatcher(way, made.kernel_tables, kernel)
+    beam_gains._stand_in(way, made.kernel_tables, plain)
     np.testing.assert_array_equal(plain, kernel)
 
 
@@ -67,57 +67,57 @@ def test_bounds_agree(array):
     made, way, margin = turned(array, rng), directions(rng), rng.exponential(0.1, 4000)
     kernel, plain = np.empty((2, len(way)))
     told = way, margin, made.axes, made.steer, made.scale, made.majorants, made.per_unit, made.element
-    bounds.dispatcher(*told, kernel)
-    bounds._stand_in(*told, plain)
+    beam_bounds.dispatcher(*told, kernel)
+    beam_bounds._stand_in(*told, plain)
     assert np.mean(~np.isclose(plain, kernel, rtol=1e-12, atol=0)) < 1e-3
 
 
 def test_cones_cells_and_shares_agree():
-    """Cones of straight rays, sizes of cells and shares of scatterers, to rounding."""
+    """DepartureCones of straight rays, sizes of cells and shares of scatterers, to rounding."""
     rng = np.random.default_rng(5)
     place, centre, radius = rng.uniform(-9, 9, 3), rng.uniform(-50, 50, (500, 2)), rng.exponential(5.0, 500)
     found = [(np.empty((500, 3)), np.empty(500)) for _ in range(2)]
-    for run, made in zip((cones.dispatcher, cones._stand_in), found, strict=True):
+    for run, made in zip((departure_cones.dispatcher, departure_cones._stand_in), found, strict=True):
         run(place, -7.5, centre, radius, 0.3, *made)
     for kernel, plain in zip(*found, strict=True):
         np.testing.assert_allclose(plain, kernel, rtol=1e-12)
     distance = rng.uniform(0, 100, 500)
     for pulse in (0.0, 0.4):
-        cell = sampling.Resolution(0.08, 0.01, 5.0, pulse).cell
+        cell = resolution.Resolution(0.08, 0.01, 5.0, pulse).cell
         kernel, plain = np.empty((2, 500))
-        _grain_kernel.cells.dispatcher(cell, distance, 8.0, kernel)
-        _grain_kernel.cells._stand_in(cell, distance, 8.0, plain)
+        _resolution_kernel.cell_areas.dispatcher(cell, distance, 8.0, kernel)
+        _resolution_kernel.cell_areas._stand_in(cell, distance, 8.0, plain)
         np.testing.assert_allclose(plain, kernel, rtol=1e-12)
     gain = rng.lognormal(-2, 2, 500)
     for fewer in (0.0, 0.25):
-        _share_kernel.shares.dispatcher(gain, fewer, 0.001, kernel)
-        _share_kernel.shares._stand_in(gain, fewer, 0.001, plain)
+        _keep_probability_kernel.keep_probabilities.dispatcher(gain, fewer, 0.001, kernel)
+        _keep_probability_kernel.keep_probabilities._stand_in(gain, fewer, 0.001, plain)
         np.testing.assert_allclose(plain, kernel, rtol=1e-12)
 
 
-@pytest.mark.parametrize("surface", ["{bounce: mirror}", "{bounce: statistical, wind_speed: 5 m/s}"])
+@pytest.mark.parametrize("surface", ["{reflection: flat}", "{reflection: statistical, wind_speed: 5 m/s}"])
 def test_loudness_agrees_with_and_without_a_moving_surface(surface):
     """Loudest gains at all distances, and gains re their edges at places and around them, within 1e-6."""
-    scenario = parse(Scenario, SCENE.replace("SURFACE", surface))
-    listening = prepare(scenario)
-    stance = listening.stance(0)
+    scenario = parse_model(Scenario, SCENE.replace("SURFACE", surface))
+    simulator = build_simulator(scenario)
+    ping_geometry = simulator.ping_geometry(0)
     glints, rays, lattice = (
-        glint_spread(scenario.scene, stance.frequency),
-        listening.engine.rays,
-        scenario.seabed.lattice,
+        glint_spread(scenario.scene, ping_geometry.frequency),
+        simulator.engine.rays,
+        scenario.seabed.scatterer_grid,
     )
-    one = loud.Loudness(stance, 15.0, rays, ("D", "S", "B"), lattice, 45.0, True, glints)
+    one = loud.BeamImportance(ping_geometry, 15.0, rays, ("D", "S", "B"), lattice, 45.0, True, glints)
     out, back = one._ends
     far = loud._nodes(45.0)
     sectors = np.arange(loud.SECTORS) * 2 * np.pi / loud.SECTORS
-    told = out, back, out is back, far, stance.middle, np.array(one._axes), sectors, loud.HALVINGS, loud.CLOSE
+    told = out, back, out is back, far, ping_geometry.midpoint, np.array(one._axes), sectors, loud.HALVINGS, loud.FIRST_NODE
     kernel, plain = np.empty((2, len(far)))
-    loudest_at.dispatcher(*told, kernel)
-    loudest_at._stand_in(*told, plain)
+    max_two_way_gain.dispatcher(*told, kernel)
+    max_two_way_gain._stand_in(*told, plain)
     np.testing.assert_allclose(plain, kernel, rtol=1e-6)
     rng = np.random.default_rng(6)
     there, kernel, plain = rng.uniform(-40, 40, (1000, 2)), *np.empty((2, 1000))
     for around in (np.zeros(1000), rng.exponential(1.0, 1000)):
-        re_edge.dispatcher(one._gains, there, around, kernel)
-        re_edge._stand_in(one._gains, there, around, plain)
+        gain_re_threshold.dispatcher(one._gains, there, around, kernel)
+        gain_re_threshold._stand_in(one._gains, there, around, plain)
         np.testing.assert_allclose(plain, kernel, rtol=1e-6)

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from engines.test_fast_reverberation import CRATE, GROUND, SIDESCAN, made, quickly, thoroughly
 
-from engines.test_swath import CRATE, GROUND, SIDESCAN, made, quickly, thoroughly
-from insonify.simulation import prepare
+from insonify.simulator import build_simulator
 
 DEPTH, SONAR, SPEED, WAVE = 10.0, 4.0, 1500.0, 0.015
 FLAT = {**SIDESCAN["seabed"], "relief": None, "reflection": 0.35}
@@ -52,15 +52,15 @@ def sonar_equation(pairs, time, energy):
 
 def heard(families, time):
     """Mean intensity of the quick way over the flat bed, and the energy of its pulse."""
-    paths = {"families": families, "reflections": 4, "edges": "hard", "beam_floor_db": -90}
+    paths = {"families": families, "max_reflections": 4, "edge_diffraction": "none", "beam_cutoff_db": -90}
     track = {**SIDESCAN["track"], "window": [time[0] - 1e-3, time[1] + 1e-3]}
     low = {"kind": "planar", "width": 0.3, "height": 0.008}
     sonar = {**SIDESCAN["sonar"], "transmit": low, "receive": low}
-    listening = prepare(made(seabed=FLAT, paths=paths, water=LOSSLESS, track=track, sonar=sonar))
-    heard = quickly(listening)[0]
-    when = (listening.grid.time > time[0]) & (listening.grid.time < time[1])
-    fine = np.arange(listening.pulse.start, listening.pulse.stop, 1e-7)
-    return heard[when].mean(), float(np.sum(np.abs(listening.pulse.samples(fine)) ** 2) * 1e-7)
+    simulator = build_simulator(made(seabed=FLAT, paths=paths, water=LOSSLESS, track=track, sonar=sonar))
+    heard = quickly(simulator)[0]
+    when = (simulator.grid.time > time[0]) & (simulator.grid.time < time[1])
+    fine = np.arange(simulator.pulse.start, simulator.pulse.stop, 1e-7)
+    return heard[when].mean(), float(np.sum(np.abs(simulator.pulse.samples(fine)) ** 2) * 1e-7)
 
 
 @pytest.mark.parametrize(
@@ -80,7 +80,7 @@ def scaled(factor):
     """The flat scene with all lengths, times and waves longer by a factor, in water that takes nothing."""
     panel = {"kind": "planar", "width": 0.3 * factor, "height": 0.02 * factor}
     pulse = {"kind": "cw", "frequency": 1e5 / factor, "duration": 2e-4 * factor}
-    band = {"band": 2e4 / factor}
+    band = {"bandwidth": 2e4 / factor}
     sonar = {**SIDESCAN["sonar"], "pulse": pulse, "transmit": panel, "receive": panel, "receiver": band}
     track = {
         **SIDESCAN["track"], "start": [0.0, 0.0, SONAR * factor], "window": [0.0, 0.05 * factor],
@@ -88,14 +88,14 @@ def scaled(factor):
     }  # fmt: skip
     crate = {**CRATE, "position": [0.0, 20.0 * factor], "size": [side * factor for side in CRATE["size"]]}
     bed = {**FLAT, "depth": DEPTH * factor}
-    paths = {"reflections": 2, "edges": "fresnel"}
+    paths = {"max_reflections": 2, "edge_diffraction": "knife-edge"}
     return made(sonar=sonar, track=track, seabed=bed, targets=[crate], paths=paths, water=LOSSLESS)
 
 
 @pytest.mark.parametrize("factor", [0.5, 2.0])
 def test_a_world_of_twice_the_size_is_heard_in_twice_the_time(factor):
     """All lengths, times and the wavelength scaled: intensity by 1 / scale^2, sample by sample, shadow and all."""
-    own, other = (prepare(scaled(one)) for one in (1.0, factor))
+    own, other = (build_simulator(scaled(one)) for one in (1.0, factor))
     here, there = quickly(own)[0], quickly(other)[0]
     assert here.size == there.size
     ratio = 10 * np.log10(there[GROUND] * factor**2 / here[GROUND])
@@ -106,7 +106,7 @@ def test_a_world_of_twice_the_size_is_heard_in_twice_the_time(factor):
 def test_ten_decibels_of_scattering_are_ten_decibels_of_sound(order):
     """A product law that is ten times as strong, over the same relief: ten times the intensity, to a millionth."""
     loud = {**SIDESCAN["seabed"], "scattering": {"law": "lambert", "strength_db": -17}}
-    base, other = (quickly(prepare(made(order, **changes))) for changes in ({}, {"seabed": loud}))
+    base, other = (quickly(build_simulator(made(order, **changes))) for changes in ({}, {"seabed": loud}))
     np.testing.assert_allclose(other[0, GROUND], 10 * base[0, GROUND], rtol=1e-4)
 
 
@@ -114,7 +114,7 @@ def test_ten_decibels_of_scattering_are_ten_decibels_of_sound(order):
 def test_a_later_window_hears_what_the_whole_one_does(order):
     """From 25 to 40 ms alone: over each 2 ms within 0.1 dB of those samples of the whole recording."""
     track = {**SIDESCAN["track"], "window": [0.025, 0.04]}
-    whole, part = prepare(made(order)), prepare(made(order, track=track))
+    whole, part = build_simulator(made(order)), build_simulator(made(order, track=track))
     first = round((part.grid.time[0] - whole.grid.time[0]) * whole.grid.sample_rate)
     heard = quickly(part)[0]
     told = quickly(whole)[0, first : first + heard.size]
@@ -127,8 +127,8 @@ def test_twice_the_points_tell_the_same(order):
     """Two, four and eight points a cell over fractal relief: means within 0.05 dB of each other."""
 
     def heard(count):
-        paths = {"reflections": order, "edges": "hard", "scatterers_per_cell": count}
-        return quickly(prepare(made(paths=paths)))[0, GROUND].mean()
+        paths = {"max_reflections": order, "edge_diffraction": "none", "scatterers_per_cell": count}
+        return quickly(build_simulator(made(paths=paths)))[0, GROUND].mean()
 
     level = 10 * np.log10([heard(count) for count in (2.0, 4.0, 8.0)])
     assert np.ptp(level) < 0.05
@@ -137,7 +137,7 @@ def test_twice_the_points_tell_the_same(order):
 def test_levels_of_ends_add_up():
     """10 dB more source level are 10 dB more of everything but the noise: no gain depends on loudness."""
     loud = {**SIDESCAN["sonar"], "source_level_db": 230}
-    base, other = (quickly(prepare(made(2, **changes))) for changes in ({}, {"sonar": loud}))
+    base, other = (quickly(build_simulator(made(2, **changes))) for changes in ({}, {"sonar": loud}))
     np.testing.assert_allclose(other[:, GROUND], 10 * base[:, GROUND], rtol=1e-5)
 
 
@@ -145,9 +145,9 @@ def test_levels_of_ends_add_up():
 def test_a_target_beside_the_sonar_is_heard_alike_by_both_ways(away):
     """A crate 3 or 7 m off, where lines are few and its shadow long: echo and shadow within 0.3 dB in the mean."""
     crate = {**CRATE, "position": [0.0, away], "size": [0.6, 0.5, 1.0]}
-    listening = prepare(made(1, targets=[crate]))
+    simulator = build_simulator(made(1, targets=[crate]))
     for part in (slice(100, 350), GROUND):
-        quick, general = quickly(listening)[0, part], thoroughly(listening)[0, part]
+        quick, general = quickly(simulator)[0, part], thoroughly(simulator)[0, part]
         assert abs(10 * np.log10(quick.mean() / general.mean())) < 0.3
 
 
@@ -156,6 +156,6 @@ def test_a_platform_that_leans_hears_the_same_by_both_ways(roll, pitch, heading)
     """Roll, pitch and heading turn the panel off its place: means within 0.07 dB."""
     lean = {"kind": "static", "position": [0.0, 0.0, 4.0], "heading": np.radians(heading), "roll": np.radians(roll),
             "pitch": np.radians(pitch), "window": [0.0, "50 ms"]}  # fmt: skip
-    listening = prepare(made(2, track=lean))
-    quick, general = quickly(listening)[0, GROUND], thoroughly(listening)[0, GROUND]
+    simulator = build_simulator(made(2, track=lean))
+    quick, general = quickly(simulator)[0, GROUND], thoroughly(simulator)[0, GROUND]
     assert abs(10 * np.log10(quick.mean() / general.mean())) < 0.07

@@ -4,22 +4,27 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
-from insonify.engines import swath
-from insonify.simulation import prepare
+from insonify.engines import fast_reverberation
+from insonify.simulator import build_simulator
 from oracles.scenes import nominal
 
 
 def test_threads_make_room_side_by_side(monkeypatch):
-    """Eight threads that each ask for 6000 stances of their own, of which few are kept: none is disturbed."""
-    listening = prepare(nominal(field="incoherent"))
-    scenario, here, rays = listening.scenario, listening.stance(0), listening.engine.rays
-    monkeypatch.setattr(swath, "_known", lambda *_: None)
-    monkeypatch.setattr(swath, "_LAST", {})
+    """Eight threads that each ask for 6000 ping_geometries of their own, of which few are kept: none is disturbed."""
+    simulator = build_simulator(nominal(field="incoherent"))
+    scenario, here, rays = simulator.scenario, simulator.ping_geometry(0), simulator.engine.rays
+    monkeypatch.setattr(fast_reverberation, "_known", lambda *_: None)
+    monkeypatch.setattr(fast_reverberation, "_LAST", {})
     often = sys.getswitchinterval()
 
     def ask(thread):
         for n in range(6000):
-            assert swath.swath_of(scenario.scene, scenario.paths, replace(here, moved=8.0 * n + thread), rays) is None
+            assert (
+                fast_reverberation.prepare_fast_reverberation(
+                    scenario.scene, scenario.paths, replace(here, max_displacement=8.0 * n + thread), rays
+                )
+                is None
+            )
 
     sys.setswitchinterval(1e-6)
     try:

@@ -7,8 +7,8 @@ from pydantic import ValidationError
 from insonify.engines import targets as target_engine
 from insonify.engines.targets import FACE_CELLS, FRINGE_POINTS, target_points
 from insonify.scene.scene import Scene
-from insonify.scene.solid import FEWEST_POINTS, body_triangles
-from insonify.simulation import prepare
+from insonify.scene.solid import MIN_POINTS, body_triangles
+from insonify.simulator import build_simulator
 from oracles.scenes import nominal
 
 TRIO = (
@@ -21,9 +21,9 @@ TRIO = (
 def drawn(*targets, slant=0.06, even=False, seed=1, **changes):
     """Points of some targets, by their owners."""
     scenario = nominal(targets=targets, **changes)
-    here = prepare(scenario).stance(0)
-    found = target_points(scenario.scene, scenario.paths, seed, here, slant, even=even)
-    return {points.owner: points for points in found}
+    here = build_simulator(scenario).ping_geometry(0)
+    found = target_points(scenario.scene, scenario.paths, seed, here, slant, quadrature=even)
+    return {points.object: points for points in found}
 
 
 def test_targets_come_in_the_order_of_the_scene_and_know_their_occluder():
@@ -31,7 +31,7 @@ def test_targets_come_in_the_order_of_the_scene_and_know_their_occluder():
     found = drawn(*TRIO)
     assert list(found) == ["buoy", "drum", "box"]
     assert [points.occluder for points in found.values()] == [-1, 1, 0]
-    assert [points.drawn for points in found.values()] == [False, True, True]
+    assert [points.has_random_phase for points in found.values()] == [False, True, True]
 
 
 @pytest.mark.parametrize("slant", [0.02, 0.05, 0.2])
@@ -58,13 +58,13 @@ def test_a_finer_sonar_asks_for_as_many_more_points_as_its_cells_are_smaller():
     assert min(counts) > FRINGE_POINTS
     assert counts[1] / counts[0] == pytest.approx(4, rel=0.01)
     ball = {"shape": "sphere", "position": (0.0, 75.0), "diameter": 0.05, "base_depth": 15.0}
-    assert len(drawn(ball, slant=10.0)["sphere"]) >= FEWEST_POINTS
+    assert len(drawn(ball, slant=10.0)["sphere"]) >= MIN_POINTS
 
 
 def test_fringes_are_resolved_only_while_that_is_cheap():
     """However coarse the sonar, a small solid has points for its fringes, but no more than the cheap ones."""
     count = len(drawn(TRIO[1], slant=5.0)["drum"])
-    assert FEWEST_POINTS < count <= FRINGE_POINTS + 1
+    assert MIN_POINTS < count <= FRINGE_POINTS + 1
     area = body_triangles(nominal(targets=TRIO[1:2]).scene.solids[0]).area.sum()
     assert np.sqrt(area / count) < 5.0 / FACE_CELLS
 

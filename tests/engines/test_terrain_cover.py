@@ -2,22 +2,22 @@
 
 import numpy as np
 import pytest
+from engines.test_fast_reverberation import quickly, thoroughly
 
-from engines.test_swath import quickly, thoroughly
 from insonify.engines.terrain_cover import MOST_HIDDEN, hidden_part
-from insonify.records.legs import Status
-from insonify.simulation import prepare, simulate
+from insonify.records.legs import LegStatus
+from insonify.simulator import build_simulator, simulate
 from oracles.scenes import nominal
 
 STEP = 2e-3
 
 
-def scene(rms, window, edges="hard", **changes):
+def scene(rms, window, edges="none", **changes):
     """Power-law relief of some height [m] without targets, direct paths, an expectation."""
     relief = {"kind": "power-law", "hurst": 0.8, "rms": rms, "outer_scale": 10.0}
     return nominal(
         seabed={"relief": relief, "seed": 3}, track={"window": window}, field="incoherent",
-        paths={"edges": edges, "causes": ["seabed"], "reflections": 0}, **changes,
+        paths={"edge_diffraction": edges, "contributions": ["seabed"], "max_reflections": 0}, **changes,
     )  # fmt: skip
 
 
@@ -31,28 +31,28 @@ def levels_db(series, time):
 @pytest.mark.parametrize("rms", [0.05, 0.1, 0.2])
 def test_the_part_that_terrain_hides_is_that_of_the_legs(rms):
     """Profiles of five bearings against the even points of a ping within 0.1 rad of the beam, by area: to 0.06."""
-    listening = prepare(scene(rms, (0.06, 0.13)))
-    here = listening.stance(0)
+    simulator = build_simulator(scene(rms, (0.06, 0.13)))
+    here = simulator.ping_geometry(0)
     hidden = whole = 0.0
-    for block in listening.engine.blocks(here, even=True):
+    for block in simulator.engine.blocks(here, quadrature=True):
         points = block()
-        out = listening.engine.meet(here, points).out
-        way = points.position - here.transmit_place
+        out = simulator.engine.path_pairs(here, points).out
+        way = points.position - here.transmit_position
         ahead = np.abs(way[:, 0]) < 0.1 * way[:, 1]
         weight = points.area / np.hypot(way[:, 0], way[:, 1]) * ahead
-        hidden, whole = hidden + weight[out.status[0] != Status.CLEAR].sum(), whole + weight.sum()
-    assert hidden_part(listening.engine.scene.seabed.bed, here) == pytest.approx(hidden / whole, abs=0.06)
+        hidden, whole = hidden + weight[out.status[0] != LegStatus.CLEAR].sum(), whole + weight.sum()
+    assert hidden_part(simulator.engine.scene.seabed.terrain, here) == pytest.approx(hidden / whole, abs=0.06)
 
 
 def test_a_level_or_gentle_bed_hides_nothing_and_keeps_the_fast_path():
     """Relief of 2 cm to 100 m: not one place in a hundred is hidden, and the fast path serves."""
-    listening = prepare(scene(0.02, (0.03, 0.13)))
-    here = listening.stance(0)
-    assert hidden_part(listening.engine.scene.seabed.bed, here) < 0.01
-    assert listening.ground(here) is not None
+    simulator = build_simulator(scene(0.02, (0.03, 0.13)))
+    here = simulator.ping_geometry(0)
+    assert hidden_part(simulator.engine.scene.seabed.terrain, here) < 0.01
+    assert simulator.fast_reverberation(here) is not None
 
 
-@pytest.mark.parametrize("edges", ["hard", "fresnel"])
+@pytest.mark.parametrize("edges", ["none", "knife-edge"])
 def test_what_ridges_leave_is_that_of_many_points(edges):
     """10 cm of relief, 100 to 140 m away, a third hidden: 2 ms down to 20 dB below the median like 20 points a cell.
 
@@ -60,13 +60,13 @@ def test_what_ridges_leave_is_that_of_many_points(edges):
     by more than 1 dB.
     """
     told = scene(0.1, (0.13, 0.19), edges)
-    listening = prepare(told)
-    assert hidden_part(listening.engine.scene.seabed.bed, listening.stance(0)) > 2 * MOST_HIDDEN
-    assert listening.ground(listening.stance(0)) is None
+    simulator = build_simulator(told)
+    assert hidden_part(simulator.engine.scene.seabed.terrain, simulator.ping_geometry(0)) > 2 * MOST_HIDDEN
+    assert simulator.fast_reverberation(simulator.ping_geometry(0)) is None
     many = told.model_copy(update={"paths": told.paths.model_copy(update={"scatterers_per_cell": 20.0})})
-    time = listening.grid.time
-    truth = levels_db(thoroughly(prepare(many))[0], time)
+    time = simulator.grid.time
+    truth = levels_db(thoroughly(build_simulator(many))[0], time)
     loud = truth > np.median(truth) - 20
     found = levels_db(simulate(told, threads=1).intensity.values[0, 0], time)
-    assert np.abs(found - truth)[loud].max() < (0.3 if edges == "fresnel" else 0.6)
-    assert np.abs(levels_db(quickly(listening)[0], time) - truth)[loud].max() > 1.0
+    assert np.abs(found - truth)[loud].max() < (0.3 if edges == "knife-edge" else 0.6)
+    assert np.abs(levels_db(quickly(simulator)[0], time) - truth)[loud].max() > 1.0

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from insonify.simulation import arrivals, labels, prepare, simulate
+from insonify.simulator import arrivals, build_simulator, labels, simulate
 from oracles.scenes import nominal, point
 from oracles.traced import BOX, FRACTAL, apart_db, curves, scene
 
 RIPPLES = {"kind": "ripples", "height": 0.05, "wavelength": 2.0}
 CYLINDER = {"shape": "cylinder", "length": 2.0, "diameter": 0.6, "heading": 0.1, "position": (0.0, 75.3)}
-BACK = {"lattice": {"origin": (800.0, -600.0), "heading": 1.0}}
+BACK = {"scatterer_grid": {"origin": (800.0, -600.0), "heading": 1.0}}
 
 
 def assert_agree(tolerance_db, faint_db=90.0, whole=True, **changes):
@@ -33,13 +33,15 @@ def test_a_flat_bed_sounds_the_same_by_rays_and_by_images(law):
 
 def test_a_bed_with_a_mirror_of_its_own_material_sounds_the_same():
     """Bottom bounces take the sediment's reflection at their own angle, and order 3 brings ten pairs to the bed."""
-    apart = assert_agree(0.03, seabed={"reflection": "medium sand"}, paths={"reflections": 3})
+    apart = assert_agree(0.03, seabed={"reflection": "medium sand"}, paths={"max_reflections": 3})
     assert len([key for key in apart if key[0] == "seabed"]) == 11
 
 
 def test_the_surface_reverberates_the_same():
     """A rough surface of -20 dB: pairs of D, B and SB."""
-    assert_agree(0.02, surface={"scattering": {"law": "lambert", "strength_db": -20.0}}, paths={"causes": ["surface"]})
+    assert_agree(
+        0.02, surface={"scattering": {"law": "lambert", "strength_db": -20.0}}, paths={"contributions": ["surface"]}
+    )
 
 
 @pytest.mark.parametrize("base_depth", [None, 12.0])
@@ -59,7 +61,7 @@ def test_a_shadow_is_as_deep_and_as_long():
     What is left there is side lobes, so none of them may be left out.
     """
     wide = {**BOX, "size": (6.0, 1.0, 1.0)}
-    paths = {"families": ["D"], "causes": ["seabed"], "beam_floor_db": -80.0}
+    paths = {"families": ["D"], "contributions": ["seabed"], "beam_cutoff_db": -80.0}
     changes = {"window": (0.1035, 0.112), "paths": paths}
     free, shaded = (curves(scene("tracer", targets=t, **changes))["seabed", "D-D"] for t in ([], [wide]))
     theirs = curves(scene("paths", targets=[wide], **changes))["seabed", "D-D"]
@@ -73,25 +75,27 @@ def test_a_shadow_is_as_deep_and_as_long():
     ids=["1 mm", "5 cm", "ripples"],
 )  # fmt: skip
 def test_uneven_ground_sounds_the_same(relief, tolerance_db):
-    """Fractal ground and ripples, pair by pair: hits on marched ground against points on it behind skylines.
+    """Fractal ground and ripples, pair by pair: hits on marched ground against points on it behind terrain_occlusion.
 
     Direct and surface paths: bottom bounces have planes of their own by one engine, and the mean plane by the other.
     """
     assert_agree(
         tolerance_db,
         faint_db=45.0,
-        seabed={"relief": relief, "seed": 3, "split": 0.5},
+        seabed={"relief": relief, "seed": 3, "cutoff_wavelength": 0.5},
         rays=20_000,
         window=(0.09, 0.105),
-        paths={"reflections": 1},
+        paths={"max_reflections": 1},
     )
 
 
 def test_a_ripple_is_heard_where_it_lies():
     """Curves over time, in cells of 0.5 ms: the tracer follows each crest of fractal ground within 0.5 dB rms."""
-    bed = {"relief": FRACTAL, "seed": 3, "split": 0.5}
+    bed = {"relief": FRACTAL, "seed": 3, "cutoff_wavelength": 0.5}
     changes = {"window": (0.09, 0.11), "seabed": bed, "paths": {"families": ["D"]}}
-    ours, theirs = (curves(scene(engine, rays=100_000, **changes))["seabed", "all"] for engine in ("tracer", "paths"))
+    ours, theirs = (
+        curves(scene(engine, rays=100_000, **changes))["seabed", "all"] for engine in ("tracer", "eigenrays")
+    )
     cells = len(ours) // 40
     ours, theirs = (power[: 40 * cells].reshape(40, cells).mean(axis=1) for power in (ours, theirs))
     level = 10 * np.log10(ours)
@@ -104,7 +108,9 @@ def test_a_ripple_is_heard_where_it_lies():
 
 def test_a_point_is_heard_by_every_way_out_and_back():
     """A point half a metre above the bed: 15 pairs, each the engine's to 1e-5; reciprocal ones add up fourfold."""
-    apart = assert_agree(1e-4, targets=[point(0.0, 75.0, 19.5)], rays=1000, paths={"causes": ["target"]}, whole=False)
+    apart = assert_agree(
+        1e-4, targets=[point(0.0, 75.0, 19.5)], rays=1000, paths={"contributions": ["target"]}, whole=False
+    )
     assert len(apart) == 15
 
 
@@ -124,7 +130,7 @@ def test_jitter_takes_the_same_from_both():
 
 
 def test_a_world_moved_as_a_whole_sounds_the_same():
-    """Lattice, ship, relief and box 1 km away and turned by 1 rad: the same rays meet the same, within 1e-3."""
+    """ScattererGrid, ship, relief and box 1 km away and turned by 1 rad: the same rays meet the same, within 1e-3."""
     bed, box = {"relief": FRACTAL, "seed": 3}, {**BOX, "position": (0.0, 75.5)}
     still = simulate(scene("tracer", rays=5000, seabed=bed, targets=[box]), threads=2).intensity.values
     c, s = np.cos(1.0), np.sin(1.0)
@@ -174,7 +180,7 @@ def test_what_rays_cannot_tell_is_refused_with_a_way_out(changes, said):
 
 def test_rays_are_no_list_of_paths():
     """Arrivals are asked of the other engine; the error says how."""
-    with pytest.raises(ValueError, match="engine: paths"):
+    with pytest.raises(ValueError, match="engine: eigenrays"):
         arrivals(scene("tracer"))
 
 
@@ -190,12 +196,12 @@ def test_each_side_and_each_ping_has_rays_of_its_own():
 
 def test_labels_are_those_of_the_other_engine():
     """Who echoes from where does not depend on the engine that is heard: bit for bit."""
-    ours, theirs = (labels(scene(engine, targets=[BOX], window=(0.09, 0.105))) for engine in ("tracer", "paths"))
+    ours, theirs = (labels(scene(engine, targets=[BOX], window=(0.09, 0.105))) for engine in ("tracer", "eigenrays"))
     for name in theirs:
         np.testing.assert_array_equal(ours[name].values, theirs[name].values)
 
 
 def test_the_other_engine_is_the_default():
     """Nothing changes for those who do not ask."""
-    assert nominal().paths.engine == "paths"
-    assert prepare(nominal()).tracer is None
+    assert nominal().paths.engine == "eigenrays"
+    assert build_simulator(nominal()).tracer is None

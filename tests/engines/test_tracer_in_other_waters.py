@@ -16,7 +16,7 @@ SHOAL = {"window": (0.05, 0.07), "seabed": {"depth": 8.0, "scattering": LAMBERT,
 
 def both(rays=20_000, **changes):
     """Curves of each pair of families by the tracer and by the engine."""
-    return tuple(curves(scene(engine, rays=rays, **changes)) for engine in ("tracer", "paths"))
+    return tuple(curves(scene(engine, rays=rays, **changes)) for engine in ("tracer", "eigenrays"))
 
 
 def assert_agree(ours, theirs, tolerance_db, faint_db=60.0):
@@ -63,6 +63,6 @@ def test_a_beam_that_looks_down_and_astern_hears_the_same():
 def test_two_points_are_heard_each_by_its_own_ways():
     """Near the surface and near the bed, apart in bearing: fifteen pairs of families, to 1e-4 dB."""
     targets = [point(0.0, 75.0, 1.5, label="float"), point(1.0, 74.0, 18.0, strength=3.0, label="buoy")]
-    ours, theirs = both(1000, targets=targets, paths={"causes": ["target"]})
+    ours, theirs = both(1000, targets=targets, paths={"contributions": ["target"]})
     del ours["target", "all"], theirs["target", "all"]
     assert len(assert_agree(ours, theirs, 1e-4)) == 15

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from insonify.engines.tracer.world import has_flat_faces
+from insonify.engines.tracer.tracing_scene import has_flat_faces
 from insonify.ocean.water import Water
 from insonify.scene.target import Box, Cylinder, Sphere
-from insonify.simulation import prepare
+from insonify.simulator import build_simulator
 from oracles.traced import apart_db, curves, scene
 
 WALL = {"shape": "box", "size": (12.0, 1.0, 19.5), "position": (0.0, 60.5),
         "scattering": {"law": "lambert", "strength_db": -60}}  # fmt: skip
-FAR = {"window": (0.1, 0.115), "paths": {"families": None, "reflections": 1, "target_mirror": 1.0}}
+FAR = {"window": (0.1, 0.115), "paths": {"families": None, "max_reflections": 1, "target_specular_fraction": 1.0}}
 
 
 def test_a_wall_mirrors_the_world_in_front_of_it():
@@ -28,7 +28,7 @@ def test_half_a_mirror_returns_a_quarter_of_what_passes_it_twice():
     """Echoes by the wall out and back fall by 6.02 dB, those that pass it once by 3.01 dB."""
     once, twice = {}, {}
     for share in (1.0, 0.5):
-        changes = {**FAR, "window": (0.075, 0.115), "paths": {**FAR["paths"], "target_mirror": share}}
+        changes = {**FAR, "window": (0.075, 0.115), "paths": {**FAR["paths"], "target_specular_fraction": share}}
         found = curves(scene("tracer", targets=[WALL], **changes))
         once[share], twice[share] = found["seabed", "D-T"], found["seabed", "T-T"]
     assert apart_db(once[1.0], once[0.5]) == pytest.approx(3.0103, abs=0.01)
@@ -39,9 +39,9 @@ def test_half_a_mirror_returns_a_quarter_of_what_passes_it_twice():
 def test_smooth_faces_mirror_the_square_of_their_coefficient(smooth):
     """A wall of coefficient 0.7 is the wall of which the tracer is told to mirror 0.49; of 0, it mirrors nothing."""
     short = {**FAR, "window": (0.075, 0.1)}
-    told = {**short, "paths": {**FAR["paths"], "target_mirror": smooth**2}}
+    told = {**short, "paths": {**FAR["paths"], "target_specular_fraction": smooth**2}}
     asked = curves(scene("tracer", targets=[WALL], rays=20_000, **told))
-    known = curves(scene("tracer", targets=[{**WALL, "smooth": smooth}], rays=20_000, **short))
+    known = curves(scene("tracer", targets=[{**WALL, "face_reflection_coefficient": smooth}], rays=20_000, **short))
     assert (("seabed", "D-T") in known) is (smooth != 0)
     for key, energy in asked.items():
         np.testing.assert_allclose(known[key], energy, rtol=1e-12)
@@ -55,12 +55,12 @@ def test_the_bed_lit_by_a_wall_answers_as_a_plain_sum_over_it():
     """
     scenario = scene("tracer", window=(0.06, 0.115), targets=[WALL], rays=100_000,
                      paths={**FAR["paths"]})  # fmt: skip
-    listening = prepare(scenario)
-    here = listening.stance(0)
+    simulator = build_simulator(scenario)
+    here = simulator.ping_geometry(0)
     met = sum(
         np.sum((echoes.energy * (1 + echoes.reciprocal))[0, echoes.delay < 0.0815])
-        for block in listening.tracer.blocks(here) for echoes in block()
-        if (echoes.cause, echoes.out, echoes.back) == ("seabed", "T", "D")
+        for block in simulator.tracer.blocks(here) for echoes in block()
+        if (echoes.contribution, echoes.transmit_chain, echoes.receive_chain) == ("seabed", "T", "D")
     )  # fmt: skip
     sonar, image = np.array([0.0, 0.0, 11.0]), np.array([0.0, 120.0, 11.0])
     north, east = np.meshgrid(np.arange(-6, 6, 0.01), np.arange(0.05, 60, 0.1), indexing="ij")
@@ -85,7 +85,13 @@ def test_bottom_bounces_and_faces_alone_brighten_the_front_of_a_box():
     box = {"shape": "box", "size": (2.0, 1.0, 1.0), "position": (0.0, 75.5)}
     changes = {"window": (0.085, 0.12), "targets": [box]}
     alone, found = (
-        curves(scene("tracer", paths={"families": ["D", "B"], "reflections": 2, "target_mirror": mirror}, **changes))
+        curves(
+            scene(
+                "tracer",
+                paths={"families": ["D", "B"], "max_reflections": 2, "target_specular_fraction": mirror},
+                **changes,
+            )
+        )
         for mirror in (0.0, 0.6)
     )
     assert {key for key in found if "S" in key[1]} == set()

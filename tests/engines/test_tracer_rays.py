@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from insonify.engines.tracer._bodies_kernel import body_hit, sorted_bodies
-from insonify.engines.tracer.answer import left_over, reflected, scattered
-from insonify.engines.tracer.launch import table
-from insonify.engines.tracer.mirrors import folded, ways
+from insonify.engines.tracer._bvh_kernel import build_bvh, bvh_hit
+from insonify.engines.tracer.image_legs import image_legs, image_source_depth
+from insonify.engines.tracer.interaction import scattered_per_steradian, specular_direction, specular_fraction
+from insonify.engines.tracer.launch_sampling import tabulated_density
 from insonify.scattering.apl_surface import AplSurface
-from insonify.scattering.fast import compiled
+from insonify.scattering.compiled_law import compile_law
 from insonify.scattering.lambert import Lambert
-from insonify.scene import shapes
-from insonify.simulation import prepare
+from insonify.scene import triangle_surfaces
+from insonify.simulator import build_simulator
 from oracles.traced import BOX, FRACTAL, scene
 
 RNG = np.random.default_rng(7)
@@ -19,9 +19,9 @@ RNG = np.random.default_rng(7)
 
 def thrown(**changes):
     """All rays of one ping: directions, solid angles, and the ping."""
-    listening = prepare(scene("tracer", **changes))
-    ping = listening.tracer.ping(listening.stance(0))
-    parts = [ping.fan.rays(1, 0, listening.scenario.paths.rays, part, 16) for part in range(16)]
+    simulator = build_simulator(scene("tracer", **changes))
+    ping = simulator.tracer.ping(simulator.ping_geometry(0))
+    parts = [ping.launch_sampler.rays(1, 0, simulator.scenario.paths.rays, part, 16) for part in range(16)]
     return *(np.concatenate(column) for column in zip(*parts, strict=True)), ping
 
 
@@ -41,7 +41,7 @@ def test_rays_carry_what_the_beam_sends():
     told = np.sum(solid_angle * ping.transmit_beams.gain(way)[0] ** 2)
     u = np.linspace(-1, 1, 100_001)
     u = (u[1:] + u[:-1]) / 2
-    ahead = np.stack([np.sqrt(1 - u**2), u, 0 * u], axis=-1) @ ping.fan.axes
+    ahead = np.stack([np.sqrt(1 - u**2), u, 0 * u], axis=-1) @ ping.launch_sampler.axes
     around = np.pi if ping.transmit_beams.element else 2 * np.pi
     assert told == pytest.approx(around * np.sum(ping.transmit_beams.gain(ahead)[0] ** 2) * 2e-5, rel=0.015)
 
@@ -58,7 +58,7 @@ def test_rays_fill_what_is_heard():
 def test_a_table_is_its_own_inverse():
     """Places of even parts have the density that was asked for: histogram against weights."""
     weight = RNG.uniform(0, 1, 20) * (np.arange(20) != 7)
-    one = table(-1.0, 3.0, weight)
+    one = tabulated_density(-1.0, 3.0, weight)
     found, _ = np.histogram(one.place((np.arange(100_000) + 0.5) / 100_000), np.linspace(-1, 3, 21))
     np.testing.assert_allclose(found / 100_000, weight / weight.sum(), atol=2e-5)
     np.testing.assert_allclose(one.density(np.linspace(-0.9, 2.9, 20)) * 0.2, weight / weight.sum(), rtol=1e-9)
@@ -67,9 +67,12 @@ def test_a_table_is_its_own_inverse():
 
 def test_sorted_triangles_are_met_where_each_of_them_is():
     """1000 rays at a ring and a sphere: nearest hit by the sorted boxes against the smallest over all triangles."""
-    parts = [shapes.torus(2.0, 0.4).moved(np.eye(3), np.array([3.0, 0, 0])), shapes.sphere(1.5, around=24)]
+    parts = [
+        triangle_surfaces.torus(2.0, 0.4).transformed(np.eye(3), np.array([3.0, 0, 0])),
+        triangle_surfaces.sphere(1.5, around=24),
+    ]
     corners = np.concatenate([part.corners for part in parts])
-    bodies = sorted_bodies(corners, np.repeat([0, 1], [len(part.corners) for part in parts]))
+    bodies = build_bvh(corners, np.repeat([0, 1], [len(part.corners) for part in parts]))
     start = RNG.uniform(-6, 6, (1000, 3))
     way = RNG.uniform(-1.5, 4.5, (1000, 3)) * [1, 0.3, 0.3] - start
     way /= np.linalg.norm(way, axis=1, keepdims=True)
@@ -77,7 +80,7 @@ def test_sorted_triangles_are_met_where_each_of_them_is():
     normal = np.cross(b - a, c - a)
     met = 0
     for x, d in zip(start, way, strict=True):
-        found, row = body_hit(*x, *d, 100.0, bodies)
+        found, row = bvh_hit(*x, *d, 100.0, bodies)
         along = np.einsum("ij,ij->i", a - x, normal) / (normal @ d)
         place = x + along[:, None] * d
         inside = np.all(
@@ -94,16 +97,16 @@ def test_marched_ground_is_met_where_it_is():
 
     The map is bilinear with eight cells on the shortest wave: its heights are within a few mm of the ground's own.
     """
-    listening = prepare(scene("tracer", seabed={"relief": FRACTAL, "seed": 3, "split": 0.5}))
-    ping, bed = listening.tracer.ping(listening.stance(0)), listening.scenario.scene.seabed.bed
+    simulator = build_simulator(scene("tracer", seabed={"relief": FRACTAL, "seed": 3, "cutoff_wavelength": 0.5}))
+    ping, bed = simulator.tracer.ping(simulator.ping_geometry(0)), simulator.scenario.scene.seabed.terrain
     turn, dip = RNG.uniform(-np.pi, np.pi, 200), np.radians(np.geomspace(4, 60, 200))
     way = np.stack([np.cos(dip) * np.cos(turn), np.cos(dip) * np.sin(turn), np.sin(dip)], axis=-1)
     origin = np.tile([0.0, 0.0, 11.0], (200, 1))
-    distance, met, owner, normal = ping.sheet.hits(origin, way, np.full(200, 150.0))
+    distance, met, owner, normal = ping.intersector.hits(origin, way, np.full(200, 150.0))
     assert np.all(met == 1) and np.all(owner == -1)
     place = origin + distance[:, None] * way
     np.testing.assert_allclose(place[:, 2], bed.depth_at(place[:, 0], place[:, 1]), atol=5e-3)
-    ground = bed.ground.survey(place[:, 0], place[:, 1])
+    ground = bed.relief.sample(place[:, 0], place[:, 1])
     np.testing.assert_allclose(normal[:, :2] / normal[:, 2:], ground.slope, atol=0.05)
     for x, d, far in zip(origin, way, distance, strict=True):
         path = x + np.linspace(0, far - 0.05, 400)[:, None] * d
@@ -112,15 +115,15 @@ def test_marched_ground_is_met_where_it_is():
 
 def test_a_family_runs_straight_from_its_image():
     """Lengths, directions and mirrors of the nominal legs: the paper's figure 10, to 0.1 mm."""
-    listening = prepare(scene("tracer"))
+    simulator = build_simulator(scene("tracer"))
     end, place = np.array([0.0, 0.0, 11.0]), np.array([[0.0, 150.0, 19.5]])
     told = {"D": 150.2406, "S": 153.0694, "B": 150.3005, "SB": 153.2718, "BS": 157.6460}
     for family, length in told.items():
-        found = ways(listening.scenario.scene, end, place, family, 0.015)
+        found = image_legs(simulator.scenario.scene, end, place, family, 0.015)
         assert found.length[0] == pytest.approx(length, abs=1e-4)
         assert np.sign(found.departure[0, 2]) == (-1 if family.startswith("S") else 1)
         assert found.intensity[0] == pytest.approx(0.35 ** (2 * family.count("B")))
-    assert folded("BS", 11.0, 20.0) == -29.0
+    assert image_source_depth("BS", 11.0, 20.0) == -29.0
 
 
 def test_laws_are_asked_by_directions():
@@ -130,12 +133,14 @@ def test_laws_are_asked_by_directions():
     out = -np.roll(into, 1, axis=0)
     up = np.tile([0.0, 0.0, -1.0], (500, 1))
     lit = (into[:, 2] > 0) & (out[:, 2] < 0)
-    plain = scattered(Lambert(-20.0), into, out, up)
+    plain = scattered_per_steradian(Lambert(-20.0), into, out, up)
     np.testing.assert_allclose(plain, np.where(lit, 0.01 * -out[:, 2], 0.0), atol=1e-12)
-    np.testing.assert_allclose(scattered(compiled(Lambert(-20.0)), into, out, up), plain, rtol=2e-3, atol=1e-6)
+    np.testing.assert_allclose(
+        scattered_per_steradian(compile_law(Lambert(-20.0)), into, out, up), plain, rtol=2e-3, atol=1e-6
+    )
     sea = AplSurface(5.0, 30e3)
     straight = np.array([[0.0, np.cos(0.3), -np.sin(0.3)]])
-    back = scattered(sea, straight, -straight, np.array([[0.0, 0.0, 1.0]]))
+    back = scattered_per_steradian(sea, straight, -straight, np.array([[0.0, 0.0, 1.0]]))
     told = sea.cross_section(np.array([0.3]), np.array([0.3]), np.array([np.pi])) / np.sin(0.3)
     np.testing.assert_allclose(back, told, rtol=1e-9)
 
@@ -143,6 +148,6 @@ def test_laws_are_asked_by_directions():
 def test_mirrors_turn_rays_round_and_keep_what_is_not_scattered():
     """A mirror turns the part along its normal only; a face of -10 dB scatters 31 % of what it gets."""
     way = np.array([[0.6, 0.0, 0.8]])
-    np.testing.assert_allclose(reflected(way, np.array([[0.0, 0.0, -1.0]])), [[0.6, 0.0, -0.8]])
-    assert left_over(Lambert(-10.0)) == pytest.approx(1 - 0.1 * np.pi)
-    assert left_over(Lambert(10 * np.log10(1 / np.pi))) == pytest.approx(0, abs=1e-12)
+    np.testing.assert_allclose(specular_direction(way, np.array([[0.0, 0.0, -1.0]])), [[0.6, 0.0, -0.8]])
+    assert specular_fraction(Lambert(-10.0)) == pytest.approx(1 - 0.1 * np.pi)
+    assert specular_fraction(Lambert(10 * np.log10(1 / np.pi))) == pytest.approx(0, abs=1e-12)

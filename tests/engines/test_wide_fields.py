@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from insonify.scenario.scenario import Scenario
-from insonify.scene.lattice import FINEST_LEVEL
-from insonify.scene.scatterers import lattice_place
-from insonify.simulation import prepare, simulate
-from insonify.sonar.heard import hear
+from insonify.scene.scatterer_grid import FINEST_LEVEL
+from insonify.scene.scatterers import grid_scatterer_id
+from insonify.simulator import build_simulator, simulate
 from insonify.sonar.pulse import Pulse
+from insonify.sonar.received_pulse import receive_pulse
 from insonify.sonar.receiver import Receiver
 
 
@@ -21,7 +21,7 @@ def imaging(
     targets=(),
     field="coherent",
     seed=1,
-    causes=("seabed", "target"),
+    contributions=("seabed", "target"),
     **sonar,
 ):
     """A 900 kHz imaging sonar 1.5 m above a bed: 64 elements half a wavelength apart, sound sent over 130 deg."""
@@ -35,28 +35,37 @@ def imaging(
             "pulse": {"kind": "lfm", "frequency": 900e3, "bandwidth": bandwidth, "duration": 0.2e-3},
             "transmit": {"kind": "planar", "width": 0.8e-3, "height": 5e-3},
             "receive": {"kind": "line", "length": 0.0533, "elements": 64},
-            "receiver": {"band": 1.2 * bandwidth if band is None else band, "record": "elements"},
+            "receiver": {"bandwidth": 1.2 * bandwidth if band is None else band, "record": "elements"},
             "mounting": {"bearing": 0.0, "tilt": 0.35},
             **sonar,
         },
         targets=list(targets),
         track={"kind": "static", "position": (0.0, 0.0, 3.5), "window": (0.0, stop)},
-        paths={"reflections": 0, "edges": "hard", "scatterers_per_cell": per_cell, "causes": causes},
+        paths={
+            "max_reflections": 0,
+            "edge_diffraction": "none",
+            "scatterers_per_cell": per_cell,
+            "contributions": contributions,
+        },
     )
 
 
 def drawn(scenario):
-    """Positions and areas of all scatterers of the first ping, and its stance."""
-    listening = prepare(scenario)
-    found = [block() for block in listening.engine.blocks(listening.stance(0))]
-    return np.concatenate([f.position for f in found]), np.concatenate([f.area for f in found]), listening.stance(0)
+    """Positions and areas of all scatterers of the first ping, and its ping_geometry."""
+    simulator = build_simulator(scenario)
+    found = [block() for block in simulator.engine.blocks(simulator.ping_geometry(0))]
+    return (
+        np.concatenate([f.position for f in found]),
+        np.concatenate([f.area for f in found]),
+        simulator.ping_geometry(0),
+    )
 
 
 @pytest.mark.parametrize(("bandwidth", "per_cell"), [(300e3, 5.0), (30e3, 60.0)])
 def test_cells_finer_than_a_centimetre_have_their_scatterers(bandwidth, per_cell):
     """2 m ahead, where each stands for less than 1 cm^2: as many in a cell as asked for, up to a fifth more."""
     place, area, here = drawn(imaging(bandwidth=bandwidth, per_cell=per_cell, stop=3.6e-3))
-    far, slant = np.hypot(place[:, 0], place[:, 1]), np.linalg.norm(place - here.transmit_place, axis=1)
+    far, slant = np.hypot(place[:, 0], place[:, 1]), np.linalg.norm(place - here.transmit_position, axis=1)
     ahead = (np.abs(np.arctan2(place[:, 1], place[:, 0])) < 0.5) & (far > 2.0) & (far < 2.2)
     cell = 1500 / 2 / bandwidth * slant / far * slant * 0.886 / 32
     count = (cell / area)[ahead]
@@ -69,7 +78,7 @@ def test_cells_finer_than_a_centimetre_have_their_scatterers(bandwidth, per_cell
 def test_a_wide_field_has_as_many_scatterers_as_its_resolution_cells_ask_for():
     """300 kHz of band over the front half: 5 for each range cell and width of the array, a third more at most."""
     place, _, here = drawn(imaging(bandwidth=300e3, stop=8e-3))
-    slant = np.linalg.norm(place - here.transmit_place, axis=1)
+    slant = np.linalg.norm(place - here.transmit_position, axis=1)
     rows = (slant > 3) & (slant < 5.5)
     cells = (5.5 - 3) / (1500 / 2 / 300e3) * np.pi / (0.886 / 32)
     assert 0.9 * 5 * cells < rows.sum() < 1.35 * 5 * cells
@@ -78,7 +87,7 @@ def test_a_wide_field_has_as_many_scatterers_as_its_resolution_cells_ask_for():
 def test_the_band_of_the_receiver_limits_what_can_be_resolved():
     """A sweep of 300 kHz through a filter of 20 kHz: a range cell of 1 / 25 kHz at the finest; in full, 1 / 300 kHz."""
     pulse = Pulse(kind="lfm", frequency=900e3, bandwidth=300e3, duration=0.2e-3)
-    narrow, wide = (hear(pulse, Receiver(band=band)).finest_resolution(1500.0) for band in (20e3, 360e3))
+    narrow, wide = (receive_pulse(pulse, Receiver(bandwidth=band)).finest_resolution(1500.0) for band in (20e3, 360e3))
     assert wide == pytest.approx(1500 / 2 / 300e3)
     assert narrow == pytest.approx(1500 / 2 / 25e3)
 
@@ -88,9 +97,9 @@ def test_keys_of_small_cells_are_their_own():
     level, along, across = (
         part.ravel() for part in np.meshgrid(np.arange(FINEST_LEVEL, 16), [-9, 0, 70000], [-70000, 0, 5])
     )
-    keys = np.concatenate([lattice_place(stream, level, along, across) for stream in (0, 1, 3)])
+    keys = np.concatenate([grid_scatterer_id(stream, level, along, across) for stream in (0, 1, 3)])
     assert len(np.unique(keys)) == 3 * level.size
-    assert set((lattice_place(3, level, along, across) >> np.uint64(59)).tolist()) == {3}
+    assert set((grid_scatterer_id(3, level, along, across) >> np.uint64(59)).tolist()) == {3}
 
 
 BLOCKS = [
@@ -101,12 +110,12 @@ BLOCKS = [
 
 def on_targets(scenario):
     """Position, normal and area of all points of each target that the first ping meets, by label; the sonar's place."""
-    listening, found = prepare(scenario), {}
-    here = listening.stance(0)
-    for block in (block() for block in listening.engine.blocks(here)):
+    simulator, found = build_simulator(scenario), {}
+    here = simulator.ping_geometry(0)
+    for block in (block() for block in simulator.engine.blocks(here)):
         if block.boundary == "target":
-            found.setdefault(block.owner, []).append(np.c_[block.position, block.normal, block.area])
-    return {owner: np.concatenate(parts) for owner, parts in found.items()}, here.transmit_place
+            found.setdefault(block.object, []).append(np.c_[block.position, block.normal, block.area])
+    return {owner: np.concatenate(parts) for owner, parts in found.items()}, here.transmit_position
 
 
 def test_bodies_have_the_points_that_fill_resolution_cells():
@@ -133,8 +142,8 @@ def test_fewer_points_on_a_body_return_the_same_energy():
     beams = {"kind": "line", "length": 0.0533, "elements": 64, "steer": tuple(np.radians(np.arange(-20, 21, 4)))}
 
     def energy(field, seed):
-        told = imaging(bandwidth=50e3, stop=6e-3, targets=BLOCKS[:1], field=field, seed=seed, receiver={"band": 60e3},
-                       receive=beams, causes=("target",))  # fmt: skip
+        told = imaging(bandwidth=50e3, stop=6e-3, targets=BLOCKS[:1], field=field, seed=seed, receiver={"bandwidth": 60e3},
+                       receive=beams, contributions=("target",))  # fmt: skip
         series = simulate(told, threads=1)
         return float(np.sum(series.intensity if field == "incoherent" else np.abs(series.pressure.values) ** 2))
 
@@ -145,7 +154,7 @@ def test_fewer_points_on_a_body_return_the_same_energy():
 def test_speckle_of_a_wide_and_fine_sonar_is_rayleigh():
     """9 beams over 120 deg, some 5000 cells 40 times as wide as long: expected mean to 0.2 dB, index 2.0 to 0.15."""
     beams = {"kind": "line", "length": 0.0533, "elements": 64, "steer": tuple(np.radians(np.arange(-60, 61, 15)))}
-    receiver = {"band": 220e3, "compress": True}
+    receiver = {"bandwidth": 220e3, "matched_filter": True}
     common = {"bandwidth": 200e3, "stop": 7e-3, "receive": beams, "receiver": receiver}
     drawn_series, expected = (
         simulate(imaging(field=field, **common), threads=1) for field in ("coherent", "incoherent")

@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from insonify.drawing import labels as draw
-from insonify.formats.label_store import KEPT_BITS, done, open_labels
+from insonify.formats.label_store import MANTISSA_BITS, labelled_pings, open_labels
 from insonify.formats.zarr_store import StoreError, open_recording
+from insonify.plotting import labels as draw
 from insonify.records.labels import COLUMNS
-from insonify.simulation import labels, record
+from insonify.simulator import labels, record
 from oracles.scenes import nominal
 
 PINGS = 3
@@ -22,7 +22,7 @@ def survey(**told: object):
             "window": (0.1995, 0.2035), "position": None}  # fmt: skip
     track = {key: value for key, value in line.items() if value is not None}
     sonar = {"mounting": {"bearing": np.pi / 2}}
-    made = dict(nominal(box={"label": "box"}, paths={"reflections": 0}, surface={"scattering": None}, sonar=sonar))
+    made = dict(nominal(box={"label": "box"}, paths={"max_reflections": 0}, surface={"scattering": None}, sonar=sonar))
     return type(nominal())(**{**made, "track": track, "field": "incoherent", **told})
 
 
@@ -40,13 +40,13 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_labels_come_back_as_they_went_in(stored: Path) -> None:
     """Every column of every ping: intensities and angles to 2^-13, places and distances to half a millimetre."""
     held = open_labels(stored)
-    assert done(stored).all() and list(held.owner.values) == ["seabed", "surface", "box"]
+    assert labelled_pings(stored).all() and list(held.owner.values) == ["seabed", "surface", "box"]
     for ping in range(PINGS):
         fresh = labels(survey(), ping)
         for name, (_, _, units, _) in COLUMNS.items():
             there, wanted = held[name].values[ping], fresh[name].values
             if units in ("uPa^2", "rad"):
-                np.testing.assert_allclose(there, wanted, rtol=2.0 ** -(KEPT_BITS + 1) * 1.001)
+                np.testing.assert_allclose(there, wanted, rtol=2.0 ** -(MANTISSA_BITS + 1) * 1.001)
             else:
                 np.testing.assert_allclose(there, wanted, rtol=0, atol=0.51e-3 if units == "m" else 0)
 
@@ -62,7 +62,7 @@ def test_a_scenario_can_ask_for_labels(tmp_path: Path) -> None:
     record(survey(output={"labels": True}), tmp_path / "c.zarr", pings=[1])
     held = open_labels(tmp_path / "c.zarr")
     assert held.done.values.tolist() == [False, True, False]
-    assert (held.strongest_owner.values[0] == 255).all() and not held.shadow.values[0].any()
+    assert (held.strongest_object.values[0] == 255).all() and not held.shadow.values[0].any()
     assert np.isnan(held.expected_intensity.values[2]).all()
 
 
@@ -82,12 +82,12 @@ def test_labels_of_a_run_that_was_replaced_are_not_in_the_new_recording(tmp_path
 
     with pytest.raises(StoreError, match="replaced by another run"):
         record(survey(), path, with_labels=True, threads=1, on_ping=replaced)
-    assert done(path).tolist() == [True, False, False]
+    assert labelled_pings(path).tolist() == [True, False, False]
     record(other, path, with_labels=True)
     held = open_labels(path)
     assert list(held.owner.values) == ["seabed", "surface"]
     for ping in range(PINGS):
-        np.testing.assert_array_equal(held.strongest_owner.values[ping], labels(other, ping).strongest_owner.values)
+        np.testing.assert_array_equal(held.strongest_object.values[ping], labels(other, ping).strongest_object.values)
 
 
 def test_a_run_without_labels_replaces_those_that_were_there(tmp_path: Path) -> None:

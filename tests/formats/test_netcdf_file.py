@@ -8,12 +8,12 @@ import pytest
 import xarray as xr
 
 import insonify
-from insonify.drawing import recording as drawn
 from insonify.formats import netcdf_file
 from insonify.formats.netcdf_file import read_netcdf, write_netcdf
 from insonify.formats.zarr_store import StoreError, open_recording
+from insonify.plotting import recording as drawn
 from insonify.processing import multibeam_soundings
-from insonify.simulation import record
+from insonify.simulator import record
 from oracles.arrays import heard_by_elements
 from oracles.scenes import nominal, point
 
@@ -102,7 +102,7 @@ def test_what_cannot_be_written_or_read_is_refused(tmp_path):
 
 def test_an_echo_lies_at_its_slant_range(tmp_path):
     """A point 80 m away: in memory, and as stored; between two platforms there is no such range."""
-    scenario = nominal(targets=[point(0, 80, 11)], paths={"causes": ["target"], "reflections": 0},
+    scenario = nominal(targets=[point(0, 80, 11)], paths={"contributions": ["target"], "max_reflections": 0},
                        track={"window": (0.1, 0.11)})  # fmt: skip
     sound = insonify.simulate(scenario)
     record(scenario, tmp_path / "a.zarr")
@@ -111,7 +111,7 @@ def test_an_echo_lies_at_its_slant_range(tmp_path):
         assert "slant_range" in held.coords
         loudest = int(np.abs(held["pressure"].values[0, 0]).argmax())
         assert float(held["slant_range"][loudest]) == pytest.approx(80 + 0.075, abs=0.1)  # the middle of the pulse
-    apart = insonify.simulate(nominal(**SMALL | RECEIVER | {"paths": {"causes": []}}))
+    apart = insonify.simulate(nominal(**SMALL | RECEIVER | {"paths": {"contributions": []}}))
     assert "slant_range" not in apart
 
 
@@ -126,7 +126,7 @@ def test_a_recording_and_its_soundings_know_where_they_are(tmp_path):
             file[name].units = "degrees_north" if name == "lat" else "degrees_east"
         file.createVariable("depth", "f4", ("lat", "lon"))[:] = 20.0
     np.savez(tmp_path / "bed.npz", depth=np.full((20, 20), 20.0), north=5e6 + np.arange(20), east=4e5 + np.arange(20))
-    base = {**SMALL, "paths": {"causes": []}}
+    base = {**SMALL, "paths": {"contributions": []}}
     grid = {"kind": "grid", "file": str(tmp_path / "bed.nc"), "latitude": "48.001 deg", "longitude": "-67.999 deg"}
     told = insonify.simulate(nominal(seabed={"relief": [grid]}, **base)).attrs
     assert told["origin_latitude"] == pytest.approx(48.001) and told["origin_longitude"] == pytest.approx(-67.999)
@@ -148,7 +148,7 @@ def test_a_projected_grid_knows_its_latitude(tmp_path):
                        crs="EPSG:32632", transform=turn) as file:  # fmt: skip
         file.write(np.full((40, 40), -20, np.float32), 1)
     grid = {"kind": "grid", "file": str(tmp_path / "bed.tif"), "origin": [5_300_000, 500_000]}
-    told = insonify.simulate(nominal(seabed={"relief": [grid]}, **SMALL | {"paths": {"causes": []}})).attrs
+    told = insonify.simulate(nominal(seabed={"relief": [grid]}, **SMALL | {"paths": {"contributions": []}})).attrs
     assert told["origin_longitude"] == pytest.approx(9.0, abs=1e-6)
     assert told["origin_latitude"] == pytest.approx(47.853, abs=2e-3)  # 5300 km along the meridian, by the UTM series
     assert "UTM" in told["crs"]
@@ -159,7 +159,7 @@ def test_a_log_in_degrees_gives_the_origin(tmp_path):
     rows = "\n".join(f"{t},{48 + t * 1e-5:.6f},-68.0,11,0" for t in range(5))
     (tmp_path / "log.csv").write_text(f"time,latitude,longitude,depth,heading [deg]\n{rows}\n")
     track = {"kind": "navigation", "file": str(tmp_path / "log.csv"), "pings": 1, "window": (0.1, 0.11)}
-    base = {"paths": {"causes": []}}
+    base = {"paths": {"contributions": []}}
     told = insonify.simulate(nominal(**base, receive={}, transmit={}).with_("track", track)).attrs
     assert (told["origin_latitude"], told["origin_longitude"]) == (48.0, -68.0)
     told = insonify.simulate(nominal(**base).with_("track", {**track, "origin": [48.001, -68.001]})).attrs

@@ -6,9 +6,9 @@ import shutil
 import numpy as np
 import pytest
 
-from insonify.formats.zarr_store import create, open_recording, write_ping
-from insonify.records.recording import COLUMNS, LATER, Layout
-from insonify.simulation import record, simulate
+from insonify.formats.zarr_store import create_recording, open_recording, write_ping
+from insonify.records.recording import COLUMNS, OPTIONAL_COLUMNS, RecordingLayout
+from insonify.simulator import record, simulate
 from oracles.scenes import nominal, point
 
 SAME = {"scenario": "title: here", "seed": 1, "version": "0"}
@@ -23,13 +23,13 @@ def layout(**changes):
         "position": place, "attitude": place / 100, "logged_position": place + 0.5, "logged_attitude": place / 90,
         "side": np.array([-1.0, 1.0]),
     }  # fmt: skip
-    return Layout(field="pressure", **{**told, **changes})
+    return RecordingLayout(field="pressure", **{**told, **changes})
 
 
 @pytest.mark.parametrize("name", COLUMNS)
 def test_every_column_comes_back_as_it_went_in(tmp_path, name):
     """Bit by bit, with its dimensions, its unit and its meaning."""
-    create(tmp_path / "a.zarr", layout(), SAME)
+    create_recording(tmp_path / "a.zarr", layout(), SAME)
     held = open_recording(tmp_path / "a.zarr")
     dims, unit, meaning = COLUMNS[name]
     np.testing.assert_array_equal(held[name].values, getattr(layout(), name))
@@ -40,19 +40,19 @@ def test_every_column_comes_back_as_it_went_in(tmp_path, name):
 def test_a_store_of_an_earlier_version_still_opens(tmp_path):
     """Without sides and a log it says nothing of them, and everything else is there."""
     path = tmp_path / "old.zarr"
-    create(path, layout(), SAME)
-    for name in LATER:
+    create_recording(path, layout(), SAME)
+    for name in OPTIONAL_COLUMNS:
         shutil.rmtree(path / name)
     whole = path / "zarr.json"
     told = json.loads(whole.read_text())
     kept = told.get("consolidated_metadata")
     if kept:
-        for name in LATER:
+        for name in OPTIONAL_COLUMNS:
             kept["metadata"].pop(name, None)
         whole.write_text(json.dumps(told))
     held = open_recording(path)
     for name in COLUMNS:
-        assert (name in held) == (name not in LATER)
+        assert (name in held) == (name not in OPTIONAL_COLUMNS)
     np.testing.assert_array_equal(held["position"].values, layout().position)
 
 
@@ -68,12 +68,12 @@ def test_the_same_recording_from_memory_and_from_disk(tmp_path):
 
 def _survey():
     """Three pings of a two-sided sonar along a line, logged a metre off."""
-    plain = nominal(targets=[point(0, 30, 19.5)], paths={"causes": ["target"]})
+    plain = nominal(targets=[point(0, 30, 19.5)], paths={"contributions": ["target"]})
     told = plain.model_dump()
     told["sonar"]["sides"] = ["port", "starboard"]
     told["track"] = {
         "kind": "line", "start": (0, 0, 11), "speed": 2.0, "pings": 3, "window": (0.03, 0.06),
-        "logged": {"north": {"offset": 1.0}},
+        "navigation_errors": {"north": {"offset": 1.0}},
     }  # fmt: skip
     return type(plain)(**told)
 
@@ -96,7 +96,7 @@ def test_a_target_to_starboard_of_a_ship_heading_north_is_heard_east():
 
 def test_pings_may_be_written_in_any_order(tmp_path):
     """The columns stand beside whatever has been written."""
-    create(tmp_path / "c.zarr", layout(), SAME)
+    create_recording(tmp_path / "c.zarr", layout(), SAME)
     for ping in (2, 0):
         write_ping(tmp_path / "c.zarr", ping, np.full((CHANNELS, SAMPLES), ping + 1, np.complex64))
     held = open_recording(tmp_path / "c.zarr")

@@ -12,18 +12,25 @@ import numpy as np
 import pytest
 import zarr
 
-from insonify.formats.zarr_store import StoreError, create, done, open_recording, reading, write_ping
-from insonify.records.recording import Layout
+from insonify.formats.zarr_store import (
+    StoreError,
+    chunk_errors_as_store_errors,
+    create_recording,
+    open_recording,
+    recorded_pings,
+    write_ping,
+)
+from insonify.records.recording import RecordingLayout
 
 PINGS, CHANNELS, SAMPLES = 5, 2, 40
 SAME = {"scenario": "title: here", "seed": 1, "version": "0"}
 
 
-def layout(field: str = "pressure") -> Layout:
+def layout(field: str = "pressure") -> RecordingLayout:
     """A short track of a sonar with two beams."""
     place = np.arange(3.0 * PINGS).reshape(PINGS, 3)
     grid = np.arange(SAMPLES) / 25e3
-    return Layout(field, grid, 0.3 * np.arange(PINGS), np.array([0.0, 0.1]), place, place / 100)
+    return RecordingLayout(field, grid, 0.3 * np.arange(PINGS), np.array([0.0, 0.1]), place, place / 100)
 
 
 def sound(ping: int) -> np.ndarray:
@@ -36,7 +43,7 @@ def sound(ping: int) -> np.ndarray:
 def test_what_is_written_is_read_bit_by_bit(tmp_path: Path) -> None:
     """Pressure, geometry and attributes come back as they went in; absent pings are NaN."""
     path = tmp_path / "harbour.zarr"
-    create(path, layout(), SAME)
+    create_recording(path, layout(), SAME)
     write_ping(path, 3, sound(3))
     data = open_recording(path)
     assert data["pressure"].dtype == np.complex64
@@ -45,13 +52,13 @@ def test_what_is_written_is_read_bit_by_bit(tmp_path: Path) -> None:
     np.testing.assert_array_equal(data["position"], layout().position)
     np.testing.assert_array_equal(data["time"], layout().time)
     assert SAME.items() <= data.attrs.items()
-    assert done(path).tolist() == [False, False, False, True, False]
+    assert recorded_pings(path).tolist() == [False, False, False, True, False]
 
 
 @pytest.mark.parametrize(("field", "units"), [("pressure", "uPa"), ("intensity", "uPa^2")])
 def test_every_variable_says_what_it_is(tmp_path: Path, field: str, units: str) -> None:
     """Units and a long name on each; dimensions by name."""
-    create(tmp_path / "a.zarr", layout(field), SAME)
+    create_recording(tmp_path / "a.zarr", layout(field), SAME)
     data = open_recording(tmp_path / "a.zarr")
     assert data[field].dims == ("ping", "channel", "time") and data[field].attrs["units"] == units
     for name, variable in data.variables.items():
@@ -62,7 +69,7 @@ def test_every_variable_says_what_it_is(tmp_path: Path, field: str, units: str) 
 def test_a_ping_is_a_chunk(tmp_path: Path) -> None:
     """One file per ping, so that writers never share one."""
     path = tmp_path / "a.zarr"
-    create(path, layout(), SAME)
+    create_recording(path, layout(), SAME)
     write_ping(path, 1, sound(1))
     write_ping(path, 4, sound(4))
     for name in ("pressure", "done"):
@@ -76,7 +83,7 @@ def test_a_ping_is_written_as_zarr_would(tmp_path: Path, field: str) -> None:
     ours, theirs = tmp_path / "ours.zarr", tmp_path / "theirs.zarr"
     values = sound(2) if field == "pressure" else np.abs(sound(2)).astype(float)
     for path in (ours, theirs):
-        create(path, layout(field), SAME)
+        create_recording(path, layout(field), SAME)
     write_ping(ours, 2, values)
     zarr.open_array(theirs / field, mode="r+")[2] = values
     zarr.open_array(theirs / "done", mode="r+")[2] = True
@@ -91,43 +98,43 @@ def test_a_ping_is_written_as_zarr_would(tmp_path: Path, field: str) -> None:
 def test_the_mask_is_what_zarr_reads(tmp_path: Path) -> None:
     """Names of chunks tell the same as their contents, also where a write was broken off."""
     path = tmp_path / "a.zarr"
-    create(path, layout(), SAME)
-    assert not done(path).any()
+    create_recording(path, layout(), SAME)
+    assert not recorded_pings(path).any()
     for ping in (4, 0):
         write_ping(path, ping, sound(ping))
     (path / "done" / "c" / ".2.0123.partial").write_bytes(b"half")
-    np.testing.assert_array_equal(done(path), zarr.open_array(path / "done", mode="r")[:])
-    assert done(path).dtype == bool and done(path).sum() == 2
+    np.testing.assert_array_equal(recorded_pings(path), zarr.open_array(path / "done", mode="r")[:])
+    assert recorded_pings(path).dtype == bool and recorded_pings(path).sum() == 2
     (path / "done" / "c" / "3").touch()  # as a power cut may leave it
-    assert not done(path)[3]
+    assert not recorded_pings(path)[3]
 
 
 def test_the_same_scenario_goes_on_and_another_one_does_not(tmp_path: Path) -> None:
     """A second run of the same scenario keeps the pings; any other is refused and harms nothing."""
     path = tmp_path / "a.zarr"
-    create(path, layout(), SAME)
+    create_recording(path, layout(), SAME)
     write_ping(path, 0, sound(0))
-    create(path, layout(), SAME)
-    assert done(path)[0]
+    create_recording(path, layout(), SAME)
+    assert recorded_pings(path)[0]
     with pytest.raises(StoreError, match=r"another scenario and seed.*--overwrite"):
-        create(path, layout(), {**SAME, "scenario": "title: there", "seed": 2})
-    assert done(path)[0]
-    create(path, layout(), {**SAME, "seed": 2}, overwrite=True)
-    assert not done(path).any()
+        create_recording(path, layout(), {**SAME, "scenario": "title: there", "seed": 2})
+    assert recorded_pings(path)[0]
+    create_recording(path, layout(), {**SAME, "seed": 2}, overwrite=True)
+    assert not recorded_pings(path).any()
     assert [entry.name for entry in tmp_path.iterdir()] == ["a.zarr"]
 
 
 def test_the_first_line_in_which_two_scenarios_differ_is_shown(tmp_path: Path) -> None:
     """What was changed since, as it stands in both; a line that is new stands against the one in its place."""
     text = "title: there\nwater:\n  smoothing: 1.0\n"
-    create(tmp_path / "a.zarr", layout(), {**SAME, "scenario": text})
+    create_recording(tmp_path / "a.zarr", layout(), {**SAME, "scenario": text})
     changed = {**SAME, "scenario": text.replace("1.0", "2.0")}
     with pytest.raises(StoreError, match=r"differs: there 'smoothing: 1\.0', now 'smoothing: 2\.0'\)\. Choose"):
-        create(tmp_path / "a.zarr", layout(), changed)
+        create_recording(tmp_path / "a.zarr", layout(), changed)
     with pytest.raises(StoreError, match=r"there 'nothing', now 'ph: 7'"):
-        create(tmp_path / "a.zarr", layout(), {**SAME, "scenario": text + "  ph: 7\n"})
+        create_recording(tmp_path / "a.zarr", layout(), {**SAME, "scenario": text + "  ph: 7\n"})
     with pytest.raises(StoreError, match=r"another seed\. Choose"):
-        create(tmp_path / "a.zarr", layout(), {**SAME, "scenario": text, "seed": 9})
+        create_recording(tmp_path / "a.zarr", layout(), {**SAME, "scenario": text, "seed": 9})
 
 
 def test_nothing_but_a_recording_is_ever_replaced(tmp_path: Path) -> None:
@@ -138,10 +145,10 @@ def test_nothing_but_a_recording_is_ever_replaced(tmp_path: Path) -> None:
     (album / "cat.png").write_bytes(b"meow")
     for overwrite in (False, True):
         with pytest.raises(StoreError, match="not a recording"):
-            create(album, layout(), SAME, overwrite=overwrite)
+            create_recording(album, layout(), SAME, overwrite=overwrite)
     assert (album / "cat.png").read_bytes() == b"meow"
-    create(empty, layout(), SAME)
-    assert not done(empty).any()
+    create_recording(empty, layout(), SAME)
+    assert not recorded_pings(empty).any()
     with pytest.raises(StoreError, match="insonify run"):
         open_recording(album)
 
@@ -151,18 +158,18 @@ def test_a_place_where_no_folder_can_be_made_is_the_names_fault(tmp_path: Path) 
     (tmp_path / "file").write_text("")
     for place in (tmp_path / "file" / "a.zarr", tmp_path / ("a" * 300)):
         with pytest.raises(StoreError, match=r"cannot be written: .* Choose a folder"):
-            create(place, layout(), SAME)
+            create_recording(place, layout(), SAME)
     assert [entry.name for entry in tmp_path.iterdir()] == ["file"]
 
 
 def test_data_of_the_wrong_shape_are_refused(tmp_path: Path) -> None:
     """Too few channels, or a ping that the track does not have."""
-    create(tmp_path / "a.zarr", layout(), SAME)
+    create_recording(tmp_path / "a.zarr", layout(), SAME)
     with pytest.raises(ValueError, match="shape"):
         write_ping(tmp_path / "a.zarr", 0, sound(0)[:1])
     with pytest.raises(ValueError, match="no ping 5"):
         write_ping(tmp_path / "a.zarr", PINGS, sound(0))
-    assert not done(tmp_path / "a.zarr").any()
+    assert not recorded_pings(tmp_path / "a.zarr").any()
 
 
 class Killed(BaseException):
@@ -174,7 +181,7 @@ def test_killed_between_any_two_writes_the_mask_promises_nothing_false(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, writes: int
 ) -> None:
     """Whichever write is the last, a ping in the mask is a ping in the store."""
-    create(tmp_path / "a.zarr", layout(), SAME)
+    create_recording(tmp_path / "a.zarr", layout(), SAME)
     put, left = os.replace, iter(range(writes))
 
     def dying(aside: Path, place: Path) -> None:
@@ -186,7 +193,7 @@ def test_killed_between_any_two_writes_the_mask_promises_nothing_false(
     with pytest.raises(Killed):
         for ping in range(PINGS):
             write_ping(tmp_path / "a.zarr", ping, sound(ping))
-    mask = done(tmp_path / "a.zarr")
+    mask = recorded_pings(tmp_path / "a.zarr")
     assert mask.sum() == writes // 2
     for ping in np.flatnonzero(mask):
         np.testing.assert_array_equal(open_recording(tmp_path / "a.zarr")["pressure"][ping], sound(ping))
@@ -215,11 +222,11 @@ def test_killed_at_any_moment_what_the_mask_says_is_there(tmp_path: Path) -> Non
             time.sleep(rng.uniform(0.0, 0.2))
             os.kill(run.pid, signal.SIGKILL)
         if path.exists():
-            for ping in np.flatnonzero(done(path)):
+            for ping in np.flatnonzero(recorded_pings(path)):
                 np.testing.assert_array_equal(open_recording(path)["pressure"][ping], sound(ping))
-    create(path, layout(), SAME)
+    create_recording(path, layout(), SAME)
     write_ping(path, 0, sound(0))
-    assert done(path)[0]
+    assert recorded_pings(path)[0]
 
 
 @pytest.mark.parametrize(
@@ -238,7 +245,7 @@ def test_killed_at_any_moment_what_the_mask_says_is_there(tmp_path: Path) -> Non
 def test_a_damaged_recording_is_named_file_by_file(tmp_path: Path, file: str, content: bytes | None, said: str) -> None:
     """Whoever opens it, or would go on with it, is told which file is broken and what to do."""
     path = tmp_path / "harbour.zarr"
-    create(path, layout(), SAME)
+    create_recording(path, layout(), SAME)
     write_ping(path, 0, sound(0))
     if content is not None:
         (path / file).write_bytes(content)
@@ -246,7 +253,7 @@ def test_a_damaged_recording_is_named_file_by_file(tmp_path: Path, file: str, co
         shutil.rmtree(path / file)
     else:
         (path / file).unlink()
-    for ask in (lambda: open_recording(path), lambda: create(path, layout(), SAME)):
+    for ask in (lambda: open_recording(path), lambda: create_recording(path, layout(), SAME)):
         with pytest.raises(StoreError, match=said + r".*simulate again"):
             ask()
 
@@ -254,11 +261,11 @@ def test_a_damaged_recording_is_named_file_by_file(tmp_path: Path, file: str, co
 def test_a_chunk_that_cannot_be_unpacked_is_the_recordings_fault(tmp_path: Path) -> None:
     """Half a chunk, as a full disk leaves it, is damage and no failure of the program."""
     path = tmp_path / "harbour.zarr"
-    create(path, layout(), SAME)
+    create_recording(path, layout(), SAME)
     write_ping(path, 0, sound(0))
     chunk = next(file for file in (path / "pressure" / "c").rglob("*") if file.is_file())
     chunk.write_bytes(chunk.read_bytes()[:20])
-    with pytest.raises(StoreError, match="damaged: a chunk"), reading(path):
+    with pytest.raises(StoreError, match="damaged: a chunk"), chunk_errors_as_store_errors(path):
         open_recording(path)["pressure"].load()
-    with pytest.raises(RuntimeError, match="another"), reading(path):
+    with pytest.raises(RuntimeError, match="another"), chunk_errors_as_store_errors(path):
         raise RuntimeError("another")

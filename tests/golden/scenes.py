@@ -41,7 +41,7 @@ def scenario(**changes: object) -> Scenario:
             "kind": "line", "start": [0, 0, 11], "heading": 0, "speed": 2.0, "pings": 2, "interval": 0.1,
             "window": [0.0, 0.08],
         },
-        "paths": {"reflections": 1},
+        "paths": {"max_reflections": 1},
     }  # fmt: skip
     for key, value in changes.items():
         merged = key in ("track", "sonar", "seabed", "paths") and "kind" not in value  # type: ignore[operator]
@@ -99,12 +99,12 @@ def listed(_: int) -> Output:
 LINE = {"kind": "line", "length": "40 cm", "elements": 8}
 SCENES: Mapping[str, Callable[[int], Output]] = {
     "flat": recorded(),
-    "flat-order-2": recorded(paths={"reflections": 2}),
+    "flat-order-2": recorded(paths={"max_reflections": 2}),
     "relief": recorded(seabed={"relief": RELIEF, "scattering": {"law": "jackson", "sediment": "medium sand"}}),
     "layered": recorded(water={"profile": PROFILE, "smoothing": 1.0}),
     "layered-relief": recorded(water={"profile": PROFILE, "smoothing": 1.0}, seabed={"relief": RELIEF}),
-    "statistical-sea": recorded(surface={"bounce": "statistical", "wind_speed": 4.0}),
-    "explicit-sea": recorded(surface={"bounce": "waves", "wind_speed": 3.0}, track={"window": [0.0, 0.06]}),
+    "statistical-sea": recorded(surface={"reflection": "statistical", "wind_speed": 4.0}),
+    "explicit-sea": recorded(surface={"reflection": "explicit", "wind_speed": 3.0}, track={"window": [0.0, 0.06]}),
     "solids": recorded(
         targets=[
             {"shape": "cylinder", "label": "log", "position": [0, 30], "length": 2.0, "diameter": 0.5},
@@ -112,7 +112,7 @@ SCENES: Mapping[str, Callable[[int], Output]] = {
             {"shape": "point", "label": "buoy", "position": [0, 35, 15], "target_strength_db": -20},
         ]
     ),
-    "smooth-box": recorded(targets=[{**BOX, "smooth": 0.8}]),
+    "smooth-box": recorded(targets=[{**BOX, "face_reflection_coefficient": 0.8}]),
     "elements": recorded(
         sonar={"receive": LINE, "receiver": {"record": "elements"}}, track={"window": [0.0, 0.06]}
     ),
@@ -125,7 +125,7 @@ SCENES: Mapping[str, Callable[[int], Output]] = {
         "window": [0.0, 0.08],
     }),
     "slice": recorded(
-        paths={"geometry": "slice", "reflections": 2},
+        paths={"geometry": "slice", "max_reflections": 2},
         sonar={"mounting": {"bearing": "90 deg"}},
         track={"kind": "static", "position": [0, 0, 11], "pings": 2, "interval": 0.1, "window": [0.0, 0.08]},
     ),
@@ -133,15 +133,15 @@ SCENES: Mapping[str, Callable[[int], Output]] = {
     "compressed-sub-bands": recorded(
         sonar={
             "pulse": {"kind": "lfm", "frequency": 100e3, "duration": 2e-3, "bandwidth": 15e3},
-            "receiver": {"band": 20e3, "compress": True, "sub_bands": 3},
+            "receiver": {"bandwidth": 20e3, "matched_filter": True, "sub_bands": 3},
         }
     ),
     "volume-and-noise": recorded(
         water={"sound_speed": 1500.0, "volume_strength_db": -70, "noise_level_db": 40},
-        sonar={"receiver": {"band": 20e3, "converter": {"full_scale_db": 190, "bits": 16}}},
+        sonar={"receiver": {"bandwidth": 20e3, "adc": {"full_scale_db": 190, "bits": 16}}},
         track={"window": [0.0, 0.05]},
     ),
-    "tracer": recorded(field="incoherent", paths={"engine": "tracer", "rays": 20_000, "reflections": 1}),
+    "tracer": recorded(field="incoherent", paths={"engine": "tracer", "rays": 20_000, "max_reflections": 1}),
     "incoherent": recorded(field="incoherent", seabed={"relief": RELIEF}, sonar={"sides": ["port", "starboard"]}),
     "incoherent-layered": recorded(field="incoherent", water={"profile": PROFILE, "smoothing": 1.0}),
     "labels": labelled,

@@ -62,7 +62,7 @@ def test_wind_noise_is_what_is_read_from_wenzs_curves():
 
 
 def test_two_ways_of_listening_to_wind_agree():
-    """Vagle, Large & Farmer (1990), quoted from memory: 20 log10(53.91 U - 104.5) dB at 8 kHz; 4 dB apart at most."""
+    """Vagle, Large & Farmer (1990), quoted from correlation_time: 20 log10(53.91 U - 104.5) dB at 8 kHz; 4 dB apart at most."""
     wind = np.array([5.0, 7.5, 10.0, 15.0])
     np.testing.assert_allclose(wind_noise_db(8e3, wind), 20 * np.log10(53.91 * wind - 104.5), atol=4)
 
@@ -167,7 +167,7 @@ def test_arguments_broadcast():
     assert noise_level_db([[1e3], [1e4], [5e4]], wind_speed=[2.0, 10.0]).shape == (3, 2)
 
 
-@pytest.mark.parametrize("cause", [turbulence_noise_db, shipping_noise_db, wind_noise_db])
+@pytest.mark.parametrize("contribution", [turbulence_noise_db, shipping_noise_db, wind_noise_db])
 def test_a_cause_asked_alone_names_its_range(cause):
     """At 1 MHz none of the fits to Wenz's curves was measured; beside the others it is not heard, and silent."""
     with pytest.warns(PhysicsWarning, match=r"The fit of .* noise is trusted for frequency"):

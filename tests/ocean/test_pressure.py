@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from insonify.ocean import depth, pressure_dbar
+from insonify.ocean import depth_from_pressure, pressure_dbar
 from insonify.validity import PhysicsWarning
 
 PUBLISHED = Path(__file__).parents[1] / "published"
@@ -19,14 +19,14 @@ PRINTED = list(csv.DictReader((PUBLISHED / "unesco_1983_depth.csv").open()))
 @pytest.mark.parametrize("row", PRINTED, ids=lambda row: row["pressure_dbar"])
 def test_unesco_prints_this_depth(row):
     """10000 dbar at 30 degrees are 9712.653 m, to the 0.1 m that its authors state."""
-    found = depth(float(row["pressure_dbar"]), float(row["latitude_deg"]))
+    found = depth_from_pressure(float(row["pressure_dbar"]), float(row["latitude_deg"]))
     assert found == pytest.approx(float(row["depth_m"]), abs=float(row["stated_accuracy_m"]))
 
 
 @given(st.floats(0, 11000), st.floats(-90, 90))
 def test_there_and_back_is_where_we_began(metres, latitude):
     """Depth undoes pressure to a micrometre, anywhere."""
-    assert depth(pressure_dbar(metres, latitude), latitude) == pytest.approx(metres, abs=1e-6)
+    assert depth_from_pressure(pressure_dbar(metres, latitude), latitude) == pytest.approx(metres, abs=1e-6)
 
 
 @pytest.mark.parametrize("latitude", [0.0, 45.0, 70.0])
@@ -49,7 +49,7 @@ def test_at_45_degrees_the_polynomial_stands_alone():
 def test_south_is_as_north():
     """Latitudes on either side of the equator weigh alike, and none is heavier than its shape says."""
     assert pressure_dbar([10.0, 200.0], -60.0) == pytest.approx(pressure_dbar([10.0, 200.0], 60.0))
-    assert depth([[10.0], [20.0]], [0.0, 30.0, 60.0]).shape == (2, 3)
+    assert depth_from_pressure([[10.0], [20.0]], [0.0, 30.0, 60.0]).shape == (2, 3)
 
 
 def test_below_the_deepest_trench_one_warning_says_so():

@@ -26,23 +26,23 @@ def density(**told):
 def test_from_wherever_it_comes_it_is_as_loud(wind, rain, ships):
     """One hydrophone cannot tell: what comes from the surface and from everywhere adds up to the sum of all causes."""
     told = {"wind_speed": wind, "rain_rate": rain, "shipping": ships}
-    everywhere, parted = density(**told), density(**told, whence="surface")
-    assert set(everywhere) == {"everywhere"} and set(parted) == {"everywhere", "surface"}
-    np.testing.assert_allclose(sum(parted.values()), everywhere["everywhere"], rtol=1e-9)
+    everywhere, has_parallax = density(**told), density(**told, directionality="surface")
+    assert set(everywhere) == {"isotropic"} and set(has_parallax) == {"isotropic", "surface"}
+    np.testing.assert_allclose(sum(has_parallax.values()), everywhere["isotropic"], rtol=1e-9)
 
 
 @given(WIND, RAIN)
 def test_thermal_noise_is_never_made_by_the_surface(wind, rain):
     """Mellen's level alone comes from all directions, whatever the weather."""
-    parted = density(wind_speed=wind, rain_rate=rain, whence="surface")
-    np.testing.assert_allclose(10 * np.log10(parted["everywhere"]), thermal_noise_db(FREQUENCY), atol=1e-9)
+    has_parallax = density(wind_speed=wind, rain_rate=rain, directionality="surface")
+    np.testing.assert_allclose(10 * np.log10(has_parallax["isotropic"]), thermal_noise_db(FREQUENCY), atol=1e-9)
 
 
 @given(WIND, st.floats(0, 5), RAIN, st.floats(0, 20))
 def test_more_weather_is_never_quieter(wind, gust, rain, shower):
     """Wind and rain can only add."""
     calm, storm = (
-        density(wind_speed=w, rain_rate=r)["everywhere"] for w, r in ((wind, rain), (wind + gust, rain + shower))
+        density(wind_speed=w, rain_rate=r)["isotropic"] for w, r in ((wind, rain), (wind + gust, rain + shower))
     )
     assert (storm >= calm * (1 - 1e-12)).all()
 
@@ -50,21 +50,21 @@ def test_more_weather_is_never_quieter(wind, gust, rain, shower):
 @given(st.floats(-50, 150))
 def test_a_measured_level_is_that_level_at_all_frequencies(level):
     """Decibels re 1 uPa^2/Hz, as power; from where it was said to come."""
-    for whence in ("everywhere", "surface"):
-        told = density(level_db=level, whence=whence)
-        assert set(told) == {whence}
-        np.testing.assert_allclose(told[whence], 10 ** (level / 10), rtol=1e-12)
+    for directionality in ("isotropic", "surface"):
+        told = density(level_db=level, directionality=directionality)
+        assert set(told) == {directionality}
+        np.testing.assert_allclose(told[directionality], 10 ** (level / 10), rtol=1e-12)
 
 
 def test_the_level_is_that_of_the_laws():
     """The same number as the published laws give by themselves, for 8 m/s at 20 kHz."""
     alone = float(noise_level_db(20e3, wind_speed=8.0, shipping=0.5, rain_rate=0.0))
-    found = SeaNoise(wind_speed=8.0).density(20e3)["everywhere"]
+    found = SeaNoise(wind_speed=8.0).density(20e3)["isotropic"]
     assert 10 * np.log10(float(found)) == pytest.approx(alone, abs=1e-9)
 
 
 @pytest.mark.parametrize("shape", [(), (3,), (2, 5)])
 def test_any_shape_of_frequencies_is_answered_in_kind(shape):
     """Each part has the shape that was asked."""
-    told = SeaNoise(wind_speed=5.0, whence="surface").density(np.full(shape, 2e4))
+    told = SeaNoise(wind_speed=5.0, directionality="surface").density(np.full(shape, 2e4))
     assert all(np.shape(part) == shape for part in told.values())

@@ -10,18 +10,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.special import j0
 
-from insonify.ocean._wave_kernels import BLOCK, cosine_of_cycles
+from insonify.ocean.directional_spreading import CosinePowerSpreading, ElfouhailySpreading
 from insonify.ocean.elfouhaily import Elfouhaily
 from insonify.ocean.jonswap import Jonswap
 from insonify.ocean.pierson_moskowitz import PiersonMoskowitz
 from insonify.ocean.sea_surface import SeaSurface
-from insonify.ocean.spreading import CosinePower, ElfouhailySpreading
+from insonify.ocean.wave_kernels import BLOCK, cosine_of_cycles
 from insonify.ocean.wave_spectrum import height_variance, mean_square_slope, significant_height
 
 WIND = Elfouhaily(8.0)
 SEAS = {
-    "Pierson-Moskowitz": (PiersonMoskowitz(8.0), CosinePower(10.0)),
-    "JONSWAP": (Jonswap(8.0, 50e3), CosinePower(10.0)),
+    "Pierson-Moskowitz": (PiersonMoskowitz(8.0), CosinePowerSpreading(10.0)),
+    "JONSWAP": (Jonswap(8.0, 50e3), CosinePowerSpreading(10.0)),
     "Elfouhaily": (WIND, ElfouhailySpreading(WIND)),
 }
 
@@ -49,7 +49,7 @@ def test_the_sea_is_as_high_as_asked(name):
 def test_every_sea_has_all_the_variance_of_its_band(name):
     """No draw is richer or poorer: the waves' energies add up to the spectrum down to the shortest, to 1e-4."""
     spectrum, spreading = SEAS[name]
-    wanted = height_variance(spectrum, shortest=2 * math.pi / 0.3)
+    wanted = height_variance(spectrum, shortest_wavelength=2 * math.pi / 0.3)
     for seed, bands, directions in ((0, 64, 16), (1, 20, 5)):
         sea = SeaSurface(spectrum, spreading, seed=seed, bands=bands, directions=directions)
         assert np.sum(sea.amplitude**2) / 2 == pytest.approx(wanted, rel=1e-4)
@@ -62,7 +62,7 @@ def test_the_sea_has_the_asked_spectrum():
     time, window = step * np.arange(count), np.hanning(count)
     power = np.zeros(count // 2 + 1)
     for seed in range(64):
-        post = SeaSurface(spectrum, seed=seed, shortest=0.5).elevation(0.0, 0.0, time)
+        post = SeaSurface(spectrum, seed=seed, shortest_wavelength=0.5).elevation(0.0, 0.0, time)
         power += np.abs(np.fft.rfft(post * window)) ** 2 / 64
     density = power * 2 * step / np.sum(window**2) / (2 * math.pi)
     omega = 2 * math.pi * np.fft.rfftfreq(count, step)
@@ -82,7 +82,7 @@ def test_the_mean_over_seas_has_the_exact_correlation():
     north, east = _places(64, 1e4)
     products = []
     for seed in range(400):
-        sea = SeaSurface(spectrum, CosinePower(0.0), seed=seed, bands=12, directions=4)
+        sea = SeaSurface(spectrum, CosinePowerSpreading(0.0), seed=seed, bands=12, directions=4)
         h = sea.elevation(north + lags[:, None], east, 0.0)
         products.append((h * h[0]).mean(axis=1))
     error = np.std(products, axis=0) / math.sqrt(400)
@@ -96,10 +96,10 @@ def test_waves_run_at_their_own_speed(water_depth, going_to_deg):
     """Along the wind, in space and time: 98 % of the energy swings at sqrt(g k tanh k D), and goes where it is sent."""
     sea = SeaSurface(
         PiersonMoskowitz(6.0),
-        CosinePower(1e5),
-        going_to=math.radians(going_to_deg),
+        CosinePowerSpreading(1e5),
+        wave_direction=math.radians(going_to_deg),
         water_depth=water_depth,
-        shortest=4.0,
+        shortest_wavelength=4.0,
     )
     north, time = 1.0 * np.arange(512), 0.5 * np.arange(512)
     h = sea.elevation(north[:, None], 0.0, time) * np.outer(np.hanning(512), np.hanning(512))
@@ -135,7 +135,7 @@ def test_slopes_and_speed_are_derivatives_of_height(water_depth):
 
 def test_slopes_are_as_steep_as_asked():
     """Slope variance within 3 % of the spectrum's down to the shortest wave (N = 24 000), more of it along the wind."""
-    sea = SeaSurface(WIND, ElfouhailySpreading(WIND), going_to=math.pi / 2)
+    sea = SeaSurface(WIND, ElfouhailySpreading(WIND), wave_direction=math.pi / 2)
     motion = sea.motion(*_places(24000, 20e3), 0.0)
     along, across = np.var(motion.slope_east), np.var(motion.slope_north)
     assert along + across == pytest.approx(mean_square_slope(WIND, 2 * math.pi / 0.3), rel=0.03)
@@ -157,7 +157,7 @@ def test_depth_is_down():
 @pytest.mark.parametrize("going_to_deg", [0, 90, 200])
 def test_waves_go_to_where_they_are_sent(going_to_deg):
     """The mean direction of the energy is the heading asked, clockwise from north, within 2 degrees."""
-    sea = SeaSurface(WIND, going_to=math.radians(going_to_deg))
+    sea = SeaSurface(WIND, wave_direction=math.radians(going_to_deg))
     north, east = (sea.wavenumber * sea.amplitude**2 / np.hypot(*sea.wavenumber)).sum(axis=1)
     assert math.cos(math.atan2(east, north) - math.radians(going_to_deg)) > math.cos(math.radians(2))
 
@@ -167,7 +167,7 @@ def test_a_turned_world_has_the_same_sea():
     north, east = _places(100, 300.0)
     turn = 0.7
     n, e = north * np.cos(turn) - east * np.sin(turn), north * np.sin(turn) + east * np.cos(turn)
-    still, turned = SeaSurface(WIND, seed=2), SeaSurface(WIND, seed=2, going_to=turn)
+    still, turned = SeaSurface(WIND, seed=2), SeaSurface(WIND, seed=2, wave_direction=turn)
     np.testing.assert_allclose(turned.elevation(n, e, 5.0), still.elevation(north, east, 5.0), atol=1e-8)
 
 
@@ -197,7 +197,7 @@ def test_another_seed_is_another_sea():
 
 def test_phases_know_nothing_of_directions():
     """A wave's phase is uniform, and independent of its direction's place in the sector (4 / sqrt(N))."""
-    sea = SeaSurface(WIND, CosinePower(0.0), directions=16)
+    sea = SeaSurface(WIND, CosinePowerSpreading(0.0), directions=16)
     place = np.arctan2(sea.wavenumber[1], sea.wavenumber[0]) / (2 * math.pi) * 16
     for turned in (sea.phase, place, sea.phase - place, sea.phase + place):
         assert abs(np.mean(np.exp(2j * math.pi * turned))) < 4 / math.sqrt(sea.phase.size)

@@ -5,7 +5,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from insonify.ocean import SoundSpeedProfile, depth, pressure_dbar, read_profile, sound_speed, sound_speed_at_pressure
+from insonify.ocean import (
+    SoundSpeedProfile,
+    depth_from_pressure,
+    pressure_dbar,
+    read_profile,
+    sound_speed,
+    sound_speed_at_pressure,
+)
 
 pytestmark = pytest.mark.filterwarnings("ignore::insonify.validity.PhysicsWarning")
 LAWS = ["teos10", "chen-millero", "unesco", "mackenzie", "medwin"]
@@ -69,14 +76,14 @@ def test_the_deepest_place_weighs_eleven_hundred_atmospheres():
 def test_the_same_pressure_lies_deeper_towards_the_equator(one, other, dbar):
     """Gravity grows with latitude: nowhere does the order of latitudes turn over."""
     low, high = min(one, other), max(one, other)
-    assert depth(dbar, low) >= depth(dbar, high) - 1e-9
+    assert depth_from_pressure(dbar, low) >= depth_from_pressure(dbar, high) - 1e-9
 
 
 def test_45_degrees_is_the_latitude_that_goes_without_saying():
     """Both ways, bit for bit."""
     assert pressure_dbar(1234.0) == pressure_dbar(1234.0, 45.0)
-    assert depth(1234.0) == depth(1234.0, 45.0)
-    assert depth(pressure_dbar([[10.0], [4000.0]], [0.0, 60.0]), [0.0, 60.0]).shape == (2, 2)
+    assert depth_from_pressure(1234.0) == depth_from_pressure(1234.0, 45.0)
+    assert depth_from_pressure(pressure_dbar([[10.0], [4000.0]], [0.0, 60.0]), [0.0, 60.0]).shape == (2, 2)
 
 
 @pytest.mark.parametrize("model", ["teos10", "chen-millero", "unesco"])
@@ -84,7 +91,7 @@ def test_asking_by_pressure_or_by_its_depth_is_the_same(model):
     """At 45 degrees a probe at p and one at depth(p) are the same probe, to 1e-6 m/s."""
     p = np.array([0.0, 10, 500, 4000])
     np.testing.assert_allclose(
-        sound_speed(8.0, 34.0, depth(p), model=model),
+        sound_speed(8.0, 34.0, depth_from_pressure(p), model=model),
         sound_speed_at_pressure(8.0, 34.0, p, model=model),
         atol=1e-6,
     )

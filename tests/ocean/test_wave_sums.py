@@ -7,12 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from insonify.ocean import CosinePower, Elfouhaily, Jonswap, PiersonMoskowitz, SeaSurface, angular_frequency
+from insonify.ocean import CosinePowerSpreading, Elfouhaily, Jonswap, PiersonMoskowitz, SeaSurface, angular_frequency
 from insonify.ocean.wave_spectrum import height_variance, mean_square_slope, vertical_speed_rms
 
 WIND = PiersonMoskowitz(7.0)
-SEA = SeaSurface(WIND, CosinePower(5.0), seed=3, bands=12, directions=6, shortest=2.0)
-SHALLOW = SeaSurface(WIND, CosinePower(5.0), seed=3, bands=12, directions=6, shortest=2.0, water_depth=4.0)
+SEA = SeaSurface(WIND, CosinePowerSpreading(5.0), seed=3, bands=12, directions=6, shortest_wavelength=2.0)
+SHALLOW = SeaSurface(
+    WIND, CosinePowerSpreading(5.0), seed=3, bands=12, directions=6, shortest_wavelength=2.0, water_depth=4.0
+)
 
 
 def _places(count, seed=1):
@@ -67,7 +69,7 @@ def test_arguments_broadcast():
 
 def test_every_wave_obeys_the_wave_equation_of_its_kind():
     """Waves that run downwind: d/dt of the height is minus the phase speed times its slope, for one wave alone."""
-    one = SeaSurface(WIND, CosinePower(50.0), seed=5, bands=1, directions=1)
+    one = SeaSurface(WIND, CosinePowerSpreading(50.0), seed=5, bands=1, directions=1)
     place, time = _places(50)
     motion = one.motion(*place, time)
     (kn, ke), omega = one.wavenumber[:, 0], one.frequency[0]
@@ -90,13 +92,13 @@ def test_an_old_sea_stays_as_rough_as_a_young_one():
     kept = 2 * np.pi / 2.0
     place = np.random.default_rng(2).uniform(-1e4, 1e4, (2, 40_000))
     for time in (0.0, 86_400.0):
-        assert np.var(SEA.elevation(*place, time)) == pytest.approx(height_variance(WIND, shortest=kept), rel=0.05)
+        assert np.var(SEA.elevation(*place, time)) == pytest.approx(height_variance(WIND, shortest_wavelength=kept), rel=0.05)
 
 
 def test_the_sea_heaves_and_leans_as_its_spectrum_says():
     """Sampled vertical speed and slope against the moments of the spectrum down to the shortest wave, to 5 %."""
     place = np.random.default_rng(2).uniform(-1e4, 1e4, (2, 40_000))
-    sea = SeaSurface(WIND, seed=4, shortest=2.0)
+    sea = SeaSurface(WIND, seed=4, shortest_wavelength=2.0)
     motion = sea.motion(*place, 11.0)
     shortest = 2 * np.pi / 2.0
     leaning = np.mean(motion.slope_north**2 + motion.slope_east**2)
@@ -107,7 +109,9 @@ def test_the_sea_heaves_and_leans_as_its_spectrum_says():
 def test_crests_lie_across_the_wind():
     """Slopes along the travel exceed those across it, the more the narrower the fan: <cos^2> of its angles."""
     place = np.random.default_rng(6).uniform(-1e4, 1e4, (2, 40_000))
-    motion = SeaSurface(WIND, CosinePower(30.0), seed=4, going_to=np.pi / 2, shortest=2.0).motion(*place, 0.0)
+    motion = SeaSurface(
+        WIND, CosinePowerSpreading(30.0), seed=4, wave_direction=np.pi / 2, shortest_wavelength=2.0
+    ).motion(*place, 0.0)
     # <cos^2 phi> = (1 + s (s - 1) / ((s + 1) (s + 2))) / 2 for cos^(2s)(phi / 2)
     along = (1 + 30 * 29 / (31 * 32)) / 2
     share = np.mean(motion.slope_east**2) / np.mean(motion.slope_east**2 + motion.slope_north**2)
@@ -134,7 +138,7 @@ def test_long_waves_in_shallow_water_all_run_alike():
 
 
 def test_energy_in_deep_water_runs_at_half_the_speed_of_crests():
-    """Group speed over phase speed: 1/2 for gravity waves, 3/2 where surface tension rules."""
+    """ProfileGroup speed over phase speed: 1/2 for gravity waves, 3/2 where surface tension rules."""
     for k, ratio, tolerance in ((0.1, 0.5, 1e-3), (2e4, 1.5, 1e-3)):
         step = k * 1e-4
         group = (angular_frequency(k + step) - angular_frequency(k - step)) / (2 * step)
@@ -148,9 +152,9 @@ def test_bands_of_waves_add_up(spectrum):
     To 1e-5: JONSWAP's width changes at its peak, and an integral that steps over the change notices.
     """
     for cut in (2 * spectrum.peak, 1.0, 17.0):
-        parts = height_variance(spectrum, shortest=cut) + height_variance(spectrum, longest=cut)
+        parts = height_variance(spectrum, shortest_wavelength=cut) + height_variance(spectrum, longest_wavelength=cut)
         assert parts == pytest.approx(height_variance(spectrum), rel=1e-5)
-        slopes = mean_square_slope(spectrum, cut) + mean_square_slope(spectrum, 300.0, longest=cut)
+        slopes = mean_square_slope(spectrum, cut) + mean_square_slope(spectrum, 300.0, longest_wavelength=cut)
         assert slopes == pytest.approx(mean_square_slope(spectrum, 300.0), rel=1e-5)
 
 
@@ -159,7 +163,7 @@ def test_moments_are_the_integrals_they_claim(spectrum):
     """Two rules of integration: Gauss in the package, trapezes over a fine logarithmic grid here."""
     k = np.geomspace(spectrum.peak / 8, 50.0, 40_001)
     per_log = spectrum.density(k) * k
-    for power, found in ((1, height_variance(spectrum, shortest=50.0)), (k**2, mean_square_slope(spectrum, 50.0))):
+    for power, found in ((1, height_variance(spectrum, shortest_wavelength=50.0)), (k**2, mean_square_slope(spectrum, 50.0))):
         assert np.trapezoid(per_log * power, np.log(k)) == pytest.approx(found, rel=1e-5)
     heave = np.trapezoid(per_log * angular_frequency(k, water_depth=9.0) ** 2, np.log(k)) ** 0.5
     assert vertical_speed_rms(spectrum, 50.0, water_depth=9.0) == pytest.approx(heave, rel=1e-5)
@@ -167,7 +171,7 @@ def test_moments_are_the_integrals_they_claim(spectrum):
 
 def test_a_band_without_waves_holds_nothing():
     """An empty band, and one below the longest wave, have neither height nor slope."""
-    assert height_variance(WIND, longest=5.0, shortest=5.0) == 0
+    assert height_variance(WIND, longest_wavelength=5.0, shortest_wavelength=5.0) == 0
     assert mean_square_slope(WIND, WIND.peak / 10) == 0
 
 

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from insonify.ocean.directional_spreading import CosinePowerSpreading, ElfouhailySpreading
 from insonify.ocean.elfouhaily import Elfouhaily, phase_speed
 from insonify.ocean.jonswap import Jonswap
 from insonify.ocean.pierson_moskowitz import MAST, PHILLIPS, SHAPE, PiersonMoskowitz
-from insonify.ocean.spreading import CosinePower, ElfouhailySpreading
 from insonify.ocean.wave_spectrum import (
     GRAVITY,
     angular_frequency,
@@ -82,9 +82,9 @@ def test_frequency_and_wavenumber_hold_the_same_sea(name):
 
 def test_slope_of_a_saturated_sea():
     """Far above the peak every octave holds alpha / 2 ln 2 of slope."""
-    octave = mean_square_slope(PiersonMoskowitz(10.0), 40.0, longest=20.0)
+    octave = mean_square_slope(PiersonMoskowitz(10.0), 40.0, longest_wavelength=20.0)
     assert octave == pytest.approx(PHILLIPS / 2 * math.log(2), rel=1e-4)
-    assert mean_square_slope(PiersonMoskowitz(10.0), 20.0, longest=20.0) == 0
+    assert mean_square_slope(PiersonMoskowitz(10.0), 20.0, longest_wavelength=20.0) == 0
 
 
 def test_heave_of_a_developed_sea():
@@ -161,9 +161,9 @@ def test_no_wave_is_slower_than_23_cm_per_second():
 
 
 fans = {
-    "all around": CosinePower(0.0),
-    "wind sea": CosinePower(10.0),
-    "swell": CosinePower(200.0),
+    "all around": CosinePowerSpreading(0.0),
+    "wind sea": CosinePowerSpreading(10.0),
+    "swell": CosinePowerSpreading(200.0),
     "Elfouhaily": ElfouhailySpreading(Elfouhaily(9.0)),
 }
 
@@ -205,7 +205,7 @@ def test_a_photograph_of_the_moving_sea_is_the_published_fan(k):
         (lambda: Elfouhaily(float("nan")), r"Elfouhaily\.wind_speed is nan"),
         (lambda: Elfouhaily(5.0, -1.0), r"Elfouhaily\.inverse_age is -1"),
         (lambda: Elfouhaily.from_fetch(5.0, -1.0), "fetch is -1"),
-        (lambda: CosinePower(-1.0), r"CosinePower\.exponent is -1"),
+        (lambda: CosinePowerSpreading(-1.0), r"CosinePowerSpreading\.exponent is -1"),
     ],
 )
 def test_a_sea_that_cannot_be_is_refused(make, message):

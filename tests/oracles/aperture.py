@@ -39,12 +39,12 @@ def strip(targets=(), *, places=PLACES, track=None, sonar=None, receiver=None, p
         ],
         "sonar": {
             "source_level_db": 200, "pulse": SWEEP, "transmit": {"kind": "line", "length": ELEMENT},
-            "receive": {"kind": "elements", "places": row, "size": (ELEMENT, 0.0)},
-            "receiver": {"band": BAND, "record": "elements", **(receiver or {})}, **(sonar or {}),
+            "receive": {"kind": "elements", "positions": row, "size": (ELEMENT, 0.0)},
+            "receiver": {"bandwidth": BAND, "record": "elements", **(receiver or {})}, **(sonar or {}),
         },
         "track": {"kind": "line", "start": (-3.5, 0.0, 20.0 - ALTITUDE), "speed": 2.0, "interval": 0.1, "pings": 36,
                   "window": (0.0385, 0.0425), "stop_and_hop": True, **(track or {})},
-        "paths": {"reflections": 0, "causes": ["target"], "edges": "hard", **(paths or {})},
+        "paths": {"max_reflections": 0, "contributions": ["target"], "edge_diffraction": "none", **(paths or {})},
         **top,
     }  # fmt: skip
     return Scenario(**described)
@@ -64,7 +64,7 @@ def elements(sent, places=PLACES):
 def band(bins=121):
     """Offsets from the carrier [Hz] and the spectrum of a compressed echo of amplitude one, which adds up to one."""
     offset = ((np.arange(bins) + 0.5) / bins - 0.5) * 1.25 * BAND
-    about = {"duration": 1e-3, "fraction": 0.1, "bandwidth": 30e3, "compress": False}
+    about = {"duration": 1e-3, "fraction": 0.1, "bandwidth": 30e3, "matched_filter": False}
     sent = pulse_spectrum(offset, band=1e9, **about)
     heard = pulse_spectrum(offset, band=BAND, **about) * np.conj(sent)
     return offset, heard / np.sum(np.abs(sent) ** 2)

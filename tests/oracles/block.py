@@ -5,7 +5,7 @@ A world is a dictionary of columns; `heard` adds up what each scatterer makes of
 
 import numpy as np
 
-from insonify.synthesis._taps import tap_coefficients
+from insonify.synthesis._gridding_kernel import tap_coefficients
 from oracles.beams import axes
 from oracles.listening import row
 
@@ -20,7 +20,7 @@ def legs(rng, families, count, none=0.25):
     length = rng.uniform(5, 20, (families, count))
     made = {
         "delay": length / SPEED, "length": length, "spreading": 1 / length, "absorption": np.exp(-1e-3 * length),
-        "boundary": rng.normal(size=length.shape) + 1j * rng.normal(size=length.shape),
+        "reflection_coefficient": rng.normal(size=length.shape) + 1j * rng.normal(size=length.shape),
         "visibility": rng.uniform(0.2, 1, length.shape) * np.exp(1j * rng.uniform(0, 1, length.shape)),
         "departure": way / np.linalg.norm(way, axis=-1, keepdims=True),
         "grazing": rng.uniform(-np.pi / 2, np.pi / 2, length.shape),
@@ -30,7 +30,7 @@ def legs(rng, families, count, none=0.25):
         if name in ("length", "spreading", "absorption", "grazing"):
             column[lost & (rng.uniform(size=length.shape) < 0.5)] = np.nan
     made["visibility"][lost & (rng.uniform(size=lost.shape) < 0.5)] = 0
-    made["boundary"][lost & (made["visibility"] != 0)] = 0
+    made["reflection_coefficient"][lost & (made["visibility"] != 0)] = 0
     return made
 
 
@@ -61,7 +61,7 @@ def world(
         "level": 3.0, "middle": 1e-3 if moving else 0.0, "sent": moving * np.array([3.0, -1.0, 0.3]),
         "velocity": moving * np.array([[3.0, -0.8, 0.4]]), "acceleration": moving * np.array([[0.1, 0.5, -0.2]]),
         "place": np.zeros((1, 3)), "transmit": array(rng, beams, extent=2.0, element="cosine"),
-        "receive": array(rng, patterns, extent=5.0), "parted": bool(moving), "turns": bool(turning),
+        "receive": array(rng, patterns, extent=5.0), "has_parallax": bool(moving), "turns": bool(turning),
         "rate": turning * rng.normal(size=(3, 3)), "bend": turning * rng.normal(size=(3, 3)),
         "taken": 2e-3, "loss": 1e-3, "node": 5e-3 * node if moving else np.zeros(1),
     }  # fmt: skip
@@ -93,8 +93,8 @@ def answer(told, p, i, j, n):
 def echoes(told, p):
     """Times, Doppler factors less one and weights by channel, (channels, n), of one pair's echoes that there are."""
     (i, j), out, back = told["pair"][p], told["out"], told["back"]
-    n = np.flatnonzero((out["visibility"][i] * out["boundary"][i] * back["visibility"][j] * back["boundary"][j]) != 0)
-    left = [end["visibility"][k, n] * end["boundary"][k, n] * end["spreading"][k, n] * end["absorption"][k, n]
+    n = np.flatnonzero((out["visibility"][i] * out["reflection_coefficient"][i] * back["visibility"][j] * back["reflection_coefficient"][j]) != 0)
+    left = [end["visibility"][k, n] * end["reflection_coefficient"][k, n] * end["spreading"][k, n] * end["absorption"][k, n]
             * np.exp(-told["taken"] * end["length"][k, n]) for k, end in ((i, out), (j, back))]  # fmt: skip
     way, far = out["departure"][i, n], out["length"][i, n]
     line = far[:, None] * way - told["middle"] * told["sent"]
@@ -113,7 +113,7 @@ def echoes(told, p):
     now = told["velocity"] + when[:, None] * told["acceleration"]
     doppler = (1 + np.sum(there * now, axis=1) / reach / SPEED) / (1 - leaving) - 1
     heard_at = start if told["turns"] else out["delay"][0, n] + told["middle"] + back["delay"][j, n]
-    seen = r[:, None] * u - at(heard_at) if told["parted"] else u
+    seen = r[:, None] * u - at(heard_at) if told["has_parallax"] else u
     seen = seen / np.linalg.norm(seen, axis=1, keepdims=True)
     if told["turns"]:
         seen = seen + heard_at[:, None] * (seen @ told["rate"].T + heard_at[:, None] * (seen @ told["bend"].T))

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from insonify.propagation._eigenray_kernel import AMPLITUDE, CAUSTICS, DELAY, LENGTH
-from insonify.propagation.found import exact_rays
+from insonify.propagation.eigenray_tables import exact_rays
 from insonify.sonar.pulse import envelope
 
 HALF = 0.4e-3

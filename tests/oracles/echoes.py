@@ -6,30 +6,30 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from insonify.synthesis._echo_kernel import (
+from insonify.synthesis._arrival_kernel import (
     BLOCK,
-    Ears,
     Floats,
-    Heard,
     Integers,
-    Sent,
-    audible,
-    lay_pair,
-    room_for,
-    that_echo,
+    ReceiveBeams,
+    ReceiveLegs,
+    TransmitLegs,
+    arrival_buffer,
+    deposit_pair,
+    nonzero_legs,
+    scatterers_with_echo,
 )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def spread_echoes(
-    cells: NDArray[np.complex64], first_time: float, cell_rate: float, pair: Integers, sent: Sent, heard: Heard,
-    strength: NDArray[Any], ears: Ears, slowness: float, gradient: float, loss: float, bent: bool, middle: float,
+    cells: NDArray[np.complex64], first_time: float, cell_rate: float, pair: Integers, sent: TransmitLegs, heard: ReceiveLegs,
+    strength: NDArray[Any], ears: ReceiveBeams, slowness: float, gradient: float, loss: float, bent: bool, middle: float,
     frequency: float, node: Floats,
 ) -> None:  # fmt: skip
     """Echoes of one block by all pairs of legs, for all channels, each ear asked by itself.
 
     Args:
-        cells: Grids of pressure, shape (channels, groups, cells, shapes of a group): see `laid_out`.
+        cells: Grids of pressure, shape (channels, groups, cells, shapes of a group): see `group_layout`.
         first_time: Time of the first cell [s].
         cell_rate: Cells per second [Hz].
         pair: Row of the leg out, of the leg back and of the gain of each pair, (p, 3).
@@ -45,22 +45,22 @@ def spread_echoes(
         frequency: Of the carrier [Hz].
         node: Doppler factor less one of each shape [1], (shapes,).
     """
-    room = room_for(heard.beside.shape[1], cells.shape[1], node)
-    outs, backs, hears = audible(sent, heard)
+    room = arrival_buffer(heard.expansion.shape[1], cells.shape[1], node)
+    outs, backs, hears = nonzero_legs(sent, heard)
     for begin in range(0, strength.shape[1], BLOCK):
         end = min(begin + BLOCK, strength.shape[1])
         for p in range(pair.shape[0]):
             i, j, row = pair[p]
-            count = that_echo(
+            count = scatterers_with_echo(
                 begin,
                 strength[p, begin:end],
                 outs[i, begin:end],
                 backs[j, begin:end],
                 hears[row, begin:end],
-                room.which,
+                room.scatterer,
             )
             for k in range(count):
-                room.answer[k] = strength[p, room.which[k]]
+                room.strength[k] = strength[p, room.scatterer[k]]
             if count > 0:
-                lay_pair(cells, first_time, cell_rate, i, j, row, count, room, sent, heard, ears, slowness, gradient,
+                deposit_pair(cells, first_time, cell_rate, i, j, row, count, room, sent, heard, ears, slowness, gradient,
                          loss, bent, middle, frequency, node)  # fmt: skip

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from insonify.ocean.directional_spreading import ElfouhailySpreading
 from insonify.ocean.elfouhaily import Elfouhaily
-from insonify.ocean.spreading import ElfouhailySpreading
 
 
 @dataclass(frozen=True)

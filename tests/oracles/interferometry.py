@@ -34,12 +34,12 @@ def surveyed(baselines, pulse, band, window, *, pings, hop=2.0, paths=None, rece
         "seabed": {"depth": 20.0, "scattering": {"law": "lambert", "strength_db": -27.0}, "reflection": 0.35},
         "sonar": {
             "source_level_db": 200, "pulse": {"frequency": CARRIER, **pulse}, "transmit": line,
-            "receive": {"kind": "elements", "places": places, "size": (LENGTH, 0.0)},
-            "receiver": {"band": band, "record": "elements", **(receiver or {})}, "mounting": {"tilt": TILT},
+            "receive": {"kind": "elements", "positions": places, "size": (LENGTH, 0.0)},
+            "receiver": {"bandwidth": band, "record": "elements", **(receiver or {})}, "mounting": {"tilt": TILT},
         },
         "track": {"kind": "line", "start": (0.0, 0.0, 20.0 - ALTITUDE), "speed": hop, "interval": 1.0, "pings": pings,
                   "window": window, "stop_and_hop": True},
-        "paths": {"reflections": 0, "causes": ["seabed"], "edges": "hard", "beam_floor_db": -30, **(paths or {})},
+        "paths": {"max_reflections": 0, "contributions": ["seabed"], "edge_diffraction": "none", "beam_cutoff_db": -30, **(paths or {})},
         **top,
     }  # fmt: skip
     return Scenario(**described)
@@ -48,7 +48,7 @@ def surveyed(baselines, pulse, band, window, *, pings, hop=2.0, paths=None, rece
 def tone(duration, band):
     """A tone after the receiver's band: a function of time."""
     offset = np.linspace(-0.625, 0.625, 1001) * band
-    spectrum = pulse_spectrum(offset, duration=duration, fraction=0.1, bandwidth=0.0, band=band, compress=False)
+    spectrum = pulse_spectrum(offset, duration=duration, fraction=0.1, bandwidth=0.0, band=band, matched_filter=False)
     time = np.linspace(-3 / band, duration + 3 / band, 1001)
     value = np.exp(2j * np.pi * np.outer(time, offset)) @ spectrum * (offset[1] - offset[0])
     return lambda t: np.interp(t, time, value.real, 0, 0) + 1j * np.interp(t, time, value.imag, 0, 0)

@@ -51,7 +51,7 @@ def sent(time, duration, fraction, bandwidth):
     return tukey(time, duration, fraction) * np.exp(1j * np.pi * rate * (time - duration / 2) ** 2)
 
 
-def pulse_spectrum(offset, *, duration, fraction, bandwidth, band, compress):
+def pulse_spectrum(offset, *, duration, fraction, bandwidth, band, matched_filter):
     """Spectrum of the pulse as recorded [s], by Gauss-Legendre quadrature between the taper's corners."""
     rise = fraction * duration / 2
     panels = max(4, int(4 * (bandwidth + np.abs(offset).max()) * duration / 20))
@@ -61,7 +61,7 @@ def pulse_spectrum(offset, *, duration, fraction, bandwidth, band, compress):
     time = (knots[:-1, None] + span * (node + 1)).ravel()
     value = sent(time, duration, fraction, bandwidth) * (span * weight).ravel()
     passed = np.array([value @ np.exp(-2j * np.pi * f * time) for f in offset])
-    if compress:
+    if matched_filter:
         energy = np.sum(np.abs(value) ** 2 / (span * weight).ravel())
         passed = np.abs(passed) ** 2 / energy
     outside = np.clip((np.abs(offset) / band - 0.5) / 0.125, 0, 1)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from insonify.scene.pages import CELLS, NODES, Pages
+from insonify.scene.heightmap_cache import CELLS, NODES, HeightmapTiles
 
 
 @dataclass(frozen=True)
@@ -12,7 +12,7 @@ class Map:
     """Some pieces of a map of a height that is told by a function of two coordinates."""
 
     height: object
-    pages: Pages
+    pages: HeightmapTiles
     shape: tuple[int, int]
     """Rows and columns of pieces, the border among them."""
 
@@ -47,14 +47,14 @@ def map_of(height, cell, *, first=(-2, -2), pieces=(4, 4), missing=()):
                 row_of[i - first[0] + 1, j - first[1] + 1] = len(kept)
                 a, b = (i * CELLS + nodes) * cell, (j * CELLS + nodes) * cell
                 kept.append((height(a[:, None], b[None, :]) + np.zeros((NODES, NODES))).astype(np.float32))
-    pages = Pages(first[0] - 1, first[1] - 1, cell, row_of.ravel(), np.array(kept).ravel())
+    pages = HeightmapTiles(first[0] - 1, first[1] - 1, cell, row_of.ravel(), np.array(kept).ravel())
     return Map(height, pages, row_of.shape)
 
 
-def swell(seed, *, rms=0.3, shortest=3.0, longest=30.0, waves=12):
+def swell(seed, *, rms=0.3, shortest_wavelength=3.0, longest=30.0, waves=12):
     """Heights of some waves of random lengths, directions and phases [m]."""
     rng = np.random.default_rng(seed)
-    number = 2 * np.pi / rng.uniform(shortest, longest, waves)
+    number = 2 * np.pi / rng.uniform(shortest_wavelength, longest, waves)
     bearing, phase = rng.uniform(0, 2 * np.pi, (2, waves))
     size = rms * np.sqrt(2 / waves)
 

@@ -1,13 +1,13 @@
-"""Ridges and waves of ground in closed form, and the skylines of straight rays over them."""
+"""Ridges and waves of ground in closed form, and the terrain_occlusion of straight rays over them."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from insonify.engines.skyline import Skylines, StraightLaunches
-from insonify.scene.bed import Bed
-from insonify.scene.lattice import Lattice
-from insonify.scene.terrain import Ground, Relief, Split, Sum, Survey
+from insonify.engines.terrain_occlusion import StraightLaunchAngles, TerrainOcclusion
+from insonify.scene.scatterer_grid import ScattererGrid
+from insonify.scene.seabed_terrain import SeabedTerrain
+from insonify.scene.terrain import CompositeRelief, Relief, ReliefSum, RoughnessCutoff, TerrainSample
 
 DEPTH, SONAR = 20.0, 11.0
 
@@ -27,7 +27,7 @@ class Ridge(Relief):
         inside = np.abs(away) < 1
         slope = np.where(inside, -np.sign(away) * self.height / self.half_width, 0.0)
         height = np.where(inside, self.height * (1 - np.abs(away)), 0.0)
-        return Survey(height, np.stack([slope, np.zeros_like(slope)], axis=-1))
+        return TerrainSample(height, np.stack([slope, np.zeros_like(slope)], axis=-1))
 
     @property
     def span(self):
@@ -47,7 +47,7 @@ class Corduroy(Relief):
         north, _ = np.broadcast_arrays(np.asarray(north, float), east)
         phase = 2 * np.pi * north / self.wavelength
         slope = -np.pi * self.height / self.wavelength * np.sin(phase)
-        return Survey(self.height / 2 * np.cos(phase), np.stack([slope, np.zeros_like(slope)], axis=-1))
+        return TerrainSample(self.height / 2 * np.cos(phase), np.stack([slope, np.zeros_like(slope)], axis=-1))
 
     @property
     def span(self):
@@ -57,10 +57,14 @@ class Corduroy(Relief):
 
 def bed_of(*parts, split=0.5, lattice=None):
     """A bed at 20 m of given reliefs."""
-    return Bed(DEPTH, Ground(Sum(parts, lattice or Lattice()), (), Split(wavelength=split)))
+    return SeabedTerrain(
+        DEPTH, CompositeRelief(ReliefSum(parts, lattice or ScattererGrid()), (), RoughnessCutoff(wavelength=split))
+    )
 
 
-def seen_from(bed, place=(0.0, 0.0, SONAR), farthest=200.0, finest_slice=1e-3):
-    """Skylines of straight rays at 100 kHz."""
-    launches = StraightLaunches(place[2], DEPTH)
-    return Skylines(bed, np.array(place), launches, farthest=farthest, wavelength=0.015, finest_slice=finest_slice)
+def seen_from(bed, place=(0.0, 0.0, SONAR), farthest=200.0, min_profile_width=1e-3):
+    """TerrainOcclusion of straight rays at 100 kHz."""
+    launches = StraightLaunchAngles(place[2], DEPTH)
+    return TerrainOcclusion(
+        bed, np.array(place), launches, farthest=farthest, wavelength=0.015, min_profile_width=min_profile_width
+    )

@@ -5,7 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from insonify.scenario.scenario import Scenario
-from insonify.simulation import prepare
+from insonify.simulator import build_simulator
 
 BED = {"depth": 20.0, "scattering": {"law": "lambert", "strength_db": -27.0}, "reflection": 0.35}
 BOX = {"shape": "box", "position": (0.0, 150.5), "size": (2.0, 1.0, 1.0)}
@@ -35,7 +35,7 @@ def nominal(*, box=None, line=None, transmit=None, receive=None, paths=None, tra
         "targets": [] if box is None else [{**BOX, **box}],
         "sonar": {"source_level_db": 220, "pulse": PULSE, **ends, **(sonar or {})},
         "track": {"kind": "static", "position": (0.0, 0.0, 11.0), **(track or {})},
-        "paths": {"edges": "hard", **(paths or {})},
+        "paths": {"edge_diffraction": "none", **(paths or {})},
         **top,
         "seabed": {**BED, **top.get("seabed", {})},
     }
@@ -49,13 +49,13 @@ def point(north, east, depth, *, strength=0.0, label="point"):
 
 def hear_blocks(scenario, blocks, ping=0, field="coherent"):
     """What one ping sounds like if the scene offered these scatterers and no others."""
-    listening = prepare(scenario)
-    here = listening.stance(ping)
-    reading = getattr(listening, field)(here)
+    simulator = build_simulator(scenario)
+    here = simulator.ping_geometry(ping)
+    reading = getattr(simulator, field)(here)
     heard = reading.silence()
     for block in blocks:
-        reading.take_in(heard, listening.engine.meet(here, block))
-    return reading.series(heard)
+        reading.add(heard, simulator.engine.path_pairs(here, block))
+    return reading.time_series(heard)
 
 
 def each_ping(scenarios, work, threads=2):

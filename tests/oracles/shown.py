@@ -5,22 +5,22 @@ from typing import Any
 
 import xarray as xr
 
-from insonify.scenario.load import parse
+from insonify.demos.demo import template
+from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
-from insonify.simulation import simulate
-from insonify.study.demo import template
+from insonify.simulator import simulate
 
 SMALL: dict[str, dict[str, Any]] = {
     "coherent-sidescan": {"track.pings": 5, "track.speed": 12.0, "track.start": [9.0, 0.0, 11.0],
                           "track.window": [0.198, 0.228]},
-    "forward-looking": {"track.window": [0.012, 0.025], "paths.reflections": 0, "seabed.relief": [],
-                        "paths.causes": ["target"]},
+    "forward-looking": {"track.window": [0.012, 0.025], "paths.max_reflections": 0, "seabed.relief": [],
+                        "paths.contributions": ["target"]},
     "multibeam": {"targets": [], "track.pings": 1, "sonar.receive.elements": 64, "sonar.receive.length": 0.16,
                   "track.window": [0.015, 0.07]},
     "interferometric": {"targets": [], "track.pings": 3, "track.start": [20.0, 0.0, 8.0],
                         "track.window": [0.012, 0.045]},
     "synthetic-aperture": {"track.pings": 10, "track.start": [4.2, 0.0, 10.0], "track.window": [0.0325, 0.0375],
-                           "paths.causes": ["target"]},
+                           "paths.contributions": ["target"]},
 }  # fmt: skip
 """What is changed in each, by dotted name."""
 
@@ -32,7 +32,7 @@ def small(name: str, changes: dict[str, Any] | None = None) -> Scenario:
         name: Of its template.
         changes: Further values by dotted name.
     """
-    values = parse(Scenario, template(name)).model_dump(mode="json")
+    values = parse_model(Scenario, template(name)).model_dump(mode="json")
     for key, value in {**SMALL[name], **(changes or {})}.items():
         *way, last = key.split(".")
         place = values

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from insonify.simulation import arrivals
+from insonify.simulator import arrivals
 from oracles.scenes import nominal
 
 SPEED, DEPTH = 1500.0, 20.0
@@ -48,29 +48,29 @@ def brute(places, area, normal, out, back, frequency, source=(0.0, 0.0, 11.0), r
     return complex(left * area * np.sum((patch / (lengths[0] * lengths[1]))[lit]))
 
 
-def flashes(target, reflections=0, *, frequency=100e3, window=(0.0, 0.24), facing=None, **changes):
+def flashes(target, max_reflections=0, *, frequency=100e3, window=(0.0, 0.24), facing=None, **changes):
     """Pressure re the source at 1 m of a smooth target, before beams, by pair of families: from the engine's arrivals.
 
     Args:
         target: Changes to a smooth target of no rough echo to speak of.
-        reflections: Most bounces of a leg.
+        max_reflections: Most bounces of a leg.
         frequency: Carrier [Hz].
         window: Recorded [s].
         facing: Keep only facets whose place this tells, from (n, 3) to (n,).
         changes: Other changes of the nominal scene.
     """
-    told = {"smooth": 1.0, "scattering": ROUGH, **target}
+    told = {"face_reflection_coefficient": 1.0, "scattering": ROUGH, **target}
     pulse = {"kind": "cw", "frequency": frequency, "duration": 0.2e-3, "taper": "tukey", "taper_fraction": 0.2}
     fixed = {
         "water": {"noise_level_db": None, "absorption_db_per_m": 0.0}, "track": {"window": window},
-        "sonar": {"pulse": pulse}, "line": {"length": 0.1}, "paths": {"causes": ["target"], "reflections": reflections},
+        "sonar": {"pulse": pulse}, "line": {"length": 0.1}, "paths": {"contributions": ["target"], "max_reflections": max_reflections},
     }  # fmt: skip
     rows = arrivals(nominal(targets=[told], **{**fixed, **changes}))
     # rough points have random phases and are beneath notice
-    rows = rows if facing is None else rows.take(facing(rows.place))
+    rows = rows if facing is None else rows.take(facing(rows.position))
     turned = rows.amplitude[:, 0].astype(complex) * np.exp(-2j * np.pi * np.mod(frequency * rows.delay, 1.0))
     found = {}
-    for pair in sorted(set(zip(rows.family_out.tolist(), rows.family_back.tolist(), strict=True))):
-        mine = (rows.family_out == pair[0]) & (rows.family_back == pair[1])
+    for pair in sorted(set(zip(rows.transmit_family.tolist(), rows.receive_family.tolist(), strict=True))):
+        mine = (rows.transmit_family == pair[0]) & (rows.receive_family == pair[1])
         found[pair] = complex(turned[mine].sum())
     return found

@@ -8,11 +8,11 @@ import numpy as np
 from oracles.listening import pulse_spectrum
 
 
-def pulse_energy(*, duration, fraction, band, bandwidth=0.0, compress=False):
+def pulse_energy(*, duration, fraction, band, bandwidth=0.0, matched_filter=False):
     """Integral of the recorded pulse's square magnitude [s], by Parseval over the band."""
     offset = np.linspace(-0.625, 0.625, 2001) * band
     heard = pulse_spectrum(offset, duration=duration, fraction=fraction, bandwidth=bandwidth, band=band,
-                           compress=compress)  # fmt: skip
+                           matched_filter=matched_filter)  # fmt: skip
     return np.trapezoid(np.abs(heard) ** 2, offset)
 
 

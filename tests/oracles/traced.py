@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from insonify.simulation import levels
+from insonify.simulator import levels
 from oracles.scenes import nominal
 
 FRACTAL = {"kind": "power-law", "hurst": 0.8, "rms": 0.05, "outer_scale": 20.0}
@@ -11,7 +11,13 @@ BOX = {"shape": "box", "size": (2.0, 1.0, 1.0), "position": (0.0, 75.5)}
 
 def scene(engine, *, rays=40_000, window=(0.09, 0.12), paths=None, track=None, **changes):
     """The nominal scene for one of the engines, heard as an expectation; targets mirror nothing unless asked to."""
-    chosen = {"engine": engine, "rays": rays, "target_mirror": 0.0, "edges": "hard", **(paths or {})}
+    chosen = {
+        "engine": engine,
+        "rays": rays,
+        "target_specular_fraction": 0.0,
+        "edge_diffraction": "none",
+        **(paths or {}),
+    }
     return nominal(field="incoherent", paths=chosen, track={"window": window, **(track or {})}, **changes)
 
 
@@ -21,7 +27,7 @@ def curves(scenario, ping=0):
     power = 10 ** (found.level_db.values / 10)
     return {
         (str(cause), str(pair)): power[i, j]
-        for i, cause in enumerate(found.cause.values) for j, pair in enumerate(found.pair.values)
+        for i, cause in enumerate(found.contribution.values) for j, pair in enumerate(found.pair.values)
         if cause in ("seabed", "surface", "target") and power[i, j].max() > 0
     }  # fmt: skip
 

@@ -10,10 +10,10 @@ from insonify.frames import pose_rotation
 from insonify.processing import (
     complex_coherence,
     elevation_to_phase,
-    fan_image,
     interferometric_bathymetry,
     interferometric_depth,
-    unwrapped,
+    sector_image,
+    unwrap_to_reference,
 )
 from oracles.point_echoes import bell, heard, speckle, two_way
 
@@ -48,7 +48,9 @@ def test_a_point_anywhere_in_front_has_its_elevation(seed):
     assert gamma[0, 20] == pytest.approx(1, abs=1e-6)
     phase = np.angle(upper[20] * np.conj(lower[20]))
     told = elevation_to_phase(elevation, **about)
-    assert unwrapped(phase, told) == pytest.approx(float(told), abs=2 * np.pi * f / c * baseline**3 / slant**2 + 2e-3)
+    assert unwrap_to_reference(phase, told) == pytest.approx(
+        float(told), abs=2 * np.pi * f / c * baseline**3 / slant**2 + 2e-3
+    )
 
 
 @settings(max_examples=6)
@@ -112,7 +114,7 @@ def test_a_fan_is_read_between_beams_and_samples(seed):
         return k[0] + k[1] * (angle - middle) + k[2] * far + k[3] * (angle - middle) * far
 
     x, y = rng.uniform(-22, 22, 15), rng.uniform(-22, 22, 16)
-    found = fan_image(value(bearing[:, None], distance), bearing, distance, x, y)
+    found = sector_image(value(bearing[:, None], distance), bearing, distance, x, y)
     towards = middle + np.angle(np.exp(1j * (np.arctan2(y, x[:, None]) - middle)))
     far = np.hypot(x[:, None], y)
     inside = (np.abs(towards - middle) < width) & (far > 4) & (far < 20)

@@ -175,7 +175,7 @@ def test_pings_and_threads_change_no_bit():
     [({"pressure": np.zeros((4, 81), np.complex64)}, r"ask for \(..., 8, 81\)"),
      ({"pressure": np.zeros((8, 81))}, "give complex baseband"),
      ({"pressure": np.full((8, 81), np.nan + 0j)}, "not finite"),
-     ({"element_places": np.zeros((8, 2))}, r"give \(any, 3\)"),
+     ({"element_positions": np.zeros((8, 2))}, r"give \(any, 3\)"),
      ({"time": np.geomspace(0.1, 0.2, 81)}, "uneven"),
      ({"directions": np.array([[2.0, 0, 0]])}, "give length 1"),
      ({"focus": "near"}, "choose dynamic, far"),
@@ -187,7 +187,7 @@ def test_pings_and_threads_change_no_bit():
 )  # fmt: skip
 def test_what_does_not_fit_is_refused(changes, said):
     """The value, and what would fit."""
-    given = {"pressure": np.zeros((8, 81), np.complex64), "element_places": line(count=8), "time": clock(10.0),
+    given = {"pressure": np.zeros((8, 81), np.complex64), "element_positions": line(count=8), "time": clock(10.0),
              "directions": aimed([0.0]), "centre_frequency": F} | changes  # fmt: skip
     with pytest.raises(ValueError, match=said):
         beamform_delay_sum(**given)

@@ -34,7 +34,7 @@ def drawn(seed):
     return told, elements, looks, points, delay, time, rng.normal(size=4) + 1j * rng.normal(size=4)
 
 
-def written_out(told, elements, looks, delay, time, amplitude, *, focus=None, centre=None):
+def amplitude_weights(told, elements, looks, delay, time, amplitude, *, focus=None, centre=None):
     """Sum over elements of what each hears at the time when an echo of the focus reaches it, turned back in phase."""
     middle = elements.mean(axis=0) if centre is None else centre
     f, c, sent = told["centre_frequency"], told["sound_speed"], told["transmitter"] - middle
@@ -57,7 +57,7 @@ def test_a_beam_is_the_sum_written_out(seed):
     told, elements, looks, _, delay, time, amplitude = drawn(seed)
     series = heard(time, delay, told["centre_frequency"], PULSE, amplitude)
     found = beamform_delay_sum(series, elements, time, looks, threads=1, **told)
-    exact = written_out(told, elements, looks, delay, time, amplitude)
+    exact = amplitude_weights(told, elements, looks, delay, time, amplitude)
     assert np.abs(found - exact).max() < 1e-3 * np.abs(amplitude).sum()
 
 
@@ -69,7 +69,7 @@ def test_a_fixed_focus_and_a_centre_of_ones_own_are_the_sum_written_out(seed, fo
     centre = elements.mean(axis=0) + np.random.default_rng(seed + 1).uniform(-0.3, 0.3, 3)
     series = heard(time, delay, told["centre_frequency"], PULSE, amplitude)
     found = beamform_delay_sum(series, elements, time, looks, threads=1, focus=focus, centre=centre, **told)
-    exact = written_out(told, elements, looks, delay, time, amplitude, focus=focus, centre=centre)
+    exact = amplitude_weights(told, elements, looks, delay, time, amplitude, focus=focus, centre=centre)
     assert np.abs(found - exact).max() < 1e-3 * np.abs(amplitude).sum()
 
 

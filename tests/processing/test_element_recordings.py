@@ -9,9 +9,9 @@ from insonify.processing import (
     beam_recording,
     compressed_recording,
     decimated_recording,
-    fan_of_beams,
     interferometric_bathymetry,
     multibeam_soundings,
+    sector_image_of_beams,
     sidescan,
     synthetic_aperture_image,
 )
@@ -69,7 +69,7 @@ def test_a_forward_looking_sonar_shows_a_target_at_its_bearing_and_range():
     assert np.degrees(beams.bearing.values[beam]) == pytest.approx(25)
     assert time[sample] * C / 2 == pytest.approx(20, abs=0.03)
     assert level[beam, sample] == pytest.approx(1, abs=0.02)
-    fan = fan_of_beams(beams, np.arange(14, 24, 0.1), np.arange(0, 14, 0.1))
+    fan = sector_image_of_beams(beams, np.arange(14, 24, 0.1), np.arange(0, 14, 0.1))
     x, y = np.unravel_index(np.nanargmax(fan.level_db.values[0]), fan.level_db.shape[1:])
     assert fan.ahead.values[x] == pytest.approx(20 * np.cos(bearing), abs=0.15)
     assert fan.starboard.values[y] == pytest.approx(20 * np.sin(bearing), abs=0.15)
@@ -125,7 +125,7 @@ def test_compression_and_decimation_keep_what_they_should():
 
 @pytest.mark.parametrize("crab_deg", [0.0, 5.0])
 def test_a_synthetic_aperture_sees_a_point_where_it_is_in_the_world(crab_deg):
-    """Ten pings at 2 m/s to the east, crabbing, rolling, listening as they go; the log of the way is what counts."""
+    """Ten pings at 2 m/s to the east, crabbing, rolling, simulator as they go; the log of the way is what counts."""
     rng = np.random.default_rng(1)
     speed = np.array([0.0, 2.0, 0.0])
     position = np.array([30.0, 0, 5]) + speed * 0.2 * np.arange(-10, 11)[:, None]
@@ -148,7 +148,7 @@ def test_a_synthetic_aperture_sees_a_point_where_it_is_in_the_world(crab_deg):
     np.testing.assert_allclose(moved.pressure.values, image.pressure.values, atol=1e-4)
     true = synthetic_aperture_image(logged, north, east, 12.0, navigation="true")
     np.testing.assert_allclose(true.pressure.values, image.pressure.values, atol=1e-5)
-    wide = synthetic_aperture_image(held, north, east, 12.0, widest=np.radians(30))
+    wide = synthetic_aperture_image(held, north, east, 12.0, max_angle=np.radians(30))
     np.testing.assert_allclose(wide.pressure.values, image.pressure.values, atol=0.1)
 
 

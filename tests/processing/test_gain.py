@@ -1,10 +1,10 @@
-"""Claims about gains: laws are what they say, and what is learnt from a recording evens it out."""
+"""Claims about gains: laws are what they say, and what is empirical from a recording evens it out."""
 
 import numpy as np
 import pytest
 
-from insonify.processing import along_db, lambert_db, learnt_db, sidescan, tvg_db
-from insonify.simulation import simulate
+from insonify.processing import along_track_gain_db, empirical_gain_db, lambert_gain_db, sidescan, tvg_db
+from insonify.simulator import simulate
 from oracles.scenes import nominal
 
 SLANT = np.arange(1, 2001) * 0.1
@@ -21,7 +21,7 @@ def test_a_level_lambert_bed_is_flat_under_its_gain():
     """Expected intensity of a flat bed, 20 to 150 m: within 0.5 dB of its mean on both sides."""
     told = nominal(
         field="incoherent", sonar={"sides": ["port", "starboard"]}, track={"window": (0.0, 0.21)},
-        paths={"reflections": 0, "causes": ["seabed"]},
+        paths={"max_reflections": 0, "contributions": ["seabed"]},
     )  # fmt: skip
     water = float(told.water.absorption(100e3))
     image = sidescan(simulate(told), gain="lambert", absorption_db_per_m=water, altitude=9.0)
@@ -36,7 +36,7 @@ def test_a_learnt_gain_makes_the_median_flat():
     rng = np.random.default_rng(2)
     curve = -50 * np.log10(SLANT) + 5 * np.sin(SLANT / 20)
     level = curve + 10 * np.log10(rng.exponential(size=(200, len(SLANT))))
-    flat = level + learnt_db(level, SLANT)
+    flat = level + empirical_gain_db(level, SLANT)
     assert np.abs(np.median(flat, axis=0)).max() < 1.5
     assert abs(np.median(flat)) < 0.3
 
@@ -48,21 +48,21 @@ def test_a_learnt_gain_leaves_silence_silent_and_passes_over_what_is_not_there()
     level[:, :90] -= 120
     level[7] = np.nan
     level[:, 1500] = -np.inf
-    gain = learnt_db(level, SLANT)
+    gain = empirical_gain_db(level, SLANT)
     assert np.isfinite(gain).all()
     assert np.nanmedian((level + gain)[:, :80]) < -80
-    assert learnt_db(np.full((3, len(SLANT)), -np.inf), SLANT).shape == SLANT.shape
+    assert empirical_gain_db(np.full((3, len(SLANT)), -np.inf), SLANT).shape == SLANT.shape
 
 
 def test_pings_that_are_faint_as_a_whole_are_evened_out():
     """A ping 6 dB down in an even row is lifted by nearly 6 dB, its neighbours hardly move."""
     level = np.random.default_rng(5).normal(0, 0.1, (60, 500))
     level[30] -= 6
-    gain = along_db(level)
+    gain = along_track_gain_db(level)
     assert gain[30] == pytest.approx(6, abs=0.4) and np.abs(np.delete(gain, 30)).max() < 0.4
 
 
 def test_the_lambert_gain_is_a_closed_form():
     """At 100 m from 10 m above: 30 log R + 20 log R/h + 10 log cos of the grazing angle."""
-    found = lambert_db(np.array([100.0]), np.array(10.0))
+    found = lambert_gain_db(np.array([100.0]), np.array(10.0))
     assert found[0] == pytest.approx(60 + 20 + 10 * np.log10(np.sqrt(1 - 0.01)))

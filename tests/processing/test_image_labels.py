@@ -5,9 +5,9 @@ import pytest
 import xarray as xr
 
 from insonify.processing import image_labels, sidescan
-from insonify.records.labels import COLUMNS, NOBODY, label_dataset
+from insonify.records.labels import COLUMNS, NO_ROW, label_dataset
 from insonify.scenario.scenario import Scenario
-from insonify.simulation import label_ping, prepare, simulate
+from insonify.simulator import build_simulator, label_ping, simulate
 
 DEPTH, SPEED, PULSE = 12.0, 1500.0, 0.1e-3
 HEIGHT, THICK = 1.5, 1.0
@@ -27,7 +27,7 @@ def heaving():
     return Scenario.model_validate({
         "seed": 5, "field": "incoherent", "water": {"noise_level_db": None}, "targets": boxes,
         "seabed": {"depth": DEPTH, "scattering": {"law": "lambert", "strength_db": -27}},
-        "surface": {"scattering": None}, "paths": {"reflections": 0},
+        "surface": {"scattering": None}, "paths": {"max_reflections": 0},
         "sonar": {
             "source_level_db": 220, "pulse": {"kind": "cw", "frequency": 100e3, "duration": PULSE}, "transmit": array,
             "receive": array, "mounting": {"bearing": np.pi / 2, "tilt": 0.3}, "sides": ["port", "starboard"],
@@ -41,9 +41,9 @@ def heaving():
 def seen():
     """The image on the ground, and its labels."""
     scenario = heaving()
-    listening = prepare(scenario)
-    parts = [label_ping(listening, ping) for ping in range(3)]
-    said = label_dataset(parts, listening.label_names, listening.grid.time, np.arange(3))
+    simulator = build_simulator(scenario)
+    parts = [label_ping(simulator, ping) for ping in range(3)]
+    said = label_dataset(parts, simulator.label_names, simulator.grid.time, np.arange(3))
     recording = simulate(scenario)
     altitude = DEPTH - recording["logged_position" if "logged_position" in recording else "position"].values[:, 2]
     assert np.ptp(altitude) > 0.1
@@ -79,10 +79,10 @@ def test_highlight_and_shadow_lie_where_geometry_says(seen, side, ping):
     back = np.sqrt((near + THICK) ** 2 + (up - HEIGHT) ** 2 - up**2)
     assert back - late <= begin <= near + THICK + 3 * late
     dark = told["shadow"].values[ping] & here
-    row = list(told["owner"].values).index("port" if side < 0 else "starboard")
-    assert (told["shadow_of"].values[ping][dark] == row).all()
+    row = list(told["object"].values).index("port" if side < 0 else "starboard")
+    assert (told["shadowing_object"].values[ping][dark] == row).all()
     # the ground in the shadow is where the axis says, a pulse's length apart
-    east = told["place"].values[ping][dark][:, 1]
+    east = told["position"].values[ping][dark][:, 1]
     np.testing.assert_allclose(east, across[dark], atol=2 * late)
 
 
@@ -93,7 +93,7 @@ def test_the_bed_is_where_the_axis_says(seen):
     plain = (np.abs(across) > 8) & (np.abs(across) < 17)
     for ping in range(3):
         assert not (told["shadow"] | told["highlight"] | told["ghost"]).values[ping][plain].any()
-        np.testing.assert_allclose(told["place"].values[ping][plain][:, 1], across[plain], atol=0.12)
+        np.testing.assert_allclose(told["position"].values[ping][plain][:, 1], across[plain], atol=0.12)
         up = float(image["altitude"].values[ping])
         np.testing.assert_allclose(
             told["grazing"].values[ping][plain], np.arctan2(up, np.abs(across[plain])), rtol=0.02
@@ -116,19 +116,19 @@ def test_in_slant_range_a_cell_is_a_sample(seen):
     image = sidescan(recording, geometry="slant", gain="none", altitude=6.0)
     told = image_labels(said, image)
     count = said.sizes["time"]
-    for name in ("highlight", "shadow", "shadow_of", "strongest_owner", "grazing", "expected_intensity"):
+    for name in ("highlight", "shadow", "shadowing_object", "strongest_object", "grazing", "expected_intensity"):
         # running sums keep 1e-15 of the loudest sample
         fine = {"rtol": 1e-5, "atol": 1e-12 * float(said["expected_intensity"].max()), "err_msg": name}
         np.testing.assert_allclose(told[name].values[:, :count], said[name].values[:, 0, ::-1], **fine)
         np.testing.assert_allclose(told[name].values[:, count:], said[name].values[:, 1], **fine)
-    np.testing.assert_array_equal(told["place"].values[:, count:], said["place"].values[:, 1])
+    np.testing.assert_array_equal(told["position"].values[:, count:], said["position"].values[:, 1])
 
 
 def made_up(samples=400):
     """Labels of one ping of which single samples are marked, and an image of coarse cells."""
-    said = xr.Dataset(coords={"ping": [0], "time": np.arange(samples) * 1e-4, "owner": ["seabed", "surface", "box"],
+    said = xr.Dataset(coords={"ping": [0], "time": np.arange(samples) * 1e-4, "object": ["seabed", "surface", "box"],
                               "pair": ["D-D"], "axis": ["north", "east", "depth"]})  # fmt: skip
-    sizes = {"ping": 1, "channel": 1, "time": samples, "owner": 3, "pair": 1, "axis": 3}
+    sizes = {"ping": 1, "channel": 1, "time": samples, "object": 3, "pair": 1, "axis": 3}
     for name, (dims, kind, _, _) in COLUMNS.items():
         said[name] = dims, np.zeros([sizes[dim] for dim in dims], kind)
     across = (np.arange(20) + 0.5) * 0.75  # ten samples of slant range each
@@ -154,10 +154,10 @@ def test_masks_are_asked_of_the_majority_or_of_any():
 def test_owners_are_voted_for_and_energies_kept():
     """The owner of most of a cell wins; intensity times length is kept by the change of cells."""
     said, image = made_up()
-    said["strongest_owner"].values[0, 0, 30:38] = 2
+    said["strongest_object"].values[0, 0, 30:38] = 2
     said["expected_intensity"].values[0, 0] = np.random.default_rng(2).exponential(size=400)
     told = image_labels(said, image)
-    assert told["strongest_owner"].values[0].tolist() == [0, 0, 0, 2] + [0] * 16
+    assert told["strongest_object"].values[0].tolist() == [0, 0, 0, 2] + [0] * 16
     energy = said["expected_intensity"].values[0, 0]
     wanted = energy[1:200].sum() + 0.5 * (energy[0] + energy[200])
     assert 10 * told["expected_intensity"].values.sum() == pytest.approx(wanted, rel=1e-5)
@@ -167,9 +167,9 @@ def test_what_is_not_there_is_nobody():
     """A ping without labels, one without an altitude, and cells beyond the recording."""
     said, image = made_up(samples=100)
     told = image_labels(said, image)
-    assert (told["strongest_owner"].values[0, 10:] == NOBODY).all() and np.isnan(told["distance"].values[0, 10:]).all()
+    assert (told["strongest_object"].values[0, 10:] == NO_ROW).all() and np.isnan(told["distance"].values[0, 10:]).all()
     undone = image_labels(said.assign(done=("ping", [False])), image)
     unknown = image_labels(said, image.assign_coords(altitude=("ping", [np.nan])))
     for none in (undone, unknown):
-        assert (none["strongest_owner"].values == NOBODY).all() and not none["shadow"].values.any()
+        assert (none["strongest_object"].values == NO_ROW).all() and not none["shadow"].values.any()
         assert np.isnan(none["expected_intensity"].values).all()

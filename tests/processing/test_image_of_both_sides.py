@@ -43,7 +43,7 @@ def test_exchanging_the_sides_mirrors_the_image(gain, geometry):
     np.testing.assert_allclose(one["across"].values, -one["across"].values[::-1])
 
 
-@pytest.mark.parametrize("gain", [name for name in GAINS if name != "learnt"])
+@pytest.mark.parametrize("gain", [name for name in GAINS if name != "empirical"])
 def test_a_louder_recording_is_a_brighter_image(gain):
     """Ten decibels more are ten decibels more under every law."""
     one, other = (sidescan(recording(gain=g), gain=gain, altitude=ALTITUDE) for g in (1.0, 10.0))
@@ -52,13 +52,13 @@ def test_a_louder_recording_is_a_brighter_image(gain):
 
 def test_a_learnt_gain_does_not_care_how_loud_the_sonar_was():
     """It learns the level with everything else."""
-    one, other = (sidescan(recording(gain=g), gain="learnt", altitude=ALTITUDE) for g in (1.0, 1e5))
+    one, other = (sidescan(recording(gain=g), gain="empirical", altitude=ALTITUDE) for g in (1.0, 1e5))
     np.testing.assert_allclose(other["level_db"].values, one["level_db"].values, atol=1e-6)
 
 
 def test_under_a_learnt_gain_the_bed_has_no_trend():
     """The median over the pings is about zero at every range where the bed is heard."""
-    image = sidescan(recording(pings=200), gain="learnt", altitude=ALTITUDE)
+    image = sidescan(recording(pings=200), gain="empirical", altitude=ALTITUDE)
     level, across = image["level_db"].values, image["across"].values
     middle = np.median(level[:, np.abs(across) > ALTITUDE + 2], axis=0)
     # A median of 200 exponentials has a standard error of 4.34 / ln 2 / sqrt(200) = 0.44 dB.
@@ -111,7 +111,7 @@ def test_pings_that_are_faint_as_a_whole_are_evened_out():
     """A ping 12 dB down comes back to its neighbours; the others stay."""
     sound = recording()
     sound["intensity"].values[20] *= 10**-1.2
-    plain, even = (sidescan(sound, gain="tvg40", altitude=ALTITUDE, even=e) for e in (False, True))
+    plain, even = (sidescan(sound, gain="tvg40", altitude=ALTITUDE, normalise_along_track=e) for e in (False, True))
     dark = np.abs(plain["across"].values) > ALTITUDE + 1
     down = np.median(plain["level_db"].values[20, dark]) - np.median(plain["level_db"].values[10, dark])
     left = np.median(even["level_db"].values[20, dark]) - np.median(even["level_db"].values[10, dark])

@@ -40,7 +40,7 @@ def drawn(seed):
     return told, series, time, (sent, heard, velocity), (late, turn), pixels, rng
 
 
-def written_out(told, way, echoes, pixels, weight):
+def amplitude_weights(told, way, echoes, pixels, weight):
     """Weighted mean over the series of what each heard at a pixel's own delay, turned back, shape (pixel,)."""
     wanted = delays(pixels, *way, told["sound_speed"])
     read = np.einsum("pcn,pcxn->pcx", echoes[1], PULSE(wanted[..., None] - echoes[0][:, :, None]))
@@ -58,7 +58,7 @@ def test_an_image_is_the_sum_written_out(seed):
     found = backproject(
         series, time, way[0], way[1], pixels, receive_velocity=way[2], shading=weight, threads=1, **told
     )
-    exact = written_out(told, way, echoes, pixels, weight[..., None])
+    exact = amplitude_weights(told, way, echoes, pixels, weight[..., None])
     assert np.abs(found - exact).max() < 1e-3 * np.abs(echoes[1]).sum(axis=-1).max()
 
 
@@ -73,12 +73,12 @@ def test_a_limit_of_angles_leaves_out_what_lies_beyond_it(seed, widest):
     sine = np.abs(np.einsum("pxi,pi->px", seen, along)) / np.linalg.norm(seen, axis=-1)
     clear = np.all(np.abs(sine / np.sin(widest) - 1) > 1e-6, axis=0)
     some = clear & (sine <= np.sin(widest)).any(axis=0)
-    found = backproject(series, time, way[0], way[1], pixels, receive_velocity=way[2], along=along, widest=widest,
+    found = backproject(series, time, way[0], way[1], pixels, receive_velocity=way[2], track_direction=along, max_angle=widest,
                         threads=1, **told)  # fmt: skip
     np.testing.assert_array_equal(found[clear & ~some], 0)
     if some.any():
         inside = (sine <= np.sin(widest))[:, None, some]
-        exact = written_out(told, way, echoes, pixels[some], inside)
+        exact = amplitude_weights(told, way, echoes, pixels[some], inside)
         assert np.abs(found[some] - exact).max() < 1e-3 * np.abs(echoes[1]).sum(axis=-1).max()
 
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from insonify.processing import sidescan
-from insonify.simulation import simulate
+from insonify.simulator import simulate
 from oracles.scenes import nominal, point
 
 TARGETS = [point(0, 60, 15, label="east"), point(0, -40, 15, label="west")]
-TOLD = {"paths": {"causes": ["target"], "reflections": 0}, "targets": TARGETS}
+TOLD = {"paths": {"contributions": ["target"], "max_reflections": 0}, "targets": TARGETS}
 
 
 def recording(**changes):

@@ -6,7 +6,7 @@ import pytest
 from insonify.frames import direction
 from insonify.processing import beamform_delay_sum, compressed_recording, synthetic_aperture_image
 from insonify.scenario.scenario import Scenario
-from insonify.simulation import simulate
+from insonify.simulator import simulate
 from oracles.scenes import nominal, point
 
 C = 1500.0
@@ -19,7 +19,7 @@ def recording():
     """A single transducer that creeps north at 0.1 m/s past two point targets, 41 pings on 4 m."""
     omni = {"kind": "point", "length": None}
     told = nominal(
-        transmit=omni, receive=omni, sonar={"pulse": SWEEP}, paths={"causes": ["target"], "reflections": 0},
+        transmit=omni, receive=omni, sonar={"pulse": SWEEP}, paths={"contributions": ["target"], "max_reflections": 0},
         targets=[point(*TARGET, label="one"), point(2.0, 20.0, 17.0, label="two", strength=-6.0)],
     )  # fmt: skip
     track = {
@@ -45,8 +45,8 @@ def test_point_targets_stand_where_the_scenario_put_them(recording, place, stren
     assert north[i] == pytest.approx(place[0], abs=0.006)
     assert east[j] == pytest.approx(place[1], abs=0.011)
     slant = np.sqrt((recording.position.values[:, 0] - place[0]) ** 2 + place[1] ** 2 + 6**2)
-    absorbed = float(recording.attrs.get("absorption_db_per_m", 0.03))
-    expected = 220 + strength + 20 * np.log10(np.mean(slant**-2 * 10 ** (-absorbed * slant / 10)))
+    relative_absorption = float(recording.attrs.get("absorption_db_per_m", 0.03))
+    expected = 220 + strength + 20 * np.log10(np.mean(slant**-2 * 10 ** (-relative_absorption * slant / 10)))
     assert 20 * np.log10(image.max()) == pytest.approx(expected, abs=0.5)
 
 
@@ -78,7 +78,7 @@ def test_elements_summed_are_the_beams_that_are_simulated():
     about = {
         "transmit": {"kind": "point", "length": None}, "targets": targets,
         "sonar": {"pulse": {"kind": "cw", "frequency": 100e3, "duration": 1e-3, "taper": "hann"}},
-        "paths": {"causes": ["target"], "reflections": 0}, "track": {"window": (0.184, 0.192)},
+        "paths": {"contributions": ["target"], "max_reflections": 0}, "track": {"window": (0.184, 0.192)},
     }  # fmt: skip
     whole = {"length": count * pitch, "elements": count, "element": "omni", "steer": tuple(steers)}
     beams = simulate(nominal(receive=whole, **about))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from insonify.frames import pose_rotation
-from insonify.processing import backproject, resolution_along
+from insonify.processing import along_track_resolution, backproject
 from oracles.point_echoes import decibels, two_way
 
 F, C, RATE = 150e3, 1500.0, 80e3
@@ -25,7 +25,7 @@ def compressed(t):
 
 
 def beam(place, point=TARGET):
-    """Two-way beam of elements of LENGTH, sending and listening."""
+    """Two-way beam of elements of LENGTH, sending and simulator."""
     sine = (point[0] - place[:, 0]) / np.linalg.norm(point - place, axis=1)
     return np.sinc(LENGTH * F / C * sine) ** 2
 
@@ -101,18 +101,18 @@ def test_equal_weight_over_an_angle_has_the_resolution_of_a_sinc():
     north = np.arange(-80, 81) * 1e-3
     about = {"along": np.array([1.0, 0, 0]), "widest": half}
     plain = focus(series, sent, patch(north, [GROUND]), **about)[:, 0]
-    assert width(north, plain) == pytest.approx(resolution_along(half, F, C), rel=0.02)
+    assert width(north, plain) == pytest.approx(along_track_resolution(half, F, C), rel=0.02)
     shaded = focus(series, sent, patch(north, [GROUND]), angle_shading="hann", **about)[:, 0]
-    assert width(north, shaded) == pytest.approx(1.44 / 0.886 * resolution_along(half, F, C), rel=0.03)
+    assert width(north, shaded) == pytest.approx(1.44 / 0.886 * along_track_resolution(half, F, C), rel=0.03)
     assert np.abs(plain).max() == pytest.approx(1, abs=2e-3) and np.abs(shaded).max() == pytest.approx(1, abs=2e-3)
 
 
 def test_half_an_element_is_resolved_over_the_width_of_its_beam():
     """0.886 D / 2 of the angles to half a wavelength over D, where sinc(1/2) is -3.9 dB; no angle has no width."""
-    assert resolution_along(np.arcsin(C / F / 2 / LENGTH), F, C) == pytest.approx(0.443 * LENGTH, rel=1e-3)
+    assert along_track_resolution(np.arcsin(C / F / 2 / LENGTH), F, C) == pytest.approx(0.443 * LENGTH, rel=1e-3)
     assert decibels(np.sinc(0.5)) == pytest.approx(-3.92, abs=0.01)
     with pytest.raises(ValueError, match="half_angle"):
-        resolution_along(0.0, F, C)
+        along_track_resolution(0.0, F, C)
 
 
 def moving(speed):

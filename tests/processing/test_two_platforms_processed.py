@@ -13,7 +13,13 @@ from insonify.processing import (
     multibeam_soundings,
     synthetic_aperture_image,
 )
-from insonify.processing.recorded_geometry import apart, elements, in_world, poses, transmitter
+from insonify.processing.recorded_geometry import (
+    body_to_world,
+    is_bistatic,
+    recorded_element_positions,
+    recorded_poses,
+    recorded_transmitter_position,
+)
 from insonify.sonar.pulse import Pulse
 
 C, F, RATE = 1500.0, 100e3, 40e3
@@ -82,13 +88,15 @@ def test_beams_of_a_fixed_focus_are_made_of_any_recording():
 def test_each_end_is_where_its_own_platform_is():
     """Elements hang on the receiver's; the transmitter is at its own reference point unless it is told."""
     two = held()
-    assert apart(two) and not apart(held(two=False))
-    place, _ = poses(two, receiver=True)
+    assert is_bistatic(two) and not is_bistatic(held(two=False))
+    place, _ = recorded_poses(two, receiver=True)
     np.testing.assert_array_equal(place, two["receiver_position"].values)
-    np.testing.assert_array_equal(poses(two)[0], two["position"].values)
-    np.testing.assert_array_equal(transmitter(two), np.zeros(3))
-    np.testing.assert_allclose(transmitter(held(two=False)), elements(two).mean(axis=0))
-    np.testing.assert_array_equal(transmitter(two, [1.0, 2, 3]), [1, 2, 3])
+    np.testing.assert_array_equal(recorded_poses(two)[0], two["position"].values)
+    np.testing.assert_array_equal(recorded_transmitter_position(two), np.zeros(3))
+    np.testing.assert_allclose(
+        recorded_transmitter_position(held(two=False)), recorded_element_positions(two).mean(axis=0)
+    )
+    np.testing.assert_array_equal(recorded_transmitter_position(two, [1.0, 2, 3]), [1, 2, 3])
 
 
 def test_a_log_of_the_receiver_is_taken_before_the_truth():
@@ -97,8 +105,8 @@ def test_a_log_of_the_receiver_is_taken_before_the_truth():
     for name in ("position", "attitude", "receiver_position", "receiver_attitude"):
         two[f"logged_{name}"] = two[name] + 0.25
     for receiver, name in ((True, "receiver_position"), (False, "position")):
-        np.testing.assert_allclose(poses(two, receiver=receiver)[0], two[name].values + 0.25)
-        np.testing.assert_array_equal(poses(two, "true", receiver=receiver)[0], two[name].values)
+        np.testing.assert_allclose(recorded_poses(two, receiver=receiver)[0], two[name].values + 0.25)
+        np.testing.assert_array_equal(recorded_poses(two, "true", receiver=receiver)[0], two[name].values)
 
 
 @given(st.floats(-3, 3), st.floats(-1, 1), st.floats(-1, 1))
@@ -106,8 +114,8 @@ def test_a_platform_that_turns_keeps_the_shape_of_its_array(heading, pitch, roll
     """Distances between elements and to the reference point are those of the body, wherever it is."""
     turned = held().copy()
     turned["receiver_attitude"] = ("ping", "axis"), np.tile([heading, pitch, roll], (PINGS, 1))
-    place, rotation = poses(turned, receiver=True)
-    world = in_world(place, rotation, elements(turned))
+    place, rotation = recorded_poses(turned, receiver=True)
+    world = body_to_world(place, rotation, recorded_element_positions(turned))
     np.testing.assert_allclose(np.linalg.norm(world - place[:, None], axis=-1), 0.3, atol=1e-9)
     np.testing.assert_allclose(np.linalg.norm(world[:, 0] - world[:, 1], axis=-1), 0.6, atol=1e-9)
 
@@ -118,7 +126,7 @@ def test_a_point_is_focused_wherever_pulses_have_their_middle(two, half):
     """Ends at 1 m/s, a pulse of 0.2 s or none: the point stands in its place, not 10 cm off, at its own level."""
     moving = held(two, speed=1.0, half=half).assign_attrs(pulse_duration=2 * half)
     axes = np.arange(-3, 4) * 0.05, 20 + np.arange(-3, 4) * 0.02
-    image = synthetic_aperture_image(moving, *axes, 5.0, sound_speed=C, threads=1, transmitter_place=np.zeros(3))
+    image = synthetic_aperture_image(moving, *axes, 5.0, sound_speed=C, threads=1, transmitter_position=np.zeros(3))
     level = np.abs(image["pressure"].values)
     assert np.unravel_index(np.argmax(level), level.shape) == (3, 3)
     assert level[3, 3] == pytest.approx(1, abs=0.02)

@@ -11,11 +11,11 @@ from insonify.propagation._eigenray_kernel import (
     COLUMNS,
     DELAY,
     FOLD,
-    FOLD_BEND,
-    FOLD_SHARE,
+    FOLD_CURVATURE,
+    FOLD_SIDE,
     MOST,
     TURNS,
-    solve_points,
+    solve_eigenrays,
 )  # fmt: skip
 from insonify.propagation.caustic import fold_distance, fold_factor, limited_amplitude
 
@@ -34,7 +34,7 @@ def turned_rays(ranges, depth=SOURCE):
         np.zeros(ranges.size, int),
         np.zeros(ranges.size, np.uint8),
     )
-    solve_points(KNOTS, SPEEDS, np.inf, SOURCE, 0, False, np.full(ranges.size, depth), ranges, rays, count, why)
+    solve_eigenrays(KNOTS, SPEEDS, np.inf, SOURCE, 0, False, np.full(ranges.size, depth), ranges, rays, count, why)
     there = np.arange(MOST) < count[:, None]
     return np.stack([point[is_ray & (point[:, TURNS] == 1)] for point, is_ray in zip(rays, there, strict=True)])
 
@@ -42,7 +42,7 @@ def turned_rays(ranges, depth=SOURCE):
 def limited(rays, frequency):
     """Amplitudes with the limit at the fold."""
     return limited_amplitude(
-        rays[..., AMPLITUDE], rays[..., FOLD], rays[..., FOLD_BEND], rays[..., FOLD_SHARE], frequency
+        rays[..., AMPLITUDE], rays[..., FOLD], rays[..., FOLD_CURVATURE], rays[..., FOLD_SIDE], frequency
     )
 
 
@@ -77,10 +77,10 @@ def test_far_from_a_fold_a_ray_is_left_alone():
 def test_distance_from_a_fold_is_the_delay_between_the_two_rays():
     """(4/3) zeta^(3/2) is their phase: from the fold's curvature, and from the two delays themselves, near the fold."""
     for pair, tolerance in zip(turned_rays([119.601, 119.61, 119.8]), (2e-3, 2e-3, 2e-2), strict=True):
-        np.testing.assert_allclose(np.sort(pair[:, FOLD_SHARE]), [-1, 1])
+        np.testing.assert_allclose(np.sort(pair[:, FOLD_SIDE]), [-1, 1])
         late, early = pair[np.argmax(pair[:, DELAY])], pair[np.argmin(pair[:, DELAY])]
-        assert late[FOLD_SHARE] == 1 and late[CAUSTICS] == early[CAUSTICS] + 1
-        zeta = fold_distance(np.abs(late[FOLD]), late[FOLD_BEND], 20e3)
+        assert late[FOLD_SIDE] == 1 and late[CAUSTICS] == early[CAUSTICS] + 1
+        zeta = fold_distance(np.abs(late[FOLD]), late[FOLD_CURVATURE], 20e3)
         phase = 2 * np.pi * 20e3 * (late[DELAY] - early[DELAY])
         assert (4 / 3) * zeta**1.5 == pytest.approx(phase, rel=tolerance)
 
@@ -107,7 +107,7 @@ def rays_and_wave(ranges, depth, frequency):
         np.zeros(ranges.size, int),
         np.zeros(ranges.size, np.uint8),
     )
-    solve_points(KNOTS, SPEEDS, np.inf, SOURCE, 0, False, np.full(ranges.size, depth), ranges, rays, count, why)
+    solve_eigenrays(KNOTS, SPEEDS, np.inf, SOURCE, 0, False, np.full(ranges.size, depth), ranges, rays, count, why)
     rays = rays[:, :3]
     assert np.all(count == 3)  # the straight one, and two that turn
     wave = direct_field(KNOTS[1:3], SPEEDS[1:3], SOURCE, depth, ranges, frequency)

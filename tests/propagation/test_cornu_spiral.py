@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.optimize import minimize_scalar
 
-from insonify.propagation._knife_edge_kernel import past_edge
-from insonify.propagation.knife_edge import PER_UNIT, edge_table, fresnel_number, knife_edge
+from insonify.propagation.knife_edge import PER_UNIT, edge_diffraction_table, fresnel_number, knife_edge
+from insonify.propagation.knife_edge_kernel import edge_diffraction
 
 NUMBERS = st.floats(-6, 6)
 WAYS = st.floats(0.5, 500)
@@ -93,7 +93,7 @@ def test_what_the_shadow_gains_the_light_lacks():
 @given(st.floats(0, 9))
 def test_the_kernel_that_runs_is_the_integral(number):
     """Read from the table, both sides of the edge: the closed integral to 1e-8, and Babinet's sum is one."""
-    shade, light = (past_edge(sign * number, edge_table(), float(PER_UNIT)) for sign in (1.0, -1.0))
+    shade, light = (edge_diffraction(sign * number, edge_diffraction_table(), float(PER_UNIT)) for sign in (1.0, -1.0))
     assert shade == pytest.approx(complex(knife_edge(number)), abs=2e-8)
     assert shade + light == pytest.approx(1.0, abs=1e-12)
 

@@ -3,9 +3,15 @@
 import numpy as np
 import pytest
 
-from insonify.propagation.local_planes import course, level_bounces, level_course, local_course, zone
-from insonify.scene._plane_kernel import MOST_SAMPLES
-from insonify.scene.bed_plane import FEW, PATTERN
+from insonify.propagation.local_planes import (
+    flat_bounces,
+    flat_image_paths,
+    fresnel_zone,
+    local_plane_paths,
+    paths_off_planes,
+)
+from insonify.scene.plane_fit_kernel import MAX_SAMPLES
+from insonify.scene.plane_fit_samples import FEW, PATTERN
 from insonify.scene.seabed import Seabed
 
 SONAR = np.array([1.0, -2.0, 11.0])
@@ -38,21 +44,21 @@ def test_a_way_is_a_chain_of_straight_lines_off_its_mirrors(mirrors, count):
     rng = np.random.default_rng(mirrors * 1000 + count)
     anchor, facing = tilted(rng, count, mirrors)
     points = points_about(rng, count)
-    way = course(SONAR, points, anchor, facing)
-    assert way.there.all()
-    np.testing.assert_allclose(np.sum((way.bounce - anchor) * facing, axis=-1), 0, atol=1e-10)
-    stops = np.concatenate([np.broadcast_to(SONAR, (1, count, 3)), way.bounce, points[None]])
+    way = paths_off_planes(SONAR, points, anchor, facing)
+    assert way.is_valid.all()
+    np.testing.assert_allclose(np.sum((way.bounce_position - anchor) * facing, axis=-1), 0, atol=1e-10)
+    stops = np.concatenate([np.broadcast_to(SONAR, (1, count, 3)), way.bounce_position, points[None]])
     segments = np.diff(stops, axis=0)
     lengths = np.linalg.norm(segments, axis=-1)
     np.testing.assert_allclose(lengths.sum(axis=0), way.length, rtol=1e-12)
-    np.testing.assert_allclose(np.cumsum(lengths, axis=0)[:-1] / way.length, way.part, rtol=1e-9)
+    np.testing.assert_allclose(np.cumsum(lengths, axis=0)[:-1] / way.length, way.fraction, rtol=1e-9)
     along = segments / lengths[..., None]
     np.testing.assert_allclose(along[0], way.departure, atol=1e-9)
     np.testing.assert_allclose(along[-1], way.arrival, atol=1e-9)
     for k in range(mirrors):
         turned = np.sum(along[k] * facing[k], axis=-1, keepdims=True)
         np.testing.assert_allclose(along[k] - 2 * turned * facing[k], along[k + 1], atol=1e-9)
-        np.testing.assert_allclose(np.abs(turned[:, 0]), way.sine[k], atol=1e-12)
+        np.testing.assert_allclose(np.abs(turned[:, 0]), way.grazing_sine[k], atol=1e-12)
 
 
 def test_no_way_is_shorter():
@@ -60,9 +66,9 @@ def test_no_way_is_shorter():
     rng = np.random.default_rng(5)
     anchor, facing = tilted(rng, 50, 2)
     points = points_about(rng, 50)
-    way = course(SONAR, points, anchor, facing)
+    way = paths_off_planes(SONAR, points, anchor, facing)
     for _ in range(20):
-        moved = way.bounce + 0.01 * rng.normal(size=way.bounce.shape)
+        moved = way.bounce_position + 0.01 * rng.normal(size=way.bounce_position.shape)
         moved -= np.sum((moved - anchor) * facing, axis=-1, keepdims=True) * facing
         stops = np.concatenate([np.broadcast_to(SONAR, (1, 50, 3)), moved, points[None]])
         assert np.all(np.linalg.norm(np.diff(stops, axis=0), axis=-1).sum(axis=0) > way.length)
@@ -71,17 +77,17 @@ def test_no_way_is_shorter():
 def test_a_point_below_its_mirror_has_no_way():
     """The bed as a mirror at 20 m: 19.9 m is above it, 20.1 m is not."""
     points = np.array([[30.0, 0.0, 19.9], [30.0, 0.0, 20.1]])
-    np.testing.assert_array_equal(level_course("B", SONAR, points, DEPTH).there, [True, False])
+    np.testing.assert_array_equal(flat_image_paths("B", SONAR, points, DEPTH).is_valid, [True, False])
 
 
 @pytest.mark.parametrize("family", ["B", "S", "BS", "SB", "SBS", "BSB", "BSBS"])
 def test_level_ways_are_told_by_their_lengths(family):
     """Parts of the way before each bounce, by how much it climbs till then: those of images in level planes."""
     points = points_about(np.random.default_rng(6), 50)
-    way = level_course(family, SONAR, points, DEPTH)
-    told = level_bounces(family, SONAR[2], way.length, np.abs(way.departure[:, 2]), DEPTH)
-    np.testing.assert_allclose(told.part, way.part, rtol=1e-9)
-    np.testing.assert_allclose(told.sine, way.sine, rtol=1e-9)
+    way = flat_image_paths(family, SONAR, points, DEPTH)
+    told = flat_bounces(family, SONAR[2], way.length, np.abs(way.departure[:, 2]), DEPTH)
+    np.testing.assert_allclose(told.fraction, way.fraction, rtol=1e-9)
+    np.testing.assert_allclose(told.grazing_sine, way.grazing_sine, rtol=1e-9)
 
 
 @pytest.mark.parametrize("family", ["B", "BS", "SBS"])
@@ -92,10 +98,14 @@ def test_points_have_their_ways_whoever_is_asked_with_them(family):
     points[:, 1] = 0.05 * np.abs(points[:, 0])
 
     def ways(rows, *before):
-        bed = Seabed(depth=DEPTH, relief=relief, seed=1, split=0.5, scattering=None).settled(1, 1e5, 1500.0).bed
+        bed = (
+            Seabed(depth=DEPTH, relief=relief, seed=1, cutoff_wavelength=0.5, scattering=None)
+            .completed(1, 1e5, 1500.0)
+            .terrain
+        )
         for place in before:  # widens the map of the bed
-            local_course(family, SONAR + place, points + place, bed, 0.015)
-        return local_course(family, SONAR, points[rows], bed, 0.015)
+            local_plane_paths(family, SONAR + place, points + place, bed, 0.015)
+        return local_plane_paths(family, SONAR, points[rows], bed, 0.015)
 
     order = np.random.default_rng(8).permutation(150)
     every, mixed, few = ways(np.arange(150)), ways(order), ways(np.arange(140, 143))
@@ -110,9 +120,11 @@ def test_points_have_their_ways_whoever_is_asked_with_them(family):
 
 def test_ground_without_height_is_the_mean_plane():
     """Ripples of a micrometre: fitted planes give the level ways, to 1e-6 m and 1e-6 rad."""
-    bed = Seabed(depth=DEPTH, relief={"kind": "ripples", "height": 1e-6, "wavelength": 2.0}, split=0.5).bed
+    bed = Seabed(
+        depth=DEPTH, relief={"kind": "ripples", "height": 1e-6, "wavelength": 2.0}, cutoff_wavelength=0.5
+    ).terrain
     points = points_about(np.random.default_rng(9), 40)
-    found, level = local_course("BS", SONAR, points, bed, 0.015), level_course("BS", SONAR, points, DEPTH)
+    found, level = local_plane_paths("BS", SONAR, points, bed, 0.015), flat_image_paths("BS", SONAR, points, DEPTH)
     np.testing.assert_allclose(found.length, level.length, atol=3e-6)
     np.testing.assert_allclose(found.departure, level.departure, atol=1e-5)
 
@@ -126,20 +138,20 @@ def test_an_inclined_bed_is_its_own_plane(tmp_path):
     depth = DEPTH + 0.03 * nodes[:, None] - 0.03 * nodes[None, :]
     np.savez(tmp_path / "survey.npz", depth=depth, north=nodes, east=nodes)
     relief = {"kind": "grid", "file": str(tmp_path / "survey.npz"), "origin": (0.0, 0.0)}
-    bed = Seabed(depth=DEPTH, relief=relief).bed
+    bed = Seabed(depth=DEPTH, relief=relief).terrain
     points = points_about(np.random.default_rng(4), 200) - [0.0, 0.0, 5.0]  # above the bank
     anchor = np.broadcast_to([0.0, 0.0, DEPTH], (1, 200, 3))
     normal = np.array([0.03, -0.03, -1.0]) / np.sqrt(1.0018)
-    exact = course(SONAR, points, anchor, np.broadcast_to(normal, (1, 200, 3)))
-    found = local_course("B", SONAR, points, bed, 0.015)
-    assert found.there.all()
+    exact = paths_off_planes(SONAR, points, anchor, np.broadcast_to(normal, (1, 200, 3)))
+    found = local_plane_paths("B", SONAR, points, bed, 0.015)
+    assert found.is_valid.all()
     np.testing.assert_allclose(found.length, exact.length, atol=2e-5)
-    np.testing.assert_allclose(found.bounce, exact.bounce, atol=5e-3)
+    np.testing.assert_allclose(found.bounce_position, exact.bounce_position, atol=5e-3)
     np.testing.assert_allclose(found.departure, exact.departure, atol=1e-4)
-    np.testing.assert_allclose(found.left, 0, atol=1e-8)
+    np.testing.assert_allclose(found.residual_variance, 0, atol=1e-8)
     beyond = SONAR + np.array([500.0, 0.0, 0.0]), points + np.array([500.0, 0.0, 0.0])
     np.testing.assert_array_equal(
-        local_course("B", *beyond, bed, 0.015).length, level_course("B", *beyond, DEPTH).length
+        local_plane_paths("B", *beyond, bed, 0.015).length, flat_image_paths("B", *beyond, DEPTH).length
     )
 
 
@@ -148,21 +160,23 @@ def test_the_samples_of_a_plane_weigh_as_a_disc():
     for pattern in (PATTERN, FEW):
         samples = pattern[:-1]
         np.testing.assert_allclose(samples.T @ samples / len(samples), np.eye(2) / 4, atol=1e-12)
-        assert len(samples) <= MOST_SAMPLES
+        assert len(samples) <= MAX_SAMPLES
 
 
 def test_zones_are_those_of_fresnel():
     """Half the width is the distance at which a way round is half a wave longer; the length is that over the sine."""
     points = np.array([[40.0, 0.0, 12.0], [70.0, 10.0, 16.0]])
-    way = level_course("B", SONAR, points, DEPTH)
-    length, width = zone(way, 0, 0.015)
-    before, after = way.part[0] * way.length, (1 - way.part[0]) * way.length
+    way = flat_image_paths("B", SONAR, points, DEPTH)
+    length, width = fresnel_zone(way, 0, 0.015)
+    before, after = way.fraction[0] * way.length, (1 - way.fraction[0]) * way.length
     round_it = np.hypot(before, width) + np.hypot(after, width)
     np.testing.assert_allclose(round_it - way.length, 0.015 / 2, rtol=0.01)
-    np.testing.assert_allclose(length, width / way.sine[0], rtol=1e-12)
+    np.testing.assert_allclose(length, width / way.grazing_sine[0], rtol=1e-12)
 
 
 def test_no_points_have_no_ways():
     """Nothing is asked of the ground."""
-    bed = Seabed(depth=DEPTH, relief={"kind": "ripples", "height": 0.02, "wavelength": 2.0}, split=0.5).bed
-    assert local_course("BS", SONAR, np.empty((0, 3)), bed, 0.015).bounce.shape == (2, 0, 3)
+    bed = Seabed(
+        depth=DEPTH, relief={"kind": "ripples", "height": 0.02, "wavelength": 2.0}, cutoff_wavelength=0.5
+    ).terrain
+    assert local_plane_paths("BS", SONAR, np.empty((0, 3)), bed, 0.015).bounce_position.shape == (2, 0, 3)

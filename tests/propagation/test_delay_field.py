@@ -5,14 +5,14 @@ import pytest
 
 from insonify.ocean.inhomogeneity import Inhomogeneity, delay_variance
 from insonify.propagation.delay_field import DelayField
-from insonify.propagation.images import image_legs
-from insonify.scene.lattice import Lattice
+from insonify.propagation.image_sources import image_legs
+from insonify.scene.scatterer_grid import ScattererGrid
 from insonify.scene.scene import Scene, point_scatterer
 from insonify.scene.target import PointTarget
 
 DEPTH, SPEED = 20.0, 1500.0
 SCENE = Scene(seabed={"depth": DEPTH}, water={"sound_speed": SPEED})
-PATCHES = Inhomogeneity(rms_index=1e-4, length=2.0)
+PATCHES = Inhomogeneity(rms_index=1e-4, correlation_length=2.0)
 HERE, THERE = (0.0, 0.0, 6.0), (40.0, 10.0, 15.0)
 SEEDS = 600
 
@@ -21,8 +21,8 @@ def delays(family, start, stop, *, uneven=PATCHES, seeds=SEEDS, time=0.0, lattic
     """What the water of each seed adds to the travel time of one leg [s], shape (seeds,)."""
     point = point_scatterer(PointTarget(position=tuple(map(float, stop))))
     legs = image_legs(SCENE, np.array(start, float), point, (family,), 1e5)
-    fields = (DelayField(uneven, seed, DEPTH, lattice or Lattice()) for seed in range(1, seeds + 1))
-    moved = (field.disturbed(legs, np.array(start, float), point.position, time) for field in fields)
+    fields = (DelayField(uneven, seed, DEPTH, lattice or ScattererGrid()) for seed in range(1, seeds + 1))
+    moved = (field.with_delays(legs, np.array(start, float), point.position, time) for field in fields)
     return np.array([one.delay[0, 0] - legs.delay[0, 0] for one in moved])
 
 
@@ -39,7 +39,7 @@ def walked(family, start, stop, count=600):
     return way, float(np.linalg.norm(image - start))
 
 
-def integrals(one, other, length=PATCHES.length):
+def integrals(one, other, length=PATCHES.correlation_length):
     """Covariance of the integrals of a field of unit variance along two legs [m^2], by plain sums."""
     (a, far), (b, away) = walked(*one), walked(*other)
     square = np.sum((a[:, None] - b[None]) ** 2, axis=-1)
@@ -50,7 +50,7 @@ def integrals(one, other, length=PATCHES.length):
 def test_the_variance_is_that_of_the_integral_along_a_ray(way):
     """Double integral of exp(-(s - s')^2 / l^2), closed form against a plain sum: 1e-4."""
     s = (np.arange(3000) + 0.5) / 3000 * way
-    total = np.exp(-((s[:, None] - s) ** 2) / PATCHES.length**2).mean() * way**2
+    total = np.exp(-((s[:, None] - s) ** 2) / PATCHES.correlation_length**2).mean() * way**2
     assert delay_variance(way, SPEED, PATCHES) == pytest.approx(total * (1e-4 / SPEED) ** 2, rel=1e-4)
 
 
@@ -58,8 +58,8 @@ def test_over_many_patches_the_phase_is_chernovs():
     """Phi^2 = sqrt(pi) k^2 <mu^2> l R to the patch that both ends cut: l / (sqrt(pi) R)."""
     way, wavenumber = 400.0, 2 * np.pi * 1e5 / SPEED
     phase = (2 * np.pi * 1e5) ** 2 * delay_variance(way, SPEED, PATCHES)
-    chernov = np.sqrt(np.pi) * wavenumber**2 * PATCHES.rms_index**2 * PATCHES.length * way
-    assert phase == pytest.approx(chernov * (1 - PATCHES.length / np.sqrt(np.pi) / way), rel=1e-6)
+    chernov = np.sqrt(np.pi) * wavenumber**2 * PATCHES.rms_index**2 * PATCHES.correlation_length * way
+    assert phase == pytest.approx(chernov * (1 - PATCHES.correlation_length / np.sqrt(np.pi) / way), rel=1e-6)
 
 
 @pytest.mark.parametrize("family", ["D", "S", "BS"])
@@ -94,7 +94,7 @@ def test_the_covariance_is_that_of_the_delays():
     """What the expectation is told of D, S and B to one point, against 600 seeds: within 3 standard errors."""
     start, point = np.array(HERE), point_scatterer(PointTarget(position=THERE))
     legs = image_legs(SCENE, start, point, ("D", "S", "B"), 1e5)
-    told = DelayField(PATCHES, 1, DEPTH, Lattice()).covariance(
+    told = DelayField(PATCHES, 1, DEPTH, ScattererGrid()).covariance(
         [(legs, start, np.arange(len(legs.families)))], point.position, np.array([0])
     )[0]
     found = np.cov([delays(family, HERE, THERE) for family in "DSB"])
@@ -106,7 +106,7 @@ def test_the_covariance_of_some_legs_is_part_of_that_of_all():
     """Legs that are not asked for change nothing, and their way through the water is not followed."""
     start, point = np.array(HERE), point_scatterer(PointTarget(position=THERE))
     legs = image_legs(SCENE, start, point, ("D", "S", "B", "BS"), 1e5)
-    field, once = DelayField(PATCHES, 1, DEPTH, Lattice()), np.array([0])
+    field, once = DelayField(PATCHES, 1, DEPTH, ScattererGrid()), np.array([0])
     whole, part = (
         field.covariance([(legs, start, np.array(rows))], point.position, once) for rows in (range(4), [3, 1])
     )
@@ -115,7 +115,7 @@ def test_the_covariance_of_some_legs_is_part_of_that_of_all():
 
 def test_places_forget_after_their_lifetime():
     """exp(-t^2 / T^2) after 0.5 T and 1.5 T, 3 standard errors; without a lifetime the bits stay."""
-    slow = PATCHES.model_copy(update={"lifetime": 20.0})
+    slow = PATCHES.model_copy(update={"correlation_time": 20.0})
     first = delays("D", HERE, THERE, uneven=slow)
     for late in (10.0, 30.0):
         found = np.corrcoef(first, delays("D", HERE, THERE, uneven=slow, time=late))[0, 1]
@@ -130,7 +130,7 @@ def test_a_moved_world_keeps_its_water():
     turn, moved = 0.7, np.array([300.0, -80.0])
     c, s = np.cos(turn), np.sin(turn)
     ends = [[*(moved + [c * x - s * y, s * x + c * y]), z] for x, y, z in (HERE, THERE)]  # noqa: RUF005
-    frame = Lattice(origin=tuple(moved), heading=turn)
+    frame = ScattererGrid(origin=tuple(moved), heading=turn)
     np.testing.assert_allclose(
         delays("S", *ends, seeds=20, lattice=frame), delays("S", HERE, THERE, seeds=20), rtol=0, atol=1e-6 * 8e-7
     )

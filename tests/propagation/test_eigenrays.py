@@ -12,20 +12,20 @@ from insonify.propagation._eigenray_kernel import (
     COLUMNS,
     DELAY,
     FOLD,
-    FOLD_BEND,
-    FOLD_SHARE,
+    FOLD_CURVATURE,
+    FOLD_SIDE,
     MOST,
     SLOWNESS,
-    solve_points,
+    solve_eigenrays,
 )
-from insonify.propagation.families import families
-from insonify.propagation.layers import column
+from insonify.propagation.families import families_up_to
+from insonify.propagation.sound_speed_layers import sound_speed_layers
 
 THERMO = SoundSpeedProfile([0, 8, 14, 20], [1510, 1510, 1490, 1490])
 CAUSTIC = SoundSpeedProfile([0, 4, 8, 20], [1510, 1510, 1490, 1490])
 STILL = SoundSpeedProfile([0, 20], [1500, 1500])
 UPWARD = SoundSpeedProfile([0, 20], [1480, 1486])
-SEVEN = families(3)
+SEVEN = families_up_to(3)
 
 
 def found(profile, source, point, distance, chosen=SEVEN):
@@ -37,10 +37,10 @@ def found(profile, source, point, distance, chosen=SEVEN):
 
 def solved(profile, source, point, distances):
     """What the kernel fills for the direct family at one depth."""
-    water, n = column(profile, 20.0), np.size(distances)
+    water, n = sound_speed_layers(profile, 20.0), np.size(distances)
     rays, count, status = np.zeros((n, MOST, COLUMNS)), np.zeros(n, np.int64), np.zeros(n, np.uint8)
     depths = np.full(n, float(point))
-    solve_points(
+    solve_eigenrays(
         water.depth, water.speed, np.inf, source, 0, False, depths, np.asarray(distances, float), rays, count, status
     )
     return rays, count
@@ -61,7 +61,7 @@ def test_straight_up_and_down_the_delay_is_depth_over_speed():
         assert rows.path_length[k] == pytest.approx(sum(b - a for a, b in way), abs=1e-12)
         spread = np.sqrt(1500 * 1490) / sum(fast(a, b) for a, b in way)
         assert rows.amplitude[k] == pytest.approx(spread, rel=1e-9)
-    np.testing.assert_allclose(np.abs(rows.launch), np.pi / 2)
+    np.testing.assert_allclose(np.abs(rows.launch_angle), np.pi / 2)
 
 
 def test_minus_nothing_is_straight_up_and_down_too():
@@ -85,7 +85,7 @@ def test_along_its_own_depth_sound_of_one_speed_runs_level(depth):
     rows = found(STILL, depth, depth, distance, ["D"])
     np.testing.assert_allclose(rows.delay, distance / 1500, rtol=1e-15)
     np.testing.assert_allclose(rows.amplitude, 1 / distance, rtol=1e-15)
-    assert not rows.launch.any() and not rows.arrival.any() and list(rows.status) == ["ok"] * 3
+    assert not rows.launch_angle.any() and not rows.arrival_angle.any() and list(rows.status) == ["ok"] * 3
 
 
 def test_on_a_boundary_the_bounce_there_is_still_to_come():
@@ -95,7 +95,7 @@ def test_on_a_boundary_the_bounce_there_is_still_to_come():
         first = {name: list(rows.family).index(name) for name in pairs}
         for a, b in (pairs[:2], pairs[2:]):
             assert rows.delay[first[a]] == pytest.approx(rows.delay[first[b]], abs=1e-15)
-            assert rows.launch[first[a]] == pytest.approx(rows.launch[first[b]], abs=1e-12)
+            assert rows.launch_angle[first[a]] == pytest.approx(rows.launch_angle[first[b]], abs=1e-12)
 
 
 def test_why_there_is_no_path():
@@ -120,11 +120,11 @@ def test_the_direct_path_ends_where_the_limiting_ray_lands():
     edge = 2 * arc + quad(run, 11, 14)[0] + run(17.0) * 6
     rows = found(THERMO, 11.0, 20.0, edge + np.array([-1e-3, 1e-3]), ["D"])
     assert list(rows.status) == ["ok", "shadow"]
-    assert np.cos(rows.launch[0]) / 1500 == pytest.approx(p, rel=1e-6)
+    assert np.cos(rows.launch_angle[0]) / 1500 == pytest.approx(p, rel=1e-6)
 
 
 def test_two_rays_are_born_at_a_fold_and_one_has_touched_the_caustic():
-    """From just one side of a caustic two rays more are seen; their slownesses part as sqrt(2 FOLD / FOLD_BEND)."""
+    """From just one side of a caustic two rays more are seen; their slownesses part as sqrt(2 FOLD / FOLD_CURVATURE)."""
     rays, count = solved(CAUSTIC, 11.0, 11.0, np.linspace(100, 160, 601))
     fold = np.flatnonzero(np.diff(count) == 2)[0] + 1
     pair = rays[fold, : count[fold]]
@@ -134,9 +134,9 @@ def test_two_rays_are_born_at_a_fold_and_one_has_touched_the_caustic():
     assert list(np.diff(counts[:2])) == [2]
     born = near[2, : counts[2]]
     born = born[np.abs(born[:, FOLD] - 0.02) < 1e-6]
-    assert sorted(born[:, FOLD_SHARE]) == sorted(np.where(born[:, 6] == born[:, 6].max(), 1.0, -1.0))
+    assert sorted(born[:, FOLD_SIDE]) == sorted(np.where(born[:, 6] == born[:, 6].max(), 1.0, -1.0))
     apart = np.abs(np.diff(born[:, SLOWNESS]))[0]
-    assert apart == pytest.approx(2 * np.sqrt(2 * 0.02 / born[0, FOLD_BEND]), rel=0.05)
+    assert apart == pytest.approx(2 * np.sqrt(2 * 0.02 / born[0, FOLD_CURVATURE]), rel=0.05)
 
 
 def test_what_a_ray_knows_does_not_depend_on_who_asks_with_it():
@@ -184,7 +184,7 @@ def test_in_one_gradient_the_path_is_as_long_as_its_arc(gradient):
     rows = found(water, source, point, distance, ["D"])
     there = rows.status == "ok"
     chord = np.hypot(distance, point - source).ravel()[rows.point[there]]
-    curvature = np.cos(rows.launch[there]) / water.at(source) * abs(gradient)
+    curvature = np.cos(rows.launch_angle[there]) / water.at(source) * abs(gradient)
     assert rows.turning_points.max() == 1
     np.testing.assert_allclose(
         rows.path_length[there], 2 / curvature * np.arcsin(curvature * chord / 2), rtol=1e-12, atol=0
@@ -252,12 +252,12 @@ def test_what_means_nothing_is_refused_with_advice(change, words):
 
 def test_a_column_is_the_profile_from_surface_to_seabed():
     """Knots below the seabed play no part, those in the water all do, and the ends lie exactly at 0 and at the bed."""
-    water = column(THERMO, 17.0)
+    water = sound_speed_layers(THERMO, 17.0)
     np.testing.assert_array_equal(water.depth, [0, 8, 14, 17])
     np.testing.assert_array_equal(water.speed, [1510, 1510, 1490, 1490])
-    assert not water.constant and column(STILL, 3.0).constant and water.water_depth == 17
+    assert not water.is_isovelocity and sound_speed_layers(STILL, 3.0).is_isovelocity and water.water_depth == 17
     with pytest.raises(ValueError, match="begins at 2 m"):
-        column(SoundSpeedProfile([2, 20], [1500, 1500]), 10.0)
+        sound_speed_layers(SoundSpeedProfile([2, 20], [1500, 1500]), 10.0)
 
 
 @pytest.mark.parametrize("gradient", [0.5, -0.5, 0.05, -1.0])

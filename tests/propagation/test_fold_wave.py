@@ -20,7 +20,7 @@ def rays(profile, distance):
     found = np.full((distance.size, kernel.MOST, kernel.COLUMNS), np.nan)
     count, status = np.zeros(distance.size, np.int64), np.zeros(distance.size, np.uint8)
     depth = np.full(distance.size, POINT)
-    kernel.solve_points(
+    kernel.solve_eigenrays(
         np.array(profile.depth),
         np.array(profile.speed),
         np.inf,
@@ -34,7 +34,7 @@ def rays(profile, distance):
         status,
     )
     for row, n in zip(found, count, strict=True):
-        row[n:], row[n:, kernel.FOLD], row[n:, kernel.FOLD_BEND] = 0, np.inf, 1
+        row[n:], row[n:, kernel.FOLD], row[n:, kernel.FOLD_CURVATURE] = 0, np.inf, 1
     return found, count
 
 
@@ -43,7 +43,7 @@ def summed(found, *, limited=True, turn=1j):
     column = {name: found[..., getattr(kernel, name)] for name in ("AMPLITUDE", "DELAY", "CAUSTICS")}
     amplitude = column["AMPLITUDE"].astype(complex)
     if limited:
-        fold = [found[..., getattr(kernel, name)] for name in ("FOLD", "FOLD_BEND", "FOLD_SHARE")]
+        fold = [found[..., getattr(kernel, name)] for name in ("FOLD", "FOLD_CURVATURE", "FOLD_SIDE")]
         amplitude = limited_amplitude(amplitude.real, *fold, FREQUENCY)
     phase = turn ** column["CAUSTICS"] * np.exp(-2j * np.pi * FREQUENCY * column["DELAY"])
     return np.sum(amplitude * phase, axis=1), np.sqrt(np.sum(np.abs(amplitude) ** 2, axis=1))

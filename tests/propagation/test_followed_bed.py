@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from insonify.propagation._course_kernel import Course, Frame, follow_bed
+from insonify.propagation.image_path_kernel import ImagePaths, TerrainFrame, paths_off_local_planes
 from insonify.propagation.local_planes import _PATTERNS
-from insonify.scene.bed_plane import FEW, PATTERN
+from insonify.scene.plane_fit_samples import FEW, PATTERN
 from oracles.maps import map_of, swell
 
 SONAR, DEPTH, WAVELENGTH, LEAST = np.array([3.0, -2.0, 11.0]), 20.0, 0.015, 0.2
-ROUGH = swell(1, rms=0.06, shortest=6.0)
+ROUGH = swell(1, rms=0.06, shortest_wavelength=6.0)
 
 
 def ground_of(height=ROUGH):
@@ -19,7 +19,7 @@ def ground_of(height=ROUGH):
 
 def frame_of(north=0.0, east=0.0, heading=0.0):
     """The lattice's frame."""
-    return Frame(north, east, np.cos(heading), np.sin(heading), DEPTH, WAVELENGTH, LEAST)
+    return TerrainFrame(north, east, np.cos(heading), np.sin(heading), DEPTH, WAVELENGTH, LEAST)
 
 
 def points_about(seed, count):
@@ -31,14 +31,16 @@ def points_about(seed, count):
 
 def followed(family, points, *, ground=None, frame=None, place=SONAR, moved=None, done=None):
     """The ways of one family; those that are done already keep what they have."""
-    off_bed, count = np.array([letter == "B" for letter in family]), len(points)
+    is_seabed_bounce, count = np.array([letter == "B" for letter in family]), len(points)
     m = len(family)
-    made = Course(*(np.full(shape, np.nan) for shape in ((count,), (count, 3), (count, 3), (m, count, 3), (m, count),
+    made = ImagePaths(*(np.full(shape, np.nan) for shape in ((count,), (count, 3), (count, 3), (m, count, 3), (m, count),
                                                          (m, count), (m, count))), np.zeros(count, bool))  # fmt: skip
     ground, done = ground or ground_of(), np.zeros(count, bool) if done is None else done
     moved = np.empty((m, 0, 2)) if moved is None else moved
     wanted = ground.none_wanted()
-    said = follow_bed(place, points, off_bed, moved, frame or frame_of(), _PATTERNS, ground.pages, wanted, done, made)
+    said = paths_off_local_planes(
+        place, points, is_seabed_bounce, moved, frame or frame_of(), _PATTERNS, ground.pages, wanted, done, made
+    )
     assert said == done.all()
     return made, done, wanted
 
@@ -95,16 +97,16 @@ def test_ways_are_those_of_images_in_planes_of_least_squares(family):
     """
     ground, points = ground_of(), points_about(2, 60)
     made, done, wanted = followed(family, points, ground=ground)
-    assert done.all() and made.there.all() and not wanted.any()
+    assert done.all() and made.is_valid.all() and not wanted.any()
     for n, point in enumerate(points):
         length, departure, arrival, bounces, parts, sines, left = told(family, ground, point)
         assert made.length[n] == pytest.approx(length, abs=2e-5)
         np.testing.assert_allclose(made.departure[n], departure, atol=1e-4)
         np.testing.assert_allclose(made.arrival[n], arrival, atol=1e-4)
-        np.testing.assert_allclose(made.bounce[:, n], bounces, atol=2e-3)
-        np.testing.assert_allclose(made.part[:, n], parts, atol=1e-4)
+        np.testing.assert_allclose(made.bounce_position[:, n], bounces, atol=2e-3)
+        np.testing.assert_allclose(made.fraction[:, n], parts, atol=1e-4)
         np.testing.assert_allclose(made.sine[:, n], sines, atol=1e-4)
-        np.testing.assert_allclose(made.left[:, n], left, rtol=1e-2, atol=1e-8)
+        np.testing.assert_allclose(made.residual_variance[:, n], left, rtol=1e-2, atol=1e-8)
     level = unfolded(SONAR, points[0], [(np.array([0, 0, DEPTH]), np.array([0, 0, -1.0]))])[0]
     assert family != "B" or abs(made.length[0] - level) > 1e-4  # rough ground does move it
 
@@ -127,9 +129,9 @@ def test_points_that_have_their_ways_are_not_touched():
     points, done = points_about(4, 140), np.arange(140) % 2 == 0
     every, *_ = followed("B", points)
     made, after, _ = followed("B", points, done=done.copy())
-    assert after.all() and np.isnan(made.length[done]).all() and np.isnan(made.bounce[:, done]).all()
+    assert after.all() and np.isnan(made.length[done]).all() and np.isnan(made.bounce_position[:, done]).all()
     np.testing.assert_array_equal(made.length[~done], every.length[~done])
-    np.testing.assert_array_equal(made.left[:, ~done], every.left[:, ~done])
+    np.testing.assert_array_equal(made.residual_variance[:, ~done], every.residual_variance[:, ~done])
 
 
 def test_only_who_reads_a_missing_piece_waits_for_it():
@@ -155,8 +157,8 @@ def test_a_world_moved_and_turned_has_the_same_ways():
     there, *_ = followed("BS", points @ spin.T + shift, frame=frame_of(*shift[:2], turn), place=spin @ SONAR + shift)
     np.testing.assert_allclose(there.length, here.length, atol=1e-5)
     np.testing.assert_allclose(there.departure, here.departure @ spin.T, atol=2e-5)
-    np.testing.assert_allclose(there.bounce, here.bounce @ spin.T + shift, atol=5e-4)
-    np.testing.assert_allclose(there.left, here.left, rtol=1e-2, atol=1e-8)
+    np.testing.assert_allclose(there.bounce_position, here.bounce_position @ spin.T + shift, atol=5e-4)
+    np.testing.assert_allclose(there.residual_variance, here.residual_variance, rtol=1e-2, atol=1e-8)
 
 
 def test_port_is_starboard_in_a_mirror():
@@ -204,6 +206,6 @@ def test_a_point_below_the_plane_of_its_bounce_has_no_way():
     sunk[::3, 2] = 20.3
     every, *_ = followed("B", points)
     made, done, _ = followed("B", sunk)
-    assert done.all() and not made.there[::3].any()
-    np.testing.assert_array_equal(np.delete(made.there, np.s_[::3]), np.delete(every.there, np.s_[::3]))
+    assert done.all() and not made.is_valid[::3].any()
+    np.testing.assert_array_equal(np.delete(made.is_valid, np.s_[::3]), np.delete(every.is_valid, np.s_[::3]))
     np.testing.assert_array_equal(np.delete(made.length, np.s_[::3]), np.delete(every.length, np.s_[::3]))

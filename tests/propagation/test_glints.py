@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from insonify.ocean.directional_spreading import ElfouhailySpreading
 from insonify.ocean.elfouhaily import Elfouhaily
 from insonify.ocean.sea_surface import SeaSurface
-from insonify.ocean.spreading import ElfouhailySpreading
 from insonify.ocean.wave_spectrum import angular_frequency, height_variance, mean_square_slope, vertical_speed_rms
-from insonify.propagation.bent import bend, unfolded
-from insonify.propagation.glints import End, sea_of
-from insonify.propagation.images import image_legs
-from insonify.propagation.moving import met_twice
+from insonify.propagation.displaced_bounce import displace_bounces, unfold_paths
+from insonify.propagation.glints import SonarEnd, glint_surface
+from insonify.propagation.image_sources import image_legs
+from insonify.propagation.surface_reflection import repeated_glint_weight
 from insonify.scattering.bubbles import bubble_loss_db
 from insonify.scattering.lambert import Lambert
 from insonify.scattering.surface_coherence import coherent_reflection, mean_extra_delay
@@ -34,19 +34,19 @@ def points(east, count=1, north=0.0, depth=20.0):
 
 def sea(wind, **surface):
     """A sea under some wind, over the nominal depth."""
-    return sea_of(Scene(surface={"bounce": "statistical", "wind_speed": wind, **surface}), 7, F)
+    return glint_surface(Scene(surface={"reflection": "statistical", "wind_speed": wind, **surface}), 7, F)
 
 
 def off_the_surface(wind, east=150.0, count=1, family="S", *, time=0.0, place=PLACE, **surface):
     """Mirror's legs of one family, and what becomes of them on the way out and back."""
     target, water = points(east, count), sea(wind, **surface)
     mirror = image_legs(water.scene, place, target, (family,), F)
-    return mirror, *water.legs(mirror, target, End(place, time))
+    return mirror, *water.legs(mirror, target, SonarEnd(place, time))
 
 
 def carried(legs, mirror):
     """Phasors of the glints, with the way that each of them goes."""
-    row = legs.glints.label.index(max(legs.glints.label))
+    row = legs.glints.bounce_id.index(max(legs.glints.bounce_id))
     return legs.glints.phasor[row] * np.exp(-2j * np.pi * F * (legs.delay[row] - mirror.delay[0]))
 
 
@@ -55,9 +55,9 @@ def test_the_coherent_leg_is_the_mirror_s_less_eckart_s_factor(wind, east):
     """Its pressure is exp(-2 Gamma^2) of the mirror's, by the height of the whole sea and the angle at the surface."""
     mirror, out, _ = off_the_surface(wind, east)
     grazing = np.arctan2(31.0, east)
-    rms = height_variance(Elfouhaily(wind), shortest=SHORTEST) ** 0.5
+    rms = height_variance(Elfouhaily(wind), shortest_wavelength=SHORTEST) ** 0.5
     wanted = -coherent_reflection(F, rms, grazing, sound_speed=C) * 10 ** (-bubble_loss_db(wind, F, grazing) / 20)
-    assert out.glints.label[0] == -1
+    assert out.glints.bounce_id[0] == -1
     np.testing.assert_allclose(np.abs(out.amplitude[0] / mirror.amplitude[0]), wanted, rtol=1e-3)
     np.testing.assert_allclose(out.delay[0], mirror.delay[0], rtol=1e-14)
 
@@ -69,8 +69,8 @@ def test_nothing_is_lost_but_to_bubbles(wind, family):
     mirror, out, _ = off_the_surface(wind, family=family)
     count, climb = family.count("S"), {"S": 31.0, "BS": 49.0, "SBS": 71.0}[family]
     bubbles = 10 ** (-count * bubble_loss_db(wind, F, np.arctan2(climb, 150.0)) / 10)
-    power = np.sum(np.abs(out.boundary) ** 2)
-    assert power == pytest.approx(float(np.abs(mirror.boundary[0, 0]) ** 2 * bubbles), rel=1e-5)
+    power = np.sum(np.abs(out.reflection_coefficient) ** 2)
+    assert power == pytest.approx(float(np.abs(mirror.reflection_coefficient[0, 0]) ** 2 * bubbles), rel=1e-5)
 
 
 @pytest.mark.parametrize(("wind", "apart"), [(0.5, 0.05), (1.0, 0.02), (1.0, 0.2), (2.0, 0.02), (3.0, 0.02)])
@@ -83,12 +83,14 @@ def test_glints_forget_their_phase_as_a_drawn_sea_does(wind, apart):
     mirror, now, _ = off_the_surface(wind, count=count)
     _, then, _ = off_the_surface(wind, count=count, time=apart)
     phase = 4 * np.pi * F / C * np.sin(np.arctan2(31.0, 150.0))
-    mean = phase**2 * height_variance(Elfouhaily(wind), shortest=SHORTEST)
+    mean = phase**2 * height_variance(Elfouhaily(wind), shortest_wavelength=SHORTEST)
     glint = np.mean(carried(now, mirror) * carried(then, mirror).conj())
     whole = np.exp(-mean) - np.expm1(-mean) * glint
     north, east = np.random.default_rng(3).uniform(-2000, 2000, (2, 3000))
     wave = Elfouhaily(wind)
-    waves = [SeaSurface(wave, ElfouhailySpreading(wave), seed=s, shortest=2 * np.pi / SHORTEST) for s in range(4)]
+    waves = [
+        SeaSurface(wave, ElfouhailySpreading(wave), seed=s, shortest_wavelength=2 * np.pi / SHORTEST) for s in range(4)
+    ]
     drawn = np.mean([np.exp(1j * phase * (w.elevation(north, east, apart) - w.elevation(north, east, 0.0)))
                      for w in waves])  # fmt: skip
     assert abs(whole - drawn) < 0.04
@@ -102,7 +104,7 @@ def test_glints_are_met_again_on_the_way_back():
     """
     wind, east = 1.0, 150.0
     _, out, back = off_the_surface(wind, east, count=40_000)
-    row = out.glints.label.index(max(out.glints.label))
+    row = out.glints.bounce_id.index(max(out.glints.bounce_id))
     found = np.mean(out.glints.phasor[row] * back.glints.phasor[row].conj())
     apart = np.hypot(9.0, east) / C + (20 - 11) / 31 * np.hypot(31, east) / C
     k = np.geomspace(Elfouhaily(wind).peak / 8, SHORTEST, 20_000)
@@ -130,15 +132,18 @@ def test_glints_forget_their_phase_over_the_surface_as_a_drawn_sea_does(towards,
     Along, against and across a wind of 1 m/s, at once and 20 ms later; error 0.01 and 0.02.
     """
     moved, count, wind = np.array([0.0, 0.05, 0.0]), 20_000, 1.0
-    here, one, _ = off_the_surface(wind, count=count, waves_to=towards)
-    there, other, _ = off_the_surface(wind, count=count, place=PLACE + moved, time=apart, waves_to=towards)
+    here, one, _ = off_the_surface(wind, count=count, wave_direction=towards)
+    there, other, _ = off_the_surface(wind, count=count, place=PLACE + moved, time=apart, wave_direction=towards)
     # The sea's height delays: its phasor is exp(-j q eta).
     glint = np.mean(carried(other, there) * carried(one, here).conj())
     phase = 4 * np.pi * F / C * np.sin(np.arctan2(31.0, 150.0))
-    mean = phase**2 * height_variance(Elfouhaily(wind), shortest=SHORTEST)
+    mean = phase**2 * height_variance(Elfouhaily(wind), shortest_wavelength=SHORTEST)
     north, east = np.random.default_rng(3).uniform(-2000, 2000, (2, 3000))
     wave, step = Elfouhaily(wind), 0.05 * 20 / 31
-    waves = [SeaSurface(wave, ElfouhailySpreading(wave), towards, s, shortest=2 * np.pi / SHORTEST) for s in range(4)]
+    waves = [
+        SeaSurface(wave, ElfouhailySpreading(wave), towards, s, shortest_wavelength=2 * np.pi / SHORTEST)
+        for s in range(4)
+    ]
     drawn = np.mean([np.exp(-1j * phase * (w.elevation(north, east + step, apart) - w.elevation(north, east, 0.0)))
                      for w in waves])  # fmt: skip
     assert abs(np.exp(-mean) - np.expm1(-mean) * glint - drawn) < 0.04
@@ -147,14 +152,14 @@ def test_glints_forget_their_phase_over_the_surface_as_a_drawn_sea_does(towards,
 @pytest.mark.parametrize(("wind", "drawn"), [(0.6, True), (0.6, False), (3.0, True), (5.0, False)])
 def test_both_ways_bear_the_square_of_one(wind, drawn):
     """Mean power of all pairs of one family = square of its legs' power, and no pair meets one glint twice."""
-    water, target = sea(wind), replace(points(150.0, 1), drawn=drawn)
-    out, back = water.legs(image_legs(water.scene, PLACE, target, ("S",), F), target, End(PLACE, 0.0))
+    water, target = sea(wind), replace(points(150.0, 1), has_random_phase=drawn)
+    out, back = water.legs(image_legs(water.scene, PLACE, target, ("S",), F), target, SonarEnd(PLACE, 0.0))
     rows = range(len(out.families))
     pair = np.array([(i, j) for i in rows for j in rows])
-    weight = met_twice(out, back, pair)
-    power = np.abs(out.boundary[:, 0]) ** 2
+    weight = repeated_glint_weight(out, back, pair)
+    power = np.abs(out.reflection_coefficient[:, 0]) ** 2
     assert np.sum(weight**2 * power[pair[:, 0]] * power[pair[:, 1]]) == pytest.approx(np.sum(power) ** 2, rel=1e-12)
-    again = [(i, i) for i in rows if out.glints.label[i] >= 0]
+    again = [(i, i) for i in rows if out.glints.bounce_id[i] >= 0]
     assert {tuple(p) for p, w in zip(pair.tolist(), weight, strict=True) if w == 0} == set(again)
 
 
@@ -171,10 +176,10 @@ def test_glints_come_late_by_the_slope_s_lengthening():
 def test_a_facet_reflects_to_its_point():
     """In the vertical plane the corner obeys the law of reflection on a facet of the slope asked for, to 19 degrees."""
     slope = np.linspace(-0.35, 0.35, 15)
-    lines = unfolded("S", PLACE, np.tile([0.0, 60.0, 20.0], (15, 1)), 20.0)
-    bent = bend(lines, np.stack([slope, 0 * slope])[None])
-    leaving = np.array([0.0, 60, -31]) / np.hypot(60, 31) + bent.departure
-    arriving = np.array([0.0, 60, 31]) / np.hypot(60, 31) + bent.arrival
+    lines = unfold_paths("S", PLACE, np.tile([0.0, 60.0, 20.0], (15, 1)), 20.0)
+    bent = displace_bounces(lines, np.stack([slope, 0 * slope])[None])
+    leaving = np.array([0.0, 60, -31]) / np.hypot(60, 31) + bent.departure_change
+    arriving = np.array([0.0, 60, 31]) / np.hypot(60, 31) + bent.arrival_change
     normal = arriving - leaving
     # Elevation rises as depth falls: the normal into the water is (slope, 1) over (ahead, down).
     np.testing.assert_allclose(normal[:, 1] / normal[:, 2], slope, atol=1e-9)
@@ -184,9 +189,9 @@ def test_a_facet_reflects_to_its_point():
 @pytest.mark.parametrize("across", [-0.01, 0.01])
 def test_a_facet_that_rises_to_the_right_sends_sound_to_the_right(across):
     """Law of reflection across the way, for a small slope: what comes back to its point was met on the left."""
-    lines = unfolded("S", PLACE, np.array([[0.0, 60.0, 20.0]]), 20.0)
-    bent = bend(lines, np.array([0.0, across])[None, :, None])
-    normal = np.array([0.0, 0.0, 2 * 31 / np.hypot(60, 31)]) + bent.arrival[0] - bent.departure[0]
+    lines = unfold_paths("S", PLACE, np.array([[0.0, 60.0, 20.0]]), 20.0)
+    bent = displace_bounces(lines, np.array([0.0, across])[None, :, None])
+    normal = np.array([0.0, 0.0, 2 * 31 / np.hypot(60, 31)]) + bent.arrival_change[0] - bent.departure_change[0]
     # right of east is south, and the normal into the water leans to where elevation rises
     assert -normal[0] / normal[2] == pytest.approx(across, rel=1e-3)
 
@@ -201,7 +206,7 @@ def test_glints_leave_as_their_phase_runs(axis):
     moved[axis] = 1e-5
     mirror, here, _ = off_the_surface(3.0, east=10.0, count=2000)
     _, there, _ = off_the_surface(3.0, east=10.0, count=2000, place=PLACE + moved)
-    row = here.glints.label.index(max(here.glints.label))
+    row = here.glints.bounce_id.index(max(here.glints.bounce_id))
     turned = np.angle(there.glints.phasor[row] / here.glints.phasor[row])
     phase = turned - 2 * np.pi * F * (there.delay[row] - here.delay[row])
     runs = np.angle(np.exp(1j * phase)) / (2 * np.pi * F / C * 1e-5)
@@ -214,18 +219,18 @@ def test_glints_leave_as_their_phase_runs(axis):
 @pytest.mark.parametrize("slopes", [(0.01, 0.0), (0.0, 0.01), (0.006, -0.008)])
 def test_a_small_slope_lengthens_a_leg_by_its_square(slopes):
     """Excess length = 2 r1 r2 / (r1 + r2) (along^2 + across^2 sin^2 g), to second order."""
-    lines = unfolded("S", PLACE, np.array([[0.0, 60.0, 20.0]]), 20.0)
-    bent = bend(lines, np.array(slopes)[None, :, None])
+    lines = unfold_paths("S", PLACE, np.array([[0.0, 60.0, 20.0]]), 20.0)
+    bent = displace_bounces(lines, np.array(slopes)[None, :, None])
     length, sine = np.hypot(60, 31), 31 / np.hypot(60, 31)
     wanted = 2 * length * (11 / 31) * (20 / 31) * (slopes[0] ** 2 + (slopes[1] * sine) ** 2)
-    assert bent.excess[0] == pytest.approx(wanted, rel=0.03)
+    assert bent.excess_length[0] == pytest.approx(wanted, rel=0.03)
 
 
 @pytest.mark.parametrize("family", ["S", "SB", "BS", "SBS", "BSB"])
 def test_without_slopes_nothing_bends(family):
     """A level facet is the mirror."""
-    lines = unfolded(family, PLACE, np.array([[3.0, 60.0, 18.0]]), 20.0)
-    bent = bend(lines, np.zeros((family.count("S"), 2, 1)))
+    lines = unfold_paths(family, PLACE, np.array([[3.0, 60.0, 18.0]]), 20.0)
+    bent = displace_bounces(lines, np.zeros((family.count("S"), 2, 1)))
     for change in bent:
         np.testing.assert_allclose(change, 0, atol=1e-10)
 
@@ -237,6 +242,6 @@ def test_a_glint_belongs_to_its_place():
     np.testing.assert_array_equal(few.delay, many.delay[:, :20])
     np.testing.assert_array_equal(few.amplitude, many.amplitude[:, :20])
     target = points(150.0, 20)
-    other = sea_of(sea(3.0).scene, 8, F)
-    changed, _ = other.legs(image_legs(other.scene, PLACE, target, ("S",), F), target, End(PLACE, 0.0))
+    other = glint_surface(sea(3.0).scene, 8, F)
+    changed, _ = other.legs(image_legs(other.scene, PLACE, target, ("S",), F), target, SonarEnd(PLACE, 0.0))
     assert not np.any(changed.delay == few.delay)

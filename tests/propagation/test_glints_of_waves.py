@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from insonify.propagation.glints import End
-from insonify.propagation.images import StraightRays
-from insonify.propagation.moving import met_twice, moving_legs
-from insonify.propagation.waves import shortest_wave, waves_under
+from insonify.propagation.glints import SonarEnd
+from insonify.propagation.image_sources import StraightRays
+from insonify.propagation.surface_reflection import apply_surface_reflection, repeated_glint_weight
+from insonify.propagation.wind_waves import shortest_wavenumber, wind_waves
 from insonify.scene.scatterers import Scatterers
-from insonify.simulation import prepare
+from insonify.simulator import build_simulator
 from oracles.scenes import nominal
 
 pytestmark = pytest.mark.filterwarnings("ignore::insonify.validity.PhysicsWarning")  # winds below 3 m/s are meant
@@ -25,11 +25,11 @@ def points(seed, count, *, origin=(0.0, 150.0)):
 
 def pressure(wind, seed, times, count=200):
     """Pressure by S at some points and times, (times, n), and the sine of grazing of each path off a calm surface."""
-    surface = {"bounce": "waves", "wind_speed": wind, "waves_to": 0.6}
-    scene, there = prepare(nominal(surface=surface)).engine.scene, points(seed, count)
+    surface = {"reflection": "explicit", "wind_speed": wind, "wave_direction": 0.6}
+    scene, there = build_simulator(nominal(surface=surface)).engine.scene, points(seed, count)
     legs, found = StraightRays(scene).legs(PLACE, there, ("S",), FREQUENCY), []
     for time in times:
-        out, _ = moving_legs(legs, scene, seed, there, FREQUENCY, End(PLACE, time))
+        out, _ = apply_surface_reflection(legs, scene, seed, there, FREQUENCY, SonarEnd(PLACE, time))
         found.append((out.amplitude * np.exp(-2j * np.pi * FREQUENCY * out.delay)).sum(axis=0))
     return np.array(found), IMAGE / np.hypot(IMAGE, np.linalg.norm(there.position[:, :2], axis=1))
 
@@ -39,7 +39,7 @@ def foreseen(wind, sine, lag):
 
     Kirchhoff's integral over the whole surface, its second moment in closed form.
     """
-    waves = waves_under(wind, shortest_wave(FREQUENCY, SPEED))
+    waves = wind_waves(wind, shortest_wavenumber(FREQUENCY, SPEED))
     turn = (waves.frequency[1:] + waves.frequency[:-1]) / 2 * lag
     moved = np.sum(np.diff(waves.variance) * (1 - np.cos(turn)))
     return np.mean(np.exp(-((4 * np.pi * FREQUENCY / SPEED * sine) ** 2) * moved))
@@ -73,15 +73,15 @@ def test_bounce_points_that_merge_have_one_glint():
     A glint of one bounce out meets itself no more on another bounce's way back than on its own: the others bear its
     power, so that any two bounces have the power of their product.
     """
-    surface = {"bounce": "waves", "wind_speed": 3.0, "waves_to": 0.6}
-    scene, there = prepare(nominal(surface=surface)).engine.scene, points(1, 40)
+    surface = {"reflection": "explicit", "wind_speed": 3.0, "wave_direction": 0.6}
+    scene, there = build_simulator(nominal(surface=surface)).engine.scene, points(1, 40)
     legs = StraightRays(scene).legs(PLACE, there, ("S",), FREQUENCY)
-    out, back = moving_legs(legs, scene, 1, there, FREQUENCY, End(PLACE, 1.0))
-    labels = [label for label in out.glints.label if label >= 0]
+    out, back = apply_surface_reflection(legs, scene, 1, there, FREQUENCY, SonarEnd(PLACE, 1.0))
+    labels = [label for label in out.glints.bounce_id if label >= 0]
     assert len(set(labels)) == 2 < len(labels)
     pair = np.array([(i, j) for i in range(len(out.families)) for j in range(len(back.families))])
-    weight = met_twice(out, back, pair)
-    glints = [[label >= 0 for label in legs.glints.label] for legs in (out, back)]
+    weight = repeated_glint_weight(out, back, pair)
+    glints = [[label >= 0 for label in legs.glints.bounce_id] for legs in (out, back)]
     both = np.array([glints[0][i] and glints[1][j] for i, j in pair])
     assert np.mean(weight[both] ** 2) == pytest.approx(1.0)
 
@@ -90,13 +90,13 @@ def test_glints_do_not_know_how_far_away_the_origin_is():
     """Sea, sonar and lattice 5 km from the origin: a sonar that moves by 1 cm finds the sound no less like."""
 
     def likeness(away):
-        surface = {"bounce": "statistical", "wind_speed": 3.0}
-        scene, there = prepare(nominal(surface=surface)).engine.scene, points(2, 400, origin=(away, 150.0))
+        surface = {"reflection": "statistical", "wind_speed": 3.0}
+        scene, there = build_simulator(nominal(surface=surface)).engine.scene, points(2, 400, origin=(away, 150.0))
         sound = []
         for east in (0.0, 0.01):
             place = PLACE + np.array([away, east, 0.0])
             legs = StraightRays(scene).legs(place, there, ("S",), FREQUENCY)
-            out, _ = moving_legs(legs, scene, 2, there, FREQUENCY, End(place, 1.0))
+            out, _ = apply_surface_reflection(legs, scene, 2, there, FREQUENCY, SonarEnd(place, 1.0))
             sound.append(out.glints.phasor)
         return abs(np.mean(sound[0] * sound[1].conj()))
 

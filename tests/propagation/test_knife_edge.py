@@ -4,10 +4,16 @@ import numpy as np
 import pytest
 from scipy.special import j0
 
-from insonify.propagation._knife_edge_kernel import FAR, past_edge
-from insonify.propagation.images import image_legs
-from insonify.propagation.knife_edge import PER_UNIT, edge_table, fresnel_number, knife_edge, soft_edges
-from insonify.records.legs import Status
+from insonify.propagation.image_sources import image_legs
+from insonify.propagation.knife_edge import (
+    PER_UNIT,
+    diffract_at_edges,
+    edge_diffraction_table,
+    fresnel_number,
+    knife_edge,
+)
+from insonify.propagation.knife_edge_kernel import FAR, edge_diffraction
+from insonify.records.legs import LegStatus
 from insonify.scattering.lambert import Lambert
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
@@ -43,7 +49,7 @@ def visibility(told: Scene, points: Scatterers, families: tuple[str, ...] = ("D"
                wide: bool = False) -> np.ndarray:  # fmt: skip
     """Complex visibility of the legs, (f, n)."""
     legs = image_legs(told, place, points, families, FREQUENCY)
-    return soft_edges(legs, points, place, told, WAVE, wide=wide).visibility
+    return diffract_at_edges(legs, points, place, told, WAVE, infinitely_wide=wide).visibility
 
 
 def whole_wave(point: np.ndarray, base: float, width: float, height: float) -> complex:
@@ -90,7 +96,7 @@ def test_half_of_the_pressure_is_left_on_the_edge_of_the_shadow() -> None:
     np.testing.assert_allclose(found[1:3], 0.5, atol=0.005)
     assert abs(found[3]) == pytest.approx(1, abs=0.1)
     hard = image_legs(told, SONAR, points, ("D",), FREQUENCY)
-    assert hard.status[0].tolist() == [Status.OCCLUDED, Status.OCCLUDED, Status.CLEAR, Status.CLEAR]
+    assert hard.status[0].tolist() == [LegStatus.OCCLUDED, LegStatus.OCCLUDED, LegStatus.CLEAR, LegStatus.CLEAR]
 
 
 def test_the_middle_of_the_shadow_is_19_db_down() -> None:
@@ -112,7 +118,7 @@ def test_what_two_half_planes_leave_adds_up_to_the_whole() -> None:
     """Babinet: a half plane and its complement together keep and let pass everything; the table says so to 1e-6."""
     number = np.linspace(-1.3 * FAR, 1.3 * FAR, 999)
     np.testing.assert_allclose(knife_edge(number) + knife_edge(-number), 1, atol=1e-12)
-    table = np.array([past_edge(float(value), edge_table(), float(PER_UNIT)) for value in number])
+    table = np.array([edge_diffraction(float(value), edge_diffraction_table(), float(PER_UNIT)) for value in number])
     near = np.abs(number) < FAR
     np.testing.assert_allclose(table[near], knife_edge(number[near]), rtol=0, atol=5e-8)
     np.testing.assert_allclose(table, knife_edge(number), rtol=0, atol=5e-6)
@@ -152,7 +158,7 @@ def test_without_boxes_nothing_changes() -> None:
     told = Scene(water={"sound_speed": SPEED}, seabed={"depth": 20.0})
     points = ground(POINTS)
     legs = image_legs(told, SONAR, points, ("D", "S"), FREQUENCY)
-    assert soft_edges(legs, points, SONAR, told, WAVE) is legs
+    assert diffract_at_edges(legs, points, SONAR, told, WAVE) is legs
 
 
 def test_a_solid_block_bends_sound_as_the_box_does() -> None:
@@ -181,7 +187,7 @@ def test_a_bright_spot_stands_in_the_middle_of_a_spheres_shadow() -> None:
     aside = np.array([0.0, 0.05, 0.1, 0.2, 0.3, 0.4])
     points = ground(np.stack([aside, np.full(6, 40.0), np.full(6, 20.0)], axis=-1))
     hard = image_legs(told, SONAR, points, ("D",), FREQUENCY)
-    assert (hard.status == Status.OCCLUDED).all()
+    assert (hard.status == LegStatus.OCCLUDED).all()
     behind = float(np.linalg.norm(np.array([0, 40, 20.0]) - centre))
     wanted = np.abs(j0(2 * np.pi * aside * 1.0 / (WAVE * behind)))
     np.testing.assert_allclose(np.abs(visibility(told, points)[0]), wanted, rtol=0, atol=0.06)

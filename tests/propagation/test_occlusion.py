@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from insonify.propagation.families import families
-from insonify.propagation.images import image_legs
-from insonify.records.legs import Status
-from insonify.scattering.point import PointEcho
+from insonify.propagation.families import families_up_to
+from insonify.propagation.image_sources import image_legs
+from insonify.records.legs import LegStatus
+from insonify.scattering.point_target import PointTargetLaw
 from insonify.scene.box import box_scatterers
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
@@ -18,7 +18,7 @@ SONAR = np.array([0.0, 0.0, 11.0])
 def points(position, boundary="target"):
     """Points that answer in all directions."""
     n = len(position)
-    return Scatterers(boundary, boundary, PointEcho(), np.asarray(position, float), np.zeros((n, 3)), np.ones(n),
+    return Scatterers(boundary, boundary, PointTargetLaw(), np.asarray(position, float), np.zeros((n, 3)), np.ones(n),
                       np.ones(n, complex), np.arange(n, dtype=np.uint64))  # fmt: skip
 
 
@@ -46,14 +46,14 @@ def test_a_leg_is_cut_where_a_walk_along_it_enters_the_box(seed):
     places = np.column_stack([behind, random.uniform(0, depth, 40)])
     places[:15, 2] = depth
     places = places[np.abs(block.within(places)).max(axis=1) > 1.0001]
-    legs = image_legs(scene, sonar, points(places), families(4), 100e3)
+    legs = image_legs(scene, sonar, points(places), families_up_to(4), 100e3)
     hidden, undecided = 0, 0
     for row, family in enumerate(legs.families):
         for n, place in enumerate(places):
             path = fold(sonar, place, family, depth)
             reached = deepest(path, block, 800)
             step = path.length / 800 / (min(*size) / 2)
-            occluded = legs.status[row, n] == Status.OCCLUDED
+            occluded = legs.status[row, n] == LegStatus.OCCLUDED
             if 1 <= reached < 1 + step:
                 undecided += 1
                 assert occluded == cut(path, block)
@@ -71,8 +71,8 @@ def test_shadows_on_the_bed_end_where_the_ray_over_the_far_edge_lands(family, en
     scene = world({"position": (0, 150.5), "size": (6, 1, 1)})
     along = np.arange(149, 175, 0.01)
     place = np.column_stack([np.zeros_like(along), along, np.full_like(along, 20.0)])
-    legs = image_legs(scene, SONAR, points(place, "seabed"), families(2), 100e3)
-    hidden = along[legs.status[legs.families.index(family)] == Status.OCCLUDED]
+    legs = image_legs(scene, SONAR, points(place, "seabed"), families_up_to(2), 100e3)
+    hidden = along[legs.status[legs.families.index(family)] == LegStatus.OCCLUDED]
     assert hidden.min() == pytest.approx(150, abs=0.011)
     assert hidden.max() == pytest.approx(end, abs=0.016)
     assert len(hidden) == pytest.approx((hidden.max() - hidden.min()) / 0.01 + 1, abs=1)
@@ -86,7 +86,7 @@ def test_the_shadow_grows_with_the_target(height):
     along = 151 + expected + np.array([-0.01, 0.01])
     place = np.column_stack([np.zeros(2), along, np.full(2, 20.0)])
     legs = image_legs(scene, SONAR, points(place, "seabed"), ("D",), 100e3)
-    assert list(legs.status[0]) == [Status.OCCLUDED, Status.CLEAR]
+    assert list(legs.status[0]) == [LegStatus.OCCLUDED, LegStatus.CLEAR]
 
 
 def test_the_ground_under_a_box_is_hidden_from_every_family():
@@ -96,8 +96,8 @@ def test_the_ground_under_a_box_is_hidden_from_every_family():
     c, s = np.cos(0.4), np.sin(0.4)
     north, east = c * along - s * across, 150.5 + s * along + c * across
     place = np.column_stack([north.ravel(), east.ravel(), np.full(81, 20)])
-    legs = image_legs(scene, SONAR, points(place, "seabed"), families(4), 100e3)
-    assert np.all(legs.status == Status.OCCLUDED)
+    legs = image_legs(scene, SONAR, points(place, "seabed"), families_up_to(4), 100e3)
+    assert np.all(legs.status == LegStatus.OCCLUDED)
     assert np.all(legs.visibility == 0)
 
 
@@ -108,21 +108,21 @@ def test_a_box_shows_the_faces_that_look_at_the_sonar_and_hides_none_of_them():
     """
     scene = world({"position": (0, 150.5), "size": (2, 1, 1)})
     whole = box_scatterers(scene.boxes[0], 20.0, 1, 0.1, 0)
-    legs = image_legs(scene, SONAR, whole, families(4), 100e3)
+    legs = image_legs(scene, SONAR, whole, families_up_to(4), 100e3)
     east, down = whole.normal[:, 1], whole.normal[:, 2]
     direct = legs.status[0]
-    assert np.all(direct[east < -0.5] == Status.CLEAR)
-    assert np.all(direct[east > 0.5] == Status.FACING_AWAY)
-    assert np.all(direct[down < -0.5] == Status.CLEAR)
+    assert np.all(direct[east < -0.5] == LegStatus.CLEAR)
+    assert np.all(direct[east > 0.5] == LegStatus.FACING_AWAY)
+    assert np.all(direct[down < -0.5] == LegStatus.CLEAR)
     for row, family in enumerate(legs.families):
         from_below = family.endswith("B")
         top = legs.status[row][down < -0.5]
-        assert np.all(top == (Status.FACING_AWAY if from_below else Status.CLEAR))
+        assert np.all(top == (LegStatus.FACING_AWAY if from_below else LegStatus.CLEAR))
         # On its way to the near face a path by the bottom passes in front of the box, never through it.
-        assert np.all(legs.status[row][east < -0.5] == Status.CLEAR)
+        assert np.all(legs.status[row][east < -0.5] == LegStatus.CLEAR)
     side = np.abs(whole.normal[:, 0]) > 0.5
     towards = -np.sign(whole.position[:, 0]) * np.sign(whole.normal[:, 0]) > 0
-    assert np.all(direct[side & towards] != Status.OCCLUDED)
+    assert np.all(direct[side & towards] != LegStatus.OCCLUDED)
 
 
 def test_another_box_stands_in_the_way():
@@ -136,7 +136,7 @@ def test_another_box_stands_in_the_way():
     behind = box_scatterers(scene.boxes[0], 20.0, 1, 0.1, 0)
     legs = image_legs(scene, SONAR, behind, ("D",), 100e3)
     near = behind.normal[:, 1] < -0.5
-    assert np.all(legs.status[0][near] == Status.OCCLUDED)
+    assert np.all(legs.status[0][near] == LegStatus.OCCLUDED)
     assert np.all(legs.occluder[0][near] == 1)
 
 
@@ -153,14 +153,14 @@ def test_a_box_hides_its_own_faces_from_paths_that_went_through_it_before(seed):
     block = Block((0, 5), heading, tuple(size[:2] / 2), base - size[2], base)
     sonar = np.array([random.uniform(-1, 1), 0.0, random.uniform(1, 9)])
     whole = box_scatterers(scene.boxes[0], 10.0, seed, 0.5, 0)
-    legs = image_legs(scene, sonar, whole, families(4), 100e3)
+    legs = image_legs(scene, sonar, whole, families_up_to(4), 100e3)
     hidden = 0
     for row, family in enumerate(legs.families):
         for n, place in enumerate(whole.position):
             path = fold(sonar, place, family, 10.0)
             if path.arrival @ whole.normal[n] >= 0:
-                assert legs.status[row, n] == Status.FACING_AWAY
+                assert legs.status[row, n] == LegStatus.FACING_AWAY
             else:
-                assert (legs.status[row, n] == Status.OCCLUDED) == cut(path, block)
-                hidden += legs.status[row, n] == Status.OCCLUDED
+                assert (legs.status[row, n] == LegStatus.OCCLUDED) == cut(path, block)
+                hidden += legs.status[row, n] == LegStatus.OCCLUDED
     assert hidden > 0

@@ -27,7 +27,7 @@ def test_the_rays_over_150_m_are_those_of_the_table(row):
     assert found.status.tolist() == ["ok"]
     (slow,) = rays(depth, speed, SOURCE, row["family"], 19.0, 150.0)
     for launch, delay, amplitude in (
-        (found.launch[0], found.delay[0], found.amplitude[0]), (slow.launch, slow.delay, slow.amplitude),
+        (found.launch_angle[0], found.delay[0], found.amplitude[0]), (slow.launch, slow.delay, slow.amplitude),
     ):  # fmt: skip
         assert np.degrees(launch) == pytest.approx(float(row["launch_deg"]), abs=HALF_A_DIGIT * 1e-3)
         assert delay * 1e3 == pytest.approx(float(row["delay_ms"]), abs=HALF_A_DIGIT * 1e-6)

@@ -6,10 +6,10 @@ The same claims hold for both kinds of rays; where sound speed hardly changes th
 import numpy as np
 import pytest
 
-from insonify.propagation.families import families, families_for
-from insonify.propagation.medium import rays_in
-from insonify.propagation.rays import Domain
-from insonify.scattering.point import PointEcho
+from insonify.propagation.families import families_reaching, families_up_to
+from insonify.propagation.propagation_model import RayDomain
+from insonify.propagation.propagation_model_choice import propagation_model_for
+from insonify.scattering.point_target import PointTargetLaw
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
 
@@ -27,7 +27,7 @@ FARTHEST = 200.0
 def rays(name, reflection=0.35):
     """The rays of a water over a flat bed."""
     scene = Scene(water=WATERS[name], seabed={"depth": DEPTH, "reflection": reflection})
-    return rays_in(scene, Domain((11.0,), False, (DEPTH, DEPTH), FARTHEST + 5))
+    return propagation_model_for(scene, RayDomain((11.0,), False, (DEPTH, DEPTH), FARTHEST + 5))
 
 
 def points(place, boundary="target"):
@@ -36,8 +36,8 @@ def points(place, boundary="target"):
     n = len(place)
     normal = np.zeros((n, 3)) if boundary == "target" else np.tile([0.0, 0.0, -1.0], (n, 1))
     return Scatterers(
-        boundary, boundary, PointEcho(0.0), place, normal, np.ones(n), np.ones(n, complex),
-        np.arange(n, dtype=np.uint64), drawn=False,
+        boundary, boundary, PointTargetLaw(0.0), place, normal, np.ones(n), np.ones(n, complex),
+        np.arange(n, dtype=np.uint64), has_random_phase=False,
     )  # fmt: skip
 
 
@@ -54,7 +54,7 @@ def around(count=200, seed=1, depth=(1.0, 19.0)):
 def test_directions_are_unit_vectors_and_point_along_the_bearing(name):
     """At both ends: of length one, and in the vertical plane of sonar and point."""
     place = around()
-    legs = rays(name).legs(SONAR, points(place), families(2), 100e3)
+    legs = rays(name).legs(SONAR, points(place), families_up_to(2), 100e3)
     there = legs.visibility > 0
     ahead = place[:, :2] - SONAR[:2]
     ahead /= np.linalg.norm(ahead, axis=1, keepdims=True)
@@ -68,7 +68,7 @@ def test_directions_are_unit_vectors_and_point_along_the_bearing(name):
 @pytest.mark.parametrize("name", WATERS)
 def test_sound_leaves_towards_the_first_boundary_of_its_family(name):
     """S families leave upwards and B families downwards, unless they turn before; the last bounce decides the end."""
-    legs = rays(name).legs(SONAR, points(around()), families(2), 100e3)
+    legs = rays(name).legs(SONAR, points(around()), families_up_to(2), 100e3)
     for row, family in enumerate(legs.families):
         there = legs.visibility[row] > 0
         if family == "D" or name in ("thermocline", "channel"):
@@ -81,7 +81,7 @@ def test_sound_leaves_towards_the_first_boundary_of_its_family(name):
 @pytest.mark.parametrize("name", WATERS)
 def test_the_direct_path_is_the_shortest_in_time(name):
     """Fermat: no bounced ray that there is comes before the earliest direct one."""
-    legs = rays(name).legs(SONAR, points(around()), families(2), 100e3)
+    legs = rays(name).legs(SONAR, points(around()), families_up_to(2), 100e3)
     delay = np.where(legs.visibility > 0, legs.delay, np.inf)
     direct = np.min([delay[row] for row, f in enumerate(legs.families) if f == "D"], axis=0)
     lit = np.isfinite(direct)
@@ -95,11 +95,11 @@ def test_length_and_delay_go_by_the_speeds_of_the_water(name):
     """Length over delay lies between the slowest and the fastest speed, and no path is shorter than a straight one."""
     place = around()
     bent = rays(name)
-    legs = bent.legs(SONAR, points(place), families(2), 100e3)
+    legs = bent.legs(SONAR, points(place), families_up_to(2), 100e3)
     there = legs.visibility > 0
     speed = legs.length[there] / legs.delay[there]
     water = bent.scene.water
-    assert water.slowest - 1e-6 <= speed.min() and speed.max() <= water.fastest + 1e-6
+    assert water.min_sound_speed - 1e-6 <= speed.min() and speed.max() <= water.max_sound_speed + 1e-6
     straight = np.broadcast_to(np.linalg.norm(place - SONAR, axis=1), legs.length.shape)
     assert np.all(legs.length[there] >= straight[there] - 1e-9)
 
@@ -124,14 +124,14 @@ def test_water_that_is_nearly_still_answers_like_still_water():
     """A millionth of a metre per second over 20 m: legs, reach and cones of images."""
     still, nearly = rays("still"), rays("nearly still")
     place = around()
-    one, other = (r.legs(SONAR, points(place), families(2), 100e3) for r in (still, nearly))
+    one, other = (r.legs(SONAR, points(place), families_up_to(2), 100e3) for r in (still, nearly))
     assert one.families == other.families
     np.testing.assert_allclose(other.delay, one.delay, rtol=2e-9)
     np.testing.assert_allclose(other.amplitude, one.amplitude, rtol=1e-5, atol=1e-9)
     for which in ("departure", "arrival"):
         np.testing.assert_allclose(getattr(other, which), getattr(one, which), atol=1e-5)
     asked = ((11.0, 11.0), DEPTH, ("D", "S"), (0.03, 0.1), 0.0)
-    a, b = still.reach(*asked), nearly.reach(*asked)
+    a, b = still.reachable_range(*asked), nearly.reachable_range(*asked)
     assert b.farthest == pytest.approx(a.farthest, abs=1.0) and b.nearest == pytest.approx(a.nearest, abs=2.0)
     assert b.nearest <= a.nearest and b.farthest >= a.farthest
 
@@ -142,8 +142,8 @@ def test_no_ray_leaves_outside_the_cone_that_was_promised(name):
     bent, rng = rays(name), np.random.default_rng(7)
     middle = around(40, seed=3)[:, :2]
     radius = rng.uniform(0.2, 4, 40)
-    for family in families_for("seabed", ("D", "S", "BS")):
-        cones = bent.cones(family, SONAR, middle, radius, DEPTH)
+    for family in families_reaching("seabed", ("D", "S", "BS")):
+        cones = bent.departure_cones(family, SONAR, middle, radius, DEPTH)
         for _ in range(6):
             shift = rng.normal(size=(40, 2))
             shift *= (radius * rng.random(40) / np.linalg.norm(shift, axis=1))[:, None]
@@ -151,27 +151,27 @@ def test_no_ray_leaves_outside_the_cone_that_was_promised(name):
             legs = bent.legs(SONAR, bed, (family,), 100e3)
             for row in range(len(legs.families)):
                 there = legs.visibility[row] > 0
-                angle = np.arccos(np.clip(np.sum(legs.departure[row] * cones.way, axis=-1), -1, 1))
-                assert np.all(cones.there[there])
-                assert np.all(angle[there] <= cones.margin[there] + 1e-6)
+                angle = np.arccos(np.clip(np.sum(legs.departure[row] * cones.axis, axis=-1), -1, 1))
+                assert np.all(cones.exists[there])
+                assert np.all(angle[there] <= cones.half_angle[there] + 1e-6)
 
 
 @pytest.mark.parametrize("rise", [0.5, 3.0])
 @pytest.mark.parametrize("name", ["still", "thermocline", "channel"])
 def test_ground_that_may_rise_widens_every_promise(name, rise):
-    """Reach grows both ways, and cones still hold the rays to ground that stands higher."""
+    """ReachableRange grows both ways, and cones still hold the rays to ground that stands higher."""
     bent = rays(name)
     asked = ((11.0, 11.0), DEPTH, ("D", "S"), (0.03, 0.09), 0.0)
-    flat, raised = bent.reach(*asked), bent.reach(*asked, rise=rise)
+    flat, raised = bent.reachable_range(*asked), bent.reachable_range(*asked, relief_height=rise)
     assert raised.nearest <= flat.nearest and raised.farthest >= flat.farthest - 1e-9
     middle, radius = around(30, seed=9)[:, :2], np.full(30, 1.0)
-    cones = bent.cones("D", SONAR, middle, radius, DEPTH, rise=rise)
+    cones = bent.departure_cones("D", SONAR, middle, radius, DEPTH, relief_height=rise)
     high = points(np.column_stack([middle, np.full(30, DEPTH - rise)]), "seabed")
     legs = bent.legs(SONAR, high, ("D",), 100e3)
     for row in range(len(legs.families)):
-        there = (legs.status[row] == 0) & cones.there
-        angle = np.arccos(np.clip(np.sum(legs.departure[row] * cones.way, axis=-1), -1, 1))
-        assert np.all(angle[there] <= cones.margin[there] + 1e-6)
+        there = (legs.status[row] == 0) & cones.exists
+        angle = np.arccos(np.clip(np.sum(legs.departure[row] * cones.axis, axis=-1), -1, 1))
+        assert np.all(angle[there] <= cones.half_angle[there] + 1e-6)
 
 
 @pytest.mark.parametrize("name", ["still", "falling", "thermocline"])
@@ -179,7 +179,7 @@ def test_all_that_is_heard_in_a_window_lies_within_reach(name):
     """No leg to the bed whose delay falls into the window ends nearer or farther than reach says."""
     bent = rays(name)
     first, last = 0.04, 0.08
-    reach = bent.reach((11.0, 11.0), DEPTH, ("D", "S"), (first, last), 0.0)
+    reach = bent.reachable_range((11.0, 11.0), DEPTH, ("D", "S"), (first, last), 0.0)
     distance = np.linspace(1, 180, 2000)
     bed = points(np.column_stack([SONAR[0] + distance, np.full(2000, SONAR[1]), np.full(2000, DEPTH)]), "seabed")
     legs = bent.legs(SONAR, bed, ("D", "S"), 100e3)
@@ -190,4 +190,4 @@ def test_all_that_is_heard_in_a_window_lies_within_reach(name):
 def test_a_window_before_the_first_echo_reaches_nothing():
     """Nothing of the bed can be heard before the sound has been there."""
     for name in ("still", "thermocline"):
-        assert rays(name).reach((11.0, 11.0), DEPTH, ("D",), (0.0, 0.003), 0.0).farthest < 0
+        assert rays(name).reachable_range((11.0, 11.0), DEPTH, ("D",), (0.0, 0.003), 0.0).farthest < 0

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from tests.oracles.wave import direct_field
 
-from insonify.propagation.curved import curved_rays
-from insonify.propagation.found import KEPT, exact_rays
-from insonify.propagation.rays import Domain
-from insonify.records.legs import Status
-from insonify.scattering.point import PointEcho
+from insonify.propagation.eigenray_tables import KEPT, exact_rays
+from insonify.propagation.propagation_model import RayDomain
+from insonify.propagation.refracted_rays import refracted_rays
+from insonify.records.legs import LegStatus
+from insonify.scattering.point_target import PointTargetLaw
 from insonify.scenario.scenario import Scenario
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
-from insonify.simulation import prepare
+from insonify.simulator import build_simulator
 from oracles.scenes import nominal
 
 DEPTH = 20.0
@@ -29,7 +29,7 @@ def rays(profile, *, targets=(), sources=(11.0,), spanned=False, depths=(0.0, DE
         warnings.simplefilter("ignore")  # corners of these profiles are meant
         water = {"profile": profile, "absorption_db_per_m": 0.0}
         scene = Scene(water=water, seabed={"depth": DEPTH, "reflection": "medium sand"}, targets=targets)
-    return curved_rays(scene, Domain(sources, spanned, depths, farthest))
+    return refracted_rays(scene, RayDomain(sources, spanned, depths, farthest))
 
 
 def points(away, depth, boundary="target"):
@@ -39,7 +39,7 @@ def points(away, depth, boundary="target"):
     place = np.column_stack([np.zeros(n), away, depth])
     normal = np.tile((0.0, 0.0, -1.0) if boundary == "seabed" else (0.0, 0.0, 0.0), (n, 1))
     return Scatterers(
-        boundary, boundary, PointEcho(0.0), place, normal, np.ones(n), np.ones(n, complex),
+        boundary, boundary, PointTargetLaw(0.0), place, normal, np.ones(n), np.ones(n, complex),
         np.arange(n, dtype=np.uint64), False, -1,
     )  # fmt: skip
 
@@ -56,7 +56,7 @@ def test_legs_at_a_fold_add_up_to_the_wave():
     """
     away, frequency = np.linspace(129.3, 135, 24), 20e3
     legs = rays(CAUSTIC).legs(sonar(), points(away, 12.0), ("D",), frequency)
-    assert np.all(legs.status == Status.CLEAR) and len(legs.families) == 3
+    assert np.all(legs.status == LegStatus.CLEAR) and len(legs.families) == 3
     ours = np.sum(legs.amplitude * np.exp(-2j * np.pi * frequency * legs.delay), axis=0)
     wave = direct_field([4.0, 8.0], [1510.0, 1490.0], 11.0, 12.0, away, frequency)
     assert np.abs(ours - wave).max() < 0.08 * np.abs(wave).max()
@@ -68,10 +68,10 @@ def test_ends_far_apart_hear_no_ground_beyond_their_reach():
     away = np.linspace(1, 190, 2000)
     bed = points(away, DEPTH, "seabed")
     for east in (-30.0, 30.0):
-        ring = water.reach((11.0, 11.0), DEPTH, families, (window[0] / 2, window[1] / 2), 30.0)
+        ring = water.reachable_range((11.0, 11.0), DEPTH, families, (window[0] / 2, window[1] / 2), 30.0)
         out = water.legs(sonar(), bed, families, 100e3)
         back = water.legs(sonar(east=east), bed, families, 100e3)
-        delay = [np.where(legs.status == Status.CLEAR, legs.delay, np.nan) for legs in (out, back)]
+        delay = [np.where(legs.status == LegStatus.CLEAR, legs.delay, np.nan) for legs in (out, back)]
         pair = delay[0][:, None] + delay[1][None]
         heard = away[np.any((pair >= window[0]) & (pair <= window[1]), axis=(0, 1))]
         assert ring.nearest <= heard.min() and heard.max() <= ring.farthest
@@ -86,13 +86,13 @@ def test_both_ends_and_both_sides_read_tables():
     swing = {"roll": {"rms": 0.1, "period": 6.0}}
     for pings, motion in ((1, {}), (3, swing)):
         line = {"kind": "line", "start": (0.0, 0.0, 11.0), "speed": 2.0, "pings": pings, "window": (0.1, 0.13)}
-        listening = prepare(Scenario(**{**told.model_dump(), "track": {**line, "motion": motion}}))
-        tables = listening.engine.rays.tables
+        simulator = build_simulator(Scenario(**{**told.model_dump(), "track": {**line, "motion": motion}}))
+        tables = simulator.engine.rays.tables
         for ping in range(pings):
-            for here in listening.stances(ping):
-                for place in (here.transmit_place, here.receive_place):
+            for here in simulator.ping_geometries(ping):
+                for place in (here.transmit_position, here.receive_position):
                     tables.rays("D", "seabed", float(place[2]), np.array([DEPTH]), np.array([90.0]))
-                    assert any(table.covers(place[2]) for table in tables.made.values())
+                    assert any(table.covers(place[2]) for table in tables.tables.values())
 
 
 @pytest.mark.parametrize("boundary", ["seabed", "target"])
@@ -103,10 +103,10 @@ def test_a_dive_does_not_fill_the_memory(boundary):
     depth = np.full(100, DEPTH) if boundary == "seabed" else random.uniform(19, 20, 100)
     for source in (2.0, 3.7, 4.0, 6.0, 9.3, 11.0, 14.0, 15.99, 16.0, 2.0):
         read = water.tables.rays("S", boundary, source, depth, away)
-        solved = exact_rays(water.column, "S", source, depth, away)
+        solved = exact_rays(water.layers, "S", source, depth, away)
         np.testing.assert_array_equal(read.count, solved.count)
         np.testing.assert_allclose(read.rays[:, 0, 0], solved.rays[:, 0, 0], rtol=0, atol=1e-9)
-        tables = water.tables.made.values()
+        tables = water.tables.tables.values()
         assert len(tables) <= KEPT and any(table.covers(source) for table in tables)
         assert max(table.planes[-1].source_depth - table.planes[0].source_depth for table in tables) <= 2
 
@@ -128,5 +128,5 @@ def test_low_notes_feel_a_fold_from_afar():
     water = rays(CAUSTIC, targets=(LOW_BOX,))
     read = water.legs(sonar(), points(away, depth), ("D",), 1e3)
     solved = rays(CAUSTIC).legs(sonar(), points(away, depth), ("D",), 1e3)  # without bodies each ray is solved for
-    there = (read.status == Status.CLEAR) & (solved.status == Status.CLEAR)
+    there = (read.status == LegStatus.CLEAR) & (solved.status == LegStatus.CLEAR)
     assert np.abs(20 * np.log10(np.abs(read.amplitude[there] / solved.amplitude[there]))).max() < 0.02

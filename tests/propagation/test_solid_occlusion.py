@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from insonify.frames import pose_rotation
-from insonify.propagation.families import families
-from insonify.propagation.images import image_legs
-from insonify.propagation.solids import cast, tree_of, who_cuts
-from insonify.records.legs import Status
-from insonify.scattering.point import PointEcho
+from insonify.propagation.families import families_up_to
+from insonify.propagation.image_sources import image_legs
+from insonify.propagation.solid_shadows import cast_rays, occluders_of_paths, triangle_tree
+from insonify.records.legs import LegStatus
+from insonify.scattering.point_target import PointTargetLaw
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
-from insonify.scene.shapes import cylinder, joined, sphere, torus
 from insonify.scene.solid import solid_scatterers, world_triangles
+from insonify.scene.triangle_surfaces import cylinder, merged_surfaces, sphere, torus
 from oracles.water import fold
 
 SONAR = np.array([0.0, 0.0, 11.0])
@@ -23,7 +23,7 @@ SONAR = np.array([0.0, 0.0, 11.0])
 def points(position, boundary="target"):
     """Points that answer in all directions."""
     n = len(position)
-    return Scatterers(boundary, boundary, PointEcho(), np.asarray(position, float), np.zeros((n, 3)), np.ones(n),
+    return Scatterers(boundary, boundary, PointTargetLaw(), np.asarray(position, float), np.zeros((n, 3)), np.ones(n),
                       np.ones(n, complex), np.arange(n, dtype=np.uint64))  # fmt: skip
 
 
@@ -42,7 +42,7 @@ def ways(seed, count=3000):
 
 def tree(surface):
     """A surface sorted for rays."""
-    return tree_of(surface.corners, np.zeros(len(surface.faces), np.int32))
+    return triangle_tree(surface.corners, np.zeros(len(surface.faces), np.int32))
 
 
 def test_rays_meet_a_sphere_where_the_quadratic_says():
@@ -52,7 +52,7 @@ def test_rays_meet_a_sphere_where_the_quadratic_says():
     """
     start, stop = ways(1)
     step = stop - start
-    part, _ = cast(tree(sphere(2.0)), start, stop)
+    part, _ = cast_rays(tree(sphere(2.0)), start, stop)
     a, b, c = np.sum(step**2, axis=1), np.sum(start * step, axis=1), np.sum(start**2, axis=1)
     outer, inner = (np.sqrt(np.maximum(b**2 - a * (c - r**2), 0)) for r in (1, 1 - 1.2e-3))
     hit, missed = inner > 0, outer == 0
@@ -67,7 +67,7 @@ def test_rays_meet_a_cylinder_where_its_own_inequalities_say():
     """Slab along the axis and quadratic across it, between the cylinders through corners and middles of the steps."""
     start, stop = ways(2)
     step = stop - start
-    part, _ = cast(tree(cylinder(2.0, 1.6)), start, stop)
+    part, _ = cast_rays(tree(cylinder(2.0, 1.6)), start, stop)
 
     def entry(radius):
         """Part of the way at which a cylinder of that radius is entered; infinite where it is missed."""
@@ -91,10 +91,12 @@ def test_the_tree_finds_what_every_triangle_one_by_one_finds(seed):
     """Triangle soup of all sizes and two rings: the same triangle at the same part of the way, or none."""
     random = np.random.default_rng(seed)
     soup = random.normal(size=(400, 1, 3)) + random.normal(size=(400, 3, 3)) * 10 ** random.uniform(-3, 0, (400, 1, 1))
-    rings = joined([torus(2.0, 0.5), torus(1.5, 0.2).moved(pose_rotation(1.0, 0.5, 0.3), np.array([0.3, 0, 0]))])
+    rings = merged_surfaces(
+        [torus(2.0, 0.5), torus(1.5, 0.2).transformed(pose_rotation(1.0, 0.5, 0.3), np.array([0.3, 0, 0]))]
+    )
     corners = np.concatenate([soup, rings.corners[::5]])
     start, stop = ways(seed, 600)
-    part, triangle = cast(tree_of(corners, np.zeros(len(corners), np.int32)), start, stop)
+    part, triangle = cast_rays(triangle_tree(corners, np.zeros(len(corners), np.int32)), start, stop)
     told, row = np.full(len(start), np.inf), np.full(len(start), -1)
     for n, (a, b, c) in enumerate(corners):
         with np.errstate(all="ignore"):
@@ -115,7 +117,7 @@ def test_no_ray_slips_through_between_two_triangles():
     ball = sphere(2.0, around=24)
     edges = (ball.corners + np.roll(ball.corners, 1, axis=1)).reshape(-1, 3) / 2
     aimed = 2 * np.concatenate([ball.vertices, edges])
-    part, _ = cast(tree(ball), np.full_like(aimed, 1e-3), aimed)
+    part, _ = cast_rays(tree(ball), np.full_like(aimed, 1e-3), aimed)
     assert np.all(np.isfinite(part))
 
 
@@ -130,10 +132,10 @@ def test_a_block_of_triangles_hides_what_a_box_hides(place, heading):
     away = np.array([*place, 0]) + random.uniform([-4, -4, 0], [4, 4, 20], (1000, 3))
     away[:, :2] += random.uniform(0, 0.15, (1000, 1)) * np.array(place)
     away[:500, 2] = 20
-    legs = [image_legs(scene, SONAR, points(away), families(4), 100e3) for scene in (boxes, plates)]
+    legs = [image_legs(scene, SONAR, points(away), families_up_to(4), 100e3) for scene in (boxes, plates)]
     np.testing.assert_array_equal(legs[0].status, legs[1].status)
     np.testing.assert_array_equal(legs[0].occluder, legs[1].occluder)
-    assert (legs[0].status == Status.OCCLUDED).sum() > 300
+    assert (legs[0].status == LegStatus.OCCLUDED).sum() > 300
 
 
 @pytest.mark.parametrize("kind", ["sphere", "cylinder", "standing"])
@@ -156,7 +158,7 @@ def test_the_shadow_of_a_round_body_ends_where_its_tangent_lands(kind):
     along = np.arange(x - 2, end + 1, 0.005)
     place = np.column_stack([np.zeros_like(along), along, np.full_like(along, 20.0)])
     legs = image_legs(scene, SONAR, points(place, "seabed"), ("D",), 100e3)
-    hidden = along[legs.status[0] == Status.OCCLUDED]
+    hidden = along[legs.status[0] == LegStatus.OCCLUDED]
     assert hidden.max() == pytest.approx(end, abs=0.025)
     begin = x - a if kind == "standing" else x - np.tan(np.arctan(h / x) / 2) * a
     assert hidden.min() == pytest.approx(begin, abs=0.02)
@@ -178,7 +180,7 @@ def test_a_folded_leg_is_cut_where_a_walk_along_it_enters_the_body(seed):
     thick = 0.113 / 0.632 * 1.75
     sonar = np.array([-7.0, random.uniform(-1, 1), random.uniform(1, 7)])
     place = np.column_stack([random.uniform(2.5, 8, 40), random.uniform(-2, 2, 40), random.uniform(0.2, 7.8, 40)])
-    legs = image_legs(scene, sonar, points(place), families(3), 100e3)
+    legs = image_legs(scene, sonar, points(place), families_up_to(3), 100e3)
     cut, undecided = 0, 0
     for row, family in enumerate(legs.families):
         for n, end in enumerate(place):
@@ -187,7 +189,7 @@ def test_a_folded_leg_is_cut_where_a_walk_along_it_enters_the_body(seed):
             walk = np.concatenate([a + part * (b - a) for a, b in pairwise(corners)])
             x, y, z = ((walk - middle) @ turn).T
             deepest = np.min(((np.hypot(x, y) - 1.75 + thick) / thick) ** 2 + (z / 0.6) ** 2)
-            occluded = legs.status[row, n] == Status.OCCLUDED
+            occluded = legs.status[row, n] == LegStatus.OCCLUDED
             if 0.9 < deepest < 1.02:
                 undecided += 1
             else:
@@ -205,8 +207,8 @@ def test_a_body_shadows_itself():
     ball = world({"shape": "sphere", "position": (0, 60), "diameter": 2})
     whole = solid_scatterers(ball.solids[0], ball.seabed, 1, 0.05, 0)
     direct = image_legs(ball, SONAR, whole, ("D", "S"), 100e3)
-    assert not np.any(direct.status == Status.OCCLUDED)
-    assert np.all((direct.status == Status.FACING_AWAY) == (direct.grazing <= 0))
+    assert not np.any(direct.status == LegStatus.OCCLUDED)
+    assert np.all((direct.status == LegStatus.FACING_AWAY) == (direct.grazing <= 0))
     ring = world(
         {"shape": "tyre", "size": (4, 4, 1), "position": (0, 60), "base_depth": 13, "pitch": np.pi / 2, "heading": 0.2}
     )
@@ -214,8 +216,8 @@ def test_a_body_shadows_itself():
     legs = image_legs(ring, SONAR, points_on, ("D",), 100e3)
     inwards = (points_on.normal[:, 1] < -0.3) & (points_on.position[:, 1] > 60)
     assert inwards.sum() > 100
-    assert 0.1 < (legs.status[0][inwards] == Status.OCCLUDED).mean() < 0.9
-    assert np.all(legs.occluder[0][legs.status[0] == Status.OCCLUDED] == 0)
+    assert 0.1 < (legs.status[0][inwards] == LegStatus.OCCLUDED).mean() < 0.9
+    assert np.all(legs.occluder[0][legs.status[0] == LegStatus.OCCLUDED] == 0)
 
 
 def test_the_record_names_the_first_of_those_that_cut_a_leg():
@@ -230,7 +232,7 @@ def test_the_record_names_the_first_of_those_that_cut_a_leg():
     place = np.array([[0, 61, 19.9], [0, 55, 19.9], [30, 60, 19.9], [10, 52, 20]])
     legs = image_legs(scene, SONAR, points(place), ("D",), 100e3)
     np.testing.assert_array_equal(legs.occluder[0], [1, 2, -1, 0])
-    np.testing.assert_array_equal(legs.status[0] == Status.OCCLUDED, [True, True, False, True])
+    np.testing.assert_array_equal(legs.status[0] == LegStatus.OCCLUDED, [True, True, False, True])
 
 
 def test_a_world_moved_as_a_whole_hides_the_same():
@@ -252,9 +254,11 @@ def test_a_world_moved_as_a_whole_hides_the_same():
         for t in targets
     ]
     away = np.array([*shift, 0])
-    here = image_legs(world(*targets), SONAR, points(place), families(2), 1e5)
-    there = image_legs(world(*moved), rotation @ SONAR + away, points(place @ rotation.T + away), families(2), 1e5)
-    assert (here.status == Status.OCCLUDED).sum() > 200
+    here = image_legs(world(*targets), SONAR, points(place), families_up_to(2), 1e5)
+    there = image_legs(
+        world(*moved), rotation @ SONAR + away, points(place @ rotation.T + away), families_up_to(2), 1e5
+    )
+    assert (here.status == LegStatus.OCCLUDED).sum() > 200
     assert (here.status != there.status).mean() < 1e-4
     np.testing.assert_allclose(there.delay, here.delay, rtol=1e-9)
 
@@ -267,8 +271,8 @@ def test_a_bent_path_is_cut_like_its_chords():
     legs = image_legs(scene, SONAR, points(place), ("D",), 100e3)
     part = np.linspace(0, 1, 8)[:, None]
     straight = SONAR + part * (place[:, None] - SONAR)
-    np.testing.assert_array_equal(who_cuts(scene, straight), legs.occluder[0])
+    np.testing.assert_array_equal(occluders_of_paths(scene, straight), legs.occluder[0])
     over = np.stack([np.tile(SONAR, (500, 1)), place - [0, 0, 12], place - [0, 0, 9]], axis=1)
     assert (legs.occluder[0] == 0).sum() > 50
-    assert np.all(who_cuts(scene, over) == -1)
-    assert np.all(who_cuts(world(), straight) == -1)
+    assert np.all(occluders_of_paths(scene, over) == -1)
+    assert np.all(occluders_of_paths(world(), straight) == -1)

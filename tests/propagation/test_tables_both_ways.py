@@ -5,15 +5,15 @@ import pytest
 
 from insonify.ocean.profile import SoundSpeedProfile
 from insonify.propagation._eigenray_kernel import AMPLITUDE, CAUSTICS, DELAY, LENGTH, SIN_ARRIVAL, SIN_LAUNCH
-from insonify.propagation.layers import column
-from insonify.propagation.tables import LATEST, LOUDEST, leg_table
+from insonify.propagation.eigenray_table import LATEST, LOUDEST, eigenray_table
+from insonify.propagation.sound_speed_layers import sound_speed_layers
 
 BED, FARTHEST = 20.0, 60.0
 PROFILES = {
     "falling": SoundSpeedProfile([0.0, 20.0], [1510.0, 1495.0]),
     "thermocline": SoundSpeedProfile([0.0, 8.0, 14.0, 20.0], [1510.0, 1510.0, 1490.0, 1490.0]),
 }
-WATERS = {name: column(profile, BED) for name, profile in PROFILES.items()}
+WATERS = {name: sound_speed_layers(profile, BED) for name, profile in PROFILES.items()}
 SPAN = (10.0, 11.0)
 
 
@@ -24,8 +24,8 @@ def tables():
 
     def of(name, family):
         if (name, family) not in made:
-            made[name, family] = leg_table(
-                WATERS[name], family, source_depths=SPAN, point_depths=SPAN, farthest=FARTHEST
+            made[name, family] = eigenray_table(
+                WATERS[name], family, source_depths=SPAN, point_depths=SPAN, max_range=FARTHEST
             )
         return made[name, family]
 
@@ -80,9 +80,9 @@ def test_a_table_says_which_depths_it_was_made_for(tables):
     """Asked for a plane beyond its span, it names the span and the way out; `covers` says so before."""
     table = tables("falling", "S")
     assert table.covers(10.0) and table.covers(11.0) and not table.covers(11.01) and not table.covers(9.99)
-    assert 0 <= table.exact_share < 1
+    assert 0 <= table.exact_fraction < 1
     with pytest.raises(ValueError, match=r"table of S is for sources at 10 to 11 m; 12.5 m is outside.*whole track"):
-        table.at(12.5)
+        table.plane_at(12.5)
 
 
 @pytest.mark.parametrize("order", [[2, 0, 1], [1, 2, 0]])

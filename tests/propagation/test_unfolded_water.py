@@ -7,8 +7,8 @@ import pytest
 
 from insonify.ocean.profile import SoundSpeedProfile
 from insonify.propagation.eigenray import eigenrays
-from insonify.propagation.fan import fan
-from insonify.propagation.layers import column
+from insonify.propagation.ray_fan import trace_fan
+from insonify.propagation.sound_speed_layers import sound_speed_layers
 
 WATERS = {
     "still": ([0.0, 20.0], [1500.0, 1500.0]),
@@ -65,16 +65,23 @@ def test_a_bounced_ray_is_a_direct_one_of_the_mirrored_water(name, family):
         folded_delay = folded.delay[folded.status == "ok"]
         left = set(range(len(whole))) if whole.status[0] == "ok" else set()
         for row, delay in enumerate(folded_delay):
-            same = min(left, key=lambda i: abs(whole.launch[i] - folded.launch[row] * (-1 if up else 1)))
+            same = min(left, key=lambda i: abs(whole.launch_angle[i] - folded.launch_angle[row] * (-1 if up else 1)))
             left.remove(same)
             assert whole.delay[same] == pytest.approx(delay, abs=1e-12)
             assert whole.path_length[same] == pytest.approx(folded.path_length[row], rel=1e-9)
             assert whole.amplitude[same] == pytest.approx(folded.amplitude[row], rel=1e-6)
             assert whole.caustics[same] == folded.caustics[row]
             assert whole.turning_points[same] == folded.turning_points[row]
-            assert abs(whole.arrival[same]) == pytest.approx(abs(folded.arrival[row]), abs=1e-9)
+            assert abs(whole.arrival_angle[same]) == pytest.approx(abs(folded.arrival_angle[row]), abs=1e-9)
         for other in left:
-            ray = fan(column(tall, knots[-1]), start, whole.launch[other], farthest=distance, bounces=0, step=0.2)
+            ray = trace_fan(
+                sound_speed_layers(tall, knots[-1]),
+                start,
+                whole.launch_angle[other],
+                max_range=distance,
+                max_bounces=0,
+                step=0.2,
+            )
             crossings = sum(np.sum(np.diff(ray.depth > k * BED)) for k in range(1, count + 1))
             assert crossings > count
 
@@ -95,7 +102,7 @@ def test_range_and_delay_are_the_integrals_of_snell_s_law(name, family):
     for point, distance in ((17.5, 12.0), (2.0, 30.0), (17.5, 55.0)):
         rays = found(name, point, distance, family)
         for row in np.flatnonzero((rays.status == "ok") & (rays.turning_points == 0)):
-            p = np.cos(rays.launch[row]) / np.interp(SOURCE, depth, speed)
+            p = np.cos(rays.launch_angle[row]) / np.interp(SOURCE, depth, speed)
             reach = tau = 0.0
             for begin, end in vertical(name, SOURCE, point, family):
                 low, high = min(begin, end), max(begin, end)
@@ -105,7 +112,7 @@ def test_range_and_delay_are_the_integrals_of_snell_s_law(name, family):
                     q = np.sqrt(1 / c**2 - p**2)
                     reach += (b - a) / 2 * np.sum(weights * p / q)
                     tau += (b - a) / 2 * np.sum(weights * q)
-            if abs(np.sin(rays.launch[row])) < 0.1:
+            if abs(np.sin(rays.launch_angle[row])) < 0.1:
                 continue  # where q nearly vanishes, polynomials cannot follow it
             assert reach == pytest.approx(distance, rel=1e-8)
             assert rays.delay[row] - p * distance == pytest.approx(tau, abs=1e-11)
@@ -167,9 +174,9 @@ def test_a_ray_pushed_aside_is_late_by_the_square(name, family):
     """Fermat, close by: between its ends and bounces pushed by twice as much, four times as late, if no caustic met."""
     rays = found(name, 17.0, 50.0, family)
     for row in np.flatnonzero((rays.status == "ok") & (rays.caustics == 0) & (rays.turning_points == 0)):
-        traced = fan(
-            column(SoundSpeedProfile(*WATERS[name]), BED), SOURCE, rays.launch[row], farthest=50.0,
-            bounces=len(family.replace("D", "")), step=0.05,
+        traced = trace_fan(
+            sound_speed_layers(SoundSpeedProfile(*WATERS[name]), BED), SOURCE, rays.launch_angle[row], max_range=50.0,
+            max_bounces=len(family.replace("D", "")), step=0.05,
         )  # fmt: skip
         x, z = traced.range, traced.depth
         keep = np.concatenate([[True], np.diff(x) > 0])
@@ -189,15 +196,15 @@ def test_a_ray_pushed_aside_is_late_by_the_square(name, family):
 @pytest.mark.parametrize("name", WATERS)
 def test_the_level_of_a_ray_is_the_width_of_its_tube_in_a_fan(name):
     """A^2 = 1 / (R |dz / dtheta|): two neighbours of a fan, traced apart by 2e-6 rad, part as the amplitude says."""
-    water, tried = column(SoundSpeedProfile(*WATERS[name]), BED), 0
+    water, tried = sound_speed_layers(SoundSpeedProfile(*WATERS[name]), BED), 0
     for point, distance in ((17.0, 40.0), (3.0, 70.0), (12.5, 90.0)):
         rays = found(name, point, distance)
         for row in np.flatnonzero(rays.status == "ok"):
             bounces = len(rays.family[row].replace("D", ""))
-            sides = rays.launch[row] + np.array([-1e-6, 1e-6])
-            pair = fan(water, SOURCE, sides, farthest=distance, bounces=bounces, step=np.inf)
-            last = pair.first[1:] - 1
-            if pair.met[0] != pair.met[1] or pair.turns[last[0]] != pair.turns[last[1]]:
+            sides = rays.launch_angle[row] + np.array([-1e-6, 1e-6])
+            pair = trace_fan(water, SOURCE, sides, max_range=distance, max_bounces=bounces, step=np.inf)
+            last = pair.first_vertex[1:] - 1
+            if pair.boundaries[0] != pair.boundaries[1] or pair.turns[last[0]] != pair.turns[last[1]]:
                 continue
             width = abs(np.diff(pair.depth[last])[0]) / 2e-6
             assert rays.amplitude[row] == pytest.approx(1 / np.sqrt(distance * width), rel=1e-3)

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from insonify.propagation.glints import End
-from insonify.propagation.images import image_legs
-from insonify.propagation.long_waves import find, long_waves, wavy_legs
+from insonify.propagation.explicit_surface import explicit_surface_legs, explicit_waves, find_bounce_points
+from insonify.propagation.glints import SonarEnd
+from insonify.propagation.image_sources import image_legs
 from insonify.records.legs import Legs
 from insonify.scene.scene import Scene, point_scatterer
 from insonify.scene.target import PointTarget
@@ -17,23 +17,23 @@ PERIOD = 2 * np.pi / np.sqrt(9.81 * K * np.tanh(K * DEPTH))
 """Of the swell: linear waves in 20 m of water, without surface tension, which takes 2e-7 of it [s]."""
 
 
-def swell(waves_to=1.1):
+def swell(wave_direction=1.1):
     """A scene under one long-crested wave."""
     wave = {"height": HEIGHT, "length": LENGTH}
-    return Scene(seabed={"depth": DEPTH}, surface={"bounce": "waves", "swell": wave, "waves_to": waves_to})
+    return Scene(seabed={"depth": DEPTH}, surface={"reflection": "explicit", "swell": wave, "wave_direction": wave_direction})
 
 
 def windy(origin=(0.0, 0.0), heading=0.0):
     """A scene under a wind sea, whose origin and axis may be moved."""
-    surface = {"bounce": "waves", "wind_speed": 5.0, "split": 6.0, "waves_to": 0.4 + heading}
-    return Scene(seabed={"depth": DEPTH, "lattice": {"origin": origin, "heading": heading}}, surface=surface)
+    surface = {"reflection": "explicit", "wind_speed": 5.0, "cutoff_wavelength": 6.0, "wave_direction": 0.4 + heading}
+    return Scene(seabed={"depth": DEPTH, "scatterer_grid": {"origin": origin, "heading": heading}}, surface=surface)
 
 
 def ways(where, place, target, family="S", time=0.0) -> tuple[Legs, Legs]:
     """Legs out and back of one family."""
     point = point_scatterer(PointTarget(position=tuple(target)))
     mirror = image_legs(where, np.array(place), point, (family,), 1e5)
-    return wavy_legs(mirror, where, 1, point, 1e5, End(np.array(place), time))
+    return explicit_surface_legs(mirror, where, 1, point, 1e5, SonarEnd(np.array(place), time))
 
 
 def loud(legs):
@@ -47,8 +47,10 @@ def loud(legs):
 def bounce_rows(where, place, target, family, time, *, out):
     """Bounces of one family, by north: place, height, ways before and after, curvatures; none in the dark of a fold."""
     point = point_scatterer(PointTarget(position=tuple(target)))
-    found = find(long_waves(where.surface, 1, DEPTH), family, point, End(place, time), where, 1e5, out=out)
-    rows = found.at[0, : found.many[0]]
+    found = find_bounce_points(
+        explicit_waves(where.surface, 1, DEPTH), family, point, SonarEnd(place, time), where, 1e5, is_transmit_leg=out
+    )
+    rows = found.points[0, : found.bounce_count[0]]
     rows = rows[rows[:, 11] == 0]
     return rows[np.argsort(rows[:, 0])]
 
@@ -151,10 +153,12 @@ def test_sound_leaves_a_bounce_as_a_mirror_sends_it(time):
     out, _ = ways(where, SONAR, FAR, time=time)
     axis = np.array([np.cos(1.1), np.sin(1.1)])
     point = point_scatterer(PointTarget(position=tuple(FAR)))
-    bounces = find(long_waves(where.surface, 1, DEPTH), "S", point, End(SONAR, time), where, 1e5, out=True)
-    many = int(bounces.many[0])
+    bounces = find_bounce_points(
+        explicit_waves(where.surface, 1, DEPTH), "S", point, SonarEnd(SONAR, time), where, 1e5, is_transmit_leg=True
+    )
+    many = int(bounces.bounce_count[0])
     assert many >= 1
-    for row in bounces.at[0, :many]:
+    for row in bounces.points[0, :many]:
         if row[11] != 0:  # the dark side of a fold
             continue
         place = np.array([row[0], row[1], -row[2]])

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from insonify.propagation.wavefront import wavefront
-from insonify.simulation import prepare
-from insonify.synthesis._element_kernel import arrive_bent
+from insonify.simulator import build_simulator
+from insonify.synthesis._arrival_time_kernel import arrival_refracted
 from oracles.arrays import heard_by_elements, some_targets
 
 PROFILES = {
@@ -16,11 +16,11 @@ PROFILES = {
 
 
 def legs_of(water, targets):
-    """Pairs and stance of a still sonar over some targets."""
+    """Pairs and ping_geometry of a still sonar over some targets."""
     scenario = heard_by_elements(targets, track={"speed": 0.0}, water={**water, "noise_level_db": None})
-    listening = prepare(scenario)
-    here = listening.stance(0)
-    return scenario, here, list(listening.engine.all_pairs(here))
+    simulator = build_simulator(scenario)
+    here = simulator.ping_geometry(0)
+    return scenario, here, list(simulator.engine.all_pairs(here))
 
 
 def test_in_one_speed_of_sound_wavefronts_are_spheres():
@@ -28,9 +28,9 @@ def test_in_one_speed_of_sound_wavefronts_are_spheres():
     scenario, here, found = legs_of(PROFILES["even"], some_targets(3))
     for pairs in found:
         for row in range(len(pairs.back.families)):
-            front = wavefront(pairs.back, row, here.receive_place, pairs.scatterers.position, scenario.water)
-            np.testing.assert_allclose(1 / front.bend, pairs.back.length[row])
-            assert front.gradient == 0
+            front = wavefront(pairs.back, row, here.receive_position, pairs.scatterers.position, scenario.water)
+            np.testing.assert_allclose(1 / front.vertical_curvature, pairs.back.length[row])
+            assert front.sound_speed_gradient == 0
 
 
 @pytest.mark.parametrize(("name", "bar"), [("even", 1e-12), ("gradient", 1e-10), ("thermocline", 3e-9)])
@@ -43,16 +43,16 @@ def test_a_leg_to_the_centre_tells_the_legs_beside_it(name, bar):
     scenario, here, found = legs_of(PROFILES[name], targets)
     for offset in 0.15 * np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, -1], [0.6, 0.5, -0.4]]):
         moved = scenario.track.model_copy(update={"start": tuple(np.array(scenario.track.start) + offset)})
-        listening = prepare(scenario.model_copy(update={"track": moved}))
-        there = list(listening.engine.all_pairs(listening.stance(0)))
+        simulator = build_simulator(scenario.model_copy(update={"track": moved}))
+        there = list(simulator.engine.all_pairs(simulator.ping_geometry(0)))
         for one, other in zip(found, there, strict=True):
             assert one.back.families == other.back.families
             for row in range(len(one.back.families)):
                 clear = (one.back.visibility[row] != 0) & (other.back.visibility[row] != 0)
-                front = wavefront(one.back, row, here.receive_place, one.scatterers.position, scenario.water)
+                front = wavefront(one.back, row, here.receive_position, one.scatterers.position, scenario.water)
                 when, fade, doppler = np.empty(clear.size), np.empty(clear.size, np.float32), np.empty(clear.size)
                 way = np.ascontiguousarray(one.back.departure[row].T)
-                still = np.ones(clear.size), front.beside, offset, np.zeros(3), np.zeros(3), 1 / here.sound_speed
-                arrive_bent(one.back.delay[row], front.bend, front.away, *way, *still, front.gradient, 0.0, 0.0, when,
+                still = np.ones(clear.size), front.expansion, offset, np.zeros(3), np.zeros(3), 1 / here.sound_speed
+                arrival_refracted(one.back.delay[row], front.vertical_curvature, front.horizontal_distance, *way, *still, front.sound_speed_gradient, 0.0, 0.0, when,
                             fade, doppler)  # fmt: skip
                 np.testing.assert_allclose(when[clear], other.back.delay[row][clear], rtol=0, atol=bar)

@@ -5,11 +5,11 @@ import pytest
 from scipy.optimize import minimize
 
 from insonify.ocean.wave_spectrum import angular_frequency
-from insonify.propagation.bent import unfolded
-from insonify.propagation.glints import End
-from insonify.propagation.images import image_legs
-from insonify.propagation.moving import moving_legs
-from insonify.propagation.tilted import planes, tilted_legs
+from insonify.propagation.displaced_bounce import unfold_paths
+from insonify.propagation.glints import SonarEnd
+from insonify.propagation.image_sources import image_legs
+from insonify.propagation.surface_reflection import apply_surface_reflection
+from insonify.propagation.tilted_reflection import tilted_legs, tilted_planes
 from insonify.scene.scene import Scene, point_scatterer
 from insonify.scene.surface import Surface
 from insonify.scene.target import PointTarget
@@ -20,32 +20,32 @@ SWELL = {"height": 0.05, "length": 30.0}
 
 def scene(**swell):
     """The nominal depth under a swell that comes in slantwise."""
-    return Scene(surface={"bounce": "tilted", "swell": {**SWELL, **swell}, "waves_to": 0.7})
+    return Scene(surface={"reflection": "tilted", "swell": {**SWELL, **swell}, "wave_direction": 0.7})
 
 
 def legs(where, family="S", *, time=0.0, target=TARGET):
     """Mirror's leg of one family, and the tilted ones out and back."""
     point = point_scatterer(PointTarget(position=target))
     mirror = image_legs(where, PLACE, point, (family,), 1e5)
-    return mirror, *tilted_legs(mirror, where, point, End(PLACE, time))
+    return mirror, *tilted_legs(mirror, where, point, SonarEnd(PLACE, time))
 
 
 @pytest.mark.parametrize(
     "surface",
     [
-        {"bounce": "tilted", "swell": SWELL},
-        {"bounce": "waves", "swell": SWELL},
-        {"bounce": "statistical", "wind_speed": 5.0},
+        {"reflection": "tilted", "swell": SWELL},
+        {"reflection": "explicit", "swell": SWELL},
+        {"reflection": "statistical", "wind_speed": 5.0},
     ],
-    ids=["tilted", "waves", "statistical"],
+    ids=["tilted", "explicit", "statistical"],
 )
 def test_sound_from_elsewhere_meets_the_sea_on_its_way_back_when_it_gets_there(surface):
     """A sender farther away by 60 m: the sea of 40 ms later on the way back, and the same on the way out."""
-    where, point = Scene(surface={**surface, "waves_to": 0.7}), point_scatterer(PointTarget(position=TARGET))
+    where, point = Scene(surface={**surface, "wave_direction": 0.7}), point_scatterer(PointTarget(position=TARGET))
     mirror = image_legs(where, PLACE, point, ("S",), 1e5)
     away = (np.array(TARGET) - PLACE) / np.linalg.norm(np.array(TARGET) - PLACE)
-    ends = End(PLACE, 1.0), End(PLACE, 1.04), End(PLACE, 1.0, PLACE - 60 * away)
-    now, later, called = (moving_legs(mirror, where, 3, point, 1e5, end) for end in ends)
+    ends = SonarEnd(PLACE, 1.0), SonarEnd(PLACE, 1.04), SonarEnd(PLACE, 1.0, PLACE - 60 * away)
+    now, later, called = (apply_surface_reflection(mirror, where, 3, point, 1e5, end) for end in ends)
     np.testing.assert_allclose(called[1].delay, later[1].delay, rtol=0, atol=1e-13)
     np.testing.assert_allclose(called[1].amplitude, later[1].amplitude, rtol=1e-7)
     np.testing.assert_array_equal(called[0].amplitude, now[0].amplitude)
@@ -58,8 +58,11 @@ def test_the_way_off_the_plane_is_the_shortest(time):
     """Fermat: the leg is as long as the shortest way over the tilted plane, found by a search; it leaves that way."""
     where = scene(height=0.3, length=60.0)
     mirror, out, _ = legs(where, time=time)
-    lines = unfolded("S", PLACE, np.array([TARGET]), 20.0)
-    on, normal = (one[0, 0] for one in planes(where, lines.mirror_points(), time + lines.parts() * mirror.delay[0]))
+    lines = unfold_paths("S", PLACE, np.array([TARGET]), 20.0)
+    on, normal = (
+        one[0, 0]
+        for one in tilted_planes(where, lines.flat_bounce_points(), time + lines.bounce_fractions() * mirror.delay[0])
+    )
 
     def way(level):
         bounce = np.array([*level, on[2] - (np.array(level) - on[:2]) @ normal[:2] / normal[2]])
@@ -76,14 +79,14 @@ def test_the_way_off_the_plane_is_the_shortest(time):
 
 def test_the_plane_stands_where_the_wave_does():
     """A quarter of a length ahead of a crest the surface is level with the mean and falls by 2 pi a / length."""
-    where = Scene(surface={"bounce": "tilted", "swell": SWELL, "waves_to": 0.0})
-    on, normal = planes(where, np.array([[0.0, 5.0], [7.5, 5.0]]), np.zeros(2))
+    where = Scene(surface={"reflection": "tilted", "swell": SWELL, "wave_direction": 0.0})
+    on, normal = tilted_planes(where, np.array([[0.0, 5.0], [7.5, 5.0]]), np.zeros(2))
     np.testing.assert_allclose(on[:, 2], [-0.025, 0.0], atol=1e-12)
     np.testing.assert_allclose(normal[0], [0, 0, 1], atol=1e-12)
     np.testing.assert_allclose(normal[1, 0] / normal[1, 2], -2 * np.pi * 0.025 / 30, rtol=1e-12)
     # The crest has moved on a quarter of a period later.
     period = 2 * np.pi / float(angular_frequency(2 * np.pi / 30, water_depth=20.0))
-    later, _ = planes(where, np.array([[7.5, 5.0]]), np.array([period / 4]))
+    later, _ = tilted_planes(where, np.array([[7.5, 5.0]]), np.array([period / 4]))
     assert later[0, 2] == pytest.approx(-0.025)
 
 
@@ -101,9 +104,9 @@ def test_out_and_back_stand_at_their_own_times():
     """The leg back meets the swell a way to the target and part of a way home later: as one of that time does."""
     where = scene()
     mirror, out, back = legs(where, time=0.5)
-    lines = unfolded("S", PLACE, np.array([TARGET]), 20.0)
+    lines = unfold_paths("S", PLACE, np.array([TARGET]), 20.0)
     there = np.linalg.norm(np.array(TARGET) - PLACE) / 1500
-    part = lines.parts()[0, 0]
+    part = lines.bounce_fractions()[0, 0]
     later = 0.5 + there + (1 - 2 * part) * mirror.delay[0, 0]
     _, then, _ = legs(where, time=later)
     assert abs(back.delay[0, 0] - out.delay[0, 0]) > 1e-9
@@ -113,15 +116,18 @@ def test_out_and_back_stand_at_their_own_times():
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        ({"bounce": "statistical"}, "Write wind_speed: 3 m/s"),
-        ({"bounce": "tilted"}, "Write swell: "),
+        ({"reflection": "statistical"}, "Write wind_speed: 3 m/s"),
+        ({"reflection": "tilted"}, "Write swell: "),
         ({"wind_speed": 5.0}, "moves a statistical surface only"),
-        ({"bounce": "statistical", "wind_speed": 5.0, "swell": SWELL}, "moves a tilted surface only"),
-        ({"bounce": "waves"}, "there are no waves"),
-        ({"split": 5.0}, "divides the waves of a wind"),
-        ({"bounce": "waves", "swell": SWELL, "split": 5.0}, "divides the waves of a wind"),
-        ({"bounce": "waves", "wind_speed": 5.0, "split": 30.0}, "longer than the dominant waves of this wind"),
-        ({"bounce": "puddle"}, "mirror"),
+        ({"reflection": "statistical", "wind_speed": 5.0, "swell": SWELL}, "moves a tilted surface only"),
+        ({"reflection": "explicit"}, "there are no waves"),
+        ({"cutoff_wavelength": 5.0}, "divides the waves of a wind"),
+        ({"reflection": "explicit", "swell": SWELL, "cutoff_wavelength": 5.0}, "divides the waves of a wind"),
+        (
+            {"reflection": "explicit", "wind_speed": 5.0, "cutoff_wavelength": 30.0},
+            "longer than the dominant waves of this wind",
+        ),
+        ({"reflection": "puddle"}, "flat"),
     ],
 )
 def test_a_surface_says_what_it_lacks(given, said):

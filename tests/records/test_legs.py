@@ -5,42 +5,42 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from insonify.propagation.images import image_legs
-from insonify.records.image import LONG_NAMES, image
-from insonify.records.legs import SEABED, Legs, Status, ray_name
-from insonify.records.recording import COLUMNS, Layout, dataset
+from insonify.propagation.image_sources import image_legs
+from insonify.records.image import LONG_NAMES, image_dataset
+from insonify.records.legs import SEABED_OCCLUDER, Legs, LegStatus, ray_name
+from insonify.records.recording import COLUMNS, RecordingLayout, recording_dataset
 from insonify.scene.scene import Scene
-from insonify.simulation import prepare
+from insonify.simulator import build_simulator
 from oracles.scenes import nominal, point
 
 
 def legs(depth=19.5):
     """The five legs of the nominal scene to one point."""
-    scenario = nominal(targets=[point(0, 150, depth)], paths={"causes": ["target"]})
-    listening = prepare(scenario)
-    return next(iter(listening.engine.all_pairs(listening.stance(0)))).out
+    scenario = nominal(targets=[point(0, 150, depth)], paths={"contributions": ["target"]})
+    simulator = build_simulator(scenario)
+    return next(iter(simulator.engine.all_pairs(simulator.ping_geometry(0)))).out
 
 
 def layout(pings=3, channels=2, samples=4, **changes):
     """An empty recording's layout."""
     rows = {"position": np.zeros((pings, 3)), "attitude": np.ones((pings, 3))}
     held = {"time": np.arange(samples) * 1.0, "ping_time": np.arange(pings) * 1.0, "steer": np.zeros(channels)}
-    return Layout(field="intensity", **{**held, **rows, **changes})
+    return RecordingLayout(field="intensity", **{**held, **rows, **changes})
 
 
 def test_a_family_is_named_once_and_its_further_rays_are_numbered():
     """D, D2, D3: the first of a family needs no number."""
     assert [ray_name("D", k) for k in range(3)] == ["D", "D2", "D3"]
     one = legs()
-    assert one.rays == one.families == ("D", "S", "B", "SB", "BS")
+    assert one.ray_names == one.families == ("D", "S", "B", "SB", "BS")
     twice = replace(one, families=("D", "D", "S", "BS", "BS"), branch=(0, 1, 0, 0, 1))
-    assert twice.rays == ("D", "D2", "S", "BS", "BS2")
+    assert twice.ray_names == ("D", "D2", "S", "BS", "BS2")
 
 
 def test_amplitude_is_the_product_of_its_causes():
     """Spreading, absorption, boundary and visibility, each of which can be read by itself."""
     one = legs()
-    np.testing.assert_allclose(one.amplitude, one.spreading * one.absorption * one.boundary * one.visibility)
+    np.testing.assert_allclose(one.amplitude, one.spreading * one.absorption * one.reflection_coefficient * one.visibility)
     dark = replace(one, visibility=np.zeros_like(one.visibility))
     assert np.all(dark.amplitude == 0)
 
@@ -60,7 +60,7 @@ def test_length_is_speed_times_delay_in_water_of_one_speed():
     np.testing.assert_allclose(one.spreading * one.length, 1.0, rtol=1e-12)
 
 
-@pytest.mark.parametrize("name", ["delay", "length", "spreading", "boundary", "caustics", "status", "occluder"])
+@pytest.mark.parametrize("name", ["delay", "length", "spreading", "reflection_coefficient", "caustics", "status", "occluder"])
 def test_a_column_of_another_shape_is_refused_by_name(name):
     """The record checks what it is given at the door."""
     one = legs()
@@ -77,16 +77,16 @@ def test_a_row_without_a_branch_is_refused():
 
 def test_reasons_are_numbers_that_no_other_reason_has():
     """A status is stored as a byte; the ground as an occluder is no row of a target, and not nothing either."""
-    assert len({int(reason) for reason in Status}) == len(Status) and min(Status) == Status.CLEAR == 0
-    assert SEABED < -1
+    assert len({int(reason) for reason in LegStatus}) == len(LegStatus) and min(LegStatus) == LegStatus.CLEAR == 0
+    assert SEABED_OCCLUDER < -1
     assert {column.name for column in fields(Legs)} >= {"status", "occluder", "branch", "caustics"}
 
 
 def test_image_legs_have_one_ray_each():
     """Straight rays have no branches and touch no caustic."""
     scenario = nominal(targets=[point(0, 150, 19.5)])
-    listening = prepare(scenario)
-    points = next(iter(listening.engine.all_pairs(listening.stance(0)))).scatterers
+    simulator = build_simulator(scenario)
+    points = next(iter(simulator.engine.all_pairs(simulator.ping_geometry(0)))).scatterers
     found = image_legs(Scene(), np.array([0.0, 0.0, 11.0]), points, ("D", "S"), 100e3)
     assert found.branch == (0, 0) and not found.caustics.any() and found.caustic is None
 
@@ -109,7 +109,7 @@ def test_a_log_that_is_left_out_tells_the_truth():
 def test_a_recording_of_some_pings_has_their_poses():
     """Columns over pings are cut with the sound; columns over channels are not."""
     held = layout(position=np.arange(9.0).reshape(3, 3), side=np.array([-1.0, 1.0]))
-    part = dataset(held, {"title": "x"}, np.ones((2, 2, 4)), np.array([2, 0]))
+    part = recording_dataset(held, {"title": "x"}, np.ones((2, 2, 4)), np.array([2, 0]))
     np.testing.assert_array_equal(part["position"].values, held.position[[2, 0]])
     np.testing.assert_array_equal(part["ping"].values, [2, 0])
     np.testing.assert_array_equal(part["side"].values, [-1, 1])
@@ -120,7 +120,7 @@ def test_a_recording_of_some_pings_has_their_poses():
 @pytest.mark.parametrize("geometry", LONG_NAMES)
 def test_an_image_says_what_its_axes_are(geometry):
     """Units and long names everywhere; geometry and gain among the attributes."""
-    made = image(
+    made = image_dataset(
         np.zeros((2, 5)), np.linspace(-2, 2, 5), np.array([0.0, 1.0]), geometry=geometry, gain="none",
         altitude=np.array([9.0, 9.5]), pings=np.array([0, 1]), attributes={"title": "line 3"},
     )  # fmt: skip
@@ -134,7 +134,7 @@ def test_an_image_says_what_its_axes_are(geometry):
 def test_an_image_of_unequal_axes_is_refused(across, along):
     """The axis that does not fit is named."""
     with pytest.raises(ValueError, match="across has 4" if across == 4 else "along has 3"):
-        image(
+        image_dataset(
             np.zeros((2, 5)), np.zeros(across), np.zeros(along), geometry="slant", gain="none",
             altitude=np.zeros(2), pings=np.arange(2),
         )  # fmt: skip

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from insonify.records.legs import Legs
-from insonify.records.pairs import Pairs, Product, Thinned
+from insonify.records.pairs import Pairs, PairSampling, SeparableStrengths
 from insonify.scattering.lambert import Lambert
 from insonify.scene.scatterers import Scatterers
 
@@ -24,11 +24,11 @@ def legs(rng, families, count):
     )  # fmt: skip
 
 
-def thinned(rng, pairs, count, stretches=7):
+def sampling(rng, pairs, count, stretches=7):
     """Pairs met at 3 in 100 of the scatterers, at a third, at all of them and at none."""
-    share = rng.choice(np.array([0, 0.03, 1 / 3, 1], np.float32), (pairs, stretches))
-    stretch = rng.integers(0, stretches, count).astype(np.uint8)
-    return Thinned(rng.uniform(0, 1, count).astype(np.float32), stretch, share)
+    keep_probability = rng.choice(np.array([0, 0.03, 1 / 3, 1], np.float32), (pairs, stretches))
+    range_bin = rng.integers(0, stretches, count).astype(np.uint8)
+    return PairSampling(rng.uniform(0, 1, count).astype(np.float32), range_bin, keep_probability)
 
 
 def product(seed, *, outs=2, backs=3, count=50, rows=5, some=True, alike=False):
@@ -37,25 +37,25 @@ def product(seed, *, outs=2, backs=3, count=50, rows=5, some=True, alike=False):
     out = legs(rng, outs, count)
     back = out if alike else legs(rng, backs, count)
     pair = np.indices((outs, outs if alike else backs)).reshape(2, -1).T.copy()
-    return Product(
+    return SeparableStrengths(
         out, back, pair, rng.uniform(0, 2, rows), rng.uniform(0.1, 3, count), rng.uniform(0.5, 2, len(pair)),
-        thinned(rng, len(pair), count) if some else None,
+        sampling(rng, len(pair), count) if some else None,
     )  # fmt: skip
 
 
 def written(one):
     """Strengths of a product, number by number."""
-    made = np.zeros((len(one.pair), len(one.root)))
+    made = np.zeros((len(one.pair), len(one.root_area)))
     sines = np.linspace(0, 1, len(one.factor))
     for p, (i, j) in enumerate(one.pair):
-        for n in range(len(one.root)):
+        for n in range(len(one.root_area)):
             parts = [
                 np.interp(np.sin(abs(end.grazing[k, n])), sines, one.factor) for end, k in ((one.out, i), (one.back, j))
             ]
-            made[p, n] = np.sqrt(parts[0] * parts[1]) * one.root[n] * one.weight[p]
-            if one.thinned is not None:
-                share = float(one.thinned.share[p, one.thinned.stretch[n]])
-                made[p, n] *= 1 / np.sqrt(share) if one.thinned.number[n] < share else 0
+            made[p, n] = np.sqrt(parts[0] * parts[1]) * one.root_area[n] * one.weight[p]
+            if one.sampling is not None:
+                keep_probability = float(one.sampling.keep_probability[p, one.sampling.range_bin[n]])
+                made[p, n] *= 1 / np.sqrt(keep_probability) if one.sampling.priority[n] < keep_probability else 0
     return made
 
 
@@ -92,7 +92,7 @@ def test_out_and_back_of_a_product_may_be_exchanged(some):
 def test_strengths_grow_with_areas_and_weights():
     """Linear in the root of the area, in the weight of the pair, and in the factor, the root of two: bit for bit."""
     one = product(2)
-    np.testing.assert_array_equal(replace(one, root=2 * one.root).whole, 2 * one.whole)
+    np.testing.assert_array_equal(replace(one, root=2 * one.root_area).whole, 2 * one.whole)
     np.testing.assert_array_equal(replace(one, weight=2 * one.weight).whole, 2 * one.whole)
     np.testing.assert_array_equal(replace(one, factor=4 * one.factor).whole, 4 * one.whole)
 
@@ -105,39 +105,39 @@ def test_what_is_not_weighed_is_weighed_by_one():
 
 
 @pytest.mark.parametrize("share", [1 / 32, 0.3, 1.0])
-def test_the_mean_of_squares_over_all_numbers_is_that_of_all_scatterers(share):
+def test_the_mean_of_squares_over_all_numbers_is_that_of_all_scatterers(keep_probability):
     """Numbers k / 4096, each once: the sum of squares is as of no thinning; off by one number at most, and 1e-6."""
     count = 4096
     one = replace(product(4, count=count, some=False), root=np.ones(count))
     level = replace(one.out, grazing=np.full((2, count), 0.7)), replace(one.back, grazing=np.full((3, count), 0.4))
     one = replace(one, out=level[0], back=level[1])
     number = np.random.default_rng(1).permutation(count).astype(np.float32) / count
-    some = Thinned(number, np.zeros(count, np.uint8), np.full((6, 1), share, np.float32))
-    energy, whole = ((part.whole**2).sum(axis=1) for part in (replace(one, thinned=some), one))
-    np.testing.assert_allclose(energy, whole, rtol=1e-6 + 1 / count / share)
+    some = PairSampling(number, np.zeros(count, np.uint8), np.full((6, 1), keep_probability, np.float32))
+    energy, whole = ((part.whole**2).sum(axis=1) for part in (replace(one, sampling=some), one))
+    np.testing.assert_allclose(energy, whole, rtol=1e-6 + 1 / count / keep_probability)
 
 
 def test_fewer_are_met_where_the_share_is_smaller():
     """Shares that grow: who is met stays met, and is louder the smaller the share; by its root, to 1e-6."""
-    share = np.array([[0.04], [0.2], [0.6], [1.0]], np.float32)
+    keep_probability = np.array([[0.04], [0.2], [0.6], [1.0]], np.float32)
     number = np.random.default_rng(2).uniform(0, 1, 3000).astype(np.float32)
-    louder = Thinned(number, np.zeros(3000, np.uint8), share).louder
-    met = louder > 0
+    amplitude_weight = PairSampling(number, np.zeros(3000, np.uint8), keep_probability).amplitude_weight
+    met = amplitude_weight > 0
     assert (met[1:] >= met[:-1]).all() and met[-1].all()
-    for row, there, part in zip(louder, met, share[:, 0], strict=True):
+    for row, there, part in zip(amplitude_weight, met, keep_probability[:, 0], strict=True):
         np.testing.assert_allclose(row[there], part**-0.5, rtol=1e-6)
 
 
 def test_a_number_on_the_edge_of_a_share_is_not_met():
     """Below, not at: a share of none meets not even the number 0, and a share of one all numbers below 1."""
     number = np.array([0.0, 0.25, np.nextafter(np.float32(1), np.float32(0))], np.float32)
-    some = Thinned(number, np.zeros(3, np.uint8), np.array([[0.0], [0.25], [1.0]], np.float32))
-    np.testing.assert_array_equal(some.louder > 0, [[False] * 3, [True, False, False], [True] * 3])
+    some = PairSampling(number, np.zeros(3, np.uint8), np.array([[0.0], [0.25], [1.0]], np.float32))
+    np.testing.assert_array_equal(some.amplitude_weight > 0, [[False] * 3, [True, False, False], [True] * 3])
 
 
 def block(answer, one):
     """Pairs of a block of points."""
-    count = len(one.root)
+    count = len(one.root_area)
     points = Scatterers(
         "seabed", "seabed", Lambert(-27.0), np.zeros((count, 3)), np.tile([0.0, 0.0, -1.0], (count, 1)),
         np.ones(count), np.ones(count, complex), np.arange(count, dtype=np.uint64),

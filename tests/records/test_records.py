@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 import yaml
 
-from insonify.records.arrivals import Arrivals, joined, nothing
-from insonify.simulation import arrivals, prepare, simulate
+from insonify.records.arrivals import Arrivals, concatenate_arrivals, no_arrivals
+from insonify.simulator import arrivals, build_simulator, simulate
 from oracles.scenes import nominal, point
 
 TOLD = {
     "targets": [point(0, 150, 19.5)],
-    "paths": {"causes": ["target"]},
+    "paths": {"contributions": ["target"]},
     "track": {"window": (0.199, 0.212), "pings": 2},
 }
 
@@ -40,8 +40,8 @@ def test_an_incoherent_recording_holds_intensity():
 def test_arrivals_joined_are_the_rows_of_all():
     """Rows keep their order; nothing joined is nothing."""
     found = arrivals(nominal(**TOLD))
-    both = joined([found, found.take(slice(0, 3))])
-    assert len(both) == len(found) + 3 and len(joined([])) == len(nothing()) == 0
+    both = concatenate_arrivals([found, found.take(slice(0, 3))])
+    assert len(both) == len(found) + 3 and len(concatenate_arrivals([])) == len(no_arrivals()) == 0
     np.testing.assert_array_equal(both.delay[-3:], found.delay[:3])
 
 
@@ -49,11 +49,11 @@ def test_records_refuse_columns_of_unequal_length():
     """Each names the column."""
     found = arrivals(nominal(**TOLD))
     columns = {column.name: getattr(found, column.name) for column in fields(Arrivals)}
-    with pytest.raises(ValueError, match="owner"):
-        Arrivals(**{**columns, "owner": found.owner[:2]})
-    listening = prepare(nominal(**TOLD))
-    here = listening.stance(0)
-    legs = next(iter(listening.engine.all_pairs(here))).out
+    with pytest.raises(ValueError, match="object"):
+        Arrivals(**{**columns, "object": found.object[:2]})
+    simulator = build_simulator(nominal(**TOLD))
+    here = simulator.ping_geometry(0)
+    legs = next(iter(simulator.engine.all_pairs(here))).out
     with pytest.raises(ValueError, match="grazing"):
         replace(legs, grazing=legs.grazing[:, :0])
 
@@ -75,8 +75,8 @@ def test_a_long_list_is_told_by_kind():
     assert page[0].endswith("dB re the source at 1 m, before beams")
     kinds = [line.split() for line in page[2 : next(n for n, line in enumerate(page) if "strongest, in" in line)]]
     row = next(row for row in kinds if row[:2] == ["buoy", "D-S"])
-    legs = np.char.add(paths.family_out, paths.family_back)
-    these = np.isin(legs, ("DS", "SD")) & (paths.owner == "buoy")
+    legs = np.char.add(paths.transmit_family, paths.receive_family)
+    these = np.isin(legs, ("DS", "SD")) & (paths.object == "buoy")
     level = 20 * np.log10(np.abs(paths.amplitude[:, 0]))
     assert int(row[2]) == these.sum() == 2
     assert row[3] == f"{paths.delay[these].min() * 1e3:.2f}-{paths.delay[these].max() * 1e3:.2f}"

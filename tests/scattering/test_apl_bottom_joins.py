@@ -44,7 +44,7 @@ def test_a_nearly_smooth_bed_is_a_grating(name):
 def test_a_smooth_bed_is_its_inside(name):
     """Without relief only the volume is left, as the isotropic law of the inside has it straight back, to 1e-4 dB."""
     bed = _bed(name, 1e-9)
-    law = SedimentVolume(bed, 30e3, unevenness="isotropic")
+    law = SedimentVolume(bed, 30e3, volume_spectrum="isotropic")
     inside = 10 * np.log10(law.cross_section(GRAZING, GRAZING, np.pi))
     np.testing.assert_allclose(apl_bottom_strength_db(bed, 30e3, GRAZING), inside, atol=1e-4)
 

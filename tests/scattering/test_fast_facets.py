@@ -11,19 +11,19 @@ from insonify.scattering import (
     Sediment,
     SedimentVolume,
     SmallSlope,
-    UserTable,
+    TableScatteringLaw,
     albedo,
-    compiled,
+    compile_law,
     local_angles,
 )
-from insonify.scattering.fast import GROUP
+from insonify.scattering.compiled_law import GROUP
 
 SAND = Sediment.named("medium sand")
 JAGGED = Sediment(3.0, 3.0, 0.001, spectral_exponent=2.6, spectral_strength=1e-4)
 UNEVEN = Sediment(1.2, 1.0, 0.01, volume_parameter=0.5)
 LAWS = {
     "Lambert": Lambert(-20.0),
-    "table": UserTable(np.radians([5, 30, 90]), [-40, -25, -10]),
+    "table": TableScatteringLaw(np.radians([5, 30, 90]), [-40, -25, -10]),
     "Kirchhoff": Kirchhoff(SAND, 100e3),
     "gratings": Perturbation(SAND, 30e3),
     "small slope": SmallSlope(SAND, 100e3),
@@ -58,7 +58,7 @@ def test_a_facet_of_any_attitude_answers_as_the_law_at_its_angles(name):
     """Through angles and the slow law, or through unit vectors and tables: within 0.05 dB where louder than -80 dB."""
     into, out, up = _questions()
     exact = LAWS[name].cross_section(*local_angles(into.T, out.T, up.T))
-    fast = compiled(LAWS[name]).cross_section(into, out, up)
+    fast = compile_law(LAWS[name]).cross_section(into, out, up)
     loud = exact > 1e-8
     assert loud.sum() > 2000
     assert _decibels(fast[loud], exact[loud]) < 0.05
@@ -68,7 +68,7 @@ def test_a_facet_of_any_attitude_answers_as_the_law_at_its_angles(name):
 def test_reciprocity_of_tilted_facets(name):
     """Source and receiver exchanged: the way in becomes the way out, reversed; 0.005 dB of single precision."""
     into, out, up = _questions(seed=7)
-    law = compiled(LAWS[name])
+    law = compile_law(LAWS[name])
     there, back = law.cross_section(into, out, up), law.cross_section(-out, -into, up)
     loud = there > 1e-8
     assert _decibels(there[loud], back[loud]) < 0.005
@@ -78,7 +78,7 @@ def test_reciprocity_of_tilted_facets(name):
 def test_a_mirrored_world_answers_alike(name):
     """All east turned into west, or the axes exchanged: no law knows left from right, nor one axis from another."""
     into, out, up = _questions(500, seed=9)
-    law = compiled(LAWS[name])
+    law = compile_law(LAWS[name])
     here = law.cross_section(into, out, up)
     flip = np.array([[1.0], [-1.0], [1.0]])
     for turned in (
@@ -93,14 +93,14 @@ def test_a_mirrored_world_answers_alike(name):
 def test_a_facet_turned_over_is_dark(name):
     """The normal on the other side of the facet: both directions are behind it, and exactly nothing comes."""
     into, out, up = _questions(500)
-    assert np.all(compiled(LAWS[name]).cross_section(into, out, -up) == 0)
+    assert np.all(compile_law(LAWS[name]).cross_section(into, out, -up) == 0)
 
 
 @every_law
 def test_groups_leave_no_seam(name):
     """One question more than a group, and the same ones in two halves or one by one: the same within rounding."""
     into, out, up = _questions(GROUP + 1)
-    law = compiled(LAWS[name])
+    law = compile_law(LAWS[name])
     whole = law.cross_section(into, out, up)
     halves = [
         law.cross_section(into[:, part], out[:, part], up[:, part]) for part in (slice(0, 4001), slice(4001, None))
@@ -119,7 +119,7 @@ def test_grazing_and_steepest_are_finite(name):
     cosine = np.sqrt(1 - sine**2)
     into, out = np.array([cosine, 0 * sine, sine]), np.array([cosine[::-1], 0 * sine, -sine[::-1]])
     for way_out in (out, np.array([-cosine, 0 * sine, -sine]), np.array([cosine, 0 * sine, -sine])):
-        found = compiled(LAWS[name]).cross_section(into, way_out, [[0.0], [0.0], [-1.0]])
+        found = compile_law(LAWS[name]).cross_section(into, way_out, [[0.0], [0.0], [-1.0]])
         assert np.all(np.isfinite(found))
         assert np.all(found >= 0)
 
@@ -128,7 +128,7 @@ def test_one_normal_serves_all():
     """A column of one normal is that normal for every question; answers are single precision."""
     into, out, _ = _questions(300)
     up = np.array([[0.6], [0.0], [-0.8]])
-    law = compiled(LAWS["Jackson"])
+    law = compile_law(LAWS["Jackson"])
     one, many = law.cross_section(into, out, up), law.cross_section(into, out, np.repeat(up, 300, axis=1))
     np.testing.assert_array_equal(one, many)
     assert one.dtype == np.float32
@@ -139,22 +139,22 @@ def test_filling_an_array_is_asking():
     columns = [np.ascontiguousarray(c, dtype=np.float32) for c in _questions(1000)]
     section = np.full(1000, -1, np.float32)
     for name in ("Lambert", "Kirchhoff", "capped both"):
-        compiled(LAWS[name]).fill(*columns, section)
-        np.testing.assert_array_equal(section, compiled(LAWS[name]).cross_section(*columns))
+        compile_law(LAWS[name]).fill(*columns, section)
+        np.testing.assert_array_equal(section, compile_law(LAWS[name]).cross_section(*columns))
 
 
 @pytest.mark.parametrize("name", ["capped surface", "capped inside", "capped both"])
 def test_a_cap_is_tabled_only_where_one_is_needed(name):
     """Impossible beds carry a table of factors below 1; sand carries none."""
-    assert compiled(LAWS[name]).cap.min() < 1
-    assert compiled(LAWS["Jackson"]).cap.size == 1
+    assert compile_law(LAWS[name]).cap.min() < 1
+    assert compile_law(LAWS["Jackson"]).cap.size == 1
 
 
 class _Slow:
     """A fast law asked by angles."""
 
     def __init__(self, law):
-        self.law = compiled(law)
+        self.law = compile_law(law)
 
     def cross_section(self, grazing_in, grazing_out, azimuth):
         a, b, c = np.broadcast_arrays(grazing_in, grazing_out, azimuth)

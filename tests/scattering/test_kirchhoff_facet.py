@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from insonify.scattering.kirchhoff_facet import NEAR, SmoothFace, triangle_transform
+from insonify.scattering.kirchhoff_facet import NEAR, KirchhoffFacet, triangle_transform
 
 phases = st.floats(-60.0, 60.0)
 UP = np.array([0.0, 0.0, -1.0])
@@ -33,7 +33,7 @@ def sent_back(corners, out, back, k, reflection=1.0):
     """Far field of triangles re the origin, for directions of travel towards them."""
     middle = corners.mean(axis=1)
     n = len(corners)
-    echo = SmoothFace(reflection).echoes(
+    echo = KirchhoffFacet(reflection).echoes(
         corners - middle[:, None], np.tile(UP, (n, 1)), np.tile(out, (1, n, 1)), np.tile(back, (1, n, 1)), np.full(n, k)
     )[0]
     return complex(np.sum(echo * np.exp(-1j * k * middle @ (out + back))))
@@ -123,7 +123,7 @@ def test_a_wide_plate_is_an_image_source():
         length = np.linalg.norm(ray, axis=1)
         way = (ray / length[:, None])[None]
         shape = np.broadcast_to(corners - corners.mean(axis=0), (len(place), 3, 3)).copy()
-        echo = SmoothFace().echoes(shape, np.tile(UP, (len(place), 1)), way, way, np.full(len(place), k))[0]
+        echo = KirchhoffFacet().echoes(shape, np.tile(UP, (len(place), 1)), way, way, np.full(len(place), k))[0]
         fade = np.prod((1 - (2 * place[:, :2] / side) ** 8) ** 2, axis=1)
         total += np.sum(fade * echo * np.exp(-2j * k * length) / length**2)
     assert total == pytest.approx(np.exp(-2j * k * distance) / (2 * distance), abs=0.01 / (2 * distance))

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from insonify.scattering._patch_kernel import FLAT, SLOW, fresnel_tail, moments
-from insonify.scattering.kirchhoff_patch import SmoothPatch
+from insonify.scattering._kirchhoff_patch_kernel import FLAT, SLOW, fresnel_tail, moments
+from insonify.scattering.kirchhoff_patch import KirchhoffPatch
 
 TABLE = fresnel_tail()
 NODE, WEIGHT = np.polynomial.legendre.leggauss(1200)
@@ -44,7 +44,7 @@ def ring_patch(radius, half, off, k, distance):
     length = np.linalg.norm(ray)
     way = (ray / length)[None, None]
     far = np.full((1, 1), length)
-    echo = SmoothPatch(1.0).echoes(
+    echo = KirchhoffPatch(1.0).echoes(
         np.array([rows]), np.array([4 * along * around]), out[None], way, way, far, far, np.array([k])
     )[0, 0]
     node, weight = np.polynomial.legendre.leggauss(200)
@@ -74,5 +74,7 @@ def test_a_patch_turned_away_is_silent():
     ways = np.array([[[0.0, 0.0, 1.0]]]), np.array([[[0.0, 0.0, -1.0]]])
     one = np.ones((1, 1))
     for out, back in (ways, ways[::-1]):
-        told = SmoothPatch().echoes(rows, np.ones(1), np.array([[0.0, 0, -1]]), out, back, one, one, np.ones(1) * 400)
+        told = KirchhoffPatch().echoes(
+            rows, np.ones(1), np.array([[0.0, 0, -1]]), out, back, one, one, np.ones(1) * 400
+        )
         assert told == 0

@@ -15,7 +15,7 @@ from insonify.scattering import (
     Sediment,
     SedimentVolume,
     SmallSlope,
-    UserTable,
+    TableScatteringLaw,
     albedo,
     apl_bottom_strength_db,
     reflection_coefficient,
@@ -31,9 +31,9 @@ MEASURED = [
     Perturbation(SAND, 100e3),
     SmallSlope(SAND, 30e3),
     SedimentVolume(SAND, 100e3),
-    SedimentVolume(SAND, 100e3, unevenness="isotropic"),
+    SedimentVolume(SAND, 100e3, volume_spectrum="isotropic"),
     Jackson(Sediment.named("gravel"), 30e3),
-    UserTable(np.radians([5, 30, 90]), [-40, -25, -10]),
+    TableScatteringLaw(np.radians([5, 30, 90]), [-40, -25, -10]),
     Lambert(),
 ]
 angles = st.floats(0, np.pi / 2)
@@ -94,8 +94,8 @@ def test_a_seabed_never_returns_more_than_it_got(kind, frequency, name):
     "law",
     [
         SmallSlope(JAGGED, 30e3),
-        SedimentVolume(Sediment(1.2, 1.0, 0.01, volume_parameter=0.5), 100e3, unevenness="isotropic"),
-        Jackson(Sediment(1.2, 1.0, 0.01, volume_parameter=0.5), 100e3, unevenness="isotropic"),
+        SedimentVolume(Sediment(1.2, 1.0, 0.01, volume_parameter=0.5), 100e3, volume_spectrum="isotropic"),
+        Jackson(Sediment(1.2, 1.0, 0.01, volume_parameter=0.5), 100e3, volume_spectrum="isotropic"),
     ],
     ids=_name,
 )
@@ -144,14 +144,14 @@ def test_backscatter_of_the_inside_is_the_handbooks(name):
     entered = np.abs(1 - ((y - 1) / (y + 1)) ** 2) ** 2 * np.sin(g) ** 2
     strength = 5 * bed.loss * bed.volume_parameter / (bed.speed_ratio * np.log(10))
     expected = strength * entered / (np.abs(p) ** 2 * p.imag)
-    law = SedimentVolume(bed, 50e3, unevenness="isotropic")
+    law = SedimentVolume(bed, 50e3, volume_spectrum="isotropic")
     np.testing.assert_allclose(law.cross_section(g, g, BACK), expected, rtol=1e-6)
 
 
 def test_density_that_fluctuates_sends_straight_back_what_isotropy_does():
     """Above the critical angle both spectra agree straight back, but for the limit of 0.1, to 2 % (the loss)."""
     g = np.radians([50.0, 70, 90])
-    even, power = (SedimentVolume(SAND, 100e3, unevenness=u) for u in ("isotropic", "power-law"))
+    even, power = (SedimentVolume(SAND, 100e3, volume_spectrum=u) for u in ("isotropic", "power-law"))
     free = even.cross_section(g, g, BACK)
     np.testing.assert_allclose(power.cross_section(g, g, BACK), 1 / (1 / free + 1 / 0.1), rtol=0.02)
     ratio = power.cross_section(g[:1], g[:1], 2.0) / even.cross_section(g[:1], g[:1], 2.0)
@@ -189,7 +189,9 @@ def test_below_the_critical_angle_isotropy_is_louder():
     """
     g = np.radians([5.0, 20.0, 40.0])
     for kind, expected, within in ((SedimentVolume, [2.09, 1.34, 0.13], 0.02), (Jackson, [0.15, 0.15, 0.15], 0.2)):
-        even, power = (kind(SAND, 30e3, unevenness=u).cross_section(g, g, BACK) for u in ("isotropic", "power-law"))
+        even, power = (
+            kind(SAND, 30e3, volume_spectrum=u).cross_section(g, g, BACK) for u in ("isotropic", "power-law")
+        )
         np.testing.assert_allclose(10 * np.log10(even / power), expected, atol=within)
 
 
@@ -287,7 +289,7 @@ def test_outside_the_measured_band_one_warning_is_given(frequency):
 
 
 def test_a_bed_without_loss_has_no_echo_from_inside_that_could_end():
-    """Without loss sound would return from any depth: an error with the way out; without unevenness it is fine."""
+    """Without loss sound would return from any depth: an error with the way out; without volume_spectrum it is fine."""
     with pytest.raises(ValueError, match=r"loss 0.*0\.01"):
         SedimentVolume(Sediment(1.2, 1.0, 0.0), 50e3)
     assert SedimentVolume(Sediment(1.2, 1.0, 0.0, volume_parameter=0.0), 50e3).cross_section(1.0, 1.0, BACK) == 0
@@ -296,4 +298,4 @@ def test_a_bed_without_loss_has_no_echo_from_inside_that_could_end():
 def test_unevenness_of_another_kind_is_refused():
     """Two kinds are known, and the error names them."""
     with pytest.raises(ValueError, match=r"power-law.*isotropic"):
-        SedimentVolume(SAND, 50e3, unevenness="white")
+        SedimentVolume(SAND, 50e3, volume_spectrum="white")

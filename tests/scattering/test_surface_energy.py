@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from insonify.scattering import AplSurface, Bubbles, SurfaceFacets, SurfaceScattering, albedo, bubble_loss_db
 from insonify.scattering.bubbles import bubble_extinction
 from insonify.scattering.surface_coherence import doppler_spread, mean_extra_delay
-from insonify.scattering.surface_facets import apl_slope_variance, cox_munk_slopes, facing_excess
+from insonify.scattering.surface_facets import apl_slope_variance, cox_munk_slopes, facet_shadowing_excess
 
 steep = st.floats(0.05, np.pi / 2)
 winds = st.floats(2, 20)
@@ -101,7 +101,7 @@ def test_exchanged_variances_are_a_turned_wind(a, b, azimuth, heading):
 def test_the_mirror_direction_sees_the_flat_facets(mean_square, grazing):
     """Forward at the mirror's angle only the density at slope 0 counts, 1 / (4 pi s^2), and what of it is lit."""
     found = SurfaceFacets.isotropic(mean_square).cross_section(grazing, grazing, 0.0)
-    lit = 1 / (1 + facing_excess(grazing, mean_square / 2))
+    lit = 1 / (1 + facet_shadowing_excess(grazing, mean_square / 2))
     assert found == pytest.approx(float(lit) / (4 * np.pi * mean_square))
 
 

@@ -10,14 +10,19 @@ from scipy.optimize import minimize
 
 from insonify.scattering.albedo import albedo
 from insonify.scattering.bubbles import Bubbles
-from insonify.scattering.facet_geometry import across_and_along
+from insonify.scattering.facet_geometry import half_direction_change
 from insonify.scattering.surface_coherence import (
     coherent_reflection,
     doppler_spread,
     mean_extra_delay,
     rayleigh_parameter,
 )
-from insonify.scattering.surface_facets import SurfaceFacets, apl_slope_variance, cox_munk_slopes, facing_excess
+from insonify.scattering.surface_facets import (
+    SurfaceFacets,
+    apl_slope_variance,
+    cox_munk_slopes,
+    facet_shadowing_excess,
+)
 from insonify.scattering.surface_scattering import SurfaceScattering
 from insonify.validity import PhysicsWarning
 
@@ -34,7 +39,7 @@ def _unit(grazing, azimuth):
 def test_the_change_of_direction_is_that_of_the_vectors(a, b, azimuth):
     """Half the difference of the two unit vectors, in the plane and along the normal."""
     came, leaves = _unit(a, 0.0) * (1, 1, -1), _unit(b, azimuth)
-    across, along = across_and_along(a, b, azimuth)
+    across, along = half_direction_change(a, b, azimuth)
     half = (leaves - came) / 2
     assert across == pytest.approx(math.hypot(half[0], half[1]), abs=1e-12)
     assert along == pytest.approx(half[2], abs=1e-12)
@@ -107,12 +112,12 @@ def test_lit_facets_catch_what_arrives(grazing, variance):
     density = np.exp(-(slope**2) / (2 * variance)) / np.sqrt(2 * np.pi * variance)
     facing = np.maximum(np.sin(grazing) + slope * np.cos(grazing), 0)
     caught = np.trapezoid(facing * density, slope) / np.sin(grazing)
-    assert 1 + facing_excess(grazing, variance) == pytest.approx(caught, rel=1e-5)
+    assert 1 + facet_shadowing_excess(grazing, variance) == pytest.approx(caught, rel=1e-5)
 
 
 def test_the_vertical_has_no_shadow():
     """Rounding past the vertical does not turn day into night."""
-    assert facing_excess(np.pi / 2 + np.array([-1e-12, 0, 1e-12]), 0.02) == pytest.approx([0, 0, 0], abs=1e-30)
+    assert facet_shadowing_excess(np.pi / 2 + np.array([-1e-12, 0, 1e-12]), 0.02) == pytest.approx([0, 0, 0], abs=1e-30)
 
 
 def test_shadows_are_those_of_a_rough_profile():
@@ -130,7 +135,7 @@ def test_shadows_are_those_of_a_rough_profile():
         ray = height + tangent * x  # of the sound that touches here: the highest so far hides what follows
         lit, facing = ray >= np.maximum.accumulate(ray), np.maximum(tangent + slope, 0)
         share = np.sum(facing[lit]) / np.sum(facing)
-        assert share == pytest.approx(1 / (1 + float(facing_excess(np.arctan(tangent), rms**2))), abs=0.003)
+        assert share == pytest.approx(1 / (1 + float(facet_shadowing_excess(np.arctan(tangent), rms**2))), abs=0.003)
 
 
 @given(st.floats(0.05, 1.5), angles, angles, azimuths)

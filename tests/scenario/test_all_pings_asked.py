@@ -8,8 +8,8 @@ from pydantic import ValidationError
 
 import insonify
 from insonify.scenario.scenario import Scenario
-from insonify.sonar.stance import end_depths
-from insonify.sonar.track import poses
+from insonify.sonar.ping_geometry import array_depths
+from insonify.sonar.track import true_poses
 from insonify.validity import PhysicsWarning
 
 LINE = {"kind": "line", "length": 1.5}
@@ -47,7 +47,7 @@ def test_a_beam_that_is_deaf_at_the_last_ping_only_is_refused():
     """Elements of 6 cm are deaf where sin = wavelength / 6 cm: with the sound speed at the end of the track."""
     water = {"profile": [[0.0, 1500.0], [20.0, 1480.0]], "noise_level_db": None}
     plain = diving(5.0, 15.0, water=water)
-    slowest = float(plain.water.speed_at(end_depths(plain.sonar, poses(plain.track, seed=1))[-1]))
+    slowest = float(plain.water.sound_speed_at(array_depths(plain.sonar, true_poses(plain.track, seed=1))[-1]))
     row = LINE | {"elements": 25, "element": "piston", "steer": (float(np.arcsin(slowest / 100e3 / 0.06)),)}
     with pytest.raises(ValidationError, match=r"receive.steer"), warnings.catch_warnings():
         warnings.simplefilter("ignore")

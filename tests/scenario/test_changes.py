@@ -9,8 +9,8 @@ from pydantic import ValidationError
 
 import insonify
 from insonify.ocean.water import Water
-from insonify.scenario.advice import ScenarioError
-from insonify.scenario.load import load_scenario, parse
+from insonify.scenario.diagnostic import ScenarioError
+from insonify.scenario.load import load_scenario, parse_model
 from insonify.scenario.scenario import Scenario
 from insonify.scenario.write import to_yaml
 from insonify.scene.surface import Surface
@@ -50,7 +50,7 @@ def test_nothing_but_the_named_value_changes(file):
         ("water.inhomogeneity.rms_index", 1e-5, 1e-5),
         ("paths.families", ("D", "S"), ("D", "S")),
         ("sonar.receive.steer", np.array([0.0, 0.01]), (0.0, 0.01)),
-        ("surface", Surface(bounce="statistical", wind_speed=6), Surface(bounce="statistical", wind_speed=6)),
+        ("surface", Surface(reflection="statistical", wind_speed=6), Surface(reflection="statistical", wind_speed=6)),
         ("targets", [], ()),
     ],
 )
@@ -62,18 +62,18 @@ def test_a_value_is_written_as_in_a_file(nominal, path, value, wanted):
         found = found[int(step)] if step.isdigit() else getattr(found, step)
     if wanted is not None:
         assert found == wanted or np.allclose(found, wanted)
-    assert parse(Scenario, to_yaml(changed)) == changed
+    assert parse_model(Scenario, to_yaml(changed)) == changed
 
 
-UNEVEN = {"water.inhomogeneity.length": "1 m"}
+UNEVEN = {"water.inhomogeneity.correlation_length": "1 m"}
 
 
 def test_several_values_fit_together(nominal):
     """A wind and the surface that it moves, in either form: neither would do alone."""
     flat = nominal.with_("surface", Surface())
-    by_paths = flat.with_({"surface.bounce": "statistical", "surface.wind_speed": "6 m/s"})
-    assert by_paths.surface.wind_speed == 6 and by_paths.surface.bounce == "statistical"
-    assert flat.with_(surface__bounce="statistical", surface__wind_speed="6 m/s") == by_paths
+    by_paths = flat.with_({"surface.reflection": "statistical", "surface.wind_speed": "6 m/s"})
+    assert by_paths.surface.wind_speed == 6 and by_paths.surface.reflection == "statistical"
+    assert flat.with_(surface__reflection="statistical", surface__wind_speed="6 m/s") == by_paths
     with pytest.raises(ScenarioError, match="moves a statistical surface only"):
         flat.with_("surface.wind_speed", "6 m/s")
 
@@ -104,11 +104,11 @@ def test_what_was_left_out_stays_left_out(nominal):
 )
 def test_a_change_that_means_nothing_is_refused_with_the_way_out(nominal, changes, words):
     """Unknown keys and indices, wrong units and ranges, and faults between parts; several at once."""
-    with pytest.raises(ScenarioError) as refusal:
+    with pytest.raises(ScenarioError) as run_refusal:
         nominal.with_(changes)
     for word in words:
-        assert word in str(refusal.value)
-    assert ":0:" not in str(refusal.value) and ":1:" not in str(refusal.value)
+        assert word in str(run_refusal.value)
+    assert ":0:" not in str(run_refusal.value) and ":1:" not in str(run_refusal.value)
 
 
 @pytest.mark.parametrize(("paths", "values"), [("seed", ()), ("", (1,)), ({"seed": 1}, (2,)), ("seed", (1, 2))])

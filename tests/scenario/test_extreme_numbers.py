@@ -8,18 +8,18 @@ from importlib.resources import files
 import pytest
 import yaml
 
-from insonify.scenario.advice import ScenarioError
-from insonify.scenario.load import parse
+from insonify.estimates.run_cost import estimate_cost, size_refusal
+from insonify.scenario.diagnostic import ScenarioError
+from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
-from insonify.study.cost import cost, too_big
 
 TEMPLATES = ("nominal", "sidescan", "forward-looking", "multibeam", "interferometric")
 FACTORS = (1e-6, 1e-3, 0.01, 100.0, 1e3, 1e6)
 EXTREMES = [
     ("track.window", ["0 ms", "100 s"]), ("track.window", ["50 s", "51 s"]), ("track.pings", 100_000),
-    ("paths.scatterers_per_cell", 1000), ("paths.beam_floor_db", -120), ("paths.reflections", 12),
+    ("paths.scatterers_per_cell", 1000), ("paths.beam_cutoff_db", -120), ("paths.max_reflections", 12),
     ("seabed.depth", 10_000), ("sonar.pulse.frequency", "10 MHz"), ("sonar.pulse.duration", "1 us"),
-    ("sonar.receiver.band", "10 MHz"), ("sonar.receiver.sub_bands", 32),
+    ("sonar.receiver.bandwidth", "10 MHz"), ("sonar.receiver.sub_bands", 32),
     ("targets", [{"shape": "box", "position": [0, 1e6], "size": [1000, 1, 1]}]),
     ("targets", [{"shape": "cylinder", "position": [0, 40], "length": 500, "diameter": 2}]),
 ]  # fmt: skip
@@ -50,11 +50,13 @@ def changed(described, path, value):
 def answered(described):
     """Whether a scenario is refused by name, or has an estimate of finite numbers."""
     try:
-        scenario = parse(Scenario, yaml.safe_dump(described, sort_keys=False))
+        scenario = parse_model(Scenario, yaml.safe_dump(described, sort_keys=False))
     except ScenarioError as error:
         return bool(str(error))
-    whole = cost(scenario)
-    return bool(too_big(whole)) or all(map(math.isfinite, (whole.seconds, whole.memory, whole.disk, whole.scatterers)))
+    whole = estimate_cost(scenario)
+    return bool(size_refusal(whole)) or all(
+        map(math.isfinite, (whole.seconds, whole.memory, whole.disk, whole.scatterers))
+    )
 
 
 @pytest.mark.filterwarnings("ignore")

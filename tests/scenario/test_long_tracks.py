@@ -2,7 +2,7 @@
 
 import pytest
 
-from insonify.scenario import element_faults
+from insonify.scenario import element_errors
 from oracles.arrays import heard_by_elements, line_of
 
 
@@ -15,8 +15,8 @@ def of_many_pings(depth):
 def test_elements_far_from_both_boundaries_are_placed_at_no_ping(monkeypatch):
     """Where the array's size does not reach the surface or the bed, no pose is looked at."""
     calls = []
-    turned = element_faults.receiver_rotation
-    monkeypatch.setattr(element_faults, "receiver_rotation", lambda *words: calls.append(1) or turned(*words))
+    turned = element_errors.receiver_rotation
+    monkeypatch.setattr(element_errors, "receiver_rotation", lambda *words: calls.append(1) or turned(*words))
     of_many_pings(10.0)
     assert len(calls) < 100
 
@@ -25,6 +25,6 @@ def test_elements_far_from_both_boundaries_are_placed_at_no_ping(monkeypatch):
 def test_elements_far_apart_make_no_pattern_beyond_the_widest():
     """Hydrophones ten kilometres apart are a fault or a scene, never a crash of the validator."""
     from insonify.sonar.element_array import ElementArray
-    from insonify.sonar.hydrophones import WIDEST, whole_aperture
+    from insonify.sonar.hydrophones import WIDEST, filled_aperture
 
-    assert whole_aperture(ElementArray(places=[(0, 0, 0), (0, 1e4, 0)])).length == WIDEST
+    assert filled_aperture(ElementArray(positions=[(0, 0, 0), (0, 1e4, 0)])).length == WIDEST

@@ -5,8 +5,8 @@ from importlib.resources import files
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from insonify.scenario.advice import ScenarioError
-from insonify.scenario.load import parse
+from insonify.scenario.diagnostic import ScenarioError
+from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
 from insonify.scenario.write import to_yaml
 
@@ -21,10 +21,10 @@ scraps = st.sampled_from(
 
 def test_the_template_shows_the_defaults() -> None:
     """What the file shows is what leaving it out gives, but for the surface: left out, it is a mirror."""
-    scenario = parse(Scenario, NOMINAL)
+    scenario = parse_model(Scenario, NOMINAL)
     sonar = "sonar:" + NOMINAL.split("\nsonar:")[1].split("  receiver:")[0]
-    short = parse(Scenario, sonar + "\ntrack: {kind: static, position: [0, 0, 11]}")
-    assert short.surface.bounce == "mirror" and scenario.surface.bounce == "statistical"
+    short = parse_model(Scenario, sonar + "\ntrack: {kind: static, position: [0, 0, 11]}")
+    assert short.surface.reflection == "flat" and scenario.surface.reflection == "statistical"
     for name in ("seed", "water", "track", "paths", "field", "output"):
         assert getattr(short, name) == getattr(scenario, name), name
     assert short.sonar == scenario.sonar
@@ -32,14 +32,14 @@ def test_the_template_shows_the_defaults() -> None:
 
 def test_the_scenario_in_the_attributes_is_the_scenario() -> None:
     """Written as YAML in SI and read again, nothing has changed."""
-    scenario = parse(Scenario, NOMINAL)
-    assert parse(Scenario, to_yaml(scenario)) == scenario
+    scenario = parse_model(Scenario, NOMINAL)
+    assert parse_model(Scenario, to_yaml(scenario)) == scenario
 
 
 def assert_read_or_answered(text: str) -> None:
     """Either it loads or it is answered; nothing else may happen."""
     try:
-        parse(Scenario, text, name="harbour.yaml")
+        parse_model(Scenario, text, name="harbour.yaml")
     except ScenarioError as error:
         assert error.faults
         assert all(line.startswith("harbour.yaml:") for line in str(error).splitlines())

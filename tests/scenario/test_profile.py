@@ -6,8 +6,8 @@ from importlib.resources import files
 import pytest
 
 import insonify
-from insonify.scenario.advice import ScenarioError
-from insonify.scenario.load import parse
+from insonify.scenario.diagnostic import ScenarioError
+from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
 from insonify.scenario.write import to_yaml
 from insonify.validity import PhysicsWarning
@@ -42,7 +42,7 @@ def test_a_table_is_looked_for_beside_the_scenario(written):
     scenario = insonify.load_scenario(file)
     (file.parent / "cast.csv").unlink()
     assert scenario.water.layered
-    assert parse(Scenario, to_yaml(scenario)) == scenario
+    assert parse_model(Scenario, to_yaml(scenario)) == scenario
     assert scenario.water.profile.sha256 in to_yaml(scenario) and "cast.csv" in to_yaml(scenario)
 
 

@@ -8,12 +8,12 @@ import yaml
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from insonify.scenario.advice import Advice, ScenarioError, nearest
-from insonify.scenario.asked import find
-from insonify.scenario.load import load_scenario, parse
+from insonify.scenario.diagnostic import Diagnostic, ScenarioError, nearest_word
+from insonify.scenario.expected_type import find
+from insonify.scenario.load import load_scenario, parse_model
 from insonify.scenario.scenario import Scenario
-from insonify.scenario.source import dotted, plain_value, read
 from insonify.scenario.write import to_yaml
+from insonify.scenario.yaml_source import dotted, plain_value, read
 from oracles.scenes import nominal, point
 
 WORDS = st.text("abcdefgh", min_size=1, max_size=6).map(lambda word: "x" + word)
@@ -119,15 +119,15 @@ def test_our_reader_agrees_with_yaml_where_yaml_is_not_doubtful():
 
 def test_advice_is_one_line_and_ends_like_a_sentence():
     """Line breaks and runs of blanks go; a full stop is set once; a file without lines has none."""
-    told = Advice("a.yaml", 3, "x.0.y", "5 m\n is   out of range", "1 to 2 m", "Did you mean 5 cm?", "pier")
+    told = Diagnostic("a.yaml", 3, "x.0.y", "5 m\n is   out of range", "1 to 2 m", "Did you mean 5 cm?", "pier")
     assert str(told) == "a.yaml:3: x.0.y (pier): 5 m is out of range (1 to 2 m). Did you mean 5 cm?"
-    assert str(Advice("a.yaml", 0, "", "there is no such file.")) == "a.yaml: there is no such file."
+    assert str(Diagnostic("a.yaml", 0, "", "there is no such file.")) == "a.yaml: there is no such file."
 
 
 @given(st.lists(st.tuples(st.integers(0, 99), WORDS), min_size=1, max_size=6))
 def test_faults_come_in_the_order_of_the_file(places):
     """Whatever the order in which they are found."""
-    error = ScenarioError([Advice("f", line, field, "bad") for line, field in places])
+    error = ScenarioError([Diagnostic("f", line, field, "bad") for line, field in places])
     assert [(fault.line, fault.field) for fault in error.faults] == sorted(places)
     assert len(str(error).split("\n")) == len(places)
 
@@ -136,9 +136,9 @@ def test_faults_come_in_the_order_of_the_file(places):
 def test_a_known_word_with_a_letter_too_few_is_found_again(known, data):
     """The word itself always; with its last letter lost, some known word at least; in capitals as well."""
     word = data.draw(st.sampled_from(known))
-    assert nearest(word, known) == word and nearest(word.upper(), known) == word
-    assert nearest(word[:-1], known) in known and nearest(word, [word.upper()]) == word.upper()
-    assert nearest("0123456789", known) is None
+    assert nearest_word(word, known) == word and nearest_word(word.upper(), known) == word
+    assert nearest_word(word[:-1], known) in known and nearest_word(word, [word.upper()]) == word.upper()
+    assert nearest_word("0123456789", known) is None
 
 
 def test_a_place_is_asked_for_what_its_noun_asks():
@@ -151,11 +151,11 @@ def test_a_place_is_asked_for_what_its_noun_asks():
         assert dotted(path) == dots
         return [choice for choice in found if choice.kind is not type(None)]
 
-    assert asked("seabed.depth")[0].words() == "a length in m" and asked("seabed.depth")[0].dimension == "length"
+    assert asked("seabed.depth")[0].description() == "a length in m" and asked("seabed.depth")[0].dimension == "length"
     assert any(choice.units == "Hz" for choice in asked("sonar.pulse.frequency"))
     assert asked("track.position.2")[0].units == "m"
     assert asked("seed")[0].limits == {"ge": 0.0, "lt": 2.0**63}
-    assert asked("field")[0].words() == "one of coherent, incoherent"
+    assert asked("field")[0].description() == "one of coherent, incoherent"
 
 
 @pytest.mark.parametrize(
@@ -164,7 +164,7 @@ def test_a_place_is_asked_for_what_its_noun_asks():
         {},
         {
             "targets": [point(3.0, 60, 15), point(-3.0, 70, 12, label="other")],
-            "paths": {"edges": "fresnel", "jitter": 0.1},
+            "paths": {"edge_diffraction": "knife-edge", "jitter": 0.1},
         },
         {"water": {"profile": [[0, 1510], [8, 1510.25], [14, 1490.1], [20, 1490]], "smoothing": 0.5}},
         {"seabed": {"scattering": {"law": "jackson", "sediment": "coarse sand"}, "reflection": "coarse sand"}},
@@ -177,7 +177,7 @@ def test_writing_and_reading_is_the_identity_and_writing_is_settled(changes, tmp
     """A scenario from its own YAML is equal to it, from text and from a file, and is written to the same bytes."""
     scenario = nominal(**changes)
     text = to_yaml(scenario)
-    again = parse(Scenario, text)
+    again = parse_model(Scenario, text)
     assert again == scenario and to_yaml(again) == text
     file = tmp_path / "written.yaml"
     file.write_text("\ufeff" + text.replace("\n", "\r\n"), encoding="utf-8", newline="")  # as an editor may save it
@@ -197,7 +197,7 @@ def test_units_change_the_writing_and_not_the_meaning(key, typed, si):
     """The same pulse in any unit is the same scenario."""
     values = yaml.safe_load(to_yaml(nominal()))
     values["sonar"]["pulse"][key] = typed
-    told = parse(Scenario, yaml.safe_dump(values))
+    told = parse_model(Scenario, yaml.safe_dump(values))
     assert getattr(told.sonar.pulse, key) == pytest.approx(si, rel=1e-15)
 
 
@@ -220,7 +220,7 @@ def test_what_advice_offers_is_accepted(field, typed):
             place = place[step]
         place[last] = text
         try:
-            parse(Scenario, yaml.safe_dump(values))
+            parse_model(Scenario, yaml.safe_dump(values))
         except ScenarioError as error:
             return [fault for fault in error.faults if fault.field == field]
         return []

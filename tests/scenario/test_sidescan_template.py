@@ -5,8 +5,8 @@ from importlib.resources import files
 
 import pytest
 
-from insonify.scenario.advice import ScenarioError
-from insonify.scenario.load import parse
+from insonify.scenario.diagnostic import ScenarioError
+from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
 
 TEXT = (files("insonify.scenario") / "templates" / "sidescan.yaml").read_text(encoding="utf-8")
@@ -16,7 +16,7 @@ def test_the_sidescan_template_has_nothing_wrong():
     """Two sides, two legs, a turn, and not even a warning."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        told = parse(Scenario, TEXT)
+        told = parse_model(Scenario, TEXT)
     assert told.sonar.channel_count == 2 and told.track.kind == "waypoints"
     assert 100 < told.track.ping_count < 200
 
@@ -28,7 +28,7 @@ def test_the_track_in_its_comments_follows_a_log(tmp_path):
     lines = [line[2:] for line in tail.splitlines() if line.startswith(("# track:", "#   "))]
     rest = tail.splitlines()[-1]
     (tmp_path / "survey.csv").write_text("time,north,east,depth,heading [deg]\n0,0,0,12,0\n3,6,0,12,0\n")
-    told = parse(Scenario, "\n".join([before, *lines, rest]), folder=tmp_path)
+    told = parse_model(Scenario, "\n".join([before, *lines, rest]), folder=tmp_path)
     assert told.track.kind == "navigation" and told.track.ping_count == 21
 
 
@@ -46,16 +46,16 @@ def test_the_track_in_its_comments_follows_a_log(tmp_path):
         ("turn_radius: 24 m", "turn_radius: 1 km", "track.waypoints.1", "Write a turn_radius of 103.9 m or less"),
         ("70 ms]", "200 s]", "track.window.1", "200 s is too late; 100 s"),
         ("period: 6 s, ", "", "track.motion.roll.period", "needs either a period or a spectrum"),
-        ("drift: 0 m/s", "drift: 1 deg/s", "track.logged.north.drift", "1 deg/s is not a speed"),
+        ("drift: 0 m/s", "drift: 1 deg/s", "track.navigation_errors.north.drift", "1 deg/s is not a speed"),
         ("[port, starboard]", "[left, right]", "sonar.sides.0", "one of port, starboard"),
         ("pings: null", "pings: 5000", "track.pings", "5000 pings run beyond the last waypoint"),
     ],
 )
 def test_a_fault_points_to_its_field_and_line(old, new, field, said):
     """Though `waypoints` is a kind of track and a key of it, the way to the value is that of the file."""
-    with pytest.raises(ScenarioError) as refusal:
-        parse(Scenario, TEXT.replace(old, new, 1))
-    fault = refusal.value.faults[0]
+    with pytest.raises(ScenarioError) as run_refusal:
+        parse_model(Scenario, TEXT.replace(old, new, 1))
+    fault = run_refusal.value.faults[0]
     assert fault.field == field and said in str(fault)
     key = [step for step in field.split(".") if not step.isdigit()][-1]
     line = TEXT.replace(old, new, 1).splitlines()[fault.line - 1]

@@ -4,10 +4,10 @@ import warnings
 
 import pytest
 
-from insonify.scenario.bistatic_faults import CLOCK, keeping_time
+from insonify.scenario.bistatic_errors import CLOCK, with_transmitter_clock
 from insonify.scenario.citations import FIELD, NOISE, PATCHY, SURFACE_NOISE, SUSPENDED, citations
-from insonify.scenario.load import parse
-from insonify.scenario.uneven_cautions import SHARED, uneven_cautions
+from insonify.scenario.inhomogeneity_warnings import SHARED, inhomogeneity_warnings
+from insonify.scenario.load import parse_model
 from insonify.scenario.write import to_yaml
 from insonify.validity import PhysicsWarning
 from oracles.arrays import WINDOW, heard_by_elements
@@ -26,8 +26,8 @@ def scene(water=None, **top):
 
 def uneven(length, *, receive=None, rms=1e-4, record="elements"):
     """Cautions of such water."""
-    told = {"inhomogeneity": {"rms_index": rms, "length": length}}
-    return uneven_cautions(scene(told, receive=receive, receiver={"record": record}))
+    told = {"inhomogeneity": {"rms_index": rms, "correlation_length": length}}
+    return inhomogeneity_warnings(scene(told, receive=receive, receiver={"record": record}))
 
 
 def test_small_patches_are_told_from_where_a_fresnel_zone_fills_them():
@@ -35,7 +35,7 @@ def test_small_patches_are_told_from_where_a_fresnel_zone_fills_them():
     edge = (2 * WAY * WAVELENGTH / 3.141592653589793) ** 0.5
     assert edge == pytest.approx(0.677, abs=1e-3)
     (said,) = uneven(0.98 * edge)
-    assert "water.inhomogeneity.length" in said and f"{edge:.2g} m or more" in said
+    assert "water.inhomogeneity.correlation_length" in said and f"{edge:.2g} m or more" in said
     assert uneven(1.02 * edge) == []
 
 
@@ -56,12 +56,12 @@ def test_an_array_longer_than_half_a_patch_is_told(part, words):
 
 def test_even_water_is_never_warned_of():
     """Patches of any size without changes; no patches at all."""
-    assert uneven(0.1, rms=0.0) == [] and uneven_cautions(scene()) == []
+    assert uneven(0.1, rms=0.0) == [] and inhomogeneity_warnings(scene()) == []
 
 
 @pytest.mark.parametrize("told", [
-    {"inhomogeneity": {"rms_index": 1e-4, "length": "5 m", "lifetime": "20 s"}},
-    {"noise": {"level_db": "40 dB", "whence": "surface"}},
+    {"inhomogeneity": {"rms_index": 1e-4, "correlation_length": "5 m", "correlation_time": "20 s"}},
+    {"noise": {"level_db": "40 dB", "directionality": "surface"}},
     {"volume_strength_db": [["0 m", -80], ["10 m", None], ["12 m", "-60 dB"]]},
     {"patches": [{"position": [0, 25, 10], "size": ["2 m", 1, 1], "heading": "30 deg", "volume_strength_db": -40,
                   "form": "box"}]},
@@ -71,14 +71,14 @@ def test_water_is_written_back_as_it_was_read(told):
     one = scene(told)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PhysicsWarning)
-        assert parse(type(one), to_yaml(one)) == one
+        assert parse_model(type(one), to_yaml(one)) == one
 
 
 @pytest.mark.parametrize(("water", "top", "source"), [
     ({"noise": {"level_db": 40}}, {}, FIELD), ({"noise_level_db": 40}, {}, FIELD),
-    ({"noise": {"wind_speed": 5}}, {}, NOISE), ({"noise": {"level_db": 40, "whence": "surface"}}, {}, SURFACE_NOISE),
+    ({"noise": {"wind_speed": 5}}, {}, NOISE), ({"noise": {"level_db": 40, "directionality": "surface"}}, {}, SURFACE_NOISE),
     ({"volume_strength_db": -70}, {}, SUSPENDED),
-    ({}, {"seabed": {"depth": 20, "texture": {"shape": 2, "length": "1 m"}}}, PATCHY),
+    ({}, {"seabed": {"depth": 20, "texture": {"k_shape": 2, "correlation_length": "1 m"}}}, PATCHY),
 ])  # fmt: skip
 def test_what_runs_is_cited_and_nothing_else(water, top, source):
     """Each source by what asks for it; a scene without any of it names none of them."""
@@ -89,12 +89,12 @@ def test_what_runs_is_cited_and_nothing_else(water, top, source):
 def test_a_receiver_keeps_the_transmitters_time_unless_it_says_its_own():
     """What is left out of its track is the transmitter's clock; what is written stays."""
     track = scene(track={"pings": 7, "interval": 0.4}).track
-    kept = keeping_time({"kind": "static", "position": (0, 0, 3)}, track)
+    kept = with_transmitter_clock({"kind": "static", "position": (0, 0, 3)}, track)
     assert kept["pings"] == 7 and all(kept[name] == getattr(track, name) for name in CLOCK)
-    assert keeping_time({"kind": "static", "pings": 3}, track)["pings"] == 3
+    assert with_transmitter_clock({"kind": "static", "pings": 3}, track)["pings"] == 3
     for strange in (None, 5, "north"):
-        assert keeping_time(strange, track) == strange
-    assert keeping_time({"kind": "static"}, None) == {"kind": "static"}
+        assert with_transmitter_clock(strange, track) == strange
+    assert with_transmitter_clock({"kind": "static"}, None) == {"kind": "static"}
 
 
 @pytest.mark.parametrize("name", ["interval", "window", "stop_and_hop"])

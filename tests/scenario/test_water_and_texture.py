@@ -3,7 +3,7 @@
 import pytest
 from pydantic import ValidationError
 
-from insonify.scenario.load import parse
+from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
 from insonify.scenario.write import to_yaml
 from insonify.validity import PhysicsWarning
@@ -21,9 +21,10 @@ def scene(water=None, **top):
 def test_what_was_written_is_read_again(strength):
     """Layers, a patch and a texture: the same scenario."""
     written = scene(
-        {"volume_strength_db": strength, "patches": [SCHOOL]}, seabed={"texture": {"shape": 3, "length": "2 m"}}
+        {"volume_strength_db": strength, "patches": [SCHOOL]},
+        seabed={"texture": {"k_shape": 3, "correlation_length": "2 m"}},
     )
-    assert parse(Scenario, to_yaml(written)) == written
+    assert parse_model(Scenario, to_yaml(written)) == written
 
 
 @pytest.mark.parametrize(
@@ -48,4 +49,4 @@ def test_slips_are_told_with_the_way_out(water, top, said):
 def test_water_that_nobody_listens_to_is_told():
     """Causes that leave the water out are a caution, not a fault."""
     with pytest.warns(PhysicsWarning, match="water is not among them"):
-        scene({"volume_strength_db": -70}, paths={"causes": ["seabed"]})
+        scene({"volume_strength_db": -70}, paths={"contributions": ["seabed"]})

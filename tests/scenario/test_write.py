@@ -10,15 +10,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import Field
 
-from insonify.noun import Metres, Noun
+from insonify.model import Metres, Model
 from insonify.scattering import Lambert
-from insonify.scenario.load import load_scenario, parse
+from insonify.scenario.load import load_scenario, parse_model
 from insonify.scenario.write import to_yaml
 
 TEMPLATES = files("insonify.scenario") / "templates"
 
 
-class Note(Noun):
+class Note(Model):
     title: str
     depth: Metres
     seed: int
@@ -41,7 +41,7 @@ notes = st.builds(
 @given(notes)
 def test_round_trip_loses_nothing(note: Note) -> None:
     """Every bit of every number and every letter of every text comes back."""
-    assert parse(Note, to_yaml(note)) == note
+    assert parse_model(Note, to_yaml(note)) == note
 
 
 @pytest.mark.parametrize("template", sorted(one.name for one in TEMPLATES.iterdir() if one.name.endswith(".yaml")))

@@ -24,7 +24,7 @@ def test_the_points_of_a_box_lie_on_its_faces_and_share_their_area(length, width
     assert np.all(np.sort(inside, axis=1)[:, 1] < 1)
     outward = np.abs(block.within(points.position + 1e-3 * points.normal)).max(axis=1)
     assert np.all(outward > 1)
-    assert len(np.unique(points.place)) == len(points)
+    assert len(np.unique(points.scatterer_id)) == len(points)
     np.testing.assert_allclose(np.abs(points.phase), 1)
 
 
@@ -41,7 +41,7 @@ def test_a_boxs_scatterers_belong_to_its_label():
     np.testing.assert_array_equal(there.phase, here.phase)
     other = box_scatterers(Box(position=(0, 50), size=(2, 1, 1), label="other"), 20.0, 1, 0.1, 0)
     assert not np.any(other.phase == here.phase)
-    assert not np.intersect1d(other.place, here.place).size
+    assert not np.intersect1d(other.scatterer_id, here.scatterer_id).size
 
 
 def test_a_box_may_float():

@@ -59,7 +59,7 @@ def test_a_standing_box_is_open_towards_the_bed():
 def test_each_face_looks_where_its_name_says():
     """Heading east, fore is east, starboard is south, top is shallow: by the face in each point's key."""
     found = points(Box(position=(0, 50), size=(2, 1, 1), heading=np.pi / 2, base_depth=15.0))
-    face = (found.place >> np.uint64(24)) & np.uint64(7)
+    face = (found.scatterer_id >> np.uint64(24)) & np.uint64(7)
     looks = {"fore": (0, 1, 0), "aft": (0, -1, 0), "starboard": (-1, 0, 0), "port": (1, 0, 0), "top": (0, 0, -1),
              "bottom": (0, 0, 1)}  # fmt: skip
     for number, name in enumerate(FACES):
@@ -81,7 +81,7 @@ def test_only_upright_faces_are_cut_into_lower_cells(rise):
 def test_even_points_do_not_follow_the_seed_and_drawn_ones_do():
     """Laid out evenly the places are the same for all seeds; their phases are still drawn."""
     box = Box(position=(0, 50), size=(2, 1, 1))
-    one, other = (box_scatterers(box, DEPTH, seed, 0.2, 0, even=True) for seed in (1, 2))
+    one, other = (box_scatterers(box, DEPTH, seed, 0.2, 0, quadrature=True) for seed in (1, 2))
     np.testing.assert_array_equal(one.position, other.position)
     assert not np.any(one.phase == other.phase)
     one, other = (box_scatterers(box, DEPTH, seed, 0.2, 0) for seed in (1, 2))
@@ -94,7 +94,7 @@ def test_even_points_find_the_moment_of_a_face_better_than_drawn_ones():
     told = 0.5 - np.sin(14) / 28
     off = []
     for even in (True, False):
-        found = [box_scatterers(box, DEPTH, seed, 0.1, 0, even=even) for seed in range(6)]
+        found = [box_scatterers(box, DEPTH, seed, 0.1, 0, quadrature=even) for seed in range(6)]
         tops = [np.sin(7 * p.position[p.normal[:, 2] < -0.5, 0]) ** 2 for p in found]
         off.append(np.sqrt(np.mean([(top.mean() - told) ** 2 for top in tops])))
     assert off[0] < 2e-3 and off[0] < off[1]
@@ -165,7 +165,7 @@ def test_a_box_seen_from_the_other_side_has_the_same_section():
     box = Box(position=(50, 0.4), size=(3, 2, 1), heading=0.3)
     ahead, back = section(box, 0.0), section(box, np.pi)
     np.testing.assert_allclose(ahead.position, back.position, atol=1e-9)
-    np.testing.assert_array_equal(ahead.place, back.place)
+    np.testing.assert_array_equal(ahead.scatterer_id, back.scatterer_id)
 
 
 @pytest.mark.parametrize("turn", [0.6, 2.1, -1.2])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from insonify.scene.seabed import Seabed
-from insonify.scene.terrain.grid_file import GridError, metres_per_degree, read_grid
+from insonify.scene.terrain.bathymetry_file import GridError, metres_per_degree, read_grid
 
 REAL = Path(os.environ.get("INSONIFY_DATA", "data"), "jd211-bathymetry-utm2n.bag")
 DEPTH = 20 + np.arange(20.0).reshape(4, 5)  # rows to the north, columns to the east
@@ -54,7 +54,7 @@ def test_a_geotiff_is_read_north_up_with_its_gaps(tmp_path):
     np.testing.assert_array_equal(np.isnan(found.elevation), values == -32768)
     np.testing.assert_allclose(found.elevation[values > -1000], -DEPTH[values > -1000])
     assert (found.north, found.east, found.north_step, found.east_step) == (7_000_000, 600_000, 2, 2)
-    assert "elevations by their sign" in found.told
+    assert "elevations by their sign" in found.description
 
 
 @pytest.mark.parametrize(("values", "told"), [(-DEPTH, "elevations by their sign"), (DEPTH, "depths by their sign")])
@@ -62,7 +62,7 @@ def test_depths_and_elevations_are_told_apart_by_their_sign(tmp_path, values, to
     """Both mean the same bed, and it is said how that is known."""
     found = read_grid(tif(tmp_path / "a.tif", values))
     np.testing.assert_allclose(found.elevation, -DEPTH)
-    assert told in found.told
+    assert told in found.description
 
 
 def test_netcdf_is_read_in_either_order_of_its_dimensions(tmp_path):
@@ -73,7 +73,7 @@ def test_netcdf_is_read_in_either_order_of_its_dimensions(tmp_path):
     for found in (plain, turned, fallen):
         np.testing.assert_allclose(found.elevation, -DEPTH)
         assert (found.north, found.east, found.north_step, found.east_step) == (0, 0, 2, 2)
-    assert "elevations, positive up" in plain.told
+    assert "elevations, positive up" in plain.description
 
 
 def test_netcdf_says_its_sign_and_its_units(tmp_path):
@@ -91,7 +91,7 @@ def test_degrees_become_metres_about_the_scene(tmp_path):
     at = {"lat": 54 + np.arange(4) / 6000, "lon": 8 + np.arange(5) / 6000}
     path = nc(tmp_path / "a.nc", -DEPTH, axes=("lat", "lon"), at=at, axis_units="degrees_north")
     place = {"latitude": "54.0005 deg", "longitude": "8 deg"}
-    bed = Seabed(relief={"kind": "grid", "file": path, **place}, depth=30.0).bed
+    bed = Seabed(relief={"kind": "grid", "file": path, **place}, depth=30.0).terrain
     assert bed.depth_at(0.0, 0.0) == pytest.approx(DEPTH[3, 0], abs=1e-3)
     assert metres_per_degree(54.0)[0] / 60 == pytest.approx(1852, rel=6e-3)
     east = metres_per_degree(54.0005)[1] / 6000
@@ -107,7 +107,7 @@ def test_a_degree_has_the_ellipsoids_length():
 def test_latitude_and_longitude_find_their_place_in_a_projected_grid(tmp_path):
     """UTM zone 2 N: its central meridian, 171 W, is at 500 km east; on the equator north is 0."""
     path = tif(tmp_path / "a.tif", -DEPTH, origin=(0.0, 500_000.0))
-    bed = Seabed(relief={"kind": "grid", "file": path, "latitude": "0 deg", "longitude": "-171 deg"}).bed
+    bed = Seabed(relief={"kind": "grid", "file": path, "latitude": "0 deg", "longitude": "-171 deg"}).terrain
     assert bed.depth_at(0.0, 0.0) == pytest.approx(DEPTH[0, 0], abs=1e-3)
     assert bed.depth_at(2.0, 4.0) == pytest.approx(DEPTH[1, 2], abs=1e-3)
 
@@ -164,7 +164,9 @@ def test_a_real_survey_lies_as_its_papers_say():
     seabed = Seabed(relief={"kind": "grid", "file": str(REAL)})
     shallowest, mean, deepest = seabed.grid.depths
     assert (shallowest, deepest) == (pytest.approx(50.99, abs=0.005), pytest.approx(52.96, abs=0.005))
-    assert seabed.depth == pytest.approx(mean, abs=0.01) and seabed.grid.filled == pytest.approx(0.46, abs=0.005)
-    assert "1707 x 1478 cells of 2 x 2 m, elevations, positive up" in seabed.grid.told
+    assert seabed.depth == pytest.approx(mean, abs=0.01) and seabed.grid.measured_fraction == pytest.approx(
+        0.46, abs=0.005
+    )
+    assert "1707 x 1478 cells of 2 x 2 m, elevations, positive up" in seabed.grid.description
     east = np.arange(-100.0, 100.0)
-    assert np.std(seabed.bed.depth_at(0.0, east)) < 0.3 and np.isnan(seabed.bed.depth_at(5000.0, 0.0))
+    assert np.std(seabed.terrain.depth_at(0.0, east)) < 0.3 and np.isnan(seabed.terrain.depth_at(5000.0, 0.0))

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from insonify.scene.terrain._grid_kernel import hermite, node_slopes
+from insonify.scene.terrain._hermite_kernel import hermite, node_slopes
 
 ROWS, COLUMNS = 9, 7
 

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from insonify.scattering.sediments import Sediment
-from insonify.scenario.advice import ScenarioError
-from insonify.scenario.load import parse
+from insonify.scenario.diagnostic import ScenarioError
+from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
 from insonify.scenario.write import to_yaml
 from insonify.scene.scene import Scene
 from insonify.scene.seabed import Seabed
-from insonify.scene.terrain import PowerLaw, Ripples, Split
-from insonify.simulation import simulate
+from insonify.scene.terrain import PowerLaw, Ripples, RoughnessCutoff
+from insonify.simulator import simulate
 from oracles.scenes import nominal
 
 FRACTAL = {"kind": "power-law", "hurst": 0.8, "rms": 0.05}
@@ -29,27 +29,27 @@ TRACK = "track: {kind: static, position: [0, 0, 11]}\n"
 def advice(text):
     """What is said of a scenario file."""
     with pytest.raises(ScenarioError) as caught:
-        parse(Scenario, text, name="harbour.yaml")
+        parse_model(Scenario, text, name="harbour.yaml")
     return str(caught.value)
 
 
 def test_one_relief_is_a_list_of_one_and_none_is_flat():
     """A relief by itself, in a list, and null."""
     assert Seabed(relief=FRACTAL) == Seabed(relief=[FRACTAL])
-    assert Seabed(relief=None) == Seabed() and Seabed().bed is None
+    assert Seabed(relief=None) == Seabed() and Seabed().terrain is None
     assert [type(kind) for kind in Seabed(relief=[FRACTAL, RIPPLES]).relief] == [PowerLaw, Ripples]
 
 
 def test_a_scenario_with_relief_survives_being_written_and_read():
     """Written as YAML and read again, nothing has changed."""
-    scenario = nominal(seabed={"relief": [FRACTAL, RIPPLES], "split": 1.0, "seed": 7})
-    assert parse(Scenario, to_yaml(scenario)) == scenario
+    scenario = nominal(seabed={"relief": [FRACTAL, RIPPLES], "cutoff_wavelength": 1.0, "seed": 7})
+    assert parse_model(Scenario, to_yaml(scenario)) == scenario
 
 
 def test_reliefs_add_up_and_the_ground_is_depth_less_height():
     """Fractal and ripples together are their sum; the mean plane lies at the depth."""
     north, east = np.random.default_rng(1).uniform(-300, 300, (2, 4000))
-    beds = [Seabed(relief=relief, seed=3, depth=30.0).bed for relief in (FRACTAL, [FRACTAL, RIPPLES])]
+    beds = [Seabed(relief=relief, seed=3, depth=30.0).terrain for relief in (FRACTAL, [FRACTAL, RIPPLES])]
     rippled = beds[1].depth_at(north, east) - beds[0].depth_at(north, east)
     assert np.std(rippled) == pytest.approx(Ripples(**RIPPLES).variance ** 0.5, rel=0.1)
     assert np.mean(beds[1].depth_at(north, east)) == pytest.approx(30.0, abs=0.02)
@@ -59,28 +59,31 @@ def test_reliefs_add_up_and_the_ground_is_depth_less_height():
 
 def test_the_relief_has_the_scenarios_seed_or_its_own():
     """Another seed is other ground; a seed of its own keeps the ground while the scatterers change."""
-    depth = [nominal(seed=s, seabed={"relief": FRACTAL, "seed": own}).settled_seabed.depth_at(3.0, 4.0)
+    depth = [nominal(seed=s, seabed={"relief": FRACTAL, "seed": own}).completed_seabed.depth_at(3.0, 4.0)
              for s, own in ((1, None), (2, None), (1, 5), (2, 5))]  # fmt: skip
     assert depth[0] != depth[1] and depth[2] == depth[3] != depth[0]
 
 
 def test_the_split_is_the_scenes_or_the_sediments():
     """0.5 m unless told; null asks TR 9407's cut for sediment and frequency, and Lambert's law has none."""
-    assert nominal(seabed={"relief": FRACTAL}).settled_seabed.split == Split().wavelength
-    sand = {"relief": FRACTAL, "split": None, "scattering": {"law": "jackson", "sediment": "medium sand"}}
-    told = Split.of_sediment(Sediment.named("medium sand"), 100e3, sound_speed=1500.0).wavelength
-    assert nominal(seabed=sand).settled_seabed.split == told
-    assert nominal(seabed={"relief": FRACTAL, "split": None}).settled_seabed.split == Split().wavelength
-    assert nominal(seabed={"split": None}).settled_seabed.split is None  # a flat bed needs none
+    assert nominal(seabed={"relief": FRACTAL}).completed_seabed.cutoff_wavelength == RoughnessCutoff().wavelength
+    sand = {"relief": FRACTAL, "cutoff_wavelength": None, "scattering": {"law": "jackson", "sediment": "medium sand"}}
+    told = RoughnessCutoff.of_sediment(Sediment.named("medium sand"), 100e3, sound_speed=1500.0).wavelength
+    assert nominal(seabed=sand).completed_seabed.cutoff_wavelength == told
+    assert (
+        nominal(seabed={"relief": FRACTAL, "cutoff_wavelength": None}).completed_seabed.cutoff_wavelength
+        == RoughnessCutoff().wavelength
+    )
+    assert nominal(seabed={"cutoff_wavelength": None}).completed_seabed.cutoff_wavelength is None  # a flat bed needs none
 
 
 @pytest.mark.parametrize("per_cell", [1.0, 20.0])
 def test_the_split_does_not_follow_the_sampling(per_cell):
     """Ground and map are the same however many points lie on it."""
     scenario = nominal(seabed={"relief": FRACTAL}, paths={"scatterers_per_cell": per_cell})
-    bed = scenario.settled_seabed.bed
-    assert bed.ground.split.wavelength == 0.5 and bed.map_cell == 0.5 / 8
-    assert bed is nominal(seabed={"relief": FRACTAL}).settled_seabed.bed
+    bed = scenario.completed_seabed.terrain
+    assert bed.relief.cutoff_wavelength.wavelength == 0.5 and bed.heightmap_cell_size == 0.5 / 8
+    assert bed is nominal(seabed={"relief": FRACTAL}).completed_seabed.bed
 
 
 def test_a_box_stands_on_the_ground_under_it():
@@ -98,7 +101,10 @@ def test_a_box_stands_on_the_ground_under_it():
         ("seabed: {relief: {kind: power-law, hurst: 1.8, rms: 5 cm}}", "relief.hurst: 1.8 is out of range"),
         ("seabed: {relief: {kind: power-law, hurst: 0.8}}", "exactly one of strength and rms"),
         ("seabed: {relief: [{kind: ripples, hight: 5 cm}]}", "did you mean 'height'"),
-        ("seabed: {relief: {kind: ripples}, split: 1 mm}", "seabed.split: 1 mm is out of range"),
+        (
+            "seabed: {relief: {kind: ripples}, cutoff_wavelength: 1 mm}",
+            "seabed.cutoff_wavelength: 1 mm is out of range",
+        ),
         ("seabed: {relief: {kind: grid, file: nowhere.tif}}", "nowhere.tif: there is no such file"),
         ("seabed: {relief: {kind: grid}}", "relief.file: missing"),
         ("seabed: {relief: 5 cm}", "seabed.relief"),
@@ -138,9 +144,9 @@ def test_ground_that_was_not_surveyed_is_said_and_stays_silent(tmp_path):
     text = head + surveyed(tmp_path, hole=True) + SONAR
     track = "track: {kind: static, position: [0, 0, 11], window: [20 ms, 100 ms]}\n"
     with pytest.warns(match="of the ground within 75 m of the track is not in the survey"):
-        east = parse(Scenario, text + track)
+        east = parse_model(Scenario, text + track)
     with pytest.warns(match="not in the survey"):
-        west = parse(Scenario, text + track.replace("[0, 0, 11]", "[0, 0, 11], heading: 180 deg"))
+        west = parse_model(Scenario, text + track.replace("[0, 0, 11]", "[0, 0, 11], heading: 180 deg"))
     known, beyond = (
         simulate(scenario, threads=2).sel(time=slice(0.04, 0.09)).intensity.values.sum() for scenario in (west, east)
     )

@@ -5,16 +5,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from insonify import streams
-from insonify.engines.loudness import Kept
-from insonify.engines.view import on_ground
+from insonify import random_keys
+from insonify.engines.beam_importance import KeptScatterers
+from insonify.engines.ping_scatterers import lay_on_terrain
 from insonify.scattering.lambert import Lambert
-from insonify.scene import _held_kernel as held
-from insonify.scene.facets import facets, laid
-from insonify.scene.lattice import TILE, Lattice, Tiles, draw, next_places, reached
+from insonify.scene import _scatterer_terrain_cache_kernel as held
+from insonify.scene.scatterer_grid import TILE, ScattererGrid, Tiles, jittered_points, next_positions, tile_prefixes
 from insonify.scene.seabed import Seabed
-from insonify.scene.terrain._turn_kernel import turned
-from insonify.scene.terrain.relief import Survey
+from insonify.scene.seabed_scatterers import seabed_scatterers, tile_scatterers
+from insonify.scene.terrain._gradient_rotation_kernel import turned
+from insonify.scene.terrain.relief import TerrainSample
 
 SEED = 3
 KEYS = st.sampled_from([0, 1, -1, 7, 4096, 1 << 44, -(1 << 60), (1 << 63) - 1, 12345678901])
@@ -33,8 +33,8 @@ def test_a_table_is_a_dictionary_in_which_the_larger_entry_stays(entries):
             told[key] = (start, size)
     assert new == len(told) == np.sum(table[:, 2] > 0)
     for key, entry in told.items():
-        assert tuple(table[held.slot_of(np.int64(key), table)]) == (key, *entry)
-    assert table[held.slot_of(np.int64(99), table), 2] == 0
+        assert tuple(table[held.find_slot(np.int64(key), table)]) == (key, *entry)
+    assert table[held.find_slot(np.int64(99), table), 2] == 0
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -55,7 +55,7 @@ def test_what_is_found_moves_over_and_what_is_missing_gets_room(seed):
             used, first = used + size * (half == 0), first + size * (half == 1)
             own[key] = max(own.get(key, 0), size)
     key, size = rng.permutation(80)[:50], rng.integers(1, 25, 50)
-    before = {int(k): int(table[held.slot_of(k, table), 2]) for k in key}
+    before = {int(k): int(table[held.find_slot(k, table), 2]) for k in key}
     start, known = np.empty((2, 50), np.int64)
     end, new = held.find(key, size, table, rows, old_table, old_rows, used, start, known)
     np.testing.assert_array_equal(known, np.minimum([own.get(int(k), 0) for k in key], size))
@@ -79,7 +79,7 @@ def test_as_many_are_asked_for_as_all_that_are_kept_or_a_quarter_or_a_quarter_of
     """Never fewer than any rank kept, less than four times and a bit as many, and a part of the whole that quarters."""
     kept = [(t, min(rank, int(np.ceil(density[t] * TILE**2)) - 1)) for t, rank in kept]
     tile, rank = np.array(kept, np.int32).reshape(-1, 2).T
-    asked, size = reached(np.ascontiguousarray(tile), np.ascontiguousarray(rank), np.array(density))
+    asked, size = tile_prefixes(np.ascontiguousarray(tile), np.ascontiguousarray(rank), np.array(density))
     assert asked.tolist() == sorted({t for t, _ in kept})
     for t, n in zip(asked.tolist(), size.tolist(), strict=True):
         most, whole = max(rank for tile, rank in kept if tile == t) + 1, np.ceil(density[t] * TILE**2)
@@ -91,7 +91,7 @@ def test_as_many_are_asked_for_as_all_that_are_kept_or_a_quarter_or_a_quarter_of
 @pytest.mark.parametrize("count", [0, 1, 77])
 def test_gradients_turned_are_those_of_the_turned_plane(count, heading):
     """Height goes along; along and across the lattice become north and east by the lattice's own frame."""
-    rng, lattice = np.random.default_rng(count), Lattice(heading=heading)
+    rng, lattice = np.random.default_rng(count), ScattererGrid(heading=heading)
     height, slope, rows = rng.normal(size=count), rng.normal(size=(count, 2)), np.empty((count, 3))
     turned(height, slope, *lattice.frame[2:], rows)
     np.testing.assert_allclose(rows[:, 1:], lattice.to_world(*slope.T).reshape(-1, 2), atol=1e-15)
@@ -101,7 +101,7 @@ def test_gradients_turned_are_those_of_the_turned_plane(count, heading):
 
 @pytest.mark.parametrize("count", [0, 1, 500])
 def test_points_laid_by_rows_are_the_facets_of_their_survey(count):
-    """Random rows, holes and land among them, points in any order: bit for bit what `facets` makes of each."""
+    """Random rows, holes and land among them, points in any order: bit for bit what `seabed_scatterers` makes of each."""
     rng = np.random.default_rng(count)
     start = np.array([40, 0, 15, 15])
     tile, rank = rng.integers(0, 4, count).astype(np.int32), rng.integers(0, 15, count).astype(np.int32)
@@ -110,27 +110,33 @@ def test_points_laid_by_rows_are_the_facets_of_their_survey(count):
     position, area = rng.uniform(-50, 50, (count, 3)), rng.uniform(0.1, 2, count)
     phase, key = np.exp(1j * rng.random(count)), rng.integers(0, 1 << 60, count).astype(np.uint64)
     own = rows[start[tile] + rank]
-    want = facets(20.0, Survey(own[:, 0], own[:, 1:]), Lambert(), position[:, :2], area, phase, key)
-    found = laid(20.0, (rows, start), Lambert(), tile, rank, position.copy(), area.copy(), phase.copy(), key.copy())
+    want = seabed_scatterers(20.0, TerrainSample(own[:, 0], own[:, 1:]), Lambert(), position[:, :2], area, phase, key)
+    found = tile_scatterers(
+        20.0, (rows, start), Lambert(), tile, rank, position.copy(), area.copy(), phase.copy(), key.copy()
+    )
     assert len(found) == len(want) == np.sum(own[:, 0] < 20.0)
-    for name in ("position", "normal", "area", "phase", "place"):
+    for name in ("position", "normal", "area", "phase", "scatterer_id"):
         np.testing.assert_array_equal(getattr(found, name), getattr(want, name))
 
 
 def ground(heading=0.0):
     """The bed of a fractal."""
     relief = {"kind": "power-law", "hurst": 0.8, "rms": 0.2}
-    lattice = Lattice(origin=(300.0, -80.0), heading=heading)
-    return Seabed(depth=20.0, relief=relief, seed=1, split=0.5, lattice=lattice).settled(1, 100e3, 1500.0).bed
+    lattice = ScattererGrid(origin=(300.0, -80.0), heading=heading)
+    return (
+        Seabed(depth=20.0, relief=relief, seed=1, cutoff_wavelength=0.5, scatterer_grid=lattice)
+        .completed(1, 100e3, 1500.0)
+        .resolved
+    )
 
 
 def some_kept(tiles, share, lattice):
     """The first of some tiles, as a ping may keep them."""
     most = np.broadcast_to(np.asarray(share)[:, None, None], (len(share), 4, 4))
-    drawn = draw(tiles, SEED, streams.SEABED, most)
+    drawn = jittered_points(tiles, SEED, random_keys.SEABED, most)
     position = np.zeros((len(drawn.along), 3))
     position[:, :2] = lattice.to_world(drawn.along, drawn.across)
-    return Kept(position, np.ones(len(position)), drawn.phase, drawn.place, drawn.tile.astype(np.int32),
+    return KeptScatterers(position, np.ones(len(position)), drawn.phase, drawn.scatterer_id, drawn.tile.astype(np.int32),
                 drawn.rank.astype(np.int32))  # fmt: skip
 
 
@@ -138,26 +144,26 @@ def some_kept(tiles, share, lattice):
 def test_scatterers_on_held_ground_lie_where_the_ground_is(heading):
     """Pings that keep few, many, none and few again: each lies on the ground and faces as it does, by key the same."""
     bed = ground(heading)
-    lattice, seen = bed.ground.terrain.lattice, {}
+    lattice, seen = bed.relief.resolved.lattice, {}
     tiles = Tiles(np.array([3, 4, 3]), np.array([1, -2, 5]), np.array([0, 3, -7]))
     for share in ([0.02, 0.01, 0.0], [0.3, 0.2, 0.05], [0.0, 0.0, 0.0], [1.0, 0.01, 0.5], [0.02, 0.01, 0.0]):
         kept = some_kept(tiles, share, lattice)
-        found = on_ground(bed, Lambert(), tiles, np.ones(3), SEED, streams.SEABED, kept)
+        found = lay_on_terrain(bed, Lambert(), tiles, np.ones(3), SEED, random_keys.SEABED, kept)
         assert len(found) == len(kept.key) and (len(found) > 0) == (max(share) > 0)
-        survey = bed.ground.survey(*found.position[:, :2].T)
+        survey = bed.relief.sample(*found.position[:, :2].T)
         np.testing.assert_allclose(found.position[:, 2], 20.0 - survey.height, atol=1e-9)
         np.testing.assert_allclose(found.normal[:, :2] / -found.normal[:, 2:], -survey.slope, atol=1e-9)
         np.testing.assert_allclose(found.area, np.hypot(1, np.hypot(*survey.slope.T)), rtol=1e-12)
-        for key, *place in zip(found.place.tolist(), *found.position.T.tolist(), strict=True):
+        for key, *place in zip(found.scatterer_id.tolist(), *found.position.T.tolist(), strict=True):
             assert seen.setdefault(key, place) == place
 
 
 def test_the_next_places_of_a_tile_are_those_drawn():
-    """Any stretch of ranks, an empty one and all of them: coordinates of `draw`, by rank."""
+    """Any stretch of ranks, an empty one and all of them: coordinates of `jittered_points`, by rank."""
     tiles = Tiles(np.array([0, 5, 2, 3]), np.array([-4, 1, 0, 9]), np.array([7, 7, -1, 0]))
     begin, end = np.array([0, 17, 256, 1000]), np.array([1024, 17, 300, 1001])
-    found = np.array(next_places(tiles, SEED, streams.SEABED, begin, end))
-    drawn = draw(tiles, SEED, streams.SEABED)
+    found = np.array(next_positions(tiles, SEED, random_keys.SEABED, begin, end))
+    drawn = jittered_points(tiles, SEED, random_keys.SEABED)
     order = np.lexsort((drawn.rank, drawn.tile))
     wanted = order[(drawn.rank[order] >= begin[drawn.tile[order]]) & (drawn.rank[order] < end[drawn.tile[order]])]
     np.testing.assert_array_equal(found, [drawn.along[wanted], drawn.across[wanted]])

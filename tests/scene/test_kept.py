@@ -5,9 +5,9 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from insonify.scene.bed import MAP_CELLS, Bed
 from insonify.scene.seabed import Seabed
-from insonify.scene.terrain.kept import Kept
+from insonify.scene.seabed_terrain import TILE_CELLS, SeabedTerrain
+from insonify.scene.terrain.array_cache import ArrayCache
 
 RELIEF = {"kind": "power-law", "hurst": 0.8, "rms": 0.1}
 
@@ -19,7 +19,7 @@ def made(value, size=100):
 
 def test_an_array_is_made_once():
     """Asked again, the same array comes back and nothing is made."""
-    kept, calls = Kept(10_000), []
+    kept, calls = ArrayCache(10_000), []
 
     def make():
         calls.append(1)
@@ -31,14 +31,14 @@ def test_an_array_is_made_once():
 
 def test_what_is_kept_cannot_be_written_to():
     """A caller that would change it for all pings to come is stopped."""
-    held = Kept(10_000).get("a", made(1))
+    held = ArrayCache(10_000).get("a", made(1))
     with pytest.raises(ValueError, match="read-only"):
         held[0] = 2
 
 
 def test_the_array_not_asked_for_longest_is_forgotten_first():
     """Three fit; asking for the first again saves it from the fourth."""
-    kept = Kept(3 * 800)
+    kept = ArrayCache(3 * 800)
     for name in "abc":
         kept.get(name, made(ord(name)))
     kept.get("a", made(0))
@@ -50,14 +50,14 @@ def test_the_array_not_asked_for_longest_is_forgotten_first():
 
 def test_one_array_larger_than_all_is_still_given():
     """A bound that is too small costs time, never an answer."""
-    kept = Kept(10)
+    kept = ArrayCache(10)
     assert kept.get("a", made(7))[0] == 7 and len(kept) == 1
     assert kept.get("b", made(8))[0] == 8 and len(kept) == 1
 
 
 def test_threads_share_one_store():
     """Many threads asking for few keys get the right arrays, and the count of bytes stays true."""
-    kept = Kept(5 * 800)
+    kept = ArrayCache(5 * 800)
     rng = np.random.default_rng(1)
     wanted = rng.integers(0, 12, 2000)
     with ThreadPoolExecutor(8) as pool:
@@ -68,14 +68,18 @@ def test_threads_share_one_store():
 
 def bed(seed=1, **relief):
     """A bed of power-law relief."""
-    return Seabed(depth=20.0, relief={**RELIEF, **relief}, seed=seed, split=0.5).settled(1, 100e3, 1500.0).bed
+    return (
+        Seabed(depth=20.0, relief={**RELIEF, **relief}, seed=seed, cutoff_wavelength=0.5)
+        .completed(1, 100e3, 1500.0)
+        .terrain
+    )
 
 
 def test_pieces_of_the_map_join():
     """The last row and column of a piece are the first of the next: no step where a shadow crosses a seam."""
     ground = bed()
-    here, north, east = (ground.map_piece(*which) for which in ((0, 0), (1, 0), (0, 1)))
-    assert here.shape == (MAP_CELLS + 1, MAP_CELLS + 1)
+    here, north, east = (ground.heightmap_tile(*which) for which in ((0, 0), (1, 0), (0, 1)))
+    assert here.shape == (TILE_CELLS + 1, TILE_CELLS + 1)
     np.testing.assert_allclose(here[-1], north[0], atol=2e-6)
     np.testing.assert_allclose(here[:, -1], east[:, 0], atol=2e-6)
 
@@ -83,10 +87,10 @@ def test_pieces_of_the_map_join():
 def test_the_map_is_the_ground():
     """Heights of the map are those that scatterers meet at the same places."""
     ground = bed()
-    nodes = np.arange(MAP_CELLS + 1) * ground.map_cell
+    nodes = np.arange(TILE_CELLS + 1) * ground.heightmap_cell_size
     a, b = (grid.ravel() for grid in np.meshgrid(nodes, nodes, indexing="ij"))
     heights = ground.depth - ground.depth_at(a, b)
-    np.testing.assert_allclose(ground.map_piece(0, 0).ravel(), heights, atol=2e-6)
+    np.testing.assert_allclose(ground.heightmap_tile(0, 0).ravel(), heights, atol=2e-6)
 
 
 def test_points_of_one_key_are_the_ground_at_these_points():
@@ -101,7 +105,7 @@ def test_points_of_one_key_are_the_ground_at_these_points():
         return along[rows], across[rows]
 
     def told(tiles):
-        rows, start = ground.survey_points(1, np.array([11, 12])[tiles], size[tiles], places)
+        rows, start = ground.sample_tiles(1, np.array([11, 12])[tiles], size[tiles], places)
         return np.concatenate([rows[n : n + some] for n, some in zip(start, size[tiles], strict=True)])
 
     survey, again, second = told([0, 1]), told([0, 1]), told([1])
@@ -127,7 +131,7 @@ def test_a_smooth_bed_takes_nothing_from_a_bounce_and_a_rough_one_all():
     """exp(-2 k^2 h^2 sin^2): 1 at grazing, falling with the angle and with roughness."""
     sine = np.linspace(0, 1, 50)
     zone = np.full(50, 5.0)
-    gentle, rough = (bed(rms=rms).smoothness(sine, 0.015, zone) for rms in (1e-4, 0.5))
+    gentle, rough = (bed(rms=rms).roughness_reflection_factor(sine, 0.015, zone) for rms in (1e-4, 0.5))
     assert gentle[0] == rough[0] == 1.0
     assert np.all(np.diff(gentle) <= 0) and np.all(np.diff(rough) <= 0)
     assert np.all(rough <= gentle) and rough[-1] < 1e-10 and gentle[-1] > 0.5
@@ -136,7 +140,9 @@ def test_a_smooth_bed_takes_nothing_from_a_bounce_and_a_rough_one_all():
 def test_only_waves_shorter_than_the_zone_disturb_a_bounce():
     """A larger Fresnel zone holds more roughness; a zone no longer than the sound's wave holds none."""
     ground, sine = bed(rms=0.01), np.array([0.1])
-    left = [float(ground.smoothness(sine, 0.015, np.array([zone]))[0]) for zone in (0.015, 0.5, 2.0, 10.0)]
+    left = [
+        float(ground.roughness_reflection_factor(sine, 0.015, np.array([zone]))[0]) for zone in (0.015, 0.5, 2.0, 10.0)
+    ]
     assert left[0] == 1.0 and np.all(np.diff(left) < 0)
 
 
@@ -146,4 +152,4 @@ def test_a_bed_forgets_nothing_that_matters():
     place = np.linspace(-100, 100, 500)
     np.testing.assert_array_equal(one.depth_at(place, place), same.depth_at(place, place))
     assert np.abs(one.depth_at(place, place) - other.depth_at(place, place)).max() > 0.01
-    assert isinstance(one, Bed)
+    assert isinstance(one, SeabedTerrain)

@@ -8,29 +8,29 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import chisquare, kstest
 
-from insonify import streams
+from insonify import random_keys
 from insonify.scene.box import box_scatterers
-from insonify.scene.lattice import BASE_PITCH, TILE, Tiles, draw
-from insonify.scene.scatterers import lattice_place, target_place
+from insonify.scene.scatterer_grid import BASE_PITCH, TILE, Tiles, jittered_points
+from insonify.scene.scatterers import grid_scatterer_id, target_scatterer_id
 from insonify.scene.scene import point_scatterer
 from insonify.scene.target import Box, PointTarget
-from insonify.simulation import prepare
+from insonify.simulator import build_simulator
 from oracles.scenes import nominal, point
 
 CELLS = st.integers(-(2**26), 2**26 - 1)
-LATTICES = (streams.SEABED, streams.SURFACE)
+LATTICES = (random_keys.SEABED, random_keys.SURFACE)
 
 
-def patch(level: int = 3, side: int = 10, *, seed: int = 1, stream: int = streams.SEABED) -> tuple[Tiles, object]:
+def patch(level: int = 3, side: int = 10, *, seed: int = 1, stream: int = random_keys.SEABED) -> tuple[Tiles, object]:
     """A square of tiles about the origin, and what is drawn in them."""
     along, across = (index.ravel() - side // 2 for index in np.indices((side, side)))
     tiles = Tiles(np.full(along.size, level), along, across)
-    return tiles, draw(tiles, seed, stream)
+    return tiles, jittered_points(tiles, seed, stream)
 
 
 def test_a_hundred_thousand_cells_have_a_hundred_thousand_keys() -> None:
     """Seabed and surface, levels 0 to 9, both sides of the origin: no key is given twice."""
-    keys = [patch(level, 4, stream=stream)[1].place for level, stream in itertools.product(range(10), LATTICES)]
+    keys = [patch(level, 4, stream=stream)[1].scatterer_id for level, stream in itertools.product(range(10), LATTICES)]
     every = np.concatenate(keys)
     assert every.size > 300_000
     assert np.unique(every).size == every.size
@@ -39,7 +39,7 @@ def test_a_hundred_thousand_cells_have_a_hundred_thousand_keys() -> None:
 @given(st.sampled_from(LATTICES), st.integers(0, 31), CELLS, CELLS)
 def test_a_key_can_be_read_back(stream: int, level: int, along: int, across: int) -> None:
     """Stream, level and cell are packed side by side: each comes out as it went in, so no two keys can meet."""
-    key = int(lattice_place(stream, level, np.array([along]), np.array([across]))[0])
+    key = int(grid_scatterer_id(stream, level, np.array([along]), np.array([across]))[0])
     half = 1 << 26
     assert key >> 59 == stream
     assert (key >> 54) & 31 == level
@@ -52,8 +52,8 @@ def test_the_kernels_keys_are_those_of_the_page() -> None:
     tiles, drawn = patch(5, 2)
     pitch = BASE_PITCH * 2**5
     along, across = (np.floor(x / pitch).astype(np.int64) for x in (drawn.along, drawn.across))
-    np.testing.assert_array_equal(drawn.place, lattice_place(streams.SEABED, 5, along, across))
-    assert len(drawn.place) == len(tiles.level) * TILE**2
+    np.testing.assert_array_equal(drawn.scatterer_id, grid_scatterer_id(random_keys.SEABED, 5, along, across))
+    assert len(drawn.scatterer_id) == len(tiles.level) * TILE**2
 
 
 @pytest.mark.parametrize("level", [0, 4, 9])
@@ -103,15 +103,17 @@ def test_neighbours_are_strangers() -> None:
 def test_a_finer_level_of_the_same_ground_is_another_draw() -> None:
     """Cells with the same numbers at two levels, two streams or two seeds share neither offset nor phase."""
     base = patch(3, 4)[1].phase
-    for other in (patch(4, 4), patch(3, 4, stream=streams.SURFACE), patch(3, 4, seed=2)):
+    for other in (patch(4, 4), patch(3, 4, stream=random_keys.SURFACE), patch(3, 4, seed=2)):
         assert abs(np.mean(base * np.conj(other[1].phase))) < 4 / np.sqrt(base.size)
 
 
 def test_every_face_of_every_box_has_keys_of_its_own() -> None:
     """Three labels, every face, 300 000 cells: all different, and different from every point target's."""
     boxes = [Box(label=label, position=(0, 0), size=(4, 3, 2)) for label in ("box", "box 2", "wreck")]
-    keys = [box_scatterers(box, 20.0, 1, 0.02, 0).place for box in boxes]
-    points = [point_scatterer(PointTarget(label=label, position=(0, 0, 5))).place for label in ("box", "box 2", "mine")]
+    keys = [box_scatterers(box, 20.0, 1, 0.02, 0).scatterer_id for box in boxes]
+    points = [
+        point_scatterer(PointTarget(label=label, position=(0, 0, 5))).scatterer_id for label in ("box", "box 2", "mine")
+    ]
     every = np.concatenate([*keys, *points])
     assert every.size > 250_000
     assert np.unique(every).size == every.size
@@ -133,23 +135,23 @@ def test_faces_and_labels_do_not_share_their_draws() -> None:
 @given(st.text(min_size=1, max_size=30), st.integers(0, 7), st.integers(0, 4095), st.integers(0, 4095))
 def test_a_targets_key_says_face_and_cell(label: str, face: int, row: int, column: int) -> None:
     """Twelve bits each for row and column, three for the face: read back as they went in, under any label."""
-    key = int(target_place(label, face, np.array([row]), np.array([column]))[0])
-    assert (key & 4095, (key >> 12) & 4095, (key >> 24) & 7, key >> 59) == (column, row, face, streams.TARGET)
+    key = int(target_scatterer_id(label, face, np.array([row]), np.array([column]))[0])
+    assert (key & 4095, (key >> 12) & 4095, (key >> 24) & 7, key >> 59) == (column, row, face, random_keys.TARGET)
 
 
 def test_no_key_of_a_whole_ping_is_given_twice() -> None:
     """Bed, surface, two boxes and a buoy in one ping: as many keys as scatterers."""
     scenario = nominal(
         box={}, surface={"scattering": {"strength_db": -30}}, track={"window": (0.19, 0.21)},
-        paths={"beam_floor_db": -30},
+        paths={"beam_cutoff_db": -30},
     )  # fmt: skip
     more = nominal(targets=[{"shape": "box", "label": "other", "position": (0, 145), "size": (1, 1, 1)},
                             point(0, 148, 12)]).targets  # fmt: skip
     scenario = scenario.model_copy(update={"targets": (*scenario.targets, *more)})
-    listening = prepare(scenario)
-    blocks = [block() for block in listening.engine.blocks(listening.stance(0))]
-    keys = np.concatenate([block.place for block in blocks])
-    assert {block.owner for block in blocks} == {"seabed", "surface", "box", "other", "point"}
+    simulator = build_simulator(scenario)
+    blocks = [block() for block in simulator.engine.blocks(simulator.ping_geometry(0))]
+    keys = np.concatenate([block.scatterer_id for block in blocks])
+    assert {block.object for block in blocks} == {"seabed", "surface", "box", "other", "point"}
     assert np.unique(keys).size == keys.size
 
 
@@ -158,8 +160,8 @@ def test_a_slice_has_keys_of_its_own_for_bed_and_surface() -> None:
     told = nominal(
         surface={"scattering": {"strength_db": -30}}, track={"window": (0.1, 0.12)}, paths={"geometry": "slice"}
     )
-    listening = prepare(told)
-    blocks = [block() for block in listening.engine.blocks(listening.stance(0))]
-    keys = np.concatenate([block.place for block in blocks])
+    simulator = build_simulator(told)
+    blocks = [block() for block in simulator.engine.blocks(simulator.ping_geometry(0))]
+    keys = np.concatenate([block.scatterer_id for block in blocks])
     assert np.unique(keys).size == keys.size
-    assert set((keys >> np.uint64(59)).tolist()) == {streams.SLICE}
+    assert set((keys >> np.uint64(59)).tolist()) == {random_keys.SLICE}

@@ -6,10 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from insonify.scene.lattice import Lattice
-from insonify.scene.terrain import Patches, Region, SedimentMap, Strip
-from insonify.scene.terrain.grid import Lies
-from insonify.scene.terrain.grid_file import GridError, metres_per_degree, place_of, read_grid
+from insonify.scene.scatterer_grid import ScattererGrid
+from insonify.scene.terrain import SedimentMap, SedimentPatches, SedimentRegion, SedimentStrip
+from insonify.scene.terrain.bathymetry_file import GridError, metres_per_degree, projected_position, read_grid
+from insonify.scene.terrain.bathymetry_grid import PlacedGrid
 
 SANDS = ("fine sand", "medium sand", "coarse sand")
 RNG = np.random.default_rng(4)
@@ -18,17 +18,21 @@ PLACES = RNG.uniform(-12, 12, (2, 4000))
 
 def region(corners):
     """A polygon."""
-    return Region(sediment="fine sand", corners=corners)
+    return SedimentRegion(sediment="fine sand", corners=corners)
 
 
 def rows_of(fractions, sediments=SANDS, seed=1, size=5.0, places=PLACES):
     """Number of the patch at some places."""
-    return SedimentMap(base=Patches(sediments=sediments, fractions=fractions, size=size)).lay(seed=seed).lookup(*places)
+    return (
+        SedimentMap(base=SedimentPatches(sediments=sediments, fractions=fractions, size=size))
+        .build_cover(seed=seed)
+        .lookup(*places)
+    )
 
 
 def lies(height, corner=(0.0, 0.0), step=(1.0, 1.0)):
     """Soundings as they lie."""
-    return Lies(np.asarray(height, np.float32), corner, step, "elevations")
+    return PlacedGrid(np.asarray(height, np.float32), corner, step, "elevations")
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(3, 9))
@@ -63,10 +67,10 @@ def test_pieces_move_with_their_corners(turn, north, east):
 
     corners = ((-8.0, -6.0), (9.0, -7.0), (1.0, 0.5), (7.0, 8.0), (-5.0, 6.0))
     ends = ((-7.0, -9.0), (6.0, 8.0))
-    here = [region(corners), Strip(sediment="fine sand", start=ends[0], end=ends[1], width=3)]
+    here = [region(corners), SedimentStrip(sediment="fine sand", start=ends[0], end=ends[1], width=3)]
     there = [
         region(tuple(moved(*corner) for corner in corners)),
-        Strip(sediment="fine sand", start=moved(*ends[0]), end=moved(*ends[1]), width=3),
+        SedimentStrip(sediment="fine sand", start=moved(*ends[0]), end=moved(*ends[1]), width=3),
     ]
     for one, other in zip(here, there, strict=True):
         assert np.mean(one.covers(*PLACES) != other.covers(*moved(*PLACES))) <= 1 / 4000
@@ -117,7 +121,7 @@ def test_patches_need_a_seed_to_be_themselves():
 
 def test_a_bed_of_one_sediment_is_that_everywhere():
     """No patches, nothing on top: row 0, whatever the seed and the lattice; shapes broadcast."""
-    cover = SedimentMap(base="fine sand").lay(seed=3, lattice=Lattice(heading=1.0))
+    cover = SedimentMap(base="fine sand").build_cover(seed=3, lattice=ScattererGrid(heading=1.0))
     found = cover.lookup(np.zeros((3, 1)), np.arange(4.0))
     assert found.shape == (3, 4) and not found.any()
     assert [sediment.name for sediment in cover.sediments] == ["fine sand"]
@@ -128,7 +132,7 @@ def test_a_bed_of_one_sediment_is_that_everywhere():
 def test_a_strip_without_length_is_answered():
     """Both ends at one place: field and way out."""
     with pytest.raises(ValidationError, match="Give another place"):
-        Strip(sediment="fine sand", start=(1, 2), end=(1, 2), width=3)
+        SedimentStrip(sediment="fine sand", start=(1, 2), end=(1, 2), width=3)
 
 
 @pytest.mark.parametrize(("rows", "columns"), [(2, 2), (3, 1), (4, 5)])
@@ -182,7 +186,7 @@ def test_a_grid_without_a_place_on_earth_has_no_latitude(tmp_path):
     np.savez(tmp_path / "bed.npz", depth=np.full((3, 4), 20.0), north=np.arange(3.0), east=np.arange(4.0))
     found = read_grid(str(tmp_path / "bed.npz"))
     with pytest.raises(GridError, match="Give origin") as caught:
-        place_of(50.0, 8.0, found)
+        projected_position(50.0, 8.0, found)
     assert caught.value.field == "latitude"
 
 

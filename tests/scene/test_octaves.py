@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 from scipy.interpolate import BSpline
 from scipy.special import gamma, j0
 
+from insonify.random_keys import TERRAIN, philox, stream_key
 from insonify.scattering.sediments import Sediment
-from insonify.scene.terrain import Ground, PowerLaw, Ripples, Split, grow, upward_normal
-from insonify.scene.terrain.octaves import SPLINE_ENERGY, Octaves, quantiles, single, spline_spectrum
+from insonify.scene.terrain import CompositeRelief, PowerLaw, Ripples, RoughnessCutoff, build_terrain, upward_normal
+from insonify.scene.terrain.octaves import SPLINE_ENERGY, Octaves, quantiles, spline_spectrum, unit_octave
 from insonify.scene.terrain.relief import FARTHEST
-from insonify.streams import TERRAIN, key, philox
 
 SEVENTH = BSpline.basis_element(np.arange(-4.0, 5.0), extrapolate=False)
 """The cubic B-spline's correlation with itself is the B-spline of degree seven."""
@@ -45,7 +45,7 @@ def by_hand(one, north, east):
     height, spline = 0.0, BSpline.basis_element(np.arange(-2.0, 3.0), extrapolate=False)
     for i in range(math.floor(a) - 1, math.floor(a) + 3):
         for j in range(math.floor(b) - 1, math.floor(b) + 3):
-            words = philox(i, (j + 1) // 4, int(one.level[0]), 2 * one.layer, *key(one.seed, TERRAIN))
+            words = philox(i, (j + 1) // 4, int(one.level[0]), 2 * one.layer, *stream_key(one.seed, TERRAIN))
             number = np.interp(float(words[(j + 1) % 4]) * 2.0**-32 * 1024, np.arange(1025), quantiles())
             height += number * float(spline(a - i)) * float(spline(b - j))
     return one.amplitude[0] * height
@@ -72,7 +72,7 @@ def test_places_that_nobody_knows_leave_others_alone():
 
 def test_energies_of_the_spline_are_values_of_the_seventh():
     """Integrals of B^2 and B'^2 are the value and minus the curvature of its correlation at 0: 151/315 and 2/3."""
-    noise = single(3.0, seed=1, layer=0)
+    noise = unit_octave(3.0, seed=1, layer=0)
     assert float(SEVENTH(0.0)) == pytest.approx(SPLINE_ENERGY, rel=1e-12)
     assert noise.variance == pytest.approx(1.0, rel=1e-12)
     steep = 2 * -float(SEVENTH.derivative(2)(0.0)) / float(SEVENTH(0.0)) / 9
@@ -82,7 +82,7 @@ def test_energies_of_the_spline_are_values_of_the_seventh():
 @pytest.mark.parametrize("pitch", [0.5, 4.0])
 def test_spectrum_and_correlation_of_an_octave_are_one_another(pitch):
     """Wiener and Khinchin: the Hankel transform of the spectrum is the correlation of splines, to 1e-3 at any lag."""
-    noise = single(pitch, seed=1, layer=0)
+    noise = unit_octave(pitch, seed=1, layer=0)
     K = np.linspace(0, 25 / pitch, 20_001)
     lag = pitch * np.array([0.0, 0.3, 1.0, 2.0, 3.5, 6.0])
     found = [np.trapezoid(2 * np.pi * K * noise.spectrum(K) * j0(K * r), K) for r in lag]
@@ -91,7 +91,7 @@ def test_spectrum_and_correlation_of_an_octave_are_one_another(pitch):
 
 def test_slopes_are_the_second_moment_of_the_spectrum():
     """Integral of 2 pi K^3 W(K): the mean square gradient of the splines."""
-    noise = single(2.0, seed=1, layer=0)
+    noise = unit_octave(2.0, seed=1, layer=0)
     K = np.linspace(0, 15, 20_001)
     assert np.trapezoid(2 * np.pi * K**3 * noise.spectrum(K), K) == pytest.approx(noise.slope_variance, rel=1e-3)
 
@@ -105,7 +105,7 @@ def test_long_waves_of_a_spline_are_those_of_a_gaussian():
 
 def test_drawn_ground_is_correlated_as_splines_are():
     """40 000 pairs of places in random directions: products of heights within 0.03 of the correlation, at four lags."""
-    noise, rng = single(1.0, seed=11, layer=0), np.random.default_rng(2)
+    noise, rng = unit_octave(1.0, seed=11, layer=0), np.random.default_rng(2)
     north, east = rng.uniform(-2e4, 2e4, (2, 40_000))
     here = noise.height(north, east)
     for lag in (0.5, 1.0, 2.0, 5.7):
@@ -130,7 +130,7 @@ def test_a_stretched_octave_is_the_same_map_at_another_scale(power, seed):
     """Pitch and places by a power of two: the same bits of height, slopes by its inverse."""
     scale, (north, east) = 2.0**power, somewhere(60)
     one, other = octave(pitch=2.0, seed=seed), octave(pitch=2.0 * scale, seed=seed)
-    here, there = one.survey(north, east), other.survey(scale * north, scale * east)
+    here, there = one.sample(north, east), other.sample(scale * north, scale * east)
     np.testing.assert_array_equal(there.height, here.height)
     np.testing.assert_array_equal(there.slope * scale, here.slope)
 
@@ -140,7 +140,7 @@ def test_octaves_are_the_sum_of_each():
     pitch, amplitude, level = np.array([4.0, 2.0, 1.0]), np.array([0.5, 0.3, 0.1]), np.array([3, 2, 1])
     whole = Octaves(pitch, amplitude, 9, 4, level)
     parts = [octave(*each[:2], seed=9, layer=4, level=each[2]) for each in zip(pitch, amplitude, level, strict=True)]
-    found, places = whole.survey(*somewhere()), somewhere()
+    found, places = whole.sample(*somewhere()), somewhere()
     np.testing.assert_allclose(found.height, sum(part.height(*places) for part in parts), atol=1e-12)
     np.testing.assert_allclose(found.slope, sum(part.slope(*places) for part in parts), atol=1e-12)
     assert whole.variance == pytest.approx(sum(part.variance for part in parts))
@@ -204,9 +204,11 @@ def test_variance_beyond_a_wavenumber_is_what_the_waves_below_it_leave(exponent,
 def test_only_wavelengths_decide_the_split(name):
     """Frequency and sound speed by one factor leave it; it follows the sound's wavelength to the power 1 / alpha."""
     bed = Sediment.named(name)
-    one = Split.of_sediment(bed, 50e3, sound_speed=1500.0)
-    assert Split.of_sediment(bed, 55e3, sound_speed=1650.0).wavelength == pytest.approx(one.wavelength, rel=1e-9)
-    twice = Split.of_sediment(bed, 100e3, sound_speed=1500.0)
+    one = RoughnessCutoff.of_sediment(bed, 50e3, sound_speed=1500.0)
+    assert RoughnessCutoff.of_sediment(bed, 55e3, sound_speed=1650.0).wavelength == pytest.approx(
+        one.wavelength, rel=1e-9
+    )
+    twice = RoughnessCutoff.of_sediment(bed, 100e3, sound_speed=1500.0)
     alpha = bed.spectral_exponent / 2 - 1
     assert twice.wavelength == pytest.approx(one.wavelength * 0.5 ** (1 / alpha), rel=1e-9)
 
@@ -214,14 +216,14 @@ def test_only_wavelengths_decide_the_split(name):
 def test_the_finest_wave_of_the_ground_is_that_of_its_parts():
     """A fractal ends at the split, ripples at half their length; what is below the split is no ground."""
     fractal, coarse, fine = PowerLaw(hurst=0.6, rms=0.1), Ripples(wavelength=0.8), Ripples(wavelength=0.3)
-    split = Split(wavelength=0.5)
+    split = RoughnessCutoff(wavelength=0.5)
     for kinds, told in (((), 0.5), ((fractal,), 0.5), ((coarse,), 0.4), ((fine,), 0.5), ((fractal, coarse, fine), 0.4)):
-        assert grow(kinds, seed=1, split=split).finest == pytest.approx(told), kinds
+        assert build_terrain(kinds, seed=1, cutoff=split).shortest_wavelength == pytest.approx(told), kinds
 
 
 def test_band_and_whole_agree_whatever_is_resolved():
     """Variance between wavenumbers, asked as an array or as an rms height, with and without ripples in the band."""
-    ground = grow([PowerLaw(hurst=0.6, rms=0.1), Ripples(wavelength=0.8)], seed=1)
+    ground = build_terrain([PowerLaw(hurst=0.6, rms=0.1), Ripples(wavelength=0.8)], seed=1)
     low = np.array([0.1, 1.0, 2 * np.pi / 0.8 * 0.999, 2 * np.pi / 0.8 * 1.001, 20.0])
     found = ground.band_variance(low, 30.0)
     np.testing.assert_allclose(np.sqrt(found), [ground.roughness_rms(k, 30.0) for k in low], rtol=1e-9)
@@ -232,17 +234,17 @@ def test_band_and_whole_agree_whatever_is_resolved():
 def test_spans_add_and_hold_the_ground():
     """Lowest and highest of a sum are the sums of its parts, and no place of 20 000 is beyond them."""
     kinds = [PowerLaw(hurst=0.6, rms=0.1), Ripples(wavelength=0.8)]
-    whole = grow(kinds, seed=2)
-    alone = [part.span for part in whole.terrain.parts]
+    whole = build_terrain(kinds, seed=2)
+    alone = [part.span for part in whole.resolved.parts]
     np.testing.assert_allclose(whole.span, np.sum(alone, axis=0))
     height = whole.height(*somewhere(20_000))
     assert whole.span[0] < height.min() and height.max() < whole.span[1]
-    assert grow([], seed=2).span == (0.0, 0.0)
+    assert build_terrain([], seed=2).span == (0.0, 0.0)
 
 
 def test_a_place_that_is_none_is_answered_with_its_name():
     """Too far for centimetres, or a word: the axis is named; a gap stays a gap and spoils no neighbour."""
-    ground: Ground = grow([PowerLaw(hurst=0.6, rms=0.1)], seed=1)
+    ground: CompositeRelief = build_terrain([PowerLaw(hurst=0.6, rms=0.1)], seed=1)
     with pytest.raises(ValueError, match="north"):
         ground.height(2 * FARTHEST, 0.0)
     with pytest.raises(ValueError, match="east"):
@@ -253,4 +255,4 @@ def test_a_place_that_is_none_is_answered_with_its_name():
     with pytest.raises(ValueError, match=r"slope has shape \(3,\)"):
         upward_normal([0.1, 0.2, 0.3])
     with pytest.raises(ValueError, match="give reliefs"):
-        grow(["sand"], seed=1)
+        build_terrain(["sand"], seed=1)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from insonify.scattering.point import PointEcho
+from insonify.scattering.point_target import PointTargetLaw
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene, point_scatterer
 from insonify.scene.target import PointTarget
@@ -64,16 +64,18 @@ def test_only_boxes_cast_shadows():
 def test_the_surface_turns_the_sign_and_the_bed_has_its_coefficient():
     """-1 at any angle above; the given number, or the sediment's, below."""
     angle = np.radians([1, 20, 90])
-    np.testing.assert_array_equal(Scene().surface.mirror(angle), -np.ones(3))
-    np.testing.assert_array_equal(Scene(seabed={"reflection": 0.35}).seabed.mirror(angle), np.full(3, 0.35))
-    sand = Scene(seabed={"reflection": "medium sand"}).seabed.mirror(angle)
+    np.testing.assert_array_equal(Scene().surface.reflection_coefficient(angle), -np.ones(3))
+    np.testing.assert_array_equal(
+        Scene(seabed={"reflection": 0.35}).seabed.reflection_coefficient(angle), np.full(3, 0.35)
+    )
+    sand = Scene(seabed={"reflection": "medium sand"}).seabed.reflection_coefficient(angle)
     assert abs(sand[0]) > 0.95 and sand[0].real < 0 < sand[2].real
 
 
 def test_a_point_target_is_one_scatterer_that_keeps_its_phase():
     """No draw, no normal, the target strength as its cross section."""
     one = point_scatterer(PointTarget(position=(1, 2, 3), target_strength_db=-10))
-    assert len(one) == 1 and not one.drawn
+    assert len(one) == 1 and not one.has_random_phase
     angles = np.zeros(1)
     np.testing.assert_allclose(one.law.cross_section(angles, angles, angles), 0.1)
 
@@ -81,5 +83,5 @@ def test_a_point_target_is_one_scatterer_that_keeps_its_phase():
 def test_columns_of_unequal_length_are_refused():
     """At the door, with the guilty column's name."""
     with pytest.raises(ValueError, match="area"):
-        Scatterers("seabed", "seabed", PointEcho(), np.zeros((2, 3)), np.zeros((2, 3)), np.ones(3),
+        Scatterers("seabed", "seabed", PointTargetLaw(), np.zeros((2, 3)), np.zeros((2, 3)), np.ones(3),
                    np.ones(2, complex), np.zeros(2, np.uint64))  # fmt: skip

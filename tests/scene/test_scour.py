@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from insonify.scene.ground_map import GroundMap
-from insonify.scene.lattice import Lattice
+from insonify.scene.scatterer_grid import ScattererGrid
 from insonify.scene.scene import Scene
-from insonify.scene.solid import ground_depth, resting, solid_scatterers, world_triangles
-from insonify.simulation import prepare, simulate
+from insonify.scene.solid import resting_pose, seabed_depth_at, solid_scatterers, world_triangles
+from insonify.scene.terrain_map import TerrainMap
+from insonify.simulator import build_simulator, simulate
 from insonify.validity import PhysicsWarning
 from oracles.scenes import nominal
 
@@ -17,7 +17,7 @@ DRUM = {"shape": "cylinder", "label": "drum", "position": (3.0, 60.0), "length":
 
 def depth_at(scene, north, east):
     """Depth of the ground of a scene."""
-    return ground_depth(scene.seabed, np.stack(np.broadcast_arrays(north, east), axis=-1).astype(float))
+    return seabed_depth_at(scene.seabed, np.stack(np.broadcast_arrays(north, east), axis=-1).astype(float))
 
 
 def test_a_moat_is_as_deep_and_as_wide_as_asked():
@@ -43,22 +43,24 @@ def test_what_currents_take_is_the_rings_own_volume():
 def test_the_gradient_of_a_moat_is_that_of_its_height():
     """Central differences over a turned, leaning body's moat in a turned lattice; also the same moat in the world."""
     leaning = {**DRUM, "heading": 0.6, "pitch": 0.3, "scour": MOAT}
-    frames = [Lattice(), Lattice(origin=(10.0, -20.0), heading=0.9)]
-    beds = [Scene(seabed={"depth": 20.0, "lattice": frame}, targets=[leaning]).seabed.bed for frame in frames]
+    frames = [ScattererGrid(), ScattererGrid(origin=(10.0, -20.0), heading=0.9)]
+    beds = [
+        Scene(seabed={"depth": 20.0, "scatterer_grid": frame}, targets=[leaning]).seabed.terrain for frame in frames
+    ]
     north, east = np.random.default_rng(1).uniform((1, 58), (5, 62), (500, 2)).T
     for bed in beds:
-        step, found = 1e-5, bed.ground.survey(north, east)
+        step, found = 1e-5, bed.relief.sample(north, east)
         for axis, (a, b) in enumerate(((step, 0.0), (0.0, step))):
-            rise = (bed.ground.height(north + a, east + b) - bed.ground.height(north - a, east - b)) / (2 * step)
+            rise = (bed.relief.height(north + a, east + b) - bed.relief.height(north - a, east - b)) / (2 * step)
             assert np.mean(np.abs(rise - found.slope[:, axis]) < 1e-3) > 0.99  # but for kinks under the body
-    np.testing.assert_allclose(*(bed.ground.height(north, east) for bed in beds), atol=1e-9)
+    np.testing.assert_allclose(*(bed.relief.height(north, east) for bed in beds), atol=1e-9)
 
 
 def test_a_scour_bares_more_of_the_body_and_leaves_it_where_it_is():
     """A half sunken cylinder lies as deep as without; more of its sides stands in the water."""
     plain, bared = (Scene(seabed={"depth": 20.0}, targets=[target]) for target in (DRUM, {**DRUM, "scour": MOAT}))
     one, other = (scene.solids[0] for scene in (plain, bared))
-    np.testing.assert_array_equal(resting(one, plain.seabed)[1], resting(other, bared.seabed)[1])
+    np.testing.assert_array_equal(resting_pose(one, plain.seabed)[1], resting_pose(other, bared.seabed)[1])
     points = [solid_scatterers(s, c.seabed, 1, 0.03, 0) for s, c in ((one, plain), (other, bared))]
     assert points[1].area.sum() > 1.1 * points[0].area.sum()
     assert points[1].position[:, 2].max() > 20.05
@@ -67,15 +69,15 @@ def test_a_scour_bares_more_of_the_body_and_leaves_it_where_it_is():
 
 def test_the_map_of_shadows_has_the_moat():
     """Nodes of the map, by the quick way's and by the general one's, lie where the ground does, to a millimetre."""
-    bed = Scene(seabed={"depth": 20.0}, targets=[{**DRUM, "scour": MOAT}]).seabed.bed
-    side = bed.map_cell * 64
+    bed = Scene(seabed={"depth": 20.0}, targets=[{**DRUM, "scour": MOAT}]).seabed.terrain
+    side = bed.heightmap_cell_size * 64
     piece = (int(4.0 // side), int(60.0 // side))
     node = np.arange(65)
-    a, b = ((number * 64 + node) * bed.map_cell for number in piece)
-    truth = bed.ground.height(a[:, None], b[None, :])
+    a, b = ((number * 64 + node) * bed.heightmap_cell_size for number in piece)
+    truth = bed.relief.height(a[:, None], b[None, :])
     assert truth.min() < -0.15
-    np.testing.assert_allclose(bed.map_piece(*piece), truth, atol=1e-6)
-    kept = GroundMap(bed)
+    np.testing.assert_allclose(bed.heightmap_tile(*piece), truth, atol=1e-6)
+    kept = TerrainMap(bed)
     (row,) = rows = kept.claim(np.array([piece]))
     kept.draw(rows)
     np.testing.assert_allclose(kept.pieces[row][..., 0], truth, atol=1e-3)
@@ -91,7 +93,7 @@ def test_a_moat_is_heard():
         scenario = nominal(targets=[{**target, "scour": scour}], **changes)
         found = simulate(scenario, threads=1)
         heard.append(found.intensity.values[0, 0])
-    assert prepare(scenario).scenario.scene.seabed.bed is not None
+    assert build_simulator(scenario).scenario.scene.seabed.terrain is not None
     slant = found.time.values * 750.0
     ratio, ground = 10 * np.log10(heard[1] / heard[0]), np.sqrt(slant**2 - 81.0)
     assert ratio[(ground > 57.0) & (ground < 57.8)].mean() == pytest.approx(0.0, abs=0.3)

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from insonify.scene.ground_map import GroundMap
-from insonify.scene.lattice import Lattice
+from insonify.scene.scatterer_grid import ScattererGrid
 from insonify.scene.scene import Scene
 from insonify.scene.terrain.scour import Scour
+from insonify.scene.terrain_map import TerrainMap
 
 SIDE = st.floats(0.4, 3.0)
 
@@ -16,7 +16,7 @@ SIDE = st.floats(0.4, 3.0)
 def moat(size, width, *, depth=0.1, corner=0.0, position=(0.0, 0.0), heading=0.0, lattice=None):
     """A scour as ground, asked for its height at places."""
     made = Scour(depth=depth, width=width, position=position, size=size, corner=corner, heading=heading)
-    return made.grow(lattice or Lattice())
+    return made.build_relief(lattice or ScattererGrid())
 
 
 def grid(reach, cell):
@@ -33,7 +33,7 @@ def test_a_moat_outside_of_any_footprint_has_steiners_volume(length, breadth, wi
     ground = moat((length, breadth), width, corner=corner)
     reach = max(length, breadth) / 2 + width + 0.05
     north, east = grid(reach, cell := 0.01)
-    dug = -ground.survey(north, east).height
+    dug = -ground.sample(north, east).height
     out_n = np.maximum(np.abs(north) - length / 2 + corner, 0)
     out_e = np.maximum(np.abs(east) - breadth / 2 + corner, 0)
     outside = np.hypot(out_n, out_e) > corner
@@ -49,14 +49,14 @@ def test_a_moat_is_where_it_is_whatever_the_frame(length, breadth, width, away, 
     """Turned and moved with its places, and asked through a turned lattice: the same heights to a nanometre."""
     rng = np.random.default_rng(1)
     north, east = rng.uniform(-3, 3, (2, 200))
-    plain = moat((length, breadth), width).survey(north, east).height
+    plain = moat((length, breadth), width).sample(north, east).height
     c, s = np.cos(heading), np.sin(heading)
     n, e = away + c * north - s * east, 2 * away + s * north + c * east
     put = {"position": (away, 2 * away), "heading": heading}
-    np.testing.assert_allclose(moat((length, breadth), width, **put).survey(n, e).height, plain, atol=1e-9)
-    frame = Lattice(origin=(5.0, -2.0), heading=turn)
+    np.testing.assert_allclose(moat((length, breadth), width, **put).sample(n, e).height, plain, atol=1e-9)
+    frame = ScattererGrid(origin=(5.0, -2.0), heading=turn)
     inside = frame.from_world(np.column_stack([n, e]))
-    told = moat((length, breadth), width, lattice=frame, **put).survey(inside[:, 0], inside[:, 1]).height
+    told = moat((length, breadth), width, lattice=frame, **put).sample(inside[:, 0], inside[:, 1]).height
     np.testing.assert_allclose(told, plain, atol=1e-9)
 
 
@@ -67,14 +67,14 @@ def test_no_wall_of_a_moat_is_steeper_than_a_cosine(length, breadth, width):
     ground = moat((length, breadth), width)
     rng = np.random.default_rng(2)
     north, east = rng.uniform(-4, 4, (2, 2000))
-    found = ground.survey(north, east)
+    found = ground.sample(north, east)
     narrow = min(width, length / 2, breadth / 2)
     steep = np.linalg.norm(found.slope, axis=-1)
     assert steep.max() <= np.pi / 2 * 0.1 / narrow * (1 + 1e-6)
     outside = (np.abs(north) > length / 2) | (np.abs(east) > breadth / 2)
     assert steep[outside].max() <= np.pi / 2 * 0.1 / width * (1 + 1e-6)
     step = 1e-4
-    run = ground.survey(north + step, east).height - ground.survey(north - step, east).height
+    run = ground.sample(north + step, east).height - ground.sample(north - step, east).height
     off = np.abs(run / (2 * step) - found.slope[..., 0])
     assert np.quantile(off, 0.98) < 1e-4 and off.max() < np.pi * 0.1 / narrow
 
@@ -91,8 +91,8 @@ def test_moats_and_a_fractal_add_up():
     north, east = rng.uniform(-2, 5, 500), rng.uniform(18, 22, 500)
 
     def height(relief, targets):
-        bed = Scene(seabed={"depth": 20.0, "relief": relief, "seed": 1}, targets=targets).seabed.bed
-        return bed.ground.height(north, east) if bed is not None else np.zeros(500)
+        bed = Scene(seabed={"depth": 20.0, "relief": relief, "seed": 1}, targets=targets).seabed.terrain
+        return bed.relief.height(north, east) if bed is not None else np.zeros(500)
 
     whole, bare = height([fractal], drums), height([fractal], [])
     np.testing.assert_allclose(whole, bare + sum(height([], [drum]) for drum in drums), atol=1e-9)
@@ -108,8 +108,8 @@ def test_the_quick_map_is_the_ground_wherever_it_lies(north, east, heading):
         {"kind": "scour", "position": (north + 2.0, east + 3.0), "size": (1.5, 0.8), "depth": 0.15, "width": 0.6},
     ]
     frame = {"origin": (north, east), "heading": heading}
-    bed = Scene(seabed={"depth": 20.0, "relief": relief, "lattice": frame, "seed": 4}).seabed.bed
-    kept = GroundMap(bed)
+    bed = Scene(seabed={"depth": 20.0, "relief": relief, "scatterer_grid": frame, "seed": 4}).seabed.terrain
+    kept = TerrainMap(bed)
     away = np.array([2.0, 3.0])
     c, s = np.cos(heading), np.sin(heading)
     there = np.array([c * away[0] + s * away[1], -s * away[0] + c * away[1]])  # of the moat, along the lattice
@@ -118,7 +118,7 @@ def test_the_quick_map_is_the_ground_wherever_it_lies(north, east, heading):
     kept.draw(rows)
     node = np.arange(65)
     along, across = ((number * 64 + node) * kept.cell for number in piece)
-    told = bed.ground.terrain.own_survey(along[:, None], across[None, :])
+    told = bed.relief.resolved.sample_in_grid_axes(along[:, None], across[None, :])
     off = kept.pieces[row] - np.concatenate([told.height[..., None], told.slope], axis=-1)
     assert off[..., 0].std() < 0.01 * told.height.std()
     assert off[..., 1:].std() < 0.03 * told.slope.std()

@@ -3,11 +3,18 @@
 import numpy as np
 import pytest
 
-from insonify.engines.faces import split
-from insonify.engines.patches import Sight, divided, outwards, terms, trimmed, whole
+from insonify.engines.facet_subdivision import split_triangles
+from insonify.engines.patch_subdivision import (
+    TargetInsonification,
+    clip_to_water,
+    initial_patches,
+    outward_normals,
+    patch_terms,
+    subdivide,
+)
 from insonify.scene.panels import panels
 from insonify.scene.seabed import Seabed
-from insonify.scene.smooth_faces import above_ground, in_the_water, smooth_triangles
+from insonify.scene.smooth_faces import clip_at_seabed, smooth_triangles, water_clearance
 from insonify.scene.solid import world_triangles
 from insonify.scene.target import Box, Cone, Cylinder, Plate, Sphere, TruncatedCone
 
@@ -23,7 +30,7 @@ def area(corners):
 def test_what_has_sunk_in_is_cut_off_along_the_ground(sunk):
     """A box of 2 x 1 x 1 m: its top, and of its sides what stands above; the base is never there."""
     box = Box(position=(3.0, 50.0), size=(2.0, 1.0, 1.0), heading=0.4, burial_depth=sunk)
-    left = above_ground(smooth_triangles(box, BED), BED)
+    left = clip_at_seabed(smooth_triangles(box, BED), BED)
     assert area(left).sum() == pytest.approx(2 + 6 * (1 - sunk))
     assert left[:, :, 2].max() <= 20 + 1e-6
 
@@ -31,22 +38,22 @@ def test_what_has_sunk_in_is_cut_off_along_the_ground(sunk):
 def test_a_leaning_body_keeps_its_normals_where_it_is_cut():
     """Normals of a sunk, leaning cylinder's pieces are those of its whole faces, and look outwards."""
     log = Cylinder(position=(0.0, 50.0), length=2.0, diameter=0.6, pitch=0.3, roll=0.2, burial=0.4)
-    whole = smooth_triangles(log, BED)
-    left = above_ground(whole, BED)
+    initial_patches = smooth_triangles(log, BED)
+    left = clip_at_seabed(initial_patches, BED)
 
     def normals(corners):
         across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         return across[area(corners) > 1e-9] / (2 * area(corners)[area(corners) > 1e-9])[:, None]
 
-    assert 0.3 < area(left).sum() / area(whole).sum() < 0.9
-    nearest = (normals(left) @ normals(whole).T).max(axis=1)
+    assert 0.3 < area(left).sum() / area(initial_patches).sum() < 0.9
+    nearest = (normals(left) @ normals(initial_patches).T).max(axis=1)
     np.testing.assert_allclose(nearest, 1, atol=1e-6)
 
 
 def facing(far, largest=np.inf):
     """A sonar that far west of the origin [m], at 100 kHz, and nothing that beams, pulse or window leave out."""
     image = np.array([[0.0, -far, 0.5]])
-    return Sight((image, image), 2 * np.pi / 0.015, (), 0.04, largest, 0.0, (0.0, np.inf),
+    return TargetInsonification((image, image), 2 * np.pi / 0.015, (), 0.04, largest, 0.0, (0.0, np.inf),
                  lambda place, radius: np.ones(len(place), bool))  # fmt: skip
 
 
@@ -55,8 +62,8 @@ def test_splitting_keeps_the_surface_and_keeps_to_its_limits():
     face = np.array([[[-1.0, 0, 0], [1, 0, 0], [1, 0, 1]], [[-1, 0, 0], [1, 0, 1], [-1, 0, 1]]])
     counts = []
     for far in (150.0, 5.0):
-        found, whole = split(face, facing(far))
-        assert whole and area(found).sum() == pytest.approx(2.0)
+        found, initial_patches = split_triangles(face, facing(far))
+        assert initial_patches and area(found).sum() == pytest.approx(2.0)
         sides = np.roll(found, -1, axis=1) - found
         ray = found.mean(axis=1) - [0.0, -far, 0.5]
         assert np.abs(np.einsum("tsk,tk->ts", sides, ray / np.linalg.norm(ray, axis=1)[:, None])).max() <= 0.04
@@ -69,10 +76,10 @@ def test_patches_cover_the_lit_half_of_a_sphere_and_no_more_than_needed(far):
     """Area of patches that face the sonar: that of the cap it sees, within 3 %; at any distance a few thousand."""
     ball = Sphere(position=(0.0, 0.0), diameter=0.5, base_depth=0.75)
     (panel,) = panels(ball, BED, np.array([0.0, -far, 0.5]))
-    found, complete = divided(panel, facing(far))
-    d, _, size = terms(panel, found)
-    ray = np.array([0.0, -far, 0.5]) - d.place
-    lit = np.einsum("nk,nk->n", ray, outwards(d)) > 0
+    found, complete = subdivide(panel, facing(far))
+    d, _, size = patch_terms(panel, found)
+    ray = np.array([0.0, -far, 0.5]) - d.position
+    lit = np.einsum("nk,nk->n", ray, outward_normals(d)) > 0
     assert complete and len(size) < 4000
     assert size[lit].sum() == pytest.approx(2 * np.pi * 0.25**2 * (1 - 0.25 / far), rel=0.03)
 
@@ -88,13 +95,13 @@ def test_panels_are_the_surface_that_casts_the_shadow(body):
     surface = world_triangles(body, BED)
     centre, total = (surface.low + surface.high) / 2, 0.0
     for panel in panels(body, BED, np.zeros(3)):
-        pieces = whole(panel)
+        pieces = initial_patches(panel)
         for _ in range(4):
             pieces = pieces.halved(np.ones(len(pieces.s), bool)).halved(np.zeros(2 * len(pieces.s), bool))
-        d, _, size = terms(panel, pieces)
+        d, _, size = patch_terms(panel, pieces)
         total += size.sum()
-        assert (np.einsum("nk,nk->n", d.place - centre, outwards(d)) > 0).all()
-        assert (d.place > surface.low - 1e-3).all() and (d.place < surface.high + 1e-3).all()
+        assert (np.einsum("nk,nk->n", d.position - centre, outward_normals(d)) > 0).all()
+        assert (d.position > surface.low - 1e-3).all() and (d.position < surface.high + 1e-3).all()
     assert total == pytest.approx(surface.area.sum(), rel=2e-3)
 
 
@@ -104,11 +111,11 @@ def test_patches_of_a_sunken_body_end_at_the_bed(sunk, lean):
     log = Cylinder(position=(0.0, 50.0), length=2.0, diameter=0.6, burial_depth=sunk, pitch=lean)
     total = 0.0
     for panel in panels(log, BED, np.zeros(3)):
-        pieces = whole(panel)
+        pieces = initial_patches(panel)
         for _ in range(2):
             pieces = pieces.halved(np.ones(len(pieces.s), bool)).halved(np.zeros(2 * len(pieces.s), bool))
-        kept = trimmed(panel, pieces, in_the_water(BED), 0.01)
-        d, _, size = terms(panel, kept)
+        kept = clip_to_water(panel, pieces, water_clearance(BED), 0.01)
+        d, _, size = patch_terms(panel, kept)
         total += size.sum()
-        assert d.place[:, 2].max() < 20.0
-    assert total == pytest.approx(area(above_ground(smooth_triangles(log, BED), BED)).sum(), rel=0.01)
+        assert d.position[:, 2].max() < 20.0
+    assert total == pytest.approx(area(clip_at_seabed(smooth_triangles(log, BED), BED)).sum(), rel=0.01)

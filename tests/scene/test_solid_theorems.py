@@ -6,22 +6,22 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from insonify.frames import pose_rotation
-from insonify.scene import shapes
-from insonify.scene.cells import surface_cells
-from insonify.scene.library import PRESETS, preset_triangles
+from insonify.scene import triangle_surfaces
 from insonify.scene.seabed import Seabed
-from insonify.scene.solid import body_triangles, height, inside_solid, resting, solid_scatterers, world_triangles
+from insonify.scene.shape_library import PRESETS, preset_triangles
+from insonify.scene.solid import body_triangles, height, inside_solid, resting_pose, solid_scatterers, world_triangles
+from insonify.scene.surface_cells import surface_cells
 from insonify.scene.target import Box, Cone, Cylinder, LibraryTarget, Plate, Sphere, TruncatedCone
 
 BED = Seabed(depth=20.0)
 PI = np.pi
 COUNT = 600
 CONVEX = {
-    "ball": shapes.sphere(2.0),
-    "block": shapes.block(2.0, 1.0, 0.5),
-    "wedge": shapes.wedge(2.0, 0.7, 1.1, 0.4),
-    "drum": shapes.cylinder(1.0, 0.6),
-    "cone": shapes.frustum(1.0, 0.8, 0.0),
+    "ball": triangle_surfaces.sphere(2.0),
+    "block": triangle_surfaces.block(2.0, 1.0, 0.5),
+    "wedge": triangle_surfaces.wedge(2.0, 0.7, 1.1, 0.4),
+    "drum": triangle_surfaces.cylinder(1.0, 0.6),
+    "cone": triangle_surfaces.frustum(1.0, 0.8, 0.0),
 }
 ATTITUDES = st.tuples(st.floats(-PI, PI), st.floats(-PI / 2, PI / 2), st.floats(-PI, PI))
 
@@ -64,8 +64,8 @@ def test_a_convex_body_lies_behind_each_of_its_faces(name):
 @settings(max_examples=20, deadline=None)
 def test_a_body_moved_is_the_same_body(turn, away):
     """Surface and volume of a ring and of a wedge outlive every rotation and shift."""
-    for surface in (shapes.torus(1.0, 0.2), CONVEX["wedge"]):
-        moved = surface.moved(pose_rotation(*turn), np.array([away, -away, 5.0]))
+    for surface in (triangle_surfaces.torus(1.0, 0.2), CONVEX["wedge"]):
+        moved = surface.transformed(pose_rotation(*turn), np.array([away, -away, 5.0]))
         np.testing.assert_allclose(moved.area, surface.area, rtol=1e-7)
         assert moved.volume == pytest.approx(surface.volume, rel=1e-8)
 
@@ -75,8 +75,8 @@ def test_a_body_moved_is_the_same_body(turn, away):
 def test_stretching_multiplies_the_volume_by_all_three_factors(factors):
     """Volume goes by the determinant; a like stretch of all three axes takes the surface to its square."""
     rock = preset_triangles("rock", 3)
-    assert rock.stretched(np.array(factors)).volume == pytest.approx(rock.volume * np.prod(factors), rel=1e-9)
-    assert rock.stretched(factors[0]).area.sum() == pytest.approx(rock.area.sum() * factors[0] ** 2, rel=1e-9)
+    assert rock.scaled(np.array(factors)).volume == pytest.approx(rock.volume * np.prod(factors), rel=1e-9)
+    assert rock.scaled(factors[0]).area.sum() == pytest.approx(rock.area.sum() * factors[0] ** 2, rel=1e-9)
 
 
 @given(st.lists(st.tuples(st.floats(0.05, 1), st.floats(0.1, 2)), min_size=2, max_size=6), st.sampled_from([5, 24, 96]))
@@ -88,13 +88,13 @@ def test_a_line_turned_about_the_axis_encloses_frusta(steps, around):
     polygon = around / 2 * np.sin(2 * PI / around) * radius**2
     told = np.sum(np.diff(along) / 3 * (polygon[1:] + np.sqrt(polygon[1:] * polygon[:-1]) + polygon[:-1]))
     profile = [(along[0], 0.0), *zip(along, radius, strict=True), (along[-1], 0.0)]
-    assert shapes.turned(profile, around=around).volume == pytest.approx(told, rel=1e-9)
+    assert triangle_surfaces.surface_of_revolution(profile, around=around).volume == pytest.approx(told, rel=1e-9)
 
 
 def test_finer_steps_come_to_the_sphere_as_their_square():
     """Twice as many steps leave a quarter of the missing volume and surface."""
-    missing = [4 / 3 * PI - shapes.sphere(2.0, around=n).volume for n in (24, 48, 96)]
-    bare = [4 * PI - shapes.sphere(2.0, around=n).area.sum() for n in (24, 48, 96)]
+    missing = [4 / 3 * PI - triangle_surfaces.sphere(2.0, around=n).volume for n in (24, 48, 96)]
+    bare = [4 * PI - triangle_surfaces.sphere(2.0, around=n).area.sum() for n in (24, 48, 96)]
     for lost in (missing, bare):
         assert min(lost) > 0
         np.testing.assert_allclose(np.divide(lost[:-1], lost[1:]), 4, rtol=0.02)
@@ -102,8 +102,8 @@ def test_finer_steps_come_to_the_sphere_as_their_square():
 
 def test_several_bodies_as_one_have_the_sum_of_their_volumes():
     """Joined surfaces keep their order, area and volume, however far apart."""
-    parts = [CONVEX[name].moved(np.eye(3), np.full(3, 50.0 * n)) for n, name in enumerate(CONVEX)]
-    whole = shapes.joined(parts)
+    parts = [CONVEX[name].transformed(np.eye(3), np.full(3, 50.0 * n)) for n, name in enumerate(CONVEX)]
+    whole = triangle_surfaces.merged_surfaces(parts)
     assert whole.volume == pytest.approx(sum(part.volume for part in parts), rel=1e-9)
     np.testing.assert_array_equal(whole.corners, np.concatenate([part.corners for part in parts]))
 
@@ -139,7 +139,7 @@ def test_a_body_sunk_by_a_part_stands_out_by_the_rest(turn, burial, kind):
     placed, tall = world_triangles(solid, BED), height(solid)
     assert placed.low[2] == pytest.approx(20 - tall * (1 - burial), abs=1e-9)
     assert placed.high[2] == pytest.approx(20 + tall * burial, abs=1e-9)
-    rotation, middle = resting(solid, BED)
+    rotation, middle = resting_pose(solid, BED)
     np.testing.assert_allclose(middle[:2], [7, -2])
     np.testing.assert_allclose(placed.vertices, body_triangles(solid).vertices @ rotation.T + middle)
 
@@ -159,7 +159,11 @@ def test_the_zone_of_a_sphere_above_the_bed_is_its_share_of_the_diameter(burial)
 @pytest.mark.parametrize("name", [*CONVEX, "ring", "pipe"])
 def test_the_share_of_random_places_inside_is_the_volume(name):
     """Two methods: the divergence theorem, and 600 places in the bounding box within four standard errors."""
-    others = {"ball": shapes.sphere(2.0, around=24), "ring": shapes.torus(1.0, 0.3), "pipe": shapes.tube(1.0, 0.6, 0.1)}
+    others = {
+        "ball": triangle_surfaces.sphere(2.0, around=24),
+        "ring": triangle_surfaces.torus(1.0, 0.3),
+        "pipe": triangle_surfaces.tube(1.0, 0.6, 0.1),
+    }
     surface = {**CONVEX, **others}[name]
     place = np.random.default_rng(8).uniform(surface.low, surface.high, (COUNT, 3))
     share = inside_solid(surface, place).mean()
@@ -170,7 +174,7 @@ def test_the_share_of_random_places_inside_is_the_volume(name):
 @pytest.mark.parametrize("name", [*CONVEX, "ring"])
 def test_a_point_of_a_face_has_the_body_behind_it_and_water_before_it(name):
     """A step against the normal is inside, a step along it is outside: points and insides agree."""
-    surface = {**CONVEX, "ring": shapes.torus(1.0, 0.3)}[name]
+    surface = {**CONVEX, "ring": triangle_surfaces.torus(1.0, 0.3)}[name]
     cells = surface_cells(surface, np.sqrt(surface.area.sum() / 150))
     place, normal = cells.points(np.random.default_rng(9).random((len(cells), 3)))
     assert not inside_solid(surface, place + 1e-5 * normal).any()
@@ -180,9 +184,9 @@ def test_a_point_of_a_face_has_the_body_behind_it_and_water_before_it(name):
 
 def test_turning_a_body_inside_out_moves_nothing_in_or_out():
     """The solid angle changes its sign, not its size."""
-    ring = shapes.torus(1.0, 0.3)
+    ring = triangle_surfaces.torus(1.0, 0.3)
     place = np.random.default_rng(10).uniform(ring.low, ring.high, (100, 3))
-    inverse = shapes.Triangles(ring.vertices, ring.faces[:, ::-1])
+    inverse = triangle_surfaces.Triangles(ring.vertices, ring.faces[:, ::-1])
     np.testing.assert_array_equal(inside_solid(inverse, place), inside_solid(ring, place))
     assert inverse.volume == pytest.approx(-ring.volume)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from insonify.scene.scene import Scene
-from insonify.scene.solid import ground_depth, solid_scatterers, world_triangles
+from insonify.scene.solid import seabed_depth_at, solid_scatterers, world_triangles
 
 HILLS = {"depth": 20.0, "relief": [{"kind": "power-law", "rms": 0.3, "hurst": 0.8}], "seed": 4}
 PLACE = (3.0, 60.0)
@@ -20,7 +20,7 @@ def test_a_target_lies_on_the_ground_under_its_middle():
             {"shape": "drum", "position": PLACE, "burial_depth": 0.1},
         ],
     )
-    ground = float(ground_depth(scene.seabed, np.array(PLACE)))
+    ground = float(seabed_depth_at(scene.seabed, np.array(PLACE)))
     assert abs(ground - 20) > 0.01
     assert scene.bodies[0, 7] == pytest.approx(ground)
     ball, drum = (world_triangles(solid, scene.seabed) for solid in scene.solids)
@@ -34,13 +34,13 @@ def test_only_what_stands_out_of_the_ground_answers():
         seabed=HILLS, targets=[{"shape": "plate", "position": PLACE, "length": 20, "width": 1, "thickness": 0.5}]
     )
     points = solid_scatterers(scene.solids[0], scene.seabed, 1, 0.1, 0)
-    assert np.all(points.position[:, 2] < ground_depth(scene.seabed, points.position[:, :2]))
+    assert np.all(points.position[:, 2] < seabed_depth_at(scene.seabed, points.position[:, :2]))
     assert 0.05 < points.area.sum() / 61 < 0.95
 
 
 def test_a_point_may_not_lie_below_a_hill():
     """The limit is the ground under the point, not the mean depth."""
-    ground = float(ground_depth(Scene(seabed=HILLS).seabed, np.array(PLACE)))
+    ground = float(seabed_depth_at(Scene(seabed=HILLS).seabed, np.array(PLACE)))
     Scene(seabed=HILLS, targets=[{"shape": "point", "position": (*PLACE, ground - 0.01)}])
     with pytest.raises(ValueError, match="is below the seabed"):
         Scene(seabed=HILLS, targets=[{"shape": "point", "position": (*PLACE, ground + 0.01)}])

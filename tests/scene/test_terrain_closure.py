@@ -6,7 +6,7 @@ import pytest
 from insonify.scattering import Jackson, Sediment, apl_bottom_strength_db
 from insonify.scattering.roughness import rms_slope
 from insonify.scattering.sediments import GRAIN_SIZE
-from insonify.scene.terrain import PowerLaw, Split, grow, upward_normal
+from insonify.scene.terrain import PowerLaw, RoughnessCutoff, build_terrain, upward_normal
 from oracles import handbook_bottom
 
 SOUND_SPEED = 1528.0
@@ -18,9 +18,9 @@ def _facets_db(sediment, frequency, split, *, lines, spacing=0.04, length=60.0, 
     law = Jackson(sediment, frequency, sound_speed=SOUND_SPEED)
     table = np.linspace(0, np.pi / 2, 721)
     level = law.cross_section(table, table, np.full_like(table, np.pi))
-    ground = grow([PowerLaw.of_sediment(sediment)], seed=seed, split=Split(wavelength=split))
+    ground = build_terrain([PowerLaw.of_sediment(sediment)], seed=seed, cutoff=RoughnessCutoff(wavelength=split))
     north, east = np.meshgrid(37.0 * np.arange(lines), np.arange(0, length, spacing), indexing="ij")
-    height, slope = ground.survey(north, east)
+    height, slope = ground.sample(north, east)
     area = np.sqrt(1 + np.sum(slope**2, axis=-1))
     strengths = []
     for grazing in GRAZING:
@@ -65,7 +65,7 @@ def test_relief_split_where_the_handbook_splits_is_its_composite_bed(name, frequ
     at 100 kHz (23 degrees) needs the 2. Gravel and rock at 100 kHz, and rough rock, are beyond both models.
     """
     sediment = Sediment.named(name)
-    split = Split.of_sediment(sediment, frequency, sound_speed=SOUND_SPEED).wavelength
+    split = RoughnessCutoff.of_sediment(sediment, frequency, sound_speed=SOUND_SPEED).wavelength
     step = min(split, 20 * SOUND_SPEED / frequency) / 12  # shadows want points, however smooth the bed
     found = _facets_db(sediment, frequency, split, lines=40, spacing=step, length=max(30.0, 40 * split))
     gentle = rms_slope(sediment, 2 * np.pi * frequency / SOUND_SPEED) < np.tan(np.radians(20))
@@ -76,7 +76,7 @@ def test_relief_split_where_the_handbook_splits_is_its_composite_bed(name, frequ
 def test_the_split_of_a_sediment_leaves_the_handbooks_slopes(name, frequency):
     """Two ways to the slope of the ground: TR 9407's formula, and the spectrum up to the split; k h = 0.71 below."""
     sediment, k = Sediment.named(name), 2 * np.pi * frequency / SOUND_SPEED
-    stop = Split.of_sediment(sediment, frequency, sound_speed=SOUND_SPEED).wavenumber
+    stop = RoughnessCutoff.of_sediment(sediment, frequency, sound_speed=SOUND_SPEED).wavenumber
     law = PowerLaw.of_sediment(sediment, outer_scale=1e9)
     assert law.slope_variance(stop) == pytest.approx(rms_slope(sediment, k) ** 2, rel=1e-3)
     assert k**2 * law.band_variance(stop) == pytest.approx(0.5, rel=1e-6)
@@ -85,10 +85,10 @@ def test_the_split_of_a_sediment_leaves_the_handbooks_slopes(name, frequency):
 @pytest.mark.parametrize("wrong", [{"frequency": 0.0}, {"frequency": 1e5, "sound_speed": float("nan")}])
 def test_no_sound_no_split(wrong):
     """What is no sound is named; the smoothest and roughest beds still have a split in range."""
-    with pytest.raises(ValueError, match=r"Split\.of_sediment: (frequency|sound_speed)"):
-        Split.of_sediment(Sediment.named("clay"), **wrong)
-    assert Split.of_sediment(Sediment.named("rough rock"), 300e3).wavelength == 0.005
-    assert Split.of_sediment(Sediment.named("clay"), 300.0).wavelength == 1000.0
+    with pytest.raises(ValueError, match=r"RoughnessCutoff\.of_sediment: (frequency|sound_speed)"):
+        RoughnessCutoff.of_sediment(Sediment.named("clay"), **wrong)
+    assert RoughnessCutoff.of_sediment(Sediment.named("rough rock"), 300e3).wavelength == 0.005
+    assert RoughnessCutoff.of_sediment(Sediment.named("clay"), 300.0).wavelength == 1000.0
 
 
 @pytest.mark.validate

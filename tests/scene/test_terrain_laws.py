@@ -6,17 +6,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from insonify.scattering import Sediment
-from insonify.scene.lattice import Lattice
+from insonify.scene.scatterer_grid import ScattererGrid
 from insonify.scene.terrain import (
-    Patches,
     PowerLaw,
-    Region,
+    ReliefSum,
     Ripples,
+    RoughnessCutoff,
     SedimentMap,
-    Split,
-    Strip,
-    Sum,
-    grow,
+    SedimentPatches,
+    SedimentRegion,
+    SedimentStrip,
+    build_terrain,
     upward_normal,
 )
 
@@ -54,16 +54,16 @@ def test_height_and_slope_are_integrals_of_the_spectrum(exponent, stop):
 @given(exponents, st.floats(0.3, 2))
 def test_ground_and_roughness_hold_all_the_height(exponent, wavelength):
     """Variance of the octaves drawn plus that of the residual is the whole, within the octaves' 5 %."""
-    law, split = PowerLaw(exponent=exponent, rms=0.3, outer_scale=15.0), Split(wavelength=wavelength)
-    ground = grow([law], seed=1, split=split)
-    whole = law.grow(seed=1, layer=0, split=split).variance + ground.residual_rms**2
+    law, split = PowerLaw(exponent=exponent, rms=0.3, outer_scale=15.0), RoughnessCutoff(wavelength=wavelength)
+    ground = build_terrain([law], seed=1, cutoff=split)
+    whole = law.build_relief(seed=1, layer=0, cutoff=split).variance + ground.residual_rms**2
     assert whole == pytest.approx(law.band_variance(), rel=0.05)
 
 
 @given(st.floats(0.01, 100), st.floats(0.01, 100), st.floats(1.01, 5))
 def test_roughness_of_two_bands_adds_as_squares(one, width, more):
     """Neighbouring bands of wavenumber, fractal and ripples together; a ripple counts in one of them only."""
-    ground = grow([FRACTAL, REGULAR], seed=1)
+    ground = build_terrain([FRACTAL, REGULAR], seed=1)
     middle, high = one + width, (one + width) * more
     parts = np.hypot(ground.roughness_rms(one, middle), ground.roughness_rms(middle, high))
     assert ground.roughness_rms(one, high) == pytest.approx(parts, rel=1e-9)
@@ -73,7 +73,7 @@ def test_roughness_of_two_bands_adds_as_squares(one, width, more):
 def test_rougher_ground_is_the_same_ground_taller(factor):
     """Rms height by a factor: every height and slope by that factor, and the spectrum by its square."""
     taller = PowerLaw(exponent=3.2, rms=0.2 * factor, outer_scale=10.0)
-    one, other = (grow([law], seed=3).survey(*_places()) for law in (FRACTAL, taller))
+    one, other = (build_terrain([law], seed=3).sample(*_places()) for law in (FRACTAL, taller))
     np.testing.assert_allclose(other.height, factor * one.height, rtol=1e-9)
     np.testing.assert_allclose(other.slope, factor * one.slope, rtol=1e-9)
     np.testing.assert_allclose(taller.spectrum([0.1, 9.0]), factor**2 * FRACTAL.spectrum([0.1, 9.0]))
@@ -83,8 +83,8 @@ def test_ground_twice_as_large_is_the_same_kind_of_ground():
     """Outer scale, split and rms doubled: variance by 4 and slopes as before, to the last digit of the closed forms."""
     large = PowerLaw(exponent=3.2, rms=0.4, outer_scale=20.0)
     assert large.slope_variance(5.0) == pytest.approx(FRACTAL.slope_variance(10.0), rel=1e-12)
-    small = FRACTAL.grow(seed=1, layer=0, split=Split(wavelength=0.5))
-    big = large.grow(seed=1, layer=0, split=Split(wavelength=1.0))
+    small = FRACTAL.build_relief(seed=1, layer=0, cutoff=RoughnessCutoff(wavelength=0.5))
+    big = large.build_relief(seed=1, layer=0, cutoff=RoughnessCutoff(wavelength=1.0))
     assert big.variance == pytest.approx(4 * small.variance, rel=1e-9)
     assert big.slope_variance == pytest.approx(small.slope_variance, rel=1e-9)
 
@@ -92,9 +92,9 @@ def test_ground_twice_as_large_is_the_same_kind_of_ground():
 @pytest.mark.parametrize("centre", [1e4, -3e6])
 def test_ground_has_no_edge(centre):
     """Thousands of kilometres away it is as rough and as steep as here, and its slopes are still its gradient."""
-    ground = grow([FRACTAL], seed=5)
-    octaves = FRACTAL.grow(seed=5, layer=0, split=Split())
-    survey = ground.survey(*_places(6000, reach=2e4, centre=centre))
+    ground = build_terrain([FRACTAL], seed=5)
+    octaves = FRACTAL.build_relief(seed=5, layer=0, cutoff=RoughnessCutoff())
+    survey = ground.sample(*_places(6000, reach=2e4, centre=centre))
     assert np.mean(survey.height**2) == pytest.approx(octaves.variance, rel=0.1)
     assert np.mean(np.sum(survey.slope**2, axis=-1)) == pytest.approx(octaves.slope_variance, rel=0.1)
     n, e = _places(200, centre=centre)
@@ -107,11 +107,11 @@ def test_ground_has_no_edge(centre):
 def test_reliefs_stand_on_top_of_one_another():
     """Heights and slopes of a sum are the sums; in a turned frame, too, where the slopes turn back."""
     n, e = _places()
-    parts = grow([FRACTAL, REGULAR], seed=2).terrain.parts
-    both, first, second = Sum(parts).survey(n, e), *(part.survey(n, e) for part in parts)
+    parts = build_terrain([FRACTAL, REGULAR], seed=2).resolved.parts
+    both, first, second = ReliefSum(parts).sample(n, e), *(part.sample(n, e) for part in parts)
     np.testing.assert_allclose(both.height, first.height + second.height)
     np.testing.assert_allclose(both.slope, first.slope + second.slope)
-    turned = Sum(parts, Lattice(origin=(10.0, -4.0), heading=0.9))
+    turned = ReliefSum(parts, ScattererGrid(origin=(10.0, -4.0), heading=0.9))
     step = 1e-4
     for axis, (dn, de) in enumerate(((step, 0), (0, step))):
         rise = (turned.height(n + dn, e + de) - turned.height(n - dn, e - de)) / (2 * step)
@@ -132,7 +132,7 @@ def test_regular_ripples_are_two_harmonics():
     """Height / 2 (cos psi + s cos 2 psi), written out: crest at the origin, phase along the compass direction."""
     n, e = _places()
     psi = 2 * np.pi * (np.cos(0.7) * n + np.sin(0.7) * e)
-    found = grow([REGULAR], seed=1).survey(n, e)
+    found = build_terrain([REGULAR], seed=1).sample(n, e)
     np.testing.assert_allclose(found.height, 0.05 * (np.cos(psi) + 0.2 * np.cos(2 * psi)), atol=1e-12)
     steep = -0.05 * 2 * np.pi * (np.sin(psi) + 0.4 * np.sin(2 * psi))
     np.testing.assert_allclose(found.slope, steep[:, None] * [np.cos(0.7), np.sin(0.7)], atol=1e-11)
@@ -142,7 +142,7 @@ def test_ripples_have_no_front_and_no_back():
     """The opposite direction is the same field; a right angle away it is not."""
     n, e = _places()
     here, opposite, across = (
-        grow([REGULAR.model_copy(update={"direction": 0.7 + turn})], seed=1).height(n, e)
+        build_terrain([REGULAR.model_copy(update={"direction": 0.7 + turn})], seed=1).height(n, e)
         for turn in (0, np.pi, np.pi / 2)
     )
     np.testing.assert_allclose(opposite, here, atol=1e-10)
@@ -151,7 +151,7 @@ def test_ripples_have_no_front_and_no_back():
 
 def test_wandering_ripples_lean_as_they_rise():
     """The gradient includes the wander of crests and heights: central differences, near and far."""
-    ground, step = grow([WILD], seed=4), 1e-4
+    ground, step = build_terrain([WILD], seed=4), 1e-4
     for centre in (0.0, 1e5):
         n, e = _places(centre=centre)
         for axis, (dn, de) in enumerate(((step, 0), (0, step))):
@@ -162,27 +162,27 @@ def test_wandering_ripples_lean_as_they_rise():
 def test_ripples_keep_their_compass_direction_on_a_turned_lattice():
     """A lattice's heading turns the draws, not the crests: regular ripples are the same from any frame."""
     n, e = _places()
-    turned = grow([REGULAR], seed=1, lattice=Lattice(heading=1.1)).survey(n, e)
-    plain = grow([REGULAR], seed=1).survey(n, e)
+    turned = build_terrain([REGULAR], seed=1, scatterer_grid=ScattererGrid(heading=1.1)).sample(n, e)
+    plain = build_terrain([REGULAR], seed=1).sample(n, e)
     np.testing.assert_allclose(turned.height, plain.height, atol=1e-10)
     np.testing.assert_allclose(turned.slope, plain.slope, atol=1e-9)
 
 
 def test_crests_bend_where_they_will_however_high_they_are():
     """The wander of crests and that of heights are independent: correlation below 5 % over a large field."""
-    field = WILD.grow(seed=3, layer=0, split=Split())
+    field = WILD.build_relief(seed=3, layer=0, cutoff=RoughnessCutoff())
     n, e = _places(5000, reach=1e5)
-    assert abs(np.corrcoef(field.bend.height(n, e), field.growth.height(n, e))[0, 1]) < 0.05
-    assert np.std(field.bend.height(n, e)) == pytest.approx(1, rel=0.05)
-    assert np.std(field.growth.height(n, e)) == pytest.approx(1, rel=0.05)
+    assert abs(np.corrcoef(field.crest_wander.height(n, e), field.height_variation.height(n, e))[0, 1]) < 0.05
+    assert np.std(field.crest_wander.height(n, e)) == pytest.approx(1, rel=0.05)
+    assert np.std(field.height_variation.height(n, e)) == pytest.approx(1, rel=0.05)
 
 
 def test_the_variance_of_ripples_is_that_of_two_harmonics():
     """Mean square over whole periods: (height / 2)^2 (1 + s^2) / 2, and its root is what the split leaves over."""
     along = np.arange(64) / 64
-    height = grow([REGULAR], seed=1).height(np.cos(0.7) * along, np.sin(0.7) * along)
+    height = build_terrain([REGULAR], seed=1).height(np.cos(0.7) * along, np.sin(0.7) * along)
     assert np.mean(height**2) == pytest.approx(REGULAR.variance, rel=1e-9)
-    fine = grow([REGULAR], seed=1, split=Split(wavelength=2.0))
+    fine = build_terrain([REGULAR], seed=1, cutoff=RoughnessCutoff(wavelength=2.0))
     assert fine.residual_rms == pytest.approx(np.sqrt(np.mean(height**2)))
     assert REGULAR.wavenumber == pytest.approx(2 * np.pi)
 
@@ -197,27 +197,31 @@ def test_relief_of_a_sediment_is_that_sediments():
 
 
 def _lookup(*pieces, base="clay", place=None, **kwargs):
-    return SedimentMap(base=base, on_top=pieces).lay(seed=1, **kwargs).lookup(*(_places() if place is None else place))
+    return (
+        SedimentMap(base=base, on_top=pieces)
+        .build_cover(seed=1, **kwargs)
+        .lookup(*(_places() if place is None else place))
+    )
 
 
 def test_a_polygon_may_be_walked_in_either_sense_from_any_corner():
     """Corners reversed or begun elsewhere enclose the same ground, also where it is not convex."""
     star = ((150.0, 0.0), (30.0, 40.0), (10.0, 170.0), (-40.0, 30.0), (-160.0, -20.0), (0.0, -60.0))
-    here = _lookup(Region(sediment="rock", corners=star))
+    here = _lookup(SedimentRegion(sediment="rock", corners=star))
     assert 0 < here.sum() < here.size
     for corners in (star[::-1], star[2:] + star[:2]):
-        np.testing.assert_array_equal(_lookup(Region(sediment="rock", corners=corners)), here)
+        np.testing.assert_array_equal(_lookup(SedimentRegion(sediment="rock", corners=corners)), here)
 
 
 def test_a_strip_is_the_rectangle_around_its_middle_line():
     """Two descriptions of one band, and a strip drawn from its other end."""
-    strip = Strip(sediment="rock", start=(-30.0, -40.0), end=(60.0, 80.0), width=50.0)
+    strip = SedimentStrip(sediment="rock", start=(-30.0, -40.0), end=(60.0, 80.0), width=50.0)
     across = np.array([-0.8, 0.6]) * 25.0  # to the side of (3, 4) / 5, half a width
     ends = [
         np.array(p) + side * across for p, side in (((-30, -40), 1), ((60, 80), 1), ((60, 80), -1), ((-30, -40), -1))
     ]
-    rectangle = Region(sediment="rock", corners=tuple((float(n), float(e)) for n, e in ends))
-    back = Strip(sediment="rock", start=strip.end, end=strip.start, width=50.0)
+    rectangle = SedimentRegion(sediment="rock", corners=tuple((float(n), float(e)) for n, e in ends))
+    back = SedimentStrip(sediment="rock", start=strip.end, end=strip.start, width=50.0)
     here = _lookup(strip)
     assert here.sum() > 5
     np.testing.assert_array_equal(_lookup(rectangle), here)
@@ -226,11 +230,11 @@ def test_a_strip_is_the_rectangle_around_its_middle_line():
 
 def test_the_last_piece_laid_is_seen_and_sediments_are_listed_once():
     """Order decides where pieces overlap; a name that returns keeps its row."""
-    one = Region(sediment="rock", corners=((-99.0, -99.0), (99.0, -99.0), (99.0, 99.0), (-99.0, 99.0)))
+    one = SedimentRegion(sediment="rock", corners=((-99.0, -99.0), (99.0, -99.0), (99.0, 99.0), (-99.0, 99.0)))
     two = one.model_copy(update={"sediment": "gravel"})
     bed = SedimentMap(base="clay", on_top=(one, two, one))
     assert bed.sediments == ("clay", "rock", "gravel")
-    assert bed.lay(seed=0).lookup(0.0, 0.0) == 1
+    assert bed.build_cover(seed=0).lookup(0.0, 0.0) == 1
     assert _lookup(one, two, place=(0.0, 0.0)) == 2
     assert _lookup(one, two, place=(150.0, 0.0)) == 0
 
@@ -239,7 +243,7 @@ def test_shares_of_patches_are_relative():
     """2 to 5 to 3 and 20 to 50 to 30 per cent are the same bed, place by place."""
     names = ("rock", "medium sand", "clay")
     beds = [
-        _lookup(base=Patches(sediments=names, fractions=f, size=8.0))
+        _lookup(base=SedimentPatches(sediments=names, fractions=f, size=8.0))
         for f in ((2, 5, 3), (0.2, 0.5, 0.3), (20, 50, 30))
     ]
     np.testing.assert_array_equal(beds[0], beds[1])
@@ -251,7 +255,9 @@ def test_patches_are_as_large_as_asked():
     line = np.arange(0.0, 4000.0, 0.25)
     changes = [
         np.count_nonzero(
-            np.diff(_lookup(base=Patches(sediments=("rock", "clay"), fractions=(1, 1), size=s), place=(line, 3.0)))
+            np.diff(
+                _lookup(base=SedimentPatches(sediments=("rock", "clay"), fractions=(1, 1), size=s), place=(line, 3.0))
+            )
         )
         for s in (10.0, 20.0, 40.0)
     ]

@@ -10,8 +10,8 @@ from pydantic import ValidationError
 from scipy.special import gamma
 
 from insonify.scattering import Sediment
-from insonify.scene.lattice import Lattice
-from insonify.scene.terrain import PowerLaw, Ripples, Split, grow, upward_normal
+from insonify.scene.scatterer_grid import ScattererGrid
+from insonify.scene.terrain import PowerLaw, Ripples, RoughnessCutoff, build_terrain, upward_normal
 from insonify.scene.terrain.octaves import Octaves, quantiles
 from insonify.validity import PhysicsWarning
 
@@ -28,22 +28,27 @@ def _patch(side, count, *, corner=(0.0, 0.0)):
 
 def test_the_same_place_has_the_same_bits_in_any_company():
     """A patch asked whole, reversed, shuffled, or point by point: identical heights and slopes."""
-    ground = grow(EVERYTHING, seed=5, split=Split(wavelength=0.3))
+    ground = build_terrain(EVERYTHING, seed=5, cutoff=RoughnessCutoff(wavelength=0.3))
     north, east = (x.ravel() for x in _patch(12.0, 40, corner=(-300.0, 5000.0)))
-    whole = ground.survey(north, east)
+    whole = ground.sample(north, east)
     order = np.random.default_rng(1).permutation(north.size)
-    shuffled = ground.survey(north[order], east[order])
+    shuffled = ground.sample(north[order], east[order])
     assert np.array_equal(whole.height[order], shuffled.height)
     assert np.array_equal(whole.slope[order], shuffled.slope)
     for n in range(0, north.size, 97):
-        alone = ground.survey(north[n], east[n])
+        alone = ground.sample(north[n], east[n])
         assert alone.height == whole.height[n]
         assert np.array_equal(alone.slope, whole.slope[n])
 
 
 def test_slopes_are_the_exact_gradient():
     """Central differences of the height, fractal and ripples together, to 1e-7, near and far from the origin."""
-    ground = grow(EVERYTHING, seed=5, split=Split(wavelength=0.3), lattice=Lattice(heading=0.7, origin=(3.0, -8.0)))
+    ground = build_terrain(
+        EVERYTHING,
+        seed=5,
+        cutoff=RoughnessCutoff(wavelength=0.3),
+        scatterer_grid=ScattererGrid(heading=0.7, origin=(3.0, -8.0)),
+    )
     rng, h = np.random.default_rng(2), 1e-5
     north, east = rng.uniform(-50, 50, (2, 300))
     slope = ground.slope(north, east)
@@ -68,7 +73,7 @@ def test_generated_ground_has_the_asked_spectrum():
     Patches of 32 m, from 3 to 96 cycles per patch; outer scale 40 m, so the bend of the spectrum is in view.
     """
     law, side, count, patches = PowerLaw(exponent=3.25, rms=0.3, outer_scale=40.0), 32.0, 288, 64
-    ground = grow([law], seed=11, split=Split(wavelength=0.17))
+    ground = build_terrain([law], seed=11, cutoff=RoughnessCutoff(wavelength=0.17))
     window = np.hanning(count + 1)[:-1]
     window = np.outer(window, window) / np.sqrt(np.mean(window**2)) ** 2
     power = np.zeros((count, count))
@@ -94,7 +99,7 @@ def test_generated_ground_has_the_asked_structure(hurst):
     Roughness below the split has forgotten itself at these lags: it would add twice its mean square.
     """
     law, side = PowerLaw(hurst=hurst, rms=0.2, outer_scale=10.0), 64.0
-    ground = grow([law], seed=3, split=Split(wavelength=0.08))
+    ground = build_terrain([law], seed=3, cutoff=RoughnessCutoff(wavelength=0.08))
     corner = np.random.default_rng(4).uniform(-1e5, 1e5, (96, 2))
     inside = np.random.default_rng(5).uniform(0, side, (96, 700, 2))
     place = corner[:, None] + inside
@@ -111,9 +116,9 @@ def test_generated_ground_has_the_asked_structure(hurst):
 def test_octaves_add_up_to_the_law(exponent, outer_scale):
     """Expected spectrum of the drawn octaves: within 0.6 dB of the law from K0/10 to a third of the split."""
     law = PowerLaw(exponent=exponent, rms=1.0, outer_scale=outer_scale)
-    split = Split(wavelength=outer_scale / 40)
+    split = RoughnessCutoff(wavelength=outer_scale / 40)
     wavenumber = np.geomspace(law.outer_wavenumber / 10, split.wavenumber / 3, 60)
-    octaves = law.grow(seed=0, layer=0, split=split)
+    octaves = law.build_relief(seed=0, layer=0, cutoff=split)
     error = 10 * np.log10(octaves.spectrum(wavenumber) / law.spectrum(wavenumber))
     assert np.max(np.abs(error)) < 0.6
 
@@ -122,13 +127,13 @@ def test_octaves_add_up_to_the_law(exponent, outer_scale):
 @given(exponents)
 def test_the_integral_of_the_spectrum_is_the_variance(exponent):
     """Parseval: asked law and drawn octaves, by quadrature, rms, and mean square slope below the split."""
-    law, split = PowerLaw(exponent=exponent, rms=0.1), Split(wavelength=0.5)
+    law, split = PowerLaw(exponent=exponent, rms=0.1), RoughnessCutoff(wavelength=0.5)
     wavenumber = np.geomspace(1e-4, 1e7, 1500)
     ring = 2 * np.pi * wavenumber**2
     whole = np.trapezoid(ring * law.spectrum(wavenumber), np.log(wavenumber))
     assert whole == pytest.approx(0.01, rel=0.02)  # an exponent near 2 has energy beyond any limit
     assert law.band_variance() == pytest.approx(0.01)
-    octaves = law.grow(seed=0, layer=0, split=split)
+    octaves = law.build_relief(seed=0, layer=0, cutoff=split)
     near = wavenumber[wavenumber < 1e3]
     ring = ring[: near.size]
     drawn = ring * octaves.spectrum(near)
@@ -141,8 +146,8 @@ def test_the_integral_of_the_spectrum_is_the_variance(exponent):
 
 def test_ground_is_as_rough_and_as_steep_as_its_octaves_say():
     """Sampled variance of height and gradient against the expected ones, and nearly normal heights."""
-    octaves = HILLS.grow(seed=9, layer=0, split=Split(wavelength=0.5))
-    found = octaves.survey(*np.random.default_rng(7).uniform(-1e6, 1e6, (2, 60_000)))
+    octaves = HILLS.build_relief(seed=9, layer=0, cutoff=RoughnessCutoff(wavelength=0.5))
+    found = octaves.sample(*np.random.default_rng(7).uniform(-1e6, 1e6, (2, 60_000)))
     assert np.mean(found.height**2) == pytest.approx(octaves.variance, rel=0.03)
     assert np.mean(np.sum(found.slope**2, axis=-1)) == pytest.approx(octaves.slope_variance, rel=0.03)
     assert np.mean(found.height**4) / octaves.variance**2 == pytest.approx(3, abs=0.25)
@@ -159,25 +164,25 @@ def test_structure_follows_the_constant_of_the_handbook():
 def test_a_finer_split_adds_detail_to_the_same_ground():
     """Ground split at 0.2 m less ground split at 2 m: nothing but the finest coarse octave and those below it."""
     place = np.random.default_rng(8).uniform(-500, 500, (2, 20_000))
-    coarse, fine = (grow([HILLS], seed=1, split=Split(wavelength=w)) for w in (2.0, 0.2))
-    before, after = coarse.terrain.parts[0], fine.terrain.parts[0]
+    coarse, fine = (build_terrain([HILLS], seed=1, cutoff=RoughnessCutoff(wavelength=w)) for w in (2.0, 0.2))
+    before, after = coarse.resolved.parts[0], fine.resolved.parts[0]
     count = before.amplitude.size
     grown = after.amplitude.copy()
     grown[:count] -= before.amplitude
     assert np.all(grown[: count - 1] == 0)
     added = fine.height(*place) - coarse.height(*place)
     assert np.mean(added**2) == pytest.approx(np.sum(grown**2) * (151 / 315) ** 2, rel=0.05)
-    assert np.mean(added**2) < 0.1 * coarse.terrain.parts[0].variance
+    assert np.mean(added**2) < 0.1 * coarse.resolved.parts[0].variance
 
 
 @settings(max_examples=40)
 @given(st.floats(0.1, 5.0), exponents)
 def test_nothing_is_counted_twice_or_lost(wavelength, exponent):
     """Resolved and residual spectrum are the asked one, within the octaves' own 0.3 dB."""
-    law, split = PowerLaw(exponent=exponent, rms=0.1), Split(wavelength=wavelength)
-    ground = grow([law], seed=2, split=split)
+    law, split = PowerLaw(exponent=exponent, rms=0.1), RoughnessCutoff(wavelength=wavelength)
+    ground = build_terrain([law], seed=2, cutoff=split)
     wavenumber = np.geomspace(0.05, 300, 80)
-    (octaves,) = ground.terrain.parts
+    (octaves,) = ground.resolved.parts
     assert isinstance(octaves, Octaves)
     both = octaves.spectrum(wavenumber) + ground.residual_spectrum(wavenumber)
     assert np.max(np.abs(10 * np.log10(both / law.spectrum(wavenumber)))) < 0.3
@@ -186,30 +191,30 @@ def test_nothing_is_counted_twice_or_lost(wavelength, exponent):
 def test_neighbouring_seeds_and_layers_are_different_grounds():
     """Correlation below 5 % between seeds, and between two like reliefs of one scene."""
     place = np.random.default_rng(9).uniform(-2000, 2000, (2, 20_000))
-    one, other = (grow([HILLS], seed=s).height(*place) for s in (1, 2))
-    twice = grow([HILLS, HILLS], seed=1).height(*place) - one
+    one, other = (build_terrain([HILLS], seed=s).height(*place) for s in (1, 2))
+    twice = build_terrain([HILLS, HILLS], seed=1).height(*place) - one
     assert abs(np.corrcoef(one, other)[0, 1]) < 0.05
     assert abs(np.corrcoef(one, twice)[0, 1]) < 0.05
 
 
 def test_a_world_moved_as_a_whole_keeps_its_ground():
-    """Lattice, ripples and points turned and shifted together: the same heights, slopes turned."""
+    """ScattererGrid, ripples and points turned and shifted together: the same heights, slopes turned."""
     turn, shift = 0.9, np.array([40.0, -70.0])
     c, s = np.cos(turn), np.sin(turn)
     rotation = np.array([[c, -s], [s, c]])
     place = np.random.default_rng(10).uniform(-50, 50, (200, 2))
     moved = place @ rotation.T + shift
-    here = grow(EVERYTHING, seed=4)
+    here = build_terrain(EVERYTHING, seed=4)
     ripples = EVERYTHING[1].model_copy(update={"direction": 0.4 + turn})
-    there = grow((HILLS, ripples), seed=4, lattice=Lattice(origin=(40.0, -70.0), heading=turn))
-    before, after = here.survey(*place.T), there.survey(*moved.T)
+    there = build_terrain((HILLS, ripples), seed=4, scatterer_grid=ScattererGrid(origin=(40.0, -70.0), heading=turn))
+    before, after = here.sample(*place.T), there.sample(*moved.T)
     np.testing.assert_allclose(after.height, before.height, atol=1e-12)
     np.testing.assert_allclose(after.slope, before.slope @ rotation.T, atol=1e-12)
 
 
 def test_no_relief_is_flat_ground():
     """Nothing asked: height and slope 0, and no roughness left over."""
-    ground = grow([], seed=0)
+    ground = build_terrain([], seed=0)
     assert np.all(ground.height(np.zeros((2, 3)), 1.0) == 0)
     assert ground.slope(0.0, np.zeros(4)).shape == (4, 2)
     assert ground.residual_rms == 0
@@ -250,4 +255,6 @@ def test_hurst_and_rms_say_the_same_as_exponent_and_strength():
     other = PowerLaw(exponent=3.25, strength=one.w2)
     assert other.band_variance() == pytest.approx(0.01)
     place = np.arange(10.0)
-    np.testing.assert_allclose(grow([one], seed=1).height(place, 0.0), grow([other], seed=1).height(place, 0.0))
+    np.testing.assert_allclose(
+        build_terrain([one], seed=1).height(place, 0.0), build_terrain([other], seed=1).height(place, 0.0)
+    )

@@ -4,15 +4,23 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from insonify.scene.lattice import Lattice
-from insonify.scene.terrain import Patches, Region, Ripples, SedimentMap, Split, Strip, grow
+from insonify.scene.scatterer_grid import ScattererGrid
+from insonify.scene.terrain import (
+    Ripples,
+    RoughnessCutoff,
+    SedimentMap,
+    SedimentPatches,
+    SedimentRegion,
+    SedimentStrip,
+    build_terrain,
+)
 from insonify.validity import PhysicsWarning
 
 
 def _profile(ripples, *, length=4096.0, count=32768, bearing=None):
     along = np.arange(count) * length / count
     bearing = ripples.direction if bearing is None else bearing
-    return along, grow([ripples], seed=6).height(along * np.cos(bearing), along * np.sin(bearing))
+    return along, build_terrain([ripples], seed=6).height(along * np.cos(bearing), along * np.sin(bearing))
 
 
 def test_ripples_have_their_wavelength_across_the_crests():
@@ -31,7 +39,7 @@ def test_ripples_are_as_high_as_asked():
     """Mean square over a large field is the closed form, wander of the height included."""
     ripples = Ripples(wavelength=1.0, height=0.1, irregularity=0.3)
     place = np.random.default_rng(1).uniform(-1e5, 1e5, (2, 100_000))
-    assert np.mean(grow([ripples], seed=2).height(*place) ** 2) == pytest.approx(ripples.variance, rel=0.03)
+    assert np.mean(build_terrain([ripples], seed=2).height(*place) ** 2) == pytest.approx(ripples.variance, rel=0.03)
 
 
 def test_regular_ripples_go_from_trough_to_crest_by_their_height():
@@ -59,8 +67,8 @@ def test_crests_are_sharper_than_troughs():
 def test_ripples_finer_than_the_split_are_roughness():
     """Nothing in the ground, everything in the residual; coarser ones the other way round."""
     ripples = Ripples(wavelength=0.4, height=0.04, irregularity=0.0)
-    left = grow([ripples], seed=1, split=Split(wavelength=0.5))
-    drawn = grow([ripples], seed=1, split=Split(wavelength=0.3))
+    left = build_terrain([ripples], seed=1, cutoff=RoughnessCutoff(wavelength=0.5))
+    drawn = build_terrain([ripples], seed=1, cutoff=RoughnessCutoff(wavelength=0.3))
     assert np.all(left.height(np.arange(9.0), 0.0) == 0)
     assert left.residual_rms == pytest.approx(np.sqrt(ripples.variance))
     assert drawn.residual_rms == 0
@@ -75,8 +83,8 @@ def test_ripples_too_steep_to_stand_are_told():
 
 def test_patches_cover_the_shares_that_were_asked():
     """Three sediments at 20, 50 and 30 % of the area, to 2 %; neighbours in the list are neighbours on the bed."""
-    bed = SedimentMap(base=Patches(sediments=("rock", "medium sand", "clay"), fractions=(2, 5, 3), size=10.0))
-    cover = bed.lay(seed=3)
+    bed = SedimentMap(base=SedimentPatches(sediments=("rock", "medium sand", "clay"), fractions=(2, 5, 3), size=10.0))
+    cover = bed.build_cover(seed=3)
     rows = cover.lookup(*np.random.default_rng(2).uniform(-5e4, 5e4, (2, 100_000)))
     np.testing.assert_allclose(np.bincount(rows) / rows.size, [0.2, 0.5, 0.3], atol=0.02)
     line = cover.lookup(np.arange(0, 500, 0.01), 7.0)
@@ -86,18 +94,18 @@ def test_patches_cover_the_shares_that_were_asked():
 
 def test_patches_are_the_same_in_any_order_and_move_with_the_world():
     """Alone or together, and on a lattice that moved with the points."""
-    bed = SedimentMap(base=Patches(sediments=("rock", "clay"), fractions=(1, 1), size=5.0))
+    bed = SedimentMap(base=SedimentPatches(sediments=("rock", "clay"), fractions=(1, 1), size=5.0))
     place = np.random.default_rng(3).uniform(-40, 40, (2, 500))
-    together = bed.lay(seed=1).lookup(*place)
-    assert all(bed.lay(seed=1).lookup(*place[:, n]) == together[n] for n in range(0, 500, 50))
-    moved = bed.lay(seed=1, lattice=Lattice(origin=(100.0, 5.0))).lookup(place[0] + 100.0, place[1] + 5.0)
+    together = bed.build_cover(seed=1).lookup(*place)
+    assert all(bed.build_cover(seed=1).lookup(*place[:, n]) == together[n] for n in range(0, 500, 50))
+    moved = bed.build_cover(seed=1, lattice=ScattererGrid(origin=(100.0, 5.0))).lookup(place[0] + 100.0, place[1] + 5.0)
     assert np.array_equal(moved, together)
 
 
 def test_a_polygon_holds_what_lies_inside_it():
     """An L of area 3, by counting points; its notch and its outside are left alone."""
     ell = ((0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2))
-    cover = SedimentMap(base="clay", on_top=(Region(sediment="rock", corners=ell),)).lay(seed=0)
+    cover = SedimentMap(base="clay", on_top=(SedimentRegion(sediment="rock", corners=ell),)).build_cover(seed=0)
     place = np.random.default_rng(4).uniform(-1, 3, (2, 200_000))
     assert np.mean(cover.lookup(*place)) * 16 == pytest.approx(3, rel=0.02)
     assert cover.lookup([0.5, 1.5, 0.5, 1.5, -0.5], [0.5, 0.5, 1.5, 1.5, 0.5]).tolist() == [1, 1, 1, 0, 0]
@@ -105,9 +113,9 @@ def test_a_polygon_holds_what_lies_inside_it():
 
 def test_a_strip_lies_across_what_was_there():
     """A band of 2 m from north to east over 10 m: area 20 m^2; the last piece laid is seen."""
-    strip = Strip(sediment="clay", start=(0, 0), end=(6, 8), width=2)
-    box = Region(sediment="rock", corners=((-5, -5), (-5, 15), (15, 15), (15, -5)))
-    cover = SedimentMap(base="medium sand", on_top=(box, strip)).lay(seed=0)
+    strip = SedimentStrip(sediment="clay", start=(0, 0), end=(6, 8), width=2)
+    box = SedimentRegion(sediment="rock", corners=((-5, -5), (-5, 15), (15, 15), (15, -5)))
+    cover = SedimentMap(base="medium sand", on_top=(box, strip)).build_cover(seed=0)
     place = np.random.default_rng(5).uniform(-5, 15, (2, 200_000))
     assert np.mean(cover.lookup(*place) == 2) * 400 == pytest.approx(20, rel=0.05)
     assert cover.lookup([3.0, 3.0], [4.0, -4.0]).tolist() == [2, 1]
@@ -122,8 +130,8 @@ def test_a_misspelt_sediment_is_answered_with_the_nearest():
 def test_patches_need_a_share_for_each_sediment():
     """Three names and two fractions, or one name twice, are refused."""
     with pytest.raises(ValidationError, match="Give one for each"):
-        Patches(sediments=("rock", "clay", "medium sand"), fractions=(1, 1))
+        SedimentPatches(sediments=("rock", "clay", "medium sand"), fractions=(1, 1))
     with pytest.raises(ValidationError, match="twice"):
-        Patches(sediments=("rock", "rock"), fractions=(1, 1))
+        SedimentPatches(sediments=("rock", "rock"), fractions=(1, 1))
     with pytest.raises(ValidationError, match="another place"):
-        Strip(sediment="rock", start=(1, 1), end=(1, 1), width=1)
+        SedimentStrip(sediment="rock", start=(1, 1), end=(1, 1), width=1)

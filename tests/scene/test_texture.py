@@ -6,22 +6,22 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import gamma, kstest
 
-from insonify.scene.lattice import Lattice
+from insonify.scene.scatterer_grid import ScattererGrid
 from insonify.scene.texture import Texture
 
-FRAME = Lattice(heading=0.3)
+FRAME = ScattererGrid(heading=0.3)
 FAR = np.random.default_rng(7).uniform(-1e5, 1e5, (2, 100_000))
 
 
 def patches(texture, north=FAR[0], east=FAR[1], *, seed=1, lattice=FRAME):
     """The texture at places, far from one another unless said."""
-    return texture.at(north, east, seed=seed, lattice=lattice)
+    return texture.at(north, east, seed=seed, scatterer_grid=lattice)
 
 
 @pytest.mark.parametrize("shape", [0.1, 0.5, 3.0, 30.0])
 def test_strengths_are_gamma_distributed_about_one(shape):
     """N = 100 000: Kolmogorov-Smirnov distance below 0.0061 (one in a thousand), mean within 4 standard errors."""
-    drawn = patches(Texture(shape=shape, length=2.0))
+    drawn = patches(Texture(k_shape=shape, correlation_length=2.0))
     assert kstest(drawn, gamma(shape, scale=1 / shape).cdf).statistic < 0.0061
     assert drawn.mean() == pytest.approx(1, abs=4 / np.sqrt(shape * len(drawn)))
 
@@ -32,7 +32,7 @@ def test_strengths_forget_each_other_as_the_texture_says(shape):
 
     100 000 pairs: standard error of a product of such variables 0.004 at shape 3, 0.008 at 0.5; 0.02 and 0.04 allowed.
     """
-    texture = Texture(shape=shape, length=2.0)
+    texture = Texture(k_shape=shape, correlation_length=2.0)
     here = patches(texture) - 1
     assert texture.correlation(2.0) == pytest.approx(np.exp(-1), abs=1e-4)
     for apart, bearing in ((1.0, 0.0), (2.0, 0.3), (2.0, 1.1), (3.0, 2.0), (8.0, 0.5)):
@@ -44,17 +44,17 @@ def test_strengths_forget_each_other_as_the_texture_says(shape):
 @given(st.floats(-1e4, 1e4), st.floats(-1e4, 1e4), st.floats(-3, 3))
 def test_a_world_moved_as_a_whole_keeps_its_texture(north, east, heading):
     """Places and lattice moved and turned together, to rounding."""
-    texture, own = Texture(shape=3.0, length=2.0), np.random.default_rng(1).uniform(-50, 50, (2, 40))
-    frame = Lattice(origin=(north, east), heading=heading)
+    texture, own = Texture(k_shape=3.0, correlation_length=2.0), np.random.default_rng(1).uniform(-50, 50, (2, 40))
+    frame = ScattererGrid(origin=(north, east), heading=heading)
     moved = frame.to_world(*own)
     np.testing.assert_allclose(
-        patches(texture, *moved.T, lattice=frame), patches(texture, *own, lattice=Lattice()), rtol=1e-6
+        patches(texture, *moved.T, lattice=frame), patches(texture, *own, lattice=ScattererGrid()), rtol=1e-6
     )
 
 
 def test_a_place_has_one_strength_whoever_asks_and_another_under_another_seed():
     """Alone, in another order and in company: the same bits; another seed: unrelated within 0.015 (N = 100 000)."""
-    texture = Texture(shape=3.0, length=2.0)
+    texture = Texture(k_shape=3.0, correlation_length=2.0)
     drawn = patches(texture)
     turned = patches(texture, FAR[0, ::-1], FAR[1, ::-1])[::-1]
     np.testing.assert_array_equal(turned, drawn)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from insonify.sonar.aperture import TAYLOR_SIDELOBE_DB, element_places, pattern, shading_series, shading_weight
+from insonify.sonar.aperture import TAYLOR_SIDELOBE_DB, element_positions, pattern, shading_series, shading_weight
 
 SHADINGS = ("uniform", "cosine", "hann", "hamming", "taylor")
 
@@ -104,7 +104,7 @@ def test_shading_trades_width_for_lobes():
 def test_elements_fill_the_aperture():
     """Centres lie one pitch apart, half a pitch from both ends."""
     for count in (1, 2, 9):
-        place = element_places(count)
+        place = element_positions(count)
         np.testing.assert_allclose(np.diff(place), 1 / count)
         assert place[0] == pytest.approx(-0.5 + 0.5 / count) and place.sum() == pytest.approx(0, abs=1e-12)
 

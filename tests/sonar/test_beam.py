@@ -6,7 +6,7 @@ from scipy.optimize import brentq
 
 from insonify.frames import array_axes, mounting_rotation, pose_rotation
 from insonify.sonar import LineArray, PlanarArray, PointTransducer, beams, grating_lobes
-from insonify.sonar.aperture import element_places, pattern, shading_weight
+from insonify.sonar.aperture import element_positions, pattern, shading_weight
 
 FREQUENCY, SPEED = 100e3, 1500.0
 WAVELENGTH = SPEED / FREQUENCY
@@ -31,7 +31,7 @@ def aperture_sum(cosine, axis, extent, elements, shading) -> np.ndarray:
         node, weight = np.polynomial.legendre.leggauss(400)
         place, weight = node / 2, weight * shading_weight(shading, node / 2)
     else:
-        place = element_places(elements)
+        place = element_positions(elements)
         weight = shading_weight(shading, place)
     phase = 2j * np.pi * extent / WAVELENGTH * np.outer(cosine - axis, place)
     return (np.exp(phase) @ weight / weight.sum()).real
@@ -88,7 +88,7 @@ def test_turning_sonar_and_world_together_changes_nothing():
     array, d = LineArray(length=1.5, steer="10 deg"), directions(200)
     turn = pose_rotation(1.1, -0.4, 0.3)
     own = beams(array, FREQUENCY, SPEED)
-    np.testing.assert_allclose(own.turned(turn.T).gain(d @ turn.T), own.gain(d), atol=1e-9)
+    np.testing.assert_allclose(own.rotated(turn.T).gain(d @ turn.T), own.gain(d), atol=1e-9)
 
 
 def test_steer_is_to_the_right_of_boresight():

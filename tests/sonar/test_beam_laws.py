@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from insonify.frames import direction, pose_rotation
 from insonify.sonar import LineArray, PlanarArray, PointTransducer
 from insonify.sonar.beam import beams
-from insonify.sonar.footprint import WIDEST, two_way_footprint, two_way_width
+from insonify.sonar.two_way_beam import WIDEST, two_way_footprint, two_way_width
 
 FREQUENCY, SPEED = 100e3, 1500.0
 WAVELENGTH = SPEED / FREQUENCY
@@ -120,7 +120,7 @@ def test_one_beam_of_a_fan_is_that_beam_alone():
     fan = line(30, steer=[-0.5, 0.0, 0.7])
     for channel, steer in enumerate((-0.5, 0.0, 0.7)):
         alone, way = line(30, steer=[steer]), everywhere()
-        np.testing.assert_allclose(fan.only(channel).gain(way)[0], fan.gain(way)[channel], rtol=0, atol=0)
+        np.testing.assert_allclose(fan.single_beam(channel).gain(way)[0], fan.gain(way)[channel], rtol=0, atol=0)
         np.testing.assert_allclose(alone.gain(way)[0], fan.gain(way)[channel], atol=2e-7)
         assert two_way_footprint(fan, fan)[channel] == pytest.approx(two_way_footprint(alone, alone)[0], rel=1e-5)
 
@@ -128,8 +128,8 @@ def test_one_beam_of_a_fan_is_that_beam_alone():
 def test_a_single_beam_serves_every_channel():
     """Beside a fan, the one transmit beam is asked for by any number."""
     one = line(3)
-    assert one.only(7).channel_count == 1
-    np.testing.assert_array_equal(one.only(7).gain(everywhere()), one.gain(everywhere()))
+    assert one.single_beam(7).channel_count == 1
+    np.testing.assert_array_equal(one.single_beam(7).gain(everywhere()), one.gain(everywhere()))
 
 
 @given(st.floats(-np.pi, np.pi), st.floats(-1.5, 1.5), st.floats(-np.pi, np.pi))
@@ -138,9 +138,9 @@ def test_a_turned_array_hears_turned_sound_alike(heading, pitch, roll):
     """Turned there and back the beams are as they were; turned, they hear what is turned with them."""
     axes = pose_rotation(heading, pitch, roll)
     own, way = line(6, steer=[0.3], element="cosine"), everywhere(50)
-    there = own.turned(axes.T)
+    there = own.rotated(axes.T)
     np.testing.assert_allclose(there.gain(way @ axes.T), own.gain(way), atol=1e-9)
-    np.testing.assert_array_equal(there.turned(np.eye(3)).gain(way), own.gain(way))
+    np.testing.assert_array_equal(there.rotated(np.eye(3)).gain(way), own.gain(way))
 
 
 @pytest.mark.parametrize("array", [line(12, steer=[0.4]), line(12, elements=6, element="omni"), OMNI])

@@ -10,8 +10,8 @@ from oracles.arrays import heard_by_elements
 
 def test_elements_of_an_arc_stand_on_it_and_face_outwards():
     """All at the radius, evenly from one end to the other, each facing along its own radius."""
-    arc = ArcArray(radius=0.2, span=np.radians(120), elements=7)
-    place, facing = np.array(arc.places), np.array(arc.facings)
+    arc = ArcArray(radius=0.2, arc_angle=np.radians(120), elements=7)
+    place, facing = np.array(arc.positions), np.array(arc.orientations)
     np.testing.assert_allclose(np.linalg.norm(place, axis=1), 0.2)
     np.testing.assert_allclose(np.arctan2(place[:, 1], place[:, 0]), facing)
     np.testing.assert_allclose(np.degrees(np.diff(facing)), 20.0)
@@ -21,34 +21,34 @@ def test_elements_of_an_arc_stand_on_it_and_face_outwards():
 def test_two_elements_at_one_place_are_refused():
     """By name of the second, with that of the first."""
     with pytest.raises(ValidationError, match="is that of element 0 as well"):
-        ElementArray(places=((0, 0, 0), (0, 0.1, 0), (0, 0, 0)))
+        ElementArray(positions=((0, 0, 0), (0, 0.1, 0), (0, 0, 0)))
 
 
 def test_elements_hardly_apart_are_found_whatever_lies_between_their_depths():
     """First and last 2 um apart in depth, with another one between them that lies far aside."""
     with pytest.raises(ValidationError, match=r"places\.2.*is that of element 0 as well"):
-        ElementArray(places=((0, 0, 0), (0, 0.1, 1e-6), (0, 0, 2e-6)))
-    assert len(ElementArray(places=((0, 0, 0), (0, 0.1, 1e-6), (0, 0, 2e-5))).places) == 3
+        ElementArray(positions=((0, 0, 0), (0, 0.1, 1e-6), (0, 0, 2e-6)))
+    assert len(ElementArray(positions=((0, 0, 0), (0, 0.1, 1e-6), (0, 0, 2e-5))).positions) == 3
 
 
 def test_every_element_has_one_facing():
     """Two places and three angles do not go together."""
     with pytest.raises(ValidationError, match="3 angles for 2 places"):
-        ElementArray(places=((0, 0, 0), (0, 0.1, 0)), facings=(0.0, 0.1, 0.2))
+        ElementArray(positions=((0, 0, 0), (0, 0.1, 0)), orientations=(0.0, 0.1, 0.2))
 
 
 def test_an_arc_does_not_bite_its_tail():
     """A full turn puts the last element on the first."""
     with pytest.raises(ValidationError, match="the last on the first"):
-        ArcArray(radius=0.2, span=2 * np.pi, elements=8)
+        ArcArray(radius=0.2, arc_angle=2 * np.pi, elements=8)
 
 
 @pytest.mark.parametrize(
     ("told", "said"),
     [
-        ({"receive": {"kind": "arc", "radius": 0.2, "span": 1.0, "elements": 4}, "receiver": {"record": "beams"}},
+        ({"receive": {"kind": "arc", "radius": 0.2, "arc_angle": 1.0, "elements": 4}, "receiver": {"record": "beams"}},
          "has elements but no beams"),
-        ({"transmit": {"kind": "arc", "radius": 0.2, "span": 1.0, "elements": 4}}, "is for receiving"),
+        ({"transmit": {"kind": "arc", "radius": 0.2, "arc_angle": 1.0, "elements": 4}}, "is for receiving"),
         ({"receiver": {"record": "beams", "errors": {"gain_db": 1}}}, "are those of single elements"),
         ({"transmit": {"kind": "line", "length": 0.1, "steer": [0.0, 0.1]}}, "elements hear one transmission"),
     ],

@@ -7,8 +7,8 @@ from pydantic import ValidationError
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
 from insonify.sonar.beam import beams
 from insonify.sonar.element_array import ArcArray, ElementArray
-from insonify.sonar.hydrophones import ElementErrors, element_layout, hydrophones, one_element, whole_aperture
-from insonify.sonar.sonar import channel_places
+from insonify.sonar.hydrophones import ElementErrors, element_layout, filled_aperture, hydrophones, one_element
+from insonify.sonar.sonar import channel_positions
 from oracles.arrays import heard_by_elements, line_of
 
 PERFECT = ElementErrors()
@@ -51,12 +51,12 @@ def test_the_product_theorem_joins_an_element_and_its_places():
 def test_errors_are_drawn_as_told_and_once():
     """10,000 elements: rms gain 1 dB, phase 0.2 rad, place 1 mm on each axis, to 3 % (4 standard errors)."""
     array = LineArray(length=100.0, elements=10_000)
-    worn = hydrophones(array, ElementErrors(gain_db=1.0, phase=0.2, place=1e-3), seed=4)
+    worn = hydrophones(array, ElementErrors(gain_db=1.0, phase=0.2, position=1e-3), seed=4)
     place, _ = element_layout(array)
     assert np.std(20 * np.log10(np.abs(worn.response))) == pytest.approx(1.0, rel=0.03)
     assert np.std(np.angle(worn.response)) == pytest.approx(0.2, rel=0.03)
-    np.testing.assert_allclose(np.std(worn.place - place, axis=0), 1e-3, rtol=0.03)
-    again = hydrophones(array, ElementErrors(gain_db=1.0, phase=0.2, place=1e-3), seed=4)
+    np.testing.assert_allclose(np.std(worn.positions - place, axis=0), 1e-3, rtol=0.03)
+    again = hydrophones(array, ElementErrors(gain_db=1.0, phase=0.2, position=1e-3), seed=4)
     np.testing.assert_array_equal(worn.response, again.response)
     other = hydrophones(array, ElementErrors(gain_db=1.0), seed=4, side=1)
     assert not np.allclose(np.abs(worn.response), np.abs(other.response))  # each side has errors of its own
@@ -78,24 +78,24 @@ def test_a_dead_element_that_is_not_there_is_refused():
 
 def test_an_array_resolves_what_its_aperture_does():
     """The aperture that decides on sampling: of places, their extent and an element's size."""
-    pair = ElementArray(places=((0, -0.5, 0), (0, 0.5, 0.2)), size=(0.1, 0.0))
-    whole = whole_aperture(pair)
+    pair = ElementArray(positions=((0, -0.5, 0), (0, 0.5, 0.2)), size=(0.1, 0.0))
+    whole = filled_aperture(pair)
     assert isinstance(whole, PlanarArray) and (whole.width, whole.height) == pytest.approx((1.1, 0.2))
     line = LineArray(length=0.4, elements=4, steer=(0.3,))
-    assert whole_aperture(line).steer == (0.0,)
+    assert filled_aperture(line).steer == (0.0,)
 
 
 def test_channels_tell_their_places_on_the_platform():
     """Facing starboard, an array's right is astern; each channel stands at its element, lever arm included."""
     scenario = heard_by_elements([(0, 20, 5)], receive={**line_of(3, 0.3), "offset": (1.0, 2.0, 0.5)})
-    np.testing.assert_allclose(channel_places(scenario.sonar), [[1 + x, 2, 0.5] for x in (0.1, 0, -0.1)], atol=1e-12)
+    np.testing.assert_allclose(channel_positions(scenario.sonar), [[1 + x, 2, 0.5] for x in (0.1, 0, -0.1)], atol=1e-12)
 
 
 def test_both_sides_are_mirror_images():
     """Port elements stand where the mirror in the keel puts the starboard ones, for arrays of any places."""
-    array = {"kind": "elements", "places": [(0.1, 0.2, 0.0), (0.0, -0.1, 0.05)], "facings": ["10 deg", "0 deg"]}
+    array = {"kind": "elements", "positions": [(0.1, 0.2, 0.0), (0.0, -0.1, 0.05)], "orientations": ["10 deg", "0 deg"]}
     scenario = heard_by_elements([(0, 20, 5)], receive={**array, "element": "omni", "offset": (0, 1, 0)})
     both = scenario.sonar.model_copy(update={"sides": ("port", "starboard")})
-    port, starboard = np.split(channel_places(both), 2)
+    port, starboard = np.split(channel_positions(both), 2)
     np.testing.assert_allclose(port, starboard * [1, -1, 1], atol=1e-12)
-    assert ArcArray(radius=0.2, span=1.0, elements=3).mirrored() == {}
+    assert ArcArray(radius=0.2, arc_angle=1.0, elements=3).mirrored() == {}

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from insonify.scenario.load import load_scenario, parse
+from insonify.scenario.load import load_scenario, parse_model
 from insonify.scenario.scenario import Scenario
 from insonify.scenario.write import to_yaml
-from insonify.sonar import NavigationTrack, poses
-from insonify.sonar.navigation_file import plane_from_degrees, read_navigation
+from insonify.sonar import NavigationTrack, true_poses
+from insonify.sonar.navigation_file import local_plane_position, read_navigation
 
 PLAIN = """# a comment
 time [s],north,east [m],depth,heading [deg],pitch [deg],roll [deg]
@@ -40,7 +40,7 @@ def track(path, **changes):
 
 def test_poses_are_interpolated_in_time(log):
     """Half-way between rows, half-way in everything; and the heading goes through north the short way."""
-    rows = poses(track(log()))
+    rows = true_poses(track(log()))
     assert len(rows) == 7
     np.testing.assert_allclose(rows.position[1], [1, 5, 8])
     np.testing.assert_allclose(rows.position[3], [3, 5, 8.5])
@@ -52,7 +52,7 @@ def test_poses_are_interpolated_in_time(log):
 def test_pings_are_a_part_of_the_log(log):
     """From a start on, as many as asked; as many as fit by default; one more is refused."""
     path = log()
-    rows = poses(track(path, start=1.25, pings=2))
+    rows = true_poses(track(path, start=1.25, pings=2))
     np.testing.assert_allclose(rows.position[:, 0], [2.5, 3.5])
     assert track(path, start=2.0).ping_count == 3
     with pytest.raises(ValidationError, match=r"pings: 4 pings run beyond the end of the log, 3 s after its first row"):
@@ -63,20 +63,20 @@ def test_pings_are_a_part_of_the_log(log):
 
 def test_a_degree_is_as_long_as_on_the_ellipsoid():
     """Published lengths of a degree (WGS 84): 111.133 km of latitude about 45 deg, 55.800 km of longitude at 60 deg."""
-    span = plane_from_degrees(np.array([45.05]), np.array([0.0]), (44.95, 0.0))
+    span = local_plane_position(np.array([45.05]), np.array([0.0]), (44.95, 0.0))
     np.testing.assert_allclose(span[0], [11113.2, 0], atol=0.5)
-    span = plane_from_degrees(np.array([60.0]), np.array([10.1]), (60.0, 10.0))
+    span = local_plane_position(np.array([60.0]), np.array([10.1]), (60.0, 10.0))
     np.testing.assert_allclose(span[0], [0, 5580.0], atol=0.5)
-    east = plane_from_degrees(np.array([0.0]), np.array([-179.95]), (0.0, 179.95))
+    east = local_plane_position(np.array([0.0]), np.array([-179.95]), (0.0, 179.95))
     assert 11000 < east[0, 1] < 11200  # across the date line
 
 
 def test_latitude_and_longitude_are_laid_on_a_plane(log):
     """About the first row, or about an origin."""
     text = "time,lat,lon,depth,heading [rad]\n0,48,-68,5,0\n1,48.001,-68,5,0\n"
-    north = poses(track(log(text=text), interval=1.0)).position
+    north = true_poses(track(log(text=text), interval=1.0)).position
     np.testing.assert_allclose(north, [[0, 0, 5], [111.2, 0, 5]], atol=0.1)
-    moved = poses(track(log(text=text), interval=1.0, origin=(48.001, -68.0))).position
+    moved = true_poses(track(log(text=text), interval=1.0, origin=(48.001, -68.0))).position
     np.testing.assert_allclose(moved - north, [[-111.2, 0, 0]] * 2, atol=0.1)
 
 
@@ -117,9 +117,9 @@ def test_dates_semicolons_and_units_are_understood(log):
 def test_a_fault_in_a_log_is_named_with_its_line(log, old, new, said):
     """The line of the file as an editor counts it, the column, the value, the way out."""
     path = log(old, new)
-    with pytest.raises(ValidationError) as refusal:
+    with pytest.raises(ValidationError) as run_refusal:
         track(path)
-    assert f"{path}, " in str(refusal.value) and said in str(refusal.value)
+    assert f"{path}, " in str(run_refusal.value) and said in str(run_refusal.value)
 
 
 def test_a_byte_that_is_no_text_is_named_with_its_line(log):
@@ -152,12 +152,12 @@ def test_a_scenario_finds_its_log_beside_itself_and_knows_it_again(log, tmp_path
     )
     scenario = load_scenario(here)
     assert scenario.track.ping_count == 11
-    again = parse(Scenario, to_yaml(scenario))
+    again = parse_model(Scenario, to_yaml(scenario))
     assert again == scenario and len(again.track.sha256) == 64
     shutil.copy(path, tmp_path / "kept.csv")
     log("8,0,2", "7,0,2")
     with pytest.raises(ValueError, match="is not the file that it was"):
-        parse(Scenario, to_yaml(scenario))
+        parse_model(Scenario, to_yaml(scenario))
     path.unlink()
     with pytest.raises(ValueError, match=r"track.file: .*cannot be read: No such file"):
         load_scenario(here)

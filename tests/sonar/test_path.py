@@ -5,8 +5,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from insonify.sonar.track.path import UnturnableError, rounded
-from insonify.sonar.track.pinging import MOST_PINGS, most_pings, ping_times, pings_that_fit
+from insonify.sonar.track.ping_schedule import MAX_PINGS, checked_ping_count, max_ping_count, ping_times
+from insonify.sonar.track.waypoint_path import TurnRadiusError, rounded_path
 
 SQUARE = np.array([[0, 0, 5], [100, 0, 5], [100, 100, 5], [0, 100, 5]], float)
 
@@ -14,14 +14,14 @@ SQUARE = np.array([[0, 0, 5], [100, 0, 5], [100, 100, 5], [0, 100, 5]], float)
 def test_a_rounded_corner_is_shorter_by_its_closed_form():
     """Each right-angled corner of radius r saves (2 - pi/2) r."""
     for radius in (0.0, 5.0, 20.0):
-        path = rounded(SQUARE, radius)
+        path = rounded_path(SQUARE, radius)
         assert path.length.sum() == pytest.approx(300 - 2 * (2 - np.pi / 2) * radius)
         assert path.turn.sum() == pytest.approx(np.pi if radius else 0.0)
 
 
 def test_an_arc_stays_a_radius_from_its_centre():
     """Points of a turn lie on a circle about the place a radius inside both legs."""
-    path = rounded(SQUARE, 20.0)
+    path = rounded_path(SQUARE, 20.0)
     run = 80 + np.linspace(0, 20 * np.pi / 2, 50)
     place, _ = path.at(run)
     np.testing.assert_allclose(np.hypot(place[:, 0] - 80, place[:, 1] - 20), 20, atol=1e-9)
@@ -31,7 +31,7 @@ def test_an_arc_stays_a_radius_from_its_centre():
 def test_distance_run_is_distance_gone(radius, seed):
     """Between two close points of a path the distance is the one run, on legs and in turns."""
     corners = SQUARE + np.random.default_rng(seed).uniform(-5, 5, SQUARE.shape)
-    path = rounded(corners, radius)
+    path = rounded_path(corners, radius)
     run = np.linspace(0, path.length.sum(), 4001)
     place, _ = path.at(run)
     gone = np.linalg.norm(np.diff(place, axis=0), axis=1)
@@ -44,7 +44,7 @@ def test_distance_run_is_distance_gone(radius, seed):
 def test_the_course_is_where_the_path_goes(radius, seed):
     """Away from sharp corners the course is the direction of the next small step."""
     corners = SQUARE + np.random.default_rng(seed).uniform(-5, 5, SQUARE.shape)
-    path = rounded(corners, radius)
+    path = rounded_path(corners, radius)
     run = np.linspace(0, path.length.sum() - 0.02, 500)
     (place, course), (ahead, _) = path.at(run), path.at(run + 0.01)
     found = np.arctan2(ahead[:, 1] - place[:, 1], ahead[:, 0] - place[:, 0])
@@ -53,7 +53,7 @@ def test_the_course_is_where_the_path_goes(radius, seed):
 
 def test_depth_changes_evenly():
     """A descending leg is a straight line in space, and its length is that of the line."""
-    path = rounded(np.array([[0, 0, 5], [30, 40, 55]], float), 0.0)
+    path = rounded_path(np.array([[0, 0, 5], [30, 40, 55]], float), 0.0)
     assert path.length.sum() == pytest.approx(np.hypot(50, 50))
     place, course = path.at(np.array([0.0, path.length.sum() / 2, path.length.sum()]))
     np.testing.assert_allclose(place, [[0, 0, 5], [15, 20, 30], [30, 40, 55]], atol=1e-9)
@@ -62,9 +62,9 @@ def test_depth_changes_evenly():
 
 def test_a_turn_without_room_is_refused_with_what_it_wants():
     """Two right angles 100 m apart hold radii up to 50 m; the error carries the numbers that advice needs."""
-    rounded(SQUARE, 50.0)
-    with pytest.raises(UnturnableError) as caught:
-        rounded(SQUARE, 60.0)
+    rounded_path(SQUARE, 50.0)
+    with pytest.raises(TurnRadiusError) as caught:
+        rounded_path(SQUARE, 60.0)
     assert caught.value.wanted > caught.value.room == pytest.approx(100)
     assert abs(caught.value.angle) == pytest.approx(np.pi / 2)
 
@@ -74,7 +74,7 @@ def test_turning_the_world_turns_the_path():
     angle = 0.7
     turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
     run = np.linspace(0, 250, 100)
-    (here, course), (there, turned) = rounded(SQUARE, 15).at(run), rounded(SQUARE @ turn.T, 15).at(run)
+    (here, course), (there, turned) = rounded_path(SQUARE, 15).at(run), rounded_path(SQUARE @ turn.T, 15).at(run)
     np.testing.assert_allclose(there, here @ turn.T, atol=1e-9)
     np.testing.assert_allclose(np.exp(1j * turned), np.exp(1j * (course + angle)), atol=1e-12)
 
@@ -83,16 +83,16 @@ def test_turning_the_world_turns_the_path():
 def test_a_path_of_whole_intervals_has_a_ping_at_both_ends(count, interval):
     """N pings fit into n - 1 intervals whatever the rounding, and one fewer into a little less."""
     longest = ping_times(count, interval)[-1]
-    assert most_pings(longest, interval) == count
+    assert max_ping_count(longest, interval) == count
     assume(count > 1)
-    assert most_pings(longest - 0.01 * interval, interval) == count - 1
+    assert max_ping_count(longest - 0.01 * interval, interval) == count - 1
 
 
 def test_pings_asked_for_must_fit():
     """Left out, all that fit; fewer may be asked for; more are refused with what they would run beyond."""
-    assert pings_that_fit(None, 12, "pings", end="the end") == 12
-    assert pings_that_fit(5, 12, "pings", end="the end") == 5
+    assert checked_ping_count(None, 12, "pings", end="the end") == 12
+    assert checked_ping_count(5, 12, "pings", end="the end") == 5
     with pytest.raises(ValueError, match="13 pings run beyond the end, and nothing is extrapolated"):
-        pings_that_fit(13, 12, "pings", end="the end")
-    with pytest.raises(ValueError, match=f"{MOST_PINGS} is the most"):
-        pings_that_fit(None, MOST_PINGS + 1, "pings", end="the end")
+        checked_ping_count(13, 12, "pings", end="the end")
+    with pytest.raises(ValueError, match=f"{MAX_PINGS} is the most"):
+        checked_ping_count(None, MAX_PINGS + 1, "pings", end="the end")

@@ -5,11 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from insonify.scenario.carried import platforms, receiver_seed
+from insonify.scenario.platform_poses import platforms, receiver_seed
 from insonify.sonar.platforms import Platforms
-from insonify.sonar.sonar import Mounting, Sonar, array_rotation, channel_places, receiver_rotation
-from insonify.sonar.survey import survey
-from insonify.sonar.track import LineTrack, StaticTrack, poses
+from insonify.sonar.sonar import Mounting, Sonar, array_rotation, channel_positions, receiver_rotation
+from insonify.sonar.track import LineTrack, StaticTrack, true_poses
+from insonify.sonar.track_extent import track_extent
 from oracles.arrays import heard_by_elements, line_of
 
 WINDOW = 0.2
@@ -18,10 +18,10 @@ FINITE = st.floats(-100, 100)
 
 def carried(track, other=None):
     """Platforms of one track or two, under way."""
-    moments = [[poses(one, seed=2, after=t) for t in (0, WINDOW / 2, WINDOW)] for one in (track, other) if one]
+    moments = [[true_poses(one, seed=2, after=t) for t in (0, WINDOW / 2, WINDOW)] for one in (track, other) if one]
     later = [tuple(some[1:]) for some in moments]
     if other is None:
-        return Platforms(moments[0][0], sending_later=later[0])
+        return Platforms(moments[0][0], transmitter_window_poses=later[0])
     return Platforms(moments[0][0], moments[1][0], *later)
 
 
@@ -33,9 +33,9 @@ def line(**values):
 def test_one_platform_carries_both_ends():
     """No distance between them, one set of places, the same course for both."""
     one = carried(line())
-    assert not one.two and one.apart == 0 and one.hearing is one.sending
+    assert not one.is_bistatic and one.max_separation == 0 and one.receiver_poses is one.transmitter_poses
     assert one.positions.shape == (5, 3)
-    first, other = one.courses(1, WINDOW)
+    first, other = one.track_motions(1, WINDOW)
     assert first is other
     np.testing.assert_allclose(first.of(np.zeros((1, 3)))[1], [[2.0, 0, 0]], atol=1e-9)
 
@@ -47,25 +47,25 @@ def test_the_distance_is_the_greatest_at_any_ping(speed, other, heading, turn):
     way = np.array([30, -4, 4]) + np.arange(5)[:, None] * (
         other * np.array([np.cos(turn), np.sin(turn), 0]) - speed * np.array([np.cos(heading), np.sin(heading), 0])
     )
-    assert pair.apart == pytest.approx(max(np.linalg.norm(way[[0, -1]], axis=1)), rel=1e-9)
-    assert pair.positions.shape == (10, 3) and pair.two
+    assert pair.max_separation == pytest.approx(max(np.linalg.norm(way[[0, -1]], axis=1)), rel=1e-9)
+    assert pair.positions.shape == (10, 3) and pair.is_bistatic
 
 
 @pytest.mark.parametrize(("speed", "other"), [(0.0, 3.0), (3.0, 0.0), (2.0, 3.0)])
 def test_where_one_end_moves_both_have_a_course(speed, other):
     """A ship past a moored receiver, or the other way about: each goes on at its own speed."""
     pair = carried(line(speed=speed), line(speed=other))
-    for way, fast in zip(pair.courses(0, WINDOW), (speed, other), strict=True):
+    for way, fast in zip(pair.track_motions(0, WINDOW), (speed, other), strict=True):
         np.testing.assert_allclose(way.of(np.zeros((1, 3)))[1], [[fast, 0, 0]], atol=1e-9)
 
 
 def test_where_none_moves_there_is_no_course():
     """Two moorings; and stop and hop, which has no later moments at all."""
     still = carried(line(speed=0.0), line(start=(3, 0, 5), speed=0.0))
-    assert still.courses(0, WINDOW) == (None, None)
-    hops = Platforms(poses(line()), poses(line(start=(3, 0, 5))))
-    assert hops.courses(0, WINDOW) == (None, None)
-    assert [len(moments) for moments in hops.moments] == [1, 1]
+    assert still.track_motions(0, WINDOW) == (None, None)
+    hops = Platforms(true_poses(line()), true_poses(line(start=(3, 0, 5))))
+    assert hops.track_motions(0, WINDOW) == (None, None)
+    assert [len(moments) for moments in hops.window_poses] == [1, 1]
 
 
 def test_a_receiver_leans_with_its_own_sea():
@@ -77,18 +77,18 @@ def test_a_receiver_leans_with_its_own_sea():
     both = platforms(scenario)
     assert receiver_seed(scenario) != scenario.seed
     # 280 s hold some 56 periods of 5 s: unlike within 3 / sqrt(56)
-    assert abs(np.corrcoef(both.sending.roll, both.hearing.roll)[0, 1]) < 0.4
-    assert np.std(both.hearing.roll) == pytest.approx(0.1, rel=0.3)
-    assert len(both.moments[0]) == 3  # under way
+    assert abs(np.corrcoef(both.transmitter_poses.roll, both.receiver_poses.roll)[0, 1]) < 0.4
+    assert np.std(both.receiver_poses.roll) == pytest.approx(0.1, rel=0.3)
+    assert len(both.window_poses[0]) == 3  # under way
 
 
 @pytest.mark.parametrize("field", ["coherent", "incoherent"])
 def test_both_readings_are_told_how_the_sonar_goes_on(field):
     """Of a sonar that stops and hops, each is told of the start of each ping alone."""
     scenario = heard_by_elements([]).unchecked_copy(field=field)  # intensities of elements would be refused
-    assert platforms(scenario).sending_later is not None
+    assert platforms(scenario).transmitter_window_poses is not None
     hopping = scenario.track.model_copy(update={"stop_and_hop": True})
-    assert platforms(scenario.unchecked_copy(track=hopping)).sending_later is None
+    assert platforms(scenario.unchecked_copy(track=hopping)).transmitter_window_poses is None
 
 
 def faced(**values):
@@ -106,7 +106,7 @@ def test_a_receiver_faces_as_its_own_mounting_says_or_as_the_transmitter(bearing
     body = np.eye(3)
     np.testing.assert_allclose(receiver_rotation(own, body), array_rotation(faced(mounting=here), body), atol=1e-12)
     np.testing.assert_allclose(array_rotation(own, body), array_rotation(faced(mounting={"bearing": 1.0}), body))
-    np.testing.assert_allclose(channel_places(own), channel_places(faced(mounting=here)), atol=1e-12)
+    np.testing.assert_allclose(channel_positions(own), channel_positions(faced(mounting=here)), atol=1e-12)
     common = faced(mounting=here)
     np.testing.assert_array_equal(receiver_rotation(common, body), array_rotation(common, body))
     assert own.receive_mounting == Mounting(**here)
@@ -115,10 +115,10 @@ def test_a_receiver_faces_as_its_own_mounting_says_or_as_the_transmitter(bearing
 @given(FINITE, FINITE, FINITE, st.floats(-1, 1), st.floats(-1, 1))
 def test_an_arm_is_as_deep_as_its_place_says(forward, starboard, down, pitch, roll):
     """Depth of something carried, by its row of the rotation and by the whole rotation: the same."""
-    here = poses(StaticTrack(position=(1, 2, 30)))
+    here = true_poses(StaticTrack(position=(1, 2, 30)))
     leans = type(here)(here.time, here.position, here.heading + 0.4, here.pitch + pitch, here.roll + roll)
     arm = forward, starboard, down
-    np.testing.assert_allclose(leans.depths(arm), leans.carried(arm)[:, 2], atol=1e-9)
+    np.testing.assert_allclose(leans.offset_depths(arm), leans.offset_positions(arm)[:, 2], atol=1e-9)
 
 
 def test_each_end_has_its_own_depths():
@@ -126,7 +126,7 @@ def test_each_end_has_its_own_depths():
     sonar = faced().model_copy()
     arms = {"transmit": {"kind": "point", "offset": (0, 0, 2)}, "receive": {**line_of(), "offset": (0, 0, -1)}}
     sonar = Sonar.model_validate(sonar.model_dump() | arms)
-    here = poses(line())
-    assert survey(sonar, here).depths == pytest.approx((4, 7))
-    assert survey(sonar, here, ends=("transmit",)).depths == pytest.approx((7, 7))
-    assert survey(sonar, here, ends=("receive",)).depths == pytest.approx((4, 4))
+    here = true_poses(line())
+    assert track_extent(sonar, here).depths == pytest.approx((4, 7))
+    assert track_extent(sonar, here, ends=("transmit",)).depths == pytest.approx((7, 7))
+    assert track_extent(sonar, here, ends=("receive",)).depths == pytest.approx((4, 4))

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from insonify.sonar.track import LineTrack, Poses, StaticTrack, WaypointTrack, poses
+from insonify.sonar.track import LineTrack, Poses, StaticTrack, WaypointTrack, true_poses
 
 angles = st.floats(-3, 3)
 MOTION = {
@@ -39,13 +39,13 @@ def test_a_platform_is_rigid(heading, pitch, roll):
 )
 def test_what_is_carried_goes_where_a_navigator_says(lean, offset, goes):
     """Signs of heading, pitch and roll, one at a time."""
-    np.testing.assert_allclose(one(**lean).carried(offset)[0], goes, atol=1e-12)
+    np.testing.assert_allclose(one(**lean).offset_positions(offset)[0], goes, atol=1e-12)
 
 
 @given(angles, angles, angles, st.tuples(*[st.floats(-20, 20)] * 3))
 def test_what_is_carried_keeps_its_distance(heading, pitch, roll, offset):
     """However the platform leans, a lever arm is as long as it is."""
-    held = one(heading, pitch, roll, (5, -7, 3)).carried(offset)[0] - [5, -7, 3]
+    held = one(heading, pitch, roll, (5, -7, 3)).offset_positions(offset)[0] - [5, -7, 3]
     assert np.linalg.norm(held) == pytest.approx(np.linalg.norm(offset), abs=1e-9)
 
 
@@ -55,7 +55,7 @@ def test_all_pings_are_carried_at_once():
     many = Poses(np.arange(6.0), rng.normal(size=(6, 3)), *rng.uniform(-1, 1, (3, 6)))
     offset = (1.0, -2.0, 0.5)
     each = [many.position[p] + many.rotation(p) @ offset for p in range(6)]
-    np.testing.assert_allclose(many.carried(offset), each, atol=1e-12)
+    np.testing.assert_allclose(many.offset_positions(offset), each, atol=1e-12)
     np.testing.assert_array_equal(many.attitude[:, 0], many.heading)
 
 
@@ -63,7 +63,7 @@ def test_a_still_track_is_as_planned_to_the_bit():
     """Without motion there is nothing to draw, whatever the seed."""
     track = LineTrack(start=(1, 2, 3), speed=2.0, heading=0.5, pings=20)
     for seed in (1, 99):
-        np.testing.assert_array_equal(poses(track, seed=seed).position, track.planned().position)
+        np.testing.assert_array_equal(true_poses(track, seed=seed).position, track.planned_poses().position)
 
 
 @pytest.mark.parametrize(
@@ -76,7 +76,7 @@ def test_a_still_track_is_as_planned_to_the_bit():
 )
 def test_motion_is_about_the_plan(track):
     """Every kind of track takes its motion: the mean stays on the path, and only what was asked moves."""
-    plan, true = track.planned(), poses(track, seed=3)
+    plan, true = track.planned_poses(), true_poses(track, seed=3)
     moved = true.position - plan.position
     c, s = np.cos(plan.heading), np.sin(plan.heading)
     ahead, aside = c * moved[:, 0] + s * moved[:, 1], -s * moved[:, 0] + c * moved[:, 1]
@@ -90,7 +90,7 @@ def test_motion_is_about_the_plan(track):
 def test_more_pings_do_not_move_the_first_ones():
     """A longer survey begins like a shorter one: motion belongs to the time, not to the number of pings."""
     short, long = (
-        poses(LineTrack(start=(0, 0, 10), speed=1.0, pings=n, motion=MOTION), seed=5).position for n in (50, 500)
+        true_poses(LineTrack(start=(0, 0, 10), speed=1.0, pings=n, motion=MOTION), seed=5).position for n in (50, 500)
     )
     np.testing.assert_array_equal(long[:50], short)
 
@@ -98,7 +98,7 @@ def test_more_pings_do_not_move_the_first_ones():
 def test_another_interval_samples_the_same_motion():
     """Every second ping of a survey at half the interval."""
     fine, coarse = (
-        poses(StaticTrack(position=(0, 0, 10), pings=n, interval=step, window=(0, 0.1), motion=MOTION), seed=2)
+        true_poses(StaticTrack(position=(0, 0, 10), pings=n, interval=step, window=(0, 0.1), motion=MOTION), seed=2)
         for n, step in ((201, 0.15), (101, 0.3))
     )
     np.testing.assert_allclose(fine.position[::2], coarse.position, atol=1e-12)

@@ -131,9 +131,9 @@ def test_a_falling_sweep_is_a_rising_one_played_backwards():
 )
 def test_an_impossible_pulse_is_refused_with_advice(wrong, advice):
     """What, the value, the limit, the way out."""
-    with pytest.raises(ValidationError) as refusal:
+    with pytest.raises(ValidationError) as run_refusal:
         Pulse(**({"duration": "40 us"} | wrong))
-    assert advice in str(refusal.value)
+    assert advice in str(run_refusal.value)
 
 
 @pytest.mark.parametrize("frequency", ["5 kHz", "2 MHz"])

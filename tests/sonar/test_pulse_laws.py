@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from insonify.sonar import Pulse, Receiver, energy_duration, hear, spectrum
+from insonify.sonar import Pulse, Receiver, energy_duration, receive_pulse, spectrum
 from insonify.sonar.pulse import envelope
 
 TONE = {"frequency": 100e3, "duration": 1e-3}
@@ -62,8 +62,10 @@ def test_a_long_sweep_spends_on_each_frequency_what_its_taper_leaves():
 @pytest.mark.parametrize("taper", TAPERS)
 def test_time_and_band_scale_together_in_the_recording(taper, compress):
     """A pulse twice as long through half the band is the same waveform, twice as slow."""
-    quick = hear(Pulse(**TONE, taper=taper), Receiver(band=10e3, compress=compress))
-    slow = hear(Pulse(**TONE | {"duration": 2e-3}, taper=taper), Receiver(band=5e3, compress=compress))
+    quick = receive_pulse(Pulse(**TONE, taper=taper), Receiver(bandwidth=10e3, matched_filter=compress))
+    slow = receive_pulse(
+        Pulse(**TONE | {"duration": 2e-3}, taper=taper), Receiver(bandwidth=5e3, matched_filter=compress)
+    )
     time = np.linspace(-1e-3, 2e-3, 301)
     np.testing.assert_allclose(slow.samples(2 * time), quick.samples(time), atol=3e-6)
     assert slow.effective_duration == pytest.approx(2 * quick.effective_duration, rel=1e-6)
@@ -77,7 +79,7 @@ def test_a_falling_sweep_is_heard_as_the_conjugate_of_a_rising_one(taper):
     time = np.linspace(-3e-3, 8e-3, 800)
     for compress in (False, True):
         up, down = (
-            hear(Pulse(**SWEEP, taper=taper, sweep=way), Receiver(band=30e3, compress=compress))
+            receive_pulse(Pulse(**SWEEP, taper=taper, sweep=way), Receiver(bandwidth=30e3, matched_filter=compress))
             for way in ("up", "down")
         )
         np.testing.assert_allclose(down.samples(time), np.conj(up.samples(time)), atol=2e-6)
@@ -89,7 +91,10 @@ def test_a_falling_sweep_is_heard_as_the_conjugate_of_a_rising_one(taper):
 @pytest.mark.parametrize("compress", [False, True])
 def test_a_narrower_band_never_passes_more(told, compress):
     """Energy lost grows as the band shrinks, and the heard energy falls: the responses are nested."""
-    heard = [hear(Pulse(**told), Receiver(band=band, compress=compress)) for band in (80e3, 30e3, 12e3, 4e3, 1e3)]
+    heard = [
+        receive_pulse(Pulse(**told), Receiver(bandwidth=band, matched_filter=compress))
+        for band in (80e3, 30e3, 12e3, 4e3, 1e3)
+    ]
     lost = [pulse.out_of_band_energy for pulse in heard]
     assert np.all(np.diff(lost) > 0) and 0 <= lost[0] < 0.01 and lost[-1] < 1
     assert np.all(np.diff([pulse.effective_duration for pulse in heard]) < 0)
@@ -99,9 +104,9 @@ def test_a_narrower_band_never_passes_more(told, compress):
 @pytest.mark.parametrize("compress", [False, True])
 def test_times_of_the_heard_pulse_are_in_order_and_hold_its_energy(told, compress):
     """Ringing holds faint, faint holds loud; outside the loud part lies less than a millionth of the energy."""
-    heard = hear(Pulse(**told), Receiver(band=20e3, compress=compress))
-    first, last = heard.ringing
-    assert first <= heard.faint_start <= heard.start < heard.stop <= heard.faint_stop <= last
+    heard = receive_pulse(Pulse(**told), Receiver(bandwidth=20e3, matched_filter=compress))
+    first, last = heard.table_interval
+    assert first <= heard.ringing_start <= heard.start < heard.stop <= heard.ringing_stop <= last
     time = np.arange(first, last, 1 / 400e3)
     power = np.abs(heard.samples(time)) ** 2
     inside = (time >= heard.start) & (time <= heard.stop)
@@ -114,7 +119,7 @@ def test_times_of_the_heard_pulse_are_in_order_and_hold_its_energy(told, compres
 def test_later_compression_never_makes_the_cell_coarser(duration, bandwidth, compress):
     """The finest cell is at most the recording's own, and c / 2B at most for any sweep."""
     pulse = Pulse(frequency=100e3, duration=duration, kind="lfm", bandwidth=bandwidth)
-    heard = hear(pulse, Receiver(band=40e3, compress=compress))
+    heard = receive_pulse(pulse, Receiver(bandwidth=40e3, matched_filter=compress))
     assert heard.finest_resolution(1500) <= heard.range_resolution(1500) * (1 + 1e-12)
     assert heard.finest_resolution(1500) <= 750 / bandwidth * (1 + 1e-12)
     assert heard.finest_resolution(3000) == pytest.approx(2 * heard.finest_resolution(1500))
@@ -122,7 +127,7 @@ def test_later_compression_never_makes_the_cell_coarser(duration, bandwidth, com
 
 def test_a_matched_filter_output_is_hermitian_in_time():
     """An autocorrelation: the past is the conjugate of the future, and the largest value is at zero."""
-    heard = hear(Pulse(**SWEEP), Receiver(band=25e3, compress=True))
+    heard = receive_pulse(Pulse(**SWEEP), Receiver(bandwidth=25e3, matched_filter=True))
     time = np.linspace(0, 5e-3, 700)
     np.testing.assert_allclose(heard.samples(-time), np.conj(heard.samples(time)), atol=2e-6)
     assert np.abs(heard.samples(time)).argmax() == 0

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from insonify.simulation import arrivals, levels, prepare, simulate
+from insonify.simulator import arrivals, build_simulator, levels, simulate
 from insonify.sonar import Sonar
 from oracles.scenes import PULSE, nominal, point
 
 SIDES = {"sides": ["port", "starboard"]}
-QUIET = {"paths": {"causes": ["target"], "reflections": 0}}
+QUIET = {"paths": {"contributions": ["target"], "max_reflections": 0}}
 
 
 def loudest(scenario):
@@ -80,7 +80,7 @@ def test_one_side_is_the_sonar_as_mounted():
 def test_channels_of_levels_and_arrivals_belong_to_their_sides():
     """The target's paths and its level are found on its own side only."""
     scenario = nominal(sonar=SIDES, targets=[point(0, 60, 15)], track={"window": (0.07, 0.09)}, **QUIET)
-    here = [prepare(scenario).stance(0, channel=channel) for channel in (0, 1)]
+    here = [build_simulator(scenario).ping_geometry(0, channel=channel) for channel in (0, 1)]
     np.testing.assert_allclose(here[0].boresight, -here[1].boresight, atol=1e-12)
     loud = [float(levels(scenario, channel=channel).level_db.max()) for channel in (0, 1)]
     assert loud[0] == -np.inf and loud[1] > 100
@@ -100,9 +100,9 @@ def test_channels_of_levels_and_arrivals_belong_to_their_sides():
 )
 def test_sides_that_cannot_be_are_refused_with_advice(wrong, advice):
     """What to write instead."""
-    with pytest.raises(ValidationError) as refusal:
+    with pytest.raises(ValidationError) as run_refusal:
         nominal(sonar=wrong)
-    assert advice in str(refusal.value)
+    assert advice in str(run_refusal.value)
 
 
 def test_a_slice_has_no_sides():

@@ -83,7 +83,10 @@ def test_a_point_cannot_be_steered():
     ("build", "advice"),
     [
         (lambda: sonar(LineArray(length=1, steer=(0, 0.1)), LineArray(length=1, steer=(0, 0.1, 0.2))), "pair up"),
-        (lambda: sonar(LineArray(length=1), LineArray(length=1), receiver=Receiver(band="160 kHz")), "under 160 kHz"),
+        (
+            lambda: sonar(LineArray(length=1), LineArray(length=1), receiver=Receiver(bandwidth="160 kHz")),
+            "under 160 kHz",
+        ),
         (lambda: LineArray(length=1, steer="90 deg"), "less than 90 deg"),
         (lambda: LineArray(length=1, steer=()), "at least one"),
         (lambda: LineArray(length=0), "greater than 0"),
@@ -95,9 +98,9 @@ def test_a_point_cannot_be_steered():
 )
 def test_an_impossible_sonar_is_refused_with_advice(build, advice):
     """What, the value, the limit, the way out."""
-    with pytest.raises(ValidationError) as refusal:
+    with pytest.raises(ValidationError) as run_refusal:
         build()
-    assert advice in str(refusal.value)
+    assert advice in str(run_refusal.value)
 
 
 def test_a_starboard_array_looks_to_starboard():

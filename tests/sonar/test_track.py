@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from insonify.sonar import LineTrack, Poses, StaticTrack, poses
+from insonify.sonar import LineTrack, Poses, StaticTrack, true_poses
 from insonify.validity import PhysicsWarning
 
 HERE = ("1 m", "2 m", "11 m")
@@ -14,7 +14,7 @@ HERE = ("1 m", "2 m", "11 m")
 
 def test_a_static_platform_stays():
     """Every ping from one place, at its own time."""
-    rows = poses(StaticTrack(position=HERE, heading="30 deg", roll="2 deg", pings=3, interval="0.5 s"))
+    rows = true_poses(StaticTrack(position=HERE, heading="30 deg", roll="2 deg", pings=3, interval="0.5 s"))
     assert len(rows) == 3
     np.testing.assert_allclose(rows.time, [0, 0.5, 1.0])
     np.testing.assert_allclose(rows.position, [[1, 2, 11]] * 3)
@@ -24,21 +24,21 @@ def test_a_static_platform_stays():
 
 def test_a_line_runs_along_its_heading():
     """Heading east at 2 knots, the platform moves east only, by speed times time."""
-    rows = poses(LineTrack(start=HERE, heading="90 deg", speed="2 kn", pings=4, interval=0.25))
+    rows = true_poses(LineTrack(start=HERE, heading="90 deg", speed="2 kn", pings=4, interval=0.25))
     east = 2 + 2 * 1852 / 3600 * 0.25 * np.arange(4)
     np.testing.assert_allclose(rows.position, np.stack([np.ones(4), east, np.full(4, 11)], axis=-1), atol=1e-12)
 
 
 def test_the_bow_points_where_the_platform_goes():
     """The first body axis is the direction between two pings, when the platform is level."""
-    rows = poses(LineTrack(start=HERE, heading="200 deg", speed=1.5, pings=2))
+    rows = true_poses(LineTrack(start=HERE, heading="200 deg", speed=1.5, pings=2))
     way = rows.position[1] - rows.position[0]
     np.testing.assert_allclose(rows.rotation(0)[:, 0], way / np.linalg.norm(way), atol=1e-12)
 
 
 def test_pitch_and_roll_have_the_navigators_signs():
     """Bow up is shallower, starboard down is deeper."""
-    rows = poses(StaticTrack(position=HERE, pitch="5 deg", roll="3 deg"))
+    rows = true_poses(StaticTrack(position=HERE, pitch="5 deg", roll="3 deg"))
     assert rows.rotation(0)[2, 0] < 0
     assert rows.rotation(0)[2, 1] > 0
 
@@ -58,9 +58,9 @@ def test_pitch_and_roll_have_the_navigators_signs():
 )
 def test_an_impossible_track_is_refused_with_advice(wrong, advice):
     """What, the value, the limit, the way out."""
-    with pytest.raises(ValidationError) as refusal:
+    with pytest.raises(ValidationError) as run_refusal:
         StaticTrack(**({"position": HERE} | wrong))
-    assert advice in str(refusal.value)
+    assert advice in str(run_refusal.value)
 
 
 def test_listening_past_the_next_ping_is_a_warning():

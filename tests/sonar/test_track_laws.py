@@ -9,12 +9,21 @@ from hypothesis import strategies as st
 
 from insonify.data_file import file_digest
 from insonify.ocean.water import Water
-from insonify.sonar import LineTrack, LoggedNavigation, Motion, Poses, WaypointTrack, heard_pulse, logged_poses, poses
-from insonify.sonar.navigation_file import plane_from_degrees, read_navigation
-from insonify.sonar.stance import end_depths, stance
-from insonify.sonar.survey import distance_to_runs, polyline, survey
-from insonify.sonar.track.logged import COLUMNS
-from insonify.sonar.track.motion import FREEDOMS, Drift, displacement
+from insonify.sonar import (
+    LineTrack,
+    Motion,
+    NavigationErrors,
+    Poses,
+    WaypointTrack,
+    logged_poses,
+    received_pulse,
+    true_poses,
+)
+from insonify.sonar.navigation_file import local_plane_position, read_navigation
+from insonify.sonar.ping_geometry import array_depths, ping_geometry
+from insonify.sonar.track.motion import DEGREES_OF_FREEDOM, RandomTranslation, displacement
+from insonify.sonar.track.navigation_errors import COLUMNS
+from insonify.sonar.track_extent import distance_to_segments, simplified_polyline, track_extent
 from oracles.scenes import nominal
 
 TIME = np.arange(0, 60, 0.25)
@@ -23,8 +32,8 @@ SONAR = nominal().sonar
 FLAT = np.zeros(len(TIME))
 TRUE = Poses(TIME, np.column_stack([TIME, 2 * TIME, FLAT + 8]), FLAT + 0.4, FLAT + 0.01, FLAT - 0.02)
 EVERY = {
-    "north": {"offset": 3.0, "noise": 0.5}, "east": {"drift": 0.02}, "depth": {"noise": 0.1, "memory": 20.0},
-    "heading": {"offset": 0.01, "noise": 0.02}, "pitch": {"noise": 0.03, "memory": 3.0}, "roll": {"drift": 1e-4},
+    "north": {"offset": 3.0, "noise": 0.5}, "east": {"drift": 0.02}, "depth": {"noise": 0.1, "correlation_time": 20.0},
+    "heading": {"offset": 0.01, "noise": 0.02}, "pitch": {"noise": 0.03, "correlation_time": 3.0}, "roll": {"drift": 1e-4},
 }  # fmt: skip
 
 
@@ -58,11 +67,11 @@ def test_only_the_shape_of_a_spectrum_counts(factor):
 def test_shares_of_simple_spectra_have_closed_forms():
     """Flat: energy below grows evenly; rising from nothing: as the square; and all of it lies within the table."""
     share = np.linspace(0, 1, 21)
-    flat = Drift(rms=1, spectrum=((0.1, 2.0), (0.5, 2.0)))
+    flat = RandomTranslation(rms=1, spectrum=((0.1, 2.0), (0.5, 2.0)))
     np.testing.assert_allclose(flat.frequencies(share), 0.1 + 0.4 * share, atol=1e-9)
-    rising = Drift(rms=1, spectrum=((0.1, 0.0), (0.3, 7.0)))
+    rising = RandomTranslation(rms=1, spectrum=((0.1, 0.0), (0.3, 7.0)))
     np.testing.assert_allclose(rising.frequencies(share), 0.1 + 0.2 * np.sqrt(share), atol=1e-4)
-    assert np.all(np.diff(Drift(rms=1, period=6.0).frequencies(share)) > 0)
+    assert np.all(np.diff(RandomTranslation(rms=1, period=6.0).frequencies(share)) > 0)
 
 
 @pytest.mark.parametrize("frequency", [0.1, 0.7])
@@ -74,13 +83,13 @@ def test_a_narrow_spectrum_crosses_zero_twice_a_cycle(frequency):
     assert np.sum(moved[1:] * moved[:-1] < 0) / time[-1] == pytest.approx(2 * frequency, rel=0.03)
 
 
-@pytest.mark.parametrize("name", FREEDOMS)
+@pytest.mark.parametrize("name", DEGREES_OF_FREEDOM)
 def test_no_freedom_minds_the_others(name):
     """Asked for alone or among all six, a freedom moves the same; and no two of them move alike."""
-    all_six = {freedom: {"rms": 0.1, "period": 7.0} for freedom in FREEDOMS}
+    all_six = {freedom: {"rms": 0.1, "period": 7.0} for freedom in DEGREES_OF_FREEDOM}
     together = displacement(Motion(**all_six), TIME, 3)
     alone = displacement(Motion(**{name: all_six[name]}), TIME, 3)
-    for freedom in FREEDOMS:
+    for freedom in DEGREES_OF_FREEDOM:
         np.testing.assert_array_equal(alone[freedom], together[freedom] if freedom == name else 0)
         if freedom != name:
             assert np.abs(together[freedom] - together[name]).max() > 0.05
@@ -89,15 +98,15 @@ def test_no_freedom_minds_the_others(name):
 @pytest.mark.parametrize("name", COLUMNS)
 def test_no_column_of_a_log_minds_the_others(name):
     """A column's error is the same alone as among all six, and leaves the others true."""
-    together = columns(logged_poses(LoggedNavigation(**EVERY), TRUE, 9)) - columns(TRUE)
-    alone = columns(logged_poses(LoggedNavigation(**{name: EVERY[name]}), TRUE, 9)) - columns(TRUE)
+    together = columns(logged_poses(NavigationErrors(**EVERY), TRUE, 9)) - columns(TRUE)
+    alone = columns(logged_poses(NavigationErrors(**{name: EVERY[name]}), TRUE, 9)) - columns(TRUE)
     for row, column in enumerate(COLUMNS):
         np.testing.assert_array_equal(alone[:, row], together[:, row] if column == name else 0)
 
 
 def test_errors_do_not_depend_on_where_the_platform_is():
     """The log of a moved and turned survey is wrong by as much as that of the survey."""
-    errors = LoggedNavigation(**EVERY)
+    errors = NavigationErrors(**EVERY)
     far = Poses(TIME, TRUE.position + np.array([500, -70, 3]), TRUE.heading + 2, TRUE.pitch, TRUE.roll)
     wrong = columns(logged_poses(errors, TRUE, 2)) - columns(TRUE)
     np.testing.assert_allclose(columns(logged_poses(errors, far, 2)) - columns(far), wrong, atol=1e-9)
@@ -106,7 +115,7 @@ def test_errors_do_not_depend_on_where_the_platform_is():
 @pytest.mark.parametrize("memory", [0.0, 5.0])
 def test_noise_scales_with_its_rms_and_a_log_begins_like_a_shorter_one(memory):
     """Twice the rms, twice the noise; fewer pings, the first of the same."""
-    small, large = (LoggedNavigation(north={"noise": rms, "memory": memory}) for rms in (0.5, 1.0))
+    small, large = (NavigationErrors(north={"noise": rms, "correlation_time": memory}) for rms in (0.5, 1.0))
     one, two = (columns(logged_poses(e, TRUE, 4)) - columns(TRUE) for e in (small, large))
     np.testing.assert_allclose(two, 2 * one, atol=1e-9)
     short = Poses(*(getattr(TRUE, n)[:50] for n in ("time", "position", "heading", "pitch", "roll")))
@@ -115,7 +124,7 @@ def test_noise_scales_with_its_rms_and_a_log_begins_like_a_shorter_one(memory):
 
 def test_a_long_memory_forgets_nothing_and_a_short_one_all():
     """Limits: of the memory of weeks a constant is left, of that of a microsecond white noise, draw for draw."""
-    kinds = {memory: LoggedNavigation(depth={"noise": 1.0, "memory": memory}) for memory in (0.0, 1e-6, 1e7)}
+    kinds = {memory: NavigationErrors(depth={"noise": 1.0, "correlation_time": memory}) for memory in (0.0, 1e-6, 1e7)}
     white, short, long = (columns(logged_poses(e, TRUE, 4))[:, 2] for e in kinds.values())
     np.testing.assert_allclose(short, white, rtol=1e-12)
     assert np.ptp(long) < 0.05 * np.ptp(white)
@@ -157,20 +166,20 @@ def test_the_digest_is_that_of_the_bytes(tmp_path):
 def test_degrees_on_the_plane_have_the_symmetries_of_the_globe():
     """South mirrors north, only differences of longitude count, and the date line is no edge."""
     lat, lon = np.array([45.01, 44.98]), np.array([10.02, 9.99])
-    plane = plane_from_degrees(lat, lon, (45.0, 10.0))
-    np.testing.assert_allclose(plane_from_degrees(-lat, lon, (-45.0, 10.0)), plane * [-1, 1], atol=1e-8)
-    np.testing.assert_allclose(plane_from_degrees(lat, lon + 170, (45.0, 180.0)), plane, atol=1e-6)
-    np.testing.assert_allclose(plane_from_degrees(lat, lon + 170 - 360, (45.0, 180.0)), plane, atol=1e-6)
+    plane = local_plane_position(lat, lon, (45.0, 10.0))
+    np.testing.assert_allclose(local_plane_position(-lat, lon, (-45.0, 10.0)), plane * [-1, 1], atol=1e-8)
+    np.testing.assert_allclose(local_plane_position(lat, lon + 170, (45.0, 180.0)), plane, atol=1e-6)
+    np.testing.assert_allclose(local_plane_position(lat, lon + 170 - 360, (45.0, 180.0)), plane, atol=1e-6)
 
 
 def test_degrees_at_equator_and_pole_have_the_radii_of_the_ellipsoid():
     """East on the equator a; north there b^2 / a; north at the pole a^2 / b (a, b of WGS 84)."""
     a, b, step = 6378137.0, 6356752.3142, np.radians(0.01)
-    east = plane_from_degrees(np.array([0.0]), np.array([0.01]), (0.0, 0.0))[0]
+    east = local_plane_position(np.array([0.0]), np.array([0.01]), (0.0, 0.0))[0]
     np.testing.assert_allclose(east, [0, a * step], rtol=1e-9, atol=1e-9)
-    north = plane_from_degrees(np.array([0.005]), np.array([0.0]), (-0.005, 0.0))[0]
+    north = local_plane_position(np.array([0.005]), np.array([0.0]), (-0.005, 0.0))[0]
     np.testing.assert_allclose(north, [b**2 / a * step, 0], rtol=1e-9, atol=1e-9)
-    pole = plane_from_degrees(np.array([90.0]), np.array([0.0]), (89.99, 0.0))[0, 0]
+    pole = local_plane_position(np.array([90.0]), np.array([0.0]), (89.99, 0.0))[0, 0]
     assert pole == pytest.approx(a**2 / b * step, rel=1e-7)
 
 
@@ -183,9 +192,9 @@ def test_distance_from_a_run_has_its_closed_form(seed, turn):
     expected = np.hypot(np.maximum(np.maximum(-along, along - 10), 0), beside)
     matrix = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
     place, run = np.column_stack([along, beside]) @ matrix.T + 3, np.array([[0, 0], [10, 0]]) @ matrix.T + 3
-    np.testing.assert_allclose(distance_to_runs(place, run[None]), expected, atol=1e-9)
+    np.testing.assert_allclose(distance_to_segments(place, run[None]), expected, atol=1e-9)
     cut = np.stack([run, run[::-1]])  # the same run twice, the other way round
-    np.testing.assert_allclose(distance_to_runs(place, cut), expected, atol=1e-9)
+    np.testing.assert_allclose(distance_to_segments(place, cut), expected, atol=1e-9)
 
 
 @given(st.integers(0, 2**32 - 1))
@@ -193,37 +202,39 @@ def test_distance_from_a_run_has_its_closed_form(seed, turn):
 def test_a_polyline_keeps_to_its_places(seed):
     """First and last place are corners, corners are places, and no place is farther away than it says."""
     places = np.cumsum(np.random.default_rng(seed).normal(size=(150, 2)), axis=0)
-    corners, wander = polyline(places)
+    corners, wander = simplified_polyline(places)
     assert {tuple(c) for c in corners} <= {tuple(p) for p in places}
     np.testing.assert_array_equal(corners[[0, -1]], places[[0, -1]])
-    away = distance_to_runs(places, np.stack([corners[:-1], corners[1:]], axis=1))
+    away = distance_to_segments(places, np.stack([corners[:-1], corners[1:]], axis=1))
     assert away.max() <= wander + 1e-9 <= 1.0 + 1e-9 and len(corners) < 150
 
 
 def test_a_survey_turns_with_the_world():
     """Poses turned and moved have the turned and moved survey; depths stay."""
-    bend = poses(
+    bend = true_poses(
         WaypointTrack(waypoints=((0, 0, 5), (80, 0, 9), (80, 60, 9)), speed=2, turn_radius=20, window=(0, 0.1))
     )
     turn, away = 0.9, np.array([40.0, -500.0, 0.0])
     c, s = np.cos(turn), np.sin(turn)
     matrix = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
     there = Poses(bend.time, bend.position @ matrix.T + away, bend.heading + turn, bend.pitch, bend.roll)
-    one, other = survey(SONAR, bend), survey(SONAR, there)
+    one, other = track_extent(SONAR, bend), track_extent(SONAR, there)
     np.testing.assert_allclose(other.corners, one.corners @ matrix[:2, :2].T + away[:2], atol=1e-9)
-    assert other.wander == pytest.approx(one.wander, abs=1e-9) and other.depths == pytest.approx(one.depths)
+    assert other.polyline_error == pytest.approx(one.polyline_error, abs=1e-9) and other.depths == pytest.approx(
+        one.depths
+    )
 
 
 def test_every_ping_stands_at_a_depth_that_was_foretold():
     """Ends of all pings, with lever arms and motion, are the depths of the track, no more and no fewer."""
     moved = {"pitch": {"rms": 0.05, "period": 5}, "roll": {"rms": 0.1, "period": 7}, "heave": {"rms": 0.3, "period": 6}}
     sonar = nominal(transmit={"offset": (2, 1, 0.5)}, receive={"offset": (-1, 0.3, 0.7)}).sonar
-    track = poses(LineTrack(start=(0, 0, 9), speed=1, pings=25, window=(0, 0.2), motion=moved))
-    pulse, water = heard_pulse(sonar), Water(sound_speed=1480)
-    stood = [stance(sonar, track, ping, window=(0.1, 0.2), pulse=pulse, water=water) for ping in range(25)]
-    found = np.sort([place[2] for one in stood for place in (one.transmit_place, one.receive_place)])
-    np.testing.assert_allclose(end_depths(sonar, track), found, atol=1e-8)
+    track = true_poses(LineTrack(start=(0, 0, 9), speed=1, pings=25, window=(0, 0.2), motion=moved))
+    pulse, water = received_pulse(sonar), Water(sound_speed=1480)
+    stood = [ping_geometry(sonar, track, ping, window=(0.1, 0.2), pulse=pulse, water=water) for ping in range(25)]
+    found = np.sort([place[2] for one in stood for place in (one.transmit_position, one.receive_position)])
+    np.testing.assert_allclose(array_depths(sonar, track), found, atol=1e-8)
     for one in stood:
-        assert not one.together and one.wavelength == pytest.approx(1480 / sonar.pulse.frequency)
-        assert np.linalg.norm(one.transmit_place - one.receive_place) == pytest.approx(np.sqrt(9 + 0.49 + 0.04))
-        assert one.heard_delays[0] < 0.1 - sonar.pulse.duration and one.heard_delays[1] > 0.2
+        assert not one.is_monostatic and one.wavelength == pytest.approx(1480 / sonar.pulse.frequency)
+        assert np.linalg.norm(one.transmit_position - one.receive_position) == pytest.approx(np.sqrt(9 + 0.49 + 0.04))
+        assert one.recorded_delays[0] < 0.1 - sonar.pulse.duration and one.recorded_delays[1] > 0.2

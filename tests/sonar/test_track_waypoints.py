@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from insonify.sonar import WaypointTrack, poses
-from insonify.sonar.track.path import rounded
+from insonify.sonar import WaypointTrack, true_poses
+from insonify.sonar.track.waypoint_path import rounded_path
 
 SQUARE = ((0.0, 0.0, 5.0), (100.0, 0.0, 6.0), (100.0, 80.0, 6.0))
 
@@ -19,7 +19,7 @@ def track(**changes):
 
 def test_sharp_corners_are_run_at_constant_speed():
     """Along each leg pings are speed times interval apart, and the platform faces along the leg it is on."""
-    rows = poses(track())
+    rows = true_poses(track())
     leg = np.hypot(100, 1)
     assert len(rows) == track().ping_count == int((leg + 80) / 1.0) + 1
     first = rows.time * 2.0 < leg
@@ -32,13 +32,13 @@ def test_sharp_corners_are_run_at_constant_speed():
 def test_a_turn_is_an_arc_that_touches_both_legs():
     """All places between the tangent points lie on the circle, and the path is shorter by 2 r tan(a/2) - r a."""
     radius = 10.0
-    path = rounded(np.array(SQUARE), radius)
+    path = rounded_path(np.array(SQUARE), radius)
     run = np.linspace(0, path.length.sum(), 4001)
     place, course = path.at(run)
     arc = (course > 1e-6) & (course < np.pi / 2 - 1e-6)
     np.testing.assert_allclose(np.hypot(place[arc, 0] - 90, place[arc, 1] - 10), radius, rtol=1e-9)
     saved = 2 * radius * np.tan(np.pi / 4) - radius * np.pi / 2
-    np.testing.assert_allclose(path.level.sum(), 180 - saved, rtol=1e-12)
+    np.testing.assert_allclose(path.horizontal_length.sum(), 180 - saved, rtol=1e-12)
 
 
 @given(
@@ -50,7 +50,7 @@ def test_the_path_is_smooth_and_moves_with_the_world(steps, radius, turn):
     """Heading is the direction of motion, no step jumps, and a turned world has a turned path."""
     legs = np.array(steps) * 20 + np.array([40.0, 0.0])  # never a turn sharper than a right angle
     corners = np.column_stack([np.vstack([[0, 0], np.cumsum(legs, axis=0)]), np.linspace(5, 7, len(legs) + 1)])
-    path = rounded(corners, radius)
+    path = rounded_path(corners, radius)
     run = np.linspace(0, path.length.sum(), 3000)
     place, course = path.at(run)
     step = np.diff(place, axis=0)
@@ -61,14 +61,14 @@ def test_the_path_is_smooth_and_moves_with_the_world(steps, radius, turn):
         assert np.abs(error).max() < run[1] / radius
     c, s = np.cos(turn), np.sin(turn)
     there = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
-    moved, turned = rounded(corners @ there.T, radius).at(run)
+    moved, turned = rounded_path(corners @ there.T, radius).at(run)
     np.testing.assert_allclose(moved, place @ there.T, atol=1e-6)
     np.testing.assert_allclose(np.exp(1j * turned), np.exp(1j * (course + turn)), atol=1e-6)
 
 
 def test_a_path_of_whole_intervals_ends_with_a_ping():
     """100 m at 2 m/s and a ping every 0.1 s: 501 pings, the last on the waypoint."""
-    rows = poses(track(waypoints=((0, 0, 5), (0, 100, 5)), interval=0.1, window=(0, 0.05)))
+    rows = true_poses(track(waypoints=((0, 0, 5), (0, 100, 5)), interval=0.1, window=(0, 0.05)))
     assert len(rows) == 501
     np.testing.assert_allclose(rows.position[-1], [0, 100, 5], atol=1e-9)
 
@@ -89,9 +89,9 @@ def test_a_path_of_whole_intervals_ends_with_a_ping():
 )  # fmt: skip
 def test_a_path_that_cannot_be_run_is_refused_with_advice(wrong, advice):
     """Which waypoint, what it lacks, and the number that would do."""
-    with pytest.raises(ValidationError) as refusal:
+    with pytest.raises(ValidationError) as run_refusal:
         track(**wrong)
-    assert advice in str(refusal.value)
+    assert advice in str(run_refusal.value)
 
 
 def test_the_largest_turn_that_is_advised_is_accepted():

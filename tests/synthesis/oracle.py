@@ -2,7 +2,6 @@
 
 import numpy as np
 from numpy.typing import NDArray
-
 from oracles.listening import summed
 
 RATE = 25e3

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from insonify.synthesis._aperture_kernel import _PART, spread_to_elements
-from insonify.synthesis._echo_kernel import Ears, Heard, Sent
-from insonify.synthesis._shape_kernel import laid_out
-from insonify.synthesis.apertures import nodes_along
-from insonify.synthesis.sectors import NONE
-from insonify.synthesis.shapes import Shapes
+from insonify.synthesis._arrival_kernel import ReceiveBeams, ReceiveLegs, TransmitLegs
+from insonify.synthesis._element_arrivals_kernel import _PART, deposit_on_elements
+from insonify.synthesis._waveform_basis_kernel import group_layout
+from insonify.synthesis.chebyshev_nodes import aperture_nodes
+from insonify.synthesis.sector_interpolation import NONE
+from insonify.synthesis.waveform_basis import WaveformBasis
 from oracles.echoes import spread_echoes
 from synthesis.oracle import relative_rms
 
@@ -25,20 +25,22 @@ def echoes(seed, count, elements, *, moving=1.0, dopplers=2, none=0.2):
     weight = rng.normal(size=(3, count)) * (rng.uniform(size=(3, count)) > none) + 0j
     gain = rng.normal(size=(2, 1, count)).astype(np.float32)
     number = np.arange(elements)
-    ears = Ears(place, speed, 0 * speed, np.stack([number, number + 1], axis=1), 0 * number, 0 * number)
-    sent = Sent(away[:1] / SPEED, 1 + 1e-3 * rng.normal(size=(1, count)), weight[None, :1].astype(np.complex64))
-    heard = Heard(away / SPEED, 1 / away, away, np.zeros((2, 0, count)), way, weight[1:].astype(np.complex64), gain)
-    node = Shapes(moving * 3e-3 * -np.cos((np.arange(dopplers) + 0.5) * np.pi / dopplers)).doppler
+    ears = ReceiveBeams(place, speed, 0 * speed, np.stack([number, number + 1], axis=1), 0 * number, 0 * number)
+    sent = TransmitLegs(away[:1] / SPEED, 1 + 1e-3 * rng.normal(size=(1, count)), weight[None, :1].astype(np.complex64))
+    heard = ReceiveLegs(
+        away / SPEED, 1 / away, away, np.zeros((2, 0, count)), way, weight[1:].astype(np.complex64), gain
+    )
+    node = WaveformBasis(moving * 3e-3 * -np.cos((np.arange(dopplers) + 0.5) * np.pi / dopplers)).doppler
     return ears, sent, heard, rng.uniform(0.5, 1, (2, count)), 1e-3 * moving, node
 
 
-def laid(told, *, kernel=spread_to_elements, first_time=0.0, cells=2000, ears=None):
+def laid(told, *, kernel=deposit_on_elements, first_time=0.0, cells=2000, ears=None):
     """Grids of all elements."""
     own, sent, heard, strength, middle, node = told
     ears, pair = own if ears is None else ears, np.array([[0, 0, 0], [0, 1, 1]])
-    groups, together = laid_out(len(node))
-    grid = np.zeros((len(ears.place), groups, cells, together), np.complex64)
-    nodes = (nodes_along(*own[:3], 6.0, 0.04, SPEED / CARRIER), NONE) if kernel is spread_to_elements else ()
+    groups, together = group_layout(len(node))
+    grid = np.zeros((len(ears.position), groups, cells, together), np.complex64)
+    nodes = (aperture_nodes(*own[:3], 6.0, 0.04, SPEED / CARRIER), NONE) if kernel is deposit_on_elements else ()
     kernel(grid, first_time, RATE, pair, sent, heard, strength, ears, *nodes, 1 / SPEED, 0.0, 1e-3, False, middle,
            CARRIER, node)  # fmt: skip
     return grid
@@ -48,8 +50,8 @@ def reordered(told, rows):
     """The same scatterers in another order, or some of them."""
     ears, sent, heard, strength, middle, node = told
     own = np.ascontiguousarray
-    sent = Sent(*(own(column[..., rows]) for column in sent))
-    heard = Heard(*(own(column[:, rows]) if k == 4 else own(column[..., rows]) for k, column in enumerate(heard)))
+    sent = TransmitLegs(*(own(column[..., rows]) for column in sent))
+    heard = ReceiveLegs(*(own(column[:, rows]) if k == 4 else own(column[..., rows]) for k, column in enumerate(heard)))
     return ears, sent, heard, own(strength[:, rows]), middle, node
 
 
@@ -114,8 +116,8 @@ def test_each_element_at_rest_hears_where_it_stands():
     told = echoes(7, 1, 33, moving=0.0, dopplers=1, none=0.0)
     ears, sent, heard, strength, _, _ = told
     grid = laid((ears, sent, heard, strength * [[1.0], [0.0]], 0.0, np.zeros(1)))[:, 0, :, 0]
-    away = float(heard.away[0, 0])
-    there = np.linalg.norm(away * heard.towards[0, 0] - ears.place, axis=1)
+    away = float(heard.horizontal_distance[0, 0])
+    there = np.linalg.norm(away * heard.towards[0, 0] - ears.position, axis=1)
     delay = float(sent.delay[0, 0]) + there / SPEED
     assert np.abs(np.abs(grid).argmax(axis=1) - delay * RATE).max() < 1
     peak = np.abs(grid).max(axis=1) * there / (1 - 1e-3 * (there - away))

@@ -6,7 +6,7 @@ Energies are laid down over the support of the pulse, which leaves out a million
 import numpy as np
 import pytest
 
-from insonify.simulation import arrivals, prepare, simulate
+from insonify.simulator import arrivals, build_simulator, simulate
 from insonify.synthesis.arrival_weights import arrival_weights, beam_gains
 from insonify.synthesis.spike_power import spike_power
 from oracles.scenes import nominal, point
@@ -18,9 +18,9 @@ def heard(families=("D",), targets=None, **told):
     """Arrivals of points, and the sonar that hears them."""
     scenario = nominal(
         targets=[point(0, 150, 19.5)] if targets is None else targets,
-        paths={"families": list(families), "causes": ["target"]}, **{**WINDOW, **told},
+        paths={"families": list(families), "contributions": ["target"]}, **{**WINDOW, **told},
     )  # fmt: skip
-    return arrivals(scenario), prepare(scenario).stance(0), scenario
+    return arrivals(scenario), build_simulator(scenario).ping_geometry(0), scenario
 
 
 def test_one_direct_path_obeys_the_sonar_equation():

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from insonify.records.pairs import Product
-from insonify.simulation import listen, prepare
+from insonify.records.pairs import SeparableStrengths
+from insonify.simulator import build_simulator, simulate_pings
 from oracles.scenes import nominal, point
 from synthesis.oracle import relative_rms
 
@@ -18,26 +18,26 @@ THERMOCLINE = {"profile": [[0, 1520], [8, 1518], [12, 1495], [20, 1490]], "smoot
 WATERS = {
     "even": {},
     "layered": {"water": THERMOCLINE},
-    "bands": {"sonar": {"receiver": {"band": 20e3, "sub_bands": 3}}},
+    "bands": {"sonar": {"receiver": {"bandwidth": 20e3, "sub_bands": 3}}},
     "shaken": {"paths": {"jitter": 0.3, "amplitude_perturbation": 0.2}},
 }
 
 
 def under_way(*, track=None, paths=None, **more):
     """A bed at 60 m from a sonar under way: its reading, and the largest block of pairs."""
-    scenario = nominal(paths={"reflections": 1, "scatterers_per_cell": 2.0, **(paths or {})}, **more)
+    scenario = nominal(paths={"max_reflections": 1, "scatterers_per_cell": 2.0, **(paths or {})}, **more)
     told = {**scenario.model_dump(), "track": {**TRACK, **(track or {})}}
-    listening = prepare(type(scenario)(**told))
-    here = listening.stance(0)
-    blocks = [listening.engine.pairs(here, block, drowned=False) for block in listening.engine.blocks(here)]
-    return listening.coherent(here), max(blocks, key=lambda pairs: len(pairs.scatterers))
+    simulator = build_simulator(type(scenario)(**told))
+    here = simulator.ping_geometry(0)
+    blocks = [simulator.engine.pairs(here, block, include_negligible=False) for block in simulator.engine.blocks(here)]
+    return simulator.coherent_accumulator(here), max(blocks, key=lambda pairs: len(pairs.scatterers))
 
 
 def heard(reading, *blocks):
     """Cells of some pairs of legs."""
-    cells = reading.silence()
+    cells = reading.empty()
     for pairs in blocks:
-        reading.take_in(cells, pairs)
+        reading.add(cells, pairs)
     return cells
 
 
@@ -50,28 +50,28 @@ def world(request):
 def test_strengths_may_be_written_out_first(world):
     """Products, or the strengths that they come to: the same cells, to 2e-6 of their rms."""
     reading, pairs = world
-    assert isinstance(pairs.answer, Product) and len(pairs.pair) > 1
+    assert isinstance(pairs.strength, SeparableStrengths) and len(pairs.pair) > 1
     whole = heard(reading, pairs)
-    assert relative_rms(heard(reading, replace(pairs, answer=pairs.strength)), whole) < 2e-6
+    assert relative_rms(heard(reading, replace(pairs, strength=pairs.strength)), whole) < 2e-6
 
 
 def test_pairs_add_up(world):
     """Each ordered pair by itself, in turn: the sum is what all of them are, to 2e-6."""
     reading, pairs = world
-    alone = [pairs.only(np.array([row])) for row in range(len(pairs.pair))]
+    alone = [pairs.select(np.array([row])) for row in range(len(pairs.pair))]
     assert relative_rms(sum(heard(reading, one) for one in alone), heard(reading, pairs)) < 2e-6
 
 
 def test_what_a_caustic_turns_is_turned(world):
     """A quarter turn told as a caustic of each leg, or of its mirrors: the same; both legs by one make a half turn."""
     reading, pairs = world
-    quarter = 1j * np.ones_like(pairs.out.boundary)
+    quarter = 1j * np.ones_like(pairs.out.reflection_coefficient)
     out = pairs.out.caustic if pairs.out.caustic is not None else 1
     turned, mirrored = (
         replace(pairs, out=legs, back=legs) if pairs.back is pairs.out else replace(pairs, out=legs)
         for legs in (
             replace(pairs.out, caustic=quarter * out),
-            replace(pairs.out, boundary=quarter * pairs.out.boundary),
+            replace(pairs.out, reflection_coefficient=quarter * pairs.out.reflection_coefficient),
         )
     )
     assert relative_rms(heard(reading, turned), heard(reading, mirrored)) < 1e-6
@@ -90,7 +90,7 @@ def test_a_sonar_at_no_speed_is_one_that_hops(water):
     """Under way at a millionth of a metre per second, or from ping to ping: 2e-4 of a buoy's echo and the bed's."""
     more = {**WATERS[water], "targets": [point(0.0, 60.0, 15.0)]}
     slow, hops = (under_way(track=track, **more) for track in ({"speed": 1e-6}, {"speed": 1e-6, "stop_and_hop": True}))
-    series = [reading.series(heard(reading, pairs)) for reading, pairs in (slow, hops)]
+    series = [reading.time_series(heard(reading, pairs)) for reading, pairs in (slow, hops)]
     assert relative_rms(series[0], series[1]) < 2e-4
 
 
@@ -100,13 +100,13 @@ def test_thinned_pings_under_way_have_bits_of_their_own(record):
     line = {"length": 0.06, "elements": 8, "element": "baffled"}
     scenario = nominal(
         seabed={"depth": 20.0, "relief": {"kind": "power-law", "hurst": 0.8, "rms": 0.05}}, line=line,
-        paths={"reflections": 1, "scatterers_per_cell": 1.0, "causes": ["seabed"]},
-        sonar={"receiver": {"band": 20e3, "record": record}},
+        paths={"max_reflections": 1, "scatterers_per_cell": 1.0, "contributions": ["seabed"]},
+        sonar={"receiver": {"bandwidth": 20e3, "record": record}},
     )  # fmt: skip
     scenario = type(scenario)(**{**scenario.model_dump(), "track": {**TRACK, "pings": 2, "window": (0.08, 0.0805)}})
-    listening = prepare(scenario)
-    whole = dict(listen(listening, [0, 1], 1))
+    simulator = build_simulator(scenario)
+    whole = dict(simulate_pings(simulator, [0, 1], 1))
     for order in ([1, 0], [1]):
-        for ping, one in listen(listening, order, 2):
+        for ping, one in simulate_pings(simulator, order, 2):
             np.testing.assert_array_equal(one, whole[ping])
     assert not np.array_equal(whole[0], whole[1])

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-
-from insonify.simulation import arrivals, simulate
 from oracles.listening import heard, pulse_spectrum, relative_rms
+
+from insonify.simulator import arrivals, simulate
 from oracles.scenes import PULSE, nominal, point
 
-TONE = {"duration": 0.2e-3, "fraction": 0.2, "bandwidth": 0.0, "band": 20e3, "compress": False}
+TONE = {"duration": 0.2e-3, "fraction": 0.2, "bandwidth": 0.0, "bandwidth": 20e3, "matched_filter": False}
 
 
 def test_one_echo_is_the_source_level_less_twice_the_loss():
@@ -20,7 +20,7 @@ def test_one_echo_is_the_source_level_less_twice_the_loss():
     scenario = nominal(
         targets=[point(0, 60.0, 11.0, strength=-6)], water={"noise_level_db": None, "absorption_db_per_m": 0.035},
         sonar={"source_level_db": 200, "pulse": long}, track={"window": (0.07, 0.1)},
-        paths={"reflections": 0, "causes": ["target"]},
+        paths={"max_reflections": 0, "contributions": ["target"]},
     )  # fmt: skip
     series = simulate(scenario)
     middle = int(np.argmin(np.abs(series.time.values - (0.08 + 2e-3))))
@@ -33,7 +33,7 @@ def test_one_echo_is_the_source_level_less_twice_the_loss():
 def test_a_point_target_is_heard_along_every_pair_of_paths(order):
     """1, 9, 25 echoes of one point against their sum over frequencies: relative rms 1e-5."""
     scenario = nominal(targets=[point(0, 150, 19.5)], track={"window": (0.19, 0.23)},
-                       paths={"reflections": order, "causes": ["target"]})  # fmt: skip
+                       paths={"max_reflections": order, "contributions": ["target"]})  # fmt: skip
     found = arrivals(scenario)
     series = simulate(scenario)
     truth = heard(found.delay, 1e11 * found.amplitude[:, 0], series.time.values, 100e3,
@@ -44,7 +44,11 @@ def test_a_point_target_is_heard_along_every_pair_of_paths(order):
 def test_each_channel_hears_through_its_own_beam():
     """A fan of three beams: each channel is the same beam heard alone, to 1e-6."""
     fan = (-0.02, 0.0, 0.02)
-    told = {"targets": [point(1, 150, 19.5)], "track": {"window": (0.199, 0.203)}, "paths": {"causes": ["target"]}}
+    told = {
+        "targets": [point(1, 150, 19.5)],
+        "track": {"window": (0.199, 0.203)},
+        "paths": {"contributions": ["target"]},
+    }
     together = simulate(nominal(receive={"steer": fan}, **told)).pressure.values[0]
     for channel, steer in enumerate(fan):
         alone = simulate(nominal(receive={"steer": steer}, **told)).pressure.values[0, 0]

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from insonify import simulation
-from insonify.simulation import arrivals, prepare, simulate
+from insonify.simulator import arrivals, build_simulator, simulate
 from oracles.scenes import PULSE, each_ping, nominal, point
 
 
@@ -49,7 +48,7 @@ def test_lloyds_fringes_are_the_mean_of_the_coherent_reading():
 
 def test_the_echo_of_a_point_is_heard_as_it_is():
     """A deterministic target has no speckle: its intensity is the square of its pressure, overlapping paths and all."""
-    told = nominal(targets=[point(0, 150, 19.5)], track={"window": (0.199, 0.212)}, paths={"causes": ["target"]})
+    told = nominal(targets=[point(0, 150, 19.5)], track={"window": (0.199, 0.212)}, paths={"contributions": ["target"]})
     power = np.abs(simulate(told).pressure.values) ** 2
     mean = simulate(told.model_copy(update={"field": "incoherent"})).intensity.values
     assert np.abs(mean - power).max() < 1e-3 * power.max()
@@ -60,7 +59,7 @@ def test_two_points_add_as_energies_and_each_in_phase_with_itself():
     one, two = point(0, 150, 19.5), point(0.5, 150.02, 15.0, label="other")
     heard = [
         simulate(nominal(field="incoherent", targets=targets, track={"window": (0.199, 0.212)},
-                         paths={"causes": ["target"]})).intensity.values
+                         paths={"contributions": ["target"]})).intensity.values
         for targets in ([one], [two], [one, two])
     ]  # fmt: skip
     np.testing.assert_allclose(heard[2], heard[0] + heard[1], rtol=1e-9, atol=1e-9 * heard[2].max())
@@ -73,18 +72,18 @@ def test_expected_power_is_the_sum_over_groups_written_out(monkeypatch):
     of arrivals further apart than all but a millionth of the pulse's energy is left out: sqrt(1e-6) / 5 of the mean.
     """
     told = nominal(field="incoherent", track={"window": (0.0805, 0.0811)}, seabed={"depth": 13},
-                   paths={"scatterers_per_cell": 0.5, "beam_floor_db": -10})  # fmt: skip
-    found, listening = arrivals(told), prepare(told)
-    here = listening.stance(0)
+                   paths={"scatterers_per_cell": 0.5, "beam_cutoff_db": -10})  # fmt: skip
+    found, simulator = arrivals(told), build_simulator(told)
+    here = simulator.ping_geometry(0)
     gain = 1e11 * here.transmit_beams.gain(found.departure)[0] * here.receive_beams.gain(found.arrival)[0]
     weight = gain * found.amplitude[:, 0] * np.exp(-2j * np.pi * (100e3 * found.delay % 1))
-    expected = np.zeros(listening.grid.count)
+    expected = np.zeros(simulator.grid.sample_count)
     for group in np.unique(found.group):
         rows = found.group == group
-        expected += np.abs(weight[rows] @ listening.pulse.samples(listening.grid.time - found.delay[rows, None])) ** 2
+        expected += np.abs(weight[rows] @ simulator.pulse.samples(simulator.grid.time - found.delay[rows, None])) ** 2
     heard = simulate(told).intensity.values[0, 0]
     assert np.abs(heard - expected).max() < 2e-4 * expected.mean()
-    plain, more = simulation.pulse_table, 2e-3
-    monkeypatch.setattr(simulation, "pulse_table", lambda p, a, b, rate: plain(p, a - more, b + more, rate))
+    plain, more = simulator.pulse_table, 2e-3
+    monkeypatch.setattr(simulator, "pulse_table", lambda p, a, b, rate: plain(p, a - more, b + more, rate))
     heard = simulate(told).intensity.values[0, 0]
     assert np.abs(heard - expected).max() < 1e-5 * expected.mean()

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from insonify.records.labels import COLUMNS
-from insonify.simulation import labels
-from insonify.synthesis.labels import Labelling
+from insonify.simulator import labels
+from insonify.synthesis.label_accumulator import LabelAccumulator
 from oracles.scenes import nominal
 
 BOX = {"label": "box", "position": (0.0, 60.0), "size": (4.0, 1.0, 1.0)}
@@ -15,9 +15,9 @@ BOX = {"label": "box", "position": (0.0, 60.0), "size": (4.0, 1.0, 1.0)}
 def test_one_pass_is_all_passes(monkeypatch: pytest.MonkeyPatch, depth: float) -> None:
     """A box, paths of two bounces; just under the surface they overlap within the pulse and make fringes: to 1e-9."""
     scene = nominal(box=BOX, track={"position": (0.0, 0.0, depth), "window": (0.081, 0.086)},
-                    surface={"scattering": None}, paths={"reflections": 2, "scatterers_per_cell": 2})  # fmt: skip
+                    surface={"scattering": None}, paths={"max_reflections": 2, "scatterers_per_cell": 2})  # fmt: skip
     once = labels(scene)
-    monkeypatch.setattr(Labelling, "_room", lambda *_: None)
+    monkeypatch.setattr(LabelAccumulator, "_workspace", lambda *_: None)
     passes = labels(scene)
     assert (once.highlight.values | once.ghost.values).any()
     alone, whole = once.pair_intensity.values.sum(axis=1), once.expected_intensity.values

@@ -8,9 +8,9 @@ from typing import Annotated, Any
 
 import typer
 
-from insonify.cli import figures, recordings, scenarios
-from insonify.cli.compiling import reporting
-from insonify.cli.words import InputError
+from insonify.cli import paper_and_demo, recordings, scenarios
+from insonify.cli.arguments import InputError
+from insonify.cli.compile_progress import reporting
 
 DONE, FAILED, WRONG_INPUT = 0, 1, 2
 STOPPED_BY_KEY = 130  # what typer makes of Ctrl-C
@@ -27,7 +27,7 @@ app = typer.Typer(
 )
 app.command("new")(scenarios.new)
 for _computes in (
-    scenarios.check, recordings.run, recordings.show, recordings.explain, figures.paper, figures.demo
+    scenarios.check, recordings.run, recordings.show, recordings.explain, paper_and_demo.paper, paper_and_demo.demo
 ):  # fmt: skip
     app.command(_computes.__name__)(reporting(_computes))
 
@@ -62,7 +62,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     gc.set_threshold(YOUNG)
     command = typer.main.get_command(app)
     words = None if arguments is None else list(arguments)
-    _said.clear()
+    _schema_extra.clear()
     with warnings.catch_warnings():
         warnings.showwarning = _warn
         try:
@@ -76,15 +76,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return result if isinstance(result, int) else DONE
 
 
-_said: set[str] = set()  # Python forgets what it has warned of whenever a module changes the filters
+_schema_extra: set[str] = set()  # Python forgets what it has warned of whenever a module changes the filters
 
 
 def _warn(message: Warning | str, *_: Any, **__: Any) -> None:
     """A warning as a person reads it: one line, once in a run, without the place in our code."""
     line = " ".join(str(message).split())
-    if line not in _said:
+    if line not in _schema_extra:
         typer.echo(f"warning: {line}", err=True)
-    _said.add(line)
+    _schema_extra.add(line)
 
 
 def _verdict(error: Exception) -> int:
@@ -104,7 +104,7 @@ def _verdict(error: Exception) -> int:
 
 def _is_about_the_input(error: Exception) -> bool:
     from insonify.formats.zarr_store import StoreError
-    from insonify.scenario.advice import ScenarioError
+    from insonify.scenario.diagnostic import ScenarioError
 
     # A place where nothing can be read or written is what was typed; a full disk is not.
     places = (PermissionError, NotADirectoryError, IsADirectoryError, FileExistsError)

@@ -21,7 +21,7 @@ def progress(quiet: bool, step: str = "ping") -> Iterator[OnStep]:
         step: What is counted, in the singular.
     """
     if quiet or not sys.stderr.isatty():
-        yield _told_once(quiet, step)
+        yield _report_resumed(quiet, step)
         return
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -39,7 +39,7 @@ def progress(quiet: bool, step: str = "ping") -> Iterator[OnStep]:
                 there.append(done)
                 bar.reset(task, total=total, completed=done, pace="starting")
                 if done:
-                    bar.console.print(already_there(done, total, step), highlight=False)
+                    bar.console.print(resumed_note(done, total, step), highlight=False)
             else:
                 bar.update(task, completed=done, pace=pace(done - there[0], bar.tasks[0].elapsed or 0.0, step))
 
@@ -61,7 +61,7 @@ def pace(steps: int, seconds: float, step: str) -> str:
     return f"{steps / max(seconds, 1e-9):.3g} {step}s/s"
 
 
-def already_there(done: int, total: int, step: str) -> str:
+def resumed_note(done: int, total: int, step: str) -> str:
     """What is said of the work of an earlier run.
 
     Args:
@@ -75,12 +75,12 @@ def already_there(done: int, total: int, step: str) -> str:
     return f"{what} there already, so nothing was left to do; --overwrite starts anew"
 
 
-def _told_once(quiet: bool, step: str) -> OnStep:
+def _report_resumed(quiet: bool, step: str) -> OnStep:
     """No bar, but a line on stderr where an earlier run has left something."""
     first = [not quiet]
 
     def on_step(done: int, total: int) -> None:
         if first and first.pop() and done:
-            typer.echo(already_there(done, total, step), err=True)
+            typer.echo(resumed_note(done, total, step), err=True)
 
     return on_step

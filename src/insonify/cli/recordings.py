@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from insonify.cli import words
+from insonify.cli import arguments
+from insonify.cli.arguments import InputError
 from insonify.cli.pictures import start_drawing
-from insonify.cli.words import InputError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -44,12 +44,12 @@ def run(
     from insonify.scenario.load import load_scenario
 
     scenario = load_scenario(file)
-    wanted = words.pings(pings, scenario.track.ping_count)
-    from insonify.simulation import record
-    from insonify.study.cost import cost
-    from insonify.study.refusals import refusal
+    wanted = arguments.parse_ping_range(pings, scenario.track.ping_count)
+    from insonify.estimates.run_cost import estimate_cost
+    from insonify.estimates.run_limits import run_refusal
+    from insonify.simulator import record
 
-    if trouble := refusal(scenario, cost(scenario, labels=labels, threads=threads), labels=labels):
+    if trouble := run_refusal(scenario, estimate_cost(scenario, labels=labels, threads=threads), labels=labels):
         raise InputError(f"{file}: {trouble}")
     with progress(quiet) as on_ping:
         record(
@@ -82,7 +82,7 @@ def show(
         typer.Option(
             metavar="GAIN",
             help="Of many pings: none, tvg20, tvg30, tvg40, lambert (a level bed is uniform) "
-            "or learnt (the usual level at each range is uniform).",
+            "or empirical (the usual level at each range is uniform).",
         ),
     ] = None,
     labels: Annotated[
@@ -105,7 +105,7 @@ def show(
 
     Example: insonify show harbour.zarr -o harbour.png
 
-    Example: insonify show harbour.zarr -o harbour.png --ground --gain learnt
+    Example: insonify show harbour.zarr -o harbour.png --ground --gain empirical
 
     Example: insonify show harbour.yaml -o scene.png
 
@@ -117,12 +117,12 @@ def show(
 
     Example: insonify show cast.csv --rays --source-depth "11 m" -o rays.png
     """
-    from insonify.cli.physics import show_physics
+    from insonify.cli.physics_plots import show_physics
 
-    words.check_picture(out, "-o")
+    arguments.require_picture_suffix(out, "-o")
     start_drawing()
     if rays:
-        from insonify.cli.rays import show_rays
+        from insonify.cli.ray_plots import show_rays
 
         show_rays(what, out, source_depth=source_depth, farthest=reach)
         typer.echo(out)
@@ -133,7 +133,10 @@ def show(
         _show_scenario(Path(what), out, ping, ground or labels or gain is not None or beam is not None)
         typer.echo(out)
         return
-    heard = words.quantity(frequency, "frequency", "--frequency"), words.quantity(wind, "speed", "--wind")
+    heard = (
+        arguments.parse_quantity(frequency, "frequency", "--frequency"),
+        arguments.parse_quantity(wind, "speed", "--wind"),
+    )
     if labels:
         _show_labels(Path(what), out, ping, beam, ground, gain)
     elif not show_physics(what, out, frequency=heard[0], wind=heard[1]):
@@ -149,9 +152,9 @@ def _show_scenario(file: Path, out: Path, ping: int | None, of_a_recording: bool
     from insonify.scenario.load import load_scenario
 
     scenario = load_scenario(file)
-    from insonify import drawing
+    from insonify import plotting
 
-    drawing.scene(scenario, out)
+    plotting.scene(scenario, out)
 
 
 def _show_recording(
@@ -169,13 +172,13 @@ def _show_recording(
     if (ground or gain) and "receiver_position" in dataset:
         raise InputError(f"{'--ground' if ground else '--gain'}: {recording} was heard on another platform than it was "
                          "sent from, and a time is no range then. Leave it out")  # fmt: skip
-    from insonify import drawing
-    from insonify.study.products import draw_as
+    from insonify import plotting
+    from insonify.demos.products import draw_product
 
     with _reading(recording):
-        if beam is None and not ground and gain is None and draw_as(dataset, out, ping=ping):
+        if beam is None and not ground and gain is None and draw_product(dataset, out, ping=ping):
             return
-        drawing.recording(dataset, out, ping=ping, beam=beam, ground=ground, gain=gain)
+        plotting.recording(dataset, out, ping=ping, beam=beam, ground=ground, gain=gain)
 
 
 def _of_elements(dataset: "xr.Dataset") -> bool:
@@ -188,7 +191,7 @@ def _check_image(ping: int | None, ground: bool, gain: str | None) -> None:
     if gain is not None:
         from insonify.processing.sidescan import GAINS
 
-        words.check_choice(gain, GAINS, "--gain")
+        arguments.require_choice(gain, GAINS, "--gain")
     if ping is not None and (ground or gain):
         raise InputError(f"--ping {ping}: --ground and --gain make an image of many pings. Leave one or the other out.")
 
@@ -212,10 +215,10 @@ def _show_labels(
     if not (labelled.any() if ping is None else labelled[ping]):
         which = "no ping" if ping is None else f"ping {ping} not"
         raise InputError(f"{recording} has {which} labelled yet. Label it: insonify run FILE -o {recording} --labels")
-    from insonify import drawing
+    from insonify import plotting
 
     with _reading(recording):
-        drawing.labels(dataset, said, out, ping=ping, beam=beam or 0, ground=ground, gain=gain)
+        plotting.labels(dataset, said, out, ping=ping, beam=beam or 0, ground=ground, gain=gain)
 
 
 def explain(
@@ -234,30 +237,30 @@ def explain(
 
     Example: insonify explain harbour.zarr --ping 12 --time "201.9 ms"
     """
+    from insonify.explanation.sample_report import explain_sample
     from insonify.formats.zarr_store import open_recording
 
-    when = words.quantity(time, "time", "--time")
+    when = arguments.parse_quantity(time, "time", "--time")
     dataset = open_recording(recording)
     _check_ping(dataset, recording, ping)
     _check_beam(dataset, beam)
-    words.check_time(time, when, (float(dataset["time"][0]), float(dataset["time"][-1])), "--time")
-    from insonify.study.explain import explain as told
+    arguments.require_time(time, when, (float(dataset["time"][0]), float(dataset["time"][-1])), "--time")
 
-    look = None if bearing is None else words.quantity(bearing, "angle", "--bearing")
+    look = None if bearing is None else arguments.parse_quantity(bearing, "angle", "--bearing")
     if look is not None and (beam is not None or not _of_elements(dataset)):
         raise InputError(f"--bearing {bearing}: for recordings of elements, and without --beam. Leave one of them out")
     with _reading(recording):
-        typer.echo(told(dataset, ping=ping, time=when, channel=beam, bearing=look))
+        typer.echo(explain_sample(dataset, ping=ping, time=when, channel=beam, bearing=look))
 
 
 @contextmanager
 def _reading(recording: Path) -> Iterator[None]:
     """Faults of what stands in a recording are said with its name."""
-    from insonify.formats.zarr_store import reading
-    from insonify.scenario.advice import ScenarioError
+    from insonify.formats.zarr_store import chunk_errors_as_store_errors
+    from insonify.scenario.diagnostic import ScenarioError
 
     try:
-        with reading(recording):
+        with chunk_errors_as_store_errors(recording):
             yield
     except ScenarioError as error:
         raise InputError(f"{recording}, the scenario in zarr.json: {error}") from None

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from insonify.cli.words import InputError
+from insonify.cli.arguments import InputError
 
 
 def new(
@@ -57,19 +57,19 @@ def check(
 
         warnings.showwarning = show_and_count
         scenario = load_scenario(file)
-    from insonify.study.cost import cost
-    from insonify.study.refusals import refusal
+    from insonify.estimates.run_cost import estimate_cost
+    from insonify.estimates.run_limits import run_refusal
 
-    whole = cost(scenario, labels=labels)
-    if trouble := refusal(scenario, whole, labels=labels):
+    whole = estimate_cost(scenario, labels=labels)
+    if trouble := run_refusal(scenario, whole, labels=labels):
         raise InputError(f"{file}: {trouble}")
     but = "" if not told else " but the warning above" if len(told) == 1 else f" but the {len(told)} warnings above"
     typer.echo(f"{file}: nothing wrong{but}")
-    typer.echo(whole.words())
+    typer.echo(whole.summary())
     if scenario.field == "coherent":
-        from insonify.study.bands import band_error
+        from insonify.estimates.sub_band_error import estimate_sub_band_error
 
-        if said := band_error(scenario).words():
+        if said := estimate_sub_band_error(scenario).summary():
             typer.echo(said)
 
 
@@ -90,12 +90,12 @@ def _renamed(text: str, template: str, target: Path) -> str:
 def _template(name: str) -> str:
     from importlib.resources import files
 
-    from insonify.scenario.advice import nearest
+    from insonify.scenario.diagnostic import nearest_word
 
     folder = files("insonify.scenario") / "templates"
     known = sorted(entry.name.removesuffix(".yaml") for entry in folder.iterdir() if entry.name.endswith(".yaml"))
     if name not in known:
-        meant = nearest(name, known)
+        meant = nearest_word(name, known)
         hint = f"Did you mean {meant}?" if meant else f"Choose one of {', '.join(known)}"
         raise InputError(f"--template {name}: there is no such template. {hint}")
     return (folder / f"{name}.yaml").read_text(encoding="utf-8")

@@ -1,5 +1,5 @@
 """From a scene, a sonar and a pose to the pairs of legs that make a ping."""
 
-from insonify.engines.paths import Paths
+from insonify.engines.eigenray_engine import EigenrayEngine
 
 __all__ = ["Paths"]

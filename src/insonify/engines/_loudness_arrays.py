@@ -1,10 +1,10 @@
-"""Loudness of places on a level boundary in NumPy: stand-ins of kernels while numba is not loaded."""
+"""BeamImportance of places on a level boundary in NumPy: stand-ins of kernels while numba is not loaded."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines._loudness_kernel import Beam, End, Gains, loudest_at, re_edge
-from insonify.engines._spread_kernel import FIRST, ROWS
+from insonify.engines._gain_envelope_kernel import BeamArguments, EnvelopeArguments, EnvelopeEnd, gain_re_threshold, max_two_way_gain
+from insonify.engines._glint_spread_kernel import MIN_SPREAD_ROWS, ROWS_PER_SPREAD_ROW
 from insonify.sonar._beam_arrays import distance_to_span, element_gains, spans
 
 Floats = NDArray[np.float64]
@@ -36,7 +36,7 @@ def _at_nodes(value: Floats, row: Integers, part: Floats) -> Floats:
 class _Neighbourhoods:
     """Directions from one end to places and what lies around them."""
 
-    def __init__(self, end: End, there: Floats, around: Floats) -> None:
+    def __init__(self, end: EnvelopeEnd, there: Floats, around: Floats) -> None:
         """Work out bearings and distances.
 
         Args:
@@ -88,7 +88,7 @@ class _Neighbourhoods:
 
 
 def _gain(
-    beam: Beam, seen: list[tuple[Floats, Floats]], spread: tuple[Floats, Floats] | None, patterns: tuple[Floats, ...]
+    beam: BeamArguments, seen: list[tuple[Floats, Floats]], spread: tuple[Floats, Floats] | None, patterns: tuple[Floats, ...]
 ) -> Floats:
     """Envelope of the loudest of some beams where cosines lie in spans [1], in the fourth mean over glints if any."""
     _, steer, scale, majorants, per_unit, element = beam
@@ -109,26 +109,26 @@ def _gain(
 
 
 def _spread_value(table: Floats, plain: Floats, per_unit: float, x: Floats, spread: Floats) -> Floats:
-    """Pattern at distances x from its axis in the fourth mean over directions with a spread, as `at_spread` [1]."""
+    """Pattern at distances x from its axis in the fourth mean over directions with a spread, as `pattern_with_spread` [1]."""
     if not len(table):
         return plain
-    place = np.minimum(x * (per_unit / ROWS), table.shape[1] - 1.0)
+    place = np.minimum(x * (per_unit / ROWS_PER_SPREAD_ROW), table.shape[1] - 1.0)
     row = np.minimum(place.astype(np.int64), table.shape[1] - 2)
-    part, times = place - row, np.maximum(spread * (per_unit / FIRST), 0.0)
+    part, times = place - row, np.maximum(spread * (per_unit / MIN_SPREAD_ROWS), 0.0)
     octave = np.minimum(np.log2(np.maximum(times, 1.0)), table.shape[0] - 1.0)
     i = np.minimum(octave.astype(np.int64), table.shape[0] - 2)
     low, high = (table[k, row] + part * (table[k, row + 1] - table[k, row]) for k in (i, i + 1))
     return np.where(times <= 1.0, plain + times * (low - plain), low + (octave - i) * (high - low))
 
 
-def _two_way(out: End, back: End, alike: bool, there: Floats, around: Floats) -> Floats:
+def _two_way(out: EnvelopeEnd, back: EnvelopeEnd, alike: bool, there: Floats, around: Floats) -> Floats:
     """Envelope of the two-way gain no farther than so far [m] from some places [1], shape (n,)."""
     once = _Neighbourhoods(out, there, around).envelope()
     return np.asarray(once * (once if alike else _Neighbourhoods(back, there, around).envelope()))
 
 
-@re_edge.stand_in
-def _re_edge(gains: Gains, there: Floats, around: Floats, found: Floats) -> None:
+@gain_re_threshold.stand_in
+def _re_edge(gains: EnvelopeArguments, there: Floats, around: Floats, found: Floats) -> None:
     """Envelope of the two-way gain re that above which all scatterers are kept, into found (n,) [1]."""
     out, back, alike, edge, last, middle, faintest = gains
     for first in range(0, len(found), BATCH):
@@ -139,9 +139,9 @@ def _re_edge(gains: Gains, there: Floats, around: Floats, found: Floats) -> None
         found[part] = _two_way(out, back, alike, there[part], around[part]) / np.maximum(least, faintest)
 
 
-@loudest_at.stand_in
+@max_two_way_gain.stand_in
 def _loudest_at(
-    out: End, back: End, alike: bool, far: Floats, middle: Floats, axes: Floats, sectors: Floats, halvings: int,
+    out: EnvelopeEnd, back: EnvelopeEnd, alike: bool, far: Floats, middle: Floats, axes: Floats, sectors: Floats, halvings: int,
     close: float, best: Floats,
 ) -> None:  # fmt: skip
     """Envelope of the loudest two-way gain at some distances, over all bearings, into best (n,) [1]."""

@@ -6,34 +6,34 @@ from numpy.typing import NDArray
 from insonify.propagation.families import image_depth
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
-from insonify.sonar.stance import Stance
+from insonify.sonar.ping_geometry import PingGeometry
 from insonify.units import si
-from insonify.validity import number
+from insonify.validity import require_number
 
-Interval = tuple[float | str, float | str]
+DelayInterval = tuple[float | str, float | str]
 """First and last of some times [s], or with their units: "200 ms"."""
-SOONER, LATER = 0.99, 1.1
+MIN_TRAVEL_TIME_RATIO, MAX_TRAVEL_TIME_RATIO = 0.99, 1.1
 """Least and greatest travel time over that of the straight ray to the image, in water that bends or delays it [1]."""
-OFF_THE_PLANE = 2.0
+BOUNCE_EXCESS_LENGTH = 2.0
 """Growth of a path by each bounce off waves or slopes, beyond the height of the relief [m]."""
 
 
-def wanted_delays(stance: Stance, window: Interval | None) -> tuple[float, float]:
+def delay_interval(ping_geometry: PingGeometry, window: DelayInterval | None) -> tuple[float, float]:
     """First and last delay of an interval that echoes are wanted from [s]; all that touch the recording by default.
 
     Args:
-        stance: The sonar at this ping.
+        ping_geometry: The sonar at this ping.
         window: The interval.
 
     Raises:
         ValueError: The interval is empty, or lies beyond all that touches the recording: then often in milliseconds.
     """
-    early, late = stance.heard_delays
+    early, late = ping_geometry.recorded_delays
     if window is None:
         return early, late
     if isinstance(window, str) or len(window) != 2:
         raise ValueError(f"window is {window!r}; give the first and the last delay, such as (0.2, 0.201) [s]")
-    first, last = (number("window", si(end, "time"), "s", such_as="(0.2, 0.201)") for end in window)
+    first, last = (require_number("window", si(end, "time"), "s", example="(0.2, 0.201)") for end in window)
     if first > last:
         raise ValueError(f"window is {window!r}, which ends before it begins; exchange the two")
     if last < early or first > late:
@@ -47,13 +47,17 @@ def wanted_delays(stance: Stance, window: Interval | None) -> tuple[float, float
 
 
 def in_delay_window(
-    scatterers: Scatterers, stance: Stance, scene: Scene, families: tuple[str, ...], window: tuple[float, float]
+    scatterers: Scatterers,
+    ping_geometry: PingGeometry,
+    scene: Scene,
+    families: tuple[str, ...],
+    window: tuple[float, float],
 ) -> NDArray[np.bool_]:
     """Scatterers of which some pair of paths may fall into an interval of delays, none of those that do left out.
 
     Args:
         scatterers: The points, n of them.
-        stance: The sonar at this ping.
+        ping_geometry: The sonar at this ping.
         scene: Water and boundaries.
         families: Families of the paths.
         window: First and last delay [s].
@@ -61,20 +65,20 @@ def in_delay_window(
     Returns:
         Shape (n,); all of them where they belong together (a body that reflects as a whole).
     """
-    if not scatterers.drawn:
+    if not scatterers.has_random_phase:
         return np.ones(len(scatterers), bool)
-    bed = scene.seabed.bed
+    bed = scene.seabed.terrain
     rise = 0.0 if bed is None else max(bed.depth - bed.span[0], bed.span[1] - bed.depth)
     nearest, farthest = np.zeros((2, len(scatterers)))
-    for place in (stance.transmit_place, stance.receive_place):
+    for place in (ping_geometry.transmit_position, ping_geometry.receive_position):
         flat = np.linalg.norm(scatterers.position[:, :2] - place[:2], axis=1)
         longest = np.zeros(len(scatterers))
         for family in families:
             down = scatterers.position[:, 2] - image_depth(family, float(place[2]), scene.seabed.depth)
             bounces = 0 if family == "D" else len(family)
-            np.maximum(longest, np.hypot(flat, down) + 2 * bounces * (rise + OFF_THE_PLANE), out=longest)
+            np.maximum(longest, np.hypot(flat, down) + 2 * bounces * (rise + BOUNCE_EXCESS_LENGTH), out=longest)
         nearest += np.linalg.norm(scatterers.position - place, axis=1)
         farthest += longest
-    earliest = SOONER * nearest / scene.water.fastest - stance.spread
-    latest = LATER * farthest / scene.water.slowest + stance.spread
+    earliest = MIN_TRAVEL_TIME_RATIO * nearest / scene.water.max_sound_speed - ping_geometry.delay_margin
+    latest = MAX_TRAVEL_TIME_RATIO * farthest / scene.water.min_sound_speed + ping_geometry.delay_margin
     return np.asarray((earliest <= window[1]) & (latest >= window[0]))

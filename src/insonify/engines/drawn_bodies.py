@@ -6,14 +6,14 @@ from threading import Lock
 
 from insonify.scene.scatterers import Scatterers
 
-MOST_BYTES = 256 << 20
+MAX_CONCURRENT_PING_BYTES = 256 << 20
 """Memory of the points that are kept beyond those of the last body [bytes]."""
 
 
 class DrawnBodies:
     """Points of bodies by what they follow from; those not used for longest are dropped first."""
 
-    def __init__(self, most: int = MOST_BYTES) -> None:
+    def __init__(self, most: int = MAX_CONCURRENT_PING_BYTES) -> None:
         """Nothing kept yet.
 
         Args:
@@ -51,5 +51,5 @@ def size(points: Scatterers) -> int:
     Args:
         points: The points.
     """
-    columns = points.position, points.normal, points.area, points.phase, points.place
+    columns = points.position, points.normal, points.area, points.phase, points.scatterer_id
     return sum(column.nbytes for column in columns)

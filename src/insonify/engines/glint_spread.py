@@ -17,12 +17,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines import _spread_kernel as kernel
-from insonify.propagation._bend_kernel import STEEPEST
-from insonify.propagation.bent import bend, unfolded
-from insonify.propagation.families import bounces
-from insonify.propagation.rays import Cones
-from insonify.propagation.waves import shortest_wave, waves_under
+from insonify.engines import _glint_spread_kernel as kernel
+from insonify.propagation._displaced_bounce_kernel import STEEPEST
+from insonify.propagation.displaced_bounce import displace_bounces, unfold_paths
+from insonify.propagation.families import bounce_sequence
+from insonify.propagation.propagation_model import DepartureCones
+from insonify.propagation.wind_waves import shortest_wavenumber, wind_waves
 from insonify.scene.scene import Scene
 from insonify.sonar.beam import Beams
 
@@ -43,9 +43,9 @@ class LegSpread(NamedTuple):
     """Pressure that is left in the direction of a calm surface, re a calm surface [1]."""
     glints: Floats
     """Root of the energy of all glints together, likewise [1]."""
-    tilt: Floats
+    elevation_change: Floats
     """Change of a glint's elevation at the sonar, over the slope of the surface along the path [rad]."""
-    turn: Floats
+    bearing_change: Floats
     """Change of its direction at right angles to that, over the slope across the path [rad]."""
 
 
@@ -71,11 +71,13 @@ class GlintSpread:
             distance: Distance over ground of the far ends of the legs [m], shape (n,).
             depth: Their depth [m].
         """
-        if "S" not in bounces(family):
+        if "S" not in bounce_sequence(family):
             return None
         return _legs(self, family, source_depth, np.ascontiguousarray(distance, float).tobytes(), depth)
 
-    def bound(self, beams: Beams, family: str, place: Floats, centre: Floats, cones: Cones, depth: float) -> Floats:
+    def bound(
+        self, beams: Beams, family: str, place: Floats, centre: Floats, cones: DepartureCones, depth: float
+    ) -> Floats:
         """Bound of all beams for the glints of one family from neighbourhoods on a boundary [1], shape (n,).
 
         Args:
@@ -90,11 +92,13 @@ class GlintSpread:
         assert legs is not None
         away = centre - place[:2]
         distance = np.linalg.norm(away, axis=1)
-        level, tilt, turn = (np.interp(distance, _NODES, one) for one in (legs.glints, legs.tilt, legs.turn))
+        level, tilt, turn = (
+            np.interp(distance, _NODES, one) for one in (legs.glints, legs.elevation_change, legs.bearing_change)
+        )
         ahead = np.where(distance[:, None] > 1e-6, away / np.maximum(distance, 1e-6)[:, None], [1.0, 0.0])
         found = np.empty(len(centre))
         kernel.glint_bounds(
-            cones.way, cones.margin, ahead, tilt, turn, np.array(self.slopes), REACH, beams.axes, beams.steer,
+            cones.axis, cones.half_angle, ahead, tilt, turn, np.array(self.slopes), REACH, beams.axes, beams.steer,
             beams.scale, beams.majorants, beams.per_unit, beams.element, found,
         )  # fmt: skip
         return np.asarray(found * level)
@@ -107,18 +111,18 @@ def glint_spread(scene: Scene, frequency: float) -> GlintSpread | None:
         scene: The scene.
         frequency: Frequency of the sound [Hz].
     """
-    surface, speed = scene.surface, float(scene.water.speed_at(0.0))
-    if surface.bounce == "mirror":
+    surface, speed = scene.surface, float(scene.water.sound_speed_at(0.0))
+    if surface.reflection == "flat":
         return None
     variance = along = across = 0.0
     if surface.wind_speed is not None:
-        waves = waves_under(surface.wind_speed, shortest_wave(frequency, speed))
-        variance, (along, across) = float(waves.variance[-1]), waves.moment[:2, -1]
+        waves = wind_waves(surface.wind_speed, shortest_wavenumber(frequency, speed))
+        variance, (along, across) = float(waves.variance[-1]), waves.slope_moments[:2, -1]
     if surface.swell is not None:
         amplitude = surface.swell.height / 2
         variance += amplitude**2 / 2
         along += (2 * math.pi / surface.swell.length * amplitude) ** 2 / 2
-    c, s = math.cos(surface.waves_to), math.sin(surface.waves_to)
+    c, s = math.cos(surface.wave_direction), math.sin(surface.wave_direction)
     slopes = c * c * along + s * s * across, c * s * (along - across), s * s * along + c * c * across
     return GlintSpread(4 * math.pi * frequency / speed, variance, slopes, scene.seabed.depth)
 
@@ -128,9 +132,9 @@ def _legs(sea: GlintSpread, family: str, source_depth: float, distances: bytes, 
     """`GlintSpread.legs` of a family with a surface bounce, at distances given by their bytes."""
     distance = np.frombuffer(distances)
     points = np.column_stack([distance, 0 * distance, np.full(len(distance), depth)])
-    lines = unfolded(family, np.array([0.0, 0.0, source_depth]), points, sea.water_depth)
-    count = len(lines.surface)
-    quanta = (sea.per_height * lines.climb / lines.length) ** 2 * sea.variance
+    lines = unfold_paths(family, np.array([0.0, 0.0, source_depth]), points, sea.water_depth)
+    count = len(lines.vertical_travel_to_bounces)
+    quanta = (sea.per_height * lines.vertical_travel / lines.length) ** 2 * sea.variance
     share = -np.expm1(-count * quanta)
     # slopes are those of the sea in the mean over all bounces, and the coherent ones have none
     steep = math.sqrt((sea.slopes[0] + sea.slopes[2]) / 2)
@@ -141,7 +145,7 @@ def _legs(sea: GlintSpread, family: str, source_depth: float, distances: bytes, 
         for axis, sense in ((0, 1.0), (0, -1.0), (1, 1.0)):
             slopes = np.zeros((count, 2, len(distance)))
             slopes[row, axis] = sense * slope
-            turned = bend(lines, slopes).departure
+            turned = displace_bounces(lines, slopes).departure_change
             if axis == 0:
                 tilt += np.sum(turned**2, axis=1) / slope**2 / 2
             else:
@@ -156,18 +160,22 @@ def _table(majorant: bytes, per_unit: float) -> Floats:
     if not len(bound):
         return np.empty((0, 0))
     # every few rows their largest: on both sides of the axis, and as at the end beyond it
-    step = kernel.ROWS
+    step = kernel.ROWS_PER_SPREAD_ROW
     rows = int(np.ceil(len(bound) / step)) + 1
     half = np.pad(bound, (0, rows * step - len(bound)), mode="edge")[::step] ** 4
-    spread = kernel.FIRST * 2.0 ** np.arange(max(2, math.ceil(math.log2(kernel.WIDEST * per_unit / kernel.FIRST)) + 1))
-    far = int(np.ceil(4 * kernel.PARTS[-1] * spread[-1] / step))
+    spread = kernel.MIN_SPREAD_ROWS * 2.0 ** np.arange(
+        max(2, math.ceil(math.log2(kernel.MAX_SPREAD * per_unit / kernel.MIN_SPREAD_ROWS)) + 1)
+    )
+    far = int(np.ceil(4 * kernel.MIXTURE_DEVIATIONS[-1] * spread[-1] / step))
     line = np.concatenate([np.pad(half[:0:-1], (far, 0), mode="edge"), np.pad(half, (0, far), mode="edge")])
     size = 2 ** math.ceil(math.log2(2 * len(line)))
     turned, wave = np.fft.rfft(line, size), 2 * np.pi * np.fft.rfftfreq(size) / step
     table = np.empty((len(spread), rows))
     middle = far + len(half) - 1
     for row, one in enumerate(spread):
-        window = sum(np.exp(-0.5 * (part * one * wave) ** 2) for part in kernel.PARTS) / len(kernel.PARTS)
+        window = sum(np.exp(-0.5 * (part * one * wave) ** 2) for part in kernel.MIXTURE_DEVIATIONS) / len(
+            kernel.MIXTURE_DEVIATIONS
+        )
         table[row] = np.fft.irfft(turned * window, size)[middle : middle + rows]
     return np.maximum(table, half[-1] * 1e-6) ** 0.25
 

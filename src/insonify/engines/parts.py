@@ -5,28 +5,28 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from insonify.engines.skyline import Remembered
+from insonify.engines.terrain_occlusion import OcclusionCache
 
-CHUNKS = 16
+MAX_PARTS = 16
 """Parts that a ping's blocks are shared into: fixed, so that sums do not depend on the number of threads."""
-PARTS_BYTES = 64 << 20
-"""Memory beyond which there are fewer parts, down to `LEAST_PARTS`: to add them up costs time too [bytes]."""
-LEAST_PARTS = 2
+MAX_ACCUMULATOR_BYTES = 64 << 20
+"""Memory beyond which there are fewer parts, down to `MIN_PARTS`: to add them up costs time too [bytes]."""
+MIN_PARTS = 2
 
 
-class Pool(Protocol):
-    """Who does the parts of a ping: a `ThreadPoolExecutor`, or `Alone`."""
+class WorkerPool(Protocol):
+    """Who does the parts of a ping: a `ThreadPoolExecutor`, or `SerialPool`."""
 
     def map(self, fn: Callable[[Any], Any], things: Iterable[Any], /) -> Iterator[Any]:
         """What a function makes of each thing, in their order."""
 
 
-class Alone:
+class SerialPool:
     """One thread, which does the parts of a ping one after the other."""
 
     def __init__(self) -> None:
         """Ready for one ping."""
-        self.skylines = Remembered(4)
+        self.terrain_occlusion = OcclusionCache(4)
         """Terrain occlusion at that ping, shared by its sound and its labels."""
 
     def map(self, fn: Callable[[Any], Any], things: Iterable[Any], /) -> Iterator[Any]:
@@ -40,4 +40,4 @@ def parts_of(size: int) -> int:
     Args:
         size: What one part holds [bytes].
     """
-    return int(np.clip(PARTS_BYTES // max(size, 1), LEAST_PARTS, CHUNKS))
+    return int(np.clip(MAX_ACCUMULATOR_BYTES // max(size, 1), MIN_PARTS, MAX_PARTS))

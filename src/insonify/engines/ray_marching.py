@@ -1,6 +1,6 @@
 """Terrain occlusion of rays that cross others, sample by sample of the terrain profile under each ray.
 
-The sweep of `insonify.engines.skyline` needs rays that do not cross. Rays that turn about a bounce, that have touched a
+The sweep of `insonify.engines.terrain_occlusion` needs rays that do not cross. Rays that turn about a bounce, that have touched a
 caustic, or that are a second arrival at their point are out of that order; they are few, and each is marched alone.
 """
 
@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines import _skyline_kernel as kernel
-from insonify.engines.slices import Group
-from insonify.propagation.launches import Launches
+from insonify.engines import _terrain_occlusion_kernel as kernel
+from insonify.engines.terrain_profiles import ProfileGroup
+from insonify.propagation.launch_angles import LaunchAngles
 
 Floats = NDArray[np.floating[Any]]
 
@@ -24,7 +24,7 @@ PENETRATION = 1e-3
 class RayModel(NamedTuple):
     """Rays from one end of the sonar over terrain."""
 
-    launches: Launches
+    launches: LaunchAngles
     """Shapes of the rays by launch angle."""
     seabed_depth: float
     """Depth of the mean plane [m]."""
@@ -35,7 +35,7 @@ class RayModel(NamedTuple):
 
 
 def march_over_terrain(
-    rays: RayModel, family: str, groups: list[Group], distance: Floats, steepness: Floats, depth: Floats,
+    rays: RayModel, family: str, groups: list[ProfileGroup], distance: Floats, steepness: Floats, depth: Floats,
     wanted: NDArray[np.bool_], *, on_terrain: bool,
 ) -> NDArray[np.bool_]:  # fmt: skip
     """Compare rays with the terrain profile that each follows.
@@ -48,7 +48,7 @@ def march_over_terrain(
         family: Name of the path family.
         groups: Points by the terrain profiles that pass them.
         distance: Horizontal distance of the points [m], shape (n,).
-        steepness: Steepness of their rays [1], see `insonify.propagation.launches`, shape (n,).
+        steepness: Steepness of their rays [1], see `insonify.propagation.launch_angles`, shape (n,).
         depth: Depth of the points [m], shape (n,).
         wanted: Points whose rays are marched, shape (n,).
         on_terrain: Whether the points lie on the terrain; rays then end on the terrain of their profile instead.
@@ -66,11 +66,11 @@ def march_over_terrain(
             count = int(min(np.ceil(samples.max()), profiles.depth.shape[1] - 1))
             if count < 1:
                 continue
-            depths = rays.launches.ways(family, steepness[mine], rays.step, count)
+            depths = rays.launches.ray_depths(family, steepness[mine], rays.step, count)
             spare = np.full(len(mine), np.inf)
             if "B" in family:
                 spare = rays.seabed_depth - np.sqrt(rays.wavelength * distance[mine]) / 2
-            clear[mine] = kernel.clear_of_ground(
+            clear[mine] = kernel.clear_of_terrain(
                 depths, profiles.depth, profile, samples, np.asarray(depth[mine], float), spare, PENETRATION, on_terrain
             )
     return clear

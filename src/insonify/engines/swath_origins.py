@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines._origin_kernel import grazing_angles, positions
-from insonify.engines.swath_plan import Plan
-from insonify.engines.swath_window import Listed
+from insonify.engines.radial_window import RadialSet
+from insonify.engines.reverberation_plan import ReverberationPlan
 from insonify.propagation.families import DIRECT
-from insonify.records.legs import SEABED, Legs, Status
-from insonify.records.swath import Origins
-from insonify.sonar.stance import Stance
+from insonify.records.legs import SEABED_OCCLUDER, Legs, LegStatus
+from insonify.records.reverberation_samples import Origins
+from insonify.sonar.ping_geometry import PingGeometry
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
@@ -46,7 +46,7 @@ class Shaded(NamedTuple):
     """The same legs with the reason and the target that cuts them."""
 
 
-def unlit(plan: Plan, walked: Walked, amplitude: NDArray[np.complex64]) -> Rows:
+def unlit(plan: ReverberationPlan, walked: Walked, amplitude: NDArray[np.complex64]) -> Rows:
     """Places in the row of the direct pair of points that no direct leg reaches, before targets are asked."""
     straight, direct = straight_rows(plan)
     if straight < 0:
@@ -54,53 +54,53 @@ def unlit(plan: Plan, walked: Walked, amplitude: NDArray[np.complex64]) -> Rows:
     return np.flatnonzero(amplitude[direct][walked.rows[straight, : walked.found[straight]]] == 0)
 
 
-def straight_rows(plan: Plan) -> tuple[int, int]:
+def straight_rows(plan: ReverberationPlan) -> tuple[int, int]:
     """Row of the pair of two direct legs, and of the direct leg; -1 for none."""
     if DIRECT not in plan.families:
         return -1, -1
     direct = plan.families.index(DIRECT)
-    pair = np.flatnonzero((plan.thinning.pair == direct).all(axis=1))
+    pair = np.flatnonzero((plan.allocation.pair == direct).all(axis=1))
     return (int(pair[0]) if len(pair) else -1), direct
 
 
 def origins(
-    plan: Plan, stance: Stance, part: Listed, walked: Walked, dark: Rows, shaded: Shaded | None
+    plan: ReverberationPlan, ping_geometry: PingGeometry, part: RadialSet, walked: Walked, dark: Rows, shaded: Shaded | None
 ) -> Origins:  # fmt: skip
     """Places of the points of some lines, and their cut direct legs.
 
     Args:
         plan: What all such pings have in common.
-        stance: The sonar at this ping.
+        ping_geometry: The sonar at this ping.
         part: The lines.
         walked: Their points.
         dark: As from `unlit`.
         shaded: What targets cut; None: nothing.
     """
-    count, here = int(walked.first[-1]), stance.transmit_place
+    count, here = int(walked.first[-1]), ping_geometry.transmit_position
     position = np.empty((3, count))
     positions(here[0], here[1], walked.first, part.lists.first[part.taken], part.lists.ahead, walked.place, position)
     grazing = np.empty((len(plan.families), count), np.float32)
     grazing_angles(walked.arrival[:, :, :count], walked.normal[:, :count], grazing)
     straight, direct = straight_rows(plan)
-    cut, lost, cutter = _cut(walked, dark, shaded, straight, direct)
+    cut, lost, occluder_row = _cut(walked, dark, shaded, straight, direct)
     free = np.zeros(0, np.complex64)
     if len(cut):
-        free, there = _free(plan, stance, walked, walked.rows[straight, cut], direct)
-        cut, free, lost, cutter = cut[there], free[there], lost[there], cutter[there]
-    return Origins(plan.families, position, grazing, direct, straight, cut, free, lost, cutter)
+        free, there = _unoccluded_power(plan, ping_geometry, walked, walked.rows[straight, cut], direct)
+        cut, free, lost, occluder_row = cut[there], free[there], lost[there], occluder_row[there]
+    return Origins(plan.families, position, grazing, direct, straight, cut, free, lost, occluder_row)
 
 
 def _cut(
     walked: Walked, dark: Rows, shaded: Shaded | None, straight: int, direct: int
 ) -> tuple[Rows, Floats, NDArray[np.int16]]:
     """Points of the direct pair whose leg the ground or a target cuts, the part that is lost, and what cuts."""
-    lost, cutter = np.ones(len(dark)), np.full(len(dark), SEABED, np.int16)
+    lost, occluder_row = np.ones(len(dark)), np.full(len(dark), SEABED_OCCLUDER, np.int16)
     if shaded is None or straight < 0:
-        return dark, lost, cutter
+        return dark, lost, occluder_row
     count = int(walked.found[straight])
     place = np.full(int(walked.first[-1]), -1, np.int64)
     place[walked.rows[straight, :count]] = np.arange(count)
-    mine = np.flatnonzero(shaded.legs.status[direct] == Status.OCCLUDED)
+    mine = np.flatnonzero(shaded.legs.status[direct] == LegStatus.OCCLUDED)
     mine = mine[place[shaded.points[mine]] >= 0]
     behind, unlit_too = place[shaded.points[mine]], np.zeros(count, bool)
     unlit_too[dark] = True
@@ -110,12 +110,12 @@ def _cut(
     rest = unlit_too[dark]
     return (
         np.concatenate([dark[rest], behind]), np.concatenate([lost[rest], taken]),
-        np.concatenate([cutter[rest], shaded.legs.occluder[direct, mine]]).astype(np.int16),
+        np.concatenate([occluder_row[rest], shaded.legs.occluder[direct, mine]]).astype(np.int16),
     )  # fmt: skip
 
 
-def _free(
-    plan: Plan, stance: Stance, walked: Walked, points: NDArray[np.int32], direct: int
+def _unoccluded_power(
+    plan: ReverberationPlan, ping_geometry: PingGeometry, walked: Walked, points: NDArray[np.int32], direct: int
 ) -> tuple[NDArray[np.complex64], NDArray[np.bool_]]:
     """Amplitudes of direct legs to some points as if nothing cut them, and which of these faces look at the sonar."""
     reach, depth = walked.place[:, points]

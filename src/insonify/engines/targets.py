@@ -11,33 +11,33 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines._grain_kernel import ELONGATED
+from insonify.engines._resolution_kernel import MAX_ELONGATION
 from insonify.engines.drawn_bodies import DrawnBodies
-from insonify.engines.faces import sight_of, smooth_facets
+from insonify.engines.facet_subdivision import smooth_facets, solid_insonification
 from insonify.engines.glint_spread import glint_spread
-from insonify.engines.patches import Sight
-from insonify.engines.sampling import Resolution, beam_bound, survey_speed
-from insonify.engines.target_reach import FEW, RUN, facing, in_reach, rows_in_reach
-from insonify.propagation.choice import PathChoice
-from insonify.propagation.families import families_for
-from insonify.propagation.images import StraightRays
-from insonify.propagation.rays import Rays
-from insonify.propagation.rims import rims
+from insonify.engines.patch_subdivision import TargetInsonification
+from insonify.engines.resolution import Resolution, track_sound_speed, two_way_gain_bound
+from insonify.engines.target_culling import MAX_UNCULLED, POINTS_PER_SPHERE, cull_points, facing, rows_in_reach
+from insonify.propagation.bounding_cylinders import bounding_cylinders
+from insonify.propagation.families import families_reaching
+from insonify.propagation.image_sources import StraightRays
+from insonify.propagation.path_settings import PathSettings
+from insonify.propagation.propagation_model import PropagationModel
 from insonify.scene.box import Reaches, box_body, box_cells, box_scatterers, box_section
-from insonify.scene.cells import LONGEST, even_points, pieces_about
 from insonify.scene.scatterers import Scatterers
-from insonify.scene.scene import Scene, depth_under, point_scatterer
+from insonify.scene.scene import Scene, point_scatterer, seabed_depth_under
 from insonify.scene.seabed import Seabed
 from insonify.scene.solid import (
     cell_side,
-    ground_depth,
+    seabed_depth_at,
     solid_scatterers,
     world_triangles,
 )
 from insonify.scene.solid_section import solid_section
+from insonify.scene.surface_cells import LONGEST, even_points, pieces_about
 from insonify.scene.target import Box, PointTarget, Solid
-from insonify.sonar.footprint import two_way_footprint
-from insonify.sonar.stance import Stance
+from insonify.sonar.ping_geometry import PingGeometry
+from insonify.sonar.two_way_beam import two_way_footprint
 from insonify.units import amplitude_ratio
 
 Floats = NDArray[np.float64]
@@ -48,20 +48,20 @@ FRINGE_CELLS = 8.0
 """Cells up a target's face per fringe between its direct and its bottom path."""
 FRINGE_POINTS = 20_000
 """Points of a solid up to which its cells are made small for the sake of fringes [1]."""
-JUDGED = 10_000
+REACH_SAMPLE_POINTS = 10_000
 """Points by which it is judged what part of a large target one ping can receive [1]."""
 SPARSE_POINTS = 5_000
 """The same of sparse points [1]."""
-NEAREST = 0.1
+MIN_DISTANCE = 0.1
 """Distance to a body below which resolution cells on it get no narrower [m]."""
 LEEWAY = 0.02
 """Angle beside a body that is looked at too, before a beam is called deaf to it [rad]."""
-LATER = 0.95
+MIN_TRAVEL_TIME_RATIO = 0.95
 """Least time of a bent path, as a part of the straight one's [1]."""
 
 
 def target_points(
-    scene: Scene, choice: PathChoice, seed: int, stance: Stance, slant: float, *, even: bool, rays: Rays | None = None,
+    scene: Scene, choice: PathSettings, seed: int, ping_geometry: PingGeometry, slant: float, *, quadrature: bool, rays: PropagationModel | None = None,
     resolution: Resolution | None = None,
 ) -> list[Scatterers]:  # fmt: skip
     """The points of all targets that one ping can hear, target by target.
@@ -70,54 +70,54 @@ def target_points(
         scene: The scene.
         choice: Whether the whole scene is asked for, or a slice.
         seed: Seed of the scenario.
-        stance: The sonar at this ping.
+        ping_geometry: The sonar at this ping.
         slant: What it resolves along the slant range [m].
-        even: Points laid out evenly for an expectation, or drawn ones.
+        quadrature: Points laid out evenly for an expectation, or drawn ones.
         rays: How sound travels in the scene; None: nobody asks whether beams hear a target but faintly.
         resolution: Resolution cells, for targets of many drawn or sparse points to have no more than fill them; None:
             all points.
     """
-    fully = even and not (resolution is not None and resolution.sparse)
+    fully = quadrature and not (resolution is not None and resolution.sparse)
     cells = None if fully or choice.geometry == "slice" else resolution
     found = []
     for target in scene.targets:
         if isinstance(target, PointTarget):
             found.append(point_scatterer(target))
             continue
-        if not _may_be_heard(target, scene, stance):
+        if not _may_fall_in_window(target, scene, ping_geometry):
             continue
         if choice.geometry == "slice":
-            points = _section(scene, seed, stance, slant, target, even=even)
-        elif _within_beams(scene, target, choice, stance, rays):
-            sight = partial(sight_of, scene, target, choice, stance, slant, rays)
-            points = _points_of(scene, seed, stance, slant, target, cells, sight, even=even)
+            points = _section(scene, seed, ping_geometry, slant, target, even=quadrature)
+        elif _within_beams(scene, target, choice, ping_geometry, rays):
+            insonification = partial(solid_insonification, scene, target, choice, ping_geometry, slant, rays)
+            points = _points_of(scene, seed, ping_geometry, slant, target, cells, insonification, even=quadrature)
         else:
             continue
         found.append(points)
-        if target.smooth and len(points):
-            found.append(smooth_facets(scene, target, choice, stance, slant, rays))
+        if target.face_reflection_coefficient and len(points):
+            found.append(smooth_facets(scene, target, choice, ping_geometry, slant, rays))
     return found
 
 
-class Count(NamedTuple):
+class TargetPointCount(NamedTuple):
     """How many points on targets one ping meets, about."""
 
-    asked: float
+    reached: float
     """All that legs are followed to [1]."""
     facing: float
     """Those of them that face the sonar: others send nothing back [1]."""
 
 
 def target_count(
-    scene: Scene, choice: PathChoice, stance: Stance, slant: float, rays: Rays | None = None,
+    scene: Scene, choice: PathSettings, ping_geometry: PingGeometry, slant: float, rays: PropagationModel | None = None,
     resolution: Resolution | None = None,
-) -> Count:  # fmt: skip
+) -> TargetPointCount:  # fmt: skip
     """Points on the targets of a scene that one ping can hear, about: by the area of their faces, none is drawn.
 
     Args:
         scene: The scene.
         choice: Which paths are heard, down to what floor of the beams.
-        stance: The sonar.
+        ping_geometry: The sonar.
         slant: What it resolves along the slant range [m].
         rays: As of `target_points`.
         resolution: As of `target_points`.
@@ -128,69 +128,77 @@ def target_count(
             asked, facing = asked + 1, facing + 1
             continue
         surface = world_triangles(target, scene.seabed)
-        if not (_may_be_heard(target, scene, stance) and _within_beams(scene, target, choice, stance, rays)):
+        if not (
+            _may_fall_in_window(target, scene, ping_geometry)
+            and _within_beams(scene, target, choice, ping_geometry, rays)
+        ):
             continue
         middle, down = surface.corners.mean(axis=1), surface.corners[..., 2]
         low, high = down.min(axis=1), down.max(axis=1)
-        free = np.clip((ground_depth(scene.seabed, middle[:, :2]) - low) / np.maximum(high - low, 1e-9), 0, 1)
-        points = np.nan_to_num(free) * surface.area / _cells(scene, target, stance, slant, resolution)
-        towards = float(points[np.sum((stance.transmit_place - middle) * surface.normal, axis=1) > 0].sum())
-        if choice.geometry != "slice" and points.sum() > FEW:
+        free = np.clip((seabed_depth_at(scene.seabed, middle[:, :2]) - low) / np.maximum(high - low, 1e-9), 0, 1)
+        points = np.nan_to_num(free) * surface.area / _cells(scene, target, ping_geometry, slant, resolution)
+        towards = float(points[np.sum((ping_geometry.transmit_position - middle) * surface.normal, axis=1) > 0].sum())
+        if choice.geometry != "slice" and points.sum() > MAX_UNCULLED:
             part = _part_in_reach(
-                target, scene, sight_of(scene, target, choice, stance, slant, rays), float(points.sum())
+                target,
+                scene,
+                solid_insonification(scene, target, choice, ping_geometry, slant, rays),
+                float(points.sum()),
             )
             asked, facing = asked + float(points.sum()) * part, facing + min(towards, float(points.sum()) * part)
             continue
         asked, facing = asked + float(points.sum()), facing + towards
-    return Count(asked, facing)
+    return TargetPointCount(asked, facing)
 
 
-def _part_in_reach(target: Solid, scene: Scene, sight: Sight, points: float) -> float:
+def _part_in_reach(target: Solid, scene: Scene, insonification: TargetInsonification, points: float) -> float:
     """Part of the points of a target, so many, that one ping can receive [1], judged by fewer of them."""
     position, normal = _coarse(target, scene.seabed)
     if not len(position):
         return 0.0
     # as far across as runs of all its points, which lie along slivers
-    run = int(np.clip(2 * RUN * len(position) / points, 1, RUN))
-    return len(rows_in_reach(position, normal, sight, run)) / len(position)
+    run = int(np.clip(2 * POINTS_PER_SPHERE * len(position) / points, 1, POINTS_PER_SPHERE))
+    return len(rows_in_reach(position, normal, insonification, run)) / len(position)
 
 
 @lru_cache(maxsize=512)
 def _coarse(target: Solid, seabed: Seabed) -> tuple[Floats, Floats]:
     """Positions of some points all over a target [m], and unit normals there, each of shape (n, 3)."""
     surface = world_triangles(target, seabed)
-    if isinstance(target, Box) and target.upright:
-        side = float(np.sqrt(surface.area.sum() / JUDGED))
-        points = box_scatterers(target, depth_under(target, seabed), 0, side, 0, even=True)
+    if isinstance(target, Box) and target.is_upright:
+        side = float(np.sqrt(surface.area.sum() / REACH_SAMPLE_POINTS))
+        points = box_scatterers(target, seabed_depth_under(target, seabed), 0, side, 0, quadrature=True)
         return points.position, points.normal
-    position, normal = even_points(surface, JUDGED)
-    free = position[:, 2] < ground_depth(seabed, position[:, :2])
+    position, normal = even_points(surface, REACH_SAMPLE_POINTS)
+    free = position[:, 2] < seabed_depth_at(seabed, position[:, :2])
     return position[free], normal[free]
 
 
-def solid_pieces(scene: Scene, stance: Stance, resolution: Resolution) -> list[float]:
+def solid_pieces(scene: Scene, ping_geometry: PingGeometry, resolution: Resolution) -> list[float]:
     """Pieces that each solid of a scene is cut into before points are laid on it [1], about.
 
     Args:
         scene: The scene.
-        stance: The sonar.
+        ping_geometry: The sonar.
         resolution: What it can tell apart.
     """
     found = []
     for solid in scene.solids:
-        longest = LONGEST * _solid_pitch(scene, solid, stance, resolution.slant, resolution)
+        longest = LONGEST * _solid_pitch(scene, solid, ping_geometry, resolution.slant_resolution, resolution)
         found.append(pieces_about(world_triangles(solid, scene.seabed).corners, longest))
     return found
 
 
-def _cells(scene: Scene, target: Solid, stance: Stance, slant: float, resolution: Resolution | None) -> Floats:
+def _cells(
+    scene: Scene, target: Solid, ping_geometry: PingGeometry, slant: float, resolution: Resolution | None
+) -> Floats:
     """Area of the cell that each point of a body stands for, on each of its triangles [m^2], shape (t,)."""
     surface = world_triangles(target, scene.seabed)
-    if isinstance(target, Box) and target.upright:
-        pitch, rise = _box_cells(scene, target, stance, slant, resolution)
+    if isinstance(target, Box) and target.is_upright:
+        pitch, rise = _box_cells(scene, target, ping_geometry, slant, resolution)
         level = np.abs(surface.normal[:, 2]) > np.abs(surface.normal[:, :2]).max(axis=1)
         return pitch * np.where(level, pitch, min(pitch, rise))
-    side = cell_side(float(surface.area.sum()), _solid_pitch(scene, target, stance, slant, resolution))
+    side = cell_side(float(surface.area.sum()), _solid_pitch(scene, target, ping_geometry, slant, resolution))
     return np.full(len(surface.faces), side**2)
 
 
@@ -198,34 +206,34 @@ _KEPT = DrawnBodies()
 
 
 def _points_of(
-    scene: Scene, seed: int, stance: Stance, slant: float, target: Solid, cells: Resolution | None,
-    sight: Callable[[], Sight], *, even: bool,
+    scene: Scene, seed: int, ping_geometry: PingGeometry, slant: float, target: Solid, cells: Resolution | None,
+    insonification: Callable[[], TargetInsonification], *, even: bool,
 ) -> Scatterers:  # fmt: skip
     """Points of a body that one ping can receive; all of them where they are few.
 
     Args:
         scene: The scene.
         seed: Seed of the scenario.
-        stance: The sonar at this ping.
+        ping_geometry: The sonar at this ping.
         slant: Resolution along the slant range [m].
         target: The body.
         cells: Resolution cells that limit the number of points; None: no limit.
-        sight: Makes the sonar as the body sees it.
+        insonification: Makes the sonar as the body sees it.
         even: Points laid out evenly for an expectation, or drawn ones.
     """
     row = scene.occluders.index(target)
-    if isinstance(target, Box) and target.upright:
-        pitch, rise = _box_cells(scene, target, stance, slant, cells)
-        key = target, scene.seabed, scene.depth_under(target), seed, pitch, rise, row, even
-        if box_cells(target, scene.depth_under(target), pitch, rise) > FEW:
-            seen = sight()
+    if isinstance(target, Box) and target.is_upright:
+        pitch, rise = _box_cells(scene, target, ping_geometry, slant, cells)
+        key = target, scene.seabed, scene.seabed_depth_under(target), seed, pitch, rise, row, even
+        if box_cells(target, scene.seabed_depth_under(target), pitch, rise) > MAX_UNCULLED:
+            seen = insonification()
             points = _box_points(*key, reaches=seen.reaches)
             return points.take(facing(points.position, points.normal, seen))
         return _KEPT.get(key, partial(_box_points, *key))
-    pitch = _solid_pitch(scene, target, stance, slant, cells)
-    draw = partial(solid_scatterers, target, scene.seabed, seed, pitch, row, even=even)
+    pitch = _solid_pitch(scene, target, ping_geometry, slant, cells)
+    draw = partial(solid_scatterers, target, scene.seabed, seed, pitch, row, quadrature=even)
     points = _KEPT.get((target, scene.seabed, seed, pitch, row, even), draw)
-    return in_reach(points, sight()) if len(points) > FEW else points
+    return cull_points(points, insonification()) if len(points) > MAX_UNCULLED else points
 
 
 def _box_points(
@@ -233,24 +241,30 @@ def _box_points(
     reaches: Reaches | None = None,
 ) -> Scatterers:  # fmt: skip
     """Points of an upright box above the seabed, of the parts of its faces that are in reach."""
-    whole = box_scatterers(box, base, seed, pitch, occluder, rise=rise, even=even, reaches=reaches)
+    whole = box_scatterers(box, base, seed, pitch, occluder, rise=rise, quadrature=even, reaches=reaches)
     if not seabed.relief:
         return whole
     place = whole.position
-    return whole.take(place[:, 2] < ground_depth(seabed, place[:, :2]))
+    return whole.take(place[:, 2] < seabed_depth_at(seabed, place[:, :2]))
 
 
-def _section(scene: Scene, seed: int, stance: Stance, slant: float, target: Solid, *, even: bool) -> Scatterers:
+def _section(
+    scene: Scene, seed: int, ping_geometry: PingGeometry, slant: float, target: Solid, *, even: bool
+) -> Scatterers:
     """Points of a body in a slice, each standing for the part that the beam covers."""
-    here, row = stance.transmit_place, scene.occluders.index(target)
+    here, row = ping_geometry.transmit_position, scene.occluders.index(target)
     distance = float(np.linalg.norm(np.array(target.position) - here[:2]))
-    covered = partial(_covered, stance, distance=distance)
-    if isinstance(target, Box) and target.upright:
-        pitch, rise = _box_cells(scene, target, stance, slant, None)
-        key = target, scene.seabed, scene.depth_under(target), seed, pitch, rise, row, even
-        return box_section(_KEPT.get(key, partial(_box_points, *key)), target, here, stance.bearing, covered)
-    pitch = _rise(scene, target, stance, min(slant, *_extent(scene, target)) / FACE_CELLS)
-    return solid_section(target, scene.seabed, seed, pitch, row, here, stance.bearing, covered, even=even)
+    covered = partial(_covered_width, ping_geometry, distance=distance)
+    if isinstance(target, Box) and target.is_upright:
+        pitch, rise = _box_cells(scene, target, ping_geometry, slant, None)
+        key = target, scene.seabed, scene.seabed_depth_under(target), seed, pitch, rise, row, even
+        return box_section(
+            _KEPT.get(key, partial(_box_points, *key)), target, here, ping_geometry.first_beam_bearing, covered
+        )
+    pitch = _cell_height(scene, target, ping_geometry, min(slant, *_extent(scene, target)) / FACE_CELLS)
+    return solid_section(
+        target, scene.seabed, seed, pitch, row, here, ping_geometry.first_beam_bearing, covered, quadrature=even
+    )
 
 
 def _extent(scene: Scene, solid: Solid) -> Floats:
@@ -259,48 +273,52 @@ def _extent(scene: Scene, solid: Solid) -> Floats:
     return surface.high - surface.low
 
 
-def _solid_pitch(scene: Scene, solid: Solid, stance: Stance, slant: float, resolution: Resolution | None) -> float:
+def _solid_pitch(
+    scene: Scene, solid: Solid, ping_geometry: PingGeometry, slant: float, resolution: Resolution | None
+) -> float:
     """Side of a solid's cells [m]: fringes are resolved while that is cheap; drawn points average over the others.
 
     Of many drawn points no more are left than fill the resolution cells.
     """
     pitch = slant / FACE_CELLS
-    cheap = float(np.sqrt(world_triangles(solid, scene.seabed).area.sum() / _affordable(resolution)))
+    cheap = float(np.sqrt(world_triangles(solid, scene.seabed).area.sum() / _max_fringe_points(resolution)))
     if cheap > pitch and resolution is not None:
-        return max(pitch, min(cheap, _sparse(scene, solid, stance, resolution)))
-    return min(pitch, max(_rise(scene, solid, stance, pitch), cheap))
+        return max(pitch, min(cheap, _resolution_square(scene, solid, ping_geometry, resolution)))
+    return min(pitch, max(_cell_height(scene, solid, ping_geometry, pitch), cheap))
 
 
 def _box_cells(
-    scene: Scene, box: Box, stance: Stance, slant: float, resolution: Resolution | None
+    scene: Scene, box: Box, ping_geometry: PingGeometry, slant: float, resolution: Resolution | None
 ) -> tuple[float, float]:  # fmt: skip
     """Side of an upright box's cells, and their height on upright faces [m]; of many drawn points as `_solid_pitch`."""
     length, width, height = size = _wet_size(scene, box)
     pitch = min(slant, *size) / FACE_CELLS
-    rise = _rise(scene, box, stance, pitch)
+    rise = _cell_height(scene, box, ping_geometry, pitch)
     if resolution is None:
         return pitch, rise
     level, upright = 2 * length * width, 2 * (length + width) * height
-    if level / pitch**2 + upright / (pitch * rise) <= _affordable(resolution):
+    if level / pitch**2 + upright / (pitch * rise) <= _max_fringe_points(resolution):
         return pitch, rise
-    cheap = float(np.sqrt((level + upright) / _affordable(resolution)))
+    cheap = float(np.sqrt((level + upright) / _max_fringe_points(resolution)))
     if cheap > pitch:
-        pitch = max(pitch, min(cheap, _sparse(scene, box, stance, resolution), min(size) / FACE_CELLS))
+        pitch = max(
+            pitch, min(cheap, _resolution_square(scene, box, ping_geometry, resolution), min(size) / FACE_CELLS)
+        )
     return pitch, min(pitch, max(rise, cheap))
 
 
 def _wet_size(scene: Scene, box: Box) -> tuple[float, float, float]:
     """Length, width, and height under water of an upright box [m]."""
-    top, base = box_body(box, scene.depth_under(box))[6:]
+    top, base = box_body(box, scene.seabed_depth_under(box))[6:]
     return *box.size[:2], float(base - top)
 
 
-def _affordable(resolution: Resolution | None) -> int:
+def _max_fringe_points(resolution: Resolution | None) -> int:
     """Points of a solid up to which its cells are made small for the sake of fringes [1]."""
     return SPARSE_POINTS if resolution is not None and resolution.sparse else FRINGE_POINTS
 
 
-def _sparse(scene: Scene, solid: Solid, stance: Stance, resolution: Resolution) -> float:
+def _resolution_square(scene: Scene, solid: Solid, ping_geometry: PingGeometry, resolution: Resolution) -> float:
     """Side of the square that one of the points that fill a resolution cell stands for on a body [m].
 
     On a face that looks along the line of sight the cell is as long as the range cell and as wide as the beam; on
@@ -308,57 +326,74 @@ def _sparse(scene: Scene, solid: Solid, stance: Stance, resolution: Resolution) 
     """
     surface = world_triangles(solid, scene.seabed)
     middle, radius = (surface.high + surface.low) / 2, float(np.linalg.norm(surface.high - surface.low)) / 2
-    nearest = float(np.linalg.norm(middle - stance.track, axis=1).min()) - radius
-    area = resolution.slant * resolution.width * max(nearest, NEAREST) / resolution.per_cell
-    return min(float(np.sqrt(area)), ELONGATED * resolution.slant)
+    nearest = float(np.linalg.norm(middle - ping_geometry.platform_positions, axis=1).min()) - radius
+    area = (
+        resolution.slant_resolution
+        * resolution.beam_width
+        * max(nearest, MIN_DISTANCE)
+        / resolution.scatterers_per_cell
+    )
+    return min(float(np.sqrt(area)), MAX_ELONGATION * resolution.slant_resolution)
 
 
-def _rise(scene: Scene, target: Solid, stance: Stance, pitch: float) -> float:
+def _cell_height(scene: Scene, target: Solid, ping_geometry: PingGeometry, pitch: float) -> float:
     """Height of cells on upright faces [m]: direct and bottom paths make fringes up a face, each of some points."""
-    nearest = float(np.linalg.norm(np.array(target.position) - stance.track[:, :2], axis=1).min())
-    highest = max(scene.seabed.depth - stance.survey_depths[0], 0.1)
-    wavelength = survey_speed(scene, stance) / stance.frequency
+    nearest = float(np.linalg.norm(np.array(target.position) - ping_geometry.platform_positions[:, :2], axis=1).min())
+    highest = max(scene.seabed.depth - ping_geometry.track_depths[0], 0.1)
+    wavelength = track_sound_speed(scene, ping_geometry) / ping_geometry.frequency
     fringe = wavelength * max(nearest, 1.0) / highest
     return max(min(pitch, fringe / FRINGE_CELLS), wavelength / 4)
 
 
-def _covered(stance: Stance, width: float, distance: float) -> float:
+def _covered_width(ping_geometry: PingGeometry, width: float, distance: float) -> float:
     """How much of a width [m], centred on the axis at a distance [m], the two-way beam covers [m]."""
     half = float(np.arctan2(width / 2, max(distance, 1e-6)))
-    return distance * float(two_way_footprint(stance.transmit_beams, stance.receive_beams, within=half)[0])
+    return distance * float(
+        two_way_footprint(ping_geometry.transmit_beams, ping_geometry.receive_beams, within=half)[0]
+    )
 
 
-def _may_be_heard(solid: Solid, scene: Scene, stance: Stance) -> bool:
+def _may_fall_in_window(solid: Solid, scene: Scene, ping_geometry: PingGeometry) -> bool:
     """Whether a solid is near enough for its first echo to fall into the window; others cost nothing."""
     surface = world_triangles(solid, scene.seabed)
     middle = (surface.low + surface.high) / 2
     radius = float(np.linalg.norm(surface.high - surface.low)) / 2
-    way = sum(float(np.linalg.norm(middle - end)) - radius for end in (stance.transmit_place, stance.receive_place))
-    return way * LATER / stance.sound_speed <= stance.heard_delays[1]
+    way = sum(
+        float(np.linalg.norm(middle - end)) - radius
+        for end in (ping_geometry.transmit_position, ping_geometry.receive_position)
+    )
+    return way * MIN_TRAVEL_TIME_RATIO / ping_geometry.sound_speed <= ping_geometry.recorded_delays[1]
 
 
-def _within_beams(scene: Scene, target: Solid, choice: PathChoice, stance: Stance, rays: Rays | None) -> bool:
+def _within_beams(
+    scene: Scene, target: Solid, choice: PathSettings, ping_geometry: PingGeometry, rays: PropagationModel | None
+) -> bool:
     """Whether beams hear a target at all; where it is known how sound travels, above their floor."""
     if isinstance(rays, StraightRays):
-        return not _faint(scene, target, choice, stance, rays)
-    return not _deaf(scene, target, stance)
+        return not _below_beam_floor(scene, target, choice, ping_geometry, rays)
+    return not _outside_beams(scene, target, ping_geometry)
 
 
-def _faint(scene: Scene, target: Solid, choice: PathChoice, stance: Stance, rays: Rays) -> bool:
+def _below_beam_floor(
+    scene: Scene, target: Solid, choice: PathSettings, ping_geometry: PingGeometry, rays: PropagationModel
+) -> bool:
     """Whether no two paths reach a target above the floor of the beams, in water where directions follow from places.
 
     A sidescan's beams swim past a target long before and after they hear more of it than their side lobes take in.
     """
-    bed, (north, east, radius, top, base) = scene.seabed.bed, rims(scene)[scene.occluders.index(target)]
+    bed, (north, east, radius, top, base) = (
+        scene.seabed.terrain,
+        bounding_cylinders(scene)[scene.occluders.index(target)],
+    )
     rise = (base - top) / 2 + (0.0 if bed is None else (bed.span[1] - bed.span[0]) / 2)
-    bound = beam_bound(
-        np.array([[north, east]]), np.array([radius]), stance, (top + base) / 2, rays,
-        families_for("target", choice.followed), rise=rise, glints=glint_spread(scene, stance.frequency),
+    bound = two_way_gain_bound(
+        np.array([[north, east]]), np.array([radius]), ping_geometry, (top + base) / 2, rays,
+        families_reaching("target", choice.followed_families), rise=rise, glints=glint_spread(scene, ping_geometry.frequency),
     )  # fmt: skip
-    return float(bound[0]) < float(amplitude_ratio(choice.beam_floor_db))
+    return float(bound[0]) < float(amplitude_ratio(choice.beam_cutoff_db))
 
 
-def _deaf(scene: Scene, target: Solid, stance: Stance) -> bool:
+def _outside_beams(scene: Scene, target: Solid, ping_geometry: PingGeometry) -> bool:
     """Whether no beam sends, or none hears, anything towards a body, however the paths rise or fall.
 
     A sidescan's side is deaf to what lies behind its baffle; its other side is not.
@@ -366,12 +401,12 @@ def _deaf(scene: Scene, target: Solid, stance: Stance) -> bool:
     Args:
         scene: The scene.
         target: The body.
-        stance: The sonar.
+        ping_geometry: The sonar.
     """
-    north, east, radius, *_ = rims(scene)[scene.occluders.index(target)]
+    north, east, radius, *_ = bounding_cylinders(scene)[scene.occluders.index(target)]
     middle = np.array([north, east])
     for here, beams in (
-        (stance.transmit_place, stance.transmit_beams), (stance.receive_place, stance.ears)
+        (ping_geometry.transmit_position, ping_geometry.transmit_beams), (ping_geometry.receive_position, ping_geometry.bounding_receive_beams)
     ):  # fmt: skip
         offset = middle - here[:2]
         away = float(np.linalg.norm(offset))

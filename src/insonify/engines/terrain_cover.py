@@ -8,8 +8,8 @@ no longer enough: the error of 2 ms grows from 0.1 dB to several dB.
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.scene.bed import Bed
-from insonify.sonar.stance import Stance
+from insonify.scene.seabed_terrain import SeabedTerrain
+from insonify.sonar.ping_geometry import PingGeometry
 
 MOST_HIDDEN = 0.1
 """Part of the bed in the window, hidden by terrain, up to which the fast path serves [1]."""
@@ -19,21 +19,21 @@ SAMPLES = 4096
 """Samples of a profile, at most."""
 
 
-def hidden_part(bed: Bed, stance: Stance) -> float:
+def hidden_part(bed: SeabedTerrain, ping_geometry: PingGeometry) -> float:
     """Part of the horizontal distances in the window at which direct paths are cut by terrain [1].
 
     Args:
         bed: The terrain.
-        stance: The sonar at one ping.
+        ping_geometry: The sonar at one ping.
     """
-    north, east, depth = stance.transmit_place
-    near, far = (stance.sound_speed * delay / 2 for delay in stance.heard_delays)
-    step = max(bed.map_cell, far / SAMPLES)
+    north, east, depth = ping_geometry.transmit_position
+    near, far = (ping_geometry.sound_speed * delay / 2 for delay in ping_geometry.recorded_delays)
+    step = max(bed.heightmap_cell_size, far / SAMPLES)
     distance: NDArray[np.float64] = np.arange(step, far, step)
     if not len(distance):
         return 0.0
-    bearing = np.arctan2(stance.boresight[1], stance.boresight[0]) + np.array(BEARINGS)[:, None]
-    ground = bed.ground.survey(north + distance * np.cos(bearing), east + distance * np.sin(bearing))
+    bearing = np.arctan2(ping_geometry.boresight[1], ping_geometry.boresight[0]) + np.array(BEARINGS)[:, None]
+    ground = bed.relief.sample(north + distance * np.cos(bearing), east + distance * np.sin(bearing))
     launch = (bed.depth - np.asarray(ground.height) - depth) / distance
     hidden = launch > np.minimum.accumulate(launch, axis=1)
     return float(hidden[:, distance > min(near, far - step) - step].mean())

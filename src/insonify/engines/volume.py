@@ -13,97 +13,97 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines.sampling import Resolution
-from insonify.propagation.choice import PathChoice
-from insonify.propagation.families import bounces, image_depth
-from insonify.scene.lattice import BASE_PITCH
+from insonify.engines.resolution import Resolution
+from insonify.propagation.families import bounce_sequence, image_depth
+from insonify.propagation.path_settings import PathSettings
+from insonify.scene.scatterer_grid import BASE_PITCH
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
-from insonify.scene.volume import (
+from insonify.scene.volume_scatterers import (
     CELLS,
     EVENLY,
     LAYERS,
-    Cubes,
-    deepest,
+    WaterBlocks,
+    layer_scatterers,
+    max_water_depth,
     patch_scatterers,
-    points_in_water,
     water_scatterers,
 )  # fmt: skip
-from insonify.sonar.footprint import two_way_height
-from insonify.sonar.stance import Stance
-from insonify.sonar.survey import distance_to_runs
+from insonify.sonar.ping_geometry import PingGeometry
+from insonify.sonar.track_extent import distance_to_segments
+from insonify.sonar.two_way_beam import two_way_height
 from insonify.units import amplitude_ratio
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 CUBES_PER_BLOCK = 64
-"""Cubes that are drawn together."""
-MOST_CUBES = 1_600_000
+"""WaterBlocks that are drawn together."""
+MAX_CUBES = 1_600_000
 """Blocks of one ping, 64 points each, beyond which nobody would wait for it."""
-MOST_TILES = 800_000
+MAX_TILES = 800_000
 """Tiles of even points, likewise: 128 points each."""
-NEAREST = 1.0
+MIN_RANGE = 1.0
 """Range below which cells get no smaller [m]."""
-RINGS, SECTORS = 32, 4
+SHELLS_PER_TILE, SECTORS_PER_TILE = 32, 4
 """Shells and sectors of a tile of even points."""
-SIDES = 1.5
-"""Even points along the range and across the beam in a resolution cell, where scatterers_per_cell is `USUAL`."""
-USUAL = 5.0
-STRATA = 8.0
+POINTS_PER_CELL_SIDE = 1.5
+"""Even points along the range and across the beam in a resolution cell, where scatterers_per_cell is `USUAL_PER_CELL`."""
+USUAL_PER_CELL = 5.0
+MIN_STRATA = 8.0
 """Even points up the water, at least."""
 WIDEST_SECTOR = 0.05
 """Widest sector of even points [rad]."""
 TILES_PER_BLOCK = 48
-LATE = 1.1
+MAX_TRAVEL_TIME_RATIO = 1.1
 """How much longer than a straight way a bent one may take [1]."""
-IN_PATCH = 6.0
+MIN_CELLS_PER_PATCH = 6.0
 """Cells along the shortest side of a patch, at least."""
 
 
 @dataclass(frozen=True, slots=True)
-class Suspended:
+class VolumeScatterers:
     """What hangs in the water, as one ping meets it."""
 
     scene: Scene
-    choice: PathChoice
+    choice: PathSettings
     seed: int
-    stance: Stance
+    ping_geometry: PingGeometry
     resolution: Resolution
 
-    def blocks(self, *, even: bool) -> Iterator[Callable[[], Scatterers]]:
+    def blocks(self, *, quadrature: bool) -> Iterator[Callable[[], Scatterers]]:
         """All points in the water that this ping can hear, in blocks of a fixed order.
 
         Args:
-            even: Points laid out evenly for an expectation, or drawn ones that belong to their places.
+            quadrature: Points laid out evenly for an expectation, or drawn ones that belong to their places.
 
         Raises:
             ValueError: There would be more points than anybody would wait for.
         """
         water, seabed = self.scene.water, self.scene.seabed
         if len(self._layers):
-            if even:
+            if quadrature:
                 tiles = self._shells()
                 for start in range(0, len(tiles), TILES_PER_BLOCK):
-                    yield partial(self._laid, tiles[start : start + TILES_PER_BLOCK])
+                    yield partial(self._shell_points, tiles[start : start + TILES_PER_BLOCK])
             else:
                 cubes = self.cubes()
                 for start in range(0, len(cubes.level), CUBES_PER_BLOCK):
                     part = cubes.take(slice(start, start + CUBES_PER_BLOCK))
                     yield partial(water_scatterers, water, seabed, part, self.seed)
-        yield from self._patches(even=even)
+        yield from self._patches(even=quadrature)
 
-    def count(self, *, even: bool) -> float:
+    def count(self, *, quadrature: bool) -> float:
         """How many points there are in the layers of the water, about: where they are is looked up, none is drawn.
 
         Args:
-            even: As of `blocks`.
+            quadrature: As of `blocks`.
         """
         if not len(self._layers):
             return 0.0
         try:
-            if even:
-                return float(len(self._shells()) * RINGS * SECTORS)
+            if quadrature:
+                return float(len(self._shells()) * SHELLS_PER_TILE * SECTORS_PER_TILE)
             return float(len(self.cubes().level) * CELLS**3)
         except ValueError:
             return float("inf")
@@ -111,12 +111,12 @@ class Suspended:
     def _patches(self, *, even: bool) -> Iterator[Callable[[], Scatterers]]:
         for patch in self.scene.water.patches:
             middle, radius = np.array([patch.position]), np.array([float(np.linalg.norm(patch.size)) / 2])
-            if not self._heard(middle, radius)[0]:
+            if not self._receivable(middle, radius)[0]:
                 continue
-            nearest = self._from_the_track(middle, radius, middle[:, 2], middle[:, 2])
-            pitch = float(np.cbrt(self._cell(nearest, np.array([patch.size[2]])))[0])
-            pitch = min(pitch, min(patch.size) / IN_PATCH) / (2 if even else 1)
-            points = patch_scatterers(patch, self.scene.seabed, self.seed, pitch, even=even)
+            nearest = self._min_track_distance(middle, radius, middle[:, 2], middle[:, 2])
+            pitch = float(np.cbrt(self._cell_volume(nearest, np.array([patch.size[2]])))[0])
+            pitch = min(pitch, min(patch.size) / MIN_CELLS_PER_PATCH) / (2 if even else 1)
+            points = patch_scatterers(patch, self.scene.seabed, self.seed, pitch, quadrature=even)
             size = CUBES_PER_BLOCK * CELLS**3
             for start in range(0, len(points), size):
                 yield partial(points.take, slice(start, start + size))
@@ -124,32 +124,32 @@ class Suspended:
     @property
     def _layers(self) -> Floats:
         """Upper and lower side [m] and s_v [1/m] of the layers that answer, (layers, 3)."""
-        return self.scene.water.layers(deepest(self.scene.seabed))
+        return self.scene.water.layers(max_water_depth(self.scene.seabed))
 
-    def cubes(self) -> Cubes:
+    def cubes(self) -> WaterBlocks:
         """The cubes of drawn points that this ping can hear, each at the level that the whole track asks for."""
-        stance, lattice = self.stance, self.scene.seabed.lattice
+        ping_geometry, lattice = self.ping_geometry, self.scene.seabed.scatterer_grid
         farthest = self._farthest
-        here = lattice.from_world(stance.transmit_place[:2])
+        here = lattice.from_world(ping_geometry.transmit_position[:2])
         level = 3 * max(0, int(np.ceil(np.log2(max(farthest, 1.0) / (CELLS * BASE_PITCH)))))
         side = CELLS * BASE_PITCH * 2.0 ** (level // 3)
         first, last = (np.floor((here + sign * farthest) / side).astype(np.int64) for sign in (-1, 1))
-        stop = int(np.ceil(deepest(self.scene.seabed) / side))
+        stop = int(np.ceil(max_water_depth(self.scene.seabed) / side))
         grid = np.mgrid[first[0] : last[0] + 1, first[1] : last[1] + 1, 0:stop].reshape(3, -1)
-        cubes = Cubes(np.full(grid.shape[1], level), *grid)
+        cubes = WaterBlocks(np.full(grid.shape[1], level), *grid)
         found, total = [cubes.take(slice(0, 0))], 0
         while len(cubes.level):
-            cubes, fine = self._sorted(cubes)
+            cubes, fine = self._refine(cubes)
             found.append(cubes.take(fine))
             total += int(fine.sum())
             cubes = cubes.take(~fine).split()
-            if total + len(cubes.level) > MOST_CUBES:
+            if total + len(cubes.level) > MAX_CUBES:
                 raise ValueError(TOO_MANY)
-        return Cubes(*(np.concatenate(column) for column in zip(*found, strict=True)))
+        return WaterBlocks(*(np.concatenate(column) for column in zip(*found, strict=True)))
 
-    def _sorted(self, cubes: Cubes) -> tuple[Cubes, NDArray[np.bool_]]:
+    def _refine(self, cubes: WaterBlocks) -> tuple[WaterBlocks, NDArray[np.bool_]]:
         """Those of some cubes that are heard, and whether they are fine enough, (n,)."""
-        lattice, bottom, layers = self.scene.seabed.lattice, deepest(self.scene.seabed), self._layers
+        lattice, bottom, layers = self.scene.seabed.scatterer_grid, max_water_depth(self.scene.seabed), self._layers
         long, wide, tall = CELLS * cubes.pitch
         top, low = cubes.down * tall, np.minimum((cubes.down + 1) * tall, bottom)
         meets = (layers[:, 0] < low[:, None]) & (layers[:, 1] > top[:, None])
@@ -158,59 +158,67 @@ class Suspended:
                                   (top + low) / 2])  # fmt: skip
         flat = np.hypot(long, wide) / 2
         kept = meets.any(axis=1)
-        kept[kept] = self._heard(centre[kept], np.hypot(flat, (low - top) / 2)[kept])
-        nearest = self._from_the_track(centre, flat, top, low)
-        fine = (cubes.cell <= self._cell(nearest, thin) / self.resolution.per_cell) | (cubes.level == 0)
+        kept[kept] = self._receivable(centre[kept], np.hypot(flat, (low - top) / 2)[kept])
+        nearest = self._min_track_distance(centre, flat, top, low)
+        fine = (cubes.cell <= self._cell_volume(nearest, thin) / self.resolution.scatterers_per_cell) | (
+            cubes.level == 0
+        )
         return cubes.take(kept), fine[kept]
 
-    def _cell(self, distance: Floats, thickness: Floats) -> Floats:
+    def _cell_volume(self, distance: Floats, thickness: Floats) -> Floats:
         """Volume of a resolution cell [m^3] at slant ranges [m], in layers so thick [m]."""
         away = np.maximum(distance, self._nearest)
-        tall = np.minimum(away * self._tall, thickness)
-        return np.asarray(self.resolution.slant * away * self.resolution.width * tall)
+        tall = np.minimum(away * self._beam_height, thickness)
+        return np.asarray(self.resolution.slant_resolution * away * self.resolution.beam_width * tall)
 
-    def _from_the_track(self, centre: Floats, radius: Floats, top: Floats, low: Floats) -> Floats:
+    def _min_track_distance(self, centre: Floats, radius: Floats, top: Floats, low: Floats) -> Floats:
         """Least distance between some bodies of water and either end of the sonar on its whole track [m], (n,)."""
-        here, level = self.stance, np.full(len(centre), np.inf)
-        for one, place in zip(here.surveys, (here.transmit_place, here.receive_place), strict=False):
-            runs = one.near(place[:2], self._farthest + float(radius.max(initial=0)) * 4)
-            np.minimum(level, distance_to_runs(centre[:, :2], runs) - radius - one.wander, out=level)
-        level, depth = np.maximum(level, 0), here.track[:, 2]
+        here, level = self.ping_geometry, np.full(len(centre), np.inf)
+        for one, place in zip(here.track_extents, (here.transmit_position, here.receive_position), strict=False):
+            runs = one.nearest_segments(place[:2], self._farthest + float(radius.max(initial=0)) * 4)
+            np.minimum(level, distance_to_segments(centre[:, :2], runs) - radius - one.polyline_error, out=level)
+        level, depth = np.maximum(level, 0), here.platform_positions[:, 2]
         up = np.maximum.reduce([top - depth.max(), depth.min() - low, np.zeros(len(top))])
-        return np.asarray(np.hypot(level, up) - np.linalg.norm(self.stance.arms, axis=1).max())
+        return np.asarray(np.hypot(level, up) - np.linalg.norm(self.ping_geometry.lever_arms, axis=1).max())
 
-    def _heard(self, centre: Floats, radius: Floats) -> NDArray[np.bool_]:
+    def _receivable(self, centre: Floats, radius: Floats) -> NDArray[np.bool_]:
         """Whether window and beams let some balls of water be heard by any pair of families, (n,)."""
-        stance, water = self.stance, self.scene.water
+        ping_geometry, water = self.ping_geometry, self.scene.water
         near, far, gain = np.zeros((3, len(centre)))
         gain += 1
         for place, beams in (
-            (stance.transmit_place, stance.transmit_beams),
-            (stance.receive_place, stance.ears),
+            (ping_geometry.transmit_position, ping_geometry.transmit_beams),
+            (ping_geometry.receive_position, ping_geometry.bounding_receive_beams),
         ):
             closest, farthest, best = np.full(len(centre), np.inf), np.zeros(len(centre)), np.zeros(len(centre))
-            for family in self.choice.followed:
-                around = radius + self._rise * 2 * family.count("B")
+            for family in self.choice.followed_families:
+                around = radius + self._relief_height * 2 * family.count("B")
                 ray = centre - [*place[:2], image_depth(family, float(place[2]), self.scene.seabed.depth)]
                 length = np.maximum(np.linalg.norm(ray, axis=1), 1e-9)
-                ray[:, 2] *= (-1) ** len(bounces(family))
+                ray[:, 2] *= (-1) ** len(bounce_sequence(family))
                 np.minimum(closest, length - around, out=closest)
                 np.maximum(farthest, length + around, out=farthest)
                 margin = np.where(around < length, np.arcsin(np.minimum(1, around / length)), np.pi)
-                for way, more in self._bent(ray / length[:, None]):
+                for way, more in self._refracted_directions(ray / length[:, None]):
                     np.maximum(best, beams.bound(way, margin + more), out=best)
             near, far, gain = near + closest, far + farthest, gain * best
-        early, late = stance.heard_delays
-        latest = far / water.slowest * (LATE if water.layered else 1.0)
-        return (gain >= amplitude_ratio(self.choice.beam_floor_db)) & (near / water.fastest <= late) & (latest >= early)
+        early, late = ping_geometry.recorded_delays
+        latest = far / water.min_sound_speed * (MAX_TRAVEL_TIME_RATIO if water.layered else 1.0)
+        return (
+            (gain >= amplitude_ratio(self.choice.beam_cutoff_db))
+            & (near / water.max_sound_speed <= late)
+            & (latest >= early)
+        )
 
-    def _bent(self, way: Floats) -> Iterator[tuple[Floats, float]]:
+    def _refracted_directions(self, way: Floats) -> Iterator[tuple[Floats, float]]:
         """Directions in which rays to some places may leave, and how far from these they may, given straight ones."""
         water = self.scene.water
         if not water.layered:
             yield way, 0.0
             return
-        bend = float(np.arccos(water.slowest / water.fastest))  # no ray that passes both speeds turns by more
+        bend = float(
+            np.arccos(water.min_sound_speed / water.max_sound_speed)
+        )  # no ray that passes both speeds turns by more
         azimuth, elevation = np.arctan2(way[:, 1], way[:, 0]), np.arcsin(np.clip(way[:, 2], -1, 1))
         for turn in np.linspace(-bend, bend, 5):
             up = np.clip(elevation + turn, -np.pi / 2, np.pi / 2)
@@ -220,36 +228,40 @@ class Suspended:
         """Tiles of even points: number of the shells, of the sectors, and upper side and thickness [m], (n, 4)."""
         slant, total = self._steps[0], 0
         found = []
-        for ring in range(int(np.ceil(self._farthest / slant)) // RINGS + 1):
-            away = (ring + 0.5) * RINGS * slant
+        for ring in range(int(np.ceil(self._farthest / slant)) // SHELLS_PER_TILE + 1):
+            away = (ring + 0.5) * SHELLS_PER_TILE * slant
             for top, bottom, _ in self._layers:
-                step = min((bottom - top) / STRATA, away * min(self._tall / 3, 0.25))
+                step = min((bottom - top) / MIN_STRATA, away * min(self._beam_height / 3, 0.25))
                 count = int(np.ceil((bottom - top) / step))
                 strata = top + np.arange(count) * (bottom - top) / count
-                reach = (ring + 1) * RINGS * slant
-                source = float(self.stance.transmit_place[2])
+                reach = (ring + 1) * SHELLS_PER_TILE * slant
+                source = float(self.ping_geometry.transmit_position[2])
                 thick = (bottom - top) / count
                 strata = strata[(strata < source + reach) & (strata + thick > source - reach)]
                 found.append(self._sectors(ring, strata, thick))
                 total += len(found[-1])
-                if total > MOST_TILES:
+                if total > MAX_TILES:
                     raise ValueError(TOO_MANY)
         return np.concatenate([np.zeros((0, 4)), *found])
 
     def _sectors(self, ring: int, strata: Floats, thick: float) -> Floats:
         """Tiles of some shells that are heard, (n, 4): of all sectors, eight at a time at first."""
-        whole = round(2 * np.pi / self._steps[1]) // SECTORS
+        whole = round(2 * np.pi / self._steps[1]) // SECTORS_PER_TILE
 
         def heard(sector: Integers, top: Floats, wide: int) -> NDArray[np.bool_]:
             slant, azimuth = self._steps
-            inner, outer, angle = ring * RINGS * slant, (ring + 1) * RINGS * slant, wide * SECTORS * azimuth
-            up = top + thick / 2 - self.stance.transmit_place[2]
+            inner, outer, angle = (
+                ring * SHELLS_PER_TILE * slant,
+                (ring + 1) * SHELLS_PER_TILE * slant,
+                wide * SECTORS_PER_TILE * azimuth,
+            )
+            up = top + thick / 2 - self.ping_geometry.transmit_position[2]
             near, far = (np.sqrt(np.maximum(reach**2 - up**2, 0)) for reach in (inner, outer))
             level = (near + far) / 2
             centre = np.column_stack([self._place(level, np.asarray((sector + 0.5) * angle, float)), top + thick / 2])
             beyond = np.maximum(np.abs(up) - outer, 0)
             radius = np.sqrt(((far - near) / 2 + far * angle / 2) ** 2 + (thick / 2) ** 2) + beyond
-            return self._heard(centre, radius)
+            return self._receivable(centre, radius)
 
         together = 8
         sector, row = (part.ravel() for part in np.meshgrid(np.arange(whole // together), np.arange(len(strata))))
@@ -260,13 +272,13 @@ class Suspended:
         n = int(kept.sum())
         return np.column_stack([np.full(n, float(ring)), sector[kept], top[kept], np.full(n, thick)])
 
-    def _laid(self, tiles: Floats) -> Scatterers:
+    def _shell_points(self, tiles: Floats) -> Scatterers:
         """The even points of some tiles."""
         slant, azimuth = self._steps
-        out, across = np.arange(RINGS)[:, None], np.arange(SECTORS)
-        ring = (tiles[:, 0, None, None].astype(np.int64) * RINGS + out + 0 * across).ravel()
-        sector = (tiles[:, 1, None, None].astype(np.int64) * SECTORS + 0 * out + across).ravel()
-        top, thick = (tiles[:, k].repeat(RINGS * SECTORS) for k in (2, 3))
+        out, across = np.arange(SHELLS_PER_TILE)[:, None], np.arange(SECTORS_PER_TILE)
+        ring = (tiles[:, 0, None, None].astype(np.int64) * SHELLS_PER_TILE + out + 0 * across).ravel()
+        sector = (tiles[:, 1, None, None].astype(np.int64) * SECTORS_PER_TILE + 0 * out + across).ravel()
+        top, thick = (tiles[:, k].repeat(SHELLS_PER_TILE * SECTORS_PER_TILE) for k in (2, 3))
         stratum = np.round(top / thick).astype(np.int64)
         a, b, c = EVENLY
         inner = (ring + 0.0) * slant
@@ -274,50 +286,53 @@ class Suspended:
         bearing = (sector + np.mod((ring + 0.5) * a + stratum * c, 1)) * azimuth
         depth = top + thick * np.mod((ring + 0.5) * b + (sector + 0.5) * c, 1)
         volume = (ring + 0.5) * slant**2 * azimuth * thick
-        level = reach**2 - (depth - self.stance.transmit_place[2]) ** 2
+        level = reach**2 - (depth - self.ping_geometry.transmit_position[2]) ** 2
         there = level > 0
         place = np.column_stack(
             [self._place(np.sqrt(level[there]).astype(float), np.asarray(bearing[there], float)), depth[there]]
         )
         number = (ring << 38 | sector << 16 | stratum & 0xFFFF).astype(np.uint64)[there]
-        return points_in_water(self.scene.water, self.scene.seabed, place, volume[there], np.ones(len(place), complex),
+        return layer_scatterers(self.scene.water, self.scene.seabed, place, volume[there], np.ones(len(place), complex),
                                LAYERS | number)  # fmt: skip
 
     def _place(self, distance: Floats, azimuth: Floats) -> Floats:
         """North and east [m], azimuth counted from half a turn off boresight."""
-        bearing = np.arctan2(self.stance.boresight[1], self.stance.boresight[0]) + np.pi + azimuth
+        bearing = np.arctan2(self.ping_geometry.boresight[1], self.ping_geometry.boresight[0]) + np.pi + azimuth
         offset = np.stack([np.cos(bearing), np.sin(bearing)], axis=-1) * distance[..., None]
-        return np.asarray(self.stance.transmit_place[:2] + offset)
+        return np.asarray(self.ping_geometry.transmit_position[:2] + offset)
 
     @property
     def _steps(self) -> tuple[float, float]:
         """Steps of even points in slant range [m] and azimuth [rad]; a whole number of tiles of them is a turn."""
-        finer = float(np.cbrt(self.resolution.per_cell / USUAL)) * SIDES
-        turn = SECTORS * 8
-        sectors = np.ceil(2 * np.pi / min(self.resolution.width / finer, WIDEST_SECTOR) / turn) * turn
-        return self.resolution.slant / finer, 2 * np.pi / float(sectors)
+        finer = float(np.cbrt(self.resolution.scatterers_per_cell / USUAL_PER_CELL)) * POINTS_PER_CELL_SIDE
+        turn = SECTORS_PER_TILE * 8
+        sectors = np.ceil(2 * np.pi / min(self.resolution.beam_width / finer, WIDEST_SECTOR) / turn) * turn
+        return self.resolution.slant_resolution / finer, 2 * np.pi / float(sectors)
 
     @property
     def _farthest(self) -> float:
         """Greatest range heard [m]."""
-        apart = float(np.linalg.norm(self.stance.transmit_place - self.stance.receive_place))
-        return self.scene.water.fastest * max(self.stance.heard_delays[1], 0.0) / 2 + apart
+        apart = float(np.linalg.norm(self.ping_geometry.transmit_position - self.ping_geometry.receive_position))
+        return self.scene.water.max_sound_speed * max(self.ping_geometry.recorded_delays[1], 0.0) / 2 + apart
 
     @property
     def _nearest(self) -> float:
         """Range below which no ping hears anything, or nobody needs finer cells [m]."""
-        start = self.stance.window[0] - self.stance.pulse.faint_stop
-        return max(NEAREST, self.scene.water.slowest * start / 2)
+        start = self.ping_geometry.window[0] - self.ping_geometry.pulse.ringing_stop
+        return max(MIN_RANGE, self.scene.water.min_sound_speed * start / 2)
 
     @property
-    def _tall(self) -> float:
+    def _beam_height(self) -> float:
         """Height of the finest two-way beam [rad]."""
-        return two_way_height(self.stance.transmit_beams, self.stance.resolving_beams or self.stance.receive_beams)
+        return two_way_height(
+            self.ping_geometry.transmit_beams,
+            self.ping_geometry.full_aperture_beams or self.ping_geometry.receive_beams,
+        )
 
     @property
-    def _rise(self) -> float:
+    def _relief_height(self) -> float:
         """How far the ground stands above its mean depth, or lies below it [m]."""
-        bed = self.scene.seabed.bed
+        bed = self.scene.seabed.terrain
         return 0.0 if bed is None else max(bed.depth - bed.span[0], bed.span[1] - bed.depth)
 
 

@@ -16,25 +16,26 @@ from numpy.typing import NDArray
 from zarr.codecs import BloscCodec
 from zarr.errors import ZarrUserWarning
 
-from insonify.formats.description import insist_on_sizes, opening
-from insonify.formats.zarr_store import IDENTITY, PACKED, StoreError, identity, insist_on_own, put_chunk
-from insonify.formats.zarr_store import done as pings_done
+from insonify.formats.store_description import errors_as_store_errors, require_consistent_sizes
+from insonify.formats.zarr_store import (
+    IDENTITY, PACKED, StoreError, identity, put_chunk, recorded_pings, require_own_recording,
+)  # fmt: skip
 from insonify.records.labels import COLUMNS, LabelNames, Labels, with_names
-from insonify.records.recording import Layout
+from insonify.records.recording import RecordingLayout
 
 FOLDER = "labels"
 """Name of the folder."""
-KEPT_BITS = 12
+MANTISSA_BITS = 12
 """Bits of the mantissa of intensities and angles that are stored: 0.001 dB, in half the space once packed [1]."""
 FINEST = 2.0**-10
 """Step of stored places and distances: a binary fraction, whose last bytes are zero [m]."""
-PACKED_LABELS = (BloscCodec(cname="lz4", clevel=5, shuffle="shuffle"),)
+LABEL_COMPRESSION_RATIO = (BloscCodec(cname="lz4", clevel=5, shuffle="shuffle"),)
 """Codec of the labels: a tenth of the time of the sound's, which made up half of the price of labels."""
 _PACKER = Blosc("lz4", 5, Blosc.SHUFFLE)
 
 
-def create(
-    path: str | Path, names: LabelNames, layout: Layout, attributes: Mapping[str, Any], *, into: str | None = None
+def create_labels(
+    path: str | Path, names: LabelNames, layout: RecordingLayout, attributes: Mapping[str, Any], *, into: str | None = None
 ) -> None:  # fmt: skip
     """Make room for labels in a recording, or find what an earlier run began.
 
@@ -50,7 +51,7 @@ def create(
     Raises:
         StoreError: Another run has replaced the recording meanwhile.
     """
-    target, mine = Path(path) / FOLDER, insist_on_own(path, into)
+    target, mine = Path(path) / FOLDER, require_own_recording(path, into)
     if _owner(target) == mine:
         return
     aside = target.parent / f".{FOLDER}.{uuid.uuid4().hex}.partial"
@@ -70,12 +71,12 @@ def _owner(folder: Path) -> str | None:
     return identity(folder) if (folder / "zarr.json").is_file() else None
 
 
-def _build(path: Path, names: LabelNames, layout: Layout, attributes: Mapping[str, Any]) -> None:
+def _build(path: Path, names: LabelNames, layout: RecordingLayout, attributes: Mapping[str, Any]) -> None:
     group = zarr.open_group(path, mode="w", zarr_format=3)
-    group.attrs.update({**attributes, "owners": list(names.owners), "pairs": list(names.pairs)})
+    group.attrs.update({**attributes, "owners": list(names.objects), "pairs": list(names.pairs)})
     sizes = {
         "ping": layout.ping_time.size, "channel": layout.steer.size, "time": layout.time.size,
-        "owner": len(names.owners), "pair": len(names.pairs), "axis": 3,
+        "object": len(names.objects), "pair": len(names.pairs), "axis": 3,
     }  # fmt: skip
     for name, (dims, dtype, units, meaning) in COLUMNS.items():
         shape = tuple(sizes[dim] for dim in dims)
@@ -84,7 +85,7 @@ def _build(path: Path, names: LabelNames, layout: Layout, attributes: Mapping[st
         group.create_array(
             name, shape=shape, chunks=(1, *shape[1:]), dtype=dtype, fill_value=fill, dimension_names=dims,
             chunk_key_encoding={"name": "default", "separator": "."},  # a file a ping, without folders of its own
-            compressors=PACKED_LABELS,
+            compressors=LABEL_COMPRESSION_RATIO,
             attributes={"units": units, "long_name": meaning},
         )  # fmt: skip
     group.create_array(
@@ -105,7 +106,7 @@ def _build(path: Path, names: LabelNames, layout: Layout, attributes: Mapping[st
         zarr.consolidate_metadata(group.store)
 
 
-def write_ping(path: str | Path, ping: int, labels: Labels, *, into: str | None = None) -> None:
+def write_label_ping(path: str | Path, ping: int, labels: Labels, *, into: str | None = None) -> None:
     """Put the labels of one ping in their place, then into the mask of pings done.
 
     Args:
@@ -117,7 +118,7 @@ def write_ping(path: str | Path, ping: int, labels: Labels, *, into: str | None 
     Raises:
         StoreError: Another run has replaced the recording meanwhile.
     """
-    mine, folder = insist_on_own(path, into), Path(path) / FOLDER
+    mine, folder = require_own_recording(path, into), Path(path) / FOLDER
     if _owner(folder) != mine:
         raise StoreError(
             f"{folder} are labels of another recording. Label this one: insonify run FILE -o {path} --labels"
@@ -129,9 +130,9 @@ def write_ping(path: str | Path, ping: int, labels: Labels, *, into: str | None 
     put_chunk(folder / "done" / "c" / str(ping), np.ones(1, bool))
 
 
-def done(path: str | Path) -> NDArray[np.bool_]:
+def labelled_pings(path: str | Path) -> NDArray[np.bool_]:
     """Which pings of a recording are labelled, shape (ping,)."""
-    return pings_done(Path(path) / FOLDER)
+    return recorded_pings(Path(path) / FOLDER)
 
 
 def open_labels(path: str | Path) -> xr.Dataset:
@@ -141,7 +142,7 @@ def open_labels(path: str | Path) -> xr.Dataset:
         path: Folder of the recording.
 
     Returns:
-        The variables of `insonify.records.labels.COLUMNS`; `done` says which pings are there.
+        The variables of `insonify.records.labels.COLUMNS`; `labelled_pings` says which pings are there.
 
     Raises:
         StoreError: The recording has no labels.
@@ -149,8 +150,8 @@ def open_labels(path: str | Path) -> xr.Dataset:
     folder = Path(path) / FOLDER
     if not (folder / "zarr.json").is_file():
         raise StoreError(f"{path} has no labels. Make them: insonify run FILE -o {path} --labels")
-    insist_on_sizes(folder)
-    with opening(folder):
+    require_consistent_sizes(folder)
+    with errors_as_store_errors(folder):
         if _owner(folder) != identity(path):
             raise StoreError(
                 f"{folder} are labels of another recording. Make its own: insonify run FILE -o {path} --labels"
@@ -171,6 +172,6 @@ def _stored(values: NDArray[Any], units: str) -> NDArray[Any]:
 
 def _rounded(values: NDArray[np.float32]) -> NDArray[np.float32]:
     """Numbers of one sign with all but the first bits of their mantissa cleared, to the nearest."""
-    dropped = 23 - KEPT_BITS
+    dropped = 23 - MANTISSA_BITS
     bits = np.ascontiguousarray(values, np.float32).view(np.uint32)
     return ((bits + np.uint32(1 << (dropped - 1))) & np.uint32(0xFFFFFFFF << dropped & 0xFFFFFFFF)).view(np.float32)

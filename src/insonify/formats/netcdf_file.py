@@ -9,13 +9,13 @@ from typing import Any, Literal
 
 import xarray as xr
 
-from insonify.data_file import insist_on_an_answer
+from insonify.data_file import require_readable_hdf5
 from insonify.formats.zarr_store import StoreError
-from insonify.records.netcdf_parts import as_recording, split, whole
+from insonify.records.netcdf_recording import as_recording, join_complex, split_complex
 from insonify.records.recording import FIELDS
 
-MOST_NUMBERS = 1 << 30
-"""Most numbers of a variable that is read into memory: 8 GB of pressure [1]."""
+MAX_NUMBERS = 1 << 30
+"""Most numbers of a variable that is read into correlation_time: 8 GB of pressure [1]."""
 
 
 def write_netcdf(recording: xr.Dataset, path: str | Path) -> Path:
@@ -36,7 +36,7 @@ def write_netcdf(recording: xr.Dataset, path: str | Path) -> Path:
         ValueError: A variable bears the name of another one's part.
     """
     target, engine = Path(path), _engine()
-    xr.Dataset.to_netcdf(split(recording), target, engine=engine)
+    xr.Dataset.to_netcdf(split_complex(recording), target, engine=engine)
     return target
 
 
@@ -55,16 +55,16 @@ def read_netcdf(path: str | Path) -> xr.Dataset:
     if not Path(path).is_file():
         raise StoreError(f"{path}: there is no such file")
     try:
-        insist_on_an_answer(path)
+        require_readable_hdf5(path)
         complex_too: dict[str, Any] = {"auto_complex": True} if _engine() == "netcdf4" else {}
         with xr.open_dataset(path, engine=_engine(), decode_times=False, **complex_too) as file:
-            if (count := max((variable.size for variable in file.variables.values()), default=0)) > MOST_NUMBERS:
-                raise ValueError(f"it promises {count} numbers, and {MOST_NUMBERS} is the most")
+            if (count := max((variable.size for variable in file.variables.values()), default=0)) > MAX_NUMBERS:
+                raise ValueError(f"it promises {count} numbers, and {MAX_NUMBERS} is the most")
             held = file.load()
     except Exception as fault:  # a reader of foreign files may fail in any way
         said = " ".join(str(fault).split())[:200] or type(fault).__name__
         raise StoreError(f"{path} cannot be read as netCDF: {said}") from None
-    held = whole(held)
+    held = join_complex(held)
     return as_recording(held) if set(FIELDS) & set(held.variables) else held
 
 

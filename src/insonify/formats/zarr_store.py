@@ -30,10 +30,15 @@ from zarr.codecs import ZstdCodec
 from zarr.core.common import JSON
 from zarr.errors import ZarrUserWarning
 
-from insonify.formats.description import MEND, description, insist_on_sizes, opening
-from insonify.formats.description import StoreError as StoreError
-from insonify.records.netcdf_parts import as_recording
-from insonify.records.recording import COLUMNS, FIELDS, LATER, Layout, columns_of, coordinates_of
+from insonify.formats.store_description import (
+    REPAIR_ADVICE,
+    errors_as_store_errors,
+    read_description,
+    require_consistent_sizes,
+)
+from insonify.formats.store_description import StoreError as StoreError
+from insonify.records.netcdf_recording import as_recording
+from insonify.records.recording import COLUMNS, FIELDS, OPTIONAL_COLUMNS, RecordingLayout, columns_of, coordinates_of
 
 _MUST_AGREE = ("scenario", "seed", "version")
 IDENTITY = "insonify_recording"
@@ -46,7 +51,9 @@ _FAILURES = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EMFILE, errno.ENFILE) 
 _STALE = 600.0  # seconds: nobody needs that long to create an empty store
 
 
-def create(path: str | Path, layout: Layout, attributes: Mapping[str, Any], *, overwrite: bool = False) -> str:
+def create_recording(
+    path: str | Path, layout: RecordingLayout, attributes: Mapping[str, Any], *, overwrite: bool = False
+) -> str:
     """Make an empty recording, or find the one that an earlier run began.
 
     Args:
@@ -66,7 +73,7 @@ def create(path: str | Path, layout: Layout, attributes: Mapping[str, Any], *, o
     with _placing(target):
         _sweep(target)
         if _is_taken(target) and not overwrite:
-            return _insist_on_the_same(target, attributes)
+            return _require_same_scenario(target, attributes)
         target.parent.mkdir(parents=True, exist_ok=True)
         # Built aside and renamed, so that a recording is either whole or not there.
         aside = _aside(target)
@@ -75,7 +82,7 @@ def create(path: str | Path, layout: Layout, attributes: Mapping[str, Any], *, o
             _move(aside, target, overwrite=overwrite)
         finally:
             shutil.rmtree(aside, ignore_errors=True)
-    return _insist_on_the_same(target, attributes)
+    return _require_same_scenario(target, attributes)
 
 
 @contextmanager
@@ -119,7 +126,7 @@ def write_ping(path: str | Path, ping: int, data: ArrayLike, *, into: str | None
         StoreError: Another run has replaced the recording meanwhile.
         ValueError: The data do not fit, or are not finite.
     """
-    mine = insist_on_own(path, into)
+    mine = require_own_recording(path, into)
     field, shape, dtype = _sound(str(path), mine)
     values = np.asarray(data, dtype=dtype)
     if values.shape != shape[1:]:
@@ -132,7 +139,7 @@ def write_ping(path: str | Path, ping: int, data: ArrayLike, *, into: str | None
     put_chunk(Path(path) / "done" / "c" / str(ping), np.ones(1, bool))
 
 
-def insist_on_own(path: str | Path, into: str | None) -> str:
+def require_own_recording(path: str | Path, into: str | None) -> str:
     """Identity of the recording at a place, which must be the one that is meant.
 
     Args:
@@ -174,7 +181,7 @@ def put_chunk(place: Path, values: NDArray[Any], packer: Codec = _PACKER) -> Non
     os.replace(aside, place)
 
 
-def done(path: str | Path) -> NDArray[np.bool_]:
+def recorded_pings(path: str | Path) -> NDArray[np.bool_]:
     """Which pings of a recording are there, shape (ping,)."""
     there = np.zeros(zarr.open_array(Path(path) / "done", mode="r").shape, bool)
     chunks = Path(path) / "done" / "c"
@@ -193,25 +200,25 @@ def open_recording(path: str | Path) -> xr.Dataset:
 
     Returns:
         `pressure` complex64 [uPa] or `intensity` [uPa^2] over (ping, channel, time), NaN
-        where a ping is not done; `done`, `position`, `attitude`; coordinates with units.
+        where a ping is not done; `recorded_pings`, `position`, `attitude`; coordinates with units.
 
     Raises:
         StoreError: There is no recording at that place.
     """
     if not _is_recording(Path(path)):
         raise StoreError(f"{path} is not a recording. Make one with: insonify run FILE -o {path}")
-    _insist_on_whole(Path(path))
-    insist_on_sizes(Path(path))
-    with opening(Path(path)):
+    _require_complete(Path(path))
+    require_consistent_sizes(Path(path))
+    with errors_as_store_errors(Path(path)):
         held: xr.Dataset = xr.open_zarr(path, chunks=None, consolidated=True, decode_times=False)
         held["done"].load()
         if "scenario" not in held.attrs or not set(FIELDS) & set(held.variables):
-            raise StoreError(f"{path} is damaged: its scenario or its sound is not described. {MEND}")
+            raise StoreError(f"{path} is damaged: its scenario or its sound is not described. {REPAIR_ADVICE}")
     return as_recording(held)
 
 
 @contextmanager
-def reading(path: str | Path) -> Iterator[None]:
+def chunk_errors_as_store_errors(path: str | Path) -> Iterator[None]:
     """While sound is read from a recording: a chunk that cannot be unpacked is said to be the recording's fault.
 
     Args:
@@ -225,10 +232,10 @@ def reading(path: str | Path) -> Iterator[None]:
     except RuntimeError as error:
         if "compression" not in str(error):
             raise
-        raise StoreError(f"{path} is damaged: a chunk of it cannot be unpacked ({error}). {MEND}") from None
+        raise StoreError(f"{path} is damaged: a chunk of it cannot be unpacked ({error}). {REPAIR_ADVICE}") from None
 
 
-def _build(path: Path, layout: Layout, attributes: Mapping[str, Any]) -> None:
+def _build(path: Path, layout: RecordingLayout, attributes: Mapping[str, Any]) -> None:
     group = zarr.open_group(path, mode="w", zarr_format=3)
     group.attrs.update({**attributes, IDENTITY: uuid.uuid4().hex})
     pings, channels, samples = layout.ping_time.size, layout.steer.size, layout.time.size
@@ -260,21 +267,21 @@ def _build(path: Path, layout: Layout, attributes: Mapping[str, Any]) -> None:
 def _is_recording(path: Path) -> bool:
     if not (path / "zarr.json").is_file():
         return False
-    attributes = description(path).get("attributes")
+    attributes = read_description(path).get("attributes")
     return isinstance(attributes, dict) and IDENTITY in attributes
 
 
-def _insist_on_whole(path: Path) -> None:
+def _require_complete(path: Path) -> None:
     """Names the first file without which a recording cannot be read."""
     fields = [name for name in FIELDS if (path / name).is_dir()]
     if not fields:
-        raise StoreError(f"{path} is damaged: it has neither {' nor '.join(FIELDS)}. {MEND}")
+        raise StoreError(f"{path} is damaged: it has neither {' nor '.join(FIELDS)}. {REPAIR_ADVICE}")
     for name in (*fields, "done", "ping", *COLUMNS):
-        if name not in LATER or (path / name).is_dir():
-            description(path / name)
+        if name not in OPTIONAL_COLUMNS or (path / name).is_dir():
+            read_description(path / name)
     # A column of zeros has no chunk; time is one only where there is a single sample.
-    if description(path / "time").get("shape") != [1] and not (path / "time" / "c").exists():
-        raise StoreError(f"{path / 'time' / 'c'} is missing from the recording. {MEND}")
+    if read_description(path / "time").get("shape") != [1] and not (path / "time" / "c").exists():
+        raise StoreError(f"{path / 'time' / 'c'} is missing from the recording. {REPAIR_ADVICE}")
 
 
 def _is_taken(target: Path) -> bool:
@@ -288,9 +295,9 @@ def _is_taken(target: Path) -> bool:
     return False
 
 
-def _insist_on_the_same(target: Path, attributes: Mapping[str, Any]) -> str:
+def _require_same_scenario(target: Path, attributes: Mapping[str, Any]) -> str:
     """Refuse a recording of another scenario; returns the identity of this one."""
-    _insist_on_whole(target)
+    _require_complete(target)
     stored = zarr.open_group(target, mode="r").attrs.asdict()
     differ = [name for name in _MUST_AGREE if stored.get(name) != attributes.get(name)]
     if differ:

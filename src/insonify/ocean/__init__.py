@@ -17,27 +17,27 @@ from insonify.ocean.ambient_noise import (
     turbulence_noise_db,
     wind_noise_db,
 )
+from insonify.ocean.directional_spreading import CosinePowerSpreading, ElfouhailySpreading
 from insonify.ocean.elfouhaily import Elfouhaily
 from insonify.ocean.jonswap import Jonswap
 from insonify.ocean.pierson_moskowitz import PiersonMoskowitz
-from insonify.ocean.pressure import depth, pressure_dbar
+from insonify.ocean.pressure import depth_from_pressure, pressure_dbar
 from insonify.ocean.profile import SoundSpeedProfile
 from insonify.ocean.profile_file import read_profile
 from insonify.ocean.sea_surface import SeaSurface
 from insonify.ocean.sound_speed import sound_speed, sound_speed_at_pressure
-from insonify.ocean.spreading import CosinePower, ElfouhailySpreading
-from insonify.ocean.volume import (
+from insonify.ocean.volume_scattering import (
     ScatteringLayer,
     bubble_resonance_frequency,
     resonant_bubble_radius,
-    sv,
+    volume_backscattering_coefficient,
     volume_strength_db,
 )
 from insonify.ocean.water import Water
 from insonify.ocean.wave_spectrum import WaveSpectrum, angular_frequency, mean_square_slope, significant_height
 
 __all__ = [
-    "CosinePower",
+    "CosinePowerSpreading",
     "Elfouhaily",
     "ElfouhailySpreading",
     "Jonswap",
@@ -52,7 +52,7 @@ __all__ = [
     "absorption_filter",
     "angular_frequency",
     "bubble_resonance_frequency",
-    "depth",
+    "depth_from_pressure",
     "mean_square_slope",
     "noise_components_db",
     "noise_level_db",
@@ -64,9 +64,9 @@ __all__ = [
     "significant_height",
     "sound_speed",
     "sound_speed_at_pressure",
-    "sv",
     "thermal_noise_db",
     "turbulence_noise_db",
+    "volume_backscattering_coefficient",
     "volume_strength_db",
     "wind_noise_db",
 ]

@@ -14,9 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from insonify.ocean.ainslie_mccolm import ainslie_mccolm_db_per_km
 from insonify.ocean.francois_garrison import francois_garrison_db_per_km
-from insonify.ocean.sea_water import depth_in_water, temperature_and_salinity
+from insonify.ocean.sea_water_checks import checked_depth, checked_temperature_and_salinity
 from insonify.units import amplitude_ratio
-from insonify.validity import numbers
+from insonify.validity import require_numbers
 
 MODELS: dict[str, Callable[..., NDArray[np.float64]]] = {
     "francois-garrison": francois_garrison_db_per_km,
@@ -52,8 +52,8 @@ def absorption_db_per_m(
     """
     if model not in MODELS:
         raise ValueError(f"model is {model!r}; the absorption laws available are: {', '.join(MODELS)}")
-    tone, acidity = numbers("frequency", frequency, "Hz", 0.0), numbers("ph", ph, "", 0.0, 14.0)
-    (t, s), z = temperature_and_salinity(temperature, salinity), depth_in_water(depth)
+    tone, acidity = require_numbers("frequency", frequency, "Hz", 0.0), require_numbers("ph", ph, "", 0.0, 14.0)
+    (t, s), z = checked_temperature_and_salinity(temperature, salinity), checked_depth(depth)
     return np.asarray(MODELS[model](tone, t, s, z, acidity) / 1e3)
 
 
@@ -89,7 +89,7 @@ def absorption_filter(
         Factor on the pressure spectrum, real and positive, broadcast shape of the arguments.
         No phase: the two relaxations also change the sound speed, by 0.03 m/s in all.
     """
-    way = numbers("path_length", path_length, "m", 0.0)
+    way = require_numbers("path_length", path_length, "m", 0.0)
     water = {"temperature": temperature, "salinity": salinity, "depth": depth, "ph": ph}
     loss = absorption_db_per_m(frequency, model=model, **water)
     if centre_frequency is not None:

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from insonify.ocean.wind import STRONGEST
 from insonify.units import intensity_ratio, level_db
-from insonify.validity import numbers, warn_outside
+from insonify.validity import require_numbers, warn_outside
 
 Floats = NDArray[np.float64]
 
@@ -46,7 +46,7 @@ class NoiseSpectrum:
     def __post_init__(self) -> None:
         """Refuses spectra that cannot be read."""
         for name in ("frequency", "spectrum_level_db"):
-            column = numbers(f"NoiseSpectrum.{name}", getattr(self, name), "", gaps=False).copy()
+            column = require_numbers(f"NoiseSpectrum.{name}", getattr(self, name), "", allow_nan=False).copy()
             column.setflags(write=False)
             object.__setattr__(self, name, column)
         f, level = self.frequency, self.spectrum_level_db
@@ -126,7 +126,7 @@ def shipping_noise_db(frequency: ArrayLike, shipping: ArrayLike = 0.5) -> Floats
 
 
 def _shipping_db(frequency: ArrayLike, shipping: ArrayLike) -> Floats:
-    s = numbers("shipping", shipping, "", 0.0, 1.0)
+    s = require_numbers("shipping", shipping, "", 0.0, 1.0)
     return np.asarray(_log(frequency, 40.0, 26.0) + 20 * (s - 0.5) - 60 * np.log10(_positive(frequency) / 1e3 + 0.03))
 
 
@@ -146,7 +146,7 @@ def wind_noise_db(frequency: ArrayLike, wind_speed: ArrayLike = 5.0) -> Floats:
 
 
 def _wind_db(frequency: ArrayLike, wind_speed: ArrayLike) -> Floats:
-    w = numbers("wind_speed", wind_speed, "m/s", 0.0, STRONGEST)
+    w = require_numbers("wind_speed", wind_speed, "m/s", 0.0, STRONGEST)
     warn_outside("The fit of wind noise", "wind", w, 0.0, 20.0, "m/s")
     return np.asarray(_log(frequency, 50.0, 20.0) + 7.5 * np.sqrt(w) - 40 * np.log10(_positive(frequency) / 1e3 + 0.4))
 
@@ -168,7 +168,7 @@ def rain_noise_db(frequency: ArrayLike, rain_rate: ArrayLike) -> Floats:
 
 
 def _rain_db(frequency: ArrayLike, rain_rate: ArrayLike) -> Floats:
-    rate = numbers("rain_rate", rain_rate, "mm/h", 0.0)
+    rate = require_numbers("rain_rate", rain_rate, "mm/h", 0.0)
     warn_outside("The fit of rain noise", "rain", rate, 0.0, 200.0, "mm/h")
     fall = -20 * np.log10(np.maximum(_positive(frequency) / 20e3, 1.0))
     return np.asarray(42.4 + 1.54 * level_db(rate) + fall)
@@ -243,4 +243,4 @@ def _log(frequency: ArrayLike, at_1_khz: float, per_decade: float) -> Floats:
 
 
 def _positive(frequency: ArrayLike) -> Floats:
-    return numbers("frequency", frequency, "Hz", 0.0, above=True)
+    return require_numbers("frequency", frequency, "Hz", 0.0, exclude_low=True)

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from insonify.ocean.wave_spectrum import GRAVITY, Floats
 from insonify.ocean.wind import checked_wind
-from insonify.validity import number, numbers, warn_outside
+from insonify.validity import require_number, require_numbers, warn_outside
 
 LAW = "Elfouhaily et al. (1997) wave spectrum"
 DEVELOPED = 0.84
@@ -47,7 +47,7 @@ class Elfouhaily:
         """Refuse what is no sea, and say where the law was not fitted."""
         object.__setattr__(self, "wind_speed", checked_wind("Elfouhaily", self.wind_speed))
         ages = "0.84 (developed) or 5 (very young)"
-        age = number("Elfouhaily.inverse_age", self.inverse_age, "", 0.0, above=True, such_as=ages)
+        age = require_number("Elfouhaily.inverse_age", self.inverse_age, "", 0.0, above=True, example=ages)
         object.__setattr__(self, "inverse_age", age)
         warn_outside(LAW, "wind speed", self.wind_speed, 3.0, 21.0, "m/s")
         warn_outside(LAW, "inverse wave age", self.inverse_age, 0.83, 5.0, "")
@@ -60,7 +60,7 @@ class Elfouhaily:
         """
         wind_speed = checked_wind("Elfouhaily", wind_speed)
         if not (isinstance(fetch, float) and math.isinf(fetch) and fetch > 0):  # an open ocean has no shore
-            fetch = number("fetch", fetch, "m", 0.0, above=True, such_as="50e3 to the upwind shore")
+            fetch = require_number("fetch", fetch, "m", 0.0, above=True, example="50e3 to the upwind shore")
         grown = GRAVITY * fetch / wind_speed**2 / GROWN
         return cls(wind_speed, DEVELOPED * math.tanh(grown**0.4) ** -0.75)
 
@@ -76,7 +76,7 @@ class Elfouhaily:
 
     def density(self, wavenumber: ArrayLike) -> Floats:
         """Variance of the height per wavenumber [m^3], at wavenumbers above 0 [rad/m], any shape."""
-        k = numbers("wavenumber", wavenumber, "rad/m", 0.0, above=True)
+        k = require_numbers("wavenumber", wavenumber, "rad/m", 0.0, exclude_low=True)
         return np.asarray((self._long_waves(k) + self._short_waves(k)) * self._peak_shape(k) / k**3)
 
     def _long_waves(self, k: Floats) -> Floats:
@@ -106,5 +106,5 @@ class Elfouhaily:
 
 def phase_speed(wavenumber: ArrayLike) -> Floats:
     """Speed of a wave's crests in deep water, as Elfouhaily writes it [m/s], at wavenumbers above 0 [rad/m]."""
-    k = numbers("wavenumber", wavenumber, "rad/m", 0.0, above=True)
+    k = require_numbers("wavenumber", wavenumber, "rad/m", 0.0, exclude_low=True)
     return np.asarray(np.sqrt(GRAVITY / k * (1 + (k / RIPPLE) ** 2)))

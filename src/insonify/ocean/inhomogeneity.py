@@ -15,29 +15,29 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 
-from insonify.noun import Metres, Noun, Seconds
+from insonify.model import Metres, Model, Seconds
 
 Floats = NDArray[np.float64]
 
 
-class Inhomogeneity(Noun):
+class Inhomogeneity(Model):
     """Smooth random changes of the speed of sound, fixed in the water."""
 
     rms_index: Annotated[float, Field(ge=0, le=1e-2)]
     """Root mean square of the relative change of sound speed [1]: 1e-4 is 0.15 m/s, or 0.05 degC."""
-    length: Annotated[Metres, Field(ge=0.1, le=1000)]
+    correlation_length: Annotated[Metres, Field(ge=0.1, le=1000)]
     """Distance over which the changes' correlation falls to 1/e [m]."""
-    lifetime: Annotated[Seconds, Field(gt=0, le=1e6)] | None = None
+    correlation_time: Annotated[Seconds, Field(gt=0, le=1e6)] | None = None
     """Time over which it falls to 1/e at one place [s]; None: the changes stay."""
 
 
-def delay_variance(way: ArrayLike, sound_speed: ArrayLike, uneven: Inhomogeneity) -> Floats:
+def delay_variance(path_length: ArrayLike, sound_speed: ArrayLike, inhomogeneity: Inhomogeneity) -> Floats:
     """Variance of the travel time along straight rays [s^2].
 
     Args:
-        way: Length of each ray [m], any shape.
+        path_length: Length of each ray [m], any shape.
         sound_speed: Mean along it [m/s], broadcast.
-        uneven: The water.
+        inhomogeneity: The water.
 
     Returns:
         Variance, broadcast shape.
@@ -48,17 +48,19 @@ def delay_variance(way: ArrayLike, sound_speed: ArrayLike, uneven: Inhomogeneity
     """
     from scipy.special import erf
 
-    x = np.asarray(way, float) / uneven.length
+    x = np.asarray(path_length, float) / inhomogeneity.correlation_length
     patches = np.sqrt(np.pi) * x * erf(x) + np.expm1(-(x**2))
-    return np.asarray((uneven.rms_index * uneven.length / np.asarray(sound_speed, float)) ** 2 * patches)
+    return np.asarray(
+        (inhomogeneity.rms_index * inhomogeneity.correlation_length / np.asarray(sound_speed, float)) ** 2 * patches
+    )
 
 
-def wave_parameter(way: float, wavelength: float, uneven: Inhomogeneity) -> float:
+def wave_parameter(path_length: float, wavelength: float, inhomogeneity: Inhomogeneity) -> float:
     """Size of the first Fresnel zone against a patch, 4 R / (k l^2) [1]: above 1 patches focus and scatter.
 
     Args:
-        way: Length of a ray [m].
+        path_length: Length of a ray [m].
         wavelength: Of the sound [m].
-        uneven: The water.
+        inhomogeneity: The water.
     """
-    return 4 * way * wavelength / (2 * np.pi * uneven.length**2)
+    return 4 * path_length * wavelength / (2 * np.pi * inhomogeneity.correlation_length**2)

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from insonify.ocean.wave_spectrum import GRAVITY, Floats
 from insonify.ocean.wind import checked_wind
-from insonify.validity import number, numbers, warn_outside
+from insonify.validity import require_number, require_numbers, warn_outside
 
 LAW = "JONSWAP (1973) wave spectrum"
 YOUNGEST, OLDEST = 0.1, 2.2e4
@@ -42,8 +42,11 @@ class Jonswap:
         """Refuse a wind, a shore or a peak that could not be."""
         for name, value in (
             ("wind_speed", checked_wind("Jonswap", self.wind_speed)),
-            ("fetch", number("Jonswap.fetch", self.fetch, "m", 0.0, above=True, such_as="50e3 to the upwind shore")),
-            ("enhancement", number("Jonswap.enhancement", self.enhancement, "", 1.0, 10.0, such_as="3.3")),
+            (
+                "fetch",
+                require_number("Jonswap.fetch", self.fetch, "m", 0.0, above=True, example="50e3 to the upwind shore"),
+            ),
+            ("enhancement", require_number("Jonswap.enhancement", self.enhancement, "", 1.0, 10.0, example="3.3")),
         ):
             object.__setattr__(self, name, value)
         fetch = GRAVITY * self.fetch / self.wind_speed**2
@@ -61,7 +64,7 @@ class Jonswap:
 
     def frequency_density(self, angular_frequency: ArrayLike) -> Floats:
         """Variance of the height per angular frequency [m^2 s], at frequencies above 0 [rad/s], any shape."""
-        omega = numbers("angular_frequency", angular_frequency, "rad/s", 0.0, above=True)
+        omega = require_numbers("angular_frequency", angular_frequency, "rad/s", 0.0, exclude_low=True)
         peak = self.peak_frequency
         strength = 0.076 * (self.wind_speed**2 / (self.fetch * GRAVITY)) ** 0.22
         width = np.where(omega <= peak, 0.07, 0.09)
@@ -73,5 +76,5 @@ class Jonswap:
 
         The frequency spectrum carried over by omega^2 = g k.
         """
-        omega = np.sqrt(GRAVITY * numbers("wavenumber", wavenumber, "rad/m", 0.0, above=True))
+        omega = np.sqrt(GRAVITY * require_numbers("wavenumber", wavenumber, "rad/m", 0.0, exclude_low=True))
         return np.asarray(self.frequency_density(omega) * GRAVITY / (2 * omega))

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from insonify.ocean.wave_spectrum import GRAVITY, Floats
 from insonify.ocean.wind import checked_wind
-from insonify.validity import numbers, warn_outside
+from insonify.validity import require_numbers, warn_outside
 
 LAW = "Pierson & Moskowitz (1964) wave spectrum"
 PHILLIPS = 8.1e-3
@@ -50,7 +50,7 @@ class PiersonMoskowitz:
 
     def frequency_density(self, angular_frequency: ArrayLike) -> Floats:
         """Variance of the height per angular frequency [m^2 s], at frequencies above 0 [rad/s], any shape."""
-        omega = numbers("angular_frequency", angular_frequency, "rad/s", 0.0, above=True)
+        omega = require_numbers("angular_frequency", angular_frequency, "rad/s", 0.0, exclude_low=True)
         slowness = GRAVITY / (MAST * self.wind_speed * omega)
         return np.asarray(PHILLIPS * GRAVITY**2 / omega**5 * np.exp(-SHAPE * slowness**4))
 
@@ -59,5 +59,5 @@ class PiersonMoskowitz:
 
         The frequency spectrum carried over by omega^2 = g k.
         """
-        omega = np.sqrt(GRAVITY * numbers("wavenumber", wavenumber, "rad/m", 0.0, above=True))
+        omega = np.sqrt(GRAVITY * require_numbers("wavenumber", wavenumber, "rad/m", 0.0, exclude_low=True))
         return np.asarray(self.frequency_density(omega) * GRAVITY / (2 * omega))

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import ArrayLike, NDArray
 
-from insonify.ocean.sea_water import depth_in_water, pressure_in_water
-from insonify.validity import numbers, warn_outside
+from insonify.ocean.sea_water_checks import checked_depth, checked_pressure
+from insonify.validity import require_numbers, warn_outside
 
 Floats = NDArray[np.float64]
 
@@ -36,12 +36,12 @@ def pressure_dbar(depth: ArrayLike, latitude: ArrayLike = 45.0) -> Floats:
     (0 degC, 35), without the paper's corrections for single seas.
     Valid: 0..12000 m. In real seas within about 0.1 %: 0.02 m/s of sound speed at 1 km.
     """
-    z, north = depth_in_water(depth), numbers("latitude", latitude, "degrees", -90.0, 90.0)
+    z, north = checked_depth(depth), require_numbers("latitude", latitude, "degrees", -90.0, 90.0)
     warn_outside(LAW, "depth", z, 0.0, 12e3, "m")
     return _pressure(z, north)
 
 
-def depth(pressure_dbar: ArrayLike, latitude: ArrayLike = 45.0) -> Floats:
+def depth_from_pressure(pressure_dbar: ArrayLike, latitude: ArrayLike = 45.0) -> Floats:
     """Depth at which the standard ocean weighs this much [m].
 
     Args:
@@ -54,8 +54,8 @@ def depth(pressure_dbar: ArrayLike, latitude: ArrayLike = 45.0) -> Floats:
     Source and validity: as `pressure_dbar`, inverted.
     """
     pressure, north = np.broadcast_arrays(
-        pressure_in_water(pressure_dbar),
-        numbers("latitude", latitude, "degrees", -90.0, 90.0),
+        checked_pressure(pressure_dbar),
+        require_numbers("latitude", latitude, "degrees", -90.0, 90.0),
     )
     z = pressure * 0.99
     for _ in range(NEWTON_STEPS):

@@ -10,7 +10,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from insonify.ocean.rounding import rounded
+from insonify.ocean.profile_smoothing import round_corners
 from insonify.ocean.sound_speed import sound_speed
 
 Floats = NDArray[np.float64]
@@ -118,7 +118,7 @@ class SoundSpeedProfile:
     def smoothed(self, length: float) -> Self:
         """The same water with its corners rounded, so that no ray meets a jump of the gradient.
 
-        Each corner becomes a parabola, cut into thin layers; see `insonify.ocean.rounding.rounded`.
+        Each corner becomes a parabola, cut into thin layers; see `insonify.ocean.profile_smoothing.rounded`.
 
         Args:
             length: Depth within which each corner is rounded, half above and half below it [m], above 0.
@@ -129,7 +129,7 @@ class SoundSpeedProfile:
         Raises:
             ValueError: The length is not a number above 0 m and up to 1000 m.
         """
-        return type(self)(*rounded(self.depth, self.speed, length))
+        return type(self)(*round_corners(self.depth, self.speed, length))
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, SoundSpeedProfile):

@@ -27,7 +27,7 @@ SYNONYMS = {"sound_speed": "speed", "sound speed": "speed", "sound_velocity": "s
 
 
 @dataclass(frozen=True, slots=True)
-class _Column:
+class _ProfileColumn:
     """One column of the table that we want."""
 
     name: str
@@ -81,7 +81,7 @@ def read_profile(path: str | Path, *, model: str = "teos10") -> SoundSpeedProfil
         if len(table) > 1 and table[-1][0] <= table[-2][0]:
             spot = f"{where}, column {columns[0].place + 1} (depth)"
             raise ValueError(
-                f"{spot}: {table[-1][0]:g} m after {table[-2][0]:g} m; depths must increase. {_way_out(*table[-2:])}"
+                f"{spot}: {table[-1][0]:g} m after {table[-2][0]:g} m; depths must increase. {_depth_order_advice(*table[-2:])}"
             )
     if len(table) < 2:
         raise ValueError(f"{path}, line {line}: the file ends after {len(table)} row(s) of values; give at least two.")
@@ -91,7 +91,7 @@ def read_profile(path: str | Path, *, model: str = "teos10") -> SoundSpeedProfil
     return SoundSpeedProfile.from_temperature_salinity(*values, model=model)
 
 
-def _way_out(before: list[float], row: list[float]) -> str:
+def _depth_order_advice(before: list[float], row: list[float]) -> str:
     """What to do about a depth that does not increase."""
     if row[0] == before[0]:
         return "Keep one row of each depth."
@@ -114,16 +114,18 @@ def _rows(path: Path) -> Iterator[tuple[int, list[str]]]:
             raise ValueError(f"{path}, line {i}: no row of a table ({fault}). Mend or delete the line.") from None
 
 
-def _columns(header: list[str], where: str) -> list[_Column]:
+def _columns(header: list[str], where: str) -> list[_ProfileColumn]:
     """The columns we want, in the order depth, speed or depth, temperature, salinity."""
-    found: dict[str, _Column] = {}
+    found: dict[str, _ProfileColumn] = {}
     for place, title in enumerate(header):
         name, unit = _title(title)
         if name not in QUANTITIES:
             continue
         if name in found:
             raise ValueError(f"{where}, column {place + 1}: a second column of {name}. Keep one.")
-        found[name] = _Column(name, place, _known(name, unit, f"{where}, column {place + 1}") if unit else _si(name))
+        found[name] = _ProfileColumn(
+            name, place, _known(name, unit, f"{where}, column {place + 1}") if unit else _si(name)
+        )
     wanted = ["depth", "speed"] if "speed" in found else ["depth", "temperature", "salinity"]
     if missing := [name for name in wanted if name not in found]:
         wrong = next((i for i, title in enumerate(header) if _title(title)[0] not in QUANTITIES), 0)
@@ -141,14 +143,14 @@ def _title(title: str) -> tuple[str, str]:
     return SYNONYMS.get(name, name), unit.strip(" ])")
 
 
-def _units_row(row: list[str], columns: list[_Column], where: str) -> list[_Column] | None:
+def _units_row(row: list[str], columns: list[_ProfileColumn], where: str) -> list[_ProfileColumn] | None:
     """The columns in the units of this row; None if it is a row of values."""
     if any(_is_number(row[column.place]) for column in columns if column.name != "salinity"):
         return None
     if not any(row[column.place].strip("[]()") in QUANTITIES[column.name][0] for column in columns):
         return None
     return [
-        _Column(c.name, c.place, _known(c.name, row[c.place].strip("[]()"), f"{where}, column {c.place + 1}"))
+        _ProfileColumn(c.name, c.place, _known(c.name, row[c.place].strip("[]()"), f"{where}, column {c.place + 1}"))
         for c in columns
     ]
 

@@ -10,17 +10,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
 
-from insonify.noun import Decibels, MetresPerSecond, Noun, located
+from insonify.model import Decibels, MetresPerSecond, Model, field_error
 from insonify.ocean.ambient_noise import noise_components_db, noise_level_db, thermal_noise_db
 from insonify.ocean.wind import STRONGEST
 from insonify.units import intensity_ratio
 
 Floats = NDArray[np.float64]
-Whence = Literal["everywhere", "surface"]
+Directionality = Literal["isotropic", "surface"]
 """All directions alike; or the sea surface, of which each part radiates as a vertical dipole."""
 
 
-class SeaNoise(Noun):
+class SeaNoise(Model):
     """The sea's own noise: a measured level, or wind, ships, rain and the water's molecules."""
 
     level_db: Annotated[Decibels, Field(ge=-100, le=250)] | None = None
@@ -31,19 +31,19 @@ class SeaNoise(Noun):
     """How busy the sea is, from 0 (remote) to 1 (heavy traffic); heard below some kilohertz only [1]."""
     rain_rate: Annotated[float, Field(ge=0, le=500, json_schema_extra={"units": "mm/h"})] = 0.0
     """Rainfall [mm/h]."""
-    whence: Whence = "everywhere"
+    directionality: Directionality = "isotropic"
     """Where it comes from; thermal noise comes from everywhere in any case."""
 
     @model_validator(mode="after")
     def _one_of_both(self) -> Self:
         if self.level_db is None and self.wind_speed is None:
-            raise located("", None, "says nothing of its level. Give level_db, or wind_speed (0 m/s in a calm).")
+            raise field_error("", None, "says nothing of its level. Give level_db, or wind_speed (0 m/s in a calm).")
         if self.level_db is not None and (self.wind_speed is not None or self.rain_rate > 0):
-            raise located("level_db", f"{self.level_db:g} dB", "is the level of all causes together. Leave wind_speed "
+            raise field_error("level_db", f"{self.level_db:g} dB", "is the level of all causes together. Leave wind_speed "
                           "and rain_rate out, or level_db.")  # fmt: skip
         return self
 
-    def density(self, frequency: ArrayLike) -> dict[Whence, Floats]:
+    def density(self, frequency: ArrayLike) -> dict[Directionality, Floats]:
         """Power of the noise by where it comes from [uPa^2/Hz]; warned where a law is heard outside its range.
 
         Args:
@@ -54,13 +54,13 @@ class SeaNoise(Noun):
         """
         f = np.asarray(frequency, dtype=float)
         if self.level_db is not None:
-            return {self.whence: np.full(f.shape, float(intensity_ratio(self.level_db)))}
+            return {self.directionality: np.full(f.shape, float(intensity_ratio(self.level_db)))}
         causes: dict[str, Any] = {
             "wind_speed": self.wind_speed, "shipping": self.shipping, "rain_rate": self.rain_rate,
         }  # fmt: skip
         whole = intensity_ratio(noise_level_db(f, **causes))
-        if self.whence == "everywhere":
-            return {"everywhere": whole}
+        if self.directionality == "isotropic":
+            return {"isotropic": whole}
         thermal = intensity_ratio(thermal_noise_db(f))
         rest = [level for name, level in noise_components_db(f, **causes).items() if name != "thermal"]
-        return {"everywhere": thermal, "surface": np.asarray(sum(intensity_ratio(level) for level in rest))}
+        return {"isotropic": thermal, "surface": np.asarray(sum(intensity_ratio(level) for level in rest))}

@@ -16,13 +16,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from insonify.ocean._wave_kernels import add_heights, add_motion
-from insonify.ocean.spreading import CosinePower, Spreading
+from insonify.ocean.directional_spreading import CosinePowerSpreading, DirectionalSpreading
+from insonify.ocean.wave_kernels import add_heights, add_motion
 from insonify.ocean.wave_spectrum import Floats, WaveSpectrum, angular_frequency
-from insonify.streams import SEA, uniforms
-from insonify.validity import number, numbers
+from insonify.random_keys import SEA_SURFACE, uniforms
+from insonify.validity import require_number, require_numbers
 
-MOST_WAVES = 1_000_000
+MAX_WAVES = 1_000_000
 """Waves beyond which a sea would be a mistake, or the end of the memory [1]."""
 _GRID = 8192
 """Wavenumbers of the table in which the shares are looked up [1]."""
@@ -63,13 +63,13 @@ class SeaSurface:
 
     spectrum: WaveSpectrum
     """How the variance of height is shared among wavenumbers."""
-    spreading: Spreading = field(default_factory=CosinePower)
+    directional_spreading: DirectionalSpreading = field(default_factory=CosinePowerSpreading)
     """How the waves of one wavenumber are shared among directions."""
-    going_to: float = 0.0
+    wave_direction: float = 0.0
     """Direction the waves go to, clockwise from north [rad]; pi/2 is east."""
     seed: int = 0
     """Of the scenario; another seed is another sea of the same kind [1]."""
-    shortest: float = 0.3
+    shortest_wavelength: float = 0.3
     """Length of the shortest waves drawn [m]; shorter ones stay in the scattering law, as slope and roughness."""
     water_depth: float = math.inf
     """Mean depth of the water, which slows long waves down [m]."""
@@ -87,24 +87,28 @@ class SeaSurface:
     def __post_init__(self) -> None:
         """Check what was asked, then draw the waves."""
         _check_counts(self.bands, self.directions, self.seed)
-        object.__setattr__(self, "going_to", number("SeaSurface.going_to", self.going_to, "rad"))
+        object.__setattr__(
+            self, "wave_direction", require_number("SeaSurface.wave_direction", self.wave_direction, "rad")
+        )
         if not (isinstance(self.water_depth, float) and self.water_depth == math.inf):
-            depth = number("SeaSurface.water_depth", self.water_depth, "m", 0.0, above=True)
+            depth = require_number("SeaSurface.water_depth", self.water_depth, "m", 0.0, above=True)
             object.__setattr__(self, "water_depth", depth)
-        object.__setattr__(self, "shortest", number("SeaSurface.shortest", self.shortest, "m", 0.0, above=True))
+        object.__setattr__(
+            self, "shortest_wavelength", require_number("SeaSurface.shortest_wavelength", self.shortest_wavelength, "m", 0.0, above=True)
+        )
         longest = 2 * math.pi / self.spectrum.peak
-        if self.shortest >= longest:
+        if self.shortest_wavelength >= longest:
             raise ValueError(
-                f"SeaSurface.shortest is {self.shortest} m; the dominant waves are {longest:.3g} m long. "
+                f"SeaSurface.shortest_wavelength is {self.shortest_wavelength} m; the dominant waves are {longest:.3g} m long. "
                 "Give a length well below that, such as a tenth of it"
             )
         self._draw()
 
     def _draw(self) -> None:
         band, sector = (n.ravel() for n in np.mgrid[: self.bands, : self.directions])
-        draws = uniforms(self.seed, SEA, band, sector)
+        draws = uniforms(self.seed, SEA_SURFACE, band, sector)
         k, variance = self._lengths(band, draws[:, 0])
-        angle = self.going_to + self.spreading.quantile((sector + draws[:, 1]) / self.directions, k)
+        angle = self.wave_direction + self.directional_spreading.quantile((sector + draws[:, 1]) / self.directions, k)
         for name, column in (
             ("amplitude", np.sqrt(2 * variance / self.directions)),
             ("wavenumber", np.stack((k * np.cos(angle), k * np.sin(angle)))),
@@ -115,7 +119,7 @@ class SeaSurface:
 
     def _lengths(self, band: NDArray[np.int64], share: Floats) -> tuple[Floats, Floats]:
         """A wavenumber for each draw, in proportion to the spectrum within its band, and the band's variance."""
-        low, high = self.spectrum.peak / 8, 2 * math.pi / self.shortest
+        low, high = self.spectrum.peak / 8, 2 * math.pi / self.shortest_wavelength
         k = np.geomspace(low, high, _GRID)
         below = _running(k, self.spectrum.density(k))
         steepness = _running(k, k**2 * self.spectrum.density(k))
@@ -144,9 +148,9 @@ class SeaSurface:
         Returns:
             Elevation [m], broadcast shape.
         """
-        places, shape = _columns(north, east, time)
-        height = np.empty(places.shape[1])
-        add_heights(places, self._cycles(), self.amplitude.copy(), height)
+        positions, shape = _columns(north, east, time)
+        height = np.empty(positions.shape[1])
+        add_heights(positions, self._cycles(), self.amplitude.copy(), height)
         return height.reshape(shape)
 
     def depth(self, north: ArrayLike, east: ArrayLike, time: ArrayLike) -> Floats:
@@ -164,9 +168,9 @@ class SeaSurface:
         Returns:
             Columns of the broadcast shape; slopes and speed are exact derivatives of the elevation.
         """
-        places, shape = _columns(north, east, time)
-        columns = np.empty((4, places.shape[1]))
-        add_motion(places, self._cycles(), self.amplitude.copy(), columns)
+        positions, shape = _columns(north, east, time)
+        columns = np.empty((4, positions.shape[1]))
+        add_motion(positions, self._cycles(), self.amplitude.copy(), columns)
         return SurfaceMotion(*(c.reshape(shape) for c in columns))
 
     def _cycles(self) -> Floats:
@@ -178,8 +182,8 @@ def _check_counts(bands: int, directions: int, seed: int) -> None:
     for name, count, least in (("bands", bands, 1), ("directions", directions, 1), ("seed", seed, 0)):
         if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < least:
             raise ValueError(f"SeaSurface.{name} is {count!r}; give a whole number, {least} or more")
-    if bands * directions > MOST_WAVES:
-        raise ValueError(f"SeaSurface has {bands} bands of {directions} directions; give {MOST_WAVES} waves at most")
+    if bands * directions > MAX_WAVES:
+        raise ValueError(f"SeaSurface has {bands} bands of {directions} directions; give {MAX_WAVES} waves at most")
 
 
 def _running(k: Floats, density: Floats) -> Floats:
@@ -190,5 +194,5 @@ def _running(k: Floats, density: Floats) -> Floats:
 
 def _columns(north: ArrayLike, east: ArrayLike, time: ArrayLike) -> tuple[Floats, tuple[int, ...]]:
     asked = (("north", north, "m"), ("east", east, "m"), ("time", time, "s"))
-    columns = np.broadcast_arrays(*(numbers(name, value, unit) for name, value, unit in asked))
+    columns = np.broadcast_arrays(*(require_numbers(name, value, unit) for name, value, unit in asked))
     return np.stack([c.ravel() for c in columns]), columns[0].shape

@@ -16,7 +16,7 @@ from insonify.ocean.chen_millero import chen_millero_speed
 from insonify.ocean.mackenzie import mackenzie_speed
 from insonify.ocean.medwin import medwin_speed
 from insonify.ocean.pressure import pressure_dbar as pressure_at
-from insonify.ocean.sea_water import depth_in_water, pressure_in_water, temperature_and_salinity
+from insonify.ocean.sea_water_checks import checked_depth, checked_pressure, checked_temperature_and_salinity
 from insonify.ocean.teos10 import teos10_speed
 from insonify.ocean.unesco import unesco_speed
 
@@ -47,7 +47,7 @@ def sound_speed(
     Raises:
         ValueError: There is no law of that name, or something is no number or no water has it.
     """
-    (t, s), z = temperature_and_salinity(temperature, salinity), depth_in_water(depth)
+    (t, s), z = checked_temperature_and_salinity(temperature, salinity), checked_depth(depth)
     if model in DEPTH_MODELS:
         return DEPTH_MODELS[model](t, s, z)
     if model in PRESSURE_MODELS:
@@ -75,7 +75,7 @@ def sound_speed_at_pressure(
         ValueError: There is no law of that name that works from pressure, or something is no number or no
             water has it.
     """
-    (t, s), p = temperature_and_salinity(temperature, salinity), pressure_in_water(pressure_dbar)
+    (t, s), p = checked_temperature_and_salinity(temperature, salinity), checked_pressure(pressure_dbar)
     if model in PRESSURE_MODELS:
         return PRESSURE_MODELS[model](t, s, p)
     known = ", ".join(PRESSURE_MODELS)

@@ -7,14 +7,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import BeforeValidator, Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
-from insonify.noun import Celsius, Decibels, Metres, MetresPerSecond, Noun, located
+from insonify.model import Celsius, Decibels, Metres, MetresPerSecond, Model, field_error
 from insonify.ocean.absorption import absorption_db_per_m
 from insonify.ocean.inhomogeneity import Inhomogeneity
 from insonify.ocean.profile import SoundSpeedProfile
-from insonify.ocean.rounding import LONGEST
+from insonify.ocean.profile_smoothing import LONGEST
+from insonify.ocean.scattering_layers import ScatteringPatch, ScenarioLayers, layer_columns, require_increasing_depths
+from insonify.ocean.scenario_profile import ScenarioProfile
 from insonify.ocean.sea_noise import SeaNoise
-from insonify.ocean.suspended import Patch, WrittenLayers, layers_of, refuse_crooked
-from insonify.ocean.written_profile import WrittenProfile
 from insonify.units import decibels
 
 
@@ -32,12 +32,12 @@ def _loss_per_metre(value: object) -> object:
 LossPerMetre = Annotated[float, BeforeValidator(_loss_per_metre), Field(ge=0, json_schema_extra={"units": "dB/m"})]
 
 
-class Water(Noun):
+class Water(Model):
     """Sea water of one sound speed, or of a sound speed that changes with depth."""
 
     sound_speed: Annotated[MetresPerSecond, Field(ge=1300, le=1700)] = 1500.0
     """Speed of sound [m/s]; where a profile is given, the mean speed of a vertical ray through all of it."""
-    profile: Annotated[WrittenProfile | None, Field(json_schema_extra={"words": "a sound-speed profile"})] = None
+    profile: Annotated[ScenarioProfile | None, Field(json_schema_extra={"words": "a sound-speed profile"})] = None
     """Sound speed against depth, instead of `sound_speed`: a table's name, rows or columns."""
     inhomogeneity: Inhomogeneity | None = None
     """Patches of warmer and colder water, which make travel times random; None: even water."""
@@ -56,10 +56,10 @@ class Water(Noun):
     """Noise in the water, of which each channel hears what its directivity lets in; None is silence."""
     absorption_db_per_m: LossPerMetre | None = None
     """Measured absorption, the same at every frequency [dB/m]; None asks Francois & Garrison."""
-    volume_strength_db: WrittenLayers | None = None
+    volume_strength_db: ScenarioLayers | None = None
     """What the water itself sends back, S_v [dB re 1/m]: one number, or rows of a depth and the strength from there
     down to the next row, null where it is clear; None: clear throughout."""
-    patches: tuple[Patch, ...] = ()
+    patches: tuple[ScatteringPatch, ...] = ()
     """Schools, wakes and the like, each a part of the water that answers more."""
 
     @model_validator(mode="before")
@@ -68,28 +68,28 @@ class Water(Noun):
         if not isinstance(value, dict):
             return value
         if value.get("profile") is not None and value.get("sound_speed") is not None:
-            raise located(
+            raise field_error(
                 "profile", None, "sound_speed stands here as well, and one of the two must go. "
                 "Delete the line 'sound_speed: ...' for layered water, or 'profile: ...' for water of one speed.",
             )  # fmt: skip
         if value.get("noise") is not None and value.get("noise_level_db") is not None:
-            raise located("noise_level_db", None, "says the noise in each channel, and noise that in the water. "
+            raise field_error("noise_level_db", None, "says the noise in each channel, and noise that in the water. "
                           "Delete one of them.")  # fmt: skip
         if value.get("smoothing") is not None and value.get("profile") is None:
-            raise located("smoothing", None, "rounds the corners of a profile, and there is none. Delete the line.")
+            raise field_error("smoothing", None, "rounds the corners of a profile, and there is none. Delete the line.")
         if value.get("profile") is not None:  # a speed of nothing is none
             return {key: one for key, one in value.items() if key != "sound_speed"}
         return value
 
     @model_validator(mode="after")
-    def _speed_of_the_profile(self) -> Self:
+    def _set_mean_sound_speed(self) -> Self:
         if self.profile is not None:
             self.__dict__["sound_speed"] = _mean_speed(self.profile)  # frozen, and not yet out of the door
         return self
 
     @model_validator(mode="after")
-    def _layers_grow_deeper(self) -> Self:
-        refuse_crooked(self.volume_strength_db, "volume_strength_db")
+    def _check_layer_depths(self) -> Self:
+        require_increasing_depths(self.volume_strength_db, "volume_strength_db")
         return self
 
     @model_serializer(mode="wrap")
@@ -112,19 +112,19 @@ class Water(Noun):
 
     def layers(self, deepest: float) -> NDArray[np.float64]:
         """Upper and lower side [m] and s_v [1/m] of the layers that answer, down to a depth [m], shape (layers, 3)."""
-        return layers_of(self.volume_strength_db, deepest)
+        return layer_columns(self.volume_strength_db, deepest)
 
     @property
-    def slowest(self) -> float:
+    def min_sound_speed(self) -> float:
         """Smallest sound speed at any depth [m/s]."""
         return self.sound_speed if self.profile is None else min(self.profile.speed)
 
     @property
-    def fastest(self) -> float:
+    def max_sound_speed(self) -> float:
         """Largest sound speed at any depth [m/s]."""
         return self.sound_speed if self.profile is None else max(self.profile.speed)
 
-    def profile_to(self, water_depth: float) -> SoundSpeedProfile:
+    def profile_to_depth(self, water_depth: float) -> SoundSpeedProfile:
         """Sound speed from the surface to the seabed, or deeper, its corners rounded if that is asked for.
 
         Args:
@@ -139,7 +139,7 @@ class Water(Noun):
         found.covers(water_depth)
         return found
 
-    def speed_at(self, depth: ArrayLike) -> NDArray[np.float64]:
+    def sound_speed_at(self, depth: ArrayLike) -> NDArray[np.float64]:
         """Speed of sound at depths [m/s]; above the first and below the last knot, that knot's.
 
         Args:
@@ -171,13 +171,13 @@ class Water(Noun):
 
 
 @lru_cache(maxsize=64)
-def _profile(written: WrittenProfile, smoothing: float | None) -> SoundSpeedProfile:
+def _profile(written: ScenarioProfile, smoothing: float | None) -> SoundSpeedProfile:
     """The profile behind what was written, made once."""
     profile = written.profile()
     return profile if smoothing is None else profile.smoothed(smoothing)
 
 
-def _mean_speed(written: WrittenProfile) -> float:
+def _mean_speed(written: ScenarioProfile) -> float:
     """Depth over travel time of a vertical ray through a profile [m/s]; exact for straight lines."""
     speed = np.array(written.speed)
     if speed.min() == speed.max():

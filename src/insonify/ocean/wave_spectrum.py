@@ -16,7 +16,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from insonify.validity import as_floats, number, numbers
+from insonify.validity import as_floats, require_number, require_numbers
 
 Floats = NDArray[np.float64]
 
@@ -64,28 +64,28 @@ def angular_frequency(wavenumber: ArrayLike, *, water_depth: ArrayLike = np.inf)
     Lamb (1932), Hydrodynamics, ch. IX (chapter quoted from memory).
     Valid: waves much lower than they are long, no current.
     """
-    k = numbers("wavenumber", wavenumber, "rad/m", 0.0)
+    k = require_numbers("wavenumber", wavenumber, "rad/m", 0.0)
     # An infinitely deep sea answers for k = 0 too, where 0 times infinity would not be a number.
     given = as_floats(water_depth)
     bottomless = given is not None and np.isposinf(given)
     finite = water_depth if given is None else np.where(bottomless, 1.0, given)
-    deep = numbers("water_depth", finite, "m", 0.0, above=True)
+    deep = require_numbers("water_depth", finite, "m", 0.0, exclude_low=True)
     shallowness = np.where(bottomless, 1.0, np.tanh(k * deep))
     return np.asarray(np.sqrt((GRAVITY * k + TENSION * k**3) * shallowness))
 
 
-def height_variance(spectrum: WaveSpectrum, *, longest: float = 0.0, shortest: float = FINEST) -> float:
+def height_variance(spectrum: WaveSpectrum, *, longest_wavelength: float = 0.0, shortest_wavelength: float = FINEST) -> float:
     """Variance of the surface's height [m^2].
 
     Args:
         spectrum: Of the sea.
-        longest: Wavenumber of the longest waves counted [rad/m].
-        shortest: Wavenumber of the shortest waves counted [rad/m].
+        longest_wavelength: Wavenumber of the longest_wavelength waves counted [rad/m].
+        shortest_wavelength: Wavenumber of the shortest_wavelength waves counted [rad/m].
 
     Returns:
         Integral of S(k) over that band [m^2].
     """
-    k, dk = _band(spectrum, longest, shortest)
+    k, dk = _band(spectrum, longest_wavelength, shortest_wavelength)
     return float(np.sum(spectrum.density(k) * dk))
 
 
@@ -101,45 +101,45 @@ def significant_height(spectrum: WaveSpectrum) -> float:
     return 4 * height_variance(spectrum) ** 0.5
 
 
-def mean_square_slope(spectrum: WaveSpectrum, shortest: float, *, longest: float = 0.0) -> float:
+def mean_square_slope(spectrum: WaveSpectrum, shortest_wavelength: float, *, longest_wavelength: float = 0.0) -> float:
     """Variance of the surface's slope, both directions together [1].
 
     Args:
         spectrum: Of the sea.
-        shortest: Wavenumber of the shortest waves counted [rad/m]. There is no default: a
+        shortest_wavelength: Wavenumber of the shortest_wavelength waves counted [rad/m]. There is no default: a
             saturated spectrum has slope in every octave, and sound of wavenumber k sees
             waves up to about k/3 to k as slope, shorter ones as roughness.
-        longest: Wavenumber of the longest waves counted [rad/m]; set it to where resolved
+        longest_wavelength: Wavenumber of the longest_wavelength waves counted [rad/m]; set it to where resolved
             waves end, and what is returned is the slope left to statistics.
 
     Returns:
         Integral of k^2 S(k) over that band [1].
     """
-    k, dk = _band(spectrum, longest, shortest)
+    k, dk = _band(spectrum, longest_wavelength, shortest_wavelength)
     return float(np.sum(k**2 * spectrum.density(k) * dk))
 
 
-def vertical_speed_rms(spectrum: WaveSpectrum, shortest: float, *, water_depth: float = np.inf) -> float:
+def vertical_speed_rms(spectrum: WaveSpectrum, shortest_wavelength: float, *, water_depth: float = np.inf) -> float:
     """Rms speed at which the surface rises and falls [m/s].
 
     Args:
         spectrum: Of the sea.
-        shortest: Wavenumber of the shortest waves counted [rad/m].
+        shortest_wavelength: Wavenumber of the shortest_wavelength waves counted [rad/m].
         water_depth: Mean depth of the water [m].
 
     Returns:
         Root of the integral of omega^2 S(k) [m/s].
     """
-    k, dk = _band(spectrum, 0.0, shortest)
+    k, dk = _band(spectrum, 0.0, shortest_wavelength)
     omega = angular_frequency(k, water_depth=water_depth)
     return float(np.sum(omega**2 * spectrum.density(k) * dk) ** 0.5)
 
 
-def _band(spectrum: WaveSpectrum, longest: float, shortest: float) -> tuple[Floats, Floats]:
+def _band(spectrum: WaveSpectrum, longest_wavelength: float, shortest_wavelength: float) -> tuple[Floats, Floats]:
     """Wavenumbers and their weights for an integral over a band, by Gauss in each sixth of an e-fold."""
-    low = max(number("longest", longest, "rad/m", 0.0), spectrum.peak / 8)
-    endless = isinstance(shortest, float) and shortest == np.inf
-    high = FINEST if endless else min(number("shortest", shortest, "rad/m", 0.0, above=True), FINEST)
+    low = max(require_number("longest_wavelength", longest_wavelength, "rad/m", 0.0), spectrum.peak / 8)
+    endless = isinstance(shortest_wavelength, float) and shortest_wavelength == np.inf
+    high = FINEST if endless else min(require_number("shortest_wavelength", shortest_wavelength, "rad/m", 0.0, above=True), FINEST)
     if not low < high:
         return np.ones(1), np.zeros(1)
     panels = int(np.ceil(6 * np.log(high / low)))

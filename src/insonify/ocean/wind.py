@@ -1,6 +1,6 @@
 """The wind, checked before it raises a sea."""
 
-from insonify.validity import number
+from insonify.validity import require_number
 
 STRONGEST = 120.0
 """Wind that no storm exceeds [m/s]."""
@@ -19,5 +19,5 @@ def checked_wind(owner: str, wind_speed: float) -> float:
     Raises:
         ValueError: The wind is not a finite number above 0.
     """
-    such_as = "7 (a flat sea needs no waves)"
-    return number(f"{owner}.wind_speed", wind_speed, "m/s", 0.0, STRONGEST, above=True, such_as=such_as)
+    example = "7 (a flat sea needs no waves)"
+    return require_number(f"{owner}.wind_speed", wind_speed, "m/s", 0.0, STRONGEST, above=True, example=example)

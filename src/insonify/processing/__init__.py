@@ -3,84 +3,84 @@
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from insonify.processing.gain import along_db, lambert_db, learnt_db
-from insonify.processing.ground import first_return, samples_spanned, slant_to_ground
+from insonify.processing.gain import along_track_gain_db, empirical_gain_db, lambert_gain_db
 from insonify.processing.image_labels import image_labels
-from insonify.processing.level import recorded_level
+from insonify.processing.recording_level import recorded_level
 from insonify.processing.sidescan import GAINS, sidescan
+from insonify.processing.slant_range_correction import first_bottom_return, ground_cell_edges, slant_to_ground_range
 from insonify.sonar.time_varied_gain import tvg_db
 
 if TYPE_CHECKING:
-    from insonify.processing.alike import (
-        advance,
+    from insonify.processing.beamforming import beamform_delay_sum, beamform_fft
+    from insonify.processing.bottom_detectors import Detections, amplitude_detection, bottom_detection, phase_detection
+    from insonify.processing.coherence import (
         coherence_by_delay,
         complex_coherence,
         displaced_phase_centres,
-        peak_between,
+        dpca_displacement,
+        parabolic_peak,
     )
-    from insonify.processing.beamforming import beamform_delay_sum, beamform_fft
-    from insonify.processing.bottom import Detections, amplitude_detection, bottom_detection, phase_detection
+    from insonify.processing.decimation import decimate, decimated_time, multilook
     from insonify.processing.element_recordings import (
         beam_recording,
         compressed_recording,
         decimated_recording,
-        fan_of_beams,
+        sector_image_of_beams,
     )
-    from insonify.processing.fan import fan_image
-    from insonify.processing.interferometer import (
+    from insonify.processing.interferometry import (
         elevation_to_phase,
         flat_bed_elevation,
         interferometric_depth,
         phase_deviation,
         phase_to_elevation,
-        unwrapped,
+        unwrap_to_reference,
     )
     from insonify.processing.pulse_compression import matched_filter
     from insonify.processing.recorded_aperture import synthetic_aperture_image
-    from insonify.processing.recorded_depths import interferometric_bathymetry, multibeam_soundings
-    from insonify.processing.recorder import decimate, decimated_time, multilook
-    from insonify.processing.synthetic_aperture import backproject, resolution_along
+    from insonify.processing.recorded_bathymetry import interferometric_bathymetry, multibeam_soundings
+    from insonify.processing.sector_images import sector_image
+    from insonify.processing.synthetic_aperture import along_track_resolution, backproject
 
 # Kernels take a moment to import: those of coherent processing are loaded when they are asked for.
 _HOME = {
-    "advance": "alike",
-    "coherence_by_delay": "alike",
-    "complex_coherence": "alike",
-    "displaced_phase_centres": "alike",
-    "peak_between": "alike",
+    "dpca_displacement": "coherence",
+    "coherence_by_delay": "coherence",
+    "complex_coherence": "coherence",
+    "displaced_phase_centres": "coherence",
+    "parabolic_peak": "coherence",
     "beamform_delay_sum": "beamforming",
     "beamform_fft": "beamforming",
-    "Detections": "bottom",
-    "amplitude_detection": "bottom",
-    "bottom_detection": "bottom",
-    "phase_detection": "bottom",
+    "Detections": "bottom_detectors",
+    "amplitude_detection": "bottom_detectors",
+    "bottom_detection": "bottom_detectors",
+    "phase_detection": "bottom_detectors",
     "beam_recording": "element_recordings",
     "compressed_recording": "element_recordings",
     "decimated_recording": "element_recordings",
-    "fan_of_beams": "element_recordings",
-    "fan_image": "fan",
-    "elevation_to_phase": "interferometer",
-    "flat_bed_elevation": "interferometer",
-    "interferometric_depth": "interferometer",
-    "phase_deviation": "interferometer",
-    "phase_to_elevation": "interferometer",
-    "unwrapped": "interferometer",
+    "sector_image_of_beams": "element_recordings",
+    "sector_image": "sector_images",
+    "elevation_to_phase": "interferometry",
+    "flat_bed_elevation": "interferometry",
+    "interferometric_depth": "interferometry",
+    "phase_deviation": "interferometry",
+    "phase_to_elevation": "interferometry",
+    "unwrap_to_reference": "interferometry",
     "matched_filter": "pulse_compression",
     "synthetic_aperture_image": "recorded_aperture",
-    "interferometric_bathymetry": "recorded_depths",
-    "multibeam_soundings": "recorded_depths",
-    "decimate": "recorder",
-    "decimated_time": "recorder",
-    "multilook": "recorder",
+    "interferometric_bathymetry": "recorded_bathymetry",
+    "multibeam_soundings": "recorded_bathymetry",
+    "decimate": "decimation",
+    "decimated_time": "decimation",
+    "multilook": "decimation",
     "backproject": "synthetic_aperture",
-    "resolution_along": "synthetic_aperture",
+    "along_track_resolution": "synthetic_aperture",
 }
 
 __all__ = [
     "GAINS",
     "Detections",
-    "advance",
-    "along_db",
+    "along_track_gain_db",
+    "along_track_resolution",
     "amplitude_detection",
     "backproject",
     "beam_recording",
@@ -94,31 +94,31 @@ __all__ = [
     "decimated_recording",
     "decimated_time",
     "displaced_phase_centres",
+    "dpca_displacement",
     "elevation_to_phase",
-    "fan_image",
-    "fan_of_beams",
-    "first_return",
+    "empirical_gain_db",
+    "first_bottom_return",
     "flat_bed_elevation",
+    "ground_cell_edges",
     "image_labels",
     "interferometric_bathymetry",
     "interferometric_depth",
-    "lambert_db",
-    "learnt_db",
+    "lambert_gain_db",
     "matched_filter",
     "multibeam_soundings",
     "multilook",
-    "peak_between",
+    "parabolic_peak",
     "phase_detection",
     "phase_deviation",
     "phase_to_elevation",
     "recorded_level",
-    "resolution_along",
-    "samples_spanned",
+    "sector_image",
+    "sector_image_of_beams",
     "sidescan",
-    "slant_to_ground",
+    "slant_to_ground_range",
     "synthetic_aperture_image",
     "tvg_db",
-    "unwrapped",
+    "unwrap_to_reference",
 ]
 
 

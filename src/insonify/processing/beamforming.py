@@ -14,10 +14,16 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from insonify.processing._between import FINER, REACH, fine_cells
-from insonify.processing._steer import steer
-from insonify.processing.element_series import carrier, element_series, element_weights, even_clock, places
-from insonify.validity import number, numbers
+from insonify.processing._delay_and_sum_kernel import delay_and_sum
+from insonify.processing._fractional_delay import FINER, REACH, oversampled_cells
+from insonify.processing.element_series import (
+    checked_carrier,
+    checked_positions,
+    element_series,
+    element_weights,
+    uniform_clock,
+)
+from insonify.validity import require_number, require_numbers
 
 Complexes = NDArray[np.complex64]
 Floats = NDArray[np.float64]
@@ -30,7 +36,7 @@ FAR = 1e12
 
 
 def beamform_delay_sum(
-    pressure: ArrayLike, element_places: ArrayLike, time: ArrayLike, directions: ArrayLike, *,
+    pressure: ArrayLike, element_positions: ArrayLike, time: ArrayLike, directions: ArrayLike, *,
     centre_frequency: float, sound_speed: float = 1500.0, shading: str | ArrayLike = "uniform",
     focus: str | float = "dynamic", transmitter: ArrayLike | None = None, centre: ArrayLike | None = None,
     threads: int | None = None,
@@ -43,7 +49,7 @@ def beamform_delay_sum(
 
     Args:
         pressure: Complex baseband, shape (..., channel, time).
-        element_places: Of the receiving elements in any frame [m], shape (channel, 3).
+        element_positions: Of the receiving elements in any frame [m], shape (channel, 3).
         time: Of the samples, evenly spaced, after the start of transmission [s], shape (time,).
         directions: Unit vectors of the beams in that frame, shape (beam, 3).
         centre_frequency: Of the baseband [Hz].
@@ -64,13 +70,13 @@ def beamform_delay_sum(
     Source: van Trees (2002), Optimum Array Processing, ch. 2 (delay-and-sum, array manifold); the focus for a
     transmitter apart from the centre is the ellipsoid |r u - d| + r = c t.
     """
-    first, rate = even_clock(time)
-    element = places("element_places", element_places, (None, 3))
+    first, rate = uniform_clock(time)
+    element = checked_positions("element_positions", element_positions, (None, 3))
     series = element_series(pressure, np.size(time), len(element))
-    frequency, speed = carrier(centre_frequency, sound_speed)
+    frequency, speed = checked_carrier(centre_frequency, sound_speed)
     looks = _directions(directions)
-    middle = element.mean(axis=0) if centre is None else places("centre", centre, (3,))
-    sent = np.zeros(3) if transmitter is None else places("transmitter", transmitter, (3,)) - middle
+    middle = element.mean(axis=0) if centre is None else checked_positions("centre", centre, (3,))
+    sent = np.zeros(3) if transmitter is None else checked_positions("transmitter", transmitter, (3,)) - middle
     weight, at, range_ = element_weights(shading, element), np.array(time, float), _focus(focus)
     pings = series.reshape(-1, *series.shape[-2:])
     out = np.zeros((len(pings), len(looks), series.shape[-1]), np.complex64)
@@ -78,14 +84,14 @@ def beamform_delay_sum(
     def form(job: tuple[int, int, Complexes]) -> None:
         ping, begin, cells = job
         beams = slice(begin, begin + BEAMS_AT_ONCE)
-        steer(
+        delay_and_sum(
             cells, first - REACH / rate, rate * FINER, frequency, speed, at, element - middle, sent,
             looks[beams], weight, range_, out[ping, beams].view(np.float32),
         )  # fmt: skip
 
     with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
         for ping, row in enumerate(pings):
-            cells = fine_cells(row)
+            cells = oversampled_cells(row)
             list(pool.map(form, [(ping, begin, cells) for begin in range(0, len(looks), BEAMS_AT_ONCE)]))
     return out.reshape(*series.shape[:-2], len(looks), series.shape[-1])
 
@@ -123,11 +129,11 @@ def beamform_fft(
     Source: van Trees (2002), ch. 3.3 and 6 (frequency-domain beamforming); Rabiner, Schafer & Rader (1969), Bell Syst.
     Tech. J. 48, 1249-1292 (chirp-z transform); from memory.
     """
-    first, rate = even_clock(time)
+    first, rate = uniform_clock(time)
     series = element_series(pressure, np.size(time))
-    frequency, speed = carrier(centre_frequency, sound_speed)
-    pitch = number("spacing", spacing, "m", 0.0, above=True, such_as="0.0075")
-    start, step, beams = _even_sines(sines)
+    frequency, speed = checked_carrier(centre_frequency, sound_speed)
+    pitch = require_number("spacing", spacing, "m", 0.0, above=True, example="0.0075")
+    start, step, beams = _uniform_sines(sines)
     if focus not in ("far", "dynamic"):
         raise ValueError(f"focus is {focus!r}; choose far or dynamic, or use beamform_delay_sum for a range in metres")
     channels, samples = series.shape[-2:]
@@ -136,22 +142,22 @@ def beamform_fft(
     weight = element_weights(shading, line)[:, None].astype(np.float32)
     groups = [(slice(0, beams), 0.0)]
     if focus == "dynamic":
-        groups = _focused_alike(
+        groups = _beams_sharing_focus(
             np.asarray(start + step * np.arange(beams), float), line[-1, 1], first * speed / 2, speed / frequency
         )
     pings = series.reshape(-1, channels, samples)
     out = np.empty((len(pings), beams, samples), np.complex64)
     times = np.array(time, float)
     for row, ping in zip(out, pings, strict=True):
-        cells = fine_cells(ping) if focus == "dynamic" else ping
+        cells = oversampled_cells(ping) if focus == "dynamic" else ping
         for some, sine in groups:
             seen = ping if focus == "far" else _seen_from(sine, cells, line, times, (first, rate, frequency, speed))
             begin, count = start + step * some.start - sine, some.stop - some.start
-            row[some] = _beams_of_line(seen * weight, pitch, frequency, speed, rate, (begin, step, count))
+            row[some] = _line_array_beams(seen * weight, pitch, frequency, speed, rate, (begin, step, count))
     return out.reshape(*series.shape[:-2], beams, samples)
 
 
-def _beams_of_line(
+def _line_array_beams(
     series: Complexes, pitch: float, frequency: float, speed: float, rate: float, sines: tuple[float, float, int]
 ) -> Complexes:
     """Beams of one ping's weighed elements, (beams, samples), at some sines: the first, their step, how many."""
@@ -161,12 +167,12 @@ def _beams_of_line(
     size = scipy.fft.next_fast_len(samples + int(np.ceil(2 * reach * rate)) + 16)
     # cycles per element and per unit of sine, in each bin
     wave = pitch / speed * (frequency + scipy.fft.fftfreq(size, 1 / rate))
-    transform = _ChirpTransform.along(wave, channels, start, step, beams)
+    transform = _ChirpZTransform.along(wave, channels, start, step, beams)
     bins = scipy.fft.fft(series, size, axis=-1)
     return np.asarray(scipy.fft.ifft(transform(bins), axis=-1)[:, :samples], np.complex64)
 
 
-def _focused_alike(sines: Floats, half: float, nearest: float, wavelength: float) -> list[tuple[slice, float]]:
+def _beams_sharing_focus(sines: Floats, half: float, nearest: float, wavelength: float) -> list[tuple[slice, float]]:
     """Beams that may share a focus, and the sine that it looks at: those whose sines have nearly equal squares.
 
     Args:
@@ -198,7 +204,7 @@ def _seen_from(
     look, alone = np.array([[np.sqrt(max(1 - sine**2, 0.0)), sine, 0.0]]), np.ones(1)
     out = np.zeros((len(line), len(time)), np.complex64)
     for m in range(len(line)):
-        steer(
+        delay_and_sum(
             cells[m : m + 1], first - REACH / rate, rate * FINER, frequency, speed, time, line[m : m + 1], np.zeros(3),
             look, alone, -1.0, out[m : m + 1].view(np.float32),
         )  # fmt: skip
@@ -206,7 +212,7 @@ def _seen_from(
 
 
 @dataclass(frozen=True, slots=True)
-class _ChirpTransform:
+class _ChirpZTransform:
     """Sum over elements m of bins exp(-j 2 pi wave m (start + b step)), m counted from the middle of the line.
 
     With m b = (m^2 + b^2 - (m - b)^2) / 2 the sum is a convolution with a chirp, done by FFT along the elements.
@@ -240,8 +246,8 @@ def _turned(cycles: Floats) -> Complexes:
     return np.exp(2j * np.pi * (cycles - np.round(cycles))).astype(np.complex64)
 
 
-def _even_sines(sines: ArrayLike) -> tuple[float, float, int]:
-    given = numbers("sines", sines, "", -1.0, 1.0, gaps=False)
+def _uniform_sines(sines: ArrayLike) -> tuple[float, float, int]:
+    given = require_numbers("sines", sines, "", -1.0, 1.0, allow_nan=False)
     if given.ndim != 1 or given.size < 1:
         raise ValueError(f"sines has shape {given.shape}; give one row of beams")
     step = float((given[-1] - given[0]) / max(given.size - 1, 1))
@@ -255,7 +261,7 @@ def _even_sines(sines: ArrayLike) -> tuple[float, float, int]:
 
 
 def _directions(directions: ArrayLike) -> Floats:
-    given = places("directions", directions, (None, 3))
+    given = checked_positions("directions", directions, (None, 3))
     length = np.linalg.norm(given, axis=1)
     if np.any(np.abs(length - 1) > 1e-6):
         raise ValueError(f"directions has a vector of length {length[np.argmax(np.abs(length - 1))]:g}; give length 1")
@@ -269,4 +275,4 @@ def _focus(focus: str | float) -> float:
         return FAR
     if isinstance(focus, str):
         raise ValueError(f"focus is {focus!r}; choose dynamic, far, or a range in metres")
-    return number("focus", focus, "m", 0.0, above=True, such_as="10.0")
+    return require_number("focus", focus, "m", 0.0, above=True, example="10.0")

@@ -6,12 +6,17 @@ from numpy.typing import ArrayLike
 
 from insonify.frames import direction
 from insonify.processing.beamforming import beamform_delay_sum
-from insonify.processing.element_series import even_clock
-from insonify.processing.fan import fan_image
-from insonify.processing.level import recorded_level
+from insonify.processing.decimation import Keep, decimate, decimated_time
+from insonify.processing.element_series import uniform_clock
 from insonify.processing.pulse_compression import matched_filter
-from insonify.processing.recorded_geometry import apart, centre_frequency, elements, transmitter
-from insonify.processing.recorder import Keep, decimate, decimated_time
+from insonify.processing.recorded_geometry import (
+    centre_frequency,
+    is_bistatic,
+    recorded_element_positions,
+    recorded_transmitter_position,
+)
+from insonify.processing.recording_level import recorded_level
+from insonify.processing.sector_images import sector_image
 from insonify.sonar.pulse import Pulse
 from insonify.units import intensity_ratio, level_db
 
@@ -30,7 +35,7 @@ def compressed_recording(recording: xr.Dataset, replica: Pulse | ArrayLike, *, w
         The recording with `pressure` compressed: an echo is a peak of its own level at its delay. The attribute
         `pulse_duration` [s] tells how long the replica was.
     """
-    rate = even_clock(recording["time"].values)[1]
+    rate = uniform_clock(recording["time"].values)[1]
     series = recording["pressure"].transpose(..., "time")
     about = PRESSURE | {"long_name": "received pressure after the matched filter, complex envelope, rms scale"}
     found = series.copy(data=matched_filter(series.values, replica, rate, window=window)).assign_attrs(about)
@@ -40,7 +45,7 @@ def compressed_recording(recording: xr.Dataset, replica: Pulse | ArrayLike, *, w
 
 def beam_recording(
     recording: xr.Dataset, bearings: ArrayLike, *, elevation: ArrayLike = 0.0, sound_speed: float = 1500.0,
-    shading: str | ArrayLike = "uniform", focus: str | float = "dynamic", transmitter_place: ArrayLike | None = None,
+    shading: str | ArrayLike = "uniform", focus: str | float = "dynamic", transmitter_position: ArrayLike | None = None,
     threads: int | None = None,
 ) -> xr.Dataset:  # fmt: skip
     """Beams of a recording of elements by delay and sum; see `beamform_delay_sum`.
@@ -52,22 +57,22 @@ def beam_recording(
         sound_speed: Of the water [m/s].
         shading: Of the elements: a name, or weights of shape (channel,).
         focus: "dynamic", "far", or a range [m].
-        transmitter_place: Forward, starboard, down [m], shape (3,); None: as the recording says, or the middle.
+        transmitter_position: Forward, starboard, down [m], shape (3,); None: as the recording says, or the middle.
         threads: How many cores to use.
 
     Returns:
         `pressure` over (ping, beam, time) with coordinates `bearing`, `elevation` and `side`, and what else the
         recording holds of pings and times. `sidescan` makes its image of beams abeam.
     """
-    if focus == "dynamic" and apart(recording):
+    if focus == "dynamic" and is_bistatic(recording):
         raise ValueError("focus is dynamic, which follows the range of one platform, and the recording has "
                          "receiver_position. Write far, or a range from the receiver [m].")  # fmt: skip
     bearing = np.atleast_1d(np.asarray(bearings, float))
     down = np.broadcast_to(np.asarray(elevation, float), bearing.shape)
     formed = beamform_delay_sum(
-        recording["pressure"].transpose(..., "channel", "time").values, elements(recording), recording["time"].values,
+        recording["pressure"].transpose(..., "channel", "time").values, recorded_element_positions(recording), recording["time"].values,
         direction(bearing, down), centre_frequency=centre_frequency(recording), sound_speed=sound_speed,
-        shading=shading, focus=focus, transmitter=transmitter(recording, transmitter_place), threads=threads,
+        shading=shading, focus=focus, transmitter=recorded_transmitter_position(recording, transmitter_position), threads=threads,
     )  # fmt: skip
     kept = recording.drop_vars([name for name, held in recording.variables.items() if "channel" in held.dims])
     dims = ("ping", "beam", "time") if formed.ndim == 3 else ("beam", "time")
@@ -80,10 +85,10 @@ def beam_recording(
     ).assign_attrs(sound_speed=sound_speed)  # fmt: skip
 
 
-def fan_of_beams(
+def sector_image_of_beams(
     beams: xr.Dataset, ahead: ArrayLike, starboard: ArrayLike, *, sound_speed: float | None = None
 ) -> xr.Dataset:
-    """The image that beams in one plane make, ahead and to starboard; see `fan_image`.
+    """The image that beams in one plane make, ahead and to starboard; see `sector_image`.
 
     Ranges are halves of the ways heard, as if sound had come from the array: a transmitter that stands d off it moves
     them by up to d / 2.
@@ -100,7 +105,7 @@ def fan_of_beams(
     speed = float(beams.attrs.get("sound_speed", 1500.0)) if sound_speed is None else sound_speed
     level = recorded_level(beams).transpose(..., "beam", "time")
     ranges = np.asarray(beams["time"].values, float) * speed / 2
-    power = fan_image(intensity_ratio(level.values), beams["bearing"].values, ranges, ahead, starboard)
+    power = sector_image(intensity_ratio(level.values), beams["bearing"].values, ranges, ahead, starboard)
     about = {"units": "dB re 1 uPa", "long_name": "level of the received pressure"}
     axes = {
         "ahead": ("ahead", np.asarray(ahead, float), {"units": "m", "long_name": "distance ahead of the array"}),

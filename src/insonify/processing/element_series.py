@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from insonify.sonar.aperture import shading_weight
 from insonify.sonar.array import Shading
-from insonify.validity import number, numbers, water_speed
+from insonify.validity import require_number, require_numbers, require_sound_speed
 
 Floats = NDArray[np.float64]
 Series = NDArray[np.complex64]
@@ -16,7 +16,7 @@ UNEVEN = 1e-3
 """How far a sample may lie from its place on an even clock, in samples."""
 
 
-def even_clock(time: ArrayLike) -> tuple[float, float]:
+def uniform_clock(time: ArrayLike) -> tuple[float, float]:
     """First time [s] and sample rate [Hz] of samples at even steps.
 
     Args:
@@ -25,7 +25,7 @@ def even_clock(time: ArrayLike) -> tuple[float, float]:
     Raises:
         ValueError: Fewer than two samples, or uneven steps.
     """
-    times = numbers("time", time, "s", gaps=False)
+    times = require_numbers("time", time, "s", allow_nan=False)
     if times.ndim != 1 or times.size < 2:
         raise ValueError(f"time has shape {times.shape}; give one row of two samples or more")
     step = (times[-1] - times[0]) / (times.size - 1)
@@ -65,7 +65,7 @@ def element_series(pressure: ArrayLike, samples: int, channels: int | None = Non
     return np.ascontiguousarray(series, np.complex64)
 
 
-def places(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Floats:
+def checked_positions(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Floats:
     """Places or velocities in three axes, of a shape in which None is any number.
 
     Args:
@@ -76,7 +76,7 @@ def places(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Floats
     Raises:
         ValueError: Another shape, or numbers that are not finite.
     """
-    given = numbers(name, value, "m", gaps=False)
+    given = require_numbers(name, value, "m", allow_nan=False)
     fits = given.ndim == len(shape) and all(w in (None, n) for w, n in zip(shape, given.shape, strict=True))
     if not fits:
         wanted = ", ".join("any" if n is None else str(n) for n in shape)
@@ -85,24 +85,26 @@ def places(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Floats
     return np.array(given, float, order="C")
 
 
-def carrier(centre_frequency: float, sound_speed: float) -> tuple[float, float]:
+def checked_carrier(centre_frequency: float, sound_speed: float) -> tuple[float, float]:
     """Centre frequency [Hz] and sound speed [m/s], each refused where it means nothing.
 
     Args:
         centre_frequency: Of the complex baseband [Hz].
         sound_speed: Of the water [m/s].
     """
-    frequency = number("centre_frequency", centre_frequency, "Hz", 0.0, above=True, such_as="100e3")
-    return frequency, float(water_speed("sound_speed", number("sound_speed", sound_speed, "m/s"), gaps=False))
+    frequency = require_number("centre_frequency", centre_frequency, "Hz", 0.0, above=True, example="100e3")
+    return frequency, float(
+        require_sound_speed("sound_speed", require_number("sound_speed", sound_speed, "m/s"), gaps=False)
+    )
 
 
-def taper(name: str, shading: str, place: Floats) -> Floats:
+def taper(name: str, shading: str, relative_position: Floats) -> Floats:
     """Weight of a shading that is known by its name [1]: uniform, cosine, hann, hamming or taylor.
 
     Args:
         name: Of the argument, for the advice.
         shading: Name of the shading.
-        place: Distance from the middle in lengths of the whole, -1/2..1/2, any shape.
+        relative_position: Distance from the middle in lengths of the whole, -1/2..1/2, any shape.
 
     Raises:
         ValueError: Another name.
@@ -110,26 +112,26 @@ def taper(name: str, shading: str, place: Floats) -> Floats:
     known = get_args(Shading)
     if shading not in known:
         raise ValueError(f"{name} is {shading!r}; choose one of {', '.join(known)}")
-    return shading_weight(shading, place)
+    return shading_weight(shading, relative_position)
 
 
-def element_weights(shading: str | ArrayLike, element_places: Floats) -> Floats:
+def element_weights(shading: str | ArrayLike, element_positions: Floats) -> Floats:
     """Weight of each element, together one, so that an echo from where a beam looks keeps its level [1].
 
     Args:
         shading: Name of a shading along a line array (uniform, cosine, hann, hamming, taylor), or a weight for each
             element, shape (channel,).
-        element_places: Of the elements [m], shape (channel, 3).
+        element_positions: Of the elements [m], shape (channel, 3).
 
     Raises:
         ValueError: A name for elements that do not lie on a line, or weights that do not fit or add up to nothing.
     """
-    count = len(element_places)
+    count = len(element_positions)
     if isinstance(shading, str):
-        along = np.zeros(count) if shading == "uniform" else _along_line(element_places)
+        along = np.zeros(count) if shading == "uniform" else _along_line(element_positions)
         weights = taper("shading", shading, along)
     else:
-        weights = numbers("shading", shading, "", gaps=False)
+        weights = require_numbers("shading", shading, "", allow_nan=False)
         if weights.shape != (count,):
             raise ValueError(f"shading has shape {weights.shape}; give one weight for each of {count} elements")
     total = float(np.sum(weights))
@@ -138,9 +140,9 @@ def element_weights(shading: str | ArrayLike, element_places: Floats) -> Floats:
     return np.array(weights / total, float)
 
 
-def _along_line(element_places: Floats) -> Floats:
+def _along_line(element_positions: Floats) -> Floats:
     """Place of each element along the line of them all, in lengths of the array, -1/2..1/2."""
-    centred = element_places - element_places.mean(axis=0)
+    centred = element_positions - element_positions.mean(axis=0)
     _, sizes, axes = np.linalg.svd(centred, full_matrices=False)
     if len(sizes) > 1 and sizes[1] > 1e-2 * sizes[0]:
         raise ValueError("shading by name is for elements on a line; give a weight for each element instead")

@@ -1,6 +1,6 @@
 """Gain: what is added to a sonar's levels so that a uniform bed looks uniform.
 
-Time-varied gain undoes what range alone does, by a law; a learnt gain asks the recording itself what its
+Time-varied gain undoes what range alone does, by a law; a empirical gain asks the recording itself what its
 usual level at each range is.
 """
 
@@ -15,19 +15,19 @@ Floats = NDArray[np.float64]
 LAWS = {"tvg20": 20.0, "tvg30": 30.0, "tvg40": 40.0}
 """Decibels for each tenfold range: for a one-way beam, for an extended bed, for a point."""
 LOOKS = 64
-"""Least number of samples whose median is one point of a learnt curve."""
+"""Least number of samples whose median is one point of a empirical curve."""
 SILENT = 30.0
 """How far below its usual level a range may be, after time-varied gain, and still be lifted to it [dB]."""
 
 
-def lambert_db(slant: Floats, altitude: Floats, *, absorption_db_per_m: float = 0.0) -> Floats:
+def lambert_gain_db(slant_range: Floats, altitude: Floats, *, absorption_db_per_m: float = 0.0) -> Floats:
     """The gain under which a level bed that scatters by Lambert's law is uniform [dB].
 
     On a level bed the insonified part is slant range over the cosine of the grazing angle, and Lambert's law
     squares its sine: altitude over slant range. Beams are taken as open in elevation.
 
     Args:
-        slant: Slant range [m], shape (samples,).
+        slant_range: Slant range [m], shape (samples,).
         altitude: Height above the bed [m], shape (...).
         absorption_db_per_m: Of the water, one way [dB/m].
 
@@ -38,25 +38,25 @@ def lambert_db(slant: Floats, altitude: Floats, *, absorption_db_per_m: float = 
     """
     height = np.maximum(np.asarray(altitude, float)[..., None], NEAREST / 10)
     # The very first echo comes from a disc, not from a strip: no steeper than 60 degrees is followed.
-    far = np.maximum(slant, height / np.sin(np.radians(60)))
+    far = np.maximum(slant_range, height / np.sin(np.radians(60)))
     sine = height / far
     bed = -level_db(sine**2) + level_db(np.sqrt(1 - sine**2))
     return np.asarray(tvg_db(far, 30.0, absorption_db_per_m=absorption_db_per_m) + bed)
 
 
-def learnt_db(level: Floats, slant: Floats, *, absorption_db_per_m: float = 0.0) -> Floats:
+def empirical_gain_db(level: Floats, slant_range: Floats, *, absorption_db_per_m: float = 0.0) -> Floats:
     """The gain that a recording asks for itself: less its median over all pings at each range, smoothed [dB].
 
     Args:
         level: Levels [dB], shape (pings, samples); NaN and -inf are passed over.
-        slant: Slant range of each sample [m], shape (samples,).
+        slant_range: Slant range of each sample [m], shape (samples,).
         absorption_db_per_m: Of the water, one way [dB/m].
 
     Returns:
         Gain [dB], shape (samples,), under which the median of an image is about 0 dB at every range where the bed
         is heard. A silent water column is lifted no further than time-varied gain would have it less 30 dB.
     """
-    law = tvg_db(slant, LAWS["tvg40"], absorption_db_per_m=absorption_db_per_m)
+    law = tvg_db(slant_range, LAWS["tvg40"], absorption_db_per_m=absorption_db_per_m)
     middle = _medians(level) + law
     heard = np.isfinite(middle)
     if not heard.any():
@@ -76,7 +76,7 @@ def _medians(level: Floats) -> Floats:
     return middle
 
 
-def along_db(level: Floats, pings: int = 25) -> Floats:
+def along_track_gain_db(level: Floats, pings: int = 25) -> Floats:
     """The gain that evens out pings that are louder or fainter as a whole than those about them [dB].
 
     Args:

@@ -10,9 +10,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from insonify.processing.ground import samples_spanned
-from insonify.processing.shares import sums_between
-from insonify.records.labels import COLUMNS, NOBODY
+from insonify.processing.bin_overlap import sums_between_edges
+from insonify.processing.slant_range_correction import ground_cell_edges
+from insonify.records.labels import COLUMNS, NO_ROW
 
 Floats = NDArray[np.float64]
 Vote = Literal["majority", "any"]
@@ -42,44 +42,44 @@ def image_labels(labels: xr.Dataset, image: xr.Dataset, *, masks: Vote = "majori
     slant = np.asarray(said["time"].values, float) * float(image.attrs["sound_speed"]) / 2
     altitude = image["altitude"].values if image.attrs["geometry"] == "ground" else np.zeros(len(told))
     wanted = [name for name in COLUMNS if name in said]
-    out = {name: _blank(name, said, image.sizes["across"]) for name in wanted}
+    out = {name: _empty_variable(name, said, image.sizes["across"]) for name in wanted}
     for channel in np.unique(image["channel"].values):
         at = np.flatnonzero(image["channel"].values == channel)
         at = at[np.argsort(np.abs(image["across"].values[at]))]
         across = np.abs(image["across"].values[at])
-        held = {name: _time_last(said[name].isel(channel=channel)) for name in wanted}
+        held = {name: _with_time_last(said[name].isel(channel=channel)) for name in wanted}
         for ping in np.flatnonzero(told & np.isfinite(altitude)):
-            edges = samples_spanned(slant, float(altitude[ping]), across)
+            edges = ground_cell_edges(slant, float(altitude[ping]), across)
             for name, values in held.items():
-                out[name][ping][..., at] = _asked(name, values[ping], edges, 0.5 if masks == "majority" else 0.0)
+                out[name][ping][..., at] = _on_cells(name, values[ping], edges, 0.5 if masks == "majority" else 0.0)
     return _dataset(out, said, image)
 
 
-def _time_last(column: xr.DataArray) -> NDArray[Any]:
+def _with_time_last(column: xr.DataArray) -> NDArray[Any]:
     """Values of a column, ping first and time last."""
     return np.asarray(column.transpose("ping", ..., "time").values)
 
 
-def _blank(name: str, said: xr.Dataset, columns: int) -> NDArray[Any]:
+def _empty_variable(name: str, template: xr.Dataset, columns: int) -> NDArray[Any]:
     """Room for a variable, ping first and columns last, as it is where nothing is known."""
     dims, kind, _, _ = COLUMNS[name]
-    fill: Any = np.nan if np.issubdtype(kind, np.floating) else False if kind is np.bool_ else NOBODY
-    beside = [said.sizes[dim] for dim in dims if dim not in ("ping", "channel", "time")]
-    return np.full((said.sizes["ping"], *beside, columns), fill, kind)
+    fill: Any = np.nan if np.issubdtype(kind, np.floating) else False if kind is np.bool_ else NO_ROW
+    beside = [template.sizes[dim] for dim in dims if dim not in ("ping", "channel", "time")]
+    return np.full((template.sizes["ping"], *beside, columns), fill, kind)
 
 
-def _asked(name: str, values: NDArray[Any], edges: Floats, least: float) -> NDArray[Any]:
+def _on_cells(name: str, values: NDArray[Any], edges: Floats, min_fraction: float) -> NDArray[Any]:
     """One variable of one ping on the cells of an image, (..., samples) to (..., cells)."""
     _, kind, units, _ = COLUMNS[name]
     count = values.shape[-1]
     inside = (edges[:-1] >= 0) & (edges[1:] <= count)
     if kind is np.bool_:
         share = _mean(values, edges)
-        return np.asarray(inside & (share >= least) & (share > 1e-9))
+        return np.asarray(inside & (share >= min_fraction) & (share > 1e-9))
     if kind is np.uint8:
         known = np.unique(values)
         votes = np.array([_mean(values == one, edges) for one in known])
-        return np.where(inside, known[np.argmax(votes, axis=0)], NOBODY)
+        return np.where(inside, known[np.argmax(votes, axis=0)], NO_ROW)
     if units == "uPa^2":
         rows = values.reshape(-1, count).astype(float)
         found = np.array([_mean(row, edges) for row in rows]).reshape(*values.shape[:-1], -1)
@@ -90,18 +90,18 @@ def _asked(name: str, values: NDArray[Any], edges: Floats, least: float) -> NDAr
 
 def _mean(values: NDArray[Any], edges: Floats) -> Floats:
     """Mean between edges counted in samples, each of which is as long as 1, (samples,) to (cells,)."""
-    sums = sums_between(np.asarray(values, float), edges)
+    sums = sums_between_edges(np.asarray(values, float), edges)
     return np.asarray(sums / np.maximum(np.diff(edges), 1e-300))
 
 
-def _dataset(out: dict[str, NDArray[Any]], said: xr.Dataset, image: xr.Dataset) -> xr.Dataset:
+def _dataset(out: dict[str, NDArray[Any]], template: xr.Dataset, image: xr.Dataset) -> xr.Dataset:
     """The variables with the image's axes beside those of the labels."""
     held = {}
     for name in out:
         dims, _, units, meaning = COLUMNS[name]
         beside = [dim for dim in dims if dim not in ("ping", "channel", "time")]
         column = xr.DataArray(out[name], dims=("ping", *beside, "across"), attrs={"units": units, "long_name": meaning})
-        held[name] = column.transpose("ping", "across", "axis") if name == "place" else column
+        held[name] = column.transpose("ping", "across", "axis") if name == "position" else column
     coords = {name: image[name] for name in ("ping", "across", "along", "altitude", "channel") if name in image.coords}
-    coords |= {name: said[name] for name in ("owner", "pair", "axis") if name in said.coords}
+    coords |= {name: template[name] for name in ("object", "pair", "axis") if name in template.coords}
     return xr.Dataset(held, coords, {"geometry": image.attrs["geometry"], "sound_speed": image.attrs["sound_speed"]})

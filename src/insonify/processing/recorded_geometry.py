@@ -7,13 +7,13 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from insonify.frames import pose_rotation
-from insonify.processing.element_series import places
+from insonify.processing.element_series import checked_positions
 
 Floats = NDArray[np.float64]
 Navigation = Literal["logged", "true"]
 
 
-def elements(recording: xr.Dataset) -> Floats:
+def recorded_element_positions(recording: xr.Dataset) -> Floats:
     """Places of the receiving elements from the platform's reference point: forward, starboard, down [m].
 
     Args:
@@ -29,27 +29,27 @@ def elements(recording: xr.Dataset) -> Floats:
         raise ValueError(
             "the recording has no element_position; add it over (channel, axis): forward, starboard, down [m]"
         )
-    return places("element_position", recording["element_position"].values, (recording.sizes["channel"], 3))
+    return checked_positions("element_position", recording["element_position"].values, (recording.sizes["channel"], 3))
 
 
-def transmitter(recording: xr.Dataset, given: ArrayLike | None = None) -> Floats:
+def recorded_transmitter_position(recording: xr.Dataset, override: ArrayLike | None = None) -> Floats:
     """Place of the transmitter on its platform: forward, starboard, down [m], shape (3,).
 
     Args:
         recording: With `transmitter_position` over (axis,), or else the middle of its elements is taken; of two
             platforms the reference point of the transmitter's.
-        given: What the caller knows better [m], shape (3,).
+        override: What the caller knows better [m], shape (3,).
     """
-    if given is not None:
-        return places("transmitter", given, (3,))
+    if override is not None:
+        return checked_positions("transmitter", override, (3,))
     if "transmitter_position" in recording:
-        return places("transmitter_position", recording["transmitter_position"].values, (3,))
-    if apart(recording):
+        return checked_positions("transmitter_position", recording["transmitter_position"].values, (3,))
+    if is_bistatic(recording):
         return np.zeros(3)
-    return np.asarray(elements(recording).mean(axis=0))
+    return np.asarray(recorded_element_positions(recording).mean(axis=0))
 
 
-def apart(recording: xr.Dataset) -> bool:
+def is_bistatic(recording: xr.Dataset) -> bool:
     """Whether the receiver has a platform of its own.
 
     Args:
@@ -58,7 +58,7 @@ def apart(recording: xr.Dataset) -> bool:
     return "receiver_position" in recording
 
 
-def insist_on_one_platform(recording: xr.Dataset) -> None:
+def require_one_platform(recording: xr.Dataset) -> None:
     """Refuse a recording whose receiver has a platform of its own.
 
     Args:
@@ -67,7 +67,7 @@ def insist_on_one_platform(recording: xr.Dataset) -> None:
     Raises:
         ValueError: It has.
     """
-    if apart(recording):
+    if is_bistatic(recording):
         raise ValueError(
             "the recording has receiver_position, and an echo's time tells a range only where one platform sends and "
             "hears; between two it tells an ellipse. Back-project it: synthetic_aperture_image"
@@ -88,7 +88,9 @@ def centre_frequency(recording: xr.Dataset) -> float:
     return float(recording.attrs["centre_frequency"])
 
 
-def poses(recording: xr.Dataset, navigation: Navigation = "logged", *, receiver: bool = False) -> tuple[Floats, Floats]:
+def recorded_poses(
+    recording: xr.Dataset, navigation: Navigation = "logged", *, receiver: bool = False
+) -> tuple[Floats, Floats]:
     """Place of the platform at the start of each ping, and how it lay.
 
     Args:
@@ -105,21 +107,21 @@ def poses(recording: xr.Dataset, navigation: Navigation = "logged", *, receiver:
     if navigation not in ("logged", "true"):
         raise ValueError(f"navigation is {navigation!r}; choose logged or true")
     prefix = "logged_" if navigation == "logged" and "logged_position" in recording else ""
-    prefix += "receiver_" if receiver and apart(recording) else ""
+    prefix += "receiver_" if receiver and is_bistatic(recording) else ""
     place = np.asarray(recording[f"{prefix}position"].values, float)
     return place, pose_rotation(*np.asarray(recording[f"{prefix}attitude"].values, float).T)
 
 
-def in_world(place: Floats, rotation: Floats, body: Floats) -> Floats:
+def body_to_world(platform_position: Floats, rotation: Floats, body_points: Floats) -> Floats:
     """Places in the world of points of the body.
 
     Args:
-        place: Of the platform at each ping [m], shape (ping, 3).
+        platform_position: Of the platform at each ping [m], shape (ping, 3).
         rotation: Body to world, shape (ping, 3, 3).
-        body: Points: forward, starboard, down [m], shape (..., 3).
+        body_points: Points: forward, starboard, down [m], shape (..., 3).
 
     Returns:
         North, east, down [m], shape (ping, ..., 3).
     """
-    turned = np.einsum("pij,...j->p...i", rotation, body)
-    return np.asarray(turned + place.reshape(len(place), *(1,) * (body.ndim - 1), 3))
+    turned = np.einsum("pij,...j->p...i", rotation, body_points)
+    return np.asarray(turned + platform_position.reshape(len(platform_position), *(1,) * (body_points.ndim - 1), 3))

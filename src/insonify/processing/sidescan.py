@@ -6,22 +6,22 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from insonify.processing.gain import LAWS, along_db, lambert_db, learnt_db
-from insonify.processing.ground import first_return, slant_to_ground
-from insonify.processing.level import recorded_level
-from insonify.processing.recorded_geometry import insist_on_one_platform
-from insonify.records.image import Geometry, image
+from insonify.processing.gain import LAWS, along_track_gain_db, empirical_gain_db, lambert_gain_db
+from insonify.processing.recorded_geometry import require_one_platform
+from insonify.processing.recording_level import recorded_level
+from insonify.processing.slant_range_correction import first_bottom_return, slant_to_ground_range
+from insonify.records.image import Geometry, image_dataset
 from insonify.sonar.time_varied_gain import tvg_db
 
 Floats = NDArray[np.float64]
 
-GAINS = ("none", *LAWS, "lambert", "learnt")
+GAINS = ("none", *LAWS, "lambert", "empirical")
 """Names of the gains."""
 
 
 def sidescan(
-    recording: xr.Dataset, *, geometry: Geometry = "slant", gain: str = "learnt", sound_speed: float = 1500.0,
-    absorption_db_per_m: float = 0.0, altitude: float | Floats | None = None, beam: int = 0, even: bool = False,
+    recording: xr.Dataset, *, geometry: Geometry = "slant", gain: str = "empirical", sound_speed: float = 1500.0,
+    absorption_db_per_m: float = 0.0, altitude: float | Floats | None = None, beam: int = 0, normalise_along_track: bool = False,
 ) -> xr.Dataset:  # fmt: skip
     """The image that a recording makes.
 
@@ -30,12 +30,12 @@ def sidescan(
             over (ping, beam, time), as beams are made of an array's elements.
         geometry: Slant range, or distance on a level bed.
         gain: One of `GAINS`: none, tvg20, tvg30, tvg40, lambert (a level bed that scatters by Lambert's law becomes
-            uniform), learnt (the median over all pings becomes uniform).
+            uniform), empirical (the median over all pings becomes uniform).
         sound_speed: Of the water [m/s].
         absorption_db_per_m: Of the water, one way, for the gains by law [dB/m].
         altitude: Height above the bed [m], one number or shape (ping,); None: from the first return.
         beam: Which beam of each side, from 0.
-        even: Whether pings that are fainter or louder as a whole are evened out.
+        normalise_along_track: Whether pings that are fainter or louder as a whole are evened out.
 
     Returns:
         See `insonify.records.image.image`.
@@ -47,22 +47,22 @@ def sidescan(
     _check("geometry", geometry, get_args(Geometry))
     _check("gain", gain, GAINS)
     if geometry == "ground":
-        insist_on_one_platform(recording)
+        require_one_platform(recording)
     level = np.asarray(recorded_level(recording).values, float)
     slant = np.asarray(recording["time"].values, float) * sound_speed / 2
     height = _altitudes(altitude, level, slant)
     parts = []
     for side, channel in _channels(recording, beam):
         lines = level[:, channel] + _gain(gain, level[:, channel], slant, height, absorption_db_per_m)
-        if even:
-            lines = lines + along_db(lines)[:, None]
+        if normalise_along_track:
+            lines = lines + along_track_gain_db(lines)[:, None]
         across = slant
         if geometry == "ground":
             across = _ground(slant, height)
-            lines = slant_to_ground(lines, slant, height, across)
+            lines = slant_to_ground_range(lines, slant, height, across)
         mirrored = slice(None, None, -1) if side < 0 else slice(None)
         parts.append((lines[:, mirrored], (side or 1) * across[mirrored], np.full(len(across), channel)))
-    made = image(
+    made = image_dataset(
         np.concatenate([lines for lines, _, _ in parts], axis=1), np.concatenate([across for _, across, _ in parts]),
         _along(recording), geometry=geometry, gain=gain, altitude=height, pings=_numbers(recording),
         attributes={"sound_speed": sound_speed},
@@ -90,28 +90,28 @@ def _channels(recording: xr.Dataset, beam: int) -> list[tuple[int, int]]:
     return found
 
 
-def _altitudes(altitude: float | Floats | None, level: Floats, slant: Floats) -> Floats:
+def _altitudes(altitude: float | Floats | None, level: Floats, slant_range: Floats) -> Floats:
     if altitude is not None:
         return np.broadcast_to(np.asarray(altitude, float), (len(level),))
-    return first_return(level, slant)
+    return first_bottom_return(level, slant_range)
 
 
-def _gain(gain: str, level: Floats, slant: Floats, altitude: Floats, absorption_db_per_m: float) -> Floats:
+def _gain(gain: str, level: Floats, slant_range: Floats, altitude: Floats, absorption_db_per_m: float) -> Floats:
     """Gain of one side [dB], shape (samples,) or (pings, samples)."""
     if gain in LAWS:
-        return tvg_db(slant, LAWS[gain], absorption_db_per_m=absorption_db_per_m)
+        return tvg_db(slant_range, LAWS[gain], absorption_db_per_m=absorption_db_per_m)
     if gain == "lambert":
-        return lambert_db(slant, altitude, absorption_db_per_m=absorption_db_per_m)
-    if gain == "learnt":
-        return learnt_db(level, slant, absorption_db_per_m=absorption_db_per_m)
-    return np.zeros(len(slant))
+        return lambert_gain_db(slant_range, altitude, absorption_db_per_m=absorption_db_per_m)
+    if gain == "empirical":
+        return empirical_gain_db(level, slant_range, absorption_db_per_m=absorption_db_per_m)
+    return np.zeros(len(slant_range))
 
 
-def _ground(slant: Floats, altitude: Floats) -> Floats:
+def _ground(slant_range: Floats, altitude: Floats) -> Floats:
     """Middles of cells on the ground, as many to the metre as there are samples of slant range [m]."""
     lowest = float(np.nanmin(altitude)) if np.isfinite(altitude).any() else 0.0
-    farthest = np.sqrt(max(float(slant[-1]) ** 2 - lowest**2, 0.0))
-    cell = float(slant[1] - slant[0])
+    farthest = np.sqrt(max(float(slant_range[-1]) ** 2 - lowest**2, 0.0))
+    cell = float(slant_range[1] - slant_range[0])
     return np.asarray((np.arange(max(int(farthest / cell), 2)) + 0.5) * cell, float)
 
 

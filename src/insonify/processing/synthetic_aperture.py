@@ -6,10 +6,10 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from insonify.processing._between import FINER, REACH, fine_cells
-from insonify.processing._project import project
-from insonify.processing.element_series import carrier, element_series, even_clock, places, taper
-from insonify.validity import number, numbers
+from insonify.processing._backprojection_kernel import backproject_pings
+from insonify.processing._fractional_delay import FINER, REACH, oversampled_cells
+from insonify.processing.element_series import checked_carrier, checked_positions, element_series, taper, uniform_clock
+from insonify.validity import require_number, require_numbers
 
 Floats = NDArray[np.float64]
 
@@ -22,7 +22,7 @@ CELLS_AT_ONCE = 8_000_000
 def backproject(
     pressure: ArrayLike, time: ArrayLike, transmit: ArrayLike, receive: ArrayLike, grid: ArrayLike, *,
     centre_frequency: float, sound_speed: float = 1500.0, receive_velocity: ArrayLike | None = None,
-    shading: ArrayLike | None = None, along: ArrayLike | None = None, widest: float | None = None,
+    shading: ArrayLike | None = None, track_direction: ArrayLike | None = None, max_angle: float | None = None,
     angle_shading: str = "uniform", threads: int | None = None,
 ) -> NDArray[np.complex64]:  # fmt: skip
     """Complex image of places from matched-filtered pings of an array that moves.
@@ -43,8 +43,8 @@ def backproject(
         receive_velocity: Of the receivers while they listen, constant over a ping [m/s], shape (ping, channel, 3), or
             anything that broadcasts to it; None: they stop and hop from ping to ping.
         shading: Weight of each ping (ping,), or of each series (ping, channel), such as a taper of the aperture.
-        along: Unit vector along the track, shape (3,) or (ping, 3), for the limit of angles.
-        widest: Widest angle off broadside at which a ping still counts for a pixel [rad], seen from the transmitter;
+        track_direction: Unit vector along the track, shape (3,) or (ping, 3), for the limit of angles.
+        max_angle: Widest angle off broadside at which a ping still counts for a pixel [rad], seen from the transmitter;
             None: every ping counts for every pixel.
         angle_shading: Taper over the sine of that angle: uniform, cosine, hann, hamming, taylor.
         threads: How many cores to use; all by default. The bits do not depend on it.
@@ -60,15 +60,15 @@ def backproject(
     Source: Hawkins (1996), thesis, Canterbury, and Callow (2003), thesis, Canterbury (back-projection of synthetic
     aperture sonar, stop and hop); from memory. With a receiver that moves evenly the delay is a quadratic's root.
     """
-    series, clock = _pings(pressure, np.size(time)), even_clock(time)
-    frequency, speed = carrier(centre_frequency, sound_speed)
+    series, clock = _pings(pressure, np.size(time)), uniform_clock(time)
+    frequency, speed = checked_carrier(centre_frequency, sound_speed)
     count, channels = series.shape[:2]
-    sent = places("transmit", transmit, (count, 3))
-    heard = places("receive", receive, (count, channels, 3))
+    sent = checked_positions("transmit", transmit, (count, 3))
+    heard = checked_positions("receive", receive, (count, channels, 3))
     moving = _velocity(receive_velocity, heard.shape, speed)
     weight = _weights(shading, count, channels)
-    axis, sine, window = _angles(along, widest, angle_shading, count)
-    pixels = numbers("grid", grid, "m", gaps=False)
+    axis, sine, window = _angles(track_direction, max_angle, angle_shading, count)
+    pixels = require_numbers("grid", grid, "m", allow_nan=False)
     if pixels.ndim < 1 or pixels.shape[-1] != 3:
         raise ValueError(f"grid has shape {pixels.shape}; give places of three axes, (..., 3)")
     flat = np.ascontiguousarray(pixels.reshape(-1, 3).T)
@@ -76,11 +76,11 @@ def backproject(
     workers = threads or os.cpu_count() or 1
     with ThreadPoolExecutor(workers) as pool:
         for part in _batches(count, channels * series.shape[2] * FINER):
-            cells = fine_cells(series[part], workers=workers)
+            cells = oversampled_cells(series[part], workers=workers)
 
             def paint(begin: int, cells: NDArray[np.complex64] = cells, part: slice = part) -> None:
                 end = begin + PIXELS_AT_ONCE
-                project(
+                backproject_pings(
                     cells, clock[0] - REACH / clock[1], clock[1] * FINER, frequency, speed, sent[part], heard[part],
                     moving[part], weight[part], axis[part], sine, window, np.ascontiguousarray(flat[:, begin:end]),
                     sums[2 * begin : 2 * end], weights[begin:end],
@@ -91,7 +91,7 @@ def backproject(
     return np.asarray(image, np.complex64).reshape(pixels.shape[:-1])
 
 
-def resolution_along(half_angle: float, centre_frequency: float, sound_speed: float = 1500.0) -> float:
+def along_track_resolution(half_angle: float, centre_frequency: float, sound_speed: float = 1500.0) -> float:
     """Width at -3 dB along the track of a point seen alike from -half_angle to half_angle off broadside [m].
 
     0.886 of the spatial period c / (4 f sin(half_angle)) that a two-way aperture holds; from an element of length D,
@@ -108,8 +108,8 @@ def resolution_along(half_angle: float, centre_frequency: float, sound_speed: fl
 
     Source: width of a sinc, as in Hawkins (1996), ch. 4; from memory.
     """
-    frequency, speed = carrier(centre_frequency, sound_speed)
-    widest = number("half_angle", half_angle, "rad", 0.0, np.pi / 2, above=True, such_as="np.radians(10)")
+    frequency, speed = checked_carrier(centre_frequency, sound_speed)
+    widest = require_number("half_angle", half_angle, "rad", 0.0, np.pi / 2, above=True, example="np.radians(10)")
     return float(0.8859 * speed / (4 * frequency * np.sin(widest)))
 
 
@@ -127,7 +127,7 @@ def _batches(count: int, cells_each: int) -> list[slice]:
 
 
 def _velocity(velocity: ArrayLike | None, shape: tuple[int, ...], sound_speed: float) -> Floats:
-    given = numbers("receive_velocity", 0.0 if velocity is None else velocity, "m/s", gaps=False)
+    given = require_numbers("receive_velocity", 0.0 if velocity is None else velocity, "m/s", allow_nan=False)
     try:
         rows = np.array(np.broadcast_to(given, shape), float, order="C")
     except ValueError:
@@ -139,7 +139,7 @@ def _velocity(velocity: ArrayLike | None, shape: tuple[int, ...], sound_speed: f
 
 
 def _weights(shading: ArrayLike | None, pings: int, channels: int) -> Floats:
-    given = numbers("shading", 1.0 if shading is None else shading, "", 0.0, gaps=False)
+    given = require_numbers("shading", 1.0 if shading is None else shading, "", 0.0, allow_nan=False)
     if given.ndim == 1:
         given = given[:, None]
     if given.ndim and given.shape not in ((pings, 1), (pings, channels)):
@@ -148,18 +148,18 @@ def _weights(shading: ArrayLike | None, pings: int, channels: int) -> Floats:
 
 
 def _angles(
-    along: ArrayLike | None, widest: float | None, shading: str, pings: int
+    track_direction: ArrayLike | None, max_angle: float | None, shading: str, pings: int
 ) -> tuple[Floats, float, NDArray[np.float32]]:
     """Axis at each ping, sine of the widest angle (2: no limit), and its taper from the middle outward."""
     window = np.asarray(taper("angle_shading", shading, np.linspace(0, 0.5, 257)), np.float32)
-    if widest is None:
+    if max_angle is None:
         if shading != "uniform":
             raise ValueError(f"angle_shading is {shading!r} without a limit; give widest, the angle where it ends")
         return np.zeros((pings, 3)), 2.0, window
-    sine = np.sin(number("widest", widest, "rad", 0.0, np.pi / 2, above=True, such_as="np.radians(10)"))
-    if along is None:
+    sine = np.sin(require_number("widest", max_angle, "rad", 0.0, np.pi / 2, above=True, example="np.radians(10)"))
+    if track_direction is None:
         raise ValueError("widest is given without along; give the unit vector along the track, (3,) or (ping, 3)")
-    given = numbers("along", along, "", gaps=False)
+    given = require_numbers("along", track_direction, "", allow_nan=False)
     if given.shape not in ((3,), (pings, 3)) or np.any(np.abs(np.linalg.norm(given, axis=-1) - 1) > 1e-6):
         raise ValueError(f"along has shape {given.shape}; give unit vectors, (3,) or ({pings}, 3)")
     return np.array(np.broadcast_to(given, (pings, 3)), float, order="C"), float(sine), np.maximum(window, 0)

@@ -9,9 +9,9 @@ Floats = NDArray[np.float64]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def add_waves(
-    place: Floats, north: Floats, east: Floats, down: Floats, water_depth: float, part: Floats, wave: Floats,
-    turn: Floats, total: Floats,
+def add_delay_waves(
+    position: Floats, north: Floats, east: Floats, down: Floats, water_depth: float, part: Floats, wave: Floats,
+    wave_phase: Floats, total: Floats,
 ) -> None:  # fmt: skip
     """Add the waves of a field, each taken where the ray has done its own part of the way.
 
@@ -19,22 +19,22 @@ def add_waves(
     the surface.
 
     Args:
-        place: Where the rays start: north, east, depth [m], (3,).
+        position: Where the rays start: north, east, depth [m], (3,).
         north: Where each ends [m], (n,).
         east: Likewise.
         down: Likewise, unfolded.
         water_depth: Between surface and bottom [m].
         part: Part of the way at which each wave is met [1], (m,).
         wave: Cycles per metre to the north, to the east and down of each wave [1/m], (m, 3).
-        turn: Phase of each [cycles], (m,).
+        wave_phase: Phase of each [cycles], (m,).
         total: Result, the sum of all cosines [1], (n,); filled with zeros at first.
     """
     period = 2 * water_depth
     for m in range(part.size):
         s = part[m]
         x, y, z = s * wave[m, 0], s * wave[m, 1], wave[m, 2]
-        start = (1 - s) * (place[0] * wave[m, 0] + place[1] * wave[m, 1]) + turn[m]
-        below = (1 - s) * place[2]
+        start = (1 - s) * (position[0] * wave[m, 0] + position[1] * wave[m, 1]) + wave_phase[m]
+        below = (1 - s) * position[2]
         for i in range(total.size):
             depth = below + s * down[i]
             depth = abs(depth - period * np.rint(depth / period))

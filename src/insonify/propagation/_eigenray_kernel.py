@@ -11,7 +11,37 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.jit import njit
-from insonify.propagation._finish_kernel import (
+from insonify.propagation._layer_sequence_kernel import (
+    GRADIENT,
+    HALF_TURNS,
+    KAPPA,
+    LAYER_SEQUENCE,
+    LAYER_SEQUENCE_COLUMNS,
+    NEAR,
+    NODES,
+    POINT,
+    RAY_BRANCH_ROWS,
+    SOURCE,
+    SPEED,
+    STRETCH,
+    TURN_FAST,
+    TURN_NODE,
+    TURN_SLOW,
+    WALL,
+    build_nodes,
+    count_passages,
+    finish_layer_sequence,
+    highest_speed,
+    start_layer_sequence,
+    turning_slabs,
+)
+from insonify.propagation._monotone_segment_kernel import GUESSES, MOST, ROUNDING, branch_rays
+from insonify.propagation._ray_branch_kernel import (
+    LEVEL,
+    ray_distance,
+    ray_to_distance,
+)
+from insonify.propagation._ray_properties_kernel import (
     AMPLITUDE,
     AT_END,
     B_FAR,
@@ -23,64 +53,34 @@ from insonify.propagation._finish_kernel import (
     COLUMNS,
     DELAY,
     FOLD,
-    FOLD_BEND,
-    FOLD_SHARE,
+    FOLD_CURVATURE,
+    FOLD_SIDE,
     LENGTH,
     LOUDEST,
     SIN_ARRIVAL,
     SIN_LAUNCH,
     SLOWNESS,
     TURNS,
-    approach,
-    describe,
-    finish,
-)
-from insonify.propagation._lane_kernel import (
-    LEVEL,
-    reach,
-    root,
-)
-from insonify.propagation._piece_kernel import GUESSES, MOST, ROUNDING, lane_rays
-from insonify.propagation._route_kernel import (
-    GRADIENT,
-    HALF_TURNS,
-    KAPPA,
-    LANE_ROWS,
-    NEAR,
-    NODES,
-    POINT,
-    ROUTE,
-    ROUTE_COLUMNS,
-    SOURCE,
-    SPEED,
-    STRETCH,
-    TURN_FAST,
-    TURN_NODE,
-    TURN_SLOW,
-    WALL,
-    cross,
-    end_route,
-    fastest,
-    lay_nodes,
-    start_route,
-    turning_slabs,
+    complete_rays,
+    newton_steps,
+    write_ray_properties,
 )
 
 Floats = NDArray[np.float64]
 Integers = NDArray[Any]
 
 __all__ = [
-    "AMPLITUDE", "AT_END", "CAUSTICS", "COLUMNS", "DELAY", "FOLD", "FOLD_BEND", "FOLD_SHARE", "LENGTH", "MOST",
-    "SIN_ARRIVAL", "SIN_LAUNCH", "SLOWNESS", "TURNS", "solve_points",
+    "AMPLITUDE", "AT_END", "CAUSTICS", "COLUMNS", "DELAY", "FOLD", "FOLD_CURVATURE", "FOLD_SIDE", "LENGTH", "MOST",
+    "SIN_ARRIVAL", "SIN_LAUNCH", "SLOWNESS", "TURNS", "solve_eigenrays",
 ]  # fmt: skip
 
 MOST_TURNS = 64
-CLEAR, SHADOW, TURNED, BEYOND_CRITICAL = 0, 3, 4, 5  # the values of records.legs.Status
-MOST_PIECES = 62
+CLEAR, SHADOW, TURNED, BEYOND_CRITICAL = 0, 3, 4, 5  # the values of records.legs.LegStatus
+MAX_PIECES = 62
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def solve_points(
+def solve_eigenrays(
     depth: Floats, speed: Floats, plane: float, source_depth: float, bounces: int, first_up: bool,
     point_depth: Floats, ranges: Floats, rays: Floats, count: Integers, status: Integers,
 ) -> None:  # fmt: skip
@@ -101,8 +101,8 @@ def solve_points(
             turn before the bounce or before the depth), BEYOND_CRITICAL (in a gap between rays that turn at a kink
             of the profile and rays that pass it), (n,).
     """
-    lane = np.zeros((LANE_ROWS, max(depth.size + 2, ROUTE_COLUMNS)))
-    slabs, edges = np.empty((2, 3, depth.size + 2)), np.empty((2, MOST_PIECES + 2))
+    lane = np.zeros((RAY_BRANCH_ROWS, max(depth.size + 2, LAYER_SEQUENCE_COLUMNS)))
+    slabs, edges = np.empty((2, 3, depth.size + 2)), np.empty((2, MAX_PIECES + 2))
     block, pick = np.empty((BLOCK_ROWS, BLOCK)), np.empty(BLOCK, np.int64)
     guesses = np.empty((3, GUESSES))
     work = (block, pick, guesses, edges)
@@ -116,7 +116,7 @@ def solve_points(
         while end < ranges.size and end - begin < BLOCK and point_depth[end] == point_depth[begin]:
             low, high = min(low, ranges[end]), max(high, ranges[end])
             end += 1
-        lay_nodes(depth, speed, plane, source_depth, point_depth[begin], lane)
+        build_nodes(depth, speed, plane, source_depth, point_depth[begin], lane)
         here[0], here[1] = begin, end
         limit = direct_rays(lane, bounces, first_up, work, out)
         farthest = limit
@@ -128,7 +128,7 @@ def solve_points(
             if count[i] > 0:
                 status[i] = CLEAR
                 if count[i] > 1:
-                    by_launch(rays[i], count[i])
+                    sort_by_launch_angle(rays[i], count[i])
             elif ranges[i] <= farthest:
                 status[i] = BEYOND_CRITICAL
             else:
@@ -137,40 +137,44 @@ def solve_points(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def direct_rays(lane: Floats, bounces: int, first_up: bool, work: Any, out: Any) -> float:
+def direct_rays(ray_branch: Floats, bounces: int, first_up: bool, workspace: Any, out: Any) -> float:
     """Rays that never turn: at most one to each point.
 
     Args:
-        lane: Nodes, see `_route_kernel`; its route changes.
-        bounces: See `solve_points`.
-        first_up: See `solve_points`.
-        work: Room for a block of rays, their points, guesses, and ends of pieces.
-        out: First and last + 1 of points at one depth; ranges, rays and their count of all, see `solve_points`.
+        ray_branch: Nodes, see `_route_kernel`; its route changes.
+        bounces: See `solve_eigenrays`.
+        first_up: See `solve_eigenrays`.
+        workspace: Room for a block of rays, their points, guesses, and ends of pieces.
+        out: First and last + 1 of points at one depth; ranges, rays and their count of all, see `solve_eigenrays`.
 
     Returns:
         Distance that no such ray exceeds [m].
     """
     here, ranges, rays, count = out
-    block, pick = work[0], work[1]
-    s, r, wall = int(lane[ROUTE, SOURCE]), int(lane[ROUTE, POINT]), int(lane[ROUTE, WALL])
+    block, pick = workspace[0], workspace[1]
+    s, r, wall = (
+        int(ray_branch[LAYER_SEQUENCE, SOURCE]),
+        int(ray_branch[LAYER_SEQUENCE, POINT]),
+        int(ray_branch[LAYER_SEQUENCE, WALL]),
+    )
     if bounces and first_up == (bounces % 2 == 0) and r > wall:
         return 0.0  # nothing that rises from the plane gets below it
-    start_route(lane)
+    start_layer_sequence(ray_branch)
     at, up, first, last = s, first_up, min(s, r), max(s, r)
     for _ in range(bounces):
-        at = cross(lane, at, 0 if up else wall)
+        at = count_passages(ray_branch, at, 0 if up else wall)
         first, last, up = min(first, at), max(last, at), not up
-    cross(lane, at, r)
+    count_passages(ray_branch, at, r)
     launch = -1.0 if (first_up if bounces else r < s) else 1.0
     arrival = launch if bounces % 2 == 0 else -launch
     if first == last:
-        return level_rays(lane, s, out)
-    end_route(lane, first, last)
-    limit = reach(LEVEL, lane)[0]
+        return horizontal_rays(ray_branch, s, out)
+    finish_layer_sequence(ray_branch, first, last)
+    limit = ray_distance(LEVEL, ray_branch)[0]
     straight, slower = 0.0, 0.0
     for j in range(first, last):
-        straight += 0.5 * lane[STRETCH, j]
-        slower += 0.25 * lane[STRETCH, j] * (lane[KAPPA, j] + lane[KAPPA, j + 1])
+        straight += 0.5 * ray_branch[STRETCH, j]
+        slower += 0.25 * ray_branch[STRETCH, j] * (ray_branch[KAPPA, j] + ray_branch[KAPPA, j + 1])
     slower /= straight
     found = 0
     for i in range(here[0], here[1]):
@@ -185,24 +189,24 @@ def direct_rays(lane: Floats, bounces: int, first_up: bool, work: Any, out: Any)
             block[B_V, found], block[B_PINNED, found] = min(ratio, 1e300), 2.0
         pick[found] = i
         found += 1
-    approach(lane, block, found, LEVEL, math.inf, True)
+    newton_steps(ray_branch, block, found, LEVEL, math.inf, True)
     for i in range(found):
         if block[B_PINNED, i] == 0:
-            block[B_V, i] = root(block[B_FAR, i], LEVEL, 2 * straight / block[B_FAR, i], True, lane)
-    finish(lane, block, found)
+            block[B_V, i] = ray_to_distance(block[B_FAR, i], LEVEL, 2 * straight / block[B_FAR, i], True, ray_branch)
+    complete_rays(ray_branch, block, found)
     for i in range(found):
         k = pick[i]
-        describe(lane, block, i, launch, arrival, 0, rays, k, count[k])
+        write_ray_properties(ray_branch, block, i, launch, arrival, 0, rays, k, count[k])
         count[k] += 1
     return limit
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def level_rays(lane: Floats, s: int, out: Any) -> float:
+def horizontal_rays(ray_branch: Floats, s: int, out: Any) -> float:
     """Straight rays along the source's own depth, where the speed of sound does not change.
 
     Args:
-        lane: Nodes.
+        ray_branch: Nodes.
         s: Node of the source, and of the points.
         out: See `direct_rays`.
 
@@ -210,9 +214,9 @@ def level_rays(lane: Floats, s: int, out: Any) -> float:
         Distance that no such ray exceeds [m].
     """
     here, ranges, rays, count = out
-    nodes, c = int(lane[ROUTE, NODES]), lane[SPEED, s]
-    above = s > 0 and lane[GRADIENT, s - 1] == 0
-    below = s + 1 < nodes and lane[GRADIENT, s] == 0
+    nodes, c = int(ray_branch[LAYER_SEQUENCE, NODES]), ray_branch[SPEED, s]
+    above = s > 0 and ray_branch[GRADIENT, s - 1] == 0
+    below = s + 1 < nodes and ray_branch[GRADIENT, s] == 0
     inside = (above or s == 0) and (below or s + 1 == nodes)
     for i in range(here[0], here[1]):
         if not (above or below) and ranges[i] > 0:
@@ -222,33 +226,37 @@ def level_rays(lane: Floats, s: int, out: Any) -> float:
         row[DELAY], row[SLOWNESS], row[LENGTH] = ranges[i] / c, 1 / c, ranges[i]
         row[AMPLITUDE] = min(LOUDEST, 1 / ranges[i]) if ranges[i] > 0 else LOUDEST
         row[AT_END] = 0.0 if inside else 1.0
-        row[FOLD], row[FOLD_BEND] = math.inf, 1.0
+        row[FOLD], row[FOLD_CURVATURE] = math.inf, 1.0
         count[i] += 1
     return math.inf if above or below else 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def ducted_rays(
-    lane: Floats, slabs: Floats, low: float, high: float, limit: float, work: Any, out: Any
+    ray_branch: Floats, slabs: Floats, low: float, high: float, limit: float, workspace: Any, out: Any
 ) -> float:  # fmt: skip
     """Rays that turn without meeting a boundary, those with the fewest turns first.
 
     Args:
-        lane: Nodes; its route changes.
+        ray_branch: Nodes; its route changes.
         slabs: Room for turning slabs, above and below, (2, 3, nodes).
         low: Distance of the nearest point [m].
         high: Distance of the farthest point [m].
         limit: Distance that no ray without turn exceeds [m].
-        work: See `direct_rays`.
+        workspace: See `direct_rays`.
         out: See `direct_rays`.
 
     Returns:
         Distance that no ray of the family exceeds [m], unless it turns more often than needed here.
     """
-    s, r, nodes = int(lane[ROUTE, SOURCE]), int(lane[ROUTE, POINT]), int(lane[ROUTE, NODES])
-    so_far = fastest(lane, min(s, r), max(s, r))
-    above = turning_slabs(lane, min(s, r), 0, so_far, slabs[0])
-    below = turning_slabs(lane, max(s, r), nodes - 1, so_far, slabs[1])
+    s, r, nodes = (
+        int(ray_branch[LAYER_SEQUENCE, SOURCE]),
+        int(ray_branch[LAYER_SEQUENCE, POINT]),
+        int(ray_branch[LAYER_SEQUENCE, NODES]),
+    )
+    so_far = highest_speed(ray_branch, min(s, r), max(s, r))
+    above = turning_slabs(ray_branch, min(s, r), 0, so_far, slabs[0])
+    below = turning_slabs(ray_branch, max(s, r), nodes - 1, so_far, slabs[1])
     farthest = limit
     for turns in range(1, MOST_TURNS + 1):
         nearest = math.inf
@@ -256,19 +264,19 @@ def ducted_rays(
             turns_above = (turns + 1 - first) // 2
             for i in range(above if turns_above > 0 else 1):
                 for k in range(below if turns > turns_above else 1):
-                    fast = ducted_route(lane, s, r, turns, first, i, k, so_far, slabs)
+                    fast = ducted_layer_sequence(ray_branch, s, r, turns, first, i, k, so_far, slabs)
                     if fast > 0:
                         launch = -1.0 if first == 0 else 1.0
                         arrival = launch if turns % 2 == 0 else -launch
-                        least, most = lane_rays(lane, fast, launch, arrival, low, high, work, out)
+                        least, most = branch_rays(ray_branch, fast, launch, arrival, low, high, workspace, out)
                         nearest, farthest = min(nearest, least), max(farthest, most)
-        if nearest > high or full(out):
+        if nearest > high or is_full(out):
             break
     return farthest
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def full(out: Any) -> bool:
+def is_full(out: Any) -> bool:
     """Whether no point can take another ray; `out` as in `direct_rays`."""
     here, _, _, count = out
     least = MOST
@@ -278,13 +286,13 @@ def full(out: Any) -> bool:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def ducted_route(
-    lane: Floats, s: int, r: int, turns: int, first: int, i: int, k: int, so_far: float, slabs: Floats
+def ducted_layer_sequence(
+    ray_branch: Floats, s: int, r: int, turns: int, first: int, i: int, k: int, so_far: float, slabs: Floats
 ) -> float:
     """Lays the route of rays that turn some times.
 
     Args:
-        lane: Nodes; its route changes.
+        ray_branch: Nodes; its route changes.
         s: Node of the source.
         r: Node of the point.
         turns: How often they turn.
@@ -308,69 +316,76 @@ def ducted_route(
         slow, fast = max(slow, slabs[1, TURN_SLOW, k]), min(fast, slabs[1, TURN_FAST, k])
     if slow >= fast:
         return 0.0
-    start_route(lane)
-    lane[ROUTE, HALF_TURNS], lane[ROUTE, HALF_TURNS + 1] = half_turns[0], half_turns[1]
-    lane[ROUTE, NEAR], lane[ROUTE, NEAR + 1] = upper, lower
+    start_layer_sequence(ray_branch)
+    ray_branch[LAYER_SEQUENCE, HALF_TURNS], ray_branch[LAYER_SEQUENCE, HALF_TURNS + 1] = half_turns[0], half_turns[1]
+    ray_branch[LAYER_SEQUENCE, NEAR], ray_branch[LAYER_SEQUENCE, NEAR + 1] = upper, lower
     at, side = s, first
     for _ in range(turns):
-        at = cross(lane, at, upper if side == 0 else lower)
+        at = count_passages(ray_branch, at, upper if side == 0 else lower)
         side = 1 - side
-    cross(lane, at, r)
-    end_route(lane, upper, lower)
+    count_passages(ray_branch, at, r)
+    finish_layer_sequence(ray_branch, upper, lower)
     return fast
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def bounced_rays(
-    lane: Floats, first_up: bool, slabs: Floats, low: float, high: float, limit: float, work: Any, out: Any
+    ray_branch: Floats, first_up: bool, slabs: Floats, low: float, high: float, limit: float, workspace: Any, out: Any
 ) -> float:
     """Rays with one bounce that turn before it, after it, or both: away from the boundary and back.
 
     Args:
-        lane: Nodes; its route changes.
+        ray_branch: Nodes; its route changes.
         first_up: Whether the bounce is off the surface.
         slabs: See `ducted_rays`.
         low: See `ducted_rays`.
         high: See `ducted_rays`.
         limit: See `ducted_rays`.
-        work: See `direct_rays`.
+        workspace: See `direct_rays`.
         out: See `direct_rays`.
 
     Returns:
         Distance that no ray of the family exceeds [m].
     """
-    s, r, nodes = int(lane[ROUTE, SOURCE]), int(lane[ROUTE, POINT]), int(lane[ROUTE, NODES])
-    floor = int(lane[ROUTE, WALL])
+    s, r, nodes = (
+        int(ray_branch[LAYER_SEQUENCE, SOURCE]),
+        int(ray_branch[LAYER_SEQUENCE, POINT]),
+        int(ray_branch[LAYER_SEQUENCE, NODES]),
+    )
+    floor = int(ray_branch[LAYER_SEQUENCE, WALL])
     if not first_up and r > floor:
         return limit
     side, wall, stop = (1, 0, nodes - 1) if first_up else (0, floor, 0)  # side of the turns
     start = max(s, r) if first_up else min(s, r)
-    so_far = fastest(lane, min(wall, start), max(wall, start))
-    found = turning_slabs(lane, start, stop, so_far, slabs[side])
+    so_far = highest_speed(ray_branch, min(wall, start), max(wall, start))
+    found = turning_slabs(ray_branch, start, stop, so_far, slabs[side])
     away = 1.0 if first_up else -1.0  # from the wall
     farthest = limit
     for way in range(1, 4):
         before, after = way != 2, way != 1
         for k in range(found):
             near = int(slabs[side, TURN_NODE, k])
-            start_route(lane)
+            start_layer_sequence(ray_branch)
             at = s
             if before:
-                at = cross(lane, at, near)
-            at = cross(lane, at, wall)
+                at = count_passages(ray_branch, at, near)
+            at = count_passages(ray_branch, at, wall)
             if after:
-                at = cross(lane, at, near)
-            cross(lane, at, r)
-            lane[ROUTE, NEAR + side], lane[ROUTE, HALF_TURNS + side] = near, (4 if way == 3 else 2)
-            end_route(lane, min(wall, near), max(wall, near))
+                at = count_passages(ray_branch, at, near)
+            count_passages(ray_branch, at, r)
+            ray_branch[LAYER_SEQUENCE, NEAR + side], ray_branch[LAYER_SEQUENCE, HALF_TURNS + side] = (
+                near,
+                (4 if way == 3 else 2),
+            )
+            finish_layer_sequence(ray_branch, min(wall, near), max(wall, near))
             launch, arrival = (away if before else -away), (-away if after else away)
             fast = slabs[side, TURN_FAST, k]
-            farthest = max(farthest, lane_rays(lane, fast, launch, arrival, low, high, work, out)[1])
+            farthest = max(farthest, branch_rays(ray_branch, fast, launch, arrival, low, high, workspace, out)[1])
     return farthest
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def by_launch(rows: Floats, count: int) -> None:
+def sort_by_launch_angle(rows: Floats, count: int) -> None:
     """Sorts the first rows by launch angle, upward first."""
     for k in range(1, count):
         j = k

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.jit import njit
-from insonify.propagation._bend_kernel import bend_line
-from insonify.streams import philox, unit
+from insonify.propagation._displaced_bounce_kernel import displaced_bounce_path
+from insonify.random_keys import philox, uniform_from_word
 
 Floats = NDArray[np.float64]
 
@@ -28,10 +28,10 @@ NONE_OF_MOST = math.exp(-MOST)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def guided_row(column: Floats, value: float, guide: NDArray[np.int32]) -> int:
+def tabulated_row(column: Floats, value: float, guide: NDArray[np.int32]) -> int:
     """Row of the last entry of an increasing column that is not above a value, and never the last row.
 
-    It is searched where the guide says, see `insonify.propagation.waves.Waves`.
+    It is searched where the guide says, see `insonify.propagation.wind_waves.Waves`.
     """
     whole, steps = column[-1], guide.size - 1
     i = min(int(steps * math.sqrt(max(1 - value / whole, 0.0))), steps - 1)
@@ -57,28 +57,28 @@ def sine_cosine(angle: float) -> tuple[float, float]:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def draw_glint(
-    place: np.uint64, code: int, k0: int, k1: int, phase: float, some: bool, wavenumber: Floats, variance: Floats,
-    frequency: Floats, turn: Floats, moment: Floats, guide: NDArray[np.int32],
+def sample_glint(
+    scatterer_id: np.uint64, code: int, k0: int, k1: int, phase: float, at_least_one: bool, wavenumber: Floats, variance: Floats,
+    frequency: Floats, direction_quantiles: Floats, moment: Floats, guide: NDArray[np.int32],
 ) -> tuple[float, float, float, float]:  # fmt: skip
     """One glint of one place: wavenumber along and across the wind [rad/m], angular frequency [rad/s], phase [rad].
 
     Args:
-        place: Key of the place.
+        scatterer_id: Key of the place.
         code: Which glint of a place, in the third counter of the draw.
         k0: First word of the key.
         k1: Second word of the key.
         phase: Phase per height, 2 k sin(grazing) [rad/m].
-        some: Whether there is at least one quantum, or also none with its own probability.
-        wavenumber: Table of `insonify.propagation.waves.Waves`.
+        at_least_one: Whether there is at least one quantum, or also none with its own probability.
+        wavenumber: Table of `insonify.propagation.wind_waves.Waves`.
         variance: Likewise.
         frequency: Likewise.
-        turn: Likewise.
+        direction_quantiles: Likewise.
         moment: Likewise.
         guide: Likewise.
     """
     whole = variance[-1]
-    low, high = place & np.uint64(0xFFFFFFFF), place >> np.uint64(32)
+    low, high = scatterer_id & np.uint64(0xFFFFFFFF), scatterer_id >> np.uint64(32)
     w0, w1, w2, w3 = philox(low, high, code, 0, k0, k1)
     along, across, turning = 0.0, 0.0, 0.0
     q2 = phase * phase
@@ -89,22 +89,22 @@ def draw_glint(
         along, across, turning = _gaussian(
             w2, w3, low, high, code, k0, k1, phase, from_variance, variance, moment, guide
         )
-    count = _poisson(unit(w0), mean, some and from_variance == 0.0)
+    count = _poisson(uniform_from_word(w0), mean, at_least_one and from_variance == 0.0)
     for quantum in range(count):
         u0, u1, u2, _ = philox(low, high, code, quantum + 2, k0, k1)
-        share = from_variance + unit(u0) * (whole - from_variance)
-        row = guided_row(variance, share, guide)
+        share = from_variance + uniform_from_word(u0) * (whole - from_variance)
+        row = tabulated_row(variance, share, guide)
         step = max(variance[row + 1] - variance[row], 1e-300)
         part = min(1.0, max(0.0, (share - variance[row]) / step))
         k = wavenumber[row] + part * (wavenumber[row + 1] - wavenumber[row])
         omega = frequency[row] + part * (frequency[row + 1] - frequency[row])
-        angle = _turned(turn, (row + part) / (wavenumber.size - 1), unit(u1))
+        angle = _turned(direction_quantiles, (row + part) / (wavenumber.size - 1), uniform_from_word(u1))
         sign = 1.0 if u2 & np.uint32(1) else -1.0
         sine, cosine = sine_cosine(angle)
         along += sign * k * cosine
         across += sign * k * sine
         turning += sign * omega
-    return along, across, turning, 2 * math.pi * unit(w1)
+    return along, across, turning, 2 * math.pi * uniform_from_word(w1)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -113,16 +113,16 @@ def _gaussian(
     upto: float, variance: Floats, moment: Floats, guide: NDArray[np.int32],
 ) -> tuple[float, float, float]:  # fmt: skip
     """Wavenumbers and frequency that all quanta of the longer waves add up to."""
-    row = guided_row(variance, upto, guide)
+    row = tabulated_row(variance, upto, guide)
     part = min(1.0, (upto - variance[row]) / max(variance[row + 1] - variance[row], 1e-300))
     ahead = moment[0, row] + part * (moment[0, row + 1] - moment[0, row])
     aside = moment[1, row] + part * (moment[1, row + 1] - moment[1, row])
     speed = moment[2, row] + part * (moment[2, row + 1] - moment[2, row])
     both = moment[3, row] + part * (moment[3, row + 1] - moment[3, row])
     v0, v1, _, _ = philox(low, high, code, 1, k0, k1)
-    r, s = math.sqrt(-2 * math.log(unit(w2))), math.sqrt(-2 * math.log(unit(v0)))
-    sine, cosine = sine_cosine(math.pi * (2 * unit(w3) - 1))
-    _, other = sine_cosine(math.pi * (2 * unit(v1) - 1))
+    r, s = math.sqrt(-2 * math.log(uniform_from_word(w2))), math.sqrt(-2 * math.log(uniform_from_word(v0)))
+    sine, cosine = sine_cosine(math.pi * (2 * uniform_from_word(w3) - 1))
+    _, other = sine_cosine(math.pi * (2 * uniform_from_word(v1) - 1))
     # half a turn back: the angles begin at -pi
     first, second, third = -r * cosine, -r * sine, -s * other
     root = math.sqrt(max(ahead, 1e-300))
@@ -132,38 +132,38 @@ def _gaussian(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _poisson(u: float, mean: float, some: bool) -> int:
+def _poisson(u: float, mean: float, at_least_one: bool) -> int:
     """A Poisson number from a uniform one, at least one if asked for."""
     chance = NONE_OF_MOST if mean == MOST else math.exp(-mean)
-    if some:
+    if at_least_one:
         u = chance + u * -math.expm1(-mean)
     count, total = 0, chance
     while u > total and count < 64:
         count += 1
         chance *= mean / count
         total += chance
-    return max(count, 1) if some else count
+    return max(count, 1) if at_least_one else count
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _turned(turn: Floats, length: float, chance: float) -> float:
+def _turned(direction_quantiles: Floats, length: float, chance: float) -> float:
     """Direction of a wave re the wind's [rad], between the entries of the table."""
-    x, y = length * (turn.shape[0] - 1), chance * (turn.shape[1] - 1)
-    i, j = min(int(x), turn.shape[0] - 2), min(int(y), turn.shape[1] - 2)
+    x, y = length * (direction_quantiles.shape[0] - 1), chance * (direction_quantiles.shape[1] - 1)
+    i, j = min(int(x), direction_quantiles.shape[0] - 2), min(int(y), direction_quantiles.shape[1] - 2)
     p, q = x - i, y - j
-    here = turn[i, j] + q * (turn[i, j + 1] - turn[i, j])
-    there = turn[i + 1, j] + q * (turn[i + 1, j + 1] - turn[i + 1, j])
+    here = direction_quantiles[i, j] + q * (direction_quantiles[i, j + 1] - direction_quantiles[i, j])
+    there = direction_quantiles[i + 1, j] + q * (direction_quantiles[i + 1, j + 1] - direction_quantiles[i + 1, j])
     return here + p * (there - here)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def glint_row(
+def apply_glints_to_row(
     keys: NDArray[np.uint64], points: Floats, normal: Floats, code: int, k0: int, k1: int, phase: Floats,
-    wavenumber: Floats, variance: Floats, frequency: Floats, turn: Floats, moment: Floats, guide: NDArray[np.int32],
-    axes: Floats, place: Floats, caller: Floats, start: float, life: float, image: float, upward: bool,
-    odd: bool, heights: Floats, sound: float, speed: float, loss: float, delay: Floats, length: Floats,
+    wavenumber: Floats, variance: Floats, frequency: Floats, direction_quantiles: Floats, moment: Floats, guide: NDArray[np.int32],
+    axes: Floats, sonar_position: Floats, transmit_position: Floats, start: float, correlation_time: float, image_depth: float, starts_upward: bool,
+    reverses_vertically: bool, bounce_heights: Floats, sound_frequency: float, speed: float, loss: float, delay: Floats, length: Floats,
     absorption: Floats, departure: Floats, arrival: Floats, grazing: Floats, status: NDArray[np.uint8],
-    facing_away: int, visibility: Any, out: NDArray[np.complex128], back: NDArray[np.complex128],
+    facing_away: int, visibility: Any, phasor_out: NDArray[np.complex128], phasor_back: NDArray[np.complex128],
 ) -> None:  # fmt: skip
     """Turn one row of mirrored legs into glints, in place; legs that are not there are left alone.
 
@@ -175,22 +175,22 @@ def glint_row(
         k0: First word of the key.
         k1: Second word of the key.
         phase: Phase per height of one bounce, 2 k sin(grazing) [rad/m], (n,).
-        wavenumber: Table of `insonify.propagation.waves.Waves`.
+        wavenumber: Table of `insonify.propagation.wind_waves.Waves`.
         variance: Likewise.
         frequency: Likewise.
-        turn: Likewise.
+        direction_quantiles: Likewise.
         moment: Likewise.
         guide: Likewise.
         axes: North and east of the waves' direction, and of that to the right of it, (2, 2).
-        place: North, east, depth of this end of the sonar [m], (3,).
-        caller: The same of the end that sends, (3,).
+        sonar_position: North, east, depth of this end of the sonar [m], (3,).
+        transmit_position: The same of the end that sends, (3,).
         start: Of the ping [s].
-        life: After which a glint gives way to another [s].
-        image: Depth of the family's image source [m].
-        upward: Whether the legs begin upwards.
-        odd: Whether they end in the other sense.
-        heights: Vertical travel up to each surface bounce [m], (bounces,).
-        sound: Frequency of the sound [Hz].
+        correlation_time: After which a glint gives way to another [s].
+        image_depth: Depth of the family's image source [m].
+        starts_upward: Whether the legs begin upwards.
+        reverses_vertically: Whether they end in the other sense.
+        bounce_heights: Vertical travel up to each surface bounce [m], (bounces,).
+        sound_frequency: Frequency of the sound [Hz].
         speed: Of sound at the sonar [m/s].
         loss: Absorption [dB/m].
         delay: Changed, one-way travel time [s], (n,).
@@ -200,45 +200,49 @@ def glint_row(
         arrival: Changed, the same at the points, (n, 3).
         grazing: Changed [rad], (n,).
         status: Changed where legs now come from behind, (n,).
-        facing_away: Status of such legs.
+        facing_away: LegStatus of such legs.
         visibility: Changed likewise, (n,).
-        out: Result, phasor on the way out, (n,).
-        back: Result, phasor on the way back, (n,).
+        phasor_out: Result, phasor on the way out, (n,).
+        phasor_back: Result, phasor on the way back, (n,).
     """
-    slopes, bent = np.empty((heights.size, 2)), np.empty(7)
+    slopes, bent = np.empty((bounce_heights.size, 2)), np.empty(7)
     for n in range(keys.size):
         if visibility[n] == 0:
             continue
-        dn, de = points[n, 0] - place[0], points[n, 1] - place[1]
-        away = (points[n, 0] - caller[0]) ** 2 + (points[n, 1] - caller[1]) ** 2 + (points[n, 2] - caller[2]) ** 2
+        dn, de = points[n, 0] - sonar_position[0], points[n, 1] - sonar_position[1]
+        away = (
+            (points[n, 0] - transmit_position[0]) ** 2
+            + (points[n, 1] - transmit_position[1]) ** 2
+            + (points[n, 2] - transmit_position[2]) ** 2
+        )
         far = math.sqrt(dn * dn + de * de)
         north, east = (dn / far, de / far) if far > 1e-6 else (1.0, 0.0)
-        climb = max(abs(points[n, 2] - image), 1e-6)
+        climb = max(abs(points[n, 2] - image_depth), 1e-6)
         there = math.sqrt(away) / speed
         turned, gone, came = 0.0, 0.0, 0.0
-        living = code << 4 | _lives(keys[n], code, k0, k1, start / life) << 20
-        for b in range(heights.size):
+        living = code << 4 | _glint_generation(keys[n], code, k0, k1, start / correlation_time) << 20
+        for b in range(bounce_heights.size):
             # One bounce at least is not coherent; of several the first stands for it.
-            along, across, omega, first = draw_glint(keys[n], living | b, k0, k1, phase[n], b == 0, wavenumber,
-                                                     variance, frequency, turn, moment, guide)  # fmt: skip
+            along, across, omega, first = sample_glint(keys[n], living | b, k0, k1, phase[n], b == 0, wavenumber,
+                                                     variance, frequency, direction_quantiles, moment, guide)  # fmt: skip
             k_north, k_east = along * axes[0, 0] + across * axes[1, 0], along * axes[0, 1] + across * axes[1, 1]
-            part = min(heights[b] / climb, 1.0)
+            part = min(bounce_heights[b] / climb, 1.0)
             reach = part * far
             # from the point itself: from far away a wavenumber that follows a moving sonar would turn the phase
-            turned += k_north * (place[0] + reach * north - points[n, 0])
-            turned += k_east * (place[1] + reach * east - points[n, 1]) + first
+            turned += k_north * (sonar_position[0] + reach * north - points[n, 0])
+            turned += k_east * (sonar_position[1] + reach * east - points[n, 1]) + first
             slopes[b, 0] = -(k_north * north + k_east * east) / phase[n]
             slopes[b, 1] = -(k_east * north - k_north * east) / phase[n]
             before = part * delay[n]
             # Before it comes back, sound is taken to have gone out directly: the other leg makes milliseconds.
             gone += omega * (start + before)
             came += omega * (start + there + delay[n] - before)
-        bend_line(far, climb, north, east, upward, odd, heights, slopes, bent)
+        displaced_bounce_path(far, climb, north, east, starts_upward, reverses_vertically, bounce_heights, slopes, bent)
         # The waves set the phase; the glint's own way only when it is heard.
-        cycles = sound * bent[0] / speed
+        cycles = sound_frequency * bent[0] / speed
         still = turned + 2 * math.pi * (cycles - math.floor(cycles + 0.5))
-        out[n] = complex(math.cos(still - gone), math.sin(still - gone))
-        back[n] = complex(math.cos(still - came), math.sin(still - came))
+        phasor_out[n] = complex(math.cos(still - gone), math.sin(still - gone))
+        phasor_back[n] = complex(math.cos(still - came), math.sin(still - came))
         delay[n] += bent[0] / speed
         length[n] += bent[0]
         absorption[n] *= math.exp(-loss * bent[0] * (math.log(10) / 20))
@@ -253,15 +257,15 @@ def glint_row(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _lives(place: np.uint64, code: int, k0: int, k1: int, lives: float) -> int:
+def _glint_generation(scatterer_id: np.uint64, code: int, k0: int, k1: int, lives: float) -> int:
     """How many glints have come and gone before the one that is there; each place's change at times of its own."""
-    w0, _, _, _ = philox(place & np.uint64(0xFFFFFFFF), place >> np.uint64(32), code, STAGGER, k0, k1)
-    return math.floor(lives + unit(w0)) & LIVES
+    w0, _, _, _ = philox(scatterer_id & np.uint64(0xFFFFFFFF), scatterer_id >> np.uint64(32), code, STAGGER, k0, k1)
+    return math.floor(lives + uniform_from_word(w0)) & LIVES
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _turn(way: Floats, bent: Floats, at: int) -> None:
+def _turn(direction: Floats, change: Floats, at: int) -> None:
     """Add three entries to a unit vector, and make it one again."""
-    x, y, z = way[0] + bent[at], way[1] + bent[at + 1], way[2] + bent[at + 2]
+    x, y, z = direction[0] + change[at], direction[1] + change[at + 1], direction[2] + change[at + 2]
     inverse = 1 / math.sqrt(x * x + y * y + z * z)
-    way[0], way[1], way[2] = x * inverse, y * inverse, z * inverse
+    direction[0], direction[1], direction[2] = x * inverse, y * inverse, z * inverse

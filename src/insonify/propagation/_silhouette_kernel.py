@@ -7,7 +7,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.jit import njit
-from insonify.propagation._knife_edge_kernel import CLEAR, ENDLESS, FAR, OCCLUDED, STEEPEST, edge_number, past_edge
+from insonify.propagation.knife_edge_kernel import (
+    CLEAR,
+    ENDLESS,
+    FAR,
+    OCCLUDED,
+    STEEPEST,
+    edge_diffraction,
+    edge_fresnel_number,
+)
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -15,14 +23,14 @@ Integers = NDArray[Any]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def cut_columns(corners: Floats, bearing: Floats, borders: Floats, columns: Floats) -> None:
+def silhouette_columns(corners: Floats, bearing: Floats, borders: Floats, columns: Floats) -> None:
     """Tops and bases of the columns of a silhouette, where the edges of triangles cross their middles.
 
     Args:
         corners: Along, across, below the way from the sonar to the middle of the solid [m], (t, 3, 3).
         bearing: Of the corners re that way [rad], (t, 3).
         borders: Bearings between the columns, evenly spaced [rad], (c + 1,).
-        columns: Result, as of `around_solid`, depths re the sonar.
+        columns: Result, as of `diffract_around_solid`, depths re the sonar.
     """
     count = columns.shape[0]
     per_width = count / (borders[count] - borders[0])
@@ -55,79 +63,83 @@ def cut_columns(corners: Floats, bearing: Floats, borders: Floats, columns: Floa
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def around_solid(
-    rows: Integers, place: Floats, points: Floats, arrival: Floats, length: Floats, bounced: bool, water_depth: float,
-    wavelength: float, facing: float, borders: Floats, away: Floats, columns: Floats, bed: float, row: int,
-    wide: bool, far: float, table: Complexes, per_unit: float, status: Integers, occluder: Integers,
+def diffract_around_solid(
+    rows: Integers, position: Floats, points: Floats, arrival: Floats, length: Floats, has_bounce: bool, water_depth: float,
+    wavelength: float, centre_bearing: float, borders: Floats, border_ranges: Floats, columns: Floats, bed_depth: float, row: int,
+    infinitely_wide: bool, max_fresnel_number: float, table: Complexes, per_unit: float, status: Integers, occluder: Integers,
     visibility: Complexes,
 ) -> None:  # fmt: skip
     """Multiply what one solid leaves of the legs of one family into their visibility.
 
     Args:
         rows: Which of the legs are looked at, (r,).
-        place: North, east, depth of the sonar [m], (3,).
+        position: North, east, depth of the sonar [m], (3,).
         points: Ends of the legs [m], (n, 3).
         arrival: Direction of travel at the points, (n, 3).
         length: Length of the legs [m], (n,).
-        bounced: Whether the family bounces: then the last segment is looked at.
+        has_bounce: Whether the family bounces: then the last segment is looked at.
         water_depth: Depth of the bottom [m].
         wavelength: Of the sound [m].
-        facing: Bearing from the sonar to the solid [rad].
+        centre_bearing: Bearing from the sonar to the solid [rad].
         borders: Bearings between the columns re that, increasing [rad], (c + 1,).
-        away: Horizontal distance of each border from the sonar [m], (c + 1,).
+        border_ranges: Horizontal distance of each border from the sonar [m], (c + 1,).
         columns: Of each column: distance and depth of its top, of its base, nearest and farthest distance [m], (c, 6).
-        bed: Depth from which on a base stands on the bed [m].
+        bed_depth: Depth from which on a base stands on the bed [m].
         row: Row of the solid among the occluders.
-        wide: Whether it is taken as endlessly wide: then the one column in the way of each leg screens it.
-        far: Fresnel number beyond which a solid that a ray passes beside, or above, takes nothing.
-        table: See `past_edge`.
-        per_unit: See `past_edge`.
+        infinitely_wide: Whether it is taken as endlessly wide: then the one column in the way of each leg screens it.
+        max_fresnel_number: Fresnel number beyond which a solid that a ray passes beside, or above, takes nothing.
+        table: See `edge_diffraction`.
+        per_unit: See `edge_diffraction`.
         status: Of the legs, (n,).
         occluder: Of the legs, (n,).
         visibility: Result, (n,); a leg that this solid cuts is taken as clear of all others.
     """
-    nearest, ahead_n, ahead_e = np.min(columns[:, 4]), math.cos(facing), math.sin(facing)
+    nearest, ahead_n, ahead_e = np.min(columns[:, 4]), math.cos(centre_bearing), math.sin(centre_bearing)
     for n in rows:
         mine = status[n] == OCCLUDED and occluder[n] == row
         level = math.sqrt(arrival[n, 0] ** 2 + arrival[n, 1] ** 2)
         if not (mine or (status[n] == CLEAR and visibility[n] != 0)) or level < STEEPEST:
             continue
-        north, east = points[n, 0] - place[0], points[n, 1] - place[1]
+        north, east = points[n, 0] - position[0], points[n, 1] - position[1]
         reach = math.sqrt(north * north + east * east)
         if reach <= nearest or north * ahead_n + east * ahead_e < 0:
             continue
-        turn = math.atan2(east, north) - facing
+        turn = math.atan2(east, north) - centre_bearing
         turn -= 2 * math.pi * math.floor(turn / (2 * math.pi) + 0.5)
-        if beside(reach, turn, level, length[n], wavelength, borders, away, far):
+        if passes_beside(reach, turn, level, length[n], wavelength, borders, border_ranges, max_fresnel_number):
             continue
         slope = arrival[n, 2] / level
-        if not mine and above(points[n, 2], slope, level, reach, length[n], wavelength, columns, far):
+        if not mine and passes_above(
+            points[n, 2], slope, level, reach, length[n], wavelength, columns, max_fresnel_number
+        ):
             continue
         ahead = reach
-        if bounced and slope != 0:
+        if has_bounce and slope != 0:
             ahead = min(reach, (points[n, 2] - (0.0 if slope > 0 else water_depth)) / slope)
         blocked, seen, before = 0j, False, 0j
         for k in range(borders.size):
-            behind = reach - away[k] * math.cos(borders[k] - turn)
-            off = away[k] * math.sin(borders[k] - turn)
-            number = edge_number(off, behind / level, length[n], wavelength)
+            behind = reach - border_ranges[k] * math.cos(borders[k] - turn)
+            off = border_ranges[k] * math.sin(borders[k] - turn)
+            number = edge_fresnel_number(off, behind / level, length[n], wavelength)
             if behind <= 0:
                 number = math.copysign(ENDLESS, off)
-            here = past_edge(number, table, per_unit)
+            here = edge_diffraction(number, table, per_unit)
             if k > 0:
                 c = columns[k - 1]
                 over = c[4] < reach < c[5] and borders[k - 1] <= turn <= borders[k]
                 if over or behind >= ahead:
                     seen = seen and not over
                 elif reach > c[0]:
-                    top = screen_number(points[n, 2], slope, level, reach - c[0], c[1], length[n], wavelength)
+                    top = screen_fresnel_number(points[n, 2], slope, level, reach - c[0], c[1], length[n], wavelength)
                     base = -ENDLESS
-                    if c[3] < bed and reach > c[2]:
-                        base = screen_number(points[n, 2], slope, level, reach - c[2], c[3], length[n], wavelength)
+                    if c[3] < bed_depth and reach > c[2]:
+                        base = screen_fresnel_number(
+                            points[n, 2], slope, level, reach - c[2], c[3], length[n], wavelength
+                        )
                     if top > -FAR:
-                        up = past_edge(base, table, per_unit) - past_edge(top, table, per_unit)
+                        up = edge_diffraction(base, table, per_unit) - edge_diffraction(top, table, per_unit)
                         across = before - here
-                        if wide:
+                        if infinitely_wide:
                             across = 1 + 0j if borders[k - 1] <= turn < borders[k] else 0j
                         blocked += across * up
                     seen = seen or borders[k - 1] <= turn <= borders[k]
@@ -139,43 +151,64 @@ def around_solid(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def beside(
-    reach: float, turn: float, level: float, length: float, wavelength: float, borders: Floats, away: Floats, far: float
+def passes_beside(
+    distance: float,
+    relative_bearing: float,
+    horizontal_component: float,
+    length: float,
+    wavelength: float,
+    borders: Floats,
+    border_ranges: Floats,
+    max_fresnel_number: float,
 ) -> bool:
     """Whether a ray passes so far beside a silhouette that nothing is missing from it."""
     low, high = ENDLESS, -ENDLESS
     for k in (0, borders.size - 1):
-        behind = reach - away[k] * math.cos(borders[k] - turn)
-        off = away[k] * math.sin(borders[k] - turn)
-        number = edge_number(off, behind / level, length, wavelength)
+        behind = distance - border_ranges[k] * math.cos(borders[k] - relative_bearing)
+        off = border_ranges[k] * math.sin(borders[k] - relative_bearing)
+        number = edge_fresnel_number(off, behind / horizontal_component, length, wavelength)
         low, high = min(low, number), max(high, number)
-    return low > far or high < -far
+    return low > max_fresnel_number or high < -max_fresnel_number
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def above(
+def passes_above(
     depth: float,
     slope: float,
-    level: float,
-    reach: float,
+    horizontal_component: float,
+    distance: float,
     length: float,
     wavelength: float,
     columns: Floats,
-    far: float,
+    max_fresnel_number: float,
 ) -> bool:
     """Whether a ray passes so far above a silhouette that nothing is missing from it."""
     for k in range(columns.shape[0]):
-        behind = reach - columns[k, 0]
-        if behind <= 0 or columns[k, 4] < reach < columns[k, 5]:
+        behind = distance - columns[k, 0]
+        if behind <= 0 or columns[k, 4] < distance < columns[k, 5]:
             return False
-        if screen_number(depth, slope, level, behind, columns[k, 1], length, wavelength) > -far:
+        if (
+            screen_fresnel_number(depth, slope, horizontal_component, behind, columns[k, 1], length, wavelength)
+            > -max_fresnel_number
+        ):
             return False
     return True
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def screen_number(
-    depth: float, slope: float, level: float, behind: float, edge: float, length: float, wavelength: float
+def screen_fresnel_number(
+    depth: float,
+    slope: float,
+    horizontal_component: float,
+    distance_behind: float,
+    edge: float,
+    length: float,
+    wavelength: float,
 ) -> float:
     """Fresnel number of a level edge at a depth [m], some way [m] before the end of a straight ray."""
-    return edge_number((depth - behind * slope - edge) * level, behind / level, length, wavelength)
+    return edge_fresnel_number(
+        (depth - distance_behind * slope - edge) * horizontal_component,
+        distance_behind / horizontal_component,
+        length,
+        wavelength,
+    )

@@ -15,7 +15,7 @@ _RAYS_ALONE = 40.0
 """Distance from the fold in Airy's scale from which rays are right to 2e-6 and 0.03 degrees [1]."""
 
 
-def fold_distance(fold: ArrayLike, bend: ArrayLike, frequency: float) -> Floats:
+def fold_distance(fold: ArrayLike, fold_curvature: ArrayLike, frequency: float) -> Floats:
     """Distance of a ray's end from the caustic, in the scale of Airy's function [1].
 
     With X(p) the horizontal range at which rays of slowness p cross the depth of the point, rays merge where
@@ -24,16 +24,20 @@ def fold_distance(fold: ArrayLike, bend: ArrayLike, frequency: float) -> Floats:
 
     Args:
         fold: Horizontal distance |R - X_f| to the fold [m], inf for no fold, any shape.
-        bend: |d2X/dp2| at the fold [m^3/s^2], broadcast with `fold`.
+        fold_curvature: |d2X/dp2| at the fold [m^3/s^2], broadcast with `fold`.
         frequency: Frequency of the sound [Hz].
 
     Returns:
         zeta = |R - X_f| (2 omega^2 / |X''|)^(1/3), broadcast shape.
     """
-    return np.asarray(np.asarray(fold, float) * np.cbrt(2 * (2 * np.pi * frequency) ** 2 / np.asarray(bend, float)))
+    return np.asarray(
+        np.asarray(fold, float) * np.cbrt(2 * (2 * np.pi * frequency) ** 2 / np.asarray(fold_curvature, float))
+    )
 
 
-def fold_factor(fold: ArrayLike, bend: ArrayLike, share: ArrayLike, frequency: float) -> NDArray[np.complex128]:
+def fold_factor(
+    fold: ArrayLike, fold_curvature: ArrayLike, fold_side: ArrayLike, frequency: float
+) -> NDArray[np.complex128]:
     """What diffraction makes of the amplitude of one ray near a fold; 1 far away.
 
     The modulus is sqrt(pi) zeta^(1/4) M(zeta), with M^2 = Ai^2 + Bi^2 at -zeta: it removes the ray's zeta^(-1/4) and
@@ -42,8 +46,8 @@ def fold_factor(fold: ArrayLike, bend: ArrayLike, share: ArrayLike, frequency: f
 
     Args:
         fold: Horizontal distance to the fold [m], inf for no fold, any shape (`FOLD` of the eigenray kernel).
-        bend: |d2X/dp2| at the fold [m^3/s^2] (`FOLD_BEND`).
-        share: +1 for the ray that has touched the caustic, -1 for its partner, 0 for no fold (`FOLD_SHARE`).
+        fold_curvature: |d2X/dp2| at the fold [m^3/s^2] (`FOLD_CURVATURE`).
+        fold_side: +1 for the ray that has touched the caustic, -1 for its partner, 0 for no fold (`FOLD_SIDE`).
         frequency: Frequency of the sound [Hz].
 
     Returns:
@@ -54,48 +58,50 @@ def fold_factor(fold: ArrayLike, bend: ArrayLike, share: ArrayLike, frequency: f
     Valid: two rays that merge, alone and with nearly equal amplitudes. Sound in the shadow beyond the fold is left out:
     3.7 dB below the fold's own at zeta = -0.5, 20 dB at -2.
     """
-    fold, bend, share = np.broadcast_arrays(*(np.asarray(values, float) for values in (fold, bend, share)))
-    has = share != 0
-    distance = fold_distance(np.where(has, np.abs(fold), np.inf), np.where(has, bend, 1.0), frequency)
-    return merging_factor(distance, share)
+    fold, fold_curvature, fold_side = np.broadcast_arrays(
+        *(np.asarray(values, float) for values in (fold, fold_curvature, fold_side))
+    )
+    has = fold_side != 0
+    distance = fold_distance(np.where(has, np.abs(fold), np.inf), np.where(has, fold_curvature, 1.0), frequency)
+    return merging_factor(distance, fold_side)
 
 
-def merging_factor(distance: Floats, share: Floats) -> NDArray[np.complex128]:
+def merging_factor(distance: Floats, fold_side: Floats) -> NDArray[np.complex128]:
     """The factor of `fold_factor`, from the distance to the fold in the scale of Airy's function.
 
     Args:
         distance: zeta of `fold_distance` [1], any shape.
-        share: +1 for a ray that has touched the caustic, -1 for its partner, 0 for none; of the same shape.
+        fold_side: +1 for a ray that has touched the caustic, -1 for its partner, 0 for none; of the same shape.
     """
     factor = np.ones(distance.shape, complex)
     near = distance < _RAYS_ALONE
     if near.any():
-        factor[near] = _near(distance[near], share[near])
+        factor[near] = _near(distance[near], fold_side[near])
     return factor
 
 
 def limited_amplitude(
-    amplitude: ArrayLike, fold: ArrayLike, bend: ArrayLike, share: ArrayLike, frequency: float
+    amplitude: ArrayLike, fold: ArrayLike, fold_curvature: ArrayLike, fold_side: ArrayLike, frequency: float
 ) -> NDArray[np.complex128]:
     """Ray-tube amplitude as the wave equation has it, fold caustics included.
 
     Args:
         amplitude: Spreading of the ray tube re 1 m, unlimited [1], any shape; inf on the caustic itself.
         fold: As in `fold_factor`.
-        bend: As in `fold_factor`.
-        share: As in `fold_factor`.
+        fold_curvature: As in `fold_factor`.
+        fold_side: As in `fold_factor`.
         frequency: Frequency of the sound [Hz].
 
     Returns:
         Amplitude re 1 m, with the small phase of the merging, broadcast shape. Always finite: a ray that ends on the
         caustic to the last bit counts as 0.
     """
-    factor = fold_factor(fold, bend, share, frequency)
+    factor = fold_factor(fold, fold_curvature, fold_side, frequency)
     loud, factor = np.broadcast_arrays(np.asarray(amplitude, float), factor)
     return np.where(np.isfinite(loud), loud, 0.0) * factor
 
 
-def _near(distance: Floats, share: Floats) -> NDArray[np.complex128]:
+def _near(distance: Floats, fold_side: Floats) -> NDArray[np.complex128]:
     """The factor by Airy's functions at -distance."""
     from scipy.special import airy
 
@@ -104,4 +110,4 @@ def _near(distance: Floats, share: Floats) -> NDArray[np.complex128]:
     # Ai = M cos(angle), Bi = -M sin(angle); far away the angle is that of two separate rays.
     turn = (2 / 3) * distance**1.5 - np.pi / 4
     phase = np.angle((ai - 1j * bi) * np.exp(-1j * turn))
-    return np.asarray(modulus * np.exp(-1j * share * phase))
+    return np.asarray(modulus * np.exp(-1j * fold_side * phase))

@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify import streams
+from insonify import random_keys
 from insonify.ocean.inhomogeneity import Inhomogeneity, delay_variance
-from insonify.propagation._delay_field_kernel import add_waves
+from insonify.propagation._delay_field_kernel import add_delay_waves
 from insonify.propagation.families import image_depth
 from insonify.records.legs import Legs
-from insonify.scene.lattice import Lattice
+from insonify.scene.scatterer_grid import ScattererGrid
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -32,25 +32,25 @@ PARTS = 24
 class DelayField:
     """What the uneven water of one scene adds to travel times."""
 
-    uneven: Inhomogeneity
+    inhomogeneity: Inhomogeneity
     seed: int
     """Of the scenario."""
     water_depth: float
     """Depth of the bottom's mean plane [m]."""
-    lattice: Lattice
+    lattice: ScattererGrid
     """Frame of the patches: a scene that is moved as a whole keeps them."""
 
-    def disturbed(self, legs: Legs, place: Floats, points: Floats, time: float) -> Legs:
+    def with_delays(self, legs: Legs, position: Floats, points: Floats, time: float) -> Legs:
         """Legs with the delays of the uneven water in theirs.
 
         Args:
             legs: From one end of the sonar to n points.
-            place: That end: north, east, depth [m], shape (3,).
+            position: That end: north, east, depth [m], shape (3,).
             points: The points [m], shape (n, 3).
             time: Of the ping [s].
         """
-        part, wave, turn, beat = _waves(self.seed, self.uneven)
-        start = np.array([*self.lattice.from_world(place[:2]), place[2]])
+        part, wave, turn, beat = _waves(self.seed, self.inhomogeneity)
+        start = np.array([*self.lattice.from_world(position[:2]), position[2]])
         along, across = np.ascontiguousarray(self.lattice.from_world(points[:, :2]).T)
         total = np.zeros(legs.delay.shape)
         for row, family in enumerate(legs.families):
@@ -58,45 +58,45 @@ class DelayField:
                 total[row] = total[row - legs.branch[row]]  # rays of one family: much the same way
                 continue
             down = self._unfolded(family, points[:, 2])
-            add_waves(start, along, across, down, self.water_depth, part, wave, turn + beat * time, total[row])
-        return replace(legs, delay=legs.delay + self.spread_of(legs) * np.sqrt(2 / WAVES) * total)
+            add_delay_waves(start, along, across, down, self.water_depth, part, wave, turn + beat * time, total[row])
+        return replace(legs, delay=legs.delay + self.delay_deviation(legs) * np.sqrt(2 / WAVES) * total)
 
-    def spread_of(self, legs: Legs) -> Floats:
+    def delay_deviation(self, legs: Legs) -> Floats:
         """Root mean square of each leg's delay [s], shape (f, n); 0 where there is no leg."""
         return self._spread(legs.visibility, legs.delay, legs.length)
 
     def _spread(self, visibility: NDArray[Any], delay: Floats, length: Floats) -> Floats:
         there = (visibility != 0) & (delay > 0)
         speed = np.where(there, length / np.where(there, delay, 1.0), 1.0)
-        return np.sqrt(np.maximum(delay_variance(np.where(there, length, 0.0), speed, self.uneven), 0.0))
+        return np.sqrt(np.maximum(delay_variance(np.where(there, length, 0.0), speed, self.inhomogeneity), 0.0))
 
-    def covariance(self, sides: list[tuple[Legs, Floats, Integers]], points: Floats, asked: Integers) -> Floats:
+    def covariance(self, leg_ends: list[tuple[Legs, Floats, Integers]], points: Floats, point_rows: Integers) -> Floats:
         """Covariance of the delays of some legs to the same points [s^2], shape (m, legs, legs).
 
         Args:
-            sides: Legs to n points, where they start [m], shape (3,), and rows of those wanted; one such or several.
+            leg_ends: Legs to n points, where they start [m], shape (3,), and rows of those wanted; one such or several.
             points: Where all of them end [m], shape (n, 3).
-            asked: Rows of the points that are asked about, shape (m,).
+            point_rows: Rows of the points that are asked about, shape (m,).
         """
         spread = []
-        for legs, _, rows in sides:
-            some = np.ix_(rows, asked)
+        for legs, _, rows in leg_ends:
+            some = np.ix_(rows, point_rows)
             spread.append(self._spread(legs.visibility[some], legs.delay[some], legs.length[some]))
-        size, points = np.concatenate(spread), points[asked]
-        ways = [self._way(legs.families[row], place, points) for legs, place, rows in sides for row in rows]
+        size, points = np.concatenate(spread), points[point_rows]
+        ways = [self._path_points(legs.families[row], place, points) for legs, place, rows in leg_ends for row in rows]
         found = np.empty((len(points), len(ways), len(ways)))
         for a, first in enumerate(ways):
             for b, second in enumerate(ways[: a + 1]):
                 square = np.sum((first - second) ** 2, axis=-1)
-                alike = np.exp(-square / self.uneven.length**2).mean(axis=0)
+                alike = np.exp(-square / self.inhomogeneity.correlation_length**2).mean(axis=0)
                 found[:, a, b] = found[:, b, a] = size[a] * size[b] * alike
         return found
 
-    def _way(self, family: str, place: Floats, points: Floats) -> Floats:
+    def _path_points(self, family: str, position: Floats, points: Floats) -> Floats:
         """Points of the water that a leg meets after even parts of its way, shape (parts, n, 3)."""
         part = ((np.arange(PARTS) + 0.5) / PARTS)[:, None, None]
         ends = np.column_stack([points[:, :2], self._unfolded(family, points[:, 2])])
-        way = place + part * (ends - place)
+        way = position + part * (ends - position)
         depth = np.mod(way[..., 2], 2 * self.water_depth)
         way[..., 2] = np.minimum(depth, 2 * self.water_depth - depth)
         return way
@@ -109,7 +109,7 @@ class DelayField:
 
 
 @lru_cache(maxsize=8)
-def _waves(seed: int, uneven: Inhomogeneity) -> tuple[Floats, Floats, Floats, Floats]:
+def _waves(seed: int, inhomogeneity: Inhomogeneity) -> tuple[Floats, Floats, Floats, Floats]:
     """The waves of a field: part of the way (m,), cycles per metre (m, 3), phase (m,) [cycles], cycles per second (m,).
 
     exp(-r^2 / l^2) is the mean of cos(K r) over K normal with variance 2 / l^2 in each direction; so it is in time.
@@ -117,10 +117,10 @@ def _waves(seed: int, uneven: Inhomogeneity) -> tuple[Floats, Floats, Floats, Fl
     from scipy.special import ndtri
 
     number = np.arange(WAVES)
-    first = streams.uniforms(seed, streams.DELAYS, number, 0)
-    second = streams.uniforms(seed, streams.DELAYS, number, 1)
-    wave = ndtri(first[:, :3]) * np.sqrt(2) / uneven.length / (2 * np.pi)
+    first = random_keys.uniforms(seed, random_keys.WATER_DELAYS, number, 0)
+    second = random_keys.uniforms(seed, random_keys.WATER_DELAYS, number, 1)
+    wave = ndtri(first[:, :3]) * np.sqrt(2) / inhomogeneity.correlation_length / (2 * np.pi)
     beat = np.zeros(WAVES)
-    if uneven.lifetime is not None:
-        beat = ndtri(second[:, 0]) * np.sqrt(2) / uneven.lifetime / (2 * np.pi)
+    if inhomogeneity.correlation_time is not None:
+        beat = ndtri(second[:, 0]) * np.sqrt(2) / inhomogeneity.correlation_time / (2 * np.pi)
     return (number + second[:, 1]) / WAVES, wave, first[:, 3], beat

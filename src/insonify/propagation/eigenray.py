@@ -7,12 +7,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from insonify.ocean.profile import SoundSpeedProfile
-from insonify.propagation._eigenray_kernel import COLUMNS, MOST, solve_points
+from insonify.propagation._eigenray_kernel import COLUMNS, MOST, solve_eigenrays
 from insonify.propagation.eigenray_record import Eigenrays, RaySolutions, eigenray_record
-from insonify.propagation.families import bounces, is_family
-from insonify.propagation.layers import Column, column
-from insonify.propagation.tables import leg_table
-from insonify.validity import number, numbers
+from insonify.propagation.eigenray_table import eigenray_table
+from insonify.propagation.families import bounce_sequence, is_family
+from insonify.propagation.sound_speed_layers import SoundSpeedLayers, sound_speed_layers
+from insonify.validity import require_number, require_numbers
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -54,19 +54,19 @@ def eigenrays(
     Raises:
         ValueError: A depth outside the water, a range below 0, an unknown family or method, or a profile that does not
             cover the water; with the way out.
-        insonify.propagation.tables.TableError: method="table", and a table failed its comparison with exact rays.
+        insonify.propagation.eigenray_table.TableError: method="table", and a table failed its comparison with exact rays.
     """
-    depth = number("water_depth", water_depth, "m", 0.0, above=True, such_as="20")
-    water = column(profile, depth)
-    source = number("source_depth", source_depth, "m", 0.0, depth, such_as=f"{depth / 2:g}")
-    z = numbers("point_depth", point_depth, "m", 0.0, depth, gaps=False, such_as=f"{depth:g}")
-    far = numbers("range", range, "m", 0.0, _FARTHEST, gaps=False, such_as="150")
+    depth = require_number("water_depth", water_depth, "m", 0.0, above=True, example="20")
+    water = sound_speed_layers(profile, depth)
+    source = require_number("source_depth", source_depth, "m", 0.0, depth, example=f"{depth / 2:g}")
+    z = require_numbers("point_depth", point_depth, "m", 0.0, depth, allow_nan=False, example=f"{depth:g}")
+    far = require_numbers("range", range, "m", 0.0, _FARTHEST, allow_nan=False, example="150")
     z, far = (np.array(values, float).ravel() + 0.0 for values in _together(z, far))  # minus nothing is nothing
     chosen = _checked(families)
     if method == "table":
         every = np.arange(far.size)
         return eigenray_record(
-            chosen, [(k, every, _tabled(water, source, z, far, name)) for k, name in enumerate(chosen)]
+            chosen, [(k, every, _table_rays(water, source, z, far, name)) for k, name in enumerate(chosen)]
         )
     if method != "exact":
         raise ValueError(f"method is {method!r}; give 'exact' or 'table'.")
@@ -75,39 +75,41 @@ def eigenrays(
     for k, name in enumerate(chosen):
         for begin in np.arange(0, max(order.size, 1), _AT_ONCE):
             points = order[begin : begin + _AT_ONCE]
-            parts.append((k, points, _solved(water, source, z[points], far[points], name)))
+            parts.append((k, points, _solver_rays(water, source, z[points], far[points], name)))
     return eigenray_record(chosen, parts)
 
 
-def _solved(water: Column, source: float, z: Floats, far: Floats, family: str) -> RaySolutions:
-    rays = np.zeros((far.size, MOST, COLUMNS))
-    count, status = np.zeros(far.size, np.int64), np.zeros(far.size, np.uint8)
-    letters = bounces(family)
+def _solver_rays(water: SoundSpeedLayers, source: float, z: Floats, ranges: Floats, family: str) -> RaySolutions:
+    rays = np.zeros((ranges.size, MOST, COLUMNS))
+    count, status = np.zeros(ranges.size, np.int64), np.zeros(ranges.size, np.uint8)
+    letters = bounce_sequence(family)
     first_up = letters[:1] == "S"
-    solve_points(water.depth, water.speed, water.plane, source, len(letters), first_up, z, far, rays, count, status)
+    solve_eigenrays(
+        water.depth, water.speed, water.reflecting_depth, source, len(letters), first_up, z, ranges, rays, count, status
+    )
     return rays, count, status
 
 
-def _tabled(water: Column, source: float, z: Floats, far: Floats, family: str) -> RaySolutions:
+def _table_rays(water: SoundSpeedLayers, source: float, z: Floats, ranges: Floats, family: str) -> RaySolutions:
     """Rays of one family to all points, read from a table that spans them."""
-    rays = np.zeros((far.size, MOST, COLUMNS))
-    count, status = np.zeros(far.size, np.int64), np.zeros(far.size, np.uint8)
-    if far.size:
+    rays = np.zeros((ranges.size, MOST, COLUMNS))
+    count, status = np.zeros(ranges.size, np.int64), np.zeros(ranges.size, np.uint8)
+    if ranges.size:
         span = float(z.min()), float(z.max())
-        table = leg_table(
-            water, family, source_depths=(source, source), point_depths=span, farthest=max(float(far.max()), 1.0)
+        table = eigenray_table(
+            water, family, source_depths=(source, source), point_depths=span, max_range=max(float(ranges.max()), 1.0)
         )
-        held, count, status = table.rays(source, z, far)
+        held, count, status = table.rays(source, z, ranges)
         rays[:, : held.shape[1]] = held
     return rays, count, status
 
 
-def _together(z: Floats, far: Floats) -> Sequence[Floats]:
+def _together(z: Floats, ranges: Floats) -> Sequence[Floats]:
     try:
-        return np.broadcast_arrays(z, far)
+        return np.broadcast_arrays(z, ranges)
     except ValueError:
         raise ValueError(
-            f"point_depth has shape {z.shape}, range {far.shape}; give shapes that fit together, "
+            f"point_depth has shape {z.shape}, range {ranges.shape}; give shapes that fit together, "
             "such as one depth and many ranges, or depths[:, None] and ranges."
         ) from None
 

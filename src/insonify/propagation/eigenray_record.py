@@ -16,19 +16,19 @@ from insonify.propagation._eigenray_kernel import (
     SIN_LAUNCH,
     TURNS,
 )
-from insonify.records.legs import Status
+from insonify.records.legs import LegStatus
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 RaySolutions = tuple[Floats, Integers, NDArray[np.uint8]]
-"""Rays of one family to n points, as a kernel fills them: rays (n, MOST, COLUMNS), their number (n,), `Status` (n,)."""
+"""Rays of one family to n points, as a kernel fills them: rays (n, MOST, COLUMNS), their number (n,), `LegStatus` (n,)."""
 
 _WORDS = {
-    Status.CLEAR: "ok",
-    Status.SHADOW: "shadow",
-    Status.TURNED: "turned",
-    Status.BEYOND_CRITICAL: "beyond_critical",
+    LegStatus.CLEAR: "ok",
+    LegStatus.SHADOW: "shadow",
+    LegStatus.TURNED: "turned",
+    LegStatus.BEYOND_CRITICAL: "beyond_critical",
 }
 _SHOWN = 12
 _KEYS = ("point", "family", "branch")
@@ -49,9 +49,9 @@ class Eigenrays:
     """Number of the ray among its family's to that point, from 0, steepest up first, shape (n,)."""
     delay: Floats
     """Travel time [s], shape (n,)."""
-    launch: Floats
+    launch_angle: Floats
     """Angle at the source, + down [rad], shape (n,)."""
-    arrival: Floats
+    arrival_angle: Floats
     """Angle of travel at the point, + down [rad], shape (n,)."""
     amplitude: Floats
     """Pressure by ray-tube spreading re 1 m: no boundary loss, no absorption, no caustic limit [1], shape (n,)."""
@@ -81,14 +81,14 @@ class Eigenrays:
     def _line(self, i: int) -> str:
         if self.status[i] != "ok":
             return f"{self.family[i]:<4} {self.status[i]}"
-        up_down = f"{np.degrees(self.launch[i]):+8.3f} -> {np.degrees(self.arrival[i]):+8.3f} deg"
+        up_down = f"{np.degrees(self.launch_angle[i]):+8.3f} -> {np.degrees(self.arrival_angle[i]):+8.3f} deg"
         extra = f"{self.turning_points[i]} turns, {self.caustics[i]} caustics" if self.turning_points[i] else ""
         level = 20 * np.log10(self.amplitude[i])
         return f"{self.family[i]:<4} {1e3 * self.delay[i]:12.6f} ms  {level:7.2f} dB  {up_down}  {extra}".rstrip()
 
 
 @dataclass(frozen=True, slots=True)
-class _Rows:
+class _RecordRows:
     """Some rows of the record to be."""
 
     point: Integers
@@ -113,8 +113,8 @@ def eigenray_record(families: tuple[str, ...], solutions: Iterable[tuple[int, In
     order = np.lexsort((branch, family, point))
     status = np.concatenate([part.status for part in parts])[order]
     ray = np.concatenate([part.ray for part in parts])[order]
-    there = status == Status.CLEAR
-    words = np.array([_WORDS.get(one, "ok") for one in Status])  # by its number
+    there = status == LegStatus.CLEAR
+    words = np.array([_WORDS.get(one, "ok") for one in LegStatus])  # by its number
 
     def real(values: Floats) -> Floats:
         return np.where(there, values, np.nan)
@@ -127,8 +127,8 @@ def eigenray_record(families: tuple[str, ...], solutions: Iterable[tuple[int, In
         family=np.array(families)[family[order]],
         branch=branch[order],
         delay=real(ray[:, DELAY]),
-        launch=real(np.arcsin(np.clip(ray[:, SIN_LAUNCH], -1, 1))),
-        arrival=real(np.arcsin(np.clip(ray[:, SIN_ARRIVAL], -1, 1))),
+        launch_angle=real(np.arcsin(np.clip(ray[:, SIN_LAUNCH], -1, 1))),
+        arrival_angle=real(np.arcsin(np.clip(ray[:, SIN_ARRIVAL], -1, 1))),
         amplitude=real(ray[:, AMPLITUDE]),
         caustics=whole(ray[:, CAUSTICS]),
         path_length=real(ray[:, LENGTH]),
@@ -137,8 +137,8 @@ def eigenray_record(families: tuple[str, ...], solutions: Iterable[tuple[int, In
     )
 
 
-def _rows(family: int, points: Integers, solutions: RaySolutions) -> _Rows:
+def _rows(family: int, points: Integers, solutions: RaySolutions) -> _RecordRows:
     rays, count, status = solutions
     takes = np.arange(MOST) < np.maximum(count, 1)[:, None]
     which, branch = np.nonzero(takes)
-    return _Rows(points[which], np.full(which.size, family), branch, status[which], rays[takes])
+    return _RecordRows(points[which], np.full(which.size, family), branch, status[which], rays[takes])

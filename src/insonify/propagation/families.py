@@ -13,7 +13,7 @@ DIRECT = "D"
 _OWN_LETTER = {"seabed": "B", "surface": "S", "target": "", "water": ""}
 
 
-def families(order: int) -> tuple[str, ...]:
+def families_up_to(order: int) -> tuple[str, ...]:
     """All families with at most `order` bounces: D, S, B, SB, BS, SBS, BSB, ..."""
     names = [DIRECT]
     for bounces in range(1, order + 1):
@@ -26,12 +26,12 @@ def is_family(name: str) -> bool:
     return name == DIRECT or (name != "" and set(name) <= {"S", "B"} and all(a != b for a, b in pairwise(name)))
 
 
-def bounces(family: str) -> str:
+def bounce_sequence(family: str) -> str:
     """The boundaries that a family meets, from the sonar outward; empty for the direct path."""
     return "" if family == DIRECT else family
 
 
-def families_for(boundary: Boundary, chosen: tuple[str, ...]) -> tuple[str, ...]:
+def families_reaching(boundary: Boundary, chosen: tuple[str, ...]) -> tuple[str, ...]:
     """The families that reach a scatterer on a boundary without counting its own answer twice.
 
     A bounce off the very interface that the scatterer belongs to, right at the scatterer, is already
@@ -57,6 +57,6 @@ def image_depth(family: str, source_depth: float, water_depth: float) -> float:
         water_depth: Depth of the bottom [m].
     """
     depth = source_depth
-    for letter in bounces(family):
+    for letter in bounce_sequence(family):
         depth = -depth if letter == "S" else 2 * water_depth - depth
     return depth

@@ -11,7 +11,7 @@ synthetic aperture would focus each on a sharp point of its own. Places and glin
 begin with their first.
 
 Points with a phase of their own take two glints each, for many share a cell. Others take several. No echo meets the
-same glint out and back, for of the many that each stands for hardly any does; see `moving.met_twice`.
+same glint out and back, for of the many that each stands for hardly any does; see `moving.repeated_glint_weight`.
 """
 
 import math
@@ -22,12 +22,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify import streams
-from insonify.propagation._glint_kernel import STAGGER, glint_row
-from insonify.propagation.bent import Unfolded, surface_climbs
-from insonify.propagation.families import bounces, image_depth
-from insonify.propagation.waves import Waves, shortest_wave, waves_under
-from insonify.records.legs import Glints, Legs, Status
+from insonify import random_keys
+from insonify.propagation._glint_kernel import STAGGER, apply_glints_to_row
+from insonify.propagation.displaced_bounce import UnfoldedPaths, vertical_travel_to_bounces
+from insonify.propagation.families import bounce_sequence, image_depth
+from insonify.propagation.wind_waves import WindWaves, shortest_wavenumber, wind_waves
+from insonify.records.legs import GlintPhasors, Legs, LegStatus
 from insonify.scattering.bubbles import bubble_loss_db
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
@@ -47,54 +47,54 @@ FAINT = 1e-3
 RAMP = STAGGER + 1
 """Fourth counter of the draw of how a glint's phase changes over the surface."""
 _ROWS = (
-    "delay", "length", "spreading", "absorption", "boundary", "caustics", "visibility", "departure", "arrival",
+    "delay", "length", "spreading", "absorption", "reflection_coefficient", "caustics", "visibility", "departure", "arrival",
     "grazing", "status", "occluder",
 )  # fmt: skip
 
 
-class End(NamedTuple):
+class SonarEnd(NamedTuple):
     """One end of the sonar, when it calls or listens."""
 
-    place: Floats
+    position: Floats
     """North, east, depth [m], shape (3,)."""
-    time: float
+    ping_time: float
     """Start of the ping [s]."""
-    called: Floats | None = None
+    sent_from: Floats | None = None
     """Where sound that it hears was sent from, north, east, depth [m], shape (3,); None: from the same place."""
 
     @property
-    def caller(self) -> Floats:
+    def transmit_position(self) -> Floats:
         """Where sound that it hears was sent from [m], shape (3,)."""
-        return self.place if self.called is None else self.called
+        return self.position if self.sent_from is None else self.sent_from
 
 
-class Quiet(NamedTuple):
+class CoherentReflection(NamedTuple):
     """What the mirror keeps of n legs of one family."""
 
-    phase: Floats
+    phase_per_height: Floats
     """Phase per height of one bounce, 2 k sin(grazing) [rad/m]."""
-    mean: Floats
+    mean_quanta: Floats
     """Mean number of quanta of all bounces together, 4 Gamma^2 for each [1]."""
-    bubbles: Floats
+    bubble_transmission: Floats
     """Pressure that bubbles leave, of all bounces [1]."""
 
     @property
-    def left(self) -> Floats:
+    def coherent_factor(self) -> Floats:
         """Coherent part of the pressure, exp(-2 Gamma^2) for each bounce, bubbles not counted [1]."""
-        return np.asarray(np.exp(-self.mean / 2))
+        return np.asarray(np.exp(-self.mean_quanta / 2))
 
 
-class Bounces(NamedTuple):
+class GlintBouncePoints(NamedTuple):
     """Bounce points of legs off long waves, of which those of one family to one place share their glints."""
 
-    place: Floats
+    position: Floats
     """North and east from the waves' origin [m], shape (f, n, 2); read where a leg is there."""
-    apart: float
+    decorrelation_distance: float
     """Distance at which two bounce points meet unlike short waves [m]."""
 
 
 @dataclass(frozen=True, slots=True)
-class Sea:
+class GlintSurface:
     """The moving surface of one scene, for sound of one frequency."""
 
     scene: Scene
@@ -103,26 +103,26 @@ class Sea:
     """Of the sound [Hz]."""
     wind_speed: float
     """Wind 10 m above [m/s]."""
-    waves: Waves
-    sines: Floats | None = None
+    waves: WindWaves
+    grazing_sines: Floats | None = None
     """Sine of the grazing angle at the surface of every leg [1], (f, n); None: as of a level one, by how it departs."""
-    bounces: Bounces | None = None
+    bounce_points: GlintBouncePoints | None = None
     """Bounce points on the long waves; None: those of a calm surface, each ray with its own glints."""
 
     @property
     def axes(self) -> Floats:
         """North and east of the waves' direction, and of that to the right of it, shape (2, 2)."""
-        c, s = math.cos(self.scene.surface.waves_to), math.sin(self.scene.surface.waves_to)
+        c, s = math.cos(self.scene.surface.wave_direction), math.sin(self.scene.surface.wave_direction)
         return np.array([[c, s], [-s, c]])
 
     @property
-    def life(self) -> float:
+    def glint_lifetime(self) -> float:
         """Time after which a glint gives way to another [s]: long beside the memory of its phase, yet not for ever."""
-        per_height = 4 * math.pi * self.frequency / float(self.scene.water.speed_at(0.0)) * SLANT
-        lasting = LASTING if self.bounces is None else LONGER * LASTING
-        return lasting / max(per_height * math.sqrt(self.waves.moment[2, -1]), 1e-9)
+        per_height = 4 * math.pi * self.frequency / float(self.scene.water.sound_speed_at(0.0)) * SLANT
+        lasting = LASTING if self.bounce_points is None else LONGER * LASTING
+        return lasting / max(per_height * math.sqrt(self.waves.slope_moments[2, -1]), 1e-9)
 
-    def legs(self, legs: Legs, scatterers: Scatterers, end: End) -> tuple[Legs, Legs]:
+    def legs(self, legs: Legs, scatterers: Scatterers, sonar_end: SonarEnd) -> tuple[Legs, Legs]:
         """The legs as the surface leaves them: rows of a coherent part, and behind them rows of glints.
 
         Sound meets the same glints on the way out and, some time later, on the way back.
@@ -130,53 +130,57 @@ class Sea:
         Args:
             legs: Legs off a mirror, f families to n points.
             scatterers: The points that they reach.
-            end: The end of the sonar that they begin at.
+            sonar_end: The end of the sonar that they begin at.
 
         Returns:
             The legs as they are on the way out, and as they are on the way back.
         """
-        touched = [row for row, family in enumerate(legs.families) if "S" in bounces(family)]
+        touched = [row for row, family in enumerate(legs.families) if "S" in bounce_sequence(family)]
         if not touched:
             return legs, legs
-        quiet = {row: self.quiet(legs, row, end) for row in touched}
-        kept = [r for r in range(len(legs.families)) if r not in quiet or quiet[r].left.max(initial=0.0) > FAINT]
-        many = FEW if scatterers.drawn else max(FEW, SEVERAL // (1 + max(legs.branch)))
+        quiet = {row: self.coherent_reflection(legs, row, sonar_end) for row in touched}
+        kept = [
+            r for r in range(len(legs.families)) if r not in quiet or quiet[r].coherent_factor.max(initial=0.0) > FAINT
+        ]
+        many = FEW if scatterers.has_random_phase else max(FEW, SEVERAL // (1 + max(legs.branch)))
         glints = [(row, number) for row in touched for number in range(many)]
-        whole = rows_of(legs, kept + [row for row, _ in glints])
+        whole = leg_rows(legs, kept + [row for row, _ in glints])
         n = len(scatterers)
         phasor = np.ones((2, len(whole.families), n), complex)
         for to, row in enumerate(kept):
             if row in quiet:
-                whole.boundary[to] *= quiet[row].left * quiet[row].bubbles
+                whole.reflection_coefficient[to] *= quiet[row].coherent_factor * quiet[row].bubble_transmission
         for to, (row, number) in enumerate(glints, len(kept)):
-            share = -np.expm1(-quiet[row].mean) / many
-            whole.boundary[to] *= np.sqrt(share) * quiet[row].bubbles
-            self._glint(whole, to, self._code(legs, row, number), quiet[row], scatterers, end, phasor)
-            if self.bounces is not None:
-                phasor[:, to] *= self._ramp(self.bounces, row, scatterers.place, self._code(legs, row, number))
+            share = -np.expm1(-quiet[row].mean_quanta) / many
+            whole.reflection_coefficient[to] *= np.sqrt(share) * quiet[row].bubble_transmission
+            self._apply_glints(whole, to, self._code(legs, row, number), quiet[row], scatterers, sonar_end, phasor)
+            if self.bounce_points is not None:
+                phasor[:, to] *= self._surface_phasor(
+                    self.bounce_points, row, scatterers.scatterer_id, self._code(legs, row, number)
+                )
         label = (*(-1,) * len(kept), *(self._code(legs, row, m) for row, m in glints))
         whole = replace(whole, branch=_numbered(legs, kept, glints))
-        out, back = (replace(whole, glints=Glints(label, way)) for way in phasor)
+        out, back = (replace(whole, glints=GlintPhasors(label, way)) for way in phasor)
         return out, back
 
-    def quiet(self, legs: Legs, row: int, end: End) -> Quiet:
+    def coherent_reflection(self, legs: Legs, row: int, sonar_end: SonarEnd) -> CoherentReflection:
         """What the mirror keeps of one row of legs.
 
         Args:
             legs: Legs off a mirror.
             row: A row with a surface bounce.
-            end: The end of the sonar that they begin at.
+            sonar_end: The end of the sonar that they begin at.
         """
-        at_sonar, at_surface = self.scene.water.speed_at(np.array([end.place[2], 0.0]))
-        if self.sines is None:
+        at_sonar, at_surface = self.scene.water.sound_speed_at(np.array([sonar_end.position[2], 0.0]))
+        if self.grazing_sines is None:
             level = np.hypot(legs.departure[row, :, 0], legs.departure[row, :, 1])
             sine = np.sqrt(np.maximum(1 - np.minimum(level * at_surface / at_sonar, 1.0) ** 2, 1e-12))
         else:
-            sine = self.sines[row]
-        count = bounces(legs.families[row]).count("S")
+            sine = self.grazing_sines[row]
+        count = bounce_sequence(legs.families[row]).count("S")
         phase = 4 * math.pi * self.frequency / at_surface * sine
         loss = bubble_loss_db(self.wind_speed, self.frequency, np.arcsin(np.minimum(sine, 1.0)))
-        return Quiet(phase, count * phase**2 * self.waves.variance[-1], 10 ** (-count * loss / 20))
+        return CoherentReflection(phase, count * phase**2 * self.waves.variance[-1], 10 ** (-count * loss / 20))
 
     def _code(self, legs: Legs, row: int, number: int) -> int:
         """A number for each glint of each ray of each family: the same out and back.
@@ -184,64 +188,75 @@ class Sea:
         Bounce points of one family on long waves are no rays of their own: they come and go in pairs, and their order
         with them.
         """
-        string, branch = bounces(legs.families[row]), 0 if self.bounces is not None else legs.branch[row]
+        string, branch = bounce_sequence(legs.families[row]), 0 if self.bounce_points is not None else legs.branch[row]
         return ((2 * len(string) + string.startswith("B")) << 8 | branch << GLINT_BITS) | number
 
-    def _ramp(self, bounced: Bounces, row: int, place: NDArray[np.uint64], code: int) -> NDArray[np.complex128]:
+    def _surface_phasor(
+        self, bounced: GlintBouncePoints, row: int, position: NDArray[np.uint64], code: int
+    ) -> NDArray[np.complex128]:
         """Phasor of one glint over the surface [1], shape (n,): bounce points that merge have one, distant ones differ.
 
         A wavenumber of its own for each place and glint, small enough that a bounce that wanders keeps its phase.
         """
-        low, high = (place & np.uint64(0xFFFFFFFF)).astype(np.int64), (place >> np.uint64(32)).astype(np.int64)
-        drawn = streams.uniforms(self.seed, streams.GLINT, low, high, code, RAMP)[:, :2]
-        wavenumber = math.pi / bounced.apart * math.sqrt(3) * (2 * drawn - 1) @ self.axes
-        return np.asarray(np.exp(1j * np.sum(wavenumber * bounced.place[row], axis=1)))
+        low, high = (position & np.uint64(0xFFFFFFFF)).astype(np.int64), (position >> np.uint64(32)).astype(np.int64)
+        drawn = random_keys.uniforms(self.seed, random_keys.GLINT, low, high, code, RAMP)[:, :2]
+        wavenumber = math.pi / bounced.decorrelation_distance * math.sqrt(3) * (2 * drawn - 1) @ self.axes
+        return np.asarray(np.exp(1j * np.sum(wavenumber * bounced.position[row], axis=1)))
 
-    def _common(self, phase: Floats, image: float, scatterers: Scatterers, end: End) -> float:
+    def _mean_target_phase(self, phase: Floats, image: float, scatterers: Scatterers, sonar_end: SonarEnd) -> float:
         """Phase per height of one bounce for a whole target [rad/m], the same whatever part of it the points are.
 
         Args:
             phase: Phase per height for each point [rad/m], shape (n,).
             image: Depth of the image of the end [m].
             scatterers: Points of one target, n of them.
-            end: The end of the sonar.
+            sonar_end: The end of the sonar.
         """
-        if scatterers.centre is None or (self.sines is not None and self.bounces is None):
+        if scatterers.centre is None or (self.grazing_sines is not None and self.bounce_points is None):
             return float(phase.mean())
-        ray = scatterers.centre - np.array([*end.place[:2], image])
-        at_sonar, at_surface = (float(speed) for speed in self.scene.water.speed_at(np.array([end.place[2], 0.0])))
-        bent = at_surface / at_sonar if self.bounces is None else 1.0
+        ray = scatterers.centre - np.array([*sonar_end.position[:2], image])
+        at_sonar, at_surface = (
+            float(speed) for speed in self.scene.water.sound_speed_at(np.array([sonar_end.position[2], 0.0]))
+        )
+        bent = at_surface / at_sonar if self.bounce_points is None else 1.0
         level = min(float(np.hypot(ray[0], ray[1])) / float(np.linalg.norm(ray)) * bent, 1.0)
         return 4 * math.pi * self.frequency / at_surface * math.sqrt(max(1 - level**2, 1e-12))
 
-    def _glint(
-        self, legs: Legs, row: int, code: int, quiet: Quiet, scatterers: Scatterers, end: End,
+    def _apply_glints(
+        self, legs: Legs, row: int, code: int, reflection: CoherentReflection, scatterers: Scatterers, sonar_end: SonarEnd,
         phasor: NDArray[np.complex128],
     ) -> None:  # fmt: skip
         """Turn one row of mirrored legs into glints, in place."""
         family, bed, waves = legs.families[row], self.scene.seabed.depth, self.waves
-        string, depth = bounces(family), float(end.place[2])
-        phase, image = quiet.phase, image_depth(family, depth, bed)
-        if self.bounces is not None:
+        string, depth = bounce_sequence(family), float(sonar_end.position[2])
+        phase, image = reflection.phase_per_height, image_depth(family, depth, bed)
+        if self.bounce_points is not None:
             # as off a calm surface: waves drawn for a bounce that wanders would change with its angle
             climb = np.maximum(np.abs(scatterers.position[:, 2] - image), 1e-6)
-            far = np.linalg.norm(scatterers.position[:, :2] - end.place[:2], axis=1)
-            phase = 4 * math.pi * self.frequency / float(self.scene.water.speed_at(0.0)) * climb / np.hypot(climb, far)
-        if not scatterers.drawn:  # facets of one target meet the same waves, or they would part with time
-            phase = np.full_like(phase, self._common(phase, image, scatterers, end))
-        glint_row(
-            scatterers.place, scatterers.position, scatterers.normal, code,
-            *streams.key(self.seed, streams.GLINT), phase, *waves, self.axes,
-            end.place, end.caller, end.time, self.life,
-            image, string[0] == "S", len(string) % 2 == 1, np.array(surface_climbs(family, depth, bed)), self.frequency,
-            float(self.scene.water.speed_at(depth)), float(self.scene.water.absorption(self.frequency)),
+            far = np.linalg.norm(scatterers.position[:, :2] - sonar_end.position[:2], axis=1)
+            phase = (
+                4
+                * math.pi
+                * self.frequency
+                / float(self.scene.water.sound_speed_at(0.0))
+                * climb
+                / np.hypot(climb, far)
+            )
+        if not scatterers.has_random_phase:  # facets of one target meet the same waves, or they would part with time
+            phase = np.full_like(phase, self._mean_target_phase(phase, image, scatterers, sonar_end))
+        apply_glints_to_row(
+            scatterers.scatterer_id, scatterers.position, scatterers.normal, code,
+            *random_keys.stream_key(self.seed, random_keys.GLINT), phase, *waves, self.axes,
+            sonar_end.position, sonar_end.transmit_position, sonar_end.ping_time, self.glint_lifetime,
+            image, string[0] == "S", len(string) % 2 == 1, np.array(vertical_travel_to_bounces(family, depth, bed)), self.frequency,
+            float(self.scene.water.sound_speed_at(depth)), float(self.scene.water.absorption(self.frequency)),
             legs.delay[row], legs.length[row], legs.absorption[row], legs.departure[row], legs.arrival[row],
-            legs.grazing[row], legs.status[row], int(Status.FACING_AWAY), legs.visibility[row], phasor[0, row],
+            legs.grazing[row], legs.status[row], int(LegStatus.FACING_AWAY), legs.visibility[row], phasor[0, row],
             phasor[1, row],
         )  # fmt: skip
 
 
-def sea_of(scene: Scene, seed: int, frequency: float) -> Sea:
+def glint_surface(scene: Scene, seed: int, frequency: float) -> GlintSurface:
     """The sea that a scene's wind raises.
 
     Args:
@@ -251,42 +266,44 @@ def sea_of(scene: Scene, seed: int, frequency: float) -> Sea:
     """
     wind = scene.surface.wind_speed
     assert wind is not None  # the surface has checked
-    shortest = shortest_wave(frequency, float(scene.water.speed_at(0.0)))
-    return Sea(scene, seed, frequency, wind, waves_under(wind, shortest))
+    shortest = shortest_wavenumber(frequency, float(scene.water.sound_speed_at(0.0)))
+    return GlintSurface(scene, seed, frequency, wind, wind_waves(wind, shortest))
 
 
 def bounce_times(
-    lines: Unfolded, delay: Floats, scene: Scene, scatterers: Scatterers, end: End
+    paths: UnfoldedPaths, delay: Floats, scene: Scene, scatterers: Scatterers, sonar_end: SonarEnd
 ) -> tuple[Floats, Floats]:
     """When each surface bounce of a leg happens: on the way out, and on the way back [s], shape (bounces, n).
 
     Args:
-        lines: The legs of one family.
+        paths: The legs of one family.
         delay: Travel time of each [s], shape (n,).
         scene: The scene.
         scatterers: The points that they reach.
-        end: The end of the sonar that they begin at.
+        sonar_end: The end of the sonar that they begin at.
     """
     # Before it comes back, sound is taken to have gone out directly: by which leg it went makes milliseconds.
-    there = np.linalg.norm(scatterers.position - end.caller, axis=1) / float(scene.water.speed_at(end.place[2]))
-    before = lines.parts() * delay
-    return end.time + before, end.time + there + delay - before
+    there = np.linalg.norm(scatterers.position - sonar_end.transmit_position, axis=1) / float(
+        scene.water.sound_speed_at(sonar_end.position[2])
+    )
+    before = paths.bounce_fractions() * delay
+    return sonar_end.ping_time + before, sonar_end.ping_time + there + delay - before
 
 
-def rows_of(legs: Legs, rows: list[int]) -> Legs:
+def leg_rows(legs: Legs, rows: list[int]) -> Legs:
     """Some rows of legs, as often as they are named, in columns of their own."""
     columns = {name: getattr(legs, name)[rows] for name in _ROWS}
     caustic = None if legs.caustic is None else legs.caustic[rows]
-    beside = None if legs.beside is None else legs.beside[rows]
+    beside = None if legs.aperture_expansion is None else legs.aperture_expansion[rows]
     return replace(
         legs, families=tuple(legs.families[row] for row in rows), branch=tuple(legs.branch[row] for row in rows),
-        caustic=caustic, beside=beside, **columns,
+        caustic=caustic, aperture_expansion=beside, **columns,
     )  # fmt: skip
 
 
-def _numbered(legs: Legs, kept: list[int], glints: list[tuple[int, int]]) -> tuple[int, ...]:
+def _numbered(legs: Legs, kept_rows: list[int], glints: list[tuple[int, int]]) -> tuple[int, ...]:
     """Branches of the rows kept, and of the glints, which are further rays of their family."""
-    numbers = [legs.branch[row] for row in kept]
+    numbers = [legs.branch[row] for row in kept_rows]
     following = Counter(legs.families)
     for row, _ in glints:
         numbers.append(following[legs.families[row]])
@@ -294,12 +311,12 @@ def _numbered(legs: Legs, kept: list[int], glints: list[tuple[int, int]]) -> tup
     return tuple(numbers)
 
 
-def face(legs: Legs, row: int, normal: Floats) -> None:
+def update_grazing(legs: Legs, row: int, normal: Floats) -> None:
     """Grazing angles of arrivals that have changed; what now comes from behind is not there."""
     free = np.all(normal == 0, axis=1)
     sine = -np.sum(legs.arrival[row] * normal, axis=1)
     legs.grazing[row] = np.arcsin(np.clip(sine, -1.0, 1.0))
     behind = (sine <= 0) & ~free
-    clear = legs.status[row] == Status.CLEAR
-    legs.status[row][clear & behind] = Status.FACING_AWAY
+    clear = legs.status[row] == LegStatus.CLEAR
+    legs.status[row][clear & behind] = LegStatus.FACING_AWAY
     legs.visibility[row][behind] = 0.0

@@ -20,12 +20,12 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from insonify.propagation._knife_edge_kernel import FAR, around_boxes
-from insonify.propagation._silhouette_kernel import around_solid
-from insonify.propagation.families import bounces, image_depth
-from insonify.propagation.rims import near_rims, off_screens
+from insonify.propagation._silhouette_kernel import diffract_around_solid
+from insonify.propagation.bounding_cylinders import edge_clearance, points_near_cylinders
+from insonify.propagation.families import bounce_sequence, image_depth
+from insonify.propagation.knife_edge_kernel import FAR, diffract_around_boxes
 from insonify.propagation.silhouette import silhouette
-from insonify.records.legs import Legs, Status
+from insonify.records.legs import Legs, LegStatus
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
 from insonify.scene.target import Solid
@@ -45,13 +45,15 @@ ROUGH_RIPPLES = 6.0
 """The same where ripples below 0.04 may be left out [1]."""
 
 
-def fresnel_number(height: ArrayLike, before: ArrayLike, behind: ArrayLike, wavelength: float) -> NDArray[np.float64]:
+def fresnel_number(
+    height: ArrayLike, distance_before: ArrayLike, distance_behind: ArrayLike, wavelength: float
+) -> NDArray[np.float64]:
     """Height of an edge above the straight way past it, in Fresnel zones [1].
 
     Args:
         height: Of the edge above the ray, negative where it is below [m], any shape.
-        before: Distance from the source to the edge [m].
-        behind: Distance from the edge to the point [m].
+        distance_before: Distance from the source to the edge [m].
+        distance_behind: Distance from the edge to the point [m].
         wavelength: Of the sound [m].
 
     Returns:
@@ -60,7 +62,7 @@ def fresnel_number(height: ArrayLike, before: ArrayLike, behind: ArrayLike, wave
     Source: ITU-R P.526-15, eq. 26 (from memory). Valid where both distances are many wavelengths and the height is
     small against them.
     """
-    ways = 1 / np.asarray(before, float) + 1 / np.asarray(behind, float)
+    ways = 1 / np.asarray(distance_before, float) + 1 / np.asarray(distance_behind, float)
     return np.asarray(np.asarray(height, float) * np.sqrt(2 / wavelength * ways))
 
 
@@ -83,28 +85,28 @@ def knife_edge(number: ArrayLike) -> NDArray[np.complex128]:
 
 
 @lru_cache(maxsize=1)
-def edge_table() -> NDArray[np.complex128]:
-    """Pressure behind a half plane without its turning phase, at numbers from 0 to beyond `FAR`, see `past_edge`."""
+def edge_diffraction_table() -> NDArray[np.complex128]:
+    """Pressure behind a half plane without its turning phase, at numbers from 0 to beyond `FAR`, see `edge_diffraction`."""
     number = np.arange(int(FAR * PER_UNIT) + 3) / PER_UNIT
     table = knife_edge(number) * np.exp(1j * np.pi / 2 * number**2)
     table.flags.writeable = False  # shared by all pings
     return table
 
 
-def soft_edges(
-    legs: Legs, scatterers: Scatterers, place: NDArray[np.float64], scene: Scene, wavelength: float, *,
-    wide: bool = False, roughly: bool = False,
+def diffract_at_edges(
+    legs: Legs, scatterers: Scatterers, position: NDArray[np.float64], scene: Scene, wavelength: float, *,
+    infinitely_wide: bool = False, approximate: bool = False,
 ) -> Legs:  # fmt: skip
     """Legs with what bends around the edges of boxes and solids.
 
     Args:
         legs: Legs with hard shadows, of shape (f, n).
         scatterers: The points that they reach.
-        place: North, east, depth of the sonar's end [m], shape (3,).
+        position: North, east, depth of the sonar's end [m], shape (3,).
         scene: Whose targets cast shadows.
         wavelength: Of the sound [m].
-        wide: Whether targets are taken as endlessly wide, as in a slice.
-        roughly: Whether ripples of less than 0.04 about 1, and details of solids finer than half a wave's zone 1 m
+        infinitely_wide: Whether targets are taken as endlessly wide, as in a slice.
+        approximate: Whether ripples of less than 0.04 about 1, and details of solids finer than half a wave's zone 1 m
             behind them, may be left out, as in expected intensities of a rough bed.
 
     Returns:
@@ -113,18 +115,18 @@ def soft_edges(
     """
     if not scene.occluders:
         return legs
-    near = _near(legs, scatterers, place, scene, wavelength, ROUGH_RIPPLES if roughly else RIPPLES)
+    near = _near(legs, scatterers, position, scene, wavelength, ROUGH_RIPPLES if approximate else RIPPLES)
     if not any(map(len, near)) and not np.any(legs.occluder >= 0):
         return legs
-    visibility = (legs.status == Status.CLEAR).astype(complex)
+    visibility = (legs.status == LegStatus.CLEAR).astype(complex)
     boxed = near[: len(scene.boxes)]
     if any(map(len, boxed)):
-        beds = np.array([scene.depth_under(box) for box in scene.boxes]) - TOUCHING
-        bounced = np.array([bool(bounces(name)) for name in legs.families])
-        around_boxes(
-            union(boxed, len(scatterers)), place, scatterers.position, legs.arrival, legs.length, bounced,
-            scene.seabed.depth, wavelength, without_gap_above(scene.bodies, 6), beds, scatterers.occluder, wide,
-            edge_table(), PER_UNIT, legs.status, legs.occluder, visibility,
+        beds = np.array([scene.seabed_depth_under(box) for box in scene.boxes]) - TOUCHING
+        bounced = np.array([bool(bounce_sequence(name)) for name in legs.families])
+        diffract_around_boxes(
+            union(boxed, len(scatterers)), position, scatterers.position, legs.arrival, legs.length, bounced,
+            scene.seabed.depth, wavelength, close_gap_above(scene.bodies, 6), beds, scatterers.occluder, infinitely_wide,
+            edge_diffraction_table(), PER_UNIT, legs.status, legs.occluder, visibility,
         )  # fmt: skip
     for row, solid in enumerate(scene.solids, start=len(scene.boxes)):
         if row != scatterers.occluder and len(near[row]):
@@ -132,19 +134,19 @@ def soft_edges(
                 legs,
                 scatterers,
                 near[row],
-                place,
+                position,
                 scene,
                 wavelength,
                 solid,
                 row,
                 visibility,
-                wide=wide,
-                roughly=roughly,
+                infinitely_wide=infinitely_wide,
+                approximate=approximate,
             )
     # what the ground cuts, or is not there at all, stays as it was; over relief the ground has had its share
-    by_target = (legs.status == Status.OCCLUDED) & (legs.occluder >= 0)
-    ground = 1.0 if scene.seabed.bed is None else legs.visibility
-    partly = by_target | (legs.status == Status.CLEAR)
+    by_target = (legs.status == LegStatus.OCCLUDED) & (legs.occluder >= 0)
+    ground = 1.0 if scene.seabed.terrain is None else legs.visibility
+    partly = by_target | (legs.status == LegStatus.CLEAR)
     return replace(legs, visibility=np.where(partly, visibility * ground, legs.visibility))
 
 
@@ -158,7 +160,7 @@ def union(parts: list[NDArray[np.int64]], count: int) -> NDArray[np.int64]:
     return np.flatnonzero(there)
 
 
-def without_gap_above(screens: NDArray[np.float64], top: int) -> NDArray[np.float64]:
+def close_gap_above(screens: NDArray[np.float64], top: int) -> NDArray[np.float64]:
     """Screens of which those that stand out of the water go on above it: no sound bends over their tops.
 
     Args:
@@ -169,7 +171,12 @@ def without_gap_above(screens: NDArray[np.float64], top: int) -> NDArray[np.floa
 
 
 def _near(
-    legs: Legs, scatterers: Scatterers, place: NDArray[np.float64], scene: Scene, wavelength: float, ripples: float
+    legs: Legs,
+    scatterers: Scatterers,
+    position: NDArray[np.float64],
+    scene: Scene,
+    wavelength: float,
+    max_fresnel_number: float,
 ) -> list[NDArray[np.int64]]:
     """Rows of the points at which each target that casts a shadow may change anything."""
     longest = float(legs.length.max(initial=0.0))
@@ -177,28 +184,28 @@ def _near(
         longest = float(np.fmax.reduce(legs.length, axis=None, initial=0.0))
     boxes, found, points = len(scene.boxes), [], scatterers.position
     if boxes:
-        beside = off_screens(longest, wavelength, FAR)
-        found = near_rims(scene, place, points, beside, legs.arrival)[:boxes]
+        beside = edge_clearance(longest, wavelength, FAR)
+        found = points_near_cylinders(scene, position, points, beside, legs.arrival)[:boxes]
     if boxes < len(scene.occluders):
-        beside = off_screens(longest, wavelength, ripples)
-        found += near_rims(scene, place, points, beside)[boxes:]
+        beside = edge_clearance(longest, wavelength, max_fresnel_number)
+        found += points_near_cylinders(scene, position, points, beside)[boxes:]
     return found
 
 
 def _around(
-    legs: Legs, scatterers: Scatterers, rows: NDArray[np.int64], place: NDArray[np.float64], scene: Scene,
-    wavelength: float, solid: Solid, row: int, visibility: NDArray[np.complex128], *, wide: bool, roughly: bool,
+    legs: Legs, scatterers: Scatterers, rows: NDArray[np.int64], position: NDArray[np.float64], scene: Scene,
+    wavelength: float, solid: Solid, row: int, visibility: NDArray[np.complex128], *, infinitely_wide: bool, approximate: bool,
 ) -> None:  # fmt: skip
     """Multiply what one solid leaves of all legs into their visibility."""
-    bed = scene.depth_under(solid) - TOUCHING
-    far, widest = (ROUGH_RIPPLES, float(np.sqrt(wavelength)) / 2) if roughly else (RIPPLES, 0.0)
+    bed = scene.seabed_depth_under(solid) - TOUCHING
+    far, widest = (ROUGH_RIPPLES, float(np.sqrt(wavelength)) / 2) if approximate else (RIPPLES, 0.0)
     for f, family in enumerate(legs.families):
-        depth = image_depth(family, float(place[2]), scene.seabed.depth)
-        seen = silhouette(solid, scene.seabed, (float(place[0]), float(place[1]), depth), widest)
+        depth = image_depth(family, float(position[2]), scene.seabed.depth)
+        seen = silhouette(solid, scene.seabed, (float(position[0]), float(position[1]), depth), widest)
         if seen is not None:
-            around_solid(
-                rows, place, scatterers.position, legs.arrival[f], legs.length[f], bool(bounces(family)),
-                scene.seabed.depth, wavelength, seen.facing, seen.borders, seen.away,
-                without_gap_above(seen.columns, 1), bed, row, wide, far, edge_table(), PER_UNIT, legs.status[f],
+            diffract_around_solid(
+                rows, position, scatterers.position, legs.arrival[f], legs.length[f], bool(bounce_sequence(family)),
+                scene.seabed.depth, wavelength, seen.centre_bearing, seen.border_bearings, seen.border_ranges,
+                close_gap_above(seen.columns, 1), bed, row, infinitely_wide, far, edge_diffraction_table(), PER_UNIT, legs.status[f],
                 legs.occluder[f], visibility[f],
             )  # fmt: skip

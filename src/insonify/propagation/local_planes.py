@@ -2,7 +2,7 @@
 
 An image of the sonar in one plane after the other gives the leg to a point exactly, as between level boundaries: only
 that each leg has its own planes. The bounce lies where the line from the image pierces the plane; the zone about it
-tells the plane. So planes are found twice: roughly about the bounce on the mean plane, and well about the bounce that
+tells the plane. So planes are found twice: approximate about the bounce on the mean plane, and well about the bounce that
 they lead to. On an even slope once would be enough.
 """
 
@@ -11,10 +11,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.propagation._course_kernel import Course, Frame, follow_bed, spread, ways, zones
-from insonify.propagation.families import bounces
-from insonify.scene.bed import Bed
-from insonify.scene.bed_plane import FEW, PATTERN, least_half_axis
+from insonify.propagation.families import bounce_sequence
+from insonify.propagation.image_path_kernel import (
+    ImagePaths,
+    TerrainFrame,
+    bounce_fresnel_zones,
+    extent_on_grid,
+    image_paths,
+    paths_off_local_planes,
+)
+from insonify.scene.plane_fit_samples import FEW, PATTERN, min_half_axis
+from insonify.scene.seabed_terrain import SeabedTerrain
 
 Floats = NDArray[np.float64]
 
@@ -24,45 +31,45 @@ _PATTERNS = tuple(np.ascontiguousarray(pattern.T, np.float32) for pattern in (FE
 """For the first planes and for the last."""
 
 
-def course(place: Floats, points: Floats, anchor: Floats, facing: Floats) -> Course:
+def paths_off_planes(position: Floats, points: Floats, plane_point: Floats, plane_normal: Floats) -> ImagePaths:
     """Images in planes, one after the other, and the way that they unfold.
 
     Args:
-        place: North, east, depth of the sonar [m], shape (3,).
+        position: North, east, depth of the sonar [m], shape (3,).
         points: The same of the points [m], shape (n, 3).
-        anchor: A point of each mirror [m], shape (m, n, 3).
-        facing: Unit normal of each mirror, into the water, shape (m, n, 3).
+        plane_point: A point of each mirror [m], shape (m, n, 3).
+        plane_normal: Unit normal of each mirror, into the water, shape (m, n, 3).
 
     Source: images as in Allen & Berkley (1979), J. Acoust. Soc. Am. 65, 943 (for the idea); exact for planes of any
     tilt.
     """
-    made = _columns(*anchor.shape[:2])
-    ways(np.asarray(place, float), points, anchor, facing, made)
+    made = _columns(*plane_point.shape[:2])
+    image_paths(np.asarray(position, float), points, plane_point, plane_normal, made)
     return made
 
 
-def level_course(family: str, place: Floats, points: Floats, bed_depth: float) -> Course:
+def flat_image_paths(family: str, position: Floats, points: Floats, bed_depth: float) -> ImagePaths:
     """The ways of a family between the level surface and a level bed.
 
     Args:
         family: Name of a family with bounces.
-        place: North, east, depth of the sonar [m], shape (3,).
+        position: North, east, depth of the sonar [m], shape (3,).
         points: The same of the points [m], shape (n, 3).
         bed_depth: Depth of the bed [m].
     """
-    return course(place, points, *_level(family, len(points), bed_depth))
+    return paths_off_planes(position, points, *_level(family, len(points), bed_depth))
 
 
-class Bounces(NamedTuple):
-    """What a `Course` tells of the mirrors of n ways, where no more is asked."""
+class BounceGeometry(NamedTuple):
+    """What a `ImagePaths` tells of the mirrors of n ways, where no more is asked."""
 
     length: Floats
-    part: Floats
-    sine: tuple[Floats, ...]
-    left: tuple[float, ...]
+    fraction: Floats
+    grazing_sine: tuple[Floats, ...]
+    residual_variance: tuple[float, ...]
 
 
-def level_bounces(family: str, depth: float, length: Floats, sine: Floats, bed_depth: float) -> Bounces:
+def flat_bounces(family: str, depth: float, length: Floats, sine: Floats, bed_depth: float) -> BounceGeometry:
     """Where the ways of a family bounce between the level surface and a level bed, by their lengths.
 
     Args:
@@ -72,75 +79,92 @@ def level_bounces(family: str, depth: float, length: Floats, sine: Floats, bed_d
         sine: Sine of their grazing angle, at all mirrors the same [1], shape (n,).
         bed_depth: Depth of the bed [m].
     """
-    string = bounces(family)
+    string = bounce_sequence(family)
     first = depth if string[0] == "S" else bed_depth - depth
     climb = np.array([first + k * bed_depth for k in range(len(string))])  # to each bounce, all of it counted
     part = np.clip(climb[:, None] / np.maximum(length * sine, _TINY), 0.0, 1.0)
-    return Bounces(length, part, (sine,) * len(string), (0.0,) * len(string))
+    return BounceGeometry(length, part, (sine,) * len(string), (0.0,) * len(string))
 
 
-def local_course(
-    family: str, place: Floats, points: Floats, bed: Bed, wavelength: float, *, met: Floats | None = None
-) -> Course:
+def local_plane_paths(
+    family: str,
+    position: Floats,
+    points: Floats,
+    terrain: SeabedTerrain,
+    wavelength: float,
+    *,
+    terrain_bounce_ranges: Floats | None = None,
+) -> ImagePaths:
     """The ways of a family off the planes fitted to the bed over the first Fresnel zone of each bounce.
 
     Args:
         family: Name of a family with bounces.
-        place: North, east, depth of the sonar [m], shape (3,).
+        position: North, east, depth of the sonar [m], shape (3,).
         points: The same of the points [m], shape (n, 3).
-        bed: The ground.
+        terrain: The ground.
         wavelength: Of the sound [m].
-        met: Horizontal distance at which the rays really bounce off level ground, where refraction bends them [m],
+        terrain_bounce_ranges: Horizontal distance at which the rays really bounce off level ground, where refraction bends them [m],
             shape (m, n): the planes are those of the ground there, moved under the bounces of straight rays.
 
     Returns:
         Ways in water of one sound speed; the sonar's images, the bounces and the grazing angles are exact for the
         planes fitted.
     """
-    string = bounces(family)
+    string = bounce_sequence(family)
     made = _columns(len(string), len(points))
     if not len(points):
         return made
     moved = np.empty((len(string), 0, 2))
-    if met is not None:
-        across = points[:, :2] - place[:2]
+    if terrain_bounce_ranges is not None:
+        across = points[:, :2] - position[:2]
         ahead = across / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), _TINY)
-        moved = place[:2] + met[..., None] * ahead - level_course(family, place, points, bed.depth).bounce[..., :2]
-    lattice, done = bed.ground.terrain.lattice, np.zeros(len(points), bool)
-    frame = Frame(
-        *lattice.origin, np.cos(lattice.heading), np.sin(lattice.heading), bed.depth, wavelength, least_half_axis(bed)
+        moved = (
+            position[:2]
+            + terrain_bounce_ranges[..., None] * ahead
+            - flat_image_paths(family, position, points, terrain.depth).bounce_position[..., :2]
+        )
+    lattice, done = terrain.relief.resolved.scatterer_grid, np.zeros(len(points), bool)
+    frame = TerrainFrame(
+        *lattice.origin,
+        np.cos(lattice.heading),
+        np.sin(lattice.heading),
+        terrain.depth,
+        wavelength,
+        min_half_axis(terrain),
     )
-    off_bed = np.array([letter == "B" for letter in string])
-    here = np.asarray(place, float)
+    is_seabed_bounce = np.array([letter == "B" for letter in string])
+    here = np.asarray(position, float)
     span = np.empty((2, 2))
-    spread(here, points, frame, span)
-    bed.asked(
+    extent_on_grid(here, points, frame, span)
+    terrain.read_heightmap(
         span,
-        lambda pages, wanted: follow_bed(here, points, off_bed, moved, frame, _PATTERNS, pages, wanted, done, made),
+        lambda pages, wanted: paths_off_local_planes(
+            here, points, is_seabed_bounce, moved, frame, _PATTERNS, pages, wanted, done, made
+        ),
     )
     return made
 
 
-def zone(way: Course | Bounces, mirror: int, wavelength: float) -> tuple[Floats, Floats]:
+def fresnel_zone(paths: ImagePaths | BounceGeometry, mirror: int, wavelength: float) -> tuple[Floats, Floats]:
     """Half the length and half the width of the first Fresnel zone of a bounce [m], each of shape (n,).
 
     Args:
-        way: The ways.
+        paths: The ways.
         mirror: Number of the bounce.
         wavelength: Of the sound [m].
 
     Source: sqrt(wavelength r1 r2 / (r1 + r2)), along the ray over the sine of the grazing angle, r1 and r2 the ways
     before and after the bounce; no longer than the shorter one of them.
     """
-    found = np.empty((2, len(way.length)))
-    zones(way.length, way.part[mirror], way.sine[mirror], wavelength, found)
+    found = np.empty((2, len(paths.length)))
+    bounce_fresnel_zones(paths.length, paths.fraction[mirror], paths.grazing_sine[mirror], wavelength, found)
     return found[0], found[1]
 
 
-def _columns(mirrors: int, points: int) -> Course:
+def _columns(mirrors: int, points: int) -> ImagePaths:
     """Room for the ways of so many points off so many mirrors."""
     one, each = (points,), (mirrors, points)
-    return Course(
+    return ImagePaths(
         np.empty(one), np.empty((points, 3)), np.empty((points, 3)), np.empty((mirrors, points, 3)), np.empty(each),
         np.empty(each), np.zeros(each), np.empty(one, bool),
     )  # fmt: skip
@@ -148,7 +172,7 @@ def _columns(mirrors: int, points: int) -> Course:
 
 def _level(family: str, count: int, bed_depth: float) -> tuple[Floats, Floats]:
     """A point and the normal of every mirror of a family, all level, each of shape (m, count, 3)."""
-    string = bounces(family)
+    string = bounce_sequence(family)
     anchor, facing = np.zeros((len(string), count, 3)), np.zeros((len(string), count, 3))
     for k, letter in enumerate(string):
         anchor[k, :, 2] = bed_depth if letter == "B" else 0.0

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.propagation._silhouette_kernel import cut_columns
+from insonify.propagation._silhouette_kernel import silhouette_columns
 from insonify.scene.seabed import Seabed
 from insonify.scene.solid import world_triangles
 from insonify.scene.target import Solid
@@ -29,11 +29,11 @@ FEWEST = 8
 class Silhouette(NamedTuple):
     """Outline of a solid, c columns."""
 
-    facing: float
+    centre_bearing: float
     """Bearing of its middle from the sonar [rad]."""
-    borders: Floats
+    border_bearings: Floats
     """Bearings between columns re that, increasing [rad], shape (c + 1,)."""
-    away: Floats
+    border_ranges: Floats
     """Horizontal distance of each border [m], shape (c + 1,)."""
     columns: Floats
     """Distance and depth of each top, of each base, nearest and farthest distance [m], shape (c, 6)."""
@@ -41,7 +41,7 @@ class Silhouette(NamedTuple):
 
 @lru_cache(maxsize=REMEMBERED)
 def silhouette(
-    solid: Solid, seabed: Seabed, source: tuple[float, float, float], widest: float = 0.0
+    solid: Solid, seabed: Seabed, source: tuple[float, float, float], max_column_width: float = 0.0
 ) -> Silhouette | None:  # fmt: skip
     """How a solid looks from a place, or from its image in a boundary.
 
@@ -49,21 +49,21 @@ def silhouette(
         solid: The solid.
         seabed: What it rests on.
         source: North, east, depth of the place [m].
-        widest: Width that columns may have [m]; 0: as many columns as ever.
+        max_column_width: Width that columns may have [m]; 0: as many columns as ever.
 
     Returns:
         Its outline; None where it stands around the place, which then has no one side to look at.
     """
-    return outline(np.asarray(world_triangles(solid, seabed).corners, float), source, widest)
+    return outline(np.asarray(world_triangles(solid, seabed).corners, float), source, max_column_width)
 
 
-def outline(corners: Floats, source: tuple[float, float, float], widest: float = 0.0) -> Silhouette | None:
+def outline(corners: Floats, source: tuple[float, float, float], max_column_width: float = 0.0) -> Silhouette | None:
     """Outline of some triangles, see `silhouette`.
 
     Args:
         corners: North, east, depth of their corners [m], shape (t, 3, 3).
         source: North, east, depth of the place [m].
-        widest: Width that columns may have [m]; 0: as many columns as ever.
+        max_column_width: Width that columns may have [m]; 0: as many columns as ever.
     """
     start = corners - np.array(source)
     middle = start.reshape(-1, 3).mean(axis=0)
@@ -74,12 +74,12 @@ def outline(corners: Floats, source: tuple[float, float, float], widest: float =
         return None
     bearing = np.arctan2(start[..., 1], start[..., 0])
     count = COLUMNS
-    if widest > 0:
+    if max_column_width > 0:
         width = float(np.ptp(bearing)) * float(np.hypot(middle[0], middle[1]))
-        count = int(np.clip(np.ceil(width / widest), FEWEST, COLUMNS))
+        count = int(np.clip(np.ceil(width / max_column_width), FEWEST, COLUMNS))
     borders = np.linspace(bearing.min(), bearing.max(), count + 1)
     columns = np.empty((count, 6))
-    cut_columns(start, bearing, borders, columns)
+    silhouette_columns(start, bearing, borders, columns)
     columns[:, [1, 3]] += source[2]
     away = np.concatenate([columns[:1, 0], (columns[1:, 0] + columns[:-1, 0]) / 2, columns[-1:, 0]])
     return Silhouette(facing, borders, away, columns)

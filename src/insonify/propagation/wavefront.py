@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.ocean.water import Water
-from insonify.propagation.families import bounces
+from insonify.propagation.families import bounce_sequence
 from insonify.records.legs import Legs
 
 Floats = NDArray[np.float64]
@@ -26,17 +26,17 @@ LEVEL = 1e-6
 class Wavefront:
     """The wavefronts of n legs at the sonar."""
 
-    bend: Floats
+    vertical_curvature: Floats
     """Curvature in the vertical plane [1/m], negative where they converge, shape (n,)."""
-    away: Floats
+    horizontal_distance: Floats
     """Horizontal distance to the point [m], shape (n,)."""
-    gradient: float
+    sound_speed_gradient: float
     """Growth of the speed of sound with depth at the sonar [1/s]."""
-    beside: Floats
+    expansion: Floats
     """What they have beyond this, see `propagation.beside`; (terms, n), or (0, n) where nothing is known of it."""
 
 
-def wavefront(legs: Legs, row: int, place: Floats, points: Floats, water: Water) -> Wavefront:
+def wavefront(legs: Legs, row: int, position: Floats, points: Floats, water: Water) -> Wavefront:
     """The wavefronts of one family's legs at the sonar's end.
 
     With H the second derivatives of travel time at the array: d2T/dR2 = dp/dR = 1 / X', known from the tube's width,
@@ -45,29 +45,29 @@ def wavefront(legs: Legs, row: int, place: Floats, points: Floats, water: Water)
     Args:
         legs: Legs from that end.
         row: Which of them.
-        place: North, east, depth of that end [m], shape (3,).
+        position: North, east, depth of that end [m], shape (3,).
         points: The points, likewise, shape (n, 3).
         water: What lies between.
 
     Source: Cerveny (2001), Seismic Ray Theory, ch. 4 (from memory); checked against exact rays to every element.
     """
     length = legs.length[row]
-    away = np.hypot(points[:, 0] - place[0], points[:, 1] - place[1])
+    away = np.hypot(points[:, 0] - position[0], points[:, 1] - position[1])
     if not water.layered:
         return Wavefront(1 / np.maximum(length, CLOSEST_SOURCE), away, 0.0, np.zeros((0, len(away))))
-    depth = float(place[2])
+    depth = float(position[2])
     above, below = max(depth - STEP, 0.0), depth + STEP
-    gradient = float(water.speed_at(below) - water.speed_at(above)) / (below - above)
-    c, there = float(water.speed_at(depth)), np.asarray(water.speed_at(points[:, 2]), float)
+    gradient = float(water.sound_speed_at(below) - water.sound_speed_at(above)) / (below - above)
+    c, there = float(water.sound_speed_at(depth)), np.asarray(water.sound_speed_at(points[:, 2]), float)
     sine, sine_there = legs.departure[row, :, 2], legs.arrival[row, :, 2]
     level = (np.abs(sine) < LEVEL) | (np.abs(sine_there) < LEVEL) | (away < 1e-9)
     cosine = np.sqrt(np.clip(1 - sine**2, 0, 1))
     # Each bounce turns a ray's sense up or down, and so does each turning point: their number is even or odd.
-    odd = len(bounces(legs.families[row])) % 2 == 1
+    odd = len(bounce_sequence(legs.families[row])) % 2 == 1
     turned = ((sine * sine_there < 0) != odd).astype(int)
     sense = np.where((legs.caustics[row] - turned) % 2 == 0, 1.0, -1.0)
     tube = legs.spreading[row] ** 2 * away * np.abs(sine_there)
     rate = sense * tube / np.where(level, 1.0, there * cosine)
     across = (rate + gradient * np.sign(sine) * cosine**2 / c**2) / np.where(level, 1.0, np.abs(sine))
-    beside = np.zeros((0, len(away))) if legs.beside is None else legs.beside[row]
+    beside = np.zeros((0, len(away))) if legs.aperture_expansion is None else legs.aperture_expansion[row]
     return Wavefront(np.where(level, 1 / np.maximum(length, 1e-9), c * across), away, gradient, beside)

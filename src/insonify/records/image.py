@@ -19,7 +19,7 @@ LONG_NAMES = {
 }
 
 
-def image(
+def image_dataset(
     level: Floats, across: Floats, along: Floats, *, geometry: Geometry, gain: str, altitude: Floats,
     pings: NDArray[np.int64], attributes: dict[str, Any] | None = None,
 ) -> xr.Dataset:  # fmt: skip

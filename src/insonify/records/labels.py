@@ -16,31 +16,31 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     import xarray as xr
 
-NOBODY = 255
+NO_ROW = 255
 """Row of the owner, or of the pair, where nothing is heard, or nothing hides."""
 
-BESIDE = ("ping", "channel", "time")
+PER_SAMPLE = ("ping", "channel", "time")
 COLUMNS: dict[str, tuple[tuple[str, ...], type, str, str]] = {
-    "expected_intensity": (BESIDE, np.float32, "uPa^2", "expected mean-square pressure, free of noise and speckle"),
-    "owner_intensity": (("ping", "channel", "owner", "time"), np.float32, "uPa^2", "the part of it from each owner"),
+    "expected_intensity": (PER_SAMPLE, np.float32, "uPa^2", "expected mean-square pressure, free of noise and speckle"),
+    "object_intensity": (("ping", "channel", "object", "time"), np.float32, "uPa^2", "the part of it from each owner"),
     "pair_intensity": (
         ("ping", "channel", "pair", "time"), np.float32, "uPa^2",
         "by each pair of families alone, of all owners: what they make together may interfere",
     ),
-    "strongest_owner": (BESIDE, np.uint8, "1", "row of the owner that is loudest, 255 where nothing is heard"),
-    "strongest_pair": (BESIDE, np.uint8, "1", "row of the pair of families that is loudest, 255 for none"),
+    "strongest_object": (PER_SAMPLE, np.uint8, "1", "row of the owner that is loudest, 255 where nothing is heard"),
+    "strongest_pair": (PER_SAMPLE, np.uint8, "1", "row of the pair of families that is loudest, 255 for none"),
     "highlight": (
-        BESIDE, np.bool_, "1", "targets, by paths without the surface, make most of what is heard, no less than is cut"
+        PER_SAMPLE, np.bool_, "1", "targets, by paths without the surface, make most of what is heard, no less than is cut"
     ),
-    "shadow": (BESIDE, np.bool_, "1", "most of the seabed's direct echo is cut, and no highlight is there instead"),
-    "ghost": (BESIDE, np.bool_, "1", "targets, by paths that met the surface, make most of what is heard"),
-    "shadow_of": (BESIDE, np.uint8, "1", "row of the owner that cuts most of a shadow's echo, 255 outside shadows"),
-    "place": (
+    "shadow": (PER_SAMPLE, np.bool_, "1", "most of the seabed's direct echo is cut, and no highlight is there instead"),
+    "ghost": (PER_SAMPLE, np.bool_, "1", "targets, by paths that met the surface, make most of what is heard"),
+    "shadowing_object": (PER_SAMPLE, np.uint8, "1", "row of the owner that cuts most of a shadow's echo, 255 outside shadows"),
+    "position": (
         ("ping", "channel", "time", "axis"), np.float64, "m",
         "north, east, depth of what is heard, the strongest owner by its strongest pair; in a shadow, of what is not",
     ),
-    "distance": (BESIDE, np.float32, "m", "from the receiver straight to that place"),
-    "grazing": (BESIDE, np.float32, "rad", "grazing angle there, mean of both legs; 0 on a point target"),
+    "distance": (PER_SAMPLE, np.float32, "m", "from the receiver straight to that place"),
+    "grazing": (PER_SAMPLE, np.float32, "rad", "grazing angle there, mean of both legs; 0 on a point target"),
 }  # fmt: skip
 """Dimensions, type, units and long name of what labels hold."""
 
@@ -49,7 +49,7 @@ COLUMNS: dict[str, tuple[tuple[str, ...], type, str, str]] = {
 class LabelNames:
     """The axes of labels that are not those of the recording."""
 
-    owners: tuple[str, ...]
+    objects: tuple[str, ...]
     """Seabed, surface, the water and its patches where they answer, and every target's label."""
     pairs: tuple[str, ...]
     """Pairs of families, in either order, such as D-S."""
@@ -60,15 +60,15 @@ class Labels:
     """Labels of one ping, as `COLUMNS` says, without the ping's axis."""
 
     expected_intensity: NDArray[np.floating[Any]]
-    owner_intensity: NDArray[np.floating[Any]]
+    object_intensity: NDArray[np.floating[Any]]
     pair_intensity: NDArray[np.floating[Any]]
-    strongest_owner: NDArray[np.uint8]
+    strongest_object: NDArray[np.uint8]
     strongest_pair: NDArray[np.uint8]
     highlight: NDArray[np.bool_]
     shadow: NDArray[np.bool_]
     ghost: NDArray[np.bool_]
-    shadow_of: NDArray[np.uint8]
-    place: NDArray[np.float64]
+    shadowing_object: NDArray[np.uint8]
+    position: NDArray[np.float64]
     distance: NDArray[np.floating[Any]]
     grazing: NDArray[np.floating[Any]]
 
@@ -82,7 +82,7 @@ class Labels:
                 raise ValueError(f"Labels.{name} has shape {shape}; there are {channels} channels, {count} samples")
 
 
-def beside(parts: Sequence[Labels]) -> Labels:
+def concatenate_channels(parts: Sequence[Labels]) -> Labels:
     """The labels of several sides of a sonar as those of all their channels."""
     return Labels(*(np.concatenate([getattr(part, column.name) for part in parts]) for column in fields(Labels)))
 
@@ -123,7 +123,7 @@ def label_dataset(
 def with_names(held: xr.Dataset, names: LabelNames) -> xr.Dataset:
     """A dataset of labels with the names of its owners and pairs beside it."""
     return held.assign_coords(
-        owner=("owner", list(names.owners), {"units": "1", "long_name": "whose echoes"}),
+        object=("object", list(names.objects), {"units": "1", "long_name": "whose echoes"}),
         pair=("pair", list(names.pairs), {"units": "1", "long_name": "families out and back, in either order"}),
         axis=("axis", ["north", "east", "depth"], {"units": "1", "long_name": "axes of the world"}),
     )

@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 _COLUMNS = (
-    "delay", "length", "spreading", "absorption", "boundary", "caustics", "visibility", "grazing", "status", "occluder",
+    "delay", "length", "spreading", "absorption", "reflection_coefficient", "caustics", "visibility", "grazing", "status", "occluder",
 )  # fmt: skip
 
 
-class Status(IntEnum):
+class LegStatus(IntEnum):
     """Why a leg is there, or is not."""
 
     CLEAR = 0
@@ -26,15 +26,15 @@ class Status(IntEnum):
     """Between rays that pass a layer and rays that turn in it, none arrives."""
 
 
-SEABED = -2
+SEABED_OCCLUDER = -2
 """Occluder of a leg that the ground itself cuts."""
 
 
 @dataclass(frozen=True, slots=True)
-class Glints:
+class GlintPhasors:
     """What is random about legs off a moving surface: rows as in `Legs`, n points."""
 
-    label: tuple[int, ...]
+    bounce_id: tuple[int, ...]
     """Which random bounce each row has met: rows out and back of one label meet the same; -1 for none."""
     phasor: NDArray[np.complex128]
     """Phasor of the bounce at its own time, of unit modulus; 1 where nothing is random [1], shape (f, n)."""
@@ -63,7 +63,7 @@ class Legs:
     """Pressure ratio by spreading, re 1 m [1]; where rays cross it is limited by diffraction."""
     absorption: Floats
     """Pressure ratio by absorption [1]."""
-    boundary: NDArray[np.complex128]
+    reflection_coefficient: NDArray[np.complex128]
     """Product of the reflection coefficients of all bounces [1]."""
     caustics: NDArray[np.uint8]
     """Caustics touched on the way."""
@@ -76,15 +76,15 @@ class Legs:
     grazing: Floats
     """Angle between the arriving ray and the point's interface [rad]; negative from behind."""
     status: NDArray[np.uint8]
-    """One of `Status`."""
+    """One of `LegStatus`."""
     occluder: NDArray[np.int16]
-    """Row of the target that cuts the leg among the scene's occluders, -1 for none, -2 (`SEABED`) for the ground."""
+    """Row of the target that cuts the leg among the scene's occluders, -1 for none, -2 (`SEABED_OCCLUDER`) for the ground."""
     caustic: NDArray[np.complex128] | None = None
     """Phasor of unit modulus: +90 degrees for each caustic, and how rays merge near one; None for ones throughout."""
-    glints: Glints | None = None
+    glints: GlintPhasors | None = None
     """What a moving surface makes of some rows; None where nothing is random."""
-    beside: Floats | None = None
-    """What elements about the centre hear beyond a sphere, see `insonify.propagation.beside`, (f, terms, n); None: that
+    aperture_expansion: Floats | None = None
+    """What elements about the centre hear beyond a sphere, see `insonify.propagation.aperture_expansion`, (f, terms, n); None: that
     is all they hear."""
 
     def __post_init__(self) -> None:
@@ -99,23 +99,28 @@ class Legs:
             raise ValueError(f"Legs.caustic has shape {self.caustic.shape}; families and points are {shape}")
 
     @property
-    def rays(self) -> tuple[str, ...]:
+    def ray_names(self) -> tuple[str, ...]:
         """Name of each row: its family, and for further rays of it their number, as in D, D2, D3."""
         return tuple(ray_name(family, branch) for family, branch in zip(self.families, self.branch, strict=True))
 
-    def first(self, rows: int) -> "Legs":
+    def first_rows(self, rows: int) -> "Legs":
         """The first few rows, in columns that are shared."""
         columns = {name: getattr(self, name)[:rows] for name in (*_COLUMNS, "departure", "arrival")}
         caustic = None if self.caustic is None else self.caustic[:rows]
-        beside = None if self.beside is None else self.beside[:rows]
+        beside = None if self.aperture_expansion is None else self.aperture_expansion[:rows]
         return replace(
-            self, families=self.families[:rows], branch=self.branch[:rows], caustic=caustic, beside=beside, **columns
+            self,
+            families=self.families[:rows],
+            branch=self.branch[:rows],
+            caustic=caustic,
+            aperture_expansion=beside,
+            **columns,
         )
 
     @property
     def amplitude(self) -> NDArray[np.complex128]:
         """Pressure at the point re 1 m from the source, phase of reflections only [1], shape (f, n)."""
-        product = np.asarray(self.spreading * self.absorption * self.visibility * self.boundary)
+        product = np.asarray(self.spreading * self.absorption * self.visibility * self.reflection_coefficient)
         product = product if self.caustic is None else product * self.caustic
         return product if self.glints is None else product * self.glints.phasor
 

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.records._pairs_kernel import products, written_out
+from insonify.records._pair_strengths_kernel import amplitude_weights, separable_strengths
 from insonify.records.legs import Legs
 from insonify.scene.scatterers import Scatterers
 
@@ -20,26 +20,26 @@ Strengths = NDArray[np.float64] | NDArray[np.complex128]
 
 
 @dataclass(frozen=True, slots=True)
-class Thinned:
+class PairSampling:
     """At which of n scatterers each of p pairs is met: those whose number lies below the pair's share of them."""
 
-    number: NDArray[np.float32]
+    priority: NDArray[np.float32]
     """Of each scatterer's place, 0 to 1, shape (n,)."""
-    stretch: NDArray[np.uint8]
+    range_bin: NDArray[np.uint8]
     """Of distance that each lies in, shape (n,)."""
-    share: NDArray[np.float32]
+    keep_probability: NDArray[np.float32]
     """Part of the scatterers of each stretch at which each pair is met, shape (p, stretches)."""
 
     @property
-    def louder(self) -> NDArray[np.float32]:
+    def amplitude_weight(self) -> NDArray[np.float32]:
         """By what answers are louder for standing for others, 0 where a pair is not met [1], shape (p, n)."""
-        louder = np.empty((len(self.share), len(self.number)), np.float32)
-        written_out(self.number, self.stretch, self.share, louder)
-        return louder
+        amplitude_weight = np.empty((len(self.keep_probability), len(self.priority)), np.float32)
+        amplitude_weights(self.priority, self.range_bin, self.keep_probability, amplitude_weight)
+        return amplitude_weight
 
 
 @dataclass(frozen=True)
-class Product:
+class SeparableStrengths:
     """Strengths of p pairs at n scatterers whose cross section is one factor for each of two directions."""
 
     out: Legs
@@ -48,40 +48,46 @@ class Product:
     """As of `Pairs`."""
     pair: NDArray[np.int64]
     """As of `Pairs`, shape (p, 2)."""
-    factor: Floats
+    direction_factor: Floats
     """What one direction contributes to the cross section, at even sines of its grazing angle from 0 to 1 [1]; lines
     between. Shape (2 or more,)."""
-    root: Floats
+    root_area: Floats
     """Of the area that each point stands for [m], shape (n,)."""
     weight: Floats
     """What each pair counts for besides [1], shape (p,)."""
-    thinned: Thinned | None
+    sampling: PairSampling | None
     """Where each pair is met; None: everywhere."""
 
     @cached_property
-    def whole(self) -> Floats:
+    def strengths(self) -> Floats:
         """The strengths, written out [m], shape (p, n)."""
         one = self._of(self.out)
-        other = (one if self.back is self.out else self._of(self.back)) * self.root
-        made = np.empty((len(self.pair), len(self.root)))
-        louder = np.empty((0, len(self.root)), np.float32) if self.thinned is None else self.thinned.louder
-        products(one, other, self.pair, louder, made)
+        other = (one if self.back is self.out else self._of(self.back)) * self.root_area
+        made = np.empty((len(self.pair), len(self.root_area)))
+        amplitude_weight = (
+            np.empty((0, len(self.root_area)), np.float32) if self.sampling is None else self.sampling.amplitude_weight
+        )
+        separable_strengths(one, other, self.pair, amplitude_weight, made)
         if (self.weight != 1).any():
             made *= self.weight[:, None]
         return made
 
-    def only(self, rows: NDArray[np.int64]) -> "Product":
+    def select(self, rows: NDArray[np.int64]) -> "SeparableStrengths":
         """Those of some pairs, given by their rows."""
-        thinned = self.thinned
-        some = None if thinned is None else replace(thinned, share=np.ascontiguousarray(thinned.share[rows]))
-        return replace(self, pair=self.pair[rows], weight=self.weight[rows], thinned=some)
+        sampling = self.sampling
+        some = (
+            None
+            if sampling is None
+            else replace(sampling, keep_probability=np.ascontiguousarray(sampling.keep_probability[rows]))
+        )
+        return replace(self, pair=self.pair[rows], weight=self.weight[rows], sampling=some)
 
     def _of(self, legs: Legs) -> Floats:
         """Root of what each leg contributes to the cross section [1], shape (f, n)."""
         sine = np.sin(np.abs(legs.grazing))
-        if len(self.factor) == 2:  # a line, several times as quick as a table
-            return np.sqrt(self.factor[0] + (self.factor[1] - self.factor[0]) * sine)
-        return np.sqrt(np.interp(sine, np.linspace(0, 1, len(self.factor)), self.factor))
+        if len(self.direction_factor) == 2:  # a line, several times as quick as a table
+            return np.sqrt(self.direction_factor[0] + (self.direction_factor[1] - self.direction_factor[0]) * sine)
+        return np.sqrt(np.interp(sine, np.linspace(0, 1, len(self.direction_factor)), self.direction_factor))
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +101,7 @@ class Pairs:
     """From the receiver to the scatterers, travelled the other way."""
     pair: NDArray[np.int64]
     """Row of the leg out and of the leg back of each ordered pair, shape (p, 2)."""
-    answer: Strengths | Product
+    stored_strengths: Strengths | SeparableStrengths
     """Their strengths, or how these are made."""
 
     @property
@@ -104,12 +110,16 @@ class Pairs:
 
         The root of cross section times area, or what a smooth facet sends back, which turns the phase.
         """
-        return self.answer.whole if isinstance(self.answer, Product) else self.answer
+        return (
+            self.stored_strengths.strengths
+            if isinstance(self.stored_strengths, SeparableStrengths)
+            else self.stored_strengths
+        )
 
     @property
-    def together(self) -> bool:
+    def interferes(self) -> bool:
         """Whether all arrivals of the block interfere, those of different points too: facets of one target do."""
-        return not self.scatterers.drawn and self.scatterers.corners is not None
+        return not self.scatterers.has_random_phase and self.scatterers.corners is not None
 
     def names(self) -> list[tuple[str, str]]:
         """Families out and back of each ordered pair."""
@@ -117,10 +127,14 @@ class Pairs:
 
     def rays(self) -> list[tuple[str, str]]:
         """Rays out and back of each ordered pair: their families, and numbers where a family has several."""
-        out, back = self.out.rays, self.back.rays
+        out, back = self.out.ray_names, self.back.ray_names
         return [(out[i], back[j]) for i, j in self.pair]
 
-    def only(self, pairs: NDArray[np.int64]) -> "Pairs":
+    def select(self, pairs: NDArray[np.int64]) -> "Pairs":
         """The same block with some of its ordered pairs, given by their rows."""
-        some = self.answer.only(pairs) if isinstance(self.answer, Product) else self.answer[pairs]
+        some = (
+            self.stored_strengths.select(pairs)
+            if isinstance(self.stored_strengths, SeparableStrengths)
+            else self.stored_strengths[pairs]
+        )
         return Pairs(self.scatterers, self.out, self.back, self.pair[pairs], some)

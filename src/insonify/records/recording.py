@@ -35,7 +35,7 @@ COLUMNS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "logged_attitude": (("ping", "axis"), "rad", "platform heading, pitch, roll as its navigation system logged them"),
 }
 """Dimensions, units and long name of what stands beside it."""
-BISTATIC: dict[str, tuple[tuple[str, ...], str, str]] = {
+BISTATIC_COLUMNS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "receiver_position": (("ping", "axis"), "m", "receiver's platform: north, east, down"),
     "receiver_attitude": (("ping", "axis"), "rad", "receiver's platform: heading, pitch, roll"),
     "logged_receiver_position": (("ping", "axis"), "m", "receiver's platform as its navigation system logged it"),
@@ -46,18 +46,18 @@ BISTATIC: dict[str, tuple[tuple[str, ...], str, str]] = {
     ),
 }
 """Likewise, where the receiver has a platform of its own; `element_position` is then a place on that one."""
-RANGES: dict[str, tuple[tuple[str, ...], str, str]] = {
+RANGE_COLUMNS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "slant_range": (("time",), "m", "slant range of a direct echo, half its way at the sound speed of the scenario"),
 }
 """Ranges of the samples, where one platform carries both ends: between two, a time is an ellipse."""
 COORDINATES = ("ping_time", "slant_range", "steer", "side", "element_position")
 """Columns that label pings and channels."""
-LATER = ("side", "element_position", "logged_position", "logged_attitude")
+OPTIONAL_COLUMNS = ("side", "element_position", "logged_position", "logged_attitude")
 """Columns that recordings of earlier versions do not have: no side, no place, and a log that tells the truth."""
 
 
 @dataclass(frozen=True, slots=True)
-class Layout:
+class RecordingLayout:
     """What a recording will hold: everything but the sound."""
 
     field: Literal["pressure", "intensity"]
@@ -109,9 +109,9 @@ class Layout:
             if not getattr(self, name).size:
                 object.__setattr__(self, name, values)
         rows, beams = (self.ping_time.size, 3), self.steer.shape
-        apart = BISTATIC if self.receiver_position.size else ()
+        bistatic = BISTATIC_COLUMNS if self.receiver_position.size else ()
         wanted: dict[str, tuple[int, ...]] = {
-            name: rows for name in ("position", "attitude", "logged_position", "logged_attitude", *apart)
+            name: rows for name in ("position", "attitude", "logged_position", "logged_attitude", *bistatic)
         }
         places = (*beams, 3)
         if self.slant_range.size:
@@ -122,17 +122,17 @@ class Layout:
                 raise ValueError(f"Layout.{name} has shape {found}; it should be {shape}")
 
 
-def columns_of(layout: Layout) -> dict[str, tuple[tuple[str, ...], str, str]]:
+def columns_of(layout: RecordingLayout) -> dict[str, tuple[tuple[str, ...], str, str]]:
     """What stands beside the sound of a recording, as `COLUMNS`.
 
     Args:
         layout: What it holds.
     """
-    held = COLUMNS | RANGES if layout.slant_range.size else COLUMNS
-    return held | BISTATIC if layout.receiver_position.size else held
+    held = COLUMNS | RANGE_COLUMNS if layout.slant_range.size else COLUMNS
+    return held | BISTATIC_COLUMNS if layout.receiver_position.size else held
 
 
-def coordinates_of(layout: Layout) -> list[str]:
+def coordinates_of(layout: RecordingLayout) -> list[str]:
     """Names of the columns that label pings, channels and times of a recording, as `COORDINATES`.
 
     Args:
@@ -141,8 +141,8 @@ def coordinates_of(layout: Layout) -> list[str]:
     return [name for name in COORDINATES if name in columns_of(layout)]
 
 
-def dataset(
-    layout: Layout, attributes: Mapping[str, Any], data: NDArray[np.generic], pings: NDArray[np.int64]
+def recording_dataset(
+    layout: RecordingLayout, attributes: Mapping[str, Any], data: NDArray[np.generic], pings: NDArray[np.int64]
 ) -> xr.Dataset:
     """A recording in memory.
 
@@ -155,7 +155,7 @@ def dataset(
     Returns:
         A dataset in which every variable has units and a long name.
     """
-    from insonify.records.netcdf_parts import Recording
+    from insonify.records.netcdf_recording import Recording
 
     dtype, units, long_name = FIELDS[layout.field]
     about = {"units": units, "long_name": long_name}

@@ -10,8 +10,7 @@ from insonify.scattering.albedo import albedo
 from insonify.scattering.apl_bottom import apl_bottom_strength_db
 from insonify.scattering.apl_surface import AplSurface, apl_surface_strength_db
 from insonify.scattering.bubbles import Bubbles, bubble_loss_db
-from insonify.scattering.directions import local_angles
-from insonify.scattering.fast import FastLaw, compiled
+from insonify.scattering.compiled_law import CompiledLaw, compile_law
 from insonify.scattering.jackson import Jackson
 from insonify.scattering.kirchhoff import Kirchhoff
 from insonify.scattering.lambert import Lambert
@@ -24,12 +23,14 @@ from insonify.scattering.reflection import (
     reflection_coefficient,
 )
 from insonify.scattering.roughness import roughness_spectrum, structure_constant
+from insonify.scattering.scattering_geometry import local_angles
 from insonify.scattering.sediment_volume import SedimentVolume
 from insonify.scattering.sediments import Sediment
 from insonify.scattering.small_slope import SmallSlope
 from insonify.scattering.sphere_series import sphere_series_strength_db
 from insonify.scattering.surface_facets import SurfaceFacets
 from insonify.scattering.surface_scattering import SurfaceScattering
+from insonify.scattering.table_law import TableScatteringLaw
 from insonify.scattering.target_strength import (
     curved_strength_db,
     cylinder_strength_db,
@@ -37,13 +38,12 @@ from insonify.scattering.target_strength import (
     plate_strength_db,
     sphere_strength_db,
 )
-from insonify.scattering.user_table import UserTable
 
 __all__ = [
     "AplSurface",
     "Bubbles",
+    "CompiledLaw",
     "ElasticSolid",
-    "FastLaw",
     "Jackson",
     "Kirchhoff",
     "Lambert",
@@ -54,13 +54,13 @@ __all__ = [
     "SmallSlope",
     "SurfaceFacets",
     "SurfaceScattering",
-    "UserTable",
+    "TableScatteringLaw",
     "albedo",
     "apl_bottom_strength_db",
     "apl_surface_strength_db",
     "bubble_loss_db",
     "coherent_reflection_factor",
-    "compiled",
+    "compile_law",
     "curved_strength_db",
     "cylinder_strength_db",
     "disc_strength_db",

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from insonify.scattering.law import Floats, ScatteringLaw
-from insonify.validity import grazing_angle
+from insonify.validity import require_grazing_angle
 
 NEAREST_MIRROR = 1e-6
 """Closest approach to the mirror direction in the integral [1]."""
@@ -35,7 +35,7 @@ def albedo(law: ScatteringLaw, grazing_in: ArrayLike, *, points: int = 64) -> Fl
     Returns:
         Integral of the cross section over the hemisphere, over the sine of the grazing angle [1], shape of grazing_in.
     """
-    angles = grazing_angle("grazing_in", grazing_in, gaps=False)
+    angles = require_grazing_angle("grazing_in", grazing_in, gaps=False)
     if np.any(angles == 0):
         raise ValueError("grazing_in is 0; no sound reaches a patch along its own plane. Give angles above 0")
     if isinstance(points, bool) or not isinstance(points, int) or points < 2:
@@ -57,7 +57,7 @@ def _albedo_at(law: ScatteringLaw, grazing: float, points: int) -> float:
     return float(np.sum(sigma / sine * radius**2 * 0.5 * span * weights * around_weight) / np.sin(grazing))
 
 
-def cap_nodes(law: ScatteringLaw) -> NDArray[np.float64]:
+def albedo_cap_nodes(law: ScatteringLaw) -> NDArray[np.float64]:
     """Factors that bring a law's albedo down to 1, where it is above.
 
     Args:
@@ -66,11 +66,11 @@ def cap_nodes(law: ScatteringLaw) -> NDArray[np.float64]:
     Returns:
         Factor, at most 1, at sines of the grazing angle evenly spaced from 0 to 1 [1], shape (65,).
     """
-    return np.asarray(_cap_nodes(law))  # type: ignore[arg-type]  # laws are frozen, hence hashable
+    return np.asarray(_albedo_cap_nodes(law))  # type: ignore[arg-type]  # laws are frozen, hence hashable
 
 
 @lru_cache(maxsize=256)
-def _cap_nodes(law: Any) -> NDArray[np.float64]:
+def _albedo_cap_nodes(law: Any) -> NDArray[np.float64]:
     sines = np.linspace(0, 1, CAP_NODES)
     sines[0] = 0.1 * sines[1]
     return np.asarray(1 / np.maximum(1.0, MARGIN * albedo(law, np.arcsin(sines), points=40)))
@@ -88,7 +88,7 @@ def symmetric_cap(law: ScatteringLaw, sine_in: Floats, sine_out: Floats) -> Floa
         The smaller of the two directions' factors, at most 1 [1]; the same with both swapped. With it the albedo of
         each direction is at most 1, since each part of the sum is lowered at least as much as that direction asks.
     """
-    nodes = cap_nodes(law)
+    nodes = albedo_cap_nodes(law)
     if nodes.min() == 1:
         return np.ones(np.broadcast_shapes(np.shape(sine_in), np.shape(sine_out)))
     at = np.linspace(0, 1, CAP_NODES)

@@ -17,11 +17,11 @@ from numpy.typing import ArrayLike
 
 from insonify.scattering.law import Floats
 from insonify.scattering.reflection import reflection_coefficient, vertical_wavenumber
-from insonify.scattering.roughness import growth_exponent, rms_slope, roughness_spectrum, structure_constant
+from insonify.scattering.roughness import hurst_exponent, rms_slope, roughness_spectrum, structure_constant
 from insonify.scattering.sediments import Sediment, checked_sediment, si_spectral_strength
 from insonify.scattering.tr9407 import warn_of_frequency
 from insonify.units import level_db
-from insonify.validity import grazing_angle, numbers, warn_outside, water_speed
+from insonify.validity import require_grazing_angle, require_numbers, require_sound_speed, warn_outside
 
 LAW = "APL-UW TR 9407 (1994) bottom backscatter"
 LEAST_GRAZING = math.radians(1e-3)
@@ -54,20 +54,20 @@ def apl_bottom_strength_db(
     Valid: 10 to 100 kHz; about 3 dB for sand and silt whose properties are known above 5 degrees, 5 to 10 dB else.
     """
     checked_sediment(sediment)
-    tone = numbers("frequency", frequency, "Hz", 0.0, above=True, gaps=False, such_as="100e3")
-    speed = water_speed("sound_speed", sound_speed, gaps=False)
-    angle = np.maximum(grazing_angle("grazing", grazing, gaps=False), LEAST_GRAZING)
+    tone = require_numbers("frequency", frequency, "Hz", 0.0, exclude_low=True, allow_nan=False, example="100e3")
+    speed = require_sound_speed("sound_speed", sound_speed, gaps=False)
+    angle = np.maximum(require_grazing_angle("grazing", grazing, gaps=False), LEAST_GRAZING)
     _warn(sediment, tone)
     wavenumber, angle = np.broadcast_arrays(2 * math.pi * tone / speed, angle)
     section = np.empty(angle.shape)
     for k in np.unique(wavenumber):
-        bed, mine = _Bed(sediment, float(k)), wavenumber == k
+        bed, mine = _AplBottom(sediment, float(k)), wavenumber == k
         section[mine] = bed.rough(angle[mine]) + bed.average(bed.volume, angle[mine])
     return level_db(section)
 
 
 @dataclass(frozen=True, slots=True)
-class _Bed:
+class _AplBottom:
     """A sediment under sound of one wavenumber; every method takes grazing angles [rad] and gives cross sections."""
 
     sediment: Sediment
@@ -84,7 +84,7 @@ class _Bed:
 
     def rough(self, grazing: Floats) -> Floats:
         """All that the surface scatters, eqs. 57-64."""
-        alpha, (a, _, qc) = growth_exponent(self.sediment), self.kirchhoff_numbers()
+        alpha, (a, _, qc) = hurst_exponent(self.sediment), self.kirchhoff_numbers()
         rough = 1000 ** (1 / (1 + alpha)) * (a * qc**2) ** (1 / alpha)
         handover = (1 / rough + 4) ** -0.25
         x = (np.cos(grazing) - handover) / 0.0125
@@ -96,7 +96,7 @@ class _Bed:
         """The constants a, b and q_c of the closed form of the Kirchhoff integral, eqs. 36-40."""
         from scipy.special import gamma
 
-        alpha = growth_exponent(self.sediment)
+        alpha = hurst_exponent(self.sediment)
         half = 1 / (2 * alpha)
         a = (8 * alpha**2 * gamma(half + 0.5) / (gamma(0.5) * gamma(2 * half) * gamma(half))) ** (2 * alpha)
         # The plus sign makes the closed form exact at vertical incidence.
@@ -105,7 +105,7 @@ class _Bed:
 
     def kirchhoff(self, grazing: Floats) -> Floats:
         """Mirrors that face the sonar, eq. 35."""
-        alpha, (a, b, qc) = growth_exponent(self.sediment), self.kirchhoff_numbers()
+        alpha, (a, b, qc) = hurst_exponent(self.sediment), self.kirchhoff_numbers()
         spread = np.cos(grazing) ** (4 * alpha) + a * qc**2 * np.sin(grazing) ** 4
         facing = b * qc * self.mirror / (8 * math.pi * spread ** ((1 + alpha) / (2 * alpha)))
         return np.where(grazing >= LEAST_KIRCHHOFF - 1e-9, facing, 0.0)
@@ -134,9 +134,9 @@ class _Bed:
         for node, weight in zip(SLOPE_NODES, SLOPE_WEIGHTS, strict=True):
             tilted = np.minimum(grazing - self.slope * node, math.pi / 2)
             total += weight * np.where(tilted > 0, law(np.maximum(tilted, LEAST_GRAZING)), 0.0)
-        return self.seen(grazing) * total / math.sqrt(math.pi)
+        return self.illuminated_fraction(grazing) * total / math.sqrt(math.pi)
 
-    def seen(self, grazing: Floats) -> Floats:
+    def illuminated_fraction(self, grazing: Floats) -> Floats:
         """Share of the bed that is not in shadow [1], eqs. 50-52."""
         from scipy.special import erfc
 

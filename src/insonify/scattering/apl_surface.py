@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from insonify.scattering.bubbles import Bubbles
-from insonify.scattering.facet_geometry import SHALLOWEST, across_and_along, lit
-from insonify.scattering.law import Floats, asked_angles
+from insonify.scattering.facet_geometry import SHALLOWEST, half_direction_change, illumination
+from insonify.scattering.law import Floats, checked_angles
 from insonify.scattering.surface_facets import SurfaceFacets, apl_slope_variance
 from insonify.units import level_db
-from insonify.validity import grazing_angle, number, numbers
+from insonify.validity import require_grazing_angle, require_number, require_numbers
 
 LOWEST = math.radians(0.5)
 """Grazing angle below which the report draws a straight line in decibels [rad]."""
@@ -42,9 +42,9 @@ def apl_surface_strength_db(wind_speed: ArrayLike, frequency: ArrayLike, grazing
     Valid: 10 to 100 kHz, wind to about 20 m/s.
     """
     columns = np.broadcast_arrays(
-        numbers("wind_speed", wind_speed, "m/s", 0.0, gaps=False, such_as="7"),
-        numbers("frequency", frequency, "Hz", 0.0, above=True, gaps=False, such_as="100e3"),
-        grazing_angle("grazing", grazing, gaps=False),
+        require_numbers("wind_speed", wind_speed, "m/s", 0.0, allow_nan=False, example="7"),
+        require_numbers("frequency", frequency, "Hz", 0.0, exclude_low=True, allow_nan=False, example="100e3"),
+        require_grazing_angle("grazing", grazing, gaps=False),
     )
     winds, frequencies, angles = (c.ravel() for c in columns)
     strength = np.empty(angles.shape)
@@ -77,8 +77,8 @@ class AplSurface:
 
     def __post_init__(self) -> None:
         """Check wind and frequency, and warn of them once."""
-        wind = number("AplSurface.wind_speed", self.wind_speed, "m/s", 0.0, such_as="7")
-        tone = number("AplSurface.frequency", self.frequency, "Hz", 0.0, above=True, such_as="100e3")
+        wind = require_number("AplSurface.wind_speed", self.wind_speed, "m/s", 0.0, example="7")
+        tone = require_number("AplSurface.frequency", self.frequency, "Hz", 0.0, above=True, example="100e3")
         for name, value in (("wind_speed", wind), ("frequency", tone), ("bubbles", Bubbles(wind, tone))):
             object.__setattr__(self, name, value)
 
@@ -93,35 +93,35 @@ class AplSurface:
         Returns:
             Cross section [1], broadcast shape; 0 where either direction is behind the surface.
         """
-        grazing_in, grazing_out, azimuth = asked_angles(grazing_in, grazing_out, azimuth)
+        grazing_in, grazing_out, azimuth = checked_angles(grazing_in, grazing_out, azimuth)
         bubbles, slopes = self.bubbles, apl_slope_variance(self.wind_speed)
         mirrors = SurfaceFacets.isotropic(slopes).cross_section(grazing_in, grazing_out, azimuth)
-        across, along = across_and_along(grazing_in, grazing_out, azimuth)
+        across, along = half_direction_change(grazing_in, grazing_out, azimuth)
         # The grazing angle at which the same facet would send the sound straight back: the report's own, there.
         alike = np.arctan2(along, across)
-        glint = _weight_of_facets(alike, slopes)
+        glint = _facet_weight(alike, slopes)
         rough = glint * mirrors + (1 - glint) * self._ripples(grazing_in, grazing_out, across, alike)
         veil = bubbles.transmission(grazing_in) * bubbles.transmission(grazing_out)
         return np.asarray(rough * veil + bubbles.cross_section(grazing_in, grazing_out, azimuth))
 
     def strength_db(self, grazing: ArrayLike) -> Floats:
         """Strength of the echo straight back [dB] at grazing angles 0 to pi/2 [rad], any shape."""
-        angle = grazing_angle("grazing", grazing)
-        low, high = (self._straight_back_db(np.asarray(a)) for a in (LOWEST, 2 * LOWEST))
+        angle = require_grazing_angle("grazing", grazing)
+        low, high = (self._backscatter_db(np.asarray(a)) for a in (LOWEST, 2 * LOWEST))
         line = low + (high - low) * (angle / LOWEST - 1)
-        return np.asarray(np.where(angle < LOWEST, line, self._straight_back_db(np.maximum(angle, LOWEST))))
+        return np.asarray(np.where(angle < LOWEST, line, self._backscatter_db(np.maximum(angle, LOWEST))))
 
-    def _straight_back_db(self, grazing: Floats) -> Floats:
+    def _backscatter_db(self, grazing: Floats) -> Floats:
         return level_db(self.cross_section(grazing, grazing, np.full_like(grazing, math.pi)))
 
     def _ripples(self, grazing_in: Floats, grazing_out: Floats, across: Floats, alike: Floats) -> Floats:
         """First-order echo of waves as long as the sound [1]."""
         sines = np.sin(grazing_in) * np.sin(grazing_out) / np.maximum(across, SHALLOWEST) ** 2
-        here = (alike <= STEEPEST_RIPPLES) * lit(grazing_in, grazing_out)
+        here = (alike <= STEEPEST_RIPPLES) * illumination(grazing_in, grazing_out)
         return np.asarray(here * 1.3e-5 * self.wind_speed**2 * np.where(here > 0, sines, 0.0) ** 2)
 
 
-def _weight_of_facets(alike: Floats, slopes: float) -> Floats:
+def _facet_weight(alike: Floats, slopes: float) -> Floats:
     """Share of the facets in the join of facets and ripples, 1 near the vertical [1]."""
     x = 1.5 * math.log(10) * slopes
     for _ in range(30):  # the square of the slope at which the glint is 15 dB below its peak; contracts by 2 slopes

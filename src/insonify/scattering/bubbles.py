@@ -12,17 +12,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from insonify.scattering.facet_geometry import SHALLOWEST, across_and_along, lit
-from insonify.scattering.law import Floats, asked_angles
+from insonify.scattering.facet_geometry import SHALLOWEST, half_direction_change, illumination
+from insonify.scattering.law import Floats, checked_angles
 from insonify.scattering.tr9407 import warn_of_frequency
-from insonify.validity import grazing_angle, number, numbers, warn_outside
+from insonify.validity import require_grazing_angle, require_number, require_numbers, warn_outside
 
 LAW = "APL-UW TR 9407 (1994) surface bubbles"
 DAMPING_BY_RADIATION = 0.0136
 """Share of a resonant bubble's damping that is sound, delta_r [1]."""
 WINDIEST = 11.0
 """Wind above which the veil thickens by a power law [m/s]."""
-MOST_LOSS_DB = 15.0
+MAX_LOSS_DB = 15.0
 """Loss that no bounce exceeds: past it the formula is far from any measurement [dB]."""
 
 
@@ -41,7 +41,7 @@ def bubble_loss_db(wind_speed: ArrayLike, frequency: ArrayLike, grazing: ArrayLi
     reproduce its figure. Valid: 10 to 100 kHz; wind to 20 m/s (the figure's range is smaller).
     """
     u, f, angle = _checked(wind_speed, frequency, grazing)
-    return np.asarray(np.minimum(_loss_db(u, f, angle), MOST_LOSS_DB))
+    return np.asarray(np.minimum(_loss_db(u, f, angle), MAX_LOSS_DB))
 
 
 def _loss_db(u: ArrayLike, f: ArrayLike, angle: ArrayLike) -> Floats:
@@ -91,10 +91,14 @@ class Bubbles:
 
     def __post_init__(self) -> None:
         """Refuse what has no bubbles."""
-        object.__setattr__(self, "wind_speed", number("Bubbles.wind_speed", self.wind_speed, "m/s", 0.0, such_as="7"))
-        tone = number("Bubbles.frequency", self.frequency, "Hz", 0.0, above=True, such_as="100e3")
+        object.__setattr__(
+            self, "wind_speed", require_number("Bubbles.wind_speed", self.wind_speed, "m/s", 0.0, example="7")
+        )
+        tone = require_number("Bubbles.frequency", self.frequency, "Hz", 0.0, above=True, example="100e3")
         object.__setattr__(self, "frequency", tone)
-        object.__setattr__(self, "cone", number("Bubbles.cone", self.cone, "rad", 0.0, above=True, such_as="0.02"))
+        object.__setattr__(
+            self, "cone", require_number("Bubbles.cone", self.cone, "rad", 0.0, above=True, example="0.02")
+        )
         _checked(self.wind_speed, self.frequency, 0.0)
 
     def cross_section(self, grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> Floats:
@@ -108,7 +112,7 @@ class Bubbles:
         Returns:
             Cross section [1], broadcast shape; 0 where either direction is behind the surface.
         """
-        grazing_in, grazing_out, azimuth = asked_angles(grazing_in, grazing_out, azimuth)
+        grazing_in, grazing_out, azimuth = checked_angles(grazing_in, grazing_out, azimuth)
         depth = bubble_extinction(self.wind_speed, self.frequency)
         way_in, way_out = (depth / np.maximum(np.sin(g), SHALLOWEST) for g in (grazing_in, grazing_out))
         both, apart = way_in + way_out, np.abs(way_in - way_out)
@@ -118,7 +122,7 @@ class Bubbles:
         mixed = self._enhancement(grazing_in, grazing_out, azimuth) * np.exp(-2 * np.minimum(way_in, way_out)) * ratio
         damping = 0.0255 * (self.frequency / 1e3) ** (1 / 3)
         strength = depth * DAMPING_BY_RADIATION / (4 * math.pi * damping)
-        return np.asarray(strength * (straight + mixed) * lit(grazing_in, grazing_out))
+        return np.asarray(strength * (straight + mixed) * illumination(grazing_in, grazing_out))
 
     def transmission(self, grazing: Floats) -> Floats:
         """Share of the energy that passes the veil one way, half the decibels of `bubble_loss_db` [1].
@@ -131,7 +135,7 @@ class Bubbles:
     def _enhancement(self, grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> Floats:
         """Two straight back, one elsewhere [1]."""
         # Half the sum of the directions in and out is zero straight back: turn the azimuth and flip the normal part.
-        across, _ = across_and_along(grazing_in, grazing_out, np.asarray(azimuth) - math.pi)
+        across, _ = half_direction_change(grazing_in, grazing_out, np.asarray(azimuth) - math.pi)
         normal = (np.sin(grazing_in) - np.sin(grazing_out)) / 2
         off_axis = 2 * np.hypot(across, normal)
         return np.asarray(1 + np.exp(-np.minimum((off_axis / self.cone) ** 2, 700.0)))
@@ -139,9 +143,9 @@ class Bubbles:
 
 def _checked(wind_speed: ArrayLike, frequency: ArrayLike, grazing: ArrayLike) -> tuple[Floats, Floats, Floats]:
     """The three as arrays; refused where they mean nothing, warned of where the law was not measured."""
-    u = numbers("wind_speed", wind_speed, "m/s", 0.0, gaps=False, such_as="7")
-    f = numbers("frequency", frequency, "Hz", 0.0, above=True, gaps=False, such_as="100e3")
-    angle = grazing_angle("grazing", grazing, gaps=False)
+    u = require_numbers("wind_speed", wind_speed, "m/s", 0.0, allow_nan=False, example="7")
+    f = require_numbers("frequency", frequency, "Hz", 0.0, exclude_low=True, allow_nan=False, example="100e3")
+    angle = require_grazing_angle("grazing", grazing, gaps=False)
     warn_of_frequency(f)
     warn_outside(LAW, "wind speed", u, 0.0, 20.0, "m/s")
     return u, f, angle

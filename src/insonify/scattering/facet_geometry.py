@@ -12,7 +12,7 @@ SHALLOWEST = 1e-9
 """Sine below which a direction counts as behind the interface [1]."""
 
 
-def across_and_along(grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> tuple[Floats, Floats]:
+def half_direction_change(grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> tuple[Floats, Floats]:
     """Half the change of direction, in the plane and across it.
 
     Args:
@@ -30,7 +30,7 @@ def across_and_along(grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -
     return np.asarray(np.sqrt(squared) / 2), np.asarray((np.sin(grazing_in) + np.sin(grazing_out)) / 2)
 
 
-def lit(grazing_in: Floats, grazing_out: Floats) -> Floats:
+def illumination(grazing_in: Floats, grazing_out: Floats) -> Floats:
     """One where both directions are on the water's side of the interface, else zero [1], broadcast shape."""
     seen = (np.sin(grazing_in) > SHALLOWEST) & (np.sin(grazing_out) > SHALLOWEST)
     return np.asarray(seen, dtype=float)

@@ -7,13 +7,13 @@ from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
 
-from insonify.noun import Hertz, MetresPerSecond
+from insonify.model import Hertz, MetresPerSecond
 from insonify.scattering.albedo import symmetric_cap
-from insonify.scattering.law import Floats, asked_angles
-from insonify.scattering.roughness import settle_sound, warn_of_steep_slopes
-from insonify.scattering.sediment_volume import UnevenInside, Unevenness, check_inside
+from insonify.scattering.law import Floats, checked_angles
+from insonify.scattering.roughness import check_sediment_law, warn_of_steep_slopes
+from insonify.scattering.sediment_volume import UncappedSedimentVolume, VolumeSpectrum, check_sediment_volume
 from insonify.scattering.sediments import Sediment
-from insonify.scattering.small_slope import RoughSurface
+from insonify.scattering.small_slope import UncappedSmallSlope
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,13 +27,13 @@ class Jackson:
     _: KW_ONLY
     sound_speed: MetresPerSecond = 1500.0
     """In the water [m/s]."""
-    unevenness: Unevenness = "power-law"
+    volume_spectrum: VolumeSpectrum = "power-law"
     """Spectrum of the inhomogeneities inside, as in SedimentVolume."""
 
     def __post_init__(self) -> None:
         """Refuse what its parts refuse; warn outside the measured band and of steep slopes."""
-        warn_of_steep_slopes(self.sediment, settle_sound(self))
-        check_inside("Jackson", self.sediment, self.unevenness)
+        warn_of_steep_slopes(self.sediment, check_sediment_law(self))
+        check_sediment_volume("Jackson", self.sediment, self.volume_spectrum)
 
     def cross_section(self, grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> Floats:
         """Bistatic cross section per unit area per unit solid angle [1].
@@ -51,14 +51,14 @@ class Jackson:
         103, 169, with the surface as in SmallSlope and the inside as in SedimentVolume.
         Valid: as its two parts; the relief was measured for 10 to 100 kHz.
         """
-        free = RoughSediment(self.sediment, self.frequency, self.sound_speed, self.unevenness)
-        grazing_in, grazing_out, azimuth = asked_angles(grazing_in, grazing_out, azimuth)
+        free = UncappedJackson(self.sediment, self.frequency, self.sound_speed, self.volume_spectrum)
+        grazing_in, grazing_out, azimuth = checked_angles(grazing_in, grazing_out, azimuth)
         cap = symmetric_cap(free, np.sin(grazing_in), np.sin(grazing_out))
         return np.asarray(cap * free.cross_section(grazing_in, grazing_out, azimuth))
 
 
 @dataclass(frozen=True, slots=True)
-class RoughSediment:
+class UncappedJackson:
     """Both formulas as they stand, without their cap."""
 
     sediment: Sediment
@@ -67,13 +67,13 @@ class RoughSediment:
     """Frequency [Hz]."""
     sound_speed: float
     """In the water [m/s]."""
-    unevenness: Unevenness
+    volume_spectrum: VolumeSpectrum
     """How the inside scatters."""
 
     def cross_section(self, grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> Floats:
         """Bistatic cross section [1] of angles [rad], as :meth:`Jackson.cross_section`."""
-        surface = RoughSurface(self.sediment, self.frequency, self.sound_speed)
-        inside = UnevenInside(self.sediment, self.frequency, self.sound_speed, self.unevenness)
+        surface = UncappedSmallSlope(self.sediment, self.frequency, self.sound_speed)
+        inside = UncappedSedimentVolume(self.sediment, self.frequency, self.sound_speed, self.volume_spectrum)
         return surface.cross_section(grazing_in, grazing_out, azimuth) + inside.cross_section(
             grazing_in, grazing_out, azimuth
         )

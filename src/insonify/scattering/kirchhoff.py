@@ -8,16 +8,16 @@ from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
 
-from insonify.noun import Hertz, MetresPerSecond
-from insonify.scattering.directions import Directions, directions
+from insonify.model import Hertz, MetresPerSecond
 from insonify.scattering.law import Floats
 from insonify.scattering.reflection import reflection_coefficient
 from insonify.scattering.roughness import (
-    growth_exponent,
+    check_sediment_law,
+    hurst_exponent,
     kirchhoff_integral,
-    settle_sound,
     structure_constant,
 )
+from insonify.scattering.scattering_geometry import ScatteringGeometry, scattering_geometry
 from insonify.scattering.sediments import Sediment
 
 
@@ -40,7 +40,7 @@ class Kirchhoff:
 
     def __post_init__(self) -> None:
         """Refuse what is no sound; warn outside the band in which relief was measured."""
-        settle_sound(self)
+        check_sediment_law(self)
 
     def cross_section(self, grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> Floats:
         """Bistatic cross section per unit area per unit solid angle [1].
@@ -57,14 +57,16 @@ class Kirchhoff:
         APL-UW TR 9305 and Williams & Jackson (1998), J. Acoust. Soc. Am. 103, 169 (equations from a public
         implementation). Valid: within some 30 degrees of the mirror direction; relief of 10 to 100 kHz.
         """
-        d = directions(grazing_in, grazing_out, azimuth)
-        facet = np.abs(reflection_coefficient(self.sediment, np.arcsin(d.half))) ** 2
-        steepness = d.half**4 / (d.vertical**2 * d.transverse2)
+        d = scattering_geometry(grazing_in, grazing_out, azimuth)
+        facet = np.abs(reflection_coefficient(self.sediment, np.arcsin(d.facet_grazing_sine))) ** 2
+        steepness = d.facet_grazing_sine**4 / (d.vertical**2 * d.transverse2)
         wavenumber = 2 * np.pi * self.frequency / self.sound_speed
-        return d.where_lit(facet / (8 * np.pi) * steepness * mirror_integral(self.sediment, wavenumber, d))
+        return d.where_illuminated(
+            facet / (8 * np.pi) * steepness * kirchhoff_integral_of_pair(self.sediment, wavenumber, d)
+        )
 
 
-def mirror_integral(sediment: Sediment, wavenumber: float, d: Directions) -> Floats:
+def kirchhoff_integral_of_pair(sediment: Sediment, wavenumber: float, d: ScatteringGeometry) -> Floats:
     """I(q) of a pair of directions over a sediment's relief [1].
 
     Args:
@@ -74,7 +76,7 @@ def mirror_integral(sediment: Sediment, wavenumber: float, d: Directions) -> Flo
 
     Source: as :meth:`Kirchhoff.cross_section`; q = C^2 (2 k vertical)^2 (2 k transverse)^(-2 alpha) / 2.
     """
-    alpha = growth_exponent(sediment)
+    alpha = hurst_exponent(sediment)
     step2 = (2 * wavenumber) ** 2
     q = 0.5 * structure_constant(sediment) * step2 ** (1 - alpha) * d.vertical**2 * d.transverse2**-alpha
     return kirchhoff_integral(alpha)(q)

@@ -23,7 +23,7 @@ TERMS = 12  # of the series: the first one left out is below 1e-15
 
 
 @dataclass(frozen=True, slots=True)
-class SmoothFace:
+class KirchhoffFacet:
     """A face that mirrors: the coherent part of its answer."""
 
     reflection: float = 1.0
@@ -117,7 +117,7 @@ def _echoes(
     reflection: float, corners: Floats, area: Floats, normal: Floats, arriving: Floats, leaving: Floats,
     wavenumber: Floats, echo: Complexes,
 ) -> None:  # fmt: skip
-    """Fill `echo`, see `SmoothFace.echoes`."""
+    """Fill `echo`, see `KirchhoffFacet.echoes`."""
     for p in range(echo.shape[0]):
         for n in range(echo.shape[1]):
             sine_in, sine_out = 0.0, 0.0

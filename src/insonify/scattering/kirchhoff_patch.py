@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.scattering._patch_kernel import fresnel_tail, patch_echoes
+from insonify.scattering._kirchhoff_patch_kernel import fresnel_tail, patch_pressures
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -21,7 +21,7 @@ TERMS = 7
 
 
 @dataclass(frozen=True, slots=True)
-class SmoothPatch:
+class KirchhoffPatch:
     """A curved patch that reflects like a mirror: the coherent part of its echo."""
 
     reflection: float = 1.0
@@ -54,7 +54,7 @@ class SmoothPatch:
             phase, Abramowitz & Stegun (1964), 7.3.
         """
         echo = np.empty(arriving.shape[:2], complex)
-        patch_echoes(
+        patch_pressures(
             self.reflection,
             terms,
             area,

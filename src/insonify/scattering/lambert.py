@@ -7,10 +7,10 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import ConfigDict
 
-from insonify.noun import Decibels
-from insonify.scattering.law import Floats, asked_angles
+from insonify.model import Decibels
+from insonify.scattering.law import Floats, checked_angles
 from insonify.units import intensity_ratio
-from insonify.validity import number
+from insonify.validity import require_number
 
 STRONGEST_DB = 10 * math.log10(1 / math.pi)
 """Strength of an interface that scatters all it receives [dB]."""
@@ -34,7 +34,7 @@ class Lambert:
 
     def __post_init__(self) -> None:
         """Refuse an interface that sends out more sound than it receives."""
-        strength = number("Lambert.strength_db", self.strength_db, "dB", such_as="-27")
+        strength = require_number("Lambert.strength_db", self.strength_db, "dB", example="-27")
         object.__setattr__(self, "strength_db", strength)
         if self.strength_db > STRONGEST_DB + 1e-9:
             raise ValueError(
@@ -53,7 +53,7 @@ class Lambert:
         Returns:
             Cross section [1], broadcast shape; 0 where either direction is behind the interface.
         """
-        grazing_in, grazing_out, azimuth = asked_angles(grazing_in, grazing_out, azimuth)
+        grazing_in, grazing_out, azimuth = checked_angles(grazing_in, grazing_out, azimuth)
         mu = intensity_ratio(self.strength_db)
         # The azimuth counts for the shape only.
         sines = np.maximum(np.sin(grazing_in), 0) * np.maximum(np.sin(grazing_out), 0) * np.ones_like(azimuth)

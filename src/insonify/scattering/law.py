@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from insonify.validity import numbers
+from insonify.validity import require_numbers
 
 Floats = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ class ScatteringLaw(Protocol):
         ...
 
 
-def asked_angles(grazing_in: ArrayLike, grazing_out: ArrayLike, azimuth: ArrayLike) -> tuple[Floats, Floats, Floats]:
+def checked_angles(grazing_in: ArrayLike, grazing_out: ArrayLike, azimuth: ArrayLike) -> tuple[Floats, Floats, Floats]:
     """The three angles that a law is asked with, as numbers.
 
     Args:
@@ -45,7 +45,7 @@ def asked_angles(grazing_in: ArrayLike, grazing_out: ArrayLike, azimuth: ArrayLi
     """
     right = np.pi / 2 + 1e-9  # angles come out of arcsines, rounded
     into, out = (
-        numbers(name, value, "rad", -right, right, such_as="np.radians(20)")
+        require_numbers(name, value, "rad", -right, right, example="np.radians(20)")
         for name, value in (("grazing_in", grazing_in), ("grazing_out", grazing_out))
     )
-    return into, out, numbers("azimuth", azimuth, "rad")
+    return into, out, require_numbers("azimuth", azimuth, "rad")

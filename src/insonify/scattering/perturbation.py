@@ -8,11 +8,11 @@ from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
 
-from insonify.noun import Hertz, MetresPerSecond
-from insonify.scattering.directions import Directions, directions
+from insonify.model import Hertz, MetresPerSecond
 from insonify.scattering.law import Floats
 from insonify.scattering.reflection import vertical_wavenumber
-from insonify.scattering.roughness import roughness_spectrum, settle_sound
+from insonify.scattering.roughness import check_sediment_law, roughness_spectrum
+from insonify.scattering.scattering_geometry import ScatteringGeometry, scattering_geometry
 from insonify.scattering.sediments import Sediment
 
 
@@ -34,7 +34,7 @@ class Perturbation:
 
     def __post_init__(self) -> None:
         """Refuse what is no sound; warn outside the band in which relief was measured."""
-        settle_sound(self)
+        check_sediment_law(self)
 
     def cross_section(self, grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> Floats:
         """Bistatic cross section per unit area per unit solid angle [1].
@@ -51,13 +51,13 @@ class Perturbation:
         169 (equations from a public implementation); in backscatter the perturbation term of APL-UW TR 9407 (1994),
         eqs. 41-52. Valid: relief low against the wavelength, away from the mirror direction, 10 to 100 kHz.
         """
-        d = directions(grazing_in, grazing_out, azimuth)
+        d = scattering_geometry(grazing_in, grazing_out, azimuth)
         k = 2 * np.pi * self.frequency / self.sound_speed
         spectrum = roughness_spectrum(self.sediment, 2 * k * np.sqrt(d.transverse2))
-        return d.where_lit(k**4 * grating_strength(self.sediment, d) * spectrum)
+        return d.where_illuminated(k**4 * grating_strength(self.sediment, d) * spectrum)
 
 
-def grating_strength(sediment: Sediment, d: Directions) -> Floats:
+def grating_strength(sediment: Sediment, d: ScatteringGeometry) -> Floats:
     """How strongly a fluid sediment's corrugation couples two directions, |A|^2 [1].
 
     Args:
@@ -74,7 +74,7 @@ def grating_strength(sediment: Sediment, d: Directions) -> Floats:
     return np.asarray(4 * transmission(sediment, d) * np.abs(contrast) ** 2)
 
 
-def transmission(sediment: Sediment, d: Directions) -> Floats:
+def transmission(sediment: Sediment, d: ScatteringGeometry) -> Floats:
     """Share of sound that enters the sediment on one way and returns on the other [1].
 
     Args:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from insonify.scattering.sediments import Sediment, checked_sediment
-from insonify.validity import grazing_angle, number, numbers, water_speed
+from insonify.validity import require_grazing_angle, require_number, require_numbers, require_sound_speed
 
 Complexes = NDArray[np.complex128]
 LEAST_SINE = 1e-12
@@ -37,10 +37,10 @@ def reflection_coefficient(sediment: Sediment, grazing: ArrayLike) -> Complexes:
     conjugated from the report's exp(-i omega t).
     Valid: a half space smooth to a fraction of the wavelength, without layers or shear.
     """
-    return reflected(checked_sediment(sediment), np.sin(grazing_angle("grazing", grazing)))
+    return reflection_coefficient_at_sine(checked_sediment(sediment), np.sin(require_grazing_angle("grazing", grazing)))
 
 
-def reflected(sediment: Sediment, sine: ArrayLike) -> Complexes:
+def reflection_coefficient_at_sine(sediment: Sediment, sine: ArrayLike) -> Complexes:
     """The same by the sine of the grazing angle [1], any shape, which nobody checks."""
     sine = np.maximum(sine, LEAST_SINE)
     vertical = vertical_wavenumber(sediment, sine)
@@ -91,7 +91,9 @@ class ElasticSolid:
         """Refuse a solid that would not keep its shape."""
         for field in ("density_ratio", "speed_ratio", "shear_ratio", "loss", "shear_loss"):
             above = not field.endswith("loss")
-            object.__setattr__(self, field, number(f"ElasticSolid.{field}", getattr(self, field), "", 0.0, above=above))
+            object.__setattr__(
+                self, field, require_number(f"ElasticSolid.{field}", getattr(self, field), "", 0.0, above=above)
+            )
         limit = math.sqrt(3) / 2 * self.speed_ratio
         if self.shear_ratio >= limit:
             raise ValueError(
@@ -117,7 +119,7 @@ def elastic_reflection_coefficient(solid: ElasticSolid, grazing: ArrayLike) -> C
     """
     if not isinstance(solid, ElasticSolid):
         raise ValueError(f"solid is {solid!r}; give an ElasticSolid, or take reflection_coefficient for a sediment")
-    sine = np.maximum(np.sin(grazing_angle("grazing", grazing)), LEAST_SINE)
+    sine = np.maximum(np.sin(require_grazing_angle("grazing", grazing)), LEAST_SINE)
     compression = solid.speed_ratio / (1 + 1j * solid.loss)
     shear = solid.shear_ratio / (1 + 1j * solid.shear_loss)
     # 1 - cos^2 from the sine itself: a wave as fast as the water's would lose it at grazing 0.
@@ -151,7 +153,7 @@ def coherent_reflection_factor(
     Source: Eckart (1953), J. Acoust. Soc. Am. 25, 566: exp(-2 k^2 h^2 sin^2) of Gaussian heights; equation number
     not checked. Valid: gentle slopes, no shadows (grazing above the slopes).
     """
-    speed = water_speed("sound_speed", sound_speed)
-    wavenumber = 2 * np.pi * numbers("frequency", frequency, "Hz", 0.0) / speed
-    height, angle = numbers("rms_height", rms_height, "m", 0.0), grazing_angle("grazing", grazing)
+    speed = require_sound_speed("sound_speed", sound_speed)
+    wavenumber = 2 * np.pi * require_numbers("frequency", frequency, "Hz", 0.0) / speed
+    height, angle = require_numbers("rms_height", rms_height, "m", 0.0), require_grazing_angle("grazing", grazing)
     return np.asarray(np.exp(-2 * (wavenumber * height * np.sin(angle)) ** 2))

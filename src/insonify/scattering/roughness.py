@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from insonify.scattering.sediments import Sediment, checked_sediment
 from insonify.scattering.tr9407 import warn_of_frequency
-from insonify.validity import number, numbers, warn_outside
+from insonify.validity import require_number, require_numbers, warn_outside
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
@@ -30,7 +30,7 @@ STEEPEST_SLOPE_DEG = 30.0
 """Slope, rms, beyond which small-slope scattering was seen to fall far below the handbook's large-roughness form."""
 
 
-def growth_exponent(sediment: Sediment) -> float:
+def hurst_exponent(sediment: Sediment) -> float:
     """Hurst exponent alpha of the relief, gamma/2 - 1: 0 (jagged) to 1 (smooth) [1]."""
     return sediment.spectral_exponent / 2 - 1
 
@@ -47,7 +47,7 @@ def roughness_spectrum(sediment: Sediment, wavenumber: ArrayLike) -> Floats:
 
     Source: APL-UW TR 9407 (1994), section IV.A. Valid: measured for relief of about 1 cm to 1 m.
     """
-    bed, k = checked_sediment(sediment), numbers("wavenumber", wavenumber, "rad/m", 0.0, above=True)
+    bed, k = checked_sediment(sediment), require_numbers("wavenumber", wavenumber, "rad/m", 0.0, exclude_low=True)
     return np.asarray(bed.spectral_strength * k**-bed.spectral_exponent)
 
 
@@ -65,7 +65,7 @@ def structure_constant(sediment: Sediment) -> float:
     """
     from scipy.special import gamma
 
-    a = growth_exponent(checked_sediment(sediment))
+    a = hurst_exponent(checked_sediment(sediment))
     return 2 * math.pi * sediment.spectral_strength * gamma(2 - a) * 4**-a / (a * (1 - a) * gamma(1 + a))
 
 
@@ -78,7 +78,7 @@ def rms_slope(sediment: Sediment, wavenumber: float) -> float:
 
     Source: APL-UW TR 9407 (1994), composite roughness model, within eqs. 41-52.
     """
-    a = growth_exponent(sediment)
+    a = hurst_exponent(sediment)
     knee = (2 * math.pi * sediment.spectral_strength) ** (1 / a) / (2 * (1 - a))
     return math.sqrt(knee * (wavenumber**2 / a) ** ((1 - a) / a))
 
@@ -134,7 +134,7 @@ def _integrals(alpha: float, q: Floats) -> Floats:
     return np.array([(weight * (expm1(-x * power) if x < 1 else np.exp(-x * power))).sum().real for x in q])
 
 
-class LawOfSediment(Protocol):
+class SedimentScatteringLaw(Protocol):
     """A law of a seabed, at one frequency."""
 
     @property
@@ -153,7 +153,7 @@ class LawOfSediment(Protocol):
         ...
 
 
-def settle_sound(law: LawOfSediment) -> float:
+def check_sediment_law(law: SedimentScatteringLaw) -> float:
     """Checks a law's sediment, frequency and sound speed, with a warning where the seabed was not measured.
 
     Args:
@@ -167,8 +167,8 @@ def settle_sound(law: LawOfSediment) -> float:
     """
     owner = type(law).__name__
     checked_sediment(law.sediment, f"{owner}.sediment")
-    frequency = number(f"{owner}.frequency", law.frequency, "Hz", 0.0, above=True, such_as="100e3")
-    sound_speed = number(f"{owner}.sound_speed", law.sound_speed, "m/s", 300.0, 5000.0, such_as="1500")
+    frequency = require_number(f"{owner}.frequency", law.frequency, "Hz", 0.0, above=True, example="100e3")
+    sound_speed = require_number(f"{owner}.sound_speed", law.sound_speed, "m/s", 300.0, 5000.0, example="1500")
     object.__setattr__(law, "frequency", frequency)
     object.__setattr__(law, "sound_speed", sound_speed)
     warn_of_frequency(frequency)

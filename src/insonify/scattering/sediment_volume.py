@@ -9,16 +9,16 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from insonify.noun import Hertz, MetresPerSecond
+from insonify.model import Hertz, MetresPerSecond
 from insonify.scattering.albedo import symmetric_cap
-from insonify.scattering.directions import directions
-from insonify.scattering.law import Floats, asked_angles
+from insonify.scattering.law import Floats, checked_angles
 from insonify.scattering.perturbation import transmission
 from insonify.scattering.reflection import vertical_wavenumber
-from insonify.scattering.roughness import settle_sound
+from insonify.scattering.roughness import check_sediment_law
+from insonify.scattering.scattering_geometry import scattering_geometry
 from insonify.scattering.sediments import Sediment
 
-Unevenness = Literal["power-law", "isotropic"]
+VolumeSpectrum = Literal["power-law", "isotropic"]
 OUTER_WAVENUMBER = 1e-3
 """Wavenumber of the fluctuations at which their power law levels off, over that of the sound in the water [1]."""
 STRONGEST = 0.1
@@ -37,15 +37,15 @@ class SedimentVolume:
     _: KW_ONLY
     sound_speed: MetresPerSecond = 1500.0
     """In the water [m/s]."""
-    unevenness: Unevenness = "power-law"
+    volume_spectrum: VolumeSpectrum = "power-law"
     """Spectrum of the inhomogeneities: density that fluctuates with a power law of exponent 3 (Jackson), or a cross
     section per unit volume that is the same in all directions (TR 9407). Above the critical angle both have the same
     backscatter; below it the isotropic one is up to 2 dB higher in medium sand."""
 
     def __post_init__(self) -> None:
         """Refuse what is no sound and a sediment that never ends; warn outside the measured band."""
-        settle_sound(self)
-        check_inside("SedimentVolume", self.sediment, self.unevenness)
+        check_sediment_law(self)
+        check_sediment_volume("SedimentVolume", self.sediment, self.volume_spectrum)
 
     def cross_section(self, grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> Floats:
         """Bistatic cross section per unit area per unit solid angle [1].
@@ -65,14 +65,14 @@ class SedimentVolume:
         of APL-UW TR 9407 (1994), eqs. 65-66.
         Valid: 10 to 100 kHz; the volume parameter was found to vary by a factor of 10 either way.
         """
-        free = UnevenInside(self.sediment, self.frequency, self.sound_speed, self.unevenness)
-        grazing_in, grazing_out, azimuth = asked_angles(grazing_in, grazing_out, azimuth)
+        free = UncappedSedimentVolume(self.sediment, self.frequency, self.sound_speed, self.volume_spectrum)
+        grazing_in, grazing_out, azimuth = checked_angles(grazing_in, grazing_out, azimuth)
         cap = symmetric_cap(free, np.sin(grazing_in), np.sin(grazing_out))
         return np.asarray(cap * free.cross_section(grazing_in, grazing_out, azimuth))
 
 
 @dataclass(frozen=True, slots=True)
-class UnevenInside:
+class UncappedSedimentVolume:
     """The volume formula as it stands, without its cap."""
 
     sediment: Sediment
@@ -81,37 +81,37 @@ class UnevenInside:
     """Frequency [Hz]."""
     sound_speed: float
     """In the water [m/s]."""
-    unevenness: Unevenness
+    volume_spectrum: VolumeSpectrum
     """How the inside scatters."""
 
     def cross_section(self, grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> Floats:
         """Bistatic cross section [1] of angles [rad], as :meth:`SedimentVolume.cross_section`."""
-        d = directions(grazing_in, grazing_out, azimuth)
+        d = scattering_geometry(grazing_in, grazing_out, azimuth)
         if self.sediment.volume_parameter == 0:
-            return np.zeros(d.lit.shape)
+            return np.zeros(d.is_illuminated.shape)
         p_in, p_out = (vertical_wavenumber(self.sediment, sine) for sine in (d.sine_in, d.sine_out))
         rho, depth = self.sediment.density_ratio, (p_in + p_out).imag
         isotropic = 8 * rho**2 * transmission(self.sediment, d) * isotropic_strength(self.sediment) / depth
-        if self.unevenness == "isotropic":
-            return d.where_lit(isotropic)
+        if self.volume_spectrum == "isotropic":
+            return d.where_illuminated(isotropic)
         kappa = (1 + 1j * self.sediment.loss) / self.sediment.speed_ratio
         contrast = np.abs(kappa**2 - d.along + p_in * p_out) ** 2  # of density, at constant sound speed
         change2 = 4 * d.transverse2 + (p_in + p_out).real ** 2 + OUTER_WAVENUMBER**2
         # Scaled so that both kinds agree straight back above the critical angle, where the change is 2 |kappa|.
         free = isotropic * 2 * self.sediment.speed_ratio * contrast / change2**1.5
-        return d.where_lit(free / (1 + free / STRONGEST))
+        return d.where_illuminated(free / (1 + free / STRONGEST))
 
 
-def check_inside(law: str, sediment: Sediment, unevenness: str) -> None:
+def check_sediment_volume(law: str, sediment: Sediment, volume_spectrum: str) -> None:
     """Refuses an inside that nobody described, and one from which sound would return for ever.
 
     Args:
         law: Who asks, for the error message.
         sediment: What lies below the water.
-        unevenness: How its inside scatters.
+        volume_spectrum: How its inside scatters.
     """
-    if unevenness not in get_args(Unevenness):
-        raise ValueError(f"{law}.unevenness is {unevenness!r}; give 'power-law' or 'isotropic'")
+    if volume_spectrum not in get_args(VolumeSpectrum):
+        raise ValueError(f"{law}.volume_spectrum is {volume_spectrum!r}; give 'power-law' or 'isotropic'")
     if sediment.loss == 0 and sediment.volume_parameter > 0:
         raise ValueError(
             f"{law}.sediment has loss 0; sound would return from any depth. Give a loss above 0, such as 0.01"

@@ -1,6 +1,6 @@
 """What the seabed is made of, as far as sound can tell.
 
-One number, the mean grain size, predicts density, sound speed, loss, roughness and the unevenness inside a
+One number, the mean grain size, predicts density, sound speed, loss, roughness and the volume_spectrum inside a
 sediment well enough for most work. It is counted in phi = -log2(diameter in mm): gravel -1, clay 9. Rock and
 stones have no grain size; the handbook gives their numbers one by one.
 """
@@ -12,7 +12,7 @@ from typing import ClassVar
 
 from pydantic import ConfigDict
 
-from insonify.validity import number, warn_outside
+from insonify.validity import require_number, warn_outside
 
 LAW = "APL-UW TR 9407 (1994) grain-size regression"
 REFERENCE_SPEED = 1528.0
@@ -103,8 +103,10 @@ class Sediment:
         """Refuse a medium that no sound could enter, or that would make sound, and relief that is none."""
         for field in ("density_ratio", "speed_ratio", "loss", "volume_parameter", "spectral_strength"):
             above = field not in ("loss", "volume_parameter")
-            object.__setattr__(self, field, number(f"Sediment.{field}", getattr(self, field), "", 0.0, above=above))
-        exponent = number("Sediment.spectral_exponent", self.spectral_exponent, "", such_as="3.25")
+            object.__setattr__(
+                self, field, require_number(f"Sediment.{field}", getattr(self, field), "", 0.0, above=above)
+            )
+        exponent = require_number("Sediment.spectral_exponent", self.spectral_exponent, "", example="3.25")
         object.__setattr__(self, "spectral_exponent", exponent)
         if not 2 < self.spectral_exponent < 4:
             raise ValueError(
@@ -167,7 +169,7 @@ class Sediment:
         Geophysics 37, 620. Valid: -1 to 9 phi; sound speed and density are for 10 to 100 kHz.
         Roughness and volume parameter are the least certain: a factor of 10 either way was observed.
         """
-        size = number("grain size", phi, "phi", such_as="1.5 for medium sand")
+        size = require_number("grain size", phi, "phi", example="1.5 for medium sand")
         return cls._of_grain_size(size, f"grain size {size:g} phi")
 
     @classmethod

@@ -8,13 +8,13 @@ from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
 
-from insonify.noun import Hertz, MetresPerSecond
+from insonify.model import Hertz, MetresPerSecond
 from insonify.scattering.albedo import symmetric_cap
-from insonify.scattering.directions import directions
-from insonify.scattering.kirchhoff import mirror_integral
-from insonify.scattering.law import Floats, asked_angles
+from insonify.scattering.kirchhoff import kirchhoff_integral_of_pair
+from insonify.scattering.law import Floats, checked_angles
 from insonify.scattering.perturbation import grating_strength
-from insonify.scattering.roughness import settle_sound, warn_of_steep_slopes
+from insonify.scattering.roughness import check_sediment_law, warn_of_steep_slopes
+from insonify.scattering.scattering_geometry import scattering_geometry
 from insonify.scattering.sediments import Sediment
 
 
@@ -32,7 +32,7 @@ class SmallSlope:
 
     def __post_init__(self) -> None:
         """Refuse what is no sound; warn outside the measured band and of steep slopes."""
-        warn_of_steep_slopes(self.sediment, settle_sound(self))
+        warn_of_steep_slopes(self.sediment, check_sediment_law(self))
 
     def cross_section(self, grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> Floats:
         """Bistatic cross section per unit area per unit solid angle [1].
@@ -52,14 +52,14 @@ class SmallSlope:
         gravel above 100 kHz, are too steep for it: the strength comes out low above 20 degrees, by 10 dB and more
         for rough rock. A warning says so; apl_bottom_strength_db knows better there, straight back.
         """
-        free = RoughSurface(self.sediment, self.frequency, self.sound_speed)
-        grazing_in, grazing_out, azimuth = asked_angles(grazing_in, grazing_out, azimuth)
+        free = UncappedSmallSlope(self.sediment, self.frequency, self.sound_speed)
+        grazing_in, grazing_out, azimuth = checked_angles(grazing_in, grazing_out, azimuth)
         cap = symmetric_cap(free, np.sin(grazing_in), np.sin(grazing_out))
         return np.asarray(cap * free.cross_section(grazing_in, grazing_out, azimuth))
 
 
 @dataclass(frozen=True, slots=True)
-class RoughSurface:
+class UncappedSmallSlope:
     """The small-slope formula as it stands, without its cap."""
 
     sediment: Sediment
@@ -71,8 +71,8 @@ class RoughSurface:
 
     def cross_section(self, grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> Floats:
         """Bistatic cross section [1] of angles [rad], as :meth:`SmallSlope.cross_section`."""
-        d = directions(grazing_in, grazing_out, azimuth)
+        d = scattering_geometry(grazing_in, grazing_out, azimuth)
         k = 2 * np.pi * self.frequency / self.sound_speed
-        integral = mirror_integral(self.sediment, k, d)
+        integral = kirchhoff_integral_of_pair(self.sediment, k, d)
         shape = integral / (32 * np.pi * d.transverse2 * d.vertical**2)
-        return d.where_lit(grating_strength(self.sediment, d) * shape)
+        return d.where_illuminated(grating_strength(self.sediment, d) * shape)

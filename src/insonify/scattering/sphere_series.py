@@ -11,7 +11,7 @@ import numpy as np
 from numpy.polynomial.legendre import legval
 from numpy.typing import ArrayLike, NDArray
 
-from insonify.validity import numbers, warn_outside, water_speed
+from insonify.validity import require_numbers, require_sound_speed, warn_outside
 
 Floats = NDArray[np.float64]
 Boundary = Literal["rigid", "soft"]
@@ -39,10 +39,12 @@ def sphere_series_strength_db(
     Returns:
         20 log10 |F|, broadcast shape; F as in `sphere_amplitude`.
     """
-    tone = numbers("frequency", frequency, "Hz", 0.0, above=True, gaps=False)
-    k = 2 * np.pi * tone / water_speed("sound_speed", sound_speed, gaps=False)
+    tone = require_numbers("frequency", frequency, "Hz", 0.0, exclude_low=True, allow_nan=False)
+    k = 2 * np.pi * tone / require_sound_speed("sound_speed", sound_speed, gaps=False)
     a, k, turn = np.broadcast_arrays(
-        numbers("radius", radius, "m", 0.0, above=True, gaps=False), k, numbers("angle", angle, "rad", gaps=False)
+        require_numbers("radius", radius, "m", 0.0, exclude_low=True, allow_nan=False),
+        k,
+        require_numbers("angle", angle, "rad", allow_nan=False),
     )
     pairs = zip((k * a).flat, turn.flat, strict=True)
     amplitude = np.array([sphere_amplitude(ka, at, boundary=boundary) for ka, at in pairs], complex)
@@ -73,7 +75,7 @@ def sphere_amplitude(ka: float, angle: ArrayLike = np.pi, *, boundary: Boundary 
     eta = partial_waves(ka, boundary)
     n = np.arange(eta.size)
     # eta is written for exp(-i omega t), where F = (i/k) sum: conjugated here.
-    series = legval(np.cos(numbers("angle", angle, "rad")), (2 * n + 1) * eta)
+    series = legval(np.cos(require_numbers("angle", angle, "rad")), (2 * n + 1) * eta)
     return np.asarray(np.conj(1j * series / ka))
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from insonify.scattering.law import Floats
-from insonify.validity import grazing_angle, numbers, water_speed
+from insonify.validity import require_grazing_angle, require_numbers, require_sound_speed
 
 
 def rayleigh_parameter(
@@ -30,8 +30,13 @@ def rayleigh_parameter(
     Returns:
         Rayleigh's parameter [rad], broadcast shape: smooth well below 1, rough well above.
     """
-    k = 2 * math.pi * numbers("frequency", frequency, "Hz", 0.0) / water_speed("sound_speed", sound_speed)
-    height, angle = numbers("rms_height", rms_height, "m", 0.0), grazing_angle("grazing", grazing)
+    k = (
+        2
+        * math.pi
+        * require_numbers("frequency", frequency, "Hz", 0.0)
+        / require_sound_speed("sound_speed", sound_speed)
+    )
+    height, angle = require_numbers("rms_height", rms_height, "m", 0.0), require_grazing_angle("grazing", grazing)
     return np.asarray(2 * k * height * np.sin(angle))
 
 
@@ -81,11 +86,15 @@ def mean_extra_delay(
     below the grazing angle, isotropic slopes.
     """
     r1, r2 = (
-        numbers(name, value, "m", 0.0, above=True) for name, value in (("range_in", range_in), ("range_out", range_out))
+        require_numbers(name, value, "m", 0.0, exclude_low=True)
+        for name, value in (("range_in", range_in), ("range_out", range_out))
     )
-    slopes, angle = numbers("mean_square_slope", mean_square_slope, "", 0.0), grazing_angle("grazing", grazing)
+    slopes, angle = (
+        require_numbers("mean_square_slope", mean_square_slope, "", 0.0),
+        require_grazing_angle("grazing", grazing),
+    )
     lengthening = slopes * (1 + np.sin(angle) ** 2)
-    return np.asarray(lengthening * r1 * r2 / (r1 + r2) / water_speed("sound_speed", sound_speed))
+    return np.asarray(lengthening * r1 * r2 / (r1 + r2) / require_sound_speed("sound_speed", sound_speed))
 
 
 def doppler_spread(
@@ -101,6 +110,9 @@ def doppler_spread(
 
     Source: Doppler's law for a mirror that moves along its normal. Valid: near the mirror direction.
     """
-    heave, angle = numbers("vertical_speed_rms", vertical_speed_rms, "m/s", 0.0), grazing_angle("grazing", grazing)
-    rate = heave * np.sin(angle) / water_speed("sound_speed", sound_speed)
-    return np.asarray(2 * numbers("frequency", frequency, "Hz", 0.0) * rate)
+    heave, angle = (
+        require_numbers("vertical_speed_rms", vertical_speed_rms, "m/s", 0.0),
+        require_grazing_angle("grazing", grazing),
+    )
+    rate = heave * np.sin(angle) / require_sound_speed("sound_speed", sound_speed)
+    return np.asarray(2 * require_numbers("frequency", frequency, "Hz", 0.0) * rate)

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from insonify.scattering.facet_geometry import SHALLOWEST, across_and_along, lit
-from insonify.scattering.law import Floats, asked_angles
-from insonify.validity import number, numbers, warn_outside
+from insonify.scattering.facet_geometry import SHALLOWEST, half_direction_change, illumination
+from insonify.scattering.law import Floats, checked_angles
+from insonify.validity import require_number, require_numbers, warn_outside
 
 
 def cox_munk_slopes(wind_speed: float, *, slick: bool = False) -> tuple[float, float]:
@@ -29,7 +29,7 @@ def cox_munk_slopes(wind_speed: float, *, slick: bool = False) -> tuple[float, f
     With a slick the paper's total, 0.008 + 0.00156 U, is shared equally here.
     Valid: 1 to 14 m/s. Light sees every ripple: sound below a few hundred kHz sees less slope.
     """
-    wind_speed = number("wind_speed", wind_speed, "m/s", 0.0, such_as="7")
+    wind_speed = require_number("wind_speed", wind_speed, "m/s", 0.0, example="7")
     warn_outside("Cox & Munk (1954) slopes", "wind speed", wind_speed, 1.0, 14.0, "m/s")
     if slick:
         half = (0.008 + 1.56e-3 * wind_speed) / 2
@@ -49,7 +49,7 @@ def apl_slope_variance(wind_speed: float) -> float:
     return 4.6e-3 * math.log(2.1 * wind_speed**2) if wind_speed >= 1 else 0.0034
 
 
-def facing_excess(grazing: Floats, slope_variance: Floats | float) -> Floats:
+def facet_shadowing_excess(grazing: Floats, slope_variance: Floats | float) -> Floats:
     """By how much the facets that face the sound would catch more than arrives, were none in shadow.
 
     Args:
@@ -81,7 +81,7 @@ class SurfaceFacets:
 
     Source: Kirchhoff's approximation at high frequency, sigma = (Delta / Delta_z)^4 p(slope) / 4,
     as used by Dahl (1999), J. Acoust. Soc. Am. 105, 2155 (derived independently; form of the
-    paper not checked), times the smaller of both directions' shares in Smith's `facing_excess`: symmetric, exact
+    paper not checked), times the smaller of both directions' shares in Smith's `facet_shadowing_excess`: symmetric, exact
     straight back, and no more energy leaves than arrives at any angle. In backscatter above twice the rms slope it
     is the facet term of APL-UW TR 9407 (1994).
     Valid: 2 k times rms height times sin(grazing) well above 1, slopes below about 0.3.
@@ -95,13 +95,13 @@ class SurfaceFacets:
     def __post_init__(self) -> None:
         """Refuse slopes that are none."""
         for name in ("along", "across"):
-            value = number(f"SurfaceFacets.{name}", getattr(self, name), "", 0.0, above=True, such_as="0.02")
+            value = require_number(f"SurfaceFacets.{name}", getattr(self, name), "", 0.0, above=True, example="0.02")
             object.__setattr__(self, name, value)
 
     @classmethod
     def isotropic(cls, mean_square_slope: float) -> "SurfaceFacets":
         """A sea without direction, from the variance of its slope in both directions together [1]."""
-        slopes = number("mean_square_slope", mean_square_slope, "", 0.0, above=True, such_as="0.02")
+        slopes = require_number("mean_square_slope", mean_square_slope, "", 0.0, above=True, example="0.02")
         return cls(slopes / 2, slopes / 2)
 
     def cross_section(
@@ -120,10 +120,10 @@ class SurfaceFacets:
         Returns:
             Cross section [1], broadcast shape; 0 where either direction is behind the surface.
         """
-        grazing_in, grazing_out, azimuth = asked_angles(grazing_in, grazing_out, azimuth)
-        heading = numbers("heading", heading, "rad")
-        across, along = across_and_along(grazing_in, grazing_out, azimuth)
-        # Grazing both ways no slope would do; the floor keeps the ratio finite there, and `lit` makes it 0.
+        grazing_in, grazing_out, azimuth = checked_angles(grazing_in, grazing_out, azimuth)
+        heading = require_numbers("heading", heading, "rad")
+        across, along = half_direction_change(grazing_in, grazing_out, azimuth)
+        # Grazing both ways no slope would do; the floor keeps the ratio finite there, and `illumination` makes it 0.
         tilt = across / np.maximum(along, SHALLOWEST)
         bearing = self._bearing(grazing_in, grazing_out, azimuth) + np.asarray(heading)
         exponent = tilt**2 * (np.cos(bearing) ** 2 / self.along + np.sin(bearing) ** 2 / self.across) / 2
@@ -131,12 +131,12 @@ class SurfaceFacets:
         shadowed = np.maximum(
             self._excess(grazing_in, np.asarray(heading)), self._excess(grazing_out, np.asarray(heading) + azimuth)
         )
-        return np.asarray((1 + tilt**2) ** 2 / 4 * density * lit(grazing_in, grazing_out) / (1 + shadowed))
+        return np.asarray((1 + tilt**2) ** 2 / 4 * density * illumination(grazing_in, grazing_out) / (1 + shadowed))
 
     def _excess(self, grazing: Floats, bearing: Floats) -> Floats:
         """Smith's Lambda in a direction of travel, its bearing counted from the wind's [1]."""
         variance = self.along * np.cos(bearing) ** 2 + self.across * np.sin(bearing) ** 2
-        return facing_excess(grazing, variance)
+        return facet_shadowing_excess(grazing, variance)
 
     @staticmethod
     def _bearing(grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> Floats:

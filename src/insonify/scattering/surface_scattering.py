@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from insonify.scattering.bubbles import Bubbles
-from insonify.scattering.law import Floats, asked_angles
+from insonify.scattering.law import Floats, checked_angles
 from insonify.scattering.surface_facets import SurfaceFacets, apl_slope_variance
-from insonify.validity import number
+from insonify.validity import require_number
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +29,7 @@ class SurfaceScattering:
     @classmethod
     def at_wind(cls, wind_speed: float, frequency: float) -> "SurfaceScattering":
         """The sea that a wind [m/s, at 10 m] raises, for sound of a frequency [Hz]."""
-        wind_speed = number("wind_speed", wind_speed, "m/s", 0.0, such_as="7")
+        wind_speed = require_number("wind_speed", wind_speed, "m/s", 0.0, example="7")
         return cls(SurfaceFacets.isotropic(apl_slope_variance(wind_speed)), Bubbles(wind_speed, frequency))
 
     def cross_section(
@@ -46,7 +46,7 @@ class SurfaceScattering:
         Returns:
             Cross section [1], broadcast shape; 0 where either direction is behind the surface.
         """
-        grazing_in, grazing_out, azimuth = asked_angles(grazing_in, grazing_out, azimuth)
+        grazing_in, grazing_out, azimuth = checked_angles(grazing_in, grazing_out, azimuth)
         mirrors = self.facets.cross_section(grazing_in, grazing_out, azimuth, heading)
         veil = self.bubbles.transmission(grazing_in) * self.bubbles.transmission(grazing_out)
         return np.asarray(mirrors * veil + self.bubbles.cross_section(grazing_in, grazing_out, azimuth))

@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from insonify.validity import numbers, warn_outside, water_speed
+from insonify.validity import require_numbers, require_sound_speed, warn_outside
 
 Floats = NDArray[np.float64]
 _FLOOR = 1e-300  # a null of a pattern in decibels: -3000 dB, not minus infinity
@@ -143,17 +143,19 @@ def disc_strength_db(
 
 
 def _positive(name: str, value: ArrayLike) -> Floats:
-    return numbers(name, value, "m", 0.0, above=True, gaps=False)
+    return require_numbers(name, value, "m", 0.0, exclude_low=True, allow_nan=False)
 
 
 def _wavenumber(frequency: ArrayLike, sound_speed: ArrayLike) -> Floats:
-    tone = numbers("frequency", frequency, "Hz", 0.0, above=True, gaps=False)
-    return np.asarray(2 * np.pi * tone / water_speed("sound_speed", sound_speed, gaps=False))
+    tone = require_numbers("frequency", frequency, "Hz", 0.0, exclude_low=True, allow_nan=False)
+    return np.asarray(2 * np.pi * tone / require_sound_speed("sound_speed", sound_speed, gaps=False))
 
 
 def _within_a_right_angle(tilt: ArrayLike) -> Floats:
     right = np.pi / 2 + 1e-12
-    return numbers("tilt", tilt, "rad", -right, right, gaps=False, such_as="0 where the body is seen face on")
+    return require_numbers(
+        "tilt", tilt, "rad", -right, right, allow_nan=False, example="0 where the body is seen face on"
+    )
 
 
 def _sinc(x: Floats) -> Floats:

@@ -7,17 +7,17 @@ from typing import Any, Literal, TypeVar, get_origin
 import numpy as np
 from pydantic import BaseModel, ValidationError
 
-from insonify.scenario.advice import Advice, ScenarioError
-from insonify.scenario.source import Path, Source, dotted
-from insonify.scenario.unit_doubts import unit_doubts
-from insonify.scenario.verdict import advise, strays
+from insonify.scenario.diagnostic import Diagnostic, ScenarioError
+from insonify.scenario.diagnostics import validation_diagnostics, yaml_boolean_errors
+from insonify.scenario.unit_warnings import unit_warnings
+from insonify.scenario.yaml_source import Path, YamlSource, dotted
 
-Model = TypeVar("Model", bound=BaseModel)
+ModelT = TypeVar("ModelT", bound=BaseModel)
 NAME = "scenario"
 """Name of the scenario in messages."""
 
 
-def changed(model: Model, changes: Mapping[str, object]) -> tuple[Model, list[Advice]]:
+def with_changes(model: ModelT, changes: Mapping[str, object]) -> tuple[ModelT, list[Diagnostic]]:
     """A model with some of its values replaced, everything checked anew.
 
     Args:
@@ -31,52 +31,54 @@ def changed(model: Model, changes: Mapping[str, object]) -> tuple[Model, list[Ad
     Raises:
         ScenarioError: A path leads nowhere, or a value is refused; every fault with its path and the way out.
     """
-    source = Source(NAME, values=_plain(model), lines={(): 0})
+    source = YamlSource(NAME, values=_plain(model), lines={(): 0})
     faults = [fault for path, value in changes.items() if (fault := _put(source, model, path, _as_typed(value)))]
-    faults += strays(type(model), source)
+    faults += yaml_boolean_errors(type(model), source)
     try:
         made = type(model).model_validate(source.values, context={"folder": ""})
     except ValidationError as error:
         source.faults = faults
-        raise ScenarioError([*faults, *advise(error, type(model), source)]) from None
+        raise ScenarioError([*faults, *validation_diagnostics(error, type(model), source)]) from None
     if faults:
         raise ScenarioError(faults)
-    return made, unit_doubts(type(model), source)
+    return made, unit_warnings(type(model), source)
 
 
-def _put(source: Source, model: BaseModel, dotted_path: str, value: object) -> Advice | None:
+def _put(source: YamlSource, model: BaseModel, dotted_path: str, value: object) -> Diagnostic | None:
     """Put a value in its place among plain values; a fault where its path leads into something without keys."""
     *parents, last = [int(step) if step.isdigit() else step for step in dotted_path.split(".")]
     inside: Any = source.values
     path: Path = ()
     for step in parents:
-        if fault := _misstep(inside, path, step, dotted_path):
+        if fault := _path_error(inside, path, step, dotted_path):
             return fault
         path = (*path, step)
         if isinstance(inside, dict) and inside.get(str(step)) is None:
             inside[str(step)] = _default(model, path)
         inside = inside[step if isinstance(inside, list) else str(step)]
-    if fault := _misstep(inside, path, last, dotted_path):
+    if fault := _path_error(inside, path, last, dotted_path):
         return fault
     key = last if isinstance(inside, list) else str(last)
     _forget(source, (*path, last))
     inside[key] = value
-    _write_down(source, (*path, last), value)
+    _record_typed(source, (*path, last), value)
     return None
 
 
-def _misstep(inside: Any, path: Path, step: str | int, dotted_path: str) -> Advice | None:
+def _path_error(inside: Any, path: Path, step: str | int, dotted_path: str) -> Diagnostic | None:
     """The fault of a step that a value cannot take: a key of no group, an index beyond a list."""
     here = dotted(path) or NAME
     if isinstance(inside, dict):
         return None
     if not isinstance(inside, list):
-        return Advice(NAME, 0, dotted_path, f"{here} is {inside!r}, which has no keys", fix=f"Change {here} as a whole")
+        return Diagnostic(
+            NAME, 0, dotted_path, f"{here} is {inside!r}, which has no keys", fix=f"Change {here} as a whole"
+        )
     if not isinstance(step, int):
-        return Advice(NAME, 0, dotted_path, f"{here} is a list", fix=f"Give an index, such as {here}.0")
+        return Diagnostic(NAME, 0, dotted_path, f"{here} is a list", fix=f"Give an index, such as {here}.0")
     if step >= len(inside):
         has = f"indices 0 to {len(inside) - 1}" if inside else "no entries"
-        return Advice(NAME, 0, dotted_path, f"{here} has {has}", fix=f"Change {here} as a whole to add one")
+        return Diagnostic(NAME, 0, dotted_path, f"{here} has {has}", fix=f"Change {here} as a whole to add one")
     return None
 
 
@@ -130,15 +132,15 @@ def _as_typed(value: object) -> Any:
     return str(value) if isinstance(value, PurePath) else value
 
 
-def _forget(source: Source, path: Path) -> None:
+def _forget(source: YamlSource, path: Path) -> None:
     for known in [known for known in source.written if known[: len(path)] == path]:
         del source.written[known]
 
 
-def _write_down(source: Source, path: Path, value: Any) -> None:
+def _record_typed(source: YamlSource, path: Path, value: Any) -> None:
     """Note how each plain value was typed, for messages in the caller's own units."""
     if isinstance(value, dict | list):
         for step, inner in value.items() if isinstance(value, dict) else enumerate(value):
-            _write_down(source, (*path, step), inner)
+            _record_typed(source, (*path, step), inner)
         return
     source.written[path] = "null" if value is None else str(value).lower() if isinstance(value, bool) else str(value)

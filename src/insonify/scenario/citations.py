@@ -4,8 +4,8 @@ from pathlib import Path
 
 from insonify.scattering.lambert import Lambert
 from insonify.scenario.scenario import Scenario
-from insonify.scene.bottom_law import SedimentLaw, TableLaw
-from insonify.scene.surface import WindLaw
+from insonify.scene.seabed_law import SedimentLaw, TableLaw
+from insonify.scene.surface import AplSurfaceLaw
 
 IMAGES = "Allen & Berkley (1979), J. Acoust. Soc. Am. 65, 943: image sources"
 DRAWS = "Salmon, Moraes, Dror & Shaw (2011), Proc. SC11: random numbers by key (Philox)"
@@ -39,7 +39,7 @@ def citations(scenario: Scenario) -> list[str]:
     laws = [scenario.seabed.scattering, scenario.surface.scattering]
     if any(isinstance(law, Lambert) for law in laws) or scenario.scene.occluders:
         found.append(LAMBERT)
-    if any(target.smooth for target in scenario.scene.occluders):
+    if any(target.face_reflection_coefficient for target in scenario.scene.occluders):
         found.append(FACETS)
     if isinstance(scenario.seabed.scattering, SedimentLaw):
         found.append(JACKSON)
@@ -49,11 +49,11 @@ def citations(scenario: Scenario) -> list[str]:
         found.append(PATCHY)
     if scenario.water.scatters:
         found.append(SUSPENDED)
-    if isinstance(scenario.surface.scattering, WindLaw):
+    if isinstance(scenario.surface.scattering, AplSurfaceLaw):
         found.append(WINDY)
     if scenario.surface.wind_speed is not None:
         found += [ROUGH, SEA]
-    if scenario.surface.bounce == "waves":
+    if scenario.surface.reflection == "explicit":
         found.append(FOLDS)
     if not isinstance(scenario.seabed.reflection, float):
         found.append(SEDIMENT)
@@ -61,9 +61,11 @@ def citations(scenario: Scenario) -> list[str]:
     if sea is not None or (elements and scenario.water.noise_level_db is not None):
         found.append(FIELD)
     if sea is not None:
-        found += [NOISE] * (sea.level_db is None) + [SURFACE_NOISE] * (sea.whence == "surface")
+        found += [NOISE] * (sea.level_db is None) + [SURFACE_NOISE] * (sea.directionality == "surface")
     found += [
-        f"Bathymetry {Path(kind.file).name}: {kind.told}" for kind in scenario.seabed.relief if kind.kind == "grid"
+        f"Bathymetry {Path(kind.file).name}: {kind.description}"
+        for kind in scenario.seabed.relief
+        if kind.kind == "grid"
     ]
     if any(kind.kind == "power-law" for kind in scenario.seabed.relief):
         found.append(FRACTAL)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from insonify.scene.terrain.grid import Grid, grid_origin
+from insonify.scene.terrain.bathymetry_grid import BathymetryGrid, grid_origin
 from insonify.sonar.track.navigation import NavigationTrack
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ def georeference(scenario: Scenario) -> Known:
         with coordinates in metres also `origin_northing` and `origin_easting` [m] and their `crs`. Empty where nothing
         is known. A grid is believed before a log.
     """
-    grids = [relief for relief in scenario.seabed.relief if isinstance(relief, Grid)]
+    grids = [relief for relief in scenario.seabed.relief if isinstance(relief, BathymetryGrid)]
     known: Known = dict(grid_origin(grids[0])) if grids else {}
     if "origin_latitude" not in known and isinstance(scenario.track, NavigationTrack):
         origin = scenario.track.log().origin

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from insonify.scenario.advice import Advice, ScenarioError
-from insonify.scenario.source import Source, read
-from insonify.scenario.unit_doubts import unit_doubts
-from insonify.scenario.verdict import advise, strays
+from insonify.scenario.diagnostic import Diagnostic, ScenarioError
+from insonify.scenario.diagnostics import validation_diagnostics, yaml_boolean_errors
+from insonify.scenario.unit_warnings import unit_warnings
+from insonify.scenario.yaml_source import YamlSource, read
 from insonify.validity import PhysicsWarning
 
 if TYPE_CHECKING:
     from insonify.scenario.scenario import Scenario
 
-Model = TypeVar("Model", bound=BaseModel)
+ModelT = TypeVar("ModelT", bound=BaseModel)
 
 
 def load_scenario(path: str | Path) -> Scenario:
@@ -34,7 +34,7 @@ def load_scenario(path: str | Path) -> Scenario:
     return load(Scenario, path)
 
 
-def load(model: type[Model], path: str | Path) -> Model:
+def load(model: type[ModelT], path: str | Path) -> ModelT:
     """A noun from the YAML file that describes it.
 
     Args:
@@ -46,14 +46,14 @@ def load(model: type[Model], path: str | Path) -> Model:
     """
     source = read(_text(Path(path)), str(path))
     noun = _parsed(model, source, Path(path).parent)
-    for doubt in unit_doubts(model, source):
+    for doubt in unit_warnings(model, source):
         warnings.warn(str(doubt), PhysicsWarning, stacklevel=3)
     return noun
 
 
-def parse(
-    model: type[Model], text: str, *, name: str = "scenario", folder: str | Path = "", recorded: bool = False
-) -> Model:
+def parse_model(
+    model: type[ModelT], text: str, *, name: str = "scenario", folder: str | Path = "", recorded: bool = False
+) -> ModelT:
     """A noun from a YAML text.
 
     Args:
@@ -69,30 +69,32 @@ def parse(
     return _parsed(model, read(text, name), Path(folder), recorded=recorded)
 
 
-def _parsed(model: type[Model], source: Source, folder: Path, *, recorded: bool = False) -> Model:
+def _parsed(model: type[ModelT], source: YamlSource, folder: Path, *, recorded: bool = False) -> ModelT:
     if source.values is None:
         raise ScenarioError(source.faults)
-    source.faults += strays(model, source)
+    source.faults += yaml_boolean_errors(model, source)
     noun, faults = _validated(model, source, {"folder": folder, "recorded": recorded})
     if noun is None or source.faults:
         raise ScenarioError([*source.faults, *faults])
     return noun
 
 
-def _validated(model: type[Model], source: Source, context: dict[str, object]) -> tuple[Model | None, list[Advice]]:
+def _validated(
+    model: type[ModelT], source: YamlSource, context: dict[str, object]
+) -> tuple[ModelT | None, list[Diagnostic]]:
     try:
         return model.model_validate(source.values, context=context), []
     except ValidationError as error:
-        return None, advise(error, model, source)
+        return None, validation_diagnostics(error, model, source)
 
 
 def _text(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
-        fault = Advice(str(path), 0, "", f"not text: byte {error.start} is not UTF-8", fix="Save it as UTF-8 text")
+        fault = Diagnostic(str(path), 0, "", f"not text: byte {error.start} is not UTF-8", fix="Save it as UTF-8 text")
     except FileNotFoundError:
-        fault = Advice(str(path), 0, "", "there is no such file", fix="Start from a template: insonify new NAME")
+        fault = Diagnostic(str(path), 0, "", "there is no such file", fix="Start from a template: insonify new NAME")
     except OSError as error:
-        fault = Advice(str(path), 0, "", f"cannot be read: {error.strerror}")
+        fault = Diagnostic(str(path), 0, "", f"cannot be read: {error.strerror}")
     raise ScenarioError([fault])

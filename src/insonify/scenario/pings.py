@@ -7,7 +7,7 @@ import numpy as np
 from insonify.scenario.scenario import Scenario
 
 
-def wanted_pings(scenario: Scenario, pings: int | Iterable[int] | None) -> list[int]:
+def selected_pings(scenario: Scenario, pings: int | Iterable[int] | None) -> list[int]:
     """The pings asked for, all by default.
 
     Raises:
@@ -16,14 +16,14 @@ def wanted_pings(scenario: Scenario, pings: int | Iterable[int] | None) -> list[
     if not isinstance(scenario, Scenario):
         raise TypeError(f"a Scenario is wanted, not a {type(scenario).__name__}; load one with insonify.load_scenario")
     count = scenario.track.ping_count
-    chosen = list(range(count)) if pings is None else [int(ping) for ping in _several(pings)]
+    chosen = list(range(count)) if pings is None else [int(ping) for ping in _ping_numbers(pings)]
     for ping in chosen:
         if not 0 <= ping < count:
             raise ValueError(f"ping is {ping}; the track has pings 0 to {count - 1}")
     return chosen
 
 
-def _several(pings: int | Iterable[int]) -> Iterable[int]:
+def _ping_numbers(pings: int | Iterable[int]) -> Iterable[int]:
     """Numbers of pings, where one alone may be given."""
     if isinstance(pings, Iterable):
         return pings

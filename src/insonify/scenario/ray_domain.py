@@ -3,15 +3,15 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.propagation.beside import LEAST
+from insonify.propagation.aperture_expansion import LEAST
 from insonify.propagation.delay_field import DelayField
-from insonify.propagation.rays import FEW_DEPTHS, Domain
+from insonify.propagation.propagation_model import FEW_DEPTHS, RayDomain
 from insonify.scenario.scenario import Scenario
-from insonify.sonar.heard import HeardPulse
 from insonify.sonar.hydrophones import element_layout
+from insonify.sonar.ping_geometry import array_depths
 from insonify.sonar.platforms import Platforms
+from insonify.sonar.received_pulse import ReceivedPulse
 from insonify.sonar.sonar import array_position, receiver_rotation
-from insonify.sonar.stance import end_depths
 from insonify.sonar.track import Poses
 
 
@@ -20,10 +20,10 @@ def delay_field(scenario: Scenario) -> DelayField | None:
     uneven = scenario.water.inhomogeneity
     if uneven is None or uneven.rms_index == 0:
         return None
-    return DelayField(uneven, scenario.seed, scenario.seabed.depth, scenario.seabed.lattice)
+    return DelayField(uneven, scenario.seed, scenario.seabed.depth, scenario.seabed.scatterer_grid)
 
 
-def domain(scenario: Scenario, track: Poses | Platforms, pulse: HeardPulse) -> Domain:
+def domain(scenario: Scenario, track: Poses | Platforms, pulse: ReceivedPulse) -> RayDomain:
     """Region in which the pings of a scenario need rays.
 
     Args:
@@ -32,35 +32,40 @@ def domain(scenario: Scenario, track: Poses | Platforms, pulse: HeardPulse) -> D
         pulse: The sonar's pulse as heard.
     """
     carried = Platforms(track) if isinstance(track, Poses) else track
-    scene, stop = scenario.scene, scenario.track.window[1] - pulse.faint_start
+    scene, stop = scenario.scene, scenario.track.window[1] - pulse.ringing_start
     # Ends apart by this much can hear a little beyond half of the way.
     apart = 2 * max(float(np.linalg.norm(array.offset)) for array in scenario.sonar.arrays)
-    farthest = scenario.water.fastest * max(stop, 0.0) / 2 + apart + carried.apart + _wandered(scenario, carried)
-    depths = [float(depth) for depth in _asked_depths(scenario, carried)]
+    farthest = (
+        scenario.water.max_sound_speed * max(stop, 0.0) / 2
+        + apart
+        + carried.max_separation
+        + _element_excursion(scenario, carried)
+    )
+    depths = [float(depth) for depth in _required_depths(scenario, carried)]
     spanned = len(depths) > FEW_DEPTHS
-    return Domain((depths[0], depths[-1]) if spanned else tuple(depths), spanned, scene.body_depths, farthest)
+    return RayDomain((depths[0], depths[-1]) if spanned else tuple(depths), spanned, scene.body_depths, farthest)
 
 
-def _asked_depths(scenario: Scenario, carried: Platforms) -> NDArray[np.float64]:
+def _required_depths(scenario: Scenario, carried: Platforms) -> NDArray[np.float64]:
     """Depths of the sonar's ends [m], and those of its highest and lowest elements where a platform keeps its depth."""
-    depths, sonar = end_depths(scenario.sonar, carried), scenario.sonar
+    depths, sonar = array_depths(scenario.sonar, carried), scenario.sonar
     if not scenario.water.layered or sonar.receiver.record != "elements" or len(depths) > 2:
         return depths
-    body = carried.hearing.rotation(0)
-    centre = array_position(sonar.receive, carried.hearing.position[0], body)[2]
+    body = carried.receiver_poses.rotation(0)
+    centre = array_position(sonar.receive, carried.receiver_poses.position[0], body)[2]
     rise = float(np.abs((element_layout(sonar.receive)[0] @ receiver_rotation(sonar, body))[:, 2]).max())
     if rise < LEAST:
         return depths
     return np.unique(np.clip([*depths, centre - rise, centre + rise], 0.0, scenario.seabed.depth))
 
 
-def _wandered(scenario: Scenario, carried: Platforms) -> float:
+def _element_excursion(scenario: Scenario, carried: Platforms) -> float:
     """Twice the largest distance of an element from its array's centre at the start of a ping, about [m]."""
     size, moved = 0.0, 0.0
     if scenario.sonar.receiver.record == "elements":
         size = float(np.linalg.norm(element_layout(scenario.sonar.receive)[0], axis=1).max())
-    for array, (first, *later) in zip(scenario.sonar.arrays, carried.moments, strict=True):
+    for array, (first, *later) in zip(scenario.sonar.arrays, carried.window_poses, strict=True):
         for then in later:
-            way = then.carried(array.offset) - first.carried(array.offset)
+            way = then.offset_positions(array.offset) - first.offset_positions(array.offset)
             moved = max(moved, float(np.linalg.norm(way, axis=-1).max()))
     return 2 * (size + moved)

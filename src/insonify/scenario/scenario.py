@@ -6,14 +6,14 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from insonify.noun import Noun, refuse
+from insonify.model import Model, raise_errors
 from insonify.ocean.water import Water
-from insonify.propagation.choice import PathChoice
-from insonify.scenario.bistatic_faults import keeping_time
-from insonify.scenario.cautions import cautions
-from insonify.scenario.faults import scenario_faults
+from insonify.propagation.path_settings import PathSettings
+from insonify.scenario.bistatic_errors import with_transmitter_clock
+from insonify.scenario.scenario_errors import scenario_errors
+from insonify.scenario.scenario_warnings import scenario_warnings
 from insonify.scene.scene import Scene
-from insonify.scene.scoured import scoured
+from insonify.scene.scour_pits import with_scour_pits
 from insonify.scene.seabed import Seabed
 from insonify.scene.surface import Surface
 from insonify.scene.target import Target
@@ -22,14 +22,14 @@ from insonify.sonar.track import Track
 from insonify.validity import PhysicsWarning
 
 
-class Output(Noun):
+class Output(Model):
     """What a run leaves on disk beside the recording."""
 
     labels: bool = False
     """Whether every sample is labelled: owner, paths, place, highlight, shadow, ghost; a run takes longer by it."""
 
 
-class Scenario(Noun):
+class Scenario(Model):
     """What is simulated: scene, sonar, track, paths and reading."""
 
     title: str = ""
@@ -45,15 +45,15 @@ class Scenario(Noun):
     receiver_track: Track | None = None
     """The receiver's own platform; its clock and pings are those of `track`, which then carries the transmitter alone.
     None: one platform carries both."""
-    paths: PathChoice = PathChoice()
+    paths: PathSettings = PathSettings()
     field: Literal["coherent", "incoherent"] = "coherent"
     """Complex pressure with speckle, or the expected intensity."""
     output: Output = Output()
 
     @field_validator("receiver_track", mode="before")
     @classmethod
-    def _same_clock(cls, value: Any, info: ValidationInfo) -> Any:
-        return keeping_time(value, info.data.get("track"))
+    def _copy_transmitter_timing(cls, value: Any, info: ValidationInfo) -> Any:
+        return with_transmitter_clock(value, info.data.get("track"))
 
     def with_(self, changes: str | Mapping[str, object] = "", *value: object, **by_name: object) -> Self:
         """A new scenario with some values changed, checked as a file is.
@@ -69,7 +69,7 @@ class Scenario(Noun):
         Raises:
             ScenarioError: A key is unknown (the nearest one is named) or a value is refused.
         """
-        from insonify.scenario.changes import changed
+        from insonify.scenario.changes import with_changes
 
         if isinstance(changes, str) and len(value) != (changes != ""):
             raise TypeError("with_ takes a path and its value, or a mapping of paths to values")
@@ -77,26 +77,28 @@ class Scenario(Noun):
             raise TypeError("with_ takes no further value beside a mapping")
         wanted = dict(changes) if isinstance(changes, Mapping) else {changes: value[0]} if changes else {}
         wanted |= {name.replace("__", "."): new for name, new in by_name.items()}
-        made, doubts = changed(self, wanted)
-        for doubt in doubts:
+        made, caveats = with_changes(self, wanted)
+        for doubt in caveats:
             warnings.warn(str(doubt), PhysicsWarning, stacklevel=2)
         return made
 
     @property
     def scene(self) -> Scene:
         """Water, boundaries and targets."""
-        return Scene(water=self.water, seabed=self.settled_seabed, surface=self.surface, targets=self.targets)
+        return Scene(water=self.water, seabed=self.completed_seabed, surface=self.surface, targets=self.targets)
 
     @property
-    def settled_seabed(self) -> Seabed:
+    def completed_seabed(self) -> Seabed:
         """The seabed with the relief that this seed, sonar, water and targets give it."""
-        whole = scoured(self.seabed, self.targets)
-        return whole.settled(self.seed, self.sonar.pulse.frequency, float(self.water.speed_at(self.seabed.depth)))
+        whole = with_scour_pits(self.seabed, self.targets)
+        return whole.completed(
+            self.seed, self.sonar.pulse.frequency, float(self.water.sound_speed_at(self.seabed.depth))
+        )
 
     @model_validator(mode="after")
-    def _everything_fits(self, info: ValidationInfo) -> Self:
+    def _check_consistency(self, info: ValidationInfo) -> Self:
         if (info.context or {}).get("recorded"):
             return self
-        refuse(scenario_faults(self))
-        cautions(self)
+        raise_errors(scenario_errors(self))
+        scenario_warnings(self)
         return self

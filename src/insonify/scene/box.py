@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify import streams
-from insonify.scene.scatterers import Scatterers, target_place
+from insonify import random_keys
+from insonify.scene.scatterers import Scatterers, target_scatterer_id
 from insonify.scene.target import Box
 
 Floats = NDArray[np.float64]
@@ -39,15 +39,15 @@ def box_body(box: Box, seabed_depth: float) -> NDArray[np.float64]:
     return np.array([*box.position, c, s, length / 2, width / 2, max(base - height, 0.0), base])
 
 
-def inside_box(body: NDArray[np.float64], place: NDArray[np.float64]) -> bool:
+def inside_box(body: NDArray[np.float64], position: NDArray[np.float64]) -> bool:
     """Whether a place (north, east, depth) [m], shape (3,), lies in a body of `box_body`."""
     north, east, c, s, half_length, half_width, top, base = body
-    x, y = place[0] - north, place[1] - east
-    return bool(abs(c * x + s * y) <= half_length and abs(c * y - s * x) <= half_width and top <= place[2] <= base)
+    x, y = position[0] - north, position[1] - east
+    return bool(abs(c * x + s * y) <= half_length and abs(c * y - s * x) <= half_width and top <= position[2] <= base)
 
 
 def box_scatterers(
-    box: Box, seabed_depth: float, seed: int, pitch: float, occluder: int, *, rise: float = np.inf, even: bool = False,
+    box: Box, seabed_depth: float, seed: int, pitch: float, occluder: int, *, rise: float = np.inf, quadrature: bool = False,
     reaches: Reaches | None = None,
 ) -> Scatterers:  # fmt: skip
     """Points on the faces of a box that water can reach, one for each cell, jittered in it.
@@ -59,7 +59,7 @@ def box_scatterers(
         pitch: Largest side of a cell [m].
         occluder: Row of this box among the scene's occluders.
         rise: Largest height of a cell on the upright faces [m]; by default the pitch.
-        even: Points laid out evenly instead, for an expectation.
+        quadrature: Points laid out evenly instead, for an expectation.
         reaches: Test of spheres, given their middles (n, 3) and radii (n,) [m]: squares of `TILE` cells a side for
             which it is False have no points; by default all have.
 
@@ -86,13 +86,24 @@ def box_scatterers(
         del spans["top"]
     upright = (pitch, min(pitch, rise))
     faces = [
-        _face(f, centre, *spans[name], (pitch, pitch) if name in LEVEL else upright, seed, box.label, even, reaches)
+        _face(
+            f, centre, *spans[name], (pitch, pitch) if name in LEVEL else upright, seed, box.label, quadrature, reaches
+        )
         for f, name in enumerate(FACES)
         if name in spans
     ]
     position, normal, area, phase, place = (np.concatenate(column) for column in zip(*faces, strict=True))
     return Scatterers(
-        box.label, "target", box.scattering, position, normal, area, phase, place, drawn=True, occluder=occluder
+        box.label,
+        "target",
+        box.scattering,
+        position,
+        normal,
+        area,
+        phase,
+        place,
+        has_random_phase=True,
+        occluder=occluder,
     )
 
 
@@ -111,14 +122,14 @@ def box_cells(box: Box, seabed_depth: float, pitch: float, rise: float) -> float
 
 
 def box_section(
-    whole: Scatterers, box: Box, place: Floats, bearing: float, covered: Callable[[float], float]
+    whole: Scatterers, box: Box, sonar_position: Floats, bearing: float, covered: Callable[[float], float]
 ) -> Scatterers:
     """A box as a slice meets it: its faces squeezed into the plane, standing for the part that the beam covers.
 
     Args:
         whole: Points on the faces of the box.
         box: The box.
-        place: A point of the slice's vertical plane: north, east, ... [m].
+        sonar_position: A point of the slice's vertical plane: north, east, ... [m].
         bearing: Bearing of that plane [rad].
         covered: How much of a width across the plane [m], centred on it, the two-way beam covers [m].
 
@@ -131,10 +142,10 @@ def box_section(
     side = int(np.argmax(np.abs(axes @ aside)))  # the edge that runs across the slice
     axis, extent = axes[side], box.size[side]
     slant = axis @ aside
-    shift = -((whole.position[:, :2] - place[:2]) @ aside) / slant
+    shift = -((whole.position[:, :2] - sonar_position[:2]) @ aside) / slant
     position = whole.position.copy()
     position[:, :2] += shift[:, None] * axis
-    missed = abs((np.array(box.position) - place[:2]) @ aside / slant) > extent / 2
+    missed = abs((np.array(box.position) - sonar_position[:2]) @ aside / slant) > extent / 2
     across = np.abs(whole.normal[:, :2] @ axis) < 0.5
     seen = np.zeros(len(whole), bool) if missed else across
     width = extent * abs(slant)
@@ -161,14 +172,14 @@ def _face(
     else:
         i, j = _cells_in_reach((count[0], count[1]), centre + out, first, second, reaches)
     name = zlib.crc32(label.encode())
-    u = streams.uniforms(seed, streams.TARGET, i, j, face, name)
+    u = random_keys.uniforms(seed, random_keys.TARGET, i, j, face, name)
     if even:
         u[:, 0], u[:, 1] = np.mod((j + 0.5) * _GOLDEN, 1), np.mod((i + 0.5) * _GOLDEN, 1)
     s, t = (i + u[:, 0]) / count[0] - 0.5, (j + u[:, 1]) / count[1] - 0.5
     position = centre + out + s[:, None] * first + t[:, None] * second
     normal = np.broadcast_to(out / np.linalg.norm(out), position.shape)
     area = np.full(i.size, spans[0] * spans[1] / (count[0] * count[1]))
-    return position, normal, area, np.exp(2j * np.pi * u[:, 2]), target_place(label, face, i, j)
+    return position, normal, area, np.exp(2j * np.pi * u[:, 2]), target_scatterer_id(label, face, i, j)
 
 
 def _cells_in_reach(

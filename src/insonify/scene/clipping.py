@@ -9,7 +9,7 @@ TOUCHING = 1e-6
 """A face this close to the level lies on it, and is left out [m]."""
 
 
-def clipped(corners: Floats, level: Floats) -> Floats:
+def clip_triangles(corners: Floats, level: Floats) -> Floats:
     """The parts of triangles where a level function, linear on each, is positive.
 
     Args:

@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import Any
 
 GLB_HEAD, GLB_CHUNK = 12, 8
-MOST_NUMBERS = 60_000_000
+MAX_NUMBERS = 60_000_000
 """Most numbers in all the arrays of a glTF file: four for each triangle, of five million, and as many to spare."""
 _PARTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 _BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
 
 
-def insist_on_what_it_holds(path: Path) -> None:
+def require_declared_content(path: Path) -> None:
     """Refuse a mesh file whose header promises more than the file can hold.
 
     Args:
@@ -70,8 +70,8 @@ def _gltf(path: Path, description: bytes) -> None:
         numbers = sum(_numbers(one) for one in accessors)
     except (ValueError, TypeError, AttributeError, KeyError, RecursionError):
         raise ValueError(f"{path}: its description is no glTF. It is damaged: export it again.") from None
-    if not 0 <= numbers <= MOST_NUMBERS:
-        raise ValueError(f"{path}: it promises {numbers:.4g} numbers; {MOST_NUMBERS} is the most. Simplify the mesh.")
+    if not 0 <= numbers <= MAX_NUMBERS:
+        raise ValueError(f"{path}: it promises {numbers:.4g} numbers; {MAX_NUMBERS} is the most. Simplify the mesh.")
 
 
 def _numbers(accessor: dict[str, Any]) -> int:

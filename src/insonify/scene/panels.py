@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.scene.seabed import Seabed
-from insonify.scene.solid import resting, submerged
+from insonify.scene.solid import resting_pose, submerged
 from insonify.scene.target import Box, Cone, Cylinder, Plate, Solid, Sphere, TruncatedCone
 
 Floats = NDArray[np.float64]
@@ -19,10 +19,10 @@ _UP = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
 _FACES = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
 
 
-class Derivatives(NamedTuple):
+class PanelDerivatives(NamedTuple):
     """Place on a panel and its derivatives along the parameters s and t [m], each of shape (n, 3)."""
 
-    place: Floats
+    position: Floats
     s: Floats
     t: Floats
     ss: Floats
@@ -35,7 +35,7 @@ class Derivatives(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Flat:
+class FlatPanel:
     """A parallelogram: origin + s first + t second, s and t from 0 to 1; the normal is second x first."""
 
     origin: Floats
@@ -50,11 +50,11 @@ class Flat:
         """Patches along s and t to begin with, and the span of s and of t."""
         return 1, 1, 1.0, 1.0
 
-    def at(self, s: Floats, t: Floats) -> Derivatives:
+    def at(self, s: Floats, t: Floats) -> PanelDerivatives:
         """Place and derivatives at parameters of shape (n,)."""
         none = np.zeros((len(s), 3))
         place = self.origin + s[:, None] * self.first + t[:, None] * self.second
-        return Derivatives(place, none + self.first, none + self.second, *(none,) * 7)
+        return PanelDerivatives(place, none + self.first, none + self.second, *(none,) * 7)
 
     def area(self, s: Floats, t: Floats, half_s: Floats, half_t: Floats) -> Floats:
         """Area of patches with these middles and half sides [m^2], shape (n,)."""
@@ -62,7 +62,7 @@ class Flat:
 
 
 @dataclass(frozen=True, eq=False)
-class Round:
+class RevolvedPanel:
     """A line, or a half circle, turned about an axis: t is the angle about it, from 0 to 2 pi."""
 
     origin: Floats
@@ -79,7 +79,7 @@ class Round:
         """Patches along s and t to begin with, and the span of s and of t."""
         return (8 if self.line is None else 1), 16, (np.pi if self.line is None else 1.0), 2 * np.pi
 
-    def at(self, s: Floats, t: Floats) -> Derivatives:
+    def at(self, s: Floats, t: Floats) -> PanelDerivatives:
         """Place and derivatives at parameters of shape (n,)."""
         axis, right, down = self.axes
         out = np.cos(t)[:, None] * right + np.sin(t)[:, None] * down
@@ -87,7 +87,7 @@ class Round:
         along, away = self._profile(s)
         x, x1, x2, x3 = (part[:, None] * axis for part in along)
         r, r1, r2, r3 = (part[:, None] for part in away)
-        return Derivatives(
+        return PanelDerivatives(
             self.origin + x + r * out, x1 + r1 * out, r * around, x2 + r2 * out, -r * out, r1 * around,
             x3 + r3 * out, r2 * around, -r1 * out, -r * around,
         )  # fmt: skip
@@ -114,7 +114,7 @@ class Round:
         return (-cosine, sine, cosine, -sine), (sine, cosine, -sine, -cosine)
 
 
-Panel = Flat | Round
+Panel = FlatPanel | RevolvedPanel
 
 
 def panels(solid: Solid, seabed: Seabed, place: Floats) -> list[Panel]:
@@ -127,14 +127,14 @@ def panels(solid: Solid, seabed: Seabed, place: Floats) -> list[Panel]:
             from wherever it is seen.
     """
     solid = submerged(solid, seabed)
-    turn, middle = resting(solid, seabed)
+    turn, middle = resting_pose(solid, seabed)
     body = turn.T  # its own forward, starboard and down in the world, as rows
     match solid:
         case Sphere(diameter=diameter):
             # upright: what the bed or the surface cuts off ends along a circle of equal s
             bearing = np.arctan2(*(place - middle)[1::-1])
             c, s = np.cos(bearing), np.sin(bearing)
-            return [Round(middle, np.array([[0.0, 0, -1], [c, s, 0], [s, -c, 0]]), None, diameter / 2)]
+            return [RevolvedPanel(middle, np.array([[0.0, 0, -1], [c, s, 0], [s, -c, 0]]), None, diameter / 2)]
         case Cylinder(length=length, diameter=diameter):
             return _turned(middle, body, length, diameter, diameter)
         case Cone(height=height, diameter=diameter):
@@ -152,7 +152,7 @@ def _turned(middle: Floats, axes: Floats, length: float, aft: float, fore: float
     """Ends and side of a frustum along the first axis: its length, and the diameters of its ends [m]."""
     half = length / 2
     lines = [(-half, 0.0, -half, aft / 2), (-half, aft / 2, half, fore / 2), (half, fore / 2, half, 0.0)]
-    return [Round(middle, axes, line) for line in lines if line[1] or line[3]]
+    return [RevolvedPanel(middle, axes, line) for line in lines if line[1] or line[3]]
 
 
 def _block(middle: Floats, body: Floats, size: tuple[float, float, float]) -> list[Panel]:
@@ -162,5 +162,5 @@ def _block(middle: Floats, body: Floats, size: tuple[float, float, float]) -> li
         away, one, other = (body[axis] * size[axis] for axis in (out, first, second))
         for side in (1, -1):
             corner = middle + (side * away - one - other) / 2
-            found.append(Flat(corner, *((other, one) if side > 0 else (one, other))))
+            found.append(FlatPanel(corner, *((other, one) if side > 0 else (one, other))))
     return found

@@ -7,13 +7,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify import streams
-from insonify.scattering.fast import FastLaw
-from insonify.scattering.kirchhoff_facet import SmoothFace
-from insonify.scattering.kirchhoff_patch import SmoothPatch
+from insonify import random_keys
+from insonify.scattering.compiled_law import CompiledLaw
+from insonify.scattering.kirchhoff_facet import KirchhoffFacet
+from insonify.scattering.kirchhoff_patch import KirchhoffPatch
 from insonify.scattering.law import ScatteringLaw
 
-Law = ScatteringLaw | FastLaw
+Law = ScatteringLaw | CompiledLaw
 Boundary = Literal["seabed", "surface", "target", "water"]
 KEY_ROW = 1 << 27
 """By how much the key of a lattice cell is larger than that of the cell a row before; than that a column before: 1."""
@@ -23,11 +23,11 @@ KEY_ROW = 1 << 27
 class Scatterers:
     """Points of one owner under one law, as columns of equal length n."""
 
-    owner: str
+    object: str
     """Who they belong to: "seabed", "surface", "water" or the label of a target or a patch."""
     boundary: Boundary
     """What they lie on; bounces on that very boundary are not legs of theirs."""
-    law: Law | SmoothFace | SmoothPatch
+    law: Law | KirchhoffFacet | KirchhoffPatch
     """How they answer."""
     position: NDArray[np.float64]
     """North, east, depth [m], shape (n, 3)."""
@@ -38,9 +38,9 @@ class Scatterers:
     On a seabed with a texture, times its factor; in the water the volume [m^3], times its s_v [1/m]."""
     phase: NDArray[np.complex128]
     """Unit phasor of the place [1], shape (n,); 1 where nothing is drawn."""
-    place: NDArray[np.uint64]
+    scatterer_id: NDArray[np.uint64]
     """Key of the place, the same in every ping, shape (n,)."""
-    drawn: bool = True
+    has_random_phase: bool = True
     """True: random phases, so only paths of one place interfere in the mean; False: the whole target does."""
     occluder: int = -1
     """Row of the target these points lie on among the scene's occluders, -1 for none."""
@@ -53,7 +53,7 @@ class Scatterers:
 
     def __post_init__(self) -> None:
         """Refuse columns of unequal length."""
-        for name in ("normal", "area", "phase", "place"):
+        for name in ("normal", "area", "phase", "scatterer_id"):
             rows = len(getattr(self, name))
             if rows != len(self.position):
                 raise ValueError(f"Scatterers.{name} has {rows} rows; position has {len(self.position)}")
@@ -66,12 +66,12 @@ class Scatterers:
         """The scatterers of some rows."""
         return replace(
             self, position=self.position[rows], normal=self.normal[rows], area=self.area[rows],
-            phase=self.phase[rows], place=self.place[rows],
+            phase=self.phase[rows], scatterer_id=self.scatterer_id[rows],
             corners=None if self.corners is None else self.corners[rows],
         )  # fmt: skip
 
 
-def lattice_place(
+def grid_scatterer_id(
     stream: int, level: NDArray[np.int64] | int, along: NDArray[np.int64], across: NDArray[np.int64]
 ) -> NDArray[np.uint64]:
     """Keys of lattice cells: stream, level and the two cell numbers (each within +-2**26) packed in 64 bits.
@@ -83,18 +83,18 @@ def lattice_place(
     return cell | np.asarray((stream << 59) | ((np.asarray(level, np.int64) & 31) << 54)).astype(np.uint64)
 
 
-def even_place(row: NDArray[np.int64], column: NDArray[np.int64]) -> NDArray[np.uint64]:
+def quadrature_scatterer_id(row: NDArray[np.int64], column: NDArray[np.int64]) -> NDArray[np.uint64]:
     """Keys of cells that were laid out evenly, not drawn: their numbers (each below 2**29) packed in 64 bits."""
     return np.asarray(((row << 29) | column).astype(np.uint64))
 
 
-def whole_target(label: str, count: int) -> NDArray[np.uint64]:
+def whole_target_id(label: str, count: int) -> NDArray[np.uint64]:
     """Key of a target as a whole, as often as it is wanted: for points that belong together, shape (count,)."""
-    return np.repeat(target_place(label, 7, np.zeros(1, int), np.zeros(1, int)), count)
+    return np.repeat(target_scatterer_id(label, 7, np.zeros(1, int), np.zeros(1, int)), count)
 
 
-def target_place(label: str, face: int, row: NDArray[np.int64], column: NDArray[np.int64]) -> NDArray[np.uint64]:
+def target_scatterer_id(label: str, face: int, row: NDArray[np.int64], column: NDArray[np.int64]) -> NDArray[np.uint64]:
     """Keys of points on a target: label, face (6 is a solid, 7 the whole), cell numbers (below 4096) in 64 bits."""
     name = zlib.crc32(label.encode())
     cell = ((row << 12) | column).astype(np.uint64)
-    return cell | np.uint64((streams.TARGET << 59) | (name << 27) | (face << 24))
+    return cell | np.uint64((random_keys.TARGET << 59) | (name << 27) | (face << 24))

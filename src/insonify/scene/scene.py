@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 from pydantic import model_validator
 from pydantic_core import PydanticCustomError
 
-from insonify.noun import Noun, located, refuse
+from insonify.model import Model, field_error, raise_errors
 from insonify.ocean.water import Water
-from insonify.scattering.point import PointEcho
+from insonify.scattering.point_target import PointTargetLaw
 from insonify.scene.box import box_body, inside_box
-from insonify.scene.scatterers import Scatterers, whole_target
-from insonify.scene.scoured import scoured
+from insonify.scene.scatterers import Scatterers, whole_target_id
+from insonify.scene.scour_pits import with_scour_pits
 from insonify.scene.seabed import Seabed
-from insonify.scene.solid import ground_depth, inside_solid, solid_faults, whole_triangles, world_triangles
+from insonify.scene.solid import complete_triangles, inside_solid, seabed_depth_at, solid_errors, world_triangles
 from insonify.scene.surface import Surface
 from insonify.scene.target import Box, PointTarget, Solid, Target, is_solid
 
@@ -24,7 +24,7 @@ RESERVED = ("seabed", "surface", "target", "water", "noise", "total")
 _ROUNDING = 1e-9  # what is left when a depth is summed up [m]
 
 
-class Scene(Noun):
+class Scene(Model):
     """What the sound can meet."""
 
     water: Water = Water()
@@ -33,15 +33,15 @@ class Scene(Noun):
     targets: tuple[Target, ...] = ()
 
     @model_validator(mode="after")
-    def _targets_fit(self) -> Self:
-        self.__dict__["seabed"] = scoured(self.seabed, self.targets)  # frozen from here on
-        refuse(scene_faults(self.seabed, self.targets))
+    def _check_targets(self) -> Self:
+        self.__dict__["seabed"] = with_scour_pits(self.seabed, self.targets)  # frozen from here on
+        raise_errors(scene_errors(self.seabed, self.targets))
         return self
 
     @property
     def boxes(self) -> tuple[Box, ...]:
         """The upright boxes, in the order of `bodies`."""
-        return tuple(target for target in self.targets if isinstance(target, Box) and target.upright)
+        return tuple(target for target in self.targets if isinstance(target, Box) and target.is_upright)
 
     @property
     def solids(self) -> tuple[Solid, ...]:
@@ -56,11 +56,11 @@ class Scene(Noun):
     @property
     def bodies(self) -> NDArray[np.float64]:
         """Occluding bodies as numbers for kernels, shape (boxes, 8), see `box_body`."""
-        return np.array([box_body(box, self.depth_under(box)) for box in self.boxes]).reshape(-1, 8)
+        return np.array([box_body(box, self.seabed_depth_under(box)) for box in self.boxes]).reshape(-1, 8)
 
-    def depth_under(self, target: Solid) -> float:
+    def seabed_depth_under(self, target: Solid) -> float:
         """Depth of the bed under the middle of a target [m]."""
-        return depth_under(target, self.seabed)
+        return seabed_depth_under(target, self.seabed)
 
     @property
     def body_depths(self) -> tuple[float, float]:
@@ -69,7 +69,7 @@ class Scene(Noun):
         Where the water itself scatters, its points are anywhere.
         """
         seabed = self.seabed
-        shallowest, deepest = (seabed.depth,) * 2 if seabed.bed is None else seabed.bed.span
+        shallowest, deepest = (seabed.depth,) * 2 if seabed.terrain is None else seabed.terrain.span
         if self.water.scatters:
             return 0.0, deepest
         surfaces = [world_triangles(solid, seabed) for solid in self.solids]
@@ -80,7 +80,7 @@ class Scene(Noun):
         return max(float(min(tops)), 0.0), min(float(max(bases)), deepest)
 
 
-def scene_faults(seabed: Seabed, targets: tuple[Target, ...]) -> Iterator[PydanticCustomError]:
+def scene_errors(seabed: Seabed, targets: tuple[Target, ...]) -> Iterator[PydanticCustomError]:
     """Everything that keeps targets from standing in the water, each with a label of its own.
 
     Args:
@@ -88,90 +88,94 @@ def scene_faults(seabed: Seabed, targets: tuple[Target, ...]) -> Iterator[Pydant
         targets: The targets; paths of the faults begin with `targets`.
 
     Yields:
-        Errors of `located`, each at the guilty value, with its limit and the way out.
+        Errors of `field_error`, each at the guilty value, with its limit and the way out.
     """
     for row, target in enumerate(targets):
         if target.label in RESERVED or any(other.label == target.label for other in targets[:row]):
-            yield located(f"targets.{row}.label", repr(target.label), "is taken. Give each target a label of its own.")
-        if np.isnan(ground_depth(seabed, np.array(target.position[:2]))):
-            yield located(f"targets.{row}.position", None, "nobody knows the ground there. Move the target.")
+            yield field_error(
+                f"targets.{row}.label", repr(target.label), "is taken. Give each target a label of its own."
+            )
+        if np.isnan(seabed_depth_at(seabed, np.array(target.position[:2]))):
+            yield field_error(f"targets.{row}.position", None, "nobody knows the ground there. Move the target.")
         elif isinstance(target, PointTarget):
-            yield from _point_faults(f"targets.{row}", target, seabed, targets)
-        elif isinstance(target, Box) and target.upright:
-            yield from _box_faults(f"targets.{row}", target, depth_under(target, seabed))
+            yield from _point_errors(f"targets.{row}", target, seabed, targets)
+        elif isinstance(target, Box) and target.is_upright:
+            yield from _box_errors(f"targets.{row}", target, seabed_depth_under(target, seabed))
         else:
-            yield from solid_faults(f"targets.{row}", target, seabed)
+            yield from solid_errors(f"targets.{row}", target, seabed)
 
 
-def _box_faults(path: str, box: Box, seabed_depth: float) -> Iterator[PydanticCustomError]:
+def _box_errors(path: str, box: Box, seabed_depth: float) -> Iterator[PydanticCustomError]:
     base = float(box_body(box, seabed_depth)[7])
     if not 0 < base <= seabed_depth + _ROUNDING:
-        yield _out_of_the_water(f"{path}.base_depth", base, seabed_depth)
+        yield _out_of_water_errors(f"{path}.base_depth", base, seabed_depth)
 
 
-def _point_faults(
+def _point_errors(
     path: str, point: PointTarget, seabed: Seabed, targets: tuple[Target, ...]
 ) -> Iterator[PydanticCustomError]:
-    depth, bed = point.position[2], float(ground_depth(seabed, np.array(point.position[:2])))
+    depth, bed = point.position[2], float(seabed_depth_at(seabed, np.array(point.position[:2])))
     if not 0 < depth <= bed + _ROUNDING:
-        yield _out_of_the_water(f"{path}.position.2", depth, bed)
+        yield _out_of_water_errors(f"{path}.position.2", depth, bed)
     for body in targets:
         if isinstance(body, PointTarget):
             continue
         # on a face it is still heard
         if inside_body(body, seabed, np.array([point.position]), touching=False)[0]:
-            yield located(
+            yield field_error(
                 f"{path}.position", None, f"the point is inside {body.label}, where no sound reaches it. "
                 f"Move it out, or leave {body.label} out.",
             )  # fmt: skip
 
 
 @lru_cache(maxsize=1024)
-def depth_under(target: Solid, seabed: Seabed) -> float:
+def seabed_depth_under(target: Solid, seabed: Seabed) -> float:
     """Depth of the bed under the middle of a target [m].
 
     Args:
         target: Any target but a point.
         seabed: What it lies on.
     """
-    return float(ground_depth(seabed, np.array(target.position)))
+    return float(seabed_depth_at(seabed, np.array(target.position)))
 
 
-def inside_body(body: Solid, seabed: Seabed, place: NDArray[np.float64], *, touching: bool = True) -> NDArray[np.bool_]:
+def inside_body(
+    body: Solid, seabed: Seabed, position: NDArray[np.float64], *, touching: bool = True
+) -> NDArray[np.bool_]:
     """Whether places lie inside a target, where no sound reaches them.
 
     Args:
         body: Any target but a point.
         seabed: What it lies on.
-        place: North, east, depth [m], shape (n, 3).
+        position: North, east, depth [m], shape (n, 3).
         touching: Whether a place on top or under the base of an upright box counts as inside.
     """
     if is_solid(body):
-        return inside_solid(whole_triangles(body, seabed), place)
+        return inside_solid(complete_triangles(body, seabed), position)
     assert isinstance(body, Box)
     edge = 0.0 if touching else _ROUNDING
     # a face that stands on the bed is no way in
-    prism = box_body(body, depth_under(body, seabed)) + np.array([0, 0, 0, 0, -edge, -edge, edge, 0])
-    near = np.hypot(*(place[:, :2] - prism[:2]).T) <= np.hypot(prism[4], prism[5])
-    return np.array([close and inside_box(prism, row) for close, row in zip(near, place, strict=True)], bool)
+    prism = box_body(body, seabed_depth_under(body, seabed)) + np.array([0, 0, 0, 0, -edge, -edge, edge, 0])
+    near = np.hypot(*(position[:, :2] - prism[:2]).T) <= np.hypot(prism[4], prism[5])
+    return np.array([close and inside_box(prism, row) for close, row in zip(near, position, strict=True)], bool)
 
 
-def _out_of_the_water(path: str, depth: float, seabed_depth: float) -> PydanticCustomError:
+def _out_of_water_errors(path: str, depth: float, seabed_depth: float) -> PydanticCustomError:
     where = f"below the seabed (depth {seabed_depth:g} m)" if depth > 0 else "at or above the sea surface (0 m)"
     way_out = f"write a depth above 0 m and up to {seabed_depth:g} m."
-    return located(path, f"{depth:g} m", f"is {where}. Depths are positive downwards; {way_out}")
+    return field_error(path, f"{depth:g} m", f"is {where}. Depths are positive downwards; {way_out}")
 
 
 def point_scatterer(target: PointTarget) -> Scatterers:
     """A point target as the one scatterer it is, answering alike in all directions."""
     return Scatterers(
-        owner=target.label,
+        object=target.label,
         boundary="target",
-        law=PointEcho(target.target_strength_db),
+        law=PointTargetLaw(target.target_strength_db),
         position=np.array([target.position]),
         normal=np.zeros((1, 3)),
         area=np.ones(1),
         phase=np.ones(1, complex),
-        place=whole_target(target.label, 1),
-        drawn=False,
+        scatterer_id=whole_target_id(target.label, 1),
+        has_random_phase=False,
     )

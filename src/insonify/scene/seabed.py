@@ -7,33 +7,33 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from insonify.noun import Metres, Noun, located
-from insonify.scattering.fast import FastLaw
+from insonify.model import Metres, Model, field_error
+from insonify.scattering.compiled_law import CompiledLaw
 from insonify.scattering.lambert import Lambert
-from insonify.scattering.reflection import reflected, reflection_coefficient
-from insonify.scene.bed import Bed
-from insonify.scene.bottom_law import SedimentLaw, TableLaw, known_sediment, law_by_its_numbers, sediment
-from insonify.scene.lattice import Lattice
-from insonify.scene.terrain.grid import Grid, warn_of_overlap
-from insonify.scene.terrain.ground import grow
+from insonify.scattering.reflection import reflection_coefficient, reflection_coefficient_at_sine
+from insonify.scene.scatterer_grid import ScattererGrid
+from insonify.scene.seabed_law import SedimentLaw, TableLaw, infer_law_kind, known_sediment, sediment
+from insonify.scene.seabed_terrain import SeabedTerrain
+from insonify.scene.terrain.bathymetry_grid import BathymetryGrid, warn_of_overlap
+from insonify.scene.terrain.composite_relief import build_terrain
 from insonify.scene.terrain.power_law import PowerLaw
 from insonify.scene.terrain.ripples import Ripples
+from insonify.scene.terrain.roughness_cutoff import COARSEST, FINEST, RoughnessCutoff
 from insonify.scene.terrain.scour import Scour
-from insonify.scene.terrain.split import COARSEST, FINEST, Split
 from insonify.scene.texture import Texture
 
 Reflection = Annotated[float, Field(ge=-1, le=1)] | Annotated[str, AfterValidator(known_sediment)]
-ReliefKind = Annotated[PowerLaw | Ripples | Grid | Scour, Field(discriminator="kind")]
+ReliefKind = Annotated[PowerLaw | Ripples | BathymetryGrid | Scour, Field(discriminator="kind")]
 
 
-def _one_or_many(value: object) -> object:
+def _as_list_of_reliefs(value: object) -> object:
     """A relief told by itself, as a list of one; null for none."""
     if value is None:
         return ()
-    return (value,) if isinstance(value, dict | Noun) else value
+    return (value,) if isinstance(value, dict | Model) else value
 
 
-class Seabed(Noun):
+class Seabed(Model):
     """A seabed: flat at one depth, or with relief about that depth."""
 
     depth: Annotated[Metres, Field(ge=0.1, le=12_000)] = 20.0
@@ -41,15 +41,15 @@ class Seabed(Noun):
 
     Left out, a surveyed grid's own mean depth.
     """
-    relief: Annotated[tuple[ReliefKind, ...], BeforeValidator(_one_or_many)] = ()
+    relief: Annotated[tuple[ReliefKind, ...], BeforeValidator(_as_list_of_reliefs)] = ()
     """What stands on the mean plane, added up; nothing for a flat bed."""
-    split: Annotated[Metres, Field(ge=FINEST, le=COARSEST)] | None = Split().wavelength
+    cutoff_wavelength: Annotated[Metres, Field(ge=FINEST, le=COARSEST)] | None = RoughnessCutoff().wavelength
     """Longest wavelength that is left to the scattering law [m]; None: where the sediment's own roughness asks it."""
     seed: Annotated[int, Field(ge=0, lt=2**63)] | None = None
     """Seed of the relief and of the texture; None: the scenario's."""
     scattering: Annotated[
         Annotated[Lambert | SedimentLaw | TableLaw, Field(discriminator="law")] | None,
-        BeforeValidator(law_by_its_numbers),
+        BeforeValidator(infer_law_kind),
     ] = SedimentLaw()
     """Law of diffuse scattering; None for a bed that only mirrors."""
     texture: Texture | None = None
@@ -57,26 +57,28 @@ class Seabed(Noun):
     reflection: Reflection = "medium sand"
     """Pressure reflection coefficient [1], or the sediment whose Rayleigh coefficient is used."""
 
-    lattice: Lattice = Lattice()
+    scatterer_grid: ScattererGrid = ScattererGrid()
     """Frame of the drawn scatterers, of the seabed and of the surface alike."""
 
     @property
-    def grid(self) -> Grid | None:
+    def grid(self) -> BathymetryGrid | None:
         """The survey that the relief rests on, if any."""
-        return next((kind for kind in self.relief if isinstance(kind, Grid)), None)
+        return next((kind for kind in self.relief if isinstance(kind, BathymetryGrid)), None)
 
     @model_validator(mode="after")
-    def _lies_where_it_was_surveyed(self) -> Self:
-        rows = [row for row, kind in enumerate(self.relief) if isinstance(kind, Grid)]
+    def _check_grid_depth(self) -> Self:
+        rows = [row for row, kind in enumerate(self.relief) if isinstance(kind, BathymetryGrid)]
         if len(rows) > 1:
-            raise located(f"relief.{rows[1]}", None, "a second grid. Depths do not add up; merge the files into one.")
+            raise field_error(
+                f"relief.{rows[1]}", None, "a second grid. Depths do not add up; merge the files into one."
+            )
         if self.grid is None:
             return self
         shallowest, mean, deepest = self.grid.depths
         if "depth" not in self.model_fields_set:
             self.__dict__["depth"] = round(mean, 2)
         elif not shallowest <= self.depth <= deepest:
-            raise located(
+            raise field_error(
                 "depth", f"{self.depth:g} m", f"is not among the grid's depths, {shallowest:.4g} to {deepest:.4g} m. "
                 "Leave it out for their mean, or give the mean depth of the part that the sonar hears.",
             )  # fmt: skip
@@ -85,7 +87,7 @@ class Seabed(Noun):
                 warn_of_overlap(self.grid.cell, kind.outer_scale)
         return self
 
-    def settled(self, seed: int, frequency: float, sound_speed: float) -> Self:
+    def completed(self, seed: int, frequency: float, sound_speed: float) -> Self:
         """The same seabed with nothing about its relief and its texture left open.
 
         Args:
@@ -93,42 +95,44 @@ class Seabed(Noun):
             frequency: Of the sonar [Hz].
             sound_speed: Of the water [m/s].
         """
-        if not (self.relief or self.texture) or (self.split is not None and self.seed is not None):
+        if not (self.relief or self.texture) or (self.cutoff_wavelength is not None and self.seed is not None):
             return self
-        split = Split() if self.split is None else Split(wavelength=self.split)
-        if self.split is None and isinstance(self.scattering, SedimentLaw):
-            split = Split.of_sediment(sediment(self.scattering.sediment), frequency, sound_speed=sound_speed)
+        split = (
+            RoughnessCutoff() if self.cutoff_wavelength is None else RoughnessCutoff(wavelength=self.cutoff_wavelength)
+        )
+        if self.cutoff_wavelength is None and isinstance(self.scattering, SedimentLaw):
+            split = RoughnessCutoff.of_sediment(sediment(self.scattering.sediment), frequency, sound_speed=sound_speed)
         own = seed if self.seed is None else self.seed
-        return self.unchecked_copy(split=split.wavelength, seed=own)
+        return self.unchecked_copy(cutoff_wavelength=split.wavelength, seed=own)
 
     @property
-    def bed(self) -> Bed | None:
+    def terrain(self) -> SeabedTerrain | None:
         """The ground that the relief makes; None for a flat bed."""
         return _bed(self) if self.relief else None
 
     def depth_at(self, north: float, east: float) -> float:
         """Depth of the bed at a place [m]; NaN where nobody knows it."""
-        bed = self.bed
+        bed = self.terrain
         return self.depth if bed is None else float(bed.depth_at(north, east))
 
-    def law(self, frequency: float, sound_speed: float) -> Lambert | FastLaw | None:
+    def law(self, frequency: float, sound_speed: float) -> Lambert | CompiledLaw | None:
         """The law of diffuse scattering at one frequency [Hz], under water of one sound speed [m/s]."""
         if isinstance(self.scattering, SedimentLaw | TableLaw):
             return self.scattering.at(frequency, sound_speed)
         return self.scattering
 
-    def textured(self, place: NDArray[np.float64]) -> NDArray[np.float64]:
+    def texture_factor(self, position: NDArray[np.float64]) -> NDArray[np.float64]:
         """What the texture makes of the scattering strength at places [1], shape (n,).
 
         Args:
-            place: North and east [m], and whatever else, shape (n, 2 or more).
+            position: North and east [m], and whatever else, shape (n, 2 or more).
         """
         if self.texture is None:
-            return np.ones(len(place))
+            return np.ones(len(position))
         seed = 1 if self.seed is None else self.seed
-        return self.texture.at(place[:, 0], place[:, 1], seed=seed, lattice=self.lattice)
+        return self.texture.at(position[:, 0], position[:, 1], seed=seed, scatterer_grid=self.scatterer_grid)
 
-    def mirror(self, grazing: NDArray[np.float64]) -> NDArray[np.complex128]:
+    def reflection_coefficient(self, grazing: NDArray[np.float64]) -> NDArray[np.complex128]:
         """Pressure reflection coefficient of one bottom bounce [1].
 
         Args:
@@ -139,24 +143,26 @@ class Seabed(Noun):
         """
         if isinstance(self.reflection, str):
             return reflection_coefficient(sediment(self.reflection), grazing)
-        return self.mirror_at(np.asarray(grazing))
+        return self.reflection_coefficient_at_sine(np.asarray(grazing))
 
-    def mirror_at(self, sine: NDArray[np.float64]) -> NDArray[np.complex128]:
+    def reflection_coefficient_at_sine(self, sine: NDArray[np.float64]) -> NDArray[np.complex128]:
         """The same by the sine of the grazing angle [1], any shape."""
         if isinstance(self.reflection, str):
-            return reflected(sediment(self.reflection), sine)
+            return reflection_coefficient_at_sine(sediment(self.reflection), sine)
         return np.full(np.shape(sine), complex(self.reflection))
 
 
 @lru_cache(maxsize=4)
-def _bed(seabed: Seabed) -> Bed:
+def _bed(seabed: Seabed) -> SeabedTerrain:
     """Every ping wants the same ground, and what was asked of it before."""
-    split = Split() if seabed.split is None else Split(wavelength=seabed.split)
-    ground = grow(
+    split = (
+        RoughnessCutoff() if seabed.cutoff_wavelength is None else RoughnessCutoff(wavelength=seabed.cutoff_wavelength)
+    )
+    ground = build_terrain(
         seabed.relief,
         seed=1 if seabed.seed is None else seabed.seed,
-        split=split,
-        lattice=seabed.lattice,
+        cutoff=split,
+        scatterer_grid=seabed.scatterer_grid,
         mean_depth=seabed.depth,
     )
-    return Bed(seabed.depth, ground)
+    return SeabedTerrain(seabed.depth, ground)

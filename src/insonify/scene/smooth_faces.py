@@ -5,9 +5,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.scene.clipping import clipped
+from insonify.scene.clipping import clip_triangles
 from insonify.scene.seabed import Seabed
-from insonify.scene.solid import ground_depth, world_triangles
+from insonify.scene.solid import seabed_depth_at, world_triangles
 from insonify.scene.target import Solid
 
 Floats = NDArray[np.float64]
@@ -23,21 +23,21 @@ def smooth_triangles(solid: Solid, seabed: Seabed) -> Floats:
     return world_triangles(solid, seabed).corners
 
 
-def in_the_water(seabed: Seabed) -> Callable[[Floats], Floats]:
+def water_clearance(seabed: Seabed) -> Callable[[Floats], Floats]:
     """Distance from the nearer of bed and mean surface, positive in the water [m], of places (n, 3).
 
     Args:
         seabed: The bed; places over unknown ground count as far above it.
     """
 
-    def clear(place: Floats) -> Floats:
-        above = np.nan_to_num(ground_depth(seabed, place[:, :2]) - place[:, 2], nan=np.inf)
-        return np.asarray(np.minimum(above, place[:, 2]))
+    def clear(position: Floats) -> Floats:
+        above = np.nan_to_num(seabed_depth_at(seabed, position[:, :2]) - position[:, 2], nan=np.inf)
+        return np.asarray(np.minimum(above, position[:, 2]))
 
     return clear
 
 
-def above_ground(corners: Floats, seabed: Seabed) -> Floats:
+def clip_at_seabed(corners: Floats, seabed: Seabed) -> Floats:
     """The parts of triangles that water can reach: cut along the ground, which is taken as level under each.
 
     Args:
@@ -47,5 +47,5 @@ def above_ground(corners: Floats, seabed: Seabed) -> Floats:
     Returns:
         Triangles with the same normals, shape (..., 3, 3).
     """
-    bed = ground_depth(seabed, corners[:, :, :2].mean(axis=1))
-    return clipped(corners, bed[:, None] - corners[:, :, 2])
+    bed = seabed_depth_at(seabed, corners[:, :, :2].mean(axis=1))
+    return clip_triangles(corners, bed[:, None] - corners[:, :, 2])

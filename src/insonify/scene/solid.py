@@ -12,17 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic_core import PydanticCustomError
 
-from insonify import streams
+from insonify import random_keys
 from insonify.frames import pose_rotation
-from insonify.noun import located
-from insonify.scene import shapes
-from insonify.scene.cells import Cells, surface_cells
-from insonify.scene.clipping import TOUCHING, clipped
-from insonify.scene.library import preset_triangles
-from insonify.scene.mesh import mesh_triangles
-from insonify.scene.scatterers import Scatterers, target_place
+from insonify.model import field_error
+from insonify.scene import triangle_surfaces
+from insonify.scene.clipping import TOUCHING, clip_triangles
+from insonify.scene.mesh_file import mesh_triangles
+from insonify.scene.scatterers import Scatterers, target_scatterer_id
 from insonify.scene.seabed import Seabed
-from insonify.scene.shapes import Triangles
+from insonify.scene.shape_library import preset_triangles
+from insonify.scene.surface_cells import SurfaceCells, surface_cells
 from insonify.scene.target import (
     Box,
     Cone,
@@ -34,12 +33,13 @@ from insonify.scene.target import (
     Sphere,
     TruncatedCone,
 )
+from insonify.scene.triangle_surfaces import Triangles
 
 Floats = NDArray[np.float64]
 
-MOST_POINTS = 500_000
+MAX_POINTS = 500_000
 """Drawn points of one solid [1]."""
-FEWEST_POINTS = 400
+MIN_POINTS = 400
 """Points that a solid has at least, so that a small one is no handful of glints [1]."""
 STANDING = 1e-6  # a face this close to the bed lies on it [m]
 UPRIGHT = 1e-9  # sine of the angle from upright below which a cylinder stands [1]
@@ -47,15 +47,17 @@ SOLID_FACE = 6  # stands in a solid's keys where a box has its face
 ROW = 4096  # cells in a row of a solid's keys
 
 
-def ground_depth(seabed: Seabed, place: Floats) -> Floats:
+def seabed_depth_at(seabed: Seabed, position: Floats) -> Floats:
     """Depth of the bed under some places [m]; NaN where nobody knows it.
 
     Args:
         seabed: The seabed.
-        place: North and east [m], shape (..., 2).
+        position: North and east [m], shape (..., 2).
     """
-    bed = seabed.bed
-    return np.full(place.shape[:-1], seabed.depth) if bed is None else bed.depth_at(place[..., 0], place[..., 1])
+    bed = seabed.terrain
+    return (
+        np.full(position.shape[:-1], seabed.depth) if bed is None else bed.depth_at(position[..., 0], position[..., 1])
+    )
 
 
 @lru_cache(maxsize=1024)
@@ -68,33 +70,33 @@ def _made(solid: Solid) -> Triangles:
     """The surface of a solid in its own axes."""
     match solid:
         case Box(size=size):
-            return shapes.block(*size)
+            return triangle_surfaces.block(*size)
         case Sphere(diameter=diameter):
-            return shapes.sphere(diameter)
+            return triangle_surfaces.sphere(diameter)
         case Cylinder(length=length, diameter=diameter):
-            return shapes.cylinder(length, diameter)
+            return triangle_surfaces.cylinder(length, diameter)
         case Cone(height=height, diameter=diameter):
-            return shapes.standing(shapes.frustum(height, diameter, 0.0))
+            return triangle_surfaces.with_axis_up(triangle_surfaces.frustum(height, diameter, 0.0))
         case TruncatedCone(height=height, diameter=diameter, top_diameter=top):
-            return shapes.standing(shapes.frustum(height, diameter, top))
+            return triangle_surfaces.with_axis_up(triangle_surfaces.frustum(height, diameter, top))
         case Plate(length=length, width=width, thickness=thickness):
-            return shapes.block(length, width, thickness)
+            return triangle_surfaces.block(length, width, thickness)
         case Mesh(file=file, up=up, scale=scale, sha256=sha256):
             return mesh_triangles(file, up, scale, sha256)
         case LibraryTarget(name=name, size=size, variant=variant):
             made = preset_triangles(name, variant)
-            return made if size is None else made.stretched(np.array(size) / (made.high - made.low))
+            return made if size is None else made.scaled(np.array(size) / (made.high - made.low))
 
 
 def height(solid: Solid) -> float:
     """Height of a solid as it leans, from its lowest point to its highest [m]."""
-    leaning = _leaning(solid)
+    leaning = _rotated_triangles(solid)
     return float(leaning.high[2] - leaning.low[2])
 
 
 def footprint(solid: Solid) -> tuple[float, float, tuple[float, float]]:
     """Length along the heading of a solid as it leans, width across it [m], and north and east of their middle [m]."""
-    level = body_triangles(solid).moved(pose_rotation(0.0, solid.pitch, solid.roll), np.zeros(3))
+    level = body_triangles(solid).transformed(pose_rotation(0.0, solid.pitch, solid.roll), np.zeros(3))
     length, width = (float(side) for side in (level.high - level.low)[:2])
     ahead, aside = ((level.high + level.low) / 2)[:2]
     c, s = np.cos(solid.heading), np.sin(solid.heading)
@@ -102,13 +104,13 @@ def footprint(solid: Solid) -> tuple[float, float, tuple[float, float]]:
     return length, width, (float(north + c * ahead - s * aside), float(east + s * ahead + c * aside))
 
 
-def _leaning(solid: Solid) -> Triangles:
+def _rotated_triangles(solid: Solid) -> Triangles:
     """A solid turned into its attitude, its middle at the origin."""
-    return body_triangles(solid).moved(pose_rotation(solid.heading, solid.pitch, solid.roll), np.zeros(3))
+    return body_triangles(solid).transformed(pose_rotation(solid.heading, solid.pitch, solid.roll), np.zeros(3))
 
 
 @lru_cache(maxsize=1024)
-def resting(solid: Solid, seabed: Seabed) -> tuple[Floats, Floats]:
+def resting_pose(solid: Solid, seabed: Seabed) -> tuple[Floats, Floats]:
     """How a solid lies in the world: rotation from its own axes, (3, 3), and place of its middle [m], (3,).
 
     Its middle stands over its position, whatever its attitude; its lowest point is at its base depth, or in the bed
@@ -118,24 +120,24 @@ def resting(solid: Solid, seabed: Seabed) -> tuple[Floats, Floats]:
         solid: The solid.
         seabed: What it lies on.
     """
-    leaning = _leaning(solid)
+    leaning = _rotated_triangles(solid)
     base = solid.base_depth
     if base is None:
         sunk = solid.burial_depth + solid.burial * (leaning.high[2] - leaning.low[2])
-        base = float(ground_depth(seabed, np.array(solid.position)) + sunk)
+        base = float(seabed_depth_at(seabed, np.array(solid.position)) + sunk)
     shift = np.array([*solid.position, base - leaning.high[2]])
     return pose_rotation(solid.heading, solid.pitch, solid.roll), shift
 
 
 @lru_cache(maxsize=1024)
-def whole_triangles(solid: Solid, seabed: Seabed) -> Triangles:
-    """The surface of a solid where it lies, out of the water too: north, east, depth [m]; see `resting`."""
-    return body_triangles(solid).moved(*resting(solid, seabed))
+def complete_triangles(solid: Solid, seabed: Seabed) -> Triangles:
+    """The surface of a solid where it lies, out of the water too: north, east, depth [m]; see `resting_pose`."""
+    return body_triangles(solid).transformed(*resting_pose(solid, seabed))
 
 
 def emerges(solid: Solid, seabed: Seabed) -> bool:
     """Return True if the top of a solid reaches the mean surface of the water, or stands out of it."""
-    return bool(whole_triangles(solid, seabed).low[2] <= TOUCHING)
+    return bool(complete_triangles(solid, seabed).low[2] <= TOUCHING)
 
 
 @lru_cache(maxsize=1024)
@@ -146,7 +148,7 @@ def submerged(solid: Solid, seabed: Seabed) -> Solid:
         solid: The solid.
         seabed: What it lies on.
     """
-    base = float(whole_triangles(solid, seabed).high[2])
+    base = float(complete_triangles(solid, seabed).high[2])
     changes: dict[str, object] = {"base_depth": base, "burial": 0.0, "burial_depth": 0.0}
     if emerges(solid, seabed):
         match solid:
@@ -160,15 +162,15 @@ def submerged(solid: Solid, seabed: Seabed) -> Solid:
 @lru_cache(maxsize=1024)
 def world_triangles(solid: Solid, seabed: Seabed) -> Triangles:
     """The surface of a solid under water where it lies: north, east, depth [m]; open where the surface cuts it."""
-    whole = whole_triangles(submerged(solid, seabed), seabed)
+    whole = complete_triangles(submerged(solid, seabed), seabed)
     if not emerges(solid, seabed):
         return whole
-    left = clipped(whole.corners, whole.corners[..., 2])
+    left = clip_triangles(whole.corners, whole.corners[..., 2])
     return Triangles(left.reshape(-1, 3), np.arange(3 * len(left)).reshape(-1, 3))
 
 
 def solid_scatterers(
-    solid: Solid, seabed: Seabed, seed: int, pitch: float, occluder: int, *, even: bool = False
+    solid: Solid, seabed: Seabed, seed: int, pitch: float, occluder: int, *, quadrature: bool = False
 ) -> Scatterers:
     """Points on the faces of a solid that water can reach, one for each cell of its surface.
 
@@ -181,32 +183,32 @@ def solid_scatterers(
         seed: Seed of the scenario.
         pitch: Side of a cell [m].
         occluder: Row of this solid among the scene's occluders.
-        even: Points laid out evenly instead, for an expectation.
+        quadrature: Points laid out evenly instead, for an expectation.
     """
-    turn, shift = resting(solid, seabed)
+    turn, shift = resting_pose(solid, seabed)
     body = body_triangles(solid)
     if emerges(solid, seabed):
-        turn, shift = resting(submerged(solid, seabed), seabed)
-        body = world_triangles(solid, seabed).moved(turn.T, -shift @ turn)
+        turn, shift = resting_pose(submerged(solid, seabed), seabed)
+        body = world_triangles(solid, seabed).transformed(turn.T, -shift @ turn)
     whole = float(body.area.sum())
-    cells: Cells = surface_cells(body, cell_side(whole, pitch))
+    cells: SurfaceCells = surface_cells(body, cell_side(whole, pitch))
     n = np.arange(len(cells))
-    u = streams.uniforms(seed, streams.TARGET, n // ROW, n % ROW, SOLID_FACE, zlib.crc32(solid.label.encode()))
-    place, normal = cells.points(u[:, :3], even=even)
+    u = random_keys.uniforms(seed, random_keys.TARGET, n // ROW, n % ROW, SOLID_FACE, zlib.crc32(solid.label.encode()))
+    place, normal = cells.points(u[:, :3], quadrature=quadrature)
     position = place @ turn.T + shift
     points = Scatterers(
-        owner=solid.label,
+        object=solid.label,
         boundary="target",
         law=solid.scattering,
         position=position,
         normal=normal @ turn.T,
         area=np.full(len(n), whole / len(n)),
         phase=np.exp(2j * np.pi * u[:, 3]),
-        place=target_place(solid.label, SOLID_FACE, n // ROW, n % ROW),
-        drawn=True,
+        scatterer_id=target_scatterer_id(solid.label, SOLID_FACE, n // ROW, n % ROW),
+        has_random_phase=True,
         occluder=occluder,
     )
-    return points.take(position[:, 2] < ground_depth(seabed, position[:, :2]) - STANDING)
+    return points.take(position[:, 2] < seabed_depth_at(seabed, position[:, :2]) - STANDING)
 
 
 def cell_side(whole: float, pitch: float) -> float:
@@ -216,21 +218,21 @@ def cell_side(whole: float, pitch: float) -> float:
         whole: Area of its surface [m^2].
         pitch: What is wanted [m].
     """
-    return float(np.clip(pitch, np.sqrt(whole / MOST_POINTS), np.sqrt(whole / FEWEST_POINTS)))
+    return float(np.clip(pitch, np.sqrt(whole / MAX_POINTS), np.sqrt(whole / MIN_POINTS)))
 
 
-def inside_solid(surface: Triangles, place: Floats) -> NDArray[np.bool_]:
+def inside_solid(surface: Triangles, position: Floats) -> NDArray[np.bool_]:
     """Whether places lie inside a surface: it is all around them, a solid angle of 4 pi.
 
     Args:
         surface: A surface; through the gaps of an open one a place may look out.
-        place: Places [m], shape (n, 3).
+        position: Places [m], shape (n, 3).
 
     Source: van Oosterom & Strackee (1983), IEEE Trans. Biomed. Eng. 30, 125, eq. 8: solid angle of a triangle.
     """
-    within = np.all((place > surface.low) & (place < surface.high), axis=-1)
+    within = np.all((position > surface.low) & (position < surface.high), axis=-1)
     for row in np.flatnonzero(within):
-        a, b, c = np.moveaxis(surface.corners - place[row], 1, 0)
+        a, b, c = np.moveaxis(surface.corners - position[row], 1, 0)
         la, lb, lc = (np.linalg.norm(side, axis=1) for side in (a, b, c))
         triple = np.einsum("ij,ij->i", a, np.cross(b, c))
         ab, bc, ca = ((x * y).sum(axis=1) for x, y in ((a, b), (b, c), (c, a)))
@@ -239,7 +241,7 @@ def inside_solid(surface: Triangles, place: Floats) -> NDArray[np.bool_]:
     return within
 
 
-def solid_faults(path: str, solid: Solid, seabed: Seabed) -> Iterator[PydanticCustomError]:
+def solid_errors(path: str, solid: Solid, seabed: Seabed) -> Iterator[PydanticCustomError]:
     """Everything that keeps a solid from lying in the water.
 
     Args:
@@ -248,20 +250,20 @@ def solid_faults(path: str, solid: Solid, seabed: Seabed) -> Iterator[PydanticCu
         seabed: What it lies on.
 
     Yields:
-        Errors of `located`.
+        Errors of `field_error`.
     """
-    bed = float(ground_depth(seabed, np.array(solid.position)))
+    bed = float(seabed_depth_at(seabed, np.array(solid.position)))
     base, tall = solid.base_depth, height(solid)
     if base is not None and not 0 < base <= bed + STANDING:
         where = f"below the seabed (depth {bed:g} m)" if base > 0 else "at or above the sea surface (0 m)"
         sink = f" To sink it into the bed write burial_depth: {base - bed:g} m instead." if base > bed else ""
-        yield located(f"{path}.base_depth", f"{base:g} m", f"is {where}. Depths are positive downwards; write a depth "
+        yield field_error(f"{path}.base_depth", f"{base:g} m", f"is {where}. Depths are positive downwards; write a depth "
                       f"above 0 m and up to {bed:g} m.{sink}")  # fmt: skip
         return
     if tall <= 0:
-        yield located(path, f"{solid.label}", "has no height as it lies: it is flat. Give it some, or turn it.")
+        yield field_error(path, f"{solid.label}", "has no height as it lies: it is flat. Give it some, or turn it.")
         return
     if solid.burial_depth >= tall:
-        yield located(f"{path}.burial_depth", f"{solid.burial_depth:g} m", f"buries all of it: it is {tall:.3g} m high "
+        yield field_error(f"{path}.burial_depth", f"{solid.burial_depth:g} m", f"buries all of it: it is {tall:.3g} m high "
                       f"as it lies. Write less than {tall:.3g} m.")  # fmt: skip
         return

@@ -10,12 +10,12 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify import streams
-from insonify.scene.scatterers import Scatterers, target_place
+from insonify import random_keys
+from insonify.scene.scatterers import Scatterers, target_scatterer_id
 from insonify.scene.seabed import Seabed
-from insonify.scene.shapes import Triangles
-from insonify.scene.solid import ROW, SOLID_FACE, STANDING, ground_depth, world_triangles
+from insonify.scene.solid import ROW, SOLID_FACE, STANDING, seabed_depth_at, world_triangles
 from insonify.scene.target import Solid
+from insonify.scene.triangle_surfaces import Triangles
 
 Floats = NDArray[np.float64]
 
@@ -24,8 +24,8 @@ FLATTEST = 0.05
 
 
 def solid_section(
-    solid: Solid, seabed: Seabed, seed: int, pitch: float, occluder: int, place: Floats, bearing: float,
-    covered: Callable[[float], float], *, even: bool = False,
+    solid: Solid, seabed: Seabed, seed: int, pitch: float, occluder: int, sonar_position: Floats, bearing: float,
+    covered: Callable[[float], float], *, quadrature: bool = False,
 ) -> Scatterers:  # fmt: skip
     """Points on the outline that a vertical plane cuts out of a solid, where water can reach it.
 
@@ -35,34 +35,34 @@ def solid_section(
         seed: Seed of the scenario.
         pitch: Largest distance of points along the outline [m].
         occluder: Row of this solid among the scene's occluders.
-        place: A point of the plane: north, east, ... [m].
+        sonar_position: A point of the plane: north, east, ... [m].
         bearing: Bearing of the plane [rad].
         covered: How much of a width across the plane [m], centred on it, the two-way beam covers [m].
-        even: Points laid out evenly, for an expectation, instead of drawn ones.
+        quadrature: Points laid out evenly, for an expectation, instead of drawn ones.
 
     Returns:
         The points; none where the plane misses the solid.
     """
     aside = np.array([-np.sin(bearing), np.cos(bearing), 0.0])
     surface = world_triangles(solid, seabed)
-    off = np.asarray(surface.corners, float) @ aside - float(np.asarray(place, float)[:2] @ aside[:2])
+    off = np.asarray(surface.corners, float) @ aside - float(np.asarray(sonar_position, float)[:2] @ aside[:2])
     starts, ends, normal = _cut(surface, off)
     length = np.linalg.norm(ends - starts, axis=1)
     count = np.maximum(np.ceil(length / pitch), 1).astype(int)
     row = np.repeat(np.arange(len(length)), count)
     n = np.arange(len(row))
-    u = streams.uniforms(seed, streams.TARGET, n // ROW, n % ROW, SOLID_FACE, zlib.crc32(solid.label.encode()))
-    within = n - np.repeat(np.cumsum(count) - count, count) + (0.5 if even else u[:, 0])
+    u = random_keys.uniforms(seed, random_keys.TARGET, n // ROW, n % ROW, SOLID_FACE, zlib.crc32(solid.label.encode()))
+    within = n - np.repeat(np.cumsum(count) - count, count) + (0.5 if quadrature else u[:, 0])
     position = starts[row] + (within / count[row])[:, None] * (ends - starts)[row]
     # a face that leans against the plane has more area in a strip of the same width
     long = (length / count)[row] / np.sqrt(np.maximum(1 - (normal[row] @ aside) ** 2, FLATTEST**2))
     width = min(float(np.ptp(off)), float(surface.area.sum()) / max(float(long.sum()), 1e-12))
     points = Scatterers(
-        owner=solid.label, boundary="target", law=solid.scattering, position=position, normal=normal[row],
+        object=solid.label, boundary="target", law=solid.scattering, position=position, normal=normal[row],
         area=long * covered(width), phase=np.exp(2j * np.pi * u[:, 1]),
-        place=target_place(solid.label, SOLID_FACE, n // ROW, n % ROW), drawn=True, occluder=occluder,
+        scatterer_id=target_scatterer_id(solid.label, SOLID_FACE, n // ROW, n % ROW), has_random_phase=True, occluder=occluder,
     )  # fmt: skip
-    return points.take(position[:, 2] < ground_depth(seabed, position[:, :2]) - STANDING)
+    return points.take(position[:, 2] < seabed_depth_at(seabed, position[:, :2]) - STANDING)
 
 
 def _cut(surface: Triangles, off: Floats) -> tuple[Floats, Floats, Floats]:

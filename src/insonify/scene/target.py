@@ -9,18 +9,18 @@ from typing import Annotated, Any, Literal, Self, TypeGuard
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
-from insonify.data_file import DataFile, Fingerprint, insist_on_the_same
-from insonify.noun import Decibels, Metres, Noun, Radians, located
+from insonify.data_file import DataFile, Fingerprint, require_unchanged
+from insonify.model import Decibels, Metres, Model, Radians, field_error
 from insonify.scattering.lambert import Lambert
-from insonify.scene.library import PRESETS
-from insonify.scene.mesh import MeshError, mesh_caution, mesh_triangles
-from insonify.scene.terrain.scour import Moat
+from insonify.scene.mesh_file import MeshError, mesh_triangles, mesh_warnings
+from insonify.scene.shape_library import PRESETS
+from insonify.scene.terrain.scour import ScourDimensions
 
 Size = Annotated[Metres, Field(gt=0, le=1000)]
 Dimensions = tuple[Size, Size, Size]
 
 
-class _Body(Noun):
+class _Body(Model):
     """What every target that is no point has: a place, an attitude, rough faces."""
 
     position: tuple[Metres, Metres] = Field(
@@ -39,25 +39,25 @@ class _Body(Noun):
     """Part of its height that has sunk into the seabed [1]."""
     burial_depth: Annotated[Metres, Field(ge=0, le=1000)] = 0.0
     """Or how far its lowest point has sunk into the seabed [m]."""
-    scour: Moat | None = None
+    scour: ScourDimensions | None = None
     """The moat that currents have dug around it, as `{depth: 0.2 m, width: 0.5 m}`; None for none."""
     scattering: Lambert = Lambert(strength_db=-10.0)
     """Law of its faces, where they are rough."""
-    smooth: Annotated[float, Field(ge=-1, le=1)] | None = None
+    face_reflection_coefficient: Annotated[float, Field(ge=-1, le=1)] | None = None
     """Pressure reflection coefficient of its faces where they are smooth, which flash like mirrors [1]: 1 for a rigid
     body, -1 for one full of air; None: they are rough only."""
 
     @model_validator(mode="after")
-    def _lies_one_way(self) -> Self:
+    def _check_depth_or_burial(self) -> Self:
         if self.base_depth is not None and (self.burial or self.burial_depth):
             word = "burial" if self.burial else "burial_depth"
-            raise located(word, f"{getattr(self, word):g}", "is for a target on the seabed, but base_depth is given. "
+            raise field_error(word, f"{getattr(self, word):g}", "is for a target on the seabed, but base_depth is given. "
                           "Leave one of the two out.")  # fmt: skip
         if self.base_depth is not None and self.scour is not None:
-            raise located("scour", None, "is for a target on the seabed, but base_depth is given. Leave one of the two "
+            raise field_error("scour", None, "is for a target on the seabed, but base_depth is given. Leave one of the two "
                           "out.")  # fmt: skip
         if self.burial and self.burial_depth:
-            raise located("burial_depth", f"{self.burial_depth:g} m", "says again what burial says. Leave one out.")
+            raise field_error("burial_depth", f"{self.burial_depth:g} m", "says again what burial says. Leave one out.")
         return self
 
 
@@ -70,12 +70,12 @@ class Box(_Body):
     """Length along its heading, width across it, height [m]."""
 
     @property
-    def upright(self) -> bool:
+    def is_upright(self) -> bool:
         """Whether it neither leans nor has sunk in, so that it needs no triangles."""
         return not (self.pitch or self.roll or self.burial or self.burial_depth)
 
 
-class PointTarget(Noun):
+class PointTarget(Model):
     """A point that echoes alike in all directions and casts no shadow."""
 
     shape: Literal["point"] = "point"
@@ -158,18 +158,18 @@ class Mesh(_Body):
     """Fingerprint of the file, filled in when it is read; a file that has changed since is refused."""
 
     @model_validator(mode="after")
-    def _can_be_read(self) -> Self:
-        insist_on_the_same(self.file, self.sha256)
+    def _check_file(self) -> Self:
+        require_unchanged(self.file, self.sha256)
         try:
             mesh_triangles(self.file, self.up, self.scale, self.sha256)
         except MeshError as fault:
-            raise located(fault.field, None, str(fault)) from None
-        mesh_caution(self.file, self.up, self.scale, self.sha256)
+            raise field_error(fault.field, None, str(fault)) from None
+        mesh_warnings(self.file, self.up, self.scale, self.sha256)
         return self
 
 
 class LibraryTarget(_Body):
-    """A shape from the library of typical things, see `insonify.scene.library`."""
+    """A shape from the library of typical things, see `insonify.scene.shape_library`."""
 
     shape: Literal["library"] = "library"
     label: str = ""
@@ -183,17 +183,19 @@ class LibraryTarget(_Body):
 
     @model_validator(mode="before")
     @classmethod
-    def _called_by_its_name(cls, data: Any) -> Any:
+    def _label_from_name(cls, data: Any) -> Any:
         return {"label": data["name"], **data} if isinstance(data, dict) and "name" in data else data
 
     @model_validator(mode="after")
-    def _is_one_of_many(self) -> Self:
+    def _check_variant(self) -> Self:
         if self.variant and self.name != "rock":
-            raise located("variant", str(self.variant), f"is for rocks; there is one {self.name} only. Leave it out.")
+            raise field_error(
+                "variant", str(self.variant), f"is for rocks; there is one {self.name} only. Leave it out."
+            )
         return self
 
 
-def _by_its_name(value: Any) -> Any:
+def _library_target_from_name(value: Any) -> Any:
     """A library's shape asked for by its own name: `shape: drum`."""
     if isinstance(value, dict) and value.get("shape") in PRESETS and "name" not in value:
         return {**value, "shape": "library", "name": value["shape"]}
@@ -207,10 +209,10 @@ Target = Annotated[
         Box | PointTarget | Sphere | Cylinder | Cone | TruncatedCone | Plate | Mesh | LibraryTarget,
         Field(discriminator="shape"),
     ],
-    BeforeValidator(_by_its_name),
+    BeforeValidator(_library_target_from_name),
 ]
 
 
 def is_solid(target: Any) -> TypeGuard[Solid]:
     """Whether a target is made of triangles: everything but points and upright boxes."""
-    return isinstance(target, _Body) and not (isinstance(target, Box) and target.upright)
+    return isinstance(target, _Body) and not (isinstance(target, Box) and target.is_upright)

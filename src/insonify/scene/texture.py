@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 
-from insonify import streams
-from insonify.noun import Metres, Noun
-from insonify.scene._texture_kernel import normal_field, through_table
-from insonify.scene.lattice import Lattice
+from insonify import random_keys
+from insonify.model import Metres, Model
+from insonify.scene._normal_field_kernel import interpolate_exp_table, normal_field
+from insonify.scene.scatterer_grid import ScattererGrid
 
 Floats = NDArray[np.float64]
 
@@ -27,15 +27,15 @@ ORDERS = 24
 """Hermite orders of the map that its correlation is summed over [1]."""
 
 
-class Texture(Noun):
+class Texture(Model):
     """Strength of the ground about its mean: a gamma field of mean one, tied to the ground."""
 
-    shape: Annotated[float, Field(ge=0.1, le=1000)]
+    k_shape: Annotated[float, Field(ge=0.1, le=1000)]
     """Shape of the gamma distribution, nu [1]: the smaller, the patchier; variance 1 / nu."""
-    length: Annotated[Metres, Field(ge=0.01, le=10_000)]
+    correlation_length: Annotated[Metres, Field(ge=0.01, le=10_000)]
     """Distance at which the correlation of the texture has fallen to 1/e [m]."""
 
-    def at(self, north: Floats, east: Floats, *, seed: int, lattice: Lattice) -> Floats:
+    def at(self, north: Floats, east: Floats, *, seed: int, scatterer_grid: ScattererGrid) -> Floats:
         """Factor on the scattering strength at places [1]; mean one, variance 1 / shape.
 
         The same for the same place and seed, whoever asks, and in a world that is moved together with its lattice.
@@ -44,7 +44,7 @@ class Texture(Noun):
             north: Of the places [m], shape (n,).
             east: Likewise [m], shape (n,).
             seed: Of the seabed.
-            lattice: Frame of the seabed.
+            scatterer_grid: Frame of the seabed.
 
         Returns:
             Factors, shape (n,).
@@ -52,11 +52,11 @@ class Texture(Noun):
         Source: Jakeman & Pusey (1976), IEEE Trans. Antennas Propag. 24, 806-814, for K-distributed amplitudes; that
         they are speckle on a gamma texture: Ward (1981), Electron. Lett. 17, 561-563 (both from memory).
         """
-        own = lattice.from_world(np.stack([north, east], axis=-1)) / self.pitch
+        own = scatterer_grid.from_world(np.stack([north, east], axis=-1)) / self.pitch
         out = np.empty(len(own))
         normal_field(np.ascontiguousarray(own[:, 0]), np.ascontiguousarray(own[:, 1]),
-                     *streams.key(seed, streams.TEXTURE), out)  # fmt: skip
-        through_table(out, -FARTHEST, PER_UNIT, _log_quantiles(self.shape))
+                     *random_keys.stream_key(seed, random_keys.TEXTURE), out)  # fmt: skip
+        interpolate_exp_table(out, -FARTHEST, PER_UNIT, _log_quantiles(self.k_shape))
         return out
 
     @property
@@ -65,7 +65,7 @@ class Texture(Noun):
 
         Its own correlation is nearly exp(-3 r^2 / (4 pitch^2)): along the lattice that of a cubic spline with itself.
         """
-        return self.length / _pitches(self.shape)
+        return self.correlation_length / _pitches(self.k_shape)
 
     def correlation(self, distance: ArrayLike) -> Floats:
         """Correlation of the texture at places so far apart along the lattice [m], mean over its shifts [1].
@@ -73,7 +73,7 @@ class Texture(Noun):
         Args:
             distance: Any shape; along a diagonal it is lower by 0.002 at most.
         """
-        return _correlation(self.shape, np.asarray(distance, float) / self.pitch)
+        return _correlation(self.k_shape, np.asarray(distance, float) / self.pitch)
 
 
 def _correlation(shape: float, apart: Floats) -> Floats:

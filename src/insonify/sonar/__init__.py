@@ -3,24 +3,24 @@
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
 from insonify.sonar.beam import Beams, beams, grating_lobes
 from insonify.sonar.element_array import ArcArray, Array, ElementArray
-from insonify.sonar.footprint import two_way_footprint, two_way_width
-from insonify.sonar.heard import HeardPulse, hear, heard_pulse
 from insonify.sonar.hydrophones import ElementErrors, Hydrophones, element_layout, hydrophones
 from insonify.sonar.pulse import Pulse, energy_duration, envelope, spectrum
+from insonify.sonar.received_pulse import ReceivedPulse, receive_pulse, received_pulse
 from insonify.sonar.receiver import Receiver, response
 from insonify.sonar.sonar import Mounting, Sonar, array_position, array_rotation
 from insonify.sonar.track import (
     LineTrack,
-    LoggedNavigation,
     Motion,
+    NavigationErrors,
     NavigationTrack,
     Poses,
     StaticTrack,
     Track,
     WaypointTrack,
     logged_poses,
-    poses,
+    true_poses,
 )
+from insonify.sonar.two_way_beam import two_way_footprint, two_way_width
 
 __all__ = [
     "ArcArray",
@@ -28,18 +28,18 @@ __all__ = [
     "Beams",
     "ElementArray",
     "ElementErrors",
-    "HeardPulse",
     "Hydrophones",
     "LineArray",
     "LineTrack",
-    "LoggedNavigation",
     "Motion",
     "Mounting",
+    "NavigationErrors",
     "NavigationTrack",
     "PlanarArray",
     "PointTransducer",
     "Poses",
     "Pulse",
+    "ReceivedPulse",
     "Receiver",
     "Sonar",
     "StaticTrack",
@@ -52,13 +52,13 @@ __all__ = [
     "energy_duration",
     "envelope",
     "grating_lobes",
-    "hear",
-    "heard_pulse",
     "hydrophones",
     "logged_poses",
-    "poses",
+    "receive_pulse",
+    "received_pulse",
     "response",
     "spectrum",
+    "true_poses",
     "two_way_footprint",
     "two_way_width",
 ]

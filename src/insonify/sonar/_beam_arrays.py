@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.sonar._beam_kernels import BAFFLED, OMNI, Patterns, bounds, gains
+from insonify.sonar.beam_kernels import BAFFLED, OMNI, BeamTables, beam_bounds, beam_gains
 
 Floats = NDArray[np.float64]
 
@@ -89,8 +89,8 @@ def distance_to_span(least: Floats, greatest: Floats, axis: float) -> Floats:
     return np.asarray(np.maximum(np.maximum(least - axis, axis - greatest), 0.0))
 
 
-@gains.stand_in
-def _gains(direction: Floats, beams: Patterns, out: Floats) -> None:
+@beam_gains.stand_in
+def _gains(direction: Floats, beams: BeamTables, out: Floats) -> None:
     """Amplitude of every beam in every direction, into out of shape (channels, n): the kernel's to the bit."""
     w, u, v = cosines(beams.axes, *direction.T)
     (across, down, long, tall), per = beams.tables, beams.per_unit
@@ -100,7 +100,7 @@ def _gains(direction: Floats, beams: Patterns, out: Floats) -> None:
         out[channel] = one * (beam * beams.scale[channel])
 
 
-@bounds.stand_in
+@beam_bounds.stand_in
 def _bounds(
     direction: Floats, margin: Floats, axes: Floats, steer: Floats, scale: Floats, tables: tuple[Any, ...],
     per_unit: Floats, element: int, out: Floats,

@@ -40,18 +40,18 @@ def shading_series(shading: str) -> tuple[tuple[float, float], ...]:
     return series[shading] if shading in series else _taylor_series()
 
 
-def shading_weight(shading: str, place: ArrayLike) -> Floats:
+def shading_weight(shading: str, position: ArrayLike) -> Floats:
     """Weight of a shading along an aperture of unit length [1].
 
     Args:
         shading: uniform, cosine, hann, hamming or taylor.
-        place: Distance from the middle in lengths of the aperture, -1/2..1/2, any shape.
+        position: Distance from the middle in lengths of the aperture, -1/2..1/2, any shape.
     """
-    s = np.asarray(place, dtype=float)
+    s = np.asarray(position, dtype=float)
     return np.asarray(sum(a * np.cos(2 * np.pi * m * s) for m, a in shading_series(shading)) + 0 * s)
 
 
-def element_places(elements: int) -> Floats:
+def element_positions(elements: int) -> Floats:
     """Centres of elements that fill an aperture of unit length, shape (elements,)."""
     return (np.arange(elements) - (elements - 1) / 2) / elements
 
@@ -92,16 +92,16 @@ def _sinc_slope(x: Floats) -> Floats:
 
 
 def _discrete(x: Floats, shading: str, elements: int) -> tuple[Floats, Floats]:
-    place = element_places(elements)
-    weight = shading_weight(shading, place)
+    position = element_positions(elements)
+    weight = shading_weight(shading, position)
     weight = weight / weight.sum()
     value, slope = np.zeros(x.size), np.zeros(x.size)
     size = max(1, 2_000_000 // elements)
     for first in range(0, x.size, size):
         part = slice(first, first + size)
-        phase = 2 * np.pi * np.outer(x.ravel()[part], place)
+        phase = 2 * np.pi * np.outer(x.ravel()[part], position)
         value[part] = np.cos(phase) @ weight
-        slope[part] = -np.sin(phase) @ (2 * np.pi * place * weight)
+        slope[part] = -np.sin(phase) @ (2 * np.pi * position * weight)
     return value.reshape(x.shape), slope.reshape(x.shape)
 
 
@@ -111,8 +111,8 @@ def _taylor_series() -> tuple[tuple[float, float], ...]:
 
     count = 64
     window = taylor(count, nbar=TAYLOR_EQUAL_LOBES, sll=TAYLOR_SIDELOBE_DB, norm=False, sym=True)
-    place = element_places(count)
+    position = element_positions(count)
     orders = range(TAYLOR_EQUAL_LOBES)
     return tuple(
-        (float(m), float((1 if m == 0 else 2) * np.mean(window * np.cos(2 * np.pi * m * place)))) for m in orders
+        (float(m), float((1 if m == 0 else 2) * np.mean(window * np.cos(2 * np.pi * m * position)))) for m in orders
     )

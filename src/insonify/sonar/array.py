@@ -9,8 +9,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field
 
-from insonify.noun import Metres, Noun, Radians
-from insonify.sonar.even_steps import even_steps
+from insonify.model import Metres, Model, Radians
+from insonify.sonar.angle_range import angle_range
 
 Shading = Literal["uniform", "cosine", "hann", "hamming", "taylor"]
 Element = Literal["omni", "baffled", "cosine", "piston"]
@@ -21,11 +21,11 @@ RIGHT_ANGLE = math.pi / 2
 
 def _as_tuple(value: object) -> object:
     if isinstance(value, dict):
-        return even_steps(value)
+        return angle_range(value)
     return value if value is None or isinstance(value, list | tuple) else (value,)
 
 
-def _meant(angle: float) -> str:
+def _angle_advice(angle: float) -> str:
     """The way out for an angle [rad] beyond a right angle: degrees without their unit, or another mounting."""
     if abs(angle) < 90 and round(angle, 1) == angle:
         return f"A number without a unit is in radians: write {angle:g} deg."
@@ -39,7 +39,7 @@ def _in_front(angles: tuple[float, ...] | None) -> tuple[float, ...] | None:
         if abs(angle) >= RIGHT_ANGLE:
             raise ValueError(
                 f"steer is {angle * 90 / RIGHT_ANGLE:g} deg; beams are steered by less than 90 deg from boresight. "
-                + _meant(angle)
+                + _angle_advice(angle)
             )
     return angles
 
@@ -48,7 +48,7 @@ def _in_front(angles: tuple[float, ...] | None) -> tuple[float, ...] | None:
 Steers = Annotated[tuple[Radians, ...] | None, BeforeValidator(_as_tuple), AfterValidator(_in_front)]
 
 
-class PointTransducer(Noun):
+class PointTransducer(Model):
     """A transducer too small to have a beam of its own."""
 
     kind: Literal["point"] = "point"
@@ -67,7 +67,7 @@ class PointTransducer(Noun):
         return self
 
 
-class LineArray(Noun):
+class LineArray(Model):
     """A line of transducers along the array's right: narrow across, open in elevation."""
 
     kind: Literal["line"] = "line"
@@ -94,7 +94,7 @@ class LineArray(Noun):
         return self.unchecked_copy(steer=tuple(_cone(*pair) for pair in steers))
 
 
-class PlanarArray(Noun):
+class PlanarArray(Model):
     """A flat panel of transducers: it has a width to the right and a height down."""
 
     kind: Literal["planar"] = "planar"

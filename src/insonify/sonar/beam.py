@@ -13,19 +13,19 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from insonify.sonar import _beam_arrays as _beam_arrays  # stand-ins of the kernels
-from insonify.sonar._beam_kernels import BAFFLED, COSINE, OMNI, Patterns, bounds, gains
 from insonify.sonar.aperture import pattern
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
+from insonify.sonar.beam_kernels import BAFFLED, COSINE, OMNI, BeamTables, beam_bounds, beam_gains
 
 Floats = NDArray[np.float64]
 Tables = tuple[Floats, Floats, Floats, Floats]
 
 POINTS_PER_LOBE = 32
 """Table rows per wavelength / aperture: cubic Hermite error (pi / 32)^4 / 5 / 384 = 5e-8."""
-FAINT_GRATING_LOBE = 0.1
+MIN_GRATING_LOBE = 0.1
 """Amplitude below which the elements' own directivity has dealt with a grating lobe [1]."""
 
-DEAF = 1e-2
+MIN_BOUND = 1e-2
 """Amplitude below which an element's directivity leaves nothing to steer [1]."""
 
 
@@ -54,16 +54,16 @@ class Beams:
         return len(self.steer)
 
     @property
-    def pattern(self) -> tuple[Hashable, ...]:
+    def pattern_key(self) -> tuple[Hashable, ...]:
         """What tells these beams from others, but for their attitude, as long as their tables are kept."""
         return (self.steer.tobytes(), self.scale.tobytes(), self.element, *map(id, self.tables))
 
     @property
-    def patterns(self) -> Patterns:
+    def kernel_tables(self) -> BeamTables:
         """The same for kernels."""
-        return Patterns(self.axes, self.steer, self.scale, self.tables, self.per_unit, self.element)
+        return BeamTables(self.axes, self.steer, self.scale, self.tables, self.per_unit, self.element)
 
-    def only(self, channel: int) -> "Beams":
+    def single_beam(self, channel: int) -> "Beams":
         """One of the beams alone; a single beam serves every channel.
 
         Args:
@@ -72,7 +72,7 @@ class Beams:
         row = slice(channel, channel + 1) if self.channel_count > 1 else slice(0, 1)
         return replace(self, steer=self.steer[row], scale=self.scale[row])
 
-    def turned(self, rotation: Floats) -> "Beams":
+    def rotated(self, rotation: Floats) -> "Beams":
         """The same beams with the array at another attitude.
 
         Args:
@@ -94,7 +94,7 @@ class Beams:
         d = np.asarray(direction, dtype=float)
         rows = np.ascontiguousarray(d.reshape(-1, 3))
         out = np.empty((self.channel_count, len(rows)))
-        gains(rows, self.patterns, out)
+        beam_gains(rows, self.kernel_tables, out)
         return out.reshape(self.channel_count, *d.shape[:-1])
 
     def bound(self, direction: ArrayLike, margin: ArrayLike) -> Floats:
@@ -112,7 +112,7 @@ class Beams:
         rows = np.ascontiguousarray(d.reshape(-1, 3))
         margins = np.ascontiguousarray(np.broadcast_to(np.asarray(margin, dtype=float), d.shape[:-1]).reshape(-1))
         out = np.empty(len(rows))
-        bounds(rows, margins, self.axes, self.steer, self.scale, self.majorants, self.per_unit, self.element, out)
+        beam_bounds(rows, margins, self.axes, self.steer, self.scale, self.majorants, self.per_unit, self.element, out)
         return out.reshape(d.shape[:-1])
 
 
@@ -135,12 +135,12 @@ def beams(
 
     Source: product theorem; R. J. Urick (1983), Principles of Underwater Sound, ch. 3.
     """
-    still = _in_their_own_frame(array, frequency, sound_speed)
+    still = _beams_in_array_frame(array, frequency, sound_speed)
     return still if rotation is None else replace(still, axes=np.ascontiguousarray(rotation, dtype=float))
 
 
 @lru_cache(maxsize=64)
-def _in_their_own_frame(
+def _beams_in_array_frame(
     array: LineArray | PlanarArray | PointTransducer, frequency: float, sound_speed: float
 ) -> Beams:
     """The same where nothing is turned: every ping wants them."""
@@ -159,7 +159,7 @@ def _in_their_own_frame(
     )
     # the aperture's pattern is one on axis already: what is left is the element's directivity
     on_axis = np.abs(np.diag(bare.gain(_in_array_frame(steer))))
-    if on_axis.min() < DEAF:
+    if on_axis.min() < MIN_BOUND:
         angle = np.degrees(array.steers[int(np.argmin(on_axis))][0])
         raise ValueError(
             f"a beam of the {array.kind} array is steered to {angle:g} deg, where its {array.element} elements "
@@ -188,7 +188,7 @@ def grating_lobes(array: LineArray | PlanarArray | PointTransducer, frequency: f
         order = np.stack(np.meshgrid(*reach), axis=-1).reshape(-1, 2)
         replica = axis + order * np.asarray(period)
         replica = replica[np.any(order != 0, axis=1) & (np.sum(replica**2, axis=1) <= 1)]
-        loud = np.abs(all_beams.gain(_in_array_frame(replica))[channel]) > FAINT_GRATING_LOBE
+        loud = np.abs(all_beams.gain(_in_array_frame(replica))[channel]) > MIN_GRATING_LOBE
         found.append(replica[loud])
     return np.concatenate(found)
 

@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from insonify.noun import Decibels, Hertz, Noun, Seconds, located
+from insonify.model import Decibels, Hertz, Model, Seconds, field_error
 from insonify.ocean.water import LossPerMetre
 from insonify.sonar.time_varied_gain import tvg_db
 
 Floats = NDArray[np.float64]
 
 
-class Tone(Noun):
+class Tone(Model):
     """A line in the spectrum of the receiver's own noise: a switching supply, a clock."""
 
     frequency: Annotated[Hertz, Field(gt=0, le=10e6)]
@@ -25,7 +25,7 @@ class Tone(Noun):
     """Rms level, as the sound that would make it [dB re 1 uPa]."""
 
 
-class SelfNoise(Noun):
+class SelfNoise(Model):
     """Noise of the receiver itself, as the sound that would make it at an element."""
 
     level_db: Annotated[Decibels, Field(ge=-100, le=250)] | None = None
@@ -34,21 +34,21 @@ class SelfNoise(Noun):
     """Lines, picked up by all elements at once, in phase; they run on from ping to ping."""
 
 
-class Crosstalk(Noun):
+class Crosstalk(Model):
     """What gets into a channel that does not belong there."""
 
-    transmit_db: Annotated[Decibels, Field(ge=-300, le=20)] | None = None
+    feedthrough_db: Annotated[Decibels, Field(ge=-300, le=20)] | None = None
     """Level of the transmission in every channel, at once, re the source level [dB]; None: none."""
     neighbours_db: Annotated[Decibels, Field(ge=-200, le=-6)] | None = None
     """What an element hears of each of its nearest neighbours, re what that one hears [dB]; None: nothing."""
 
 
-class Gain(Noun):
+class ReceiverGain(Model):
     """Gain before the converter, fixed and varied in time; the recording is in uPa, so it is divided out again."""
 
     fixed_db: Annotated[Decibels, Field(ge=-200, le=200)] = 0.0
     """At all ranges [dB]."""
-    spreading: Annotated[float, Field(ge=0, le=60, json_schema_extra={"units": "dB"})] = 0.0
+    tvg_db_per_decade: Annotated[float, Field(ge=0, le=60, json_schema_extra={"units": "dB"})] = 0.0
     """Decibels for each tenfold range: 20, 30 or 40 [dB]; 0: no gain follows the range."""
     absorption_db_per_m: LossPerMetre | None = None
     """Absorption that the gain makes up for, out and back [dB/m]; None: the water's own, where spreading is not 0."""
@@ -56,13 +56,13 @@ class Gain(Noun):
     """Time after the start of transmission before which the gain stays as it is then [s]."""
     stop: Annotated[Seconds, Field(gt=0, le=1e3)] | None = None
     """Time after which it stays as it is then [s]; None: it goes on."""
-    most_db: Annotated[Decibels, Field(ge=-200, le=400)] | None = None
+    max_db: Annotated[Decibels, Field(ge=-200, le=400)] | None = None
     """Gain that the amplifier does not exceed [dB]; None: any."""
 
     @model_validator(mode="after")
-    def _starts_before_it_stops(self) -> Self:
+    def _check_start_and_stop(self) -> Self:
         if self.stop is not None and self.stop <= self.start:
-            raise located("stop", f"{self.stop * 1e3:g} ms", f"is not after start ({self.start * 1e3:g} ms). "
+            raise field_error("stop", f"{self.stop * 1e3:g} ms", f"is not after start ({self.start * 1e3:g} ms). "
                           "Give a later stop.")  # fmt: skip
         return self
 
@@ -75,13 +75,13 @@ class Gain(Noun):
             absorption_db_per_m: Of the water, one way, where the gain has none of its own [dB/m].
         """
         own = self.absorption_db_per_m
-        loss = own if own is not None else absorption_db_per_m if self.spreading > 0 else 0.0
+        loss = own if own is not None else absorption_db_per_m if self.tvg_db_per_decade > 0 else 0.0
         slant = np.clip(time, self.start, self.stop) * sound_speed / 2
-        whole = self.fixed_db + tvg_db(slant, self.spreading, absorption_db_per_m=loss)
-        return whole if self.most_db is None else np.minimum(whole, self.most_db)
+        whole = self.fixed_db + tvg_db(slant, self.tvg_db_per_decade, absorption_db_per_m=loss)
+        return whole if self.max_db is None else np.minimum(whole, self.max_db)
 
 
-class Converter(Noun):
+class AnalogToDigitalConverter(Model):
     """From pressure to numbers: full scale, and bits if it rounds."""
 
     full_scale_db: Annotated[Decibels, Field(ge=0, le=300)]

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from insonify.noun import Metres, Noun, Radians, located
+from insonify.model import Metres, Model, Radians, field_error
 from insonify.sonar.array import LineArray, Offset, PlanarArray, PointTransducer
 
 Facing = Literal["omni", "baffled", "cosine"]
@@ -17,7 +17,7 @@ CLOSEST = 1e-5
 """Elements closer than this are one [m]."""
 
 
-class _Elements(Noun):
+class _Elements(Model):
     """What arrays of given elements share."""
 
     size: Size = (0.0, 0.0)
@@ -46,28 +46,30 @@ class ElementArray(_Elements):
     """Elements at any places."""
 
     kind: Literal["elements"] = "elements"
-    places: Annotated[tuple[Offset, ...], Field(min_length=1, max_length=10_000)]
+    positions: Annotated[tuple[Offset, ...], Field(min_length=1, max_length=10_000)]
     """Place of each from the array's centre: along boresight, right, down [m]."""
-    facings: tuple[Radians, ...] | None = None
+    orientations: tuple[Radians, ...] | None = None
     """Angle to the right of boresight that each faces [rad]; none: all along boresight."""
 
     @model_validator(mode="after")
-    def _one_by_one(self) -> Self:
-        if self.facings is not None and len(self.facings) != len(self.places):
-            raise located("facings", f"{len(self.facings)} angles", f"for {len(self.places)} places. Give one each.")
+    def _check_elements(self) -> Self:
+        if self.orientations is not None and len(self.orientations) != len(self.positions):
+            raise field_error(
+                "orientations", f"{len(self.orientations)} angles", f"for {len(self.positions)} places. Give one each."
+            )
         from scipy.spatial import cKDTree  # a tenth of a second to load, which sonars of beams need not wait for
 
-        together = cKDTree(self.places).query_pairs(CLOSEST)
+        together = cKDTree(self.positions).query_pairs(CLOSEST)
         if together:
             first, second = min(together)
-            raise located(f"places.{second}", f"{list(self.places[second])} m", f"is that of element {first} as well. "
+            raise field_error(f"places.{second}", f"{list(self.positions[second])} m", f"is that of element {first} as well. "
                           "Give elements places of their own.")  # fmt: skip
         return self
 
     def mirrored(self) -> dict[str, Any]:
         """What changes when the array is seen in a mirror that swaps right and left."""
-        turned = None if self.facings is None else tuple(-angle for angle in self.facings)
-        return {"places": tuple((a, -r, d) for a, r, d in self.places), "facings": turned}
+        turned = None if self.orientations is None else tuple(-angle for angle in self.orientations)
+        return {"positions": tuple((a, -r, d) for a, r, d in self.positions), "orientations": turned}
 
 
 class ArcArray(_Elements):
@@ -76,28 +78,28 @@ class ArcArray(_Elements):
     kind: Literal["arc"] = "arc"
     radius: Metres = Field(gt=0, le=100)
     """Of the arc [m]; the array's centre is the arc's."""
-    span: Radians = Field(gt=0, le=2 * np.pi)
+    arc_angle: Radians = Field(gt=0, le=2 * np.pi)
     """Angle from the first to the last element, about boresight [rad]."""
     elements: int = Field(ge=2, le=10_000)
     """Number of elements."""
 
     @model_validator(mode="after")
-    def _apart(self) -> Self:
-        pitch = self.radius * self.span / (self.elements - 1)
-        if pitch < CLOSEST or (self.span > 2 * np.pi - CLOSEST / self.radius):
-            raise located("span", f"{np.degrees(self.span):g} deg", f"puts elements {pitch * 1e3:.3g} mm apart, or the "
+    def _check_element_spacing(self) -> Self:
+        pitch = self.radius * self.arc_angle / (self.elements - 1)
+        if pitch < CLOSEST or (self.arc_angle > 2 * np.pi - CLOSEST / self.radius):
+            raise field_error("arc_angle", f"{np.degrees(self.arc_angle):g} deg", f"puts elements {pitch * 1e3:.3g} mm apart, or the "
                           "last on the first. Give a smaller span, or fewer elements.")  # fmt: skip
         return self
 
     @property
-    def facings(self) -> tuple[float, ...]:
+    def orientations(self) -> tuple[float, ...]:
         """Angle to the right of boresight that each faces [rad]."""
-        return tuple(np.linspace(-self.span / 2, self.span / 2, self.elements).tolist())
+        return tuple(np.linspace(-self.arc_angle / 2, self.arc_angle / 2, self.elements).tolist())
 
     @property
-    def places(self) -> tuple[Offset, ...]:
+    def positions(self) -> tuple[Offset, ...]:
         """Place of each from the arc's centre: along boresight, right, down [m]."""
-        facing = np.array(self.facings)
+        facing = np.array(self.orientations)
         rows = self.radius * np.stack([np.cos(facing), np.sin(facing), np.zeros(self.elements)], axis=1)
         return tuple((float(a), float(r), float(d)) for a, r, d in rows)
 

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from insonify import streams
-from insonify.noun import Decibels, Metres, Noun, Radians
-from insonify.sonar.aperture import element_places
+from insonify import random_keys
+from insonify.model import Decibels, Metres, Model, Radians
+from insonify.sonar.aperture import element_positions
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
 from insonify.sonar.element_array import AnyArray, ArcArray, ElementArray
 from insonify.units import amplitude_ratio
@@ -22,14 +22,14 @@ Floats = NDArray[np.float64]
 Steered = LineArray | PlanarArray | PointTransducer
 
 
-class ElementErrors(Noun):
+class ElementErrors(Model):
     """What real elements have wrong, drawn once for a sonar."""
 
     gain_db: Annotated[Decibels, Field(ge=0, le=40)] = 0.0
     """Root mean square error of the gain [dB]."""
     phase: Annotated[Radians, Field(ge=0, le=np.pi)] = 0.0
     """Root mean square error of the phase [rad]."""
-    place: Annotated[Metres, Field(ge=0, le=1)] = 0.0
+    position: Annotated[Metres, Field(ge=0, le=1)] = 0.0
     """Root mean square error of the place, along each axis [m]."""
     dead: tuple[Annotated[int, Field(ge=0, lt=10_000)], ...] = ()
     """Numbers of elements that hear nothing, from 0."""
@@ -39,16 +39,16 @@ class ElementErrors(Noun):
 class Hydrophones:
     """The elements of a receiving array, m of them."""
 
-    place: Floats
+    positions: Floats
     """From the array's centre, along boresight, right, down [m], shape (m, 3)."""
-    facing: Floats
+    orientations: Floats
     """Angle to the right of boresight that each faces [rad], shape (m,)."""
     response: NDArray[np.complex128]
     """What each makes of the sound it hears: 1 but for errors, 0 if dead [1], shape (m,)."""
 
     def __len__(self) -> int:
         """Number of elements."""
-        return len(self.place)
+        return len(self.positions)
 
 
 WIDEST = 100.0
@@ -66,7 +66,7 @@ def hydrophones(array: AnyArray, errors: ElementErrors, seed: int, side: int = 0
     """
     place, facing = element_layout(array)
     count = len(place)
-    draw = np.array([streams.normals(seed, streams.ELEMENTS, side, row, 8) for row in range(count)])
+    draw = np.array([random_keys.complex_normals(seed, random_keys.ELEMENTS, side, row, 8) for row in range(count)])
     # Two real draws to each complex one: the first row of them is gain, phase and place.
     flat = np.stack([draw.real, draw.imag], axis=-1).reshape(count, -1) * np.sqrt(2)
     gain = amplitude_ratio(errors.gain_db * flat[:, 0])
@@ -74,7 +74,7 @@ def hydrophones(array: AnyArray, errors: ElementErrors, seed: int, side: int = 0
     for row in errors.dead:
         if row < count:
             response[row] = 0
-    return Hydrophones(place + errors.place * flat[:, 2:5], facing, response)
+    return Hydrophones(place + errors.position * flat[:, 2:5], facing, response)
 
 
 def element_layout(array: AnyArray) -> tuple[Floats, Floats]:
@@ -84,15 +84,15 @@ def element_layout(array: AnyArray) -> tuple[Floats, Floats]:
         array: The array: elements of a line go from left to right, those of a panel row by row from the top.
     """
     if isinstance(array, ElementArray | ArcArray):
-        place = np.array(array.places, float)
-        facings = array.facings
+        place = np.array(array.positions, float)
+        facings = array.orientations
         return place, np.zeros(len(place)) if facings is None else np.array(facings, float)
     if isinstance(array, LineArray):
-        right = element_places(array.elements or 1) * array.length
+        right = element_positions(array.elements or 1) * array.length
         return np.stack([np.zeros(len(right)), right, np.zeros(len(right))], axis=1), np.zeros(len(right))
     if isinstance(array, PlanarArray):
-        right = element_places(array.columns or 1) * array.width
-        down = element_places(array.rows or 1) * array.height
+        right = element_positions(array.columns or 1) * array.width
+        down = element_positions(array.rows or 1) * array.height
         d, r = (grid.ravel() for grid in np.meshgrid(down, right, indexing="ij"))
         return np.stack([np.zeros(len(r)), r, d], axis=1), np.zeros(len(r))
     return np.zeros((1, 3)), np.zeros(1)
@@ -118,7 +118,7 @@ def one_element(array: AnyArray) -> Steered:
     return PointTransducer(element=array.element)
 
 
-def whole_aperture(array: AnyArray) -> Steered:
+def filled_aperture(array: AnyArray) -> Steered:
     """The array as one filled aperture facing ahead: as fine as anything that can be made of its elements.
 
     Args:

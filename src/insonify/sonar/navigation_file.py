@@ -59,7 +59,7 @@ class NavigationLog:
 
 
 @dataclass(frozen=True, slots=True)
-class _Column:
+class _LogColumn:
     """One column that we want."""
 
     name: str
@@ -128,7 +128,7 @@ def read_navigation(path: str | Path, *, origin: tuple[float, float] | None = No
     return _log(values, np.array(lines), origin, path)
 
 
-def plane_from_degrees(latitude: Floats, longitude: Floats, origin: tuple[float, float]) -> Floats:
+def local_plane_position(latitude: Floats, longitude: Floats, origin: tuple[float, float]) -> Floats:
     """North and east of places near an origin.
 
     Args:
@@ -164,7 +164,7 @@ def _log(
         level = np.stack([values["north"], values["east"]], axis=-1)
     else:
         here = (float(values["latitude"][0]), float(values["longitude"][0])) if origin is None else origin
-        level = plane_from_degrees(values["latitude"], values["longitude"], here)
+        level = local_plane_position(values["latitude"], values["longitude"], here)
         far = np.flatnonzero(np.hypot(*level.T) > FARTHEST)
         if far.size:
             raise ValueError(
@@ -196,9 +196,9 @@ def _rows(path: Path) -> Iterator[tuple[int, list[str]]]:
             raise ValueError(f"{path}, line {i}: no row of a table ({fault}). Mend or delete the line.") from None
 
 
-def _columns(header: list[str], where: str) -> list[_Column]:
+def _columns(header: list[str], where: str) -> list[_LogColumn]:
     """The columns we want, time first."""
-    found: dict[str, _Column] = {}
+    found: dict[str, _LogColumn] = {}
     for place, title in enumerate(header):
         name, unit = _title(title)
         if name not in COLUMNS:
@@ -206,7 +206,7 @@ def _columns(header: list[str], where: str) -> list[_Column]:
         spot = f"{where}, column {place + 1}"
         if name in found:
             raise ValueError(f"{spot}: a second column of {name}. Keep one.")
-        found[name] = _Column(name, place, _known(name, unit, spot))
+        found[name] = _LogColumn(name, place, _known(name, unit, spot))
     globe = "latitude" in found or "longitude" in found
     if globe and ("north" in found or "east" in found):
         raise ValueError(

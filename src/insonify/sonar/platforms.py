@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.sonar.course import Course, Courses, courses
+from insonify.sonar.platform_motion import PlatformMotion, TrackMotion, track_motion
 from insonify.sonar.track.poses import Poses
 
 Floats = NDArray[np.float64]
@@ -19,69 +19,72 @@ Floats = NDArray[np.float64]
 class Platforms:
     """What carries transmitter and receiver, at every ping."""
 
-    sending: Poses
+    transmitter_poses: Poses
     """True poses of the transmitter's platform at the start of each ping."""
-    receiving: Poses | None = None
+    own_receiver_poses: Poses | None = None
     """Those of the receiver's at the same moments; None: both ends ride the same platform."""
-    sending_later: tuple[Poses, Poses] | None = None
+    transmitter_window_poses: tuple[Poses, Poses] | None = None
     """Of the transmitter's at the middle and at the end of the window of every ping; None: stop and hop."""
-    receiving_later: tuple[Poses, Poses] | None = None
+    receiver_window_poses: tuple[Poses, Poses] | None = None
     """Of the receiver's, likewise."""
 
     @property
-    def two(self) -> bool:
+    def is_bistatic(self) -> bool:
         """True where the receiver has a platform of its own."""
-        return self.receiving is not None
+        return self.own_receiver_poses is not None
 
     @property
-    def hearing(self) -> Poses:
+    def receiver_poses(self) -> Poses:
         """Poses of what carries the receiver."""
-        return self.sending if self.receiving is None else self.receiving
+        return self.transmitter_poses if self.own_receiver_poses is None else self.own_receiver_poses
 
     @property
-    def carriers(self) -> tuple[Poses, Poses]:
+    def end_poses(self) -> tuple[Poses, Poses]:
         """What carries the transmitter, and what carries the receiver."""
-        return self.sending, self.hearing
+        return self.transmitter_poses, self.receiver_poses
 
     @cached_property
     def positions(self) -> Floats:
         """Places of every platform at all pings [m], shape (n, 3)."""
-        if self.receiving is None:
-            return self.sending.position
-        return np.concatenate([self.sending.position, self.receiving.position])
+        if self.own_receiver_poses is None:
+            return self.transmitter_poses.position
+        return np.concatenate([self.transmitter_poses.position, self.own_receiver_poses.position])
 
     @property
-    def apart(self) -> float:
+    def max_separation(self) -> float:
         """Greatest distance between the platforms at any ping [m]."""
-        return float(np.linalg.norm(self.sending.position - self.hearing.position, axis=1).max())
+        return float(np.linalg.norm(self.transmitter_poses.position - self.receiver_poses.position, axis=1).max())
 
     @property
-    def moments(self) -> tuple[tuple[Poses, ...], tuple[Poses, ...]]:
+    def window_poses(self) -> tuple[tuple[Poses, ...], tuple[Poses, ...]]:
         """Poses of each carrier at the start, middle and end of every window; of stop and hop, at the start alone."""
-        first = (self.sending, *(self.sending_later or ()))
-        return first, first if self.receiving is None else (self.receiving, *(self.receiving_later or ()))
+        first = (self.transmitter_poses, *(self.transmitter_window_poses or ()))
+        return first, first if self.own_receiver_poses is None else (
+            self.own_receiver_poses,
+            *(self.receiver_window_poses or ()),
+        )
 
-    def courses(self, ping: int, window: float) -> tuple[Course | None, Course | None]:
+    def ping_motions(self, ping: int, window: float) -> tuple[PlatformMotion | None, PlatformMotion | None]:
         """How each carrier goes on from the start of a ping; None for both where neither moves.
 
         Args:
             ping: Number of the ping.
             window: Length of the window [s].
         """
-        if self.ways is None:
+        if self.track_motions is None:
             return None, None
-        first, other = self.ways
-        if not (first.moves[ping] or other.moves[ping]):
+        first, other = self.track_motions
+        if not (first.is_moving[ping] or other.is_moving[ping]):
             return None, None
         way = first.at(ping, window)
         return way, way if other is first else other.at(ping, window)
 
     @cached_property
-    def ways(self) -> tuple[Courses, Courses] | None:
+    def track_motions(self) -> tuple[TrackMotion, TrackMotion] | None:
         """How each carrier goes on from every ping; None where they stop and hop."""
-        if self.sending_later is None:
+        if self.transmitter_window_poses is None:
             return None
-        first = courses(self.sending, self.sending_later)
-        if self.receiving is None or self.receiving_later is None:
+        first = track_motion(self.transmitter_poses, self.transmitter_window_poses)
+        if self.own_receiver_poses is None or self.receiver_window_poses is None:
             return first, first
-        return first, courses(self.receiving, self.receiving_later)
+        return first, track_motion(self.own_receiver_poses, self.receiver_window_poses)

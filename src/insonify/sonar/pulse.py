@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
 
-from insonify.noun import Hertz, Noun, Seconds, located
+from insonify.model import Hertz, Model, Seconds, field_error
 from insonify.validity import warn_outside
 
 Complexes = NDArray[np.complex128]
@@ -22,7 +22,7 @@ LOWEST_SONAR = 2000.0
 """Below this a frequency that does not fit its pulse was probably meant in kilohertz [Hz]."""
 
 
-class Pulse(Noun):
+class Pulse(Model):
     """A burst of sound: a tone ("cw") or a linear sweep ("lfm"), with softened ends."""
 
     kind: Literal["cw", "lfm"] = "cw"
@@ -41,36 +41,36 @@ class Pulse(Noun):
     """Share of the duration in which a Tukey pulse rises or falls, both ends together [1]."""
 
     @model_validator(mode="after")
-    def _kind_and_band_agree(self) -> Self:
+    def _check_kind_and_bandwidth(self) -> Self:
         if self.kind == "cw" and self.bandwidth > 0:
-            raise located(
+            raise field_error(
                 "bandwidth",
                 _khz(self.bandwidth),
                 "for a cw pulse, whose band follows from its duration. Leave bandwidth out, or set kind to lfm.",
             )
         if self.kind == "lfm" and self.bandwidth == 0:
-            raise located("bandwidth", "0 Hz", "for an lfm pulse. Give the width of the sweep, such as 20 kHz.")
+            raise field_error("bandwidth", "0 Hz", "for an lfm pulse. Give the width of the sweep, such as 20 kHz.")
         return self
 
     @model_validator(mode="after")
     def _band_above_zero(self) -> Self:
         too_low = self.bandwidth >= 2 * self.frequency or (self.kind == "cw" and self.duration * self.frequency <= 1)
         if too_low and self.frequency <= LOWEST_SONAR:
-            raise located(
+            raise field_error(
                 "frequency",
                 f"{self.frequency:g} Hz",
                 "is too low for this pulse, whose band would reach below 0 Hz. "
                 f"Did you mean {self.frequency:g} kHz? Write the unit.",
             )
         if self.kind == "lfm" and self.bandwidth >= 2 * self.frequency:
-            raise located(
+            raise field_error(
                 "bandwidth",
                 _khz(self.bandwidth),
                 f"at a centre of {_khz(self.frequency)}; the band would reach below 0 Hz. "
                 f"Give a bandwidth under {_khz(2 * self.frequency)}, or a higher centre frequency.",
             )
         if self.kind == "cw" and self.duration * self.frequency <= 1:
-            raise located(
+            raise field_error(
                 "duration",
                 f"{self.duration * 1e3:g} ms",
                 f"at {_khz(self.frequency)}; the band, 2 / duration wide, would reach below 0 Hz. "
@@ -100,7 +100,7 @@ def envelope(pulse: Pulse, time: ArrayLike) -> Complexes:
     Source: F. J. Harris (1978), Proc. IEEE 66(1), 51-83 (Tukey window); a linear sweep by definition.
     """
     t = np.asarray(time, dtype=float)
-    rise = taper_share(pulse) * pulse.duration / 2
+    rise = tapered_fraction(pulse) * pulse.duration / 2
     inside = (t >= 0) & (t <= pulse.duration)
     edge = np.clip(np.minimum(t, pulse.duration - t), 0, None)
     window = np.where(edge < rise, np.sin(np.pi * edge / (2 * rise)) ** 2 if rise > 0 else 1.0, 1.0)
@@ -138,10 +138,10 @@ def energy_duration(pulse: Pulse) -> float:
 
     Source: mean square of a half-cosine taper is 3/8, so T (1 - 5 a / 8) for a tapered share a.
     """
-    return pulse.duration * (1 - 0.625 * taper_share(pulse))
+    return pulse.duration * (1 - 0.625 * tapered_fraction(pulse))
 
 
-def taper_share(pulse: Pulse) -> float:
+def tapered_fraction(pulse: Pulse) -> float:
     """Share of the pulse's duration that rises or falls, both ends together [1]."""
     return {"none": 0.0, "tukey": pulse.taper_fraction, "hann": 1.0}[pulse.taper]
 
@@ -152,13 +152,13 @@ def _sweep_rate(pulse: Pulse) -> float:
 
 def _closed_form_holds(pulse: Pulse, f: Floats) -> bool:
     """True where completing the square takes phases that double precision still resolves."""
-    cycles = np.max(np.abs(f), initial=0.0) * pulse.duration + 1 / max(taper_share(pulse), 1e-3)
+    cycles = np.max(np.abs(f), initial=0.0) * pulse.duration + 1 / max(tapered_fraction(pulse), 1e-3)
     product = pulse.bandwidth * pulse.duration
     return bool(product >= 1 or (product >= 1e-2 and cycles**2 < 1e5 * product))
 
 
 def _window_spectrum(pulse: Pulse, f: Floats) -> Complexes:
-    rise = taper_share(pulse) * pulse.duration / 2
+    rise = tapered_fraction(pulse) * pulse.duration / 2
     flat = pulse.duration - rise
     x = np.abs(2 * f * rise)
     # cos(pi x / 2) / (1 - x^2), written so that x = 1 needs no care
@@ -169,7 +169,7 @@ def _window_spectrum(pulse: Pulse, f: Floats) -> Complexes:
 def _sweep_closed(pulse: Pulse, f: Floats) -> Complexes:
     """Spectrum of a rising sweep about its own middle: flat part, then both tapers."""
     rate, half = pulse.bandwidth / pulse.duration, pulse.duration / 2
-    rise = taper_share(pulse) * half
+    rise = tapered_fraction(pulse) * half
     total = _chirp_integral(rate, f, rise - half, half - rise)
     if rise == 0:
         return total
@@ -195,7 +195,7 @@ def _chirp_integral(rate: float, f: Floats, start: float, stop: float) -> Comple
 def _sweep_numeric(pulse: Pulse, f: Floats) -> Complexes:
     """The same integral by Gauss-Legendre panels of at most one cycle, broken where the taper begins."""
     half = pulse.duration / 2
-    corner = half - taper_share(pulse) * half
+    corner = half - tapered_fraction(pulse) * half
     cycles = int((np.max(np.abs(f), initial=0.0) + pulse.bandwidth) * pulse.duration) + 1
     knots = np.unique(np.concatenate([np.linspace(-half, half, cycles + 1), [-corner, corner]]))
     node, weight = np.polynomial.legendre.leggauss(16)

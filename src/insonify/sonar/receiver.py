@@ -10,18 +10,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 
-from insonify.noun import Hertz, Metres, Noun, Seconds
-from insonify.sonar.electronics import Converter, Crosstalk, Gain, SelfNoise
+from insonify.model import Hertz, Metres, Model, Seconds
+from insonify.sonar.electronics import AnalogToDigitalConverter, Crosstalk, ReceiverGain, SelfNoise
 from insonify.sonar.hydrophones import ElementErrors
 
 ROLL_OFF = 1.25
 """Full width of the receiver's response over its flat width, and sample rate over band [1]."""
 
 
-class Receiver(Noun):
+class Receiver(Model):
     """What is kept of the sound that arrives: a band about the centre frequency, compressed or not."""
 
-    band: Hertz = Field(default=20e3, gt=0, le=10e6)
+    bandwidth: Hertz = Field(default=20e3, gt=0, le=10e6)
     """Flat two-sided band about the centre frequency [Hz]."""
     record: Literal["beams", "elements"] = "beams"
     """What is a channel: each beam, or each element of the receive array, to be steered afterwards."""
@@ -31,7 +31,7 @@ class Receiver(Noun):
     """Length of track that pings will be focused over [m]: the ground is sampled as finely as that asks; None: not."""
     sub_bands: Annotated[int, Field(ge=1, le=32)] = 1
     """Frequencies across the band at which beams and absorption are taken, for pressures; 1: at its centre only."""
-    compress: bool = False
+    matched_filter: bool = False
     """Whether the recording is the matched filter's output: peaks at the echoes' delays."""
     self_noise: SelfNoise | None = None
     """Noise of the receiver itself; None: it has none."""
@@ -39,24 +39,24 @@ class Receiver(Noun):
     """What gets into channels from the transmitter and from each other; None: nothing."""
     blanking: Annotated[Seconds, Field(ge=0, le=1e3)] | None = None
     """Time after the end of transmission until which it is deaf [s]; None: it always hears."""
-    gain: Gain | None = None
+    gain: ReceiverGain | None = None
     """Gain before the converter; None: 0 dB at all times."""
-    converter: Converter | None = None
+    adc: AnalogToDigitalConverter | None = None
     """What clips and rounds; None: pressures are recorded as they are."""
 
     @property
-    def parts(self) -> tuple[str, ...]:
+    def stages(self) -> tuple[str, ...]:
         """Names of the parts behind the hydrophones that are there, in the order in which sound meets them.
 
         Gain alone is none of them: it is divided out again.
         """
-        chain = ("crosstalk", "blanking", "converter")
+        chain = ("crosstalk", "blanking", "adc")
         return tuple(name for name in chain if getattr(self, name) is not None)
 
     @property
     def sample_rate(self) -> float:
         """Complex samples per second of the recording [Hz]."""
-        return ROLL_OFF * self.band
+        return ROLL_OFF * self.bandwidth
 
 
 def response(receiver: Receiver, offset: ArrayLike) -> NDArray[np.float64]:
@@ -69,5 +69,5 @@ def response(receiver: Receiver, offset: ArrayLike) -> NDArray[np.float64]:
     Returns:
         One to half the band, then half a cosine down to zero at 0.625 of the band, shape of offset.
     """
-    edge = (np.abs(np.asarray(offset, dtype=float)) / receiver.band - 0.5) / (ROLL_OFF / 2 - 0.5)
+    edge = (np.abs(np.asarray(offset, dtype=float)) / receiver.bandwidth - 0.5) / (ROLL_OFF / 2 - 0.5)
     return np.asarray(np.cos(np.pi / 2 * np.clip(edge, 0, 1)) ** 2)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from insonify.frames import array_axes, mounting_rotation
-from insonify.noun import Decibels, Noun, Radians, located
+from insonify.model import Decibels, Model, Radians, field_error
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
 from insonify.sonar.element_array import AnyArray, ArcArray, Array, ElementArray
 from insonify.sonar.hydrophones import element_layout, one_element
@@ -21,7 +21,7 @@ SIDEWAYS = 1e-6
 Side = Literal["port", "starboard"]
 
 
-class Mounting(Noun):
+class Mounting(Model):
     """How the arrays face on the platform."""
 
     bearing: Radians = Field(default=STARBOARD, ge=-2 * np.pi, le=2 * np.pi)
@@ -30,7 +30,7 @@ class Mounting(Noun):
     """Angle of boresight below the platform's horizontal plane [rad]."""
 
 
-class Sonar(Noun):
+class Sonar(Model):
     """A source and its receiver, with the same mounting if on one platform; or a pair of them, one for each side."""
 
     source_level_db: Decibels = Field(ge=0, le=300)
@@ -47,14 +47,14 @@ class Sonar(Noun):
     its own transmitter and receiver and deaf to the other; None: one sonar, as mounted."""
 
     @model_validator(mode="after")
-    def _sides_apart(self) -> Self:
+    def _check_sides(self) -> Self:
         if self.sides is None:
             return self
         if not self.sides or len(set(self.sides)) < len(self.sides):
-            raise located("sides", None, f"[{', '.join(self.sides)}] is no choice of sides. Write [port, starboard], "
+            raise field_error("sides", None, f"[{', '.join(self.sides)}] is no choice of sides. Write [port, starboard], "
                           "one of them, or null.")  # fmt: skip
         if np.sin(self.mounting.bearing) <= SIDEWAYS:
-            raise located(
+            raise field_error(
                 "mounting.bearing", f"{np.degrees(self.mounting.bearing):g} deg",
                 "is not to starboard of the bow, and port is made its mirror image. Write the bearing of the "
                 "starboard side, such as 90 deg, or leave `sides` out.",
@@ -63,42 +63,42 @@ class Sonar(Noun):
 
     @model_validator(mode="after")
     def _band_above_zero(self) -> Self:
-        if ROLL_OFF / 2 * self.receiver.band >= self.pulse.frequency:
+        if ROLL_OFF / 2 * self.receiver.bandwidth >= self.pulse.frequency:
             limit = self.pulse.frequency * 2 / ROLL_OFF / 1e3
-            raise located(
-                "receiver.band",
-                f"{self.receiver.band / 1e3:g} kHz",
+            raise field_error(
+                "receiver.bandwidth",
+                f"{self.receiver.bandwidth / 1e3:g} kHz",
                 f"at a centre of {self.pulse.frequency / 1e3:g} kHz; with its edges the band would reach below 0 Hz. "
                 f"Give a band under {limit:g} kHz.",
             )
         return self
 
     @model_validator(mode="after")
-    def _elements_are_recorded(self) -> Self:
+    def _check_recorded_elements(self) -> Self:
         if isinstance(self.transmit, ElementArray | ArcArray):
-            raise located("transmit.kind", self.transmit.kind, "is for receiving. Write line, planar or point.")
+            raise field_error("transmit.kind", self.transmit.kind, "is for receiving. Write line, planar or point.")
         if isinstance(self.receive, ElementArray | ArcArray) and self.receiver.record == "beams":
-            raise located("receive.kind", self.receive.kind, "has elements but no beams. Write receiver.record: "
+            raise field_error("receive.kind", self.receive.kind, "has elements but no beams. Write receiver.record: "
                           "elements and steer afterwards, or give a line or planar array.")  # fmt: skip
         if self.receiver.record == "beams" and self.receiver.errors != type(self.receiver.errors)():
-            raise located("receiver.errors", None, "are those of single elements. Write receiver.record: elements.")
+            raise field_error("receiver.errors", None, "are those of single elements. Write receiver.record: elements.")
         beyond = [row for row in self.receiver.errors.dead if row >= self.beam_count]
         if self.receiver.record == "elements" and beyond:
-            raise located(
+            raise field_error(
                 "receiver.errors.dead", f"{beyond[0]}", f"is no element; there are 0 to {self.beam_count - 1}."
             )
         if self.receiver.record == "elements" and len(self.transmit.steers) > 1:
-            raise located("transmit.steer", f"{len(self.transmit.steers)} angles", "send several beams at once, but "
+            raise field_error("transmit.steer", f"{len(self.transmit.steers)} angles", "send several beams at once, but "
                           "elements hear one transmission. Give one.")  # fmt: skip
         return self
 
     @model_validator(mode="after")
-    def _beams_pair_up(self) -> Self:
+    def _check_beam_pairs(self) -> Self:
         if self.receiver.record == "elements":
             return self
         sent, heard = len(self.transmit.steers), len(self.receive.steers)
         if sent > 1 and heard > 1 and sent != heard:
-            raise located(
+            raise field_error(
                 "transmit.steer",
                 f"{sent} angles",
                 f"and receive.steer has {heard}; beams pair up one to one. "
@@ -116,12 +116,12 @@ class Sonar(Noun):
     @property
     def channel_count(self) -> int:
         """Number of recorded channels: all beams of the first side, then those of the second."""
-        return self.beam_count * len(self.one_sided)
+        return self.beam_count * len(self.side_sonars)
 
     @property
     def steers(self) -> tuple[float, ...]:
         """Angle of each channel to the right of boresight [rad]: the receive beam's, or the only steered one."""
-        return tuple(angle for side in self.one_sided for angle in side._beam_steers)
+        return tuple(angle for side in self.side_sonars for angle in side._beam_steers)
 
     @property
     def channel_sides(self) -> tuple[int, ...]:
@@ -131,7 +131,7 @@ class Sonar(Noun):
         return tuple(side for side in sides for _ in range(self.beam_count))
 
     @property
-    def one_sided(self) -> tuple["Sonar", ...]:
+    def side_sonars(self) -> tuple["Sonar", ...]:
         """The sonar of each side, in the order of the channels; itself where it has no sides."""
         if self.sides is None:
             return (self,)
@@ -155,14 +155,14 @@ class Sonar(Noun):
         return self.transmit.steered(self.receive.steers), self.receive
 
     @property
-    def listening_arrays(self) -> tuple[LineArray | PlanarArray | PointTransducer, ...]:
+    def channel_arrays(self) -> tuple[LineArray | PlanarArray | PointTransducer, ...]:
         """What a channel sends and listens with: transmit array, and receive array or one element of it."""
         if self.receiver.record == "elements":
-            return *self.steered_arrays, one_element(self.receive)
-        return self.steered_arrays
+            return *self.beam_arrays, one_element(self.receive)
+        return self.beam_arrays
 
     @property
-    def steered_arrays(self) -> tuple[LineArray | PlanarArray | PointTransducer, ...]:
+    def beam_arrays(self) -> tuple[LineArray | PlanarArray | PointTransducer, ...]:
         """Those of `arrays` that make beams: not a receive array whose elements are recorded."""
         chosen = self.arrays[:1] if self.receiver.record == "elements" else self.arrays
         return tuple(array for array in chosen if not isinstance(array, ElementArray | ArcArray))
@@ -237,7 +237,7 @@ def array_position(array: AnyArray, position: NDArray[np.float64], body: NDArray
     return np.asarray(position + body @ np.asarray(array.offset))
 
 
-def channel_places(sonar: Sonar) -> NDArray[np.float64]:
+def channel_positions(sonar: Sonar) -> NDArray[np.float64]:
     """Where each channel hears on its platform: its element, or the centre of its array.
 
     Args:
@@ -247,7 +247,7 @@ def channel_places(sonar: Sonar) -> NDArray[np.float64]:
         Forward, starboard, down from the platform's reference point [m], shape (channels, 3); as drawn, without errors.
     """
     rows = []
-    for side in sonar.one_sided:
+    for side in sonar.side_sonars:
         place = np.zeros((side.beam_count, 3))
         if side.receiver.record == "elements":
             faces = receiver_mounting(side)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.sonar.beam import Beams
-from insonify.sonar.heard import HeardPulse
+from insonify.sonar.received_pulse import ReceivedPulse
 
 Floats = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ class SubBand:
     receive_beams: Beams
 
 
-def half_band(pulse: HeardPulse) -> float:
+def half_bandwidth(pulse: ReceivedPulse) -> float:
     """Half the width about the carrier that holds the heard pulse's energy, but for `ENERGY` of it [Hz].
 
     Args:
@@ -46,17 +46,17 @@ def half_band(pulse: HeardPulse) -> float:
     return float(offset[int(np.searchsorted(held, (1 - ENERGY) * held[-1]))])
 
 
-def band_nodes(pulse: HeardPulse, count: int) -> Floats:
+def band_nodes(pulse: ReceivedPulse, count: int) -> Floats:
     """Offsets from the carrier at which the band is looked at [Hz], increasing, shape (count,).
 
     Args:
         pulse: As the receiver hears it.
         count: Number of nodes; one is the carrier.
     """
-    return -half_band(pulse) * np.cos((np.arange(count) + 0.5) * np.pi / count) if count > 1 else np.zeros(1)
+    return -half_bandwidth(pulse) * np.cos((np.arange(count) + 0.5) * np.pi / count) if count > 1 else np.zeros(1)
 
 
-def scales(node: Floats) -> Floats:
+def barycentric_weights(node: Floats) -> Floats:
     """One over the product of each node's distances from the others: Lagrange's polynomials, shape (nodes,).
 
     Args:
@@ -65,15 +65,15 @@ def scales(node: Floats) -> Floats:
     return np.array([1 / np.prod(node[k] - np.delete(node, k)) for k in range(len(node))])
 
 
-def shares(node: Floats, where: Floats, low: float = -np.inf, high: float = np.inf) -> Floats:
+def lagrange_weights(node: Floats, offset: Floats, low: float = -np.inf, high: float = np.inf) -> Floats:
     """What the value at each node counts for elsewhere: Lagrange's polynomials [1], shape (nodes, n).
 
     Args:
         node: The nodes, shape (nodes,).
-        where: Where it is asked, shape (n,).
+        offset: Where it is asked, shape (n,).
         low: Below this the polynomials stay as they are there.
         high: Above this, likewise.
     """
-    x = np.clip(where, low, high)
+    x = np.clip(offset, low, high)
     rows = [np.prod(x - np.delete(node, k)[:, None], axis=0) for k in range(len(node))]
-    return np.asarray(scales(node)[:, None] * np.array(rows).reshape(len(node), -1))
+    return np.asarray(barycentric_weights(node)[:, None] * np.array(rows).reshape(len(node), -1))

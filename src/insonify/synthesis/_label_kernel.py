@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.jit import njit
-from insonify.synthesis._lanes import add_real_spike
-from insonify.synthesis._spread import _SHIFT
-from insonify.synthesis._taps import CELLS_PER_SPIKE
+from insonify.synthesis._gridding import _SHIFT
+from insonify.synthesis._gridding_kernel import CELLS_PER_SPIKE
+from insonify.synthesis._simd_gridding import add_real_spike
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -18,9 +18,9 @@ MOMENTS = 6
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def add_places(
+def deposit_label_positions(
     bins: Floats, start: float, rate: float, delay_out: Floats, delay_back: Floats, power_out: Floats,
-    power_back: Floats, pair: NDArray[np.int64], strength: Floats, place: Floats, receiver: Floats,
+    power_back: Floats, pair: NDArray[np.int64], strength: Floats, scatterer_position: Floats, receiver: Floats,
     grazing_out: Floats, grazing_back: Floats,
 ) -> None:  # fmt: skip
     """Add energy, and energy times place, of every path to the two bins beside its delay.
@@ -35,16 +35,25 @@ def add_places(
         power_back: Likewise, (g, n).
         pair: Rows of the legs out and back, (p, 2).
         strength: Pressure scattered re incident [m], (p, n).
-        place: North, east, depth of each point [m], (n, 3).
+        scatterer_position: North, east, depth of each point [m], (n, 3).
         receiver: North, east, depth of the receiver [m], (3,).
         grazing_out: Grazing angle at the point [rad], (f, n).
         grazing_back: Likewise, (g, n).
     """
     last = bins.shape[0] - 1
     told = np.empty(MOMENTS)
-    for n in range(place.shape[0]):
-        told[0], told[1], told[2], told[3] = 1.0, place[n, 0], place[n, 1], place[n, 2]
-        north, east, down = place[n, 0] - receiver[0], place[n, 1] - receiver[1], place[n, 2] - receiver[2]
+    for n in range(scatterer_position.shape[0]):
+        told[0], told[1], told[2], told[3] = (
+            1.0,
+            scatterer_position[n, 0],
+            scatterer_position[n, 1],
+            scatterer_position[n, 2],
+        )
+        north, east, down = (
+            scatterer_position[n, 0] - receiver[0],
+            scatterer_position[n, 1] - receiver[1],
+            scatterer_position[n, 2] - receiver[2],
+        )
         told[4] = math.sqrt(north * north + east * east + down * down)
         for p in range(pair.shape[0]):
             i, j = pair[p, 0], pair[p, 1]
@@ -60,24 +69,24 @@ def add_places(
                 bins[k + 1, m] += part * energy * told[m]
 
 
-class Points(NamedTuple):
+class LabelledPoints(NamedTuple):
     """Points, n of them, and f legs to each from a sonar whose ends are at one place."""
 
     delay: Floats
     """One way [s], (f, n)."""
-    sent: Complexes
+    transmit_weight: Complexes
     """Weight of each leg out, its beam included [uPa], (f, n)."""
-    heard: Complexes
+    receive_weight: Complexes
     """Weight of each leg back, likewise [1], (f, n)."""
     grazing: Floats
     """Grazing angle at the point [rad], (f, n)."""
     strength: Floats
     """Pressure that p pairs scatter re incident [m], (p, n)."""
-    place: Floats
+    position: Floats
     """North, east, depth [m], (n, 3)."""
 
 
-class Grid(NamedTuple):
+class LabelGrid(NamedTuple):
     """Cells of energy and bins of places, by delay."""
 
     first_time: float
@@ -91,8 +100,8 @@ class Grid(NamedTuple):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _spike(cells: Floats, grid: Grid, delay: float, energy: float) -> None:
-    """Add one energy to the cells about its delay, as `_spread.spread_energy`."""
+def _deposit_energy(cells: Floats, grid: LabelGrid, delay: float, energy: float) -> None:
+    """Add one energy to the cells about its delay, as `_spread.deposit_energy`."""
     position = (delay - grid.first_time) * grid.rate - _SHIFT
     if position >= 0.0 and position < cells.size - CELLS_PER_SPIKE:
         cell = math.floor(position)
@@ -100,8 +109,14 @@ def _spike(cells: Floats, grid: Grid, delay: float, energy: float) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _lay_place(
-    bins: Floats, grid: Grid, delay: float, energy: float, place: Floats, away: float, grazing: float
+def _deposit_position(
+    bins: Floats,
+    grid: LabelGrid,
+    delay: float,
+    energy: float,
+    scatterer_position: Floats,
+    distance: float,
+    grazing: float,
 ) -> None:
     """Add one energy, and energy times place, to the two bins beside its delay."""
     position = (delay - grid.start) * grid.bin_rate
@@ -111,17 +126,17 @@ def _lay_place(
     part = position - k
     for row, share in ((k, (1 - part) * energy), (k + 1, part * energy)):
         bins[row, 0] += share
-        bins[row, 1] += share * place[0]
-        bins[row, 2] += share * place[1]
-        bins[row, 3] += share * place[2]
-        bins[row, 4] += share * away
+        bins[row, 1] += share * scatterer_position[0]
+        bins[row, 2] += share * scatterer_position[1]
+        bins[row, 3] += share * scatterer_position[2]
+        bins[row, 4] += share * distance
         bins[row, 5] += share * grazing
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def lay_labels(
-    points: Points, pair: NDArray[np.int64], support: float, grid: Grid, receiver: Floats, own: Floats,
-    met: Floats, bins: Floats,
+def deposit_labels(
+    points: LabelledPoints, pair: NDArray[np.int64], support: float, grid: LabelGrid, receiver: Floats, shared_cells: Floats,
+    pair_cells: Floats, bins: Floats,
 ) -> tuple[NDArray[np.int64], Floats, Complexes]:  # fmt: skip
     """Energies and places of all pairs of legs of some points; a pair and its reverse arrive together, as one.
 
@@ -134,8 +149,8 @@ def lay_labels(
         support: Lag at which replicas no longer interfere [s].
         grid: Of the cells and the bins.
         receiver: North, east, depth of the receiver [m], (3,).
-        own: Energies that count for pair and whole, added to in place, (p, cells).
-        met: Energies that count for the pair alone, likewise.
+        shared_cells: Energies that count for pair and whole, added to in place, (p, cells).
+        pair_cells: Energies that count for the pair alone, likewise.
         bins: Energies and places, added to in place, (p, bins, MOMENTS).
 
     Returns:
@@ -149,20 +164,20 @@ def lay_labels(
     groups, filled = 0, 0
     for n in range(many):
         m = 0
-        place = points.place[n]
+        place = points.position[n]
         north, east, down = place[0] - receiver[0], place[1] - receiver[1], place[2] - receiver[2]
         away = math.sqrt(north * north + east * east + down * down)
         for p in range(count):
             i, j, strength = pair[p, 0], pair[p, 1], points.strength[p, n]
-            one = points.sent[i, n] * points.heard[j, n] * strength
-            other = points.sent[j, n] * points.heard[i, n] * strength if i != j else 0j
+            one = points.transmit_weight[i, n] * points.receive_weight[j, n] * strength
+            other = points.transmit_weight[j, n] * points.receive_weight[i, n] * strength if i != j else 0j
             value = one + other
             energy = one.real**2 + one.imag**2 + other.real**2 + other.imag**2
             if energy == 0:
                 continue
             delay = points.delay[i, n] + points.delay[j, n]
             grazing = (abs(points.grazing[i, n]) + abs(points.grazing[j, n])) / 2
-            _lay_place(bins[p], grid, delay, energy, place, away, grazing)
+            _deposit_position(bins[p], grid, delay, energy, place, away, grazing)
             tau[m], w[m], which[m] = delay, value, p
             k = m
             while k > 0 and tau[order[k - 1]] > delay:
@@ -178,7 +193,7 @@ def lay_labels(
             for k in range(a, b):
                 o = order[k]
                 energy = w[o].real ** 2 + w[o].imag ** 2
-                _spike(own[which[o]] if b == a + 1 else met[which[o]], grid, tau[o], energy)
+                _deposit_energy(shared_cells[which[o]] if b == a + 1 else pair_cells[which[o]], grid, tau[o], energy)
             if b > a + 1:
                 first[groups] = filled
                 groups += 1

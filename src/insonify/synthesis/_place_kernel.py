@@ -69,10 +69,10 @@ def lay_places(
     section: NDArray[Any], level: float, kept: float, apart: float, bins: Floats, start: float, rate: float,
     position: Floats, grazing: Singles, receiver: Floats,
 ) -> None:  # fmt: skip
-    """Energies and places of all that a swath sends back, pair by pair; energies are those of `lay_pairs`.
+    """Energies and places of all that a swath sends back, pair by pair; energies are those of `deposit_pair_energies`.
 
     Args:
-        delay: As of `_swath_energies.lay_pairs`, like all up to `apart`.
+        delay: As of `_swath_energies.deposit_pair_energies`, like all up to `apart`.
         sent: Size of each leg times the gain of the transmit beam [1], (f, n).
         heard: Size of each leg times the gain of the receive beam [1], (f, n).
         pair: Rows of two legs, (p, 2).

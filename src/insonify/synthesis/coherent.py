@@ -13,94 +13,98 @@ from numpy.typing import NDArray
 from insonify.ocean.water import Water
 from insonify.records.arrivals import Arrivals
 from insonify.records.pairs import Pairs
-from insonify.sonar.stance import Stance
-from insonify.synthesis._shape_kernel import laid_out
-from insonify.synthesis._spread import spread
+from insonify.sonar.ping_geometry import PingGeometry
+from insonify.synthesis._gridding import deposit_pressure
+from insonify.synthesis._waveform_basis_kernel import group_layout
 from insonify.synthesis.arrival_weights import arrival_weights
-from insonify.synthesis.beams_under_way import lay_down_beams
-from insonify.synthesis.directions import Directions, directions
-from insonify.synthesis.elements import Ends, ends_of, lay_down, taken_by
-from insonify.synthesis.grid import TimeGrid, finish, finish_shapes
-from insonify.synthesis.perturbation import Perturbation
-from insonify.synthesis.sectors import Shared, shared
-from insonify.synthesis.shapes import Shapes, shapes_of, start_after
-from insonify.synthesis.weights import leg_weights
+from insonify.synthesis.direction_grid import DirectionGrid, direction_grid
+from insonify.synthesis.element_arrivals import ReceivePoints, absorption_np_per_m, deposit, receive_points
+from insonify.synthesis.leg_weights import leg_weights
+from insonify.synthesis.moving_beams import deposit_beams
+from insonify.synthesis.replica_jitter import ReplicaJitter
+from insonify.synthesis.sector_interpolation import SectorInterpolation, sector_interpolation
+from insonify.synthesis.time_grid import TimeGrid, convolve_pulse, convolve_waveforms
+from insonify.synthesis.waveform_basis import WaveformBasis, start_delay, waveform_basis
 from insonify.units import amplitude_ratio
 
 Cells = NDArray[np.complex64]
 
 
 @dataclass(frozen=True)
-class Coherent:
+class CoherentAccumulator:
     """Hears complex pressure [uPa]."""
 
-    stance: Stance
+    ping_geometry: PingGeometry
     grid: TimeGrid
-    perturbation: Perturbation
-    shapes: Shapes = field(default_factory=lambda: Shapes(np.zeros(1)))
-    """Waveforms of which echoes are sums: `shapes_of` the stance."""
+    replica_jitter: ReplicaJitter
+    basis: WaveformBasis = field(default_factory=lambda: WaveformBasis(np.zeros(1)))
+    """Waveforms of which echoes are sums: `waveform_basis` the ping_geometry."""
     water: Water = field(default_factory=Water)
     """Between sonar and scatterers, for elements and for a sonar under way."""
 
     @cached_property
-    def _ends(self) -> Ends:
-        return ends_of(self.stance)
+    def _ends(self) -> ReceivePoints:
+        return receive_points(self.ping_geometry)
 
     @cached_property
-    def _few(self) -> Shared | None:
-        if self.stance.elements is None or np.any(self._ends.facing):
+    def _sector(self) -> SectorInterpolation | None:
+        if self.ping_geometry.elements is None or np.any(self._ends.orientation_row):
             return None
-        ends, speed = self._ends, self.stance.receive_speed
-        return shared(ends.place, ends.velocity, ends.acceleration, self.grid, self.stance.frequency, speed)
+        ends, speed = self._ends, self.ping_geometry.receive_sound_speed
+        return sector_interpolation(
+            ends.position, ends.velocity, ends.acceleration, self.grid, self.ping_geometry.frequency, speed
+        )
 
     @cached_property
-    def _fan(self) -> Directions | None:
-        return directions(self.stance)
+    def _fan(self) -> DirectionGrid | None:
+        return direction_grid(self.ping_geometry)
 
     @cached_property
     def _loss(self) -> float:
-        return taken_by(self.water, self.stance.frequency)
+        return absorption_np_per_m(self.water, self.ping_geometry.frequency)
 
     @property
-    def plain(self) -> bool:
+    def uses_far_field(self) -> bool:
         """Return True if few beams of a stationary sonar are recorded: its far field suffices."""
-        standing = self.stance.still and self.stance.elements is None and not self.stance.bands
+        standing = (
+            self.ping_geometry.is_static and self.ping_geometry.elements is None and not self.ping_geometry.sub_bands
+        )
         return standing and self._fan is None
 
     @property
-    def even(self) -> bool:
+    def wants_quadrature(self) -> bool:
         """Whether it wants drawn scatterers, which belong to their places."""
         return False
 
-    def silence(self) -> Cells:
+    def empty(self) -> Cells:
         """Cells with nothing in them, one row a channel."""
-        if self.plain:
-            return self.grid.cells(self.stance.channel_count)
-        groups, together = laid_out(len(self.shapes.doppler))
-        places = 0 if self._few is None else len(self._few.place)
-        channels = self.stance.channel_count if self._fan is None else self._fan.count
-        rows = len(self.shapes.band), channels + places, groups
+        if self.uses_far_field:
+            return self.grid.cells(self.ping_geometry.channel_count)
+        groups, together = group_layout(len(self.basis.doppler))
+        places = 0 if self._sector is None else len(self._sector.point_position)
+        channels = self.ping_geometry.channel_count if self._fan is None else self._fan.row_count
+        rows = len(self.basis.band), channels + places, groups
         return self.grid.cells(int(np.prod(rows)) * together).reshape(*rows, -1, together)
 
-    def take_in(self, cells: Cells, pairs: Pairs) -> None:
+    def add(self, cells: Cells, pairs: Pairs) -> None:
         """Add the echoes of one block of scatterers to the cells."""
-        if not self.plain and self.stance.elements is None:
-            lay_down_beams(
-                cells, pairs, self.stance, self.grid, self.perturbation, self.shapes, self._ends, self.water,
+        if not self.uses_far_field and self.ping_geometry.elements is None:
+            deposit_beams(
+                cells, pairs, self.ping_geometry, self.grid, self.replica_jitter, self.basis, self._ends, self.water,
                 self._loss, self._fan,
             )  # fmt: skip
             return
-        if not self.plain:
-            lay_down(
-                cells, pairs, self.stance, self.grid, self.perturbation, self.shapes, self._ends, self.water,
-                self._loss, self._few,
+        if not self.uses_far_field:
+            deposit(
+                cells, pairs, self.ping_geometry, self.grid, self.replica_jitter, self.basis, self._ends, self.water,
+                self._loss, self._sector,
             )  # fmt: skip
             return
-        level = float(amplitude_ratio(self.stance.source_level_db))
-        sent = leg_weights(pairs.out, self.stance.transmit_beams, self.stance.frequency, level)
-        heard = leg_weights(pairs.back, self.stance.receive_beams, self.stance.frequency)
+        level = float(amplitude_ratio(self.ping_geometry.source_level_db))
+        sent = leg_weights(pairs.out, self.ping_geometry.transmit_beams, self.ping_geometry.frequency, level)
+        heard = leg_weights(pairs.back, self.ping_geometry.receive_beams, self.ping_geometry.frequency)
         # one delay both ways round: two pairs are heard as one, also where a moving sea turned their phases apart
-        merge = pairs.out.delay is pairs.back.delay and self.perturbation.still
+        merge = pairs.out.delay is pairs.back.delay and self.replica_jitter.is_zero
         rows = {(int(i), int(j)): row for row, (i, j) in enumerate(pairs.pair)}
         names = pairs.rays()
         for (i, j), row in rows.items():
@@ -108,43 +112,48 @@ class Coherent:
             if twin and i > j:
                 continue
             strength = pairs.strength[row] * pairs.scatterers.phase
-            if not self.perturbation.still:
-                strength = strength * self.perturbation.factor(pairs.scatterers.place, *names[row])
+            if not self.replica_jitter.is_zero:
+                strength = strength * self.replica_jitter.factor(pairs.scatterers.scatterer_id, *names[row])
             delay = pairs.out.delay[i] + pairs.back.delay[j]
             for channel, row_of_cells in enumerate(cells):
                 s, h = sent[channel % len(sent)], heard[channel % len(heard)]
                 weight = s[i] * h[j] + s[j] * h[i] if twin else s[i] * h[j]
-                spread(
+                deposit_pressure(
                     row_of_cells, self.grid.first_time, self.grid.cell_rate, delay,
                     (weight * strength).astype(np.complex64),
                 )  # fmt: skip
 
-    def series(self, cells: Cells) -> NDArray[np.complex64]:
+    def time_series(self, cells: Cells) -> NDArray[np.complex64]:
         """Complex envelope at the grid's times [uPa], shape (channels, samples)."""
-        pulse = self.stance.pulse
-        if self.plain:
-            return finish(cells, self.grid, pulse.spectrum(self.grid.frequencies))
-        spectra = self.shapes.spectra(pulse, self.grid.frequencies)
-        if self._few is not None:
-            middle = 0.0 if self.stance.still else pulse.pulse.duration / 2
-            cells = self._few.tell(cells, self.grid, middle)
+        pulse = self.ping_geometry.pulse
+        if self.uses_far_field:
+            return convolve_pulse(cells, self.grid, pulse.spectrum(self.grid.frequencies))
+        spectra = self.basis.spectra(pulse, self.grid.frequencies)
+        if self._sector is not None:
+            middle = 0.0 if self.ping_geometry.is_static else pulse.pulse.duration / 2
+            cells = self._sector.to_elements(cells, self.grid, middle)
         if self._fan is not None:
-            cells = self._fan.tell(cells)
-        heard = finish_shapes(cells, self.grid, spectra)
-        elements = self.stance.elements
+            cells = self._fan.to_beams(cells)
+        heard = convolve_waveforms(cells, self.grid, spectra)
+        elements = self.ping_geometry.elements
         return heard if elements is None else (heard * elements.response[:, None]).astype(np.complex64)
 
 
-def hear_arrivals(
-    arrivals: Arrivals, stance: Stance, grid: TimeGrid, shapes: Shapes | None = None, *, channel: int | None = None
+def coherent_from_arrivals(
+    arrivals: Arrivals,
+    ping_geometry: PingGeometry,
+    grid: TimeGrid,
+    basis: WaveformBasis | None = None,
+    *,
+    channel: int | None = None,
 ) -> NDArray[np.complex64]:
     """What the sonar hears of a list of arrivals: the coherent reading, row by row.
 
     Args:
         arrivals: Paths of one ping.
-        stance: The sonar at that ping.
+        ping_geometry: The sonar at that ping.
         grid: Times wanted.
-        shapes: Waveforms of which echoes are sums; None: they are made here.
+        basis: Waveforms of which echoes are sums; None: they are made here.
         channel: Which channel; None: all beams of the side, which hear the same arrivals.
 
     Returns:
@@ -153,16 +162,16 @@ def hear_arrivals(
     Raises:
         ValueError: No channel, and the channels are elements: each hears arrivals of its own.
     """
-    if channel is None and stance.elements is not None:
+    if channel is None and ping_geometry.elements is not None:
         raise ValueError("channel is None, and each element has arrivals of its own. Give the channel that was asked.")
-    made = shapes_of(stance) if shapes is None else shapes
-    parts = made.parts(arrivals.doppler)
-    chosen = range(stance.channel_count) if channel is None else [channel]
-    sooner = start_after(stance.pulse, arrivals.doppler)  # shapes are stretched about their middle
-    delay, turn = arrivals.delay - sooner, np.exp(2j * np.pi * stance.frequency * sooner)
+    made = waveform_basis(ping_geometry) if basis is None else basis
+    parts = made.weights(arrivals.doppler)
+    chosen = range(ping_geometry.channel_count) if channel is None else [channel]
+    sooner = start_delay(ping_geometry.pulse, arrivals.doppler)  # shapes are stretched about their middle
+    delay, turn = arrivals.delay - sooner, np.exp(2j * np.pi * ping_geometry.frequency * sooner)
     cells = grid.cells(len(made.band) * len(chosen) * len(parts)).reshape(len(made.band), len(chosen), len(parts), -1)
     for band, row in np.ndindex(cells.shape[:2]):
-        weight = arrival_weights(arrivals, stance, chosen[row], band) * turn
+        weight = arrival_weights(arrivals, ping_geometry, chosen[row], band) * turn
         for cell, part in zip(cells[band, row], parts, strict=True):
-            spread(cell, grid.first_time, grid.cell_rate, delay, (weight * part).astype(np.complex64))
-    return finish_shapes(cells[..., None], grid, made.spectra(stance.pulse, grid.frequencies))
+            deposit_pressure(cell, grid.first_time, grid.cell_rate, delay, (weight * part).astype(np.complex64))
+    return convolve_waveforms(cells[..., None], grid, made.spectra(ping_geometry.pulse, grid.frequencies))

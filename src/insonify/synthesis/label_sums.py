@@ -6,49 +6,49 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.synthesis.flashes import Flashes
-from insonify.synthesis.incoherent import Energies
-from insonify.synthesis.levels import ALL as ALL
-from insonify.synthesis.levels import CurveSet
+from insonify.synthesis.incoherent import IntensityBuffer
+from insonify.synthesis.level_curves import ALL as ALL
+from insonify.synthesis.level_curves import LevelBuffers
+from insonify.synthesis.specular_labels import Flashes
 
 Floats = NDArray[np.float64]
 Key = tuple[str, str]
-MET = "met:"
+PAIR_ONLY = "met:"
 """Before the name of a pair: what counts for the pair, but for its owner only together with other pairs."""
 HIDDEN = "hidden"
 """Stands for the pair where a key means what an owner hides."""
 
 
-class Room(NamedTuple):
+class LabelCells(NamedTuple):
     """Cells and bins of all pairs of one owner, side by side."""
 
-    own: Floats
+    pair_and_object: Floats
     """Energies that count for pair and owner, (channels, pairs, cells)."""
-    met: Floats
+    pair_only: Floats
     """Energies that count for the pair alone, likewise."""
     bins: Floats
     """Energies and places, (channels, pairs, bins, MOMENTS)."""
 
 
 @dataclass(frozen=True, slots=True)
-class Kept:
+class LabelBuffer:
     """What has been heard so far."""
 
-    curves: CurveSet
+    curves: LevelBuffers
     """Energies by (owner, pair), which count for both; by (owner, `ALL`) those that count for the owner, by (owner,
-    `MET` and pair) those that count for the pair."""
+    `PAIR_ONLY` and pair) those that count for the pair."""
     bins: dict[Key, Floats] = field(default_factory=dict)
     """Energy and places by (owner, pair) and by (who cuts, `HIDDEN`), each (channels, bins, MOMENTS)."""
-    rooms: dict[tuple[str, tuple[str, ...]], Room] = field(default_factory=dict)
+    cells: dict[tuple[str, tuple[str, ...]], LabelCells] = field(default_factory=dict)
     """Curves and bins of all owners and pairs, of which `curves` and `bins` are parts."""
-    common: dict[str, Energies] = field(default_factory=dict)
+    common: dict[str, IntensityBuffer] = field(default_factory=dict)
     """By owner what pairs that arrive within one pulse have in common, as far as it is in its curve `ALL`."""
     flashes: dict[Key, Flashes] = field(default_factory=dict)
     """Pressures of smooth targets by (owner, pair): more of them may come."""
     nbytes: int = 0
     """Size of all that one owner is likely to fill [bytes]."""
 
-    def __iadd__(self, other: "Kept") -> "Kept":
+    def __iadd__(self, other: "LabelBuffer") -> "LabelBuffer":
         """Add what another has heard."""
         curves = self.curves
         curves += other.curves

@@ -6,9 +6,9 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from insonify import streams
-from insonify.sonar.heard import HeardPulse
+from insonify import random_keys
 from insonify.sonar.pulse import energy_duration, spectrum
+from insonify.sonar.received_pulse import ReceivedPulse
 from insonify.sonar.receiver import response
 from insonify.units import intensity_ratio
 
@@ -16,7 +16,7 @@ Slope = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 """Power of a noise at offsets from the centre frequency [Hz], over that at the centre [1]."""
 
 
-def receiver_filter(pulse: HeardPulse, offset: NDArray[np.float64]) -> NDArray[np.complex128]:
+def receiver_filter(pulse: ReceivedPulse, offset: NDArray[np.float64]) -> NDArray[np.complex128]:
     """What the receiver does to any sound: its band, and the matched filter when it compresses [1].
 
     Args:
@@ -24,12 +24,12 @@ def receiver_filter(pulse: HeardPulse, offset: NDArray[np.float64]) -> NDArray[n
         offset: Frequency relative to the centre [Hz], any shape.
     """
     passed = np.asarray(response(pulse.receiver, offset), complex)
-    if pulse.receiver.compress:
+    if pulse.receiver.matched_filter:
         passed = passed * np.conj(spectrum(pulse.pulse, offset)) / energy_duration(pulse.pulse)
     return passed
 
 
-def noise_intensity(pulse: HeardPulse, level_db: float | None, slope: Slope | None = None) -> float:
+def noise_intensity(pulse: ReceivedPulse, level_db: float | None, slope: Slope | None = None) -> float:
     """Mean-square noise pressure in the recording [uPa^2].
 
     Args:
@@ -46,9 +46,9 @@ def noise_intensity(pulse: HeardPulse, level_db: float | None, slope: Slope | No
     return float(intensity_ratio(level_db) * np.trapezoid(power, offset))
 
 
-def noise(
-    pulse: HeardPulse, level_db: float | None, seed: int, ping: int, channels: int, count: int, *,
-    slope: Slope | None = None, stream: int = streams.NOISE,
+def receiver_noise(
+    pulse: ReceivedPulse, level_db: float | None, seed: int, ping: int, channels: int, count: int, *,
+    slope: Slope | None = None, stream: int = random_keys.NOISE,
 ) -> NDArray[np.complex64]:  # fmt: skip
     """Noise of one ping, independent between channels.
 
@@ -74,7 +74,7 @@ def noise(
     shape = shape if slope is None else shape * np.sqrt(slope(offset))
     root = np.sqrt(float(intensity_ratio(level_db)) * rate)
     rows = [
-        scipy.fft.ifft(scipy.fft.fft(streams.normals(seed, stream, ping, channel, period)) * shape)[:count]
+        scipy.fft.ifft(scipy.fft.fft(random_keys.complex_normals(seed, stream, ping, channel, period)) * shape)[:count]
         for channel in range(channels)
     ]
     return (root * np.array(rows)).astype(np.complex64)

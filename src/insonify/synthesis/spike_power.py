@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.records.arrivals import Arrivals
-from insonify.sonar.stance import Stance
+from insonify.sonar.ping_geometry import PingGeometry
 from insonify.synthesis.arrival_weights import arrival_weights
 
 AT_ONCE = 200_000
@@ -14,12 +14,12 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 
-def spike_power(arrivals: Arrivals, stance: Stance, time: Floats, channel: int = 0) -> Floats:
+def spike_power(arrivals: Arrivals, ping_geometry: PingGeometry, time: Floats, channel: int = 0) -> Floats:
     """Expected intensity: |A p|^2 of every spike, and 2 Re A p A* p* of every two of one group.
 
     Args:
         arrivals: Paths of one ping, all that are heard at those times.
-        stance: The sonar at that ping.
+        ping_geometry: The sonar at that ping.
         time: Times in equal steps [s], shape (time,).
         channel: Which beam.
 
@@ -28,25 +28,27 @@ def spike_power(arrivals: Arrivals, stance: Stance, time: Floats, channel: int =
     """
     order = np.lexsort((arrivals.delay, arrivals.group))
     group, delay = arrivals.group[order], arrivals.delay[order]
-    weight = arrival_weights(arrivals, stance, channel)[order]
+    weight = arrival_weights(arrivals, ping_geometry, channel)[order]
     power = np.zeros(len(time))
-    _lay_down(power, time, stance, delay, delay, weight * np.conj(weight))
-    longest = stance.pulse.stop - stance.pulse.start
+    _deposit(power, time, ping_geometry, delay, delay, weight * np.conj(weight))
+    longest = ping_geometry.pulse.stop - ping_geometry.pulse.start
     for apart in range(1, int(np.bincount(group - group[0]).max())):
         rows = np.flatnonzero((group[apart:] == group[:-apart]) & (delay[apart:] - delay[:-apart] < longest))
         product = 2 * weight[rows] * np.conj(weight[rows + apart])
-        _lay_down(power, time, stance, delay[rows], delay[rows + apart], product)
+        _deposit(power, time, ping_geometry, delay[rows], delay[rows + apart], product)
     return power
 
 
-def _lay_down(power: Floats, time: Floats, stance: Stance, first: Floats, second: Floats, product: Complexes) -> None:
+def _deposit(
+    power: Floats, time: Floats, ping_geometry: PingGeometry, first: Floats, second: Floats, product: Complexes
+) -> None:
     """Add Re product p(t - first) p*(t - second) to the samples in which both are heard."""
     step = time[1] - time[0]
-    samples = np.arange(int(np.ceil((stance.pulse.stop - stance.pulse.start) / step)) + 1)
+    samples = np.arange(int(np.ceil((ping_geometry.pulse.stop - ping_geometry.pulse.start) / step)) + 1)
     for start in range(0, len(first), AT_ONCE):
         part = slice(start, start + AT_ONCE)
-        row = np.ceil((first[part] + stance.pulse.start - time[0]) / step).astype(int)[:, None] + samples
+        row = np.ceil((first[part] + ping_geometry.pulse.start - time[0]) / step).astype(int)[:, None] + samples
         when = time[0] + row * step
-        one, other = (stance.pulse.samples(when - delay[part, None]) for delay in (first, second))
+        one, other = (ping_geometry.pulse.samples(when - delay[part, None]) for delay in (first, second))
         inside = (row >= 0) & (row < len(time))
         power += np.bincount(row[inside], (product[part, None] * one * np.conj(other)).real[inside], len(time))

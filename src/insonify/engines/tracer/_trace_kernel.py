@@ -5,8 +5,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines.tracer._bodies_kernel import CLEARANCE, Bodies, body_hit
-from insonify.engines.tracer._ground_kernel import Ground, ground_hit, upward
+from insonify.engines.tracer._bvh_kernel import CLEARANCE, TriangleBvh, bvh_hit
+from insonify.engines.tracer._terrain_hit_kernel import TerrainTiles, terrain_hit, terrain_normal
 from insonify.jit import njit
 
 Floats = NDArray[np.float64]
@@ -16,8 +16,8 @@ NOTHING, BED, SURFACE, BODY = 0, 1, 2, 3
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def first_hits(
-    origin: Floats, way: Floats, farthest: Floats, ground: Ground, bodies: Bodies, wanted: NDArray[np.bool_],
-    distance: Floats, met: NDArray[np.int8], owner: NDArray[np.int64], normal: Floats,
+    origin: Floats, way: Floats, farthest: Floats, ground: TerrainTiles, bodies: TriangleBvh, missing: NDArray[np.bool_],
+    distance: Floats, hit_kind: NDArray[np.int8], owner: NDArray[np.int64], normal: Floats,
 ) -> None:  # fmt: skip
     """What rays meet first.
 
@@ -27,9 +27,9 @@ def first_hits(
         farthest: Distance beyond which nothing matters [m], (n,).
         ground: The bed.
         bodies: Triangles of all bodies.
-        wanted: Pieces of the ground that are not there are marked.
+        missing: Pieces of the ground that are not there are marked.
         distance: Result, distance to what is met [m], (n,).
-        met: Result, NOTHING, BED, SURFACE or BODY, (n,).
+        hit_kind: Result, NOTHING, BED, SURFACE or BODY, (n,).
         owner: Result, owner of the triangle met, -1 for none, (n,).
         normal: Result, unit normal of what is met, into the water [1], (n, 3).
     """
@@ -40,26 +40,26 @@ def first_hits(
         if w < 0 and -z / w < far:
             far, kind = -z / w, SURFACE
         if bodies.owner.size > 0:
-            far, row = body_hit(x, y, z, u, v, w, far, bodies)
+            far, row = bvh_hit(x, y, z, u, v, w, far, bodies)
             if row >= 0:
                 kind = BODY
-        bed = ground_hit(x, y, z, u, v, w, 0.0, far, ground, wanted)
+        bed = terrain_hit(x, y, z, u, v, w, 0.0, far, ground, missing)
         if bed < far:
             far, kind, row = bed, BED, -1
-        distance[n], met[n], owner[n] = far, kind, -1
+        distance[n], hit_kind[n], owner[n] = far, kind, -1
         if kind == BODY:
             owner[n] = bodies.owner[row]
             normal[n] = bodies.normal[row]
         elif kind == BED:
-            normal[n, 0], normal[n, 1], normal[n, 2] = upward(x + u * far, y + v * far, ground, wanted)
+            normal[n, 0], normal[n, 1], normal[n, 2] = terrain_normal(x + u * far, y + v * far, ground, missing)
         else:
             normal[n, 0], normal[n, 1], normal[n, 2] = 0.0, 0.0, 1.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def clear_ways(
-    end: Floats, place: Floats, bottom: NDArray[np.bool_], wavelength: float, ground: Ground, bodies: Bodies,
-    wanted: NDArray[np.bool_], clear: NDArray[np.bool_],
+def clear_image_paths(
+    end: Floats, place: Floats, bottom: NDArray[np.bool_], wavelength: float, ground: TerrainTiles, bodies: TriangleBvh,
+    missing: NDArray[np.bool_], clear: NDArray[np.bool_],
 ) -> None:  # fmt: skip
     """Whether mirrored ways between one end of the sonar and some places are clear, one straight part after another.
 
@@ -72,7 +72,7 @@ def clear_ways(
         wavelength: Of the sound [m].
         ground: The bed.
         bodies: Triangles of all bodies.
-        wanted: Pieces of the ground that are not there are marked.
+        missing: Pieces of the ground that are not there are marked.
         clear: Which are asked for; False where something stands in the way, (n,).
     """
     bounces = bottom.size
@@ -80,7 +80,7 @@ def clear_ways(
         if not clear[n]:
             continue
         dx, dy = place[n, 0] - end[0], place[n, 1] - end[1]
-        climb = _climb(end[2], place[n, 2], bottom, ground.depth)
+        climb = _vertical_path(end[2], place[n, 2], bottom, ground.depth)
         length = math.sqrt(dx * dx + dy * dy + climb * climb)
         done, z, skip = 0.0, end[2], 0.0
         for part in range(bounces + 1):
@@ -92,27 +92,27 @@ def clear_ways(
                     sine = climb / length
                     zone = math.sqrt(wavelength * length * max(passed * (1 - passed), 0.0)) / sine
                     margin = zone / max(math.sqrt(1 - sine * sine), 1e-9)
-            if not _open(end[0] + done * dx, end[1] + done * dy, z, end[0] + passed * dx, end[1] + passed * dy, goal,
-                         skip, margin, ground, bodies, wanted):  # fmt: skip
+            if not _segment_clear(end[0] + done * dx, end[1] + done * dy, z, end[0] + passed * dx, end[1] + passed * dy, goal,
+                         skip, margin, ground, bodies, missing):  # fmt: skip
                 clear[n] = False
                 break
             done, z, skip = passed, goal, margin
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _climb(start: float, stop: float, bottom: NDArray[np.bool_], depth: float) -> float:
+def _vertical_path(start: float, stop: float, bottom: NDArray[np.bool_], depth: float) -> float:
     """Vertical distance travelled with all bounces [m]."""
     z, climb = start, 0.0
-    for off_bed in bottom:
-        goal = depth if off_bed else 0.0
+    for is_seabed_bounce in bottom:
+        goal = depth if is_seabed_bounce else 0.0
         climb += abs(goal - z)
         z = goal
     return climb + abs(stop - z)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _open(  # type: ignore[no-untyped-def]
-    x, y, z, to_x, to_y, to_z, skip, margin, ground, bodies, wanted
+def _segment_clear(  # type: ignore[no-untyped-def]
+    x, y, z, to_x, to_y, to_z, skip, margin, ground, bodies, missing
 ):
     """Whether nothing stands between two points; ground near either end may be left out by a margin [m]."""
     u, v, w = to_x - x, to_y - y, to_z - z
@@ -120,10 +120,10 @@ def _open(  # type: ignore[no-untyped-def]
     if length <= 2 * CLEARANCE:
         return True
     u, v, w = u / length, v / length, w / length
-    if bodies.owner.size > 0 and body_hit(x, y, z, u, v, w, length - CLEARANCE, bodies)[1] >= 0:
+    if bodies.owner.size > 0 and bvh_hit(x, y, z, u, v, w, length - CLEARANCE, bodies)[1] >= 0:
         return False
     if ground.cell == 0.0:
         return True
     # Walked from the place to the sonar: where a ray starts on the ground, it may touch it.
-    hit = ground_hit(to_x, to_y, to_z, -u, -v, -w, margin, length - skip, ground, wanted)
+    hit = terrain_hit(to_x, to_y, to_z, -u, -v, -w, margin, length - skip, ground, missing)
     return hit == math.inf

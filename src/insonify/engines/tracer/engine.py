@@ -15,35 +15,35 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines.tracer._trace_kernel import BED, SURFACE
-from insonify.engines.tracer.bundle import Ping, Rays
 from insonify.engines.tracer.connection import echoes, point_echoes
-from insonify.engines.tracer.course import course
-from insonify.engines.tracer.launch import Fan, fan
-from insonify.engines.tracer.mirrors import folded, letters
-from insonify.engines.tracer.world import World, frame
-from insonify.propagation.choice import PathChoice
-from insonify.records.echoes import Echoes
+from insonify.engines.tracer.image_legs import bounce_letters, image_source_depth
+from insonify.engines.tracer.launch_sampling import LaunchSampler, launch_sampler
+from insonify.engines.tracer.ray_bundle import RayBundle, TracedPing
+from insonify.engines.tracer.ray_tracing import trace_hits
+from insonify.engines.tracer.tracing_scene import TracingScene, lattice_rotation
+from insonify.propagation.path_settings import PathSettings
+from insonify.records.echo_energies import EchoEnergies
 from insonify.scene.scene import Scene
 from insonify.scene.solid import world_triangles
 from insonify.scene.target import PointTarget
 from insonify.sonar.beam import Beams
-from insonify.sonar.stance import Stance
+from insonify.sonar.ping_geometry import PingGeometry
 
 Floats = NDArray[np.float64]
 
 PARTS = 16
 """Parts that a ping's rays are shared into: fixed, so that sums do not depend on the number of threads."""
-MOST_WINDOWS = 64
+MAX_WINDOWS = 64
 """Bodies times families that rays are aimed at [1]."""
-NEPER = np.log(10) / 10
+DB_TO_NEPER = np.log(10) / 10
 
-Block = Callable[[], list[Echoes]]
+Block = Callable[[], list[EchoEnergies]]
 
 
 class Tracer:
     """The engine for one scene and one choice of paths."""
 
-    def __init__(self, scene: Scene, choice: PathChoice, seed: int) -> None:
+    def __init__(self, scene: Scene, choice: PathSettings, seed: int) -> None:
         """Make a scene ready for rays.
 
         Args:
@@ -56,100 +56,123 @@ class Tracer:
         """
         if scene.water.layered:
             raise ValueError(
-                "paths.engine is tracer, whose rays are straight, but water.profile bends them. Write engine: paths, "
+                "paths.engine is tracer, whose rays are straight, but water.profile bends them. Write engine: eigenrays, "
                 "or give the water one sound_speed."
             )
         self.scene, self.choice, self.seed = scene, choice, seed
-        self.world = World(scene)
+        self.world = TracingScene(scene)
 
-    def blocks(self, stance: Stance, *, even: bool = True) -> list[Block]:
+    def blocks(self, ping_geometry: PingGeometry, *, quadrature: bool = True) -> list[Block]:
         """The rays of one ping, in parts that are traced when they are called.
 
         Args:
-            stance: The sonar at this ping.
-            even: Rays know expectations only; drawn scatterers are the other engine's.
+            ping_geometry: The sonar at this ping.
+            quadrature: Rays know expectations only; drawn scatterers are the other engine's.
 
         Returns:
             Blocks in a fixed order, however many threads will trace them.
         """
-        if not even:
-            raise ValueError("the tracer has no phases: write field: incoherent, or paths.engine: paths")
-        ping = self.ping(stance)
+        if not quadrature:
+            raise ValueError("the tracer has no phases: write field: incoherent, or paths.engine: eigenrays")
+        ping = self.ping(ping_geometry)
         return [*(partial(self._trace, ping, part) for part in range(PARTS)), partial(self._points, ping)]
 
-    def pairs(self, stance: Stance, block: Block) -> list[Echoes]:
+    def pairs(self, ping_geometry: PingGeometry, block: Block) -> list[EchoEnergies]:
         """What comes back of one block.
 
         Args:
-            stance: The sonar at this ping.
-            block: One of `blocks(stance)`.
+            ping_geometry: The sonar at this ping.
+            block: One of `blocks(ping_geometry)`.
         """
         return block()
 
-    def ping(self, stance: Stance) -> Ping:
+    def ping(self, ping_geometry: PingGeometry) -> TracedPing:
         """One ping in the lattice's frame.
 
         Args:
-            stance: The sonar at this ping.
+            ping_geometry: The sonar at this ping.
         """
-        scene, turn = self.scene, frame(self.world.lattice).T
-        transmit, receive = (self.world.placed(place) for place in (stance.transmit_place, stance.receive_place))
-        sending, hearing = (one.turned(one.axes @ turn) for one in (stance.transmit_beams, stance.receive_beams))
+        scene, turn = self.scene, lattice_rotation(self.world.lattice).T
+        transmit, receive = (
+            self.world.to_lattice_frame(place)
+            for place in (ping_geometry.transmit_position, ping_geometry.receive_position)
+        )
+        sending, hearing = (
+            one.rotated(one.axes @ turn) for one in (ping_geometry.transmit_beams, ping_geometry.receive_beams)
+        )
         speed = scene.water.sound_speed
         laws = {
-            BED: scene.seabed.law(stance.frequency, speed),
-            SURFACE: scene.surface.law(stance.frequency),
+            BED: scene.seabed.law(ping_geometry.frequency, speed),
+            SURFACE: scene.surface.law(ping_geometry.frequency),
         }
-        heard = speed * max(stance.heard_delays[1], 0.0) / 2 + float(np.linalg.norm(transmit - receive))
-        thrown = self._fan(stance, transmit, sending, hearing, {k for k, law in laws.items() if law is not None})
-        sheet = self.world.sheet(transmit, 2 * heard)
-        attenuation = float(scene.water.absorption(stance.frequency)) * NEPER
-        return Ping(scene, self.choice, stance, sheet, thrown, transmit, receive, sending, hearing, laws, attenuation)
+        heard = speed * max(ping_geometry.recorded_delays[1], 0.0) / 2 + float(np.linalg.norm(transmit - receive))
+        thrown = self._launch_sampler(
+            ping_geometry, transmit, sending, hearing, {k for k, law in laws.items() if law is not None}
+        )
+        intersector = self.world.intersector(transmit, 2 * heard)
+        attenuation = float(scene.water.absorption(ping_geometry.frequency)) * DB_TO_NEPER
+        return TracedPing(
+            scene,
+            self.choice,
+            ping_geometry,
+            intersector,
+            thrown,
+            transmit,
+            receive,
+            sending,
+            hearing,
+            laws,
+            attenuation,
+        )
 
-    def _trace(self, ping: Ping, part: int) -> list[Echoes]:
+    def _trace(self, ping: TracedPing, part: int) -> list[EchoEnergies]:
         """All that comes back of one part of the rays."""
-        way, solid_angle = ping.fan.rays(self.seed, ping.stance.ping, self.choice.rays, part, PARTS)
+        way, solid_angle = ping.launch_sampler.rays(self.seed, ping.ping_geometry.ping, self.choice.rays, part, PARTS)
         n = len(way)
         start = np.tile(ping.transmit, (n, 1))
-        rays = Rays("", start, way, np.zeros(n), way, solid_angle, np.ones(n))
+        rays = RayBundle("", start, way, np.zeros(n), way, solid_angle, np.ones(n))
         loud = (ping.transmit_beams.gain(way) ** 2).max(axis=0) > 0
-        return [echo for hits in course(ping, rays.take(loud)) for echo in echoes(ping, hits)]
+        return [echo for hits in trace_hits(ping, rays.take(loud)) for echo in echoes(ping, hits)]
 
-    def _points(self, ping: Ping) -> list[Echoes]:
+    def _points(self, ping: TracedPing) -> list[EchoEnergies]:
         """All that comes back of point targets."""
         points = [target for target in self.scene.targets if isinstance(target, PointTarget)]
-        if "target" not in self.choice.causes:
+        if "target" not in self.choice.contributions:
             return []
-        places = [self.world.placed(np.array([target.position])) for target in points]
+        places = [self.world.to_lattice_frame(np.array([target.position])) for target in points]
         return [echo for one, place in zip(points, places, strict=True) for echo in point_echoes(ping, one, place)]
 
-    def _fan(self, stance: Stance, place: Floats, transmit: Beams, receive: Beams, answering: set[int]) -> Fan:
+    def _launch_sampler(
+        self, ping_geometry: PingGeometry, place: Floats, transmit: Beams, receive: Beams, answering: set[int]
+    ) -> LaunchSampler:
         """How rays are thrown: over the boundaries that answer, as far as is heard, and at bodies."""
         bed = self.scene.seabed.depth
-        first, last = (self.scene.water.sound_speed * max(delay, 0.0) / 2 for delay in stance.heard_delays)
+        first, last = (self.scene.water.sound_speed * max(delay, 0.0) / 2 for delay in ping_geometry.recorded_delays)
         reaches: list[tuple[float, float, float, float]] = []
-        for kind, letter, cause, depth in ((BED, "B", "seabed", bed), (SURFACE, "S", "surface", 0.0)):
-            if kind not in answering or cause not in self.choice.causes:
+        for kind, letter, contribution, depth in ((BED, "B", "seabed", bed), (SURFACE, "S", "surface", 0.0)):
+            if kind not in answering or contribution not in self.choice.contributions:
                 continue
-            ways = [family for family in self.choice.followed if not family.endswith(letter)]
-            climbs = {family: abs(depth - folded(family, place[2], bed)) for family in ways}
+            ways = [family for family in self.choice.followed_families if not family.endswith(letter)]
+            climbs = {family: abs(depth - image_source_depth(family, place[2], bed)) for family in ways}
             for family, climb in climbs.items():
                 # The way back may be by another family, longer or shorter than the way out.
                 near = first - (max(climbs.values()) ** 2 - climb**2) / (4 * max(first, 1.0))
                 far = last + (climb**2 - min(climbs.values()) ** 2) / (4 * max(last, 1.0))
-                reaches.append((climb, _sense(family, float(depth - place[2])), max(near, 0.0), far))
-        return fan(transmit, receive, reaches, list(self._sights(place, last, transmit, receive)))
+                reaches.append((climb, _vertical_sense(family, float(depth - place[2])), max(near, 0.0), far))
+        return launch_sampler(transmit, receive, reaches, list(self._body_windows(place, last, transmit, receive)))
 
-    def _sights(self, place: Floats, last: float, transmit: Beams, receive: Beams) -> Iterator[tuple[Floats, bool]]:
+    def _body_windows(
+        self, place: Floats, last: float, transmit: Beams, receive: Beams
+    ) -> Iterator[tuple[Floats, bool]]:
         """Every body as each family sees it: rays to the corners around it, and whether their sense is turned."""
-        floor, left = 10 ** (self.choice.beam_floor_db / 10), MOST_WINDOWS
-        for body in self.scene.occluders if "target" in self.choice.causes else ():
-            surface = self.world.placed(world_triangles(body, self.scene.seabed).vertices)
+        floor, left = 10 ** (self.choice.beam_cutoff_db / 10), MAX_WINDOWS
+        for body in self.scene.occluders if "target" in self.choice.contributions else ():
+            surface = self.world.to_lattice_frame(world_triangles(body, self.scene.seabed).vertices)
             corners = np.array(np.meshgrid(*zip(surface.min(axis=0), surface.max(axis=0), strict=True)))
-            for family in self.choice.followed:
-                image = np.array([place[0], place[1], folded(family, place[2], self.scene.seabed.depth)])
+            for family in self.choice.followed_families:
+                image = np.array([place[0], place[1], image_source_depth(family, place[2], self.scene.seabed.depth)])
                 rays = corners.reshape(3, 8).T - image
-                turned = len(letters(family)) % 2 == 1
+                turned = len(bounce_letters(family)) % 2 == 1
                 ways = np.vstack([rays, rays.mean(axis=0)]) * np.array([1, 1, -1 if turned else 1])
                 reach = np.linalg.norm(ways, axis=1)
                 ways /= np.maximum(reach, 1e-9)[:, None]
@@ -159,8 +182,8 @@ class Tracer:
                     yield rays, turned
 
 
-def _sense(family: str, below: float) -> float:
+def _vertical_sense(family: str, below: float) -> float:
     """Whether rays of a family leave downwards (1) or upwards (-1)."""
-    if letters(family):
-        return 1.0 if letters(family)[0] == "B" else -1.0
+    if bounce_letters(family):
+        return 1.0 if bounce_letters(family)[0] == "B" else -1.0
     return 1.0 if below > 0 else -1.0

@@ -1,27 +1,33 @@
 """Terrain: endless relief by key, ripples, and which sediment lies where."""
 
-from insonify.scene.terrain.grid import Grid
-from insonify.scene.terrain.ground import Ground, grow
+from insonify.scene.terrain.bathymetry_grid import BathymetryGrid
+from insonify.scene.terrain.composite_relief import CompositeRelief, build_terrain
 from insonify.scene.terrain.power_law import PowerLaw
-from insonify.scene.terrain.relief import Relief, Sum, Survey, upward_normal
+from insonify.scene.terrain.relief import Relief, ReliefSum, TerrainSample, upward_normal
 from insonify.scene.terrain.ripples import Ripples
-from insonify.scene.terrain.sediment_map import Patches, Region, SedimentCover, SedimentMap, Strip
-from insonify.scene.terrain.split import Split
+from insonify.scene.terrain.roughness_cutoff import RoughnessCutoff
+from insonify.scene.terrain.sediment_map import (
+    SedimentCover,
+    SedimentMap,
+    SedimentPatches,
+    SedimentRegion,
+    SedimentStrip,
+)
 
 __all__ = [
-    "Grid",
-    "Ground",
-    "Patches",
+    "BathymetryGrid",
+    "CompositeRelief",
     "PowerLaw",
-    "Region",
     "Relief",
+    "ReliefSum",
     "Ripples",
+    "RoughnessCutoff",
     "SedimentCover",
     "SedimentMap",
-    "Split",
-    "Strip",
-    "Sum",
-    "Survey",
-    "grow",
+    "SedimentPatches",
+    "SedimentRegion",
+    "SedimentStrip",
+    "TerrainSample",
+    "build_terrain",
     "upward_normal",
 ]

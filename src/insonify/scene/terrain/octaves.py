@@ -14,10 +14,10 @@ from functools import cache, lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from insonify import streams
-from insonify.scene.terrain import _kernels
-from insonify.scene.terrain.relief import Relief, Survey, places
-from insonify.validity import numbers
+from insonify import random_keys
+from insonify.scene.terrain import _lattice_noise_kernel
+from insonify.scene.terrain.relief import Relief, TerrainSample, broadcast_positions
+from insonify.validity import require_numbers
 
 Floats = NDArray[np.float64]
 
@@ -64,12 +64,12 @@ class Octaves(Relief):
         """All that tells these octaves from others."""
         return (self.pitch.tobytes(), self.amplitude.tobytes(), self.level.tobytes(), self.seed, self.layer)
 
-    def survey(self, north: ArrayLike, east: ArrayLike) -> Survey:
-        """Height and gradient, see `Relief.survey`; exact derivatives of the spline."""
-        x, y = places(north, east)
+    def sample(self, north: ArrayLike, east: ArrayLike) -> TerrainSample:
+        """Height and gradient, see `Relief.sample`; exact derivatives of the spline."""
+        x, y = broadcast_positions(north, east)
         out = np.zeros((x.size, 3))
         self.add_to(np.ascontiguousarray(x.ravel()), np.ascontiguousarray(y.ravel()), out)
-        return Survey(out[:, 0].reshape(x.shape), out[:, 1:].reshape(*x.shape, 2))
+        return TerrainSample(out[:, 0].reshape(x.shape), out[:, 1:].reshape(*x.shape, 2))
 
     def placed(self) -> Floats:
         """Turn of each octave's lattice [turns] and its two shifts [pitches], shape (n, 4); the last says nothing."""
@@ -77,9 +77,9 @@ class Octaves(Relief):
 
     def add_to(self, x: Floats, y: Floats, out: Floats) -> None:
         """Add height [m] and slopes [1] at places [m] of shape (n,), without any check, to `out` of shape (n, 3)."""
-        k0, k1 = streams.key(self.seed, streams.TERRAIN)
+        k0, k1 = random_keys.stream_key(self.seed, random_keys.TERRAIN)
         for o, (turn, shift_a, shift_b, _) in enumerate(self.placed()):
-            _kernels.add_band(
+            _lattice_noise_kernel.add_band(
                 x, y, self.pitch[o], 2 * np.pi * turn, shift_a, shift_b, self.amplitude[o],
                 self.level[o], 2 * self.layer, k0, k1, quantiles(), out,
             )  # fmt: skip
@@ -105,14 +105,14 @@ class Octaves(Relief):
         Args:
             wavenumber: Magnitude [rad/m], any shape.
         """
-        K = numbers("wavenumber", wavenumber, "rad/m", 0.0)[..., None]
+        K = require_numbers("wavenumber", wavenumber, "rad/m", 0.0)[..., None]
         power = (self.amplitude * self.pitch / (2 * np.pi)) ** 2
         return np.asarray(np.sum(power * spline_spectrum(K * self.pitch), axis=-1))
 
 
 @lru_cache(maxsize=64)
 def _placed(seed: int, layer: int, level: tuple[int, ...]) -> Floats:
-    found = streams.uniforms(seed, streams.TERRAIN, 0, 0, np.array(level, np.int64), 2 * layer + _PLACEMENT)
+    found = random_keys.uniforms(seed, random_keys.TERRAIN, 0, 0, np.array(level, np.int64), 2 * layer + _PLACEMENT)
     found.setflags(write=False)
     return found
 
@@ -125,7 +125,7 @@ def spline_spectrum(s: Floats) -> Floats:
     return np.asarray(np.mean((np.sinc(along / (2 * np.pi)) * np.sinc(across / (2 * np.pi))) ** 8, axis=-1))
 
 
-def single(pitch: float, *, seed: int, layer: int) -> Octaves:
+def unit_octave(pitch: float, *, seed: int, layer: int) -> Octaves:
     """One octave of unit variance, for what wanders smoothly: crests, heights of ripples, borders.
 
     Args:

@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
 
-from insonify.noun import Metres, Noun, located
+from insonify.model import Metres, Model, field_error
 from insonify.scattering.sediments import Sediment, checked_sediment
 from insonify.scene.terrain.octaves import SPLINE_ENERGY, SPLINE_SLOPE_ENERGY, Octaves, spline_spectrum
-from insonify.scene.terrain.split import Split
-from insonify.validity import numbers, warn_outside
+from insonify.scene.terrain.roughness_cutoff import RoughnessCutoff
+from insonify.validity import require_numbers, warn_outside
 
 Floats = NDArray[np.float64]
 
@@ -26,7 +26,7 @@ _VANISHED = 8.0  # in units of the split's wavenumber: nothing above it is groun
 _FADED = 7.0  # octaves with pitch^2 K0^2 / 3 above this would add less than 0.2 dB at K = 0, and nothing above K0
 
 
-class PowerLaw(Noun):
+class PowerLaw(Model):
     """Fractal relief, from a spectral exponent or a Hurst exponent, and a strength or an rms height.
 
     Source of the relations: the von Karman (Matern) family; gamma = 2 H + 2 and the structure constant as in
@@ -46,10 +46,10 @@ class PowerLaw(Noun):
     """Wavelength beyond which the ground does not get rougher, 2 pi / K0 [m]."""
 
     @model_validator(mode="after")
-    def _one_of_each(self) -> Self:
+    def _check_spectrum_parameters(self) -> Self:
         for one, other in (("exponent", "hurst"), ("strength", "rms")):
             if (getattr(self, one) is None) == (getattr(self, other) is None):
-                raise located(one, None, f"Give exactly one of {one} and {other}.")
+                raise field_error(one, None, f"Give exactly one of {one} and {other}.")
         warn_outside("Power-law relief of a seabed (APL-UW TR 9407)", "spectral exponent", self.gamma, 2.4, 3.9, "")
         return self
 
@@ -62,7 +62,7 @@ class PowerLaw(Noun):
             outer_scale: See the field [m]. Roughness measured at centimetres is too rough beyond
                 tens of metres.
 
-        Valid: with the split of `Split.of_sediment`, and Jackson's law on the facets, the ground has the composite
+        Valid: with the split of `RoughnessCutoff.of_sediment`, and Jackson's law on the facets, the ground has the composite
         level of APL-UW TR 9407 within 2 dB from 5 to 40 degrees, where rms slopes stay below some 20 degrees: every
         sediment with a grain size up to 100 kHz, rock and stones up to 30 kHz. The full handbook turns from its
         composite level to an empirical one beyond slopes of 7 degrees: there coarse sand and gravel come out up to
@@ -90,7 +90,7 @@ class PowerLaw(Noun):
 
     def spectrum(self, wavenumber: ArrayLike) -> Floats:
         """Asked two-sided 2-D spectrum [m^4] at wavenumbers [rad/m], any shape; whole, as if nothing were split."""
-        K = numbers("wavenumber", wavenumber, "rad/m", 0.0)
+        K = require_numbers("wavenumber", wavenumber, "rad/m", 0.0)
         return np.asarray(self.w2 * (K**2 + self.outer_wavenumber**2) ** (-self.gamma / 2))
 
     def structure(self, lag: ArrayLike) -> Floats:
@@ -106,7 +106,7 @@ class PowerLaw(Noun):
         from scipy.special import gamma as gamma_function
         from scipy.special import kv
 
-        x, H = self.outer_wavenumber * numbers("lag", lag, "m", 0.0), self.gamma / 2 - 1
+        x, H = self.outer_wavenumber * require_numbers("lag", lag, "m", 0.0), self.gamma / 2 - 1
         safe = np.maximum(x, 1e-12)
         correlation = 2 ** (1 - H) / gamma_function(H) * safe**H * kv(H, safe)
         return np.asarray(np.where(x == 0, 0.0, 2 * self.band_variance() * (1 - correlation)))
@@ -128,7 +128,7 @@ class PowerLaw(Noun):
         steep = (stop ** (2 - n) - start ** (2 - n)) / (2 - n) - start * (stop ** (1 - n) - start ** (1 - n)) / (1 - n)
         return math.pi * self.w2 * steep
 
-    def grow(self, *, seed: int, layer: int, split: Split) -> Octaves:
+    def build_relief(self, *, seed: int, layer: int, cutoff: RoughnessCutoff) -> Octaves:
         """The resolved part as ground that can be walked on.
 
         The octaves stand at whole powers of two of a metre: a finer split adds detail to the same ground. The
@@ -137,22 +137,22 @@ class PowerLaw(Noun):
         Args:
             seed: Of the scene [1].
             layer: Number of this relief in the scene [1].
-            split: Where the ground ends.
+            cutoff: Where the ground ends.
         """
-        return self._octaves(split.wavenumber, seed=seed, layer=layer)
+        return self._octaves(cutoff.wavenumber, seed=seed, layer=layer)
 
-    def resolved_share(self, wavenumber: ArrayLike, split: Split) -> Floats:
+    def resolved_fraction(self, wavenumber: ArrayLike, cutoff: RoughnessCutoff) -> Floats:
         """Share of the spectrum that is ground [1], from 1 well below the split's wavenumber to 0 well above.
 
         Args:
             wavenumber: Magnitude [rad/m], any shape.
-            split: Where the ground ends. The cut is as soft as an octave, and leaves the mean square slope of a
+            cutoff: Where the ground ends. The cut is as soft as an octave, and leaves the mean square slope of a
                 sharp one.
         """
         K = np.asarray(wavenumber, float)
-        beyond = _VANISHED * split.wavenumber < K
-        inside = np.where(beyond, split.wavenumber, K)
-        drawn, endless = (self._octaves(stop * split.wavenumber, seed=0, layer=0) for stop in (1, 4 * _VANISHED))
+        beyond = _VANISHED * cutoff.wavenumber < K
+        inside = np.where(beyond, cutoff.wavenumber, K)
+        drawn, endless = (self._octaves(stop * cutoff.wavenumber, seed=0, layer=0) for stop in (1, 4 * _VANISHED))
         return np.where(beyond, 0.0, np.minimum(drawn.spectrum(inside) / endless.spectrum(inside), 1.0))
 
     def _octaves(self, stop: float, *, seed: int, layer: int) -> Octaves:

@@ -13,9 +13,9 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from insonify.scene.lattice import Lattice
-from insonify.scene.terrain._turn_kernel import turned
-from insonify.validity import numbers
+from insonify.scene.scatterer_grid import ScattererGrid
+from insonify.scene.terrain._gradient_rotation_kernel import turned
+from insonify.validity import require_numbers
 
 Floats = NDArray[np.float64]
 
@@ -23,23 +23,26 @@ FARTHEST = 1e9
 """Distance from the origin beyond which a place has too few digits left for centimetres [m]."""
 
 
-def places(north: ArrayLike, east: ArrayLike, *, gaps: bool = True) -> tuple[Floats, Floats]:
+def broadcast_positions(north: ArrayLike, east: ArrayLike, *, allow_nan: bool = True) -> tuple[Floats, Floats]:
     """Where the ground is asked for, as numbers of one shape.
 
     Args:
         north: Place [m], any shape.
         east: Place [m], broadcast.
-        gaps: Whether NaN may pass; the ground there is NaN.
+        allow_nan: Whether NaN may pass; the ground there is NaN.
 
     Raises:
         ValueError: Something is no place.
     """
-    n, e = (numbers(name, x, "m", -FARTHEST, FARTHEST, gaps=gaps) for name, x in (("north", north), ("east", east)))
+    n, e = (
+        require_numbers(name, x, "m", -FARTHEST, FARTHEST, allow_nan=allow_nan)
+        for name, x in (("north", north), ("east", east))
+    )
     n, e = np.broadcast_arrays(n, e)
     return n, e
 
 
-class Survey(NamedTuple):
+class TerrainSample(NamedTuple):
     """The ground at some points."""
 
     height: Floats
@@ -51,7 +54,7 @@ class Survey(NamedTuple):
 class Relief(Protocol):
     """Answers one question: how does the ground lie here?"""
 
-    def survey(self, north: ArrayLike, east: ArrayLike) -> Survey:
+    def sample(self, north: ArrayLike, east: ArrayLike) -> TerrainSample:
         """Height and gradient.
 
         Args:
@@ -71,51 +74,51 @@ class Relief(Protocol):
 
     def height(self, north: ArrayLike, east: ArrayLike) -> Floats:
         """Height above the mean plane, positive up [m], broadcast shape of north and east [m]."""
-        return self.survey(north, east).height
+        return self.sample(north, east).height
 
     def slope(self, north: ArrayLike, east: ArrayLike) -> Floats:
         """Gradient of the height to the north and the east [1], shape (..., 2)."""
-        return self.survey(north, east).slope
+        return self.sample(north, east).slope
 
 
 @dataclass(frozen=True, slots=True)
-class Sum(Relief):
+class ReliefSum(Relief):
     """Reliefs on top of one another, in the frame of the scene's lattice."""
 
     parts: tuple[Relief, ...]
     """What is added; each is asked in lattice coordinates. None of them: flat ground."""
-    lattice: Lattice = field(default_factory=Lattice)
+    scatterer_grid: ScattererGrid = field(default_factory=ScattererGrid)
     """Frame in which the parts were drawn; a world moved as a whole keeps its ground."""
 
-    def survey(self, north: ArrayLike, east: ArrayLike) -> Survey:
-        """Height and gradient of all parts together, see `Relief.survey`."""
-        own = self.lattice.from_world(np.stack(places(north, east), axis=-1))
-        return self.to_world(self.own_survey(own[..., 0], own[..., 1]))
+    def sample(self, north: ArrayLike, east: ArrayLike) -> TerrainSample:
+        """Height and gradient of all parts together, see `Relief.sample`."""
+        own = self.scatterer_grid.from_world(np.stack(broadcast_positions(north, east), axis=-1))
+        return self.to_world(self.sample_in_grid_axes(own[..., 0], own[..., 1]))
 
-    def own_survey(self, along: ArrayLike, across: ArrayLike) -> Survey:
+    def sample_in_grid_axes(self, along: ArrayLike, across: ArrayLike) -> TerrainSample:
         """Height, and gradient along the lattice's axes, at lattice coordinates [m], any shape.
 
         A world moved as a whole keeps these to the last bit.
         """
         if len(self.parts) == 1:  # nothing to add
-            return self.parts[0].survey(along, across)
-        along, across = places(along, across)
+            return self.parts[0].sample(along, across)
+        along, across = broadcast_positions(along, across)
         height, slope = np.zeros(along.shape), np.zeros((*along.shape, 2))
         for part in self.parts:
-            found = part.survey(along, across)
+            found = part.sample(along, across)
             height += found.height
             slope += found.slope
-        return Survey(height, slope)
+        return TerrainSample(height, slope)
 
-    def to_world(self, survey: Survey) -> Survey:
+    def to_world(self, terrain_sample: TerrainSample) -> TerrainSample:
         """A survey whose gradient is along the lattice's axes, turned to the north and the east."""
-        rows = self.rows_in_world(survey).reshape(*survey.height.shape, 3)
-        return Survey(rows[..., 0].copy(), rows[..., 1:].copy())
+        rows = self.gradient_rows_in_world(terrain_sample).reshape(*terrain_sample.height.shape, 3)
+        return TerrainSample(rows[..., 0].copy(), rows[..., 1:].copy())
 
-    def rows_in_world(self, survey: Survey) -> Floats:
+    def gradient_rows_in_world(self, terrain_sample: TerrainSample) -> Floats:
         """The same as rows of height, slope to the north and slope to the east, shape (n, 3)."""
-        rows = np.empty((survey.height.size, 3))
-        turned(survey.height.ravel(), survey.slope.reshape(-1, 2), *self.lattice.frame[2:], rows)
+        rows = np.empty((terrain_sample.height.size, 3))
+        turned(terrain_sample.height.ravel(), terrain_sample.slope.reshape(-1, 2), *self.scatterer_grid.frame[2:], rows)
         return rows
 
     @property
@@ -134,7 +137,7 @@ def upward_normal(slope: ArrayLike) -> Floats:
     Returns:
         Unit vectors, shape (..., 3); (0, 0, -1) on flat ground.
     """
-    slope = numbers("slope", slope, "")
+    slope = require_numbers("slope", slope, "")
     if slope.ndim == 0 or slope.shape[-1] != 2:
         raise ValueError(f"slope has shape {slope.shape}; give the gradient to the north and the east, shape (..., 2)")
     normal = np.concatenate([-slope, np.full((*slope.shape[:-1], 1), -1.0)], axis=-1)

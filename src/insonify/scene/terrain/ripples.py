@@ -12,16 +12,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
 
-from insonify.noun import Metres, Noun, Radians
-from insonify.scene.terrain.octaves import Octaves, single
-from insonify.scene.terrain.relief import Relief, Survey, places
-from insonify.scene.terrain.split import Split
+from insonify.model import Metres, Model, Radians
+from insonify.scene.terrain.octaves import Octaves, unit_octave
+from insonify.scene.terrain.relief import Relief, TerrainSample, broadcast_positions
+from insonify.scene.terrain.roughness_cutoff import RoughnessCutoff
 from insonify.validity import warn_outside
 
 Floats = NDArray[np.float64]
 
 
-class Ripples(Noun):
+class Ripples(Model):
     """A field of ripples of one direction and wavelength.
 
     The shape is a model of the look of wave-made ripples, not of their growth: crests bend, but do not
@@ -43,7 +43,7 @@ class Ripples(Noun):
     """Size of a group of like ripples, in wavelengths [1]."""
 
     @model_validator(mode="after")
-    def _stand(self) -> Self:
+    def _check_steepness(self) -> Self:
         warn_outside("Sand ripples", "height over wavelength", self.height / self.wavelength, 0.0, 0.25, "")
         return self
 
@@ -57,33 +57,35 @@ class Ripples(Noun):
         """Mean square of the ground [m^2]."""
         return (self.height / 2) ** 2 * (1 + self.sharpness**2) / 2
 
-    def grow(self, *, seed: int, layer: int, split: Split, heading: float = 0.0) -> "RippleField | None":
+    def build_relief(
+        self, *, seed: int, layer: int, cutoff: RoughnessCutoff, heading: float = 0.0
+    ) -> "RippleRelief | None":
         """The ripples as ground; None where the split leaves them to the scattering law.
 
         Args:
             seed: Of the scene [1].
             layer: Number of this relief in the scene; it uses this and the next [1].
-            split: Where the ground ends.
+            cutoff: Where the ground ends.
             heading: Compass heading of the frame in which the field will be asked [rad].
         """
-        if self.wavenumber >= split.wavenumber:
+        if self.wavenumber >= cutoff.wavenumber:
             return None
         pitch = self.group * self.wavelength / 2
-        bend, grow = (single(pitch, seed=seed, layer=layer + n) for n in (0, 1))
-        return RippleField(self, self.direction - heading, bend, grow)
+        bend, grow = (unit_octave(pitch, seed=seed, layer=layer + n) for n in (0, 1))
+        return RippleRelief(self, self.direction - heading, bend, grow)
 
 
 @dataclass(frozen=True, slots=True)
-class RippleField(Relief):
+class RippleRelief(Relief):
     """Ripples that can be walked on."""
 
     ripples: Ripples
     """What they look like."""
     bearing: float
     """Direction across the crests from the frame's first axis [rad]."""
-    bend: Octaves
+    crest_wander: Octaves
     """Wander of the crests, unit variance."""
-    growth: Octaves
+    height_variation: Octaves
     """Wander of the height, unit variance."""
 
     @property
@@ -92,12 +94,12 @@ class RippleField(Relief):
         tallest = self.ripples.height / 2 * (1 + 6 * self.ripples.irregularity)
         return -tallest, tallest * (1 + self.ripples.sharpness)
 
-    def survey(self, north: ArrayLike, east: ArrayLike) -> Survey:
-        """Height and gradient, see `Relief.survey`; the gradient includes the wander."""
+    def sample(self, north: ArrayLike, east: ArrayLike) -> TerrainSample:
+        """Height and gradient, see `Relief.sample`; the gradient includes the wander."""
         r = self.ripples
-        north, east = places(north, east)
+        north, east = broadcast_positions(north, east)
         across = np.array([np.cos(self.bearing), np.sin(self.bearing)])
-        bend, growth = self.bend.survey(north, east), self.growth.survey(north, east)
+        bend, growth = self.crest_wander.sample(north, east), self.height_variation.sample(north, east)
         # cycles first: the phase far from the origin keeps its digits
         cycles = (across[0] * north + across[1] * east) / r.wavelength + r.irregularity * bend.height
         turn = across / r.wavelength + r.irregularity * bend.slope
@@ -107,4 +109,4 @@ class RippleField(Relief):
         scale = r.height / 2 / np.sqrt(1 + r.irregularity**2)
         tall = 1 + r.irregularity * growth.height
         slope = (tall * steep)[..., None] * turn + (r.irregularity * profile)[..., None] * growth.slope
-        return Survey(scale * tall * profile, scale * slope)
+        return TerrainSample(scale * tall * profile, scale * slope)

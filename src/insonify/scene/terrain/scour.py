@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
 
-from insonify.noun import Metres, Noun, Radians
-from insonify.scene.lattice import Lattice
-from insonify.scene.terrain.relief import Relief, Survey, places
+from insonify.model import Metres, Model, Radians
+from insonify.scene.scatterer_grid import ScattererGrid
+from insonify.scene.terrain.relief import Relief, TerrainSample, broadcast_positions
 from insonify.validity import warn_outside
 
 Floats = NDArray[np.float64]
@@ -25,7 +25,7 @@ STEEPEST = 0.7
 """Slope at which sand slides, tan(35 deg) [1]."""
 
 
-class Moat(Noun):
+class ScourDimensions(Model):
     """A scour as a target asks for it, around its own footprint."""
 
     depth: ScourDepth = 0.2
@@ -34,13 +34,13 @@ class Moat(Noun):
     """From that edge to where the bed is as it was [m]."""
 
     @model_validator(mode="after")
-    def _stands(self) -> Self:
+    def _check_slope(self) -> Self:
         slope = np.pi / 2 * self.depth / self.width
         warn_outside("A scour in sand", "steepest slope", float(slope), 0.0, STEEPEST, "")
         return self
 
 
-class Scour(Moat):
+class Scour(ScourDimensions):
     """A scour as part of the relief."""
 
     kind: Literal["scour"] = "scour"
@@ -53,18 +53,18 @@ class Scour(Moat):
     heading: Radians = 0.0
     """Compass heading of its length [rad]."""
 
-    def grow(self, lattice: Lattice) -> "ScourGround":
+    def build_relief(self, lattice: ScattererGrid) -> "ScourRelief":
         """The scour as ground.
 
         Args:
             lattice: Frame in which it will be asked.
         """
         along, across = lattice.from_world(np.array(self.position))
-        return ScourGround(self, (float(along), float(across)), self.heading - lattice.heading)
+        return ScourRelief(self, (float(along), float(across)), self.heading - lattice.heading)
 
 
 @dataclass(frozen=True, slots=True)
-class ScourGround(Relief):
+class ScourRelief(Relief):
     """One scour that can be walked through."""
 
     scour: Scour
@@ -78,9 +78,9 @@ class ScourGround(Relief):
         """Its bottom, and the old bed, see `Relief.span`."""
         return -self.scour.depth, 0.0
 
-    def survey(self, north: ArrayLike, east: ArrayLike) -> Survey:
-        """Height and gradient, see `Relief.survey`."""
-        n, e = places(north, east)
+    def sample(self, north: ArrayLike, east: ArrayLike) -> TerrainSample:
+        """Height and gradient, see `Relief.sample`."""
+        n, e = broadcast_positions(north, east)
         c, s = np.cos(self.heading), np.sin(self.heading)
         x, y = c * (n - self.middle[0]) + s * (e - self.middle[1]), c * (e - self.middle[1]) - s * (n - self.middle[0])
         away, ahead, aside = self._from_edge(x, y)
@@ -89,7 +89,9 @@ class ScourGround(Relief):
         turn = np.pi * np.clip(away / reach, -1, 1)
         height = -self.scour.depth / 2 * (1 + np.cos(turn))
         rate = self.scour.depth / 2 * np.pi / reach * np.sin(turn)
-        return Survey(height, np.stack([rate * (c * ahead - s * aside), rate * (s * ahead + c * aside)], axis=-1))
+        return TerrainSample(
+            height, np.stack([rate * (c * ahead - s * aside), rate * (s * ahead + c * aside)], axis=-1)
+        )
 
     def _from_edge(self, x: Floats, y: Floats) -> tuple[Floats, Floats, Floats]:
         """Distance from the footprint's edge, negative inside [m], and its gradient along and across."""

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import AfterValidator, Field, model_validator
 
-from insonify.noun import Metres, Noun, located
+from insonify.model import Metres, Model, field_error
 from insonify.scattering.sediments import Sediment
-from insonify.scene.lattice import Lattice
-from insonify.scene.terrain.octaves import Octaves, single
-from insonify.scene.terrain.relief import places
+from insonify.scene.scatterer_grid import ScattererGrid
+from insonify.scene.terrain.octaves import Octaves, unit_octave
+from insonify.scene.terrain.relief import broadcast_positions
 
 Floats = NDArray[np.float64]
 Place = tuple[Metres, Metres]
@@ -21,7 +21,7 @@ SedimentName = Annotated[str, AfterValidator(lambda name: Sediment.named(name).n
 _LAYER = 1 << 20  # above every layer of relief
 
 
-class Patches(Noun):
+class SedimentPatches(Model):
     """Sediments that grade into one another, in the order given: each borders on the next only."""
 
     kind: Literal["patches"] = "patches"
@@ -33,19 +33,19 @@ class Patches(Noun):
     """Typical size of a patch [m]."""
 
     @model_validator(mode="after")
-    def _a_share_for_each(self) -> Self:
+    def _check_fractions(self) -> Self:
         if len(self.fractions) != len(self.sediments):
-            raise located(
+            raise field_error(
                 "fractions",
                 f"{len(self.fractions)} fractions",
                 f"for {len(self.sediments)} sediments. Give one for each.",
             )
         if len(set(self.sediments)) != len(self.sediments):
-            raise located("sediments", ", ".join(self.sediments), "has a name twice. Add up its fractions.")
+            raise field_error("sediments", ", ".join(self.sediments), "has a name twice. Add up its fractions.")
         return self
 
 
-class Region(Noun):
+class SedimentRegion(Model):
     """A polygon of one sediment."""
 
     kind: Literal["region"] = "region"
@@ -67,7 +67,7 @@ class Region(Noun):
         return inside
 
 
-class Strip(Noun):
+class SedimentStrip(Model):
     """A straight band of one sediment, such as a channel or a trawl mark."""
 
     kind: Literal["strip"] = "strip"
@@ -81,9 +81,9 @@ class Strip(Noun):
     """Width across [m]."""
 
     @model_validator(mode="after")
-    def _has_a_length(self) -> Self:
+    def _check_length(self) -> Self:
         if self.start == self.end:
-            raise located("end", str(self.end), "is where the strip starts. Give another place.")
+            raise field_error("end", str(self.end), "is where the strip starts. Give another place.")
         return self
 
     def covers(self, north: Floats, east: Floats) -> NDArray[np.bool_]:
@@ -94,12 +94,12 @@ class Strip(Noun):
         return np.asarray((along >= 0) & (along <= 1) & (np.abs(across) <= self.width / 2))
 
 
-class SedimentMap(Noun):
+class SedimentMap(Model):
     """Several sediments over one seabed."""
 
-    base: SedimentName | Patches = "medium sand"
+    base: SedimentName | SedimentPatches = "medium sand"
     """What lies everywhere that nothing else is laid on."""
-    on_top: tuple[Annotated[Region | Strip, Field(discriminator="kind")], ...] = ()
+    on_top: tuple[Annotated[SedimentRegion | SedimentStrip, Field(discriminator="kind")], ...] = ()
     """Laid on the base in this order: the last one is seen."""
 
     @property
@@ -108,7 +108,7 @@ class SedimentMap(Noun):
         base = (self.base,) if isinstance(self.base, str) else self.base.sediments
         return tuple(dict.fromkeys([*base, *(piece.sediment for piece in self.on_top)]))
 
-    def lay(self, *, seed: int, lattice: Lattice | None = None) -> "SedimentCover":
+    def build_cover(self, *, seed: int, lattice: ScattererGrid | None = None) -> "SedimentCover":
         """The map as ground that can be asked.
 
         Args:
@@ -116,11 +116,11 @@ class SedimentMap(Noun):
             lattice: Frame in which patches are drawn; the world's if None.
         """
         fields: Sequence[Octaves] = ()
-        if isinstance(self.base, Patches):
+        if isinstance(self.base, SedimentPatches):
             fields = tuple(
-                single(self.base.size / step, seed=seed, layer=_LAYER + row) for row, step in enumerate(_STEPS)
+                unit_octave(self.base.size / step, seed=seed, layer=_LAYER + row) for row, step in enumerate(_STEPS)
             )
-        return SedimentCover(self, lattice or Lattice(), tuple(fields))
+        return SedimentCover(self, lattice or ScattererGrid(), tuple(fields))
 
 
 _STEPS = (2.0, 4.4, 9.3)
@@ -135,7 +135,7 @@ class SedimentCover:
 
     map: SedimentMap
     """What was asked for."""
-    lattice: Lattice
+    lattice: ScattererGrid
     """Frame of the patches."""
     fields: tuple[Octaves, ...]
     """Noise whose level decides between the sediments of patches."""
@@ -155,16 +155,16 @@ class SedimentCover:
         Returns:
             Row numbers, broadcast shape; the same for the same place, whatever else is asked.
         """
-        n, e = places(north, east, gaps=False)
+        n, e = broadcast_positions(north, east, allow_nan=False)
         rows = np.zeros(n.shape, np.intp)
-        if isinstance(self.map.base, Patches):
+        if isinstance(self.map.base, SedimentPatches):
             bed = self._patches(self.map.base, n, e)
             rows = np.array([self.map.sediments.index(name) for name in self.map.base.sediments])[bed]
         for piece in self.map.on_top:
             rows = np.where(piece.covers(n, e), self.map.sediments.index(piece.sediment), rows)
         return rows
 
-    def _patches(self, patches: Patches, north: Floats, east: Floats) -> NDArray[np.intp]:
+    def _patches(self, patches: SedimentPatches, north: Floats, east: Floats) -> NDArray[np.intp]:
         from scipy.special import ndtri
 
         own = self.lattice.from_world(np.stack([north, east], axis=-1))

@@ -4,32 +4,32 @@ from typing import Annotated
 
 from pydantic import Field
 
-from insonify.sonar.track.fixed import LineTrack, StaticTrack
-from insonify.sonar.track.logged import AngleError, LoggedNavigation, PlaceError, logged_poses
-from insonify.sonar.track.motion import Drift, Motion, Swing
+from insonify.sonar.track.motion import Motion, RandomRotation, RandomTranslation
 from insonify.sonar.track.navigation import NavigationTrack
-from insonify.sonar.track.pinging import LONGEST_WINDOW, MOST_PINGS
+from insonify.sonar.track.navigation_errors import AngleError, NavigationErrors, PositionError, logged_poses
+from insonify.sonar.track.ping_schedule import MAX_PINGS, MAX_WINDOW
 from insonify.sonar.track.poses import Poses
-from insonify.sonar.track.voyage import poses
+from insonify.sonar.track.simple_tracks import LineTrack, StaticTrack
+from insonify.sonar.track.true_poses import true_poses
 from insonify.sonar.track.waypoints import WaypointTrack
 
 Track = Annotated[StaticTrack | LineTrack | WaypointTrack | NavigationTrack, Field(discriminator="kind")]
 
 __all__ = [
-    "LONGEST_WINDOW",
-    "MOST_PINGS",
+    "MAX_PINGS",
+    "MAX_WINDOW",
     "AngleError",
-    "Drift",
     "LineTrack",
-    "LoggedNavigation",
     "Motion",
+    "NavigationErrors",
     "NavigationTrack",
-    "PlaceError",
     "Poses",
+    "PositionError",
+    "RandomRotation",
+    "RandomTranslation",
     "StaticTrack",
-    "Swing",
     "Track",
     "WaypointTrack",
     "logged_poses",
-    "poses",
+    "true_poses",
 ]

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from insonify import streams
-from insonify.noun import Hertz, Metres, Noun, Radians, Seconds, located
+from insonify import random_keys
+from insonify.model import Hertz, Metres, Model, Radians, Seconds, field_error
 
 Floats = NDArray[np.float64]
 
@@ -28,36 +28,36 @@ _GRID = 8192  # points on which a spectrum is integrated
 _SPAN = 30.0  # lowest and highest frequency of a bell, below and above its middle
 
 
-class Spectrum(Noun):
+class MotionSpectrum(Model):
     """How the energy of a random motion is shared out among frequencies."""
 
     period: Seconds | None = Field(default=None, gt=0, le=1e5)
     """Period about which the platform moves: half of the energy is faster [s]; None: a `spectrum` is given."""
-    spread: Annotated[float, Field(gt=0, le=1)] = 0.15
+    bandwidth: Annotated[float, Field(gt=0, le=1)] = 0.15
     """How wide the bell is, as a part of its frequency: about half of the energy lies within it [1]."""
     spectrum: tuple[tuple[Hertz, float], ...] | None = None
     """Rows of frequency [Hz] and relative spectral density [1], straight lines between them, nothing outside."""
 
     @model_validator(mode="after")
-    def _one_spectrum(self) -> Self:
+    def _check_spectrum(self) -> Self:
         rows = self.spectrum
         if getattr(self, "rms", 0.0) > 0 and (self.period is None) == (rows is None):
             said = "needs either a period or a spectrum" if rows is None else "has a period and a spectrum"
-            raise located("period", None, f"the motion {said}. Give one of them, such as period: 8 s.")
+            raise field_error("period", None, f"the motion {said}. Give one of them, such as period: 8 s.")
         if rows is None:
             return self
         if len(rows) < 2:
-            raise located(
+            raise field_error(
                 "spectrum", None, f"{len(rows)} rows are no spectrum. Give at least two of [frequency, density]."
             )
         for row, (frequency, density) in enumerate(rows):
             if frequency < 0 or (row and frequency <= rows[row - 1][0]):
-                raise located(f"spectrum.{row}.0", f"{frequency:g} Hz", "is not above the row before, or below 0 Hz. "
+                raise field_error(f"spectrum.{row}.0", f"{frequency:g} Hz", "is not above the row before, or below 0 Hz. "
                               "Sort the rows by frequency.")  # fmt: skip
             if density < 0:
-                raise located(f"spectrum.{row}.1", f"{density:g}", "is negative; no spectrum is. Write 0 or more.")
+                raise field_error(f"spectrum.{row}.1", f"{density:g}", "is negative; no spectrum is. Write 0 or more.")
         if not any(density for _, density in rows):
-            raise located("spectrum", None, "every density is 0: there is no motion. Leave it out instead.")
+            raise field_error("spectrum", None, "every density is 0: there is no motion. Leave it out instead.")
         return self
 
     def frequencies(self, share: Floats) -> Floats:
@@ -78,48 +78,48 @@ class Spectrum(Noun):
             frequency = np.unique(np.concatenate([row[:, 0], np.linspace(row[0, 0], row[-1, 0], _GRID)]))
             return frequency, np.interp(frequency, *row.T)
         ratio = np.geomspace(1 / _SPAN, _SPAN, _GRID)
-        resonance = ratio**2 / ((1 - ratio**2) ** 2 + (2 * self.spread * ratio) ** 2)
+        resonance = ratio**2 / ((1 - ratio**2) ** 2 + (2 * self.bandwidth * ratio) ** 2)
         density = resonance**2 / ratio
         return ratio / (self.period or 1.0), density
 
 
-class Drift(Spectrum):
+class RandomTranslation(MotionSpectrum):
     """A random motion of the platform's place."""
 
     rms: Annotated[Metres, Field(ge=0, le=100)] = 0.0
     """Root mean square [m]."""
 
 
-class Swing(Spectrum):
+class RandomRotation(MotionSpectrum):
     """A random motion of the platform's attitude."""
 
     rms: Annotated[Radians, Field(ge=0, le=1)] = 0.0
     """Root mean square [rad]."""
 
 
-class Motion(Noun):
+class Motion(Model):
     """What is added to the true poses: nothing where left out."""
 
-    surge: Drift = Drift()
+    surge: RandomTranslation = RandomTranslation()
     """Ahead along the heading [m]."""
-    sway: Drift = Drift()
+    sway: RandomTranslation = RandomTranslation()
     """To starboard, level [m]."""
-    heave: Drift = Drift()
+    heave: RandomTranslation = RandomTranslation()
     """Down [m]."""
-    yaw: Swing = Swing()
+    yaw: RandomRotation = RandomRotation()
     """Added to the heading [rad]."""
-    pitch: Swing = Swing()
+    pitch: RandomRotation = RandomRotation()
     """Bow up [rad]."""
-    roll: Swing = Swing()
+    roll: RandomRotation = RandomRotation()
     """Starboard down [rad]."""
 
     @property
-    def still(self) -> bool:
+    def is_still(self) -> bool:
         """True where nothing moves."""
-        return not any(getattr(self, name).rms for name in FREEDOMS)
+        return not any(getattr(self, name).rms for name in DEGREES_OF_FREEDOM)
 
 
-FREEDOMS = tuple(Motion.model_fields)
+DEGREES_OF_FREEDOM = tuple(Motion.model_fields)
 """Names of the six freedoms; a freedom's draws belong to its place in this list."""
 
 
@@ -134,16 +134,16 @@ def displacement(motion: Motion, time: Floats, seed: int) -> dict[str, Floats]:
     Returns:
         Displacement in each freedom [m or rad], each of shape (n,), by name.
     """
-    return {name: _waves(getattr(motion, name), time, seed, row) for row, name in enumerate(FREEDOMS)}
+    return {name: _waves(getattr(motion, name), time, seed, row) for row, name in enumerate(DEGREES_OF_FREEDOM)}
 
 
-def _waves(freedom: Drift | Swing, time: Floats, seed: int, row: int) -> Floats:
+def _waves(freedom: RandomTranslation | RandomRotation, time: Floats, seed: int, row: int) -> Floats:
     """Sum of waves of equal energy, one from each of as many equal shares of the spectrum."""
     total = np.zeros(len(time))
     if freedom.rms == 0:
         return total
     number = np.arange(WAVES)
-    draw = streams.uniforms(seed, streams.MOTION, number, row)
+    draw = random_keys.uniforms(seed, random_keys.MOTION, number, row)
     frequency = freedom.frequencies((number + draw[:, 0]) / WAVES)
     for f, turn in zip(frequency, draw[:, 1], strict=True):
         total += np.cos(2 * np.pi * (f * time + turn))

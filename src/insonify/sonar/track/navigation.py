@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from insonify.data_file import DataFile, file_digest
-from insonify.noun import Seconds, located
+from insonify.model import Seconds, field_error
 from insonify.sonar.navigation_file import NavigationLog, read_navigation
-from insonify.sonar.track.pinging import PingCount, Pinging, most_pings, ping_times, pings_that_fit
+from insonify.sonar.track.ping_schedule import PingCount, PingSchedule, checked_ping_count, max_ping_count, ping_times
 from insonify.sonar.track.poses import Poses
 
 Floats = NDArray[np.float64]
@@ -21,7 +21,7 @@ SHORTEST_GAP = 1.0
 """No pause is a gap that is shorter than this [s]."""
 
 
-class NavigationTrack(Pinging):
+class NavigationTrack(PingSchedule):
     """A platform that goes where a log says; between rows it goes straight and turns evenly."""
 
     kind: Literal["navigation"] = "navigation"
@@ -41,15 +41,17 @@ class NavigationTrack(Pinging):
     least 1 s."""
 
     @model_validator(mode="after")
-    def _can_be_run(self) -> Self:
+    def _check_track(self) -> Self:
         log = self.log()
         self.__dict__["sha256"] = file_digest(self.file)  # frozen from here on
         end = float(log.time[-1])
         if self.start > end:
-            raise located("start", f"{self.start:g} s", f"is after the log's last row, {end:g} s after its first. "
+            raise field_error("start", f"{self.start:g} s", f"is after the log's last row, {end:g} s after its first. "
                           "Start earlier.")  # fmt: skip
-        pings_that_fit(self.pings, self._fit(log), "pings", end=f"the end of the log, {end:.10g} s after its first row")
-        self._insist_on_rows(log)
+        checked_ping_count(
+            self.pings, self._fit(log), "pings", end=f"the end of the log, {end:.10g} s after its first row"
+        )
+        self._require_log_coverage(log)
         return self
 
     def log(self) -> NavigationLog:
@@ -67,29 +69,29 @@ class NavigationTrack(Pinging):
                 )
             log = _read(self.file, digest, self.origin)
         except OSError as fault:
-            raise located("file", self.file, f"cannot be read: {fault.strerror or fault}. Give the log's path, as seen "
+            raise field_error("file", self.file, f"cannot be read: {fault.strerror or fault}. Give the log's path, as seen "
                           "from the scenario file.") from None  # fmt: skip
         except ValueError as fault:
-            raise located("file", None, str(fault)) from None
+            raise field_error("file", None, str(fault)) from None
         return log
 
-    def usual_gap(self) -> float:
+    def default_longest_gap(self) -> float:
         """Longest pause that is no gap of this log [s]: ten of its usual steps, at least 1 s."""
         return max(SHORTEST_GAP, STEPS_OF_A_GAP * float(np.median(np.diff(self.log().time))))
 
     def _fit(self, log: NavigationLog) -> int:
-        return most_pings(float(log.time[-1]) - self.start, self.interval)
+        return max_ping_count(float(log.time[-1]) - self.start, self.interval)
 
-    def _insist_on_rows(self, log: NavigationLog) -> None:
+    def _require_log_coverage(self, log: NavigationLog) -> None:
         """Refuse pings in a gap of the log."""
         step = np.diff(log.time)
-        longest = self.longest_gap or self.usual_gap()
+        longest = self.longest_gap or self.default_longest_gap()
         time = self.start + ping_times(self.ping_count, self.interval)
         row = np.clip(np.searchsorted(log.time, time, side="right") - 1, 0, len(step) - 1)
         lost = np.flatnonzero((step[row] > longest) & (time > log.time[row]) & (time < log.time[row + 1]))
         if lost.size:
             ping, gap = int(lost[0]), int(row[lost[0]])
-            raise located(
+            raise field_error(
                 "file", None, f"{self.file}, line {log.line[gap + 1]}: the log has a gap of {step[gap]:.4g} s before "
                 f"this line, and ping {ping} falls into it ({lost.size} ping{'s' * (lost.size > 1)} in gaps longer "
                 f"than {longest:.4g} s). End the track before it with `pings`, start after it with `start`, or allow "
@@ -101,7 +103,7 @@ class NavigationTrack(Pinging):
         """Number of pings."""
         return self._fit(self.log()) if self.pings is None else self.pings
 
-    def planned(self, after: float = 0.0) -> Poses:
+    def planned_poses(self, after: float = 0.0) -> Poses:
         """Every pose, but for motion that is added to the log, some time [s] after the start of each ping."""
         log = self.log()
         time = ping_times(self.ping_count, self.interval) + after

@@ -60,7 +60,7 @@ class Poses:
         turned.flags.writeable = False  # every ping reads it
         return turned
 
-    def depths(self, offset: tuple[float, float, float]) -> Floats:
+    def offset_depths(self, offset: tuple[float, float, float]) -> Floats:
         """How deep something that is fixed to the platform is at every ping [m], shape (pings,).
 
         Args:
@@ -71,7 +71,7 @@ class Poses:
         down = np.stack([-np.sin(self.pitch), level * np.sin(self.roll), level * np.cos(self.roll)], axis=-1)
         return np.asarray(self.position[:, 2] + down @ np.asarray(offset))
 
-    def carried(self, offset: tuple[float, float, float]) -> Floats:
+    def offset_positions(self, offset: tuple[float, float, float]) -> Floats:
         """Where something that is fixed to the platform goes with it.
 
         Args:

@@ -7,15 +7,23 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from insonify.noun import Metres, MetresPerSecond, located
-from insonify.sonar.track.path import Path, UnturnableError, rounded
-from insonify.sonar.track.pinging import Lean, PingCount, Pinging, Place, most_pings, ping_times, pings_that_fit
+from insonify.model import Metres, MetresPerSecond, field_error
+from insonify.sonar.track.ping_schedule import (
+    FixedTilt,
+    PingCount,
+    PingSchedule,
+    Place,
+    checked_ping_count,
+    max_ping_count,
+    ping_times,
+)
 from insonify.sonar.track.poses import Poses
+from insonify.sonar.track.waypoint_path import TurnRadiusError, WaypointPath, rounded_path
 
 Floats = NDArray[np.float64]
 
 
-class WaypointTrack(Pinging, Lean):
+class WaypointTrack(PingSchedule, FixedTilt):
     """A platform that runs from waypoint to waypoint at constant speed and faces where it goes."""
 
     kind: Literal["waypoints"] = "waypoints"
@@ -29,40 +37,40 @@ class WaypointTrack(Pinging, Lean):
     """Number of pings; None: as many as fit between first and last waypoint."""
 
     @model_validator(mode="after")
-    def _can_be_run(self) -> Self:
+    def _check_track(self) -> Self:
         corners = self.waypoints
         if len(corners) < 2:
-            raise located(
+            raise field_error(
                 "waypoints", f"{len(corners)}", "of them is no path. Give two or more of [north, east, depth]."
             )
         for row in range(1, len(corners)):
             if corners[row][:2] == corners[row - 1][:2]:
-                raise located(
+                raise field_error(
                     f"waypoints.{row}", None, f"waypoint {row} is at, or straight above or below, the one before it, "
                     "and a platform faces where it goes. Move it in north or east, or leave it out.",
                 )  # fmt: skip
         try:
             path = self._path
-        except UnturnableError as fault:
-            raise located(f"waypoints.{fault.waypoint}", None, _turning_advice(fault, self.turn_radius)) from None
+        except TurnRadiusError as fault:
+            raise field_error(f"waypoints.{fault.waypoint}", None, _turning_advice(fault, self.turn_radius)) from None
         end = f"the last waypoint, {path.length.sum() / self.speed:.4g} s after the first"
-        pings_that_fit(self.pings, self._fit, "pings", end=end)
+        checked_ping_count(self.pings, self._fit, "pings", end=end)
         return self
 
     @property
-    def _path(self) -> Path:
+    def _path(self) -> WaypointPath:
         return _rounded(self.waypoints, self.turn_radius)
 
     @property
     def _fit(self) -> int:
-        return most_pings(float(self._path.length.sum()) / self.speed, self.interval)
+        return max_ping_count(float(self._path.length.sum()) / self.speed, self.interval)
 
     @property
     def ping_count(self) -> int:
         """Number of pings."""
         return self._fit if self.pings is None else self.pings
 
-    def planned(self, after: float = 0.0) -> Poses:
+    def planned_poses(self, after: float = 0.0) -> Poses:
         """Every pose, but for the platform's motion, some time [s] after the start of each ping."""
         time = ping_times(self.ping_count, self.interval) + after
         position, heading = self._path.at(self.speed * time)
@@ -71,11 +79,11 @@ class WaypointTrack(Pinging, Lean):
 
 
 @lru_cache(maxsize=64)
-def _rounded(waypoints: tuple[Place, ...], radius: float) -> Path:
-    return rounded(np.array(waypoints, dtype=float), radius)
+def _rounded(waypoints: tuple[Place, ...], radius: float) -> WaypointPath:
+    return rounded_path(np.array(waypoints, dtype=float), radius)
 
 
-def _turning_advice(fault: UnturnableError, radius: float) -> str:
+def _turning_advice(fault: TurnRadiusError, radius: float) -> str:
     angle = abs(np.degrees(fault.angle))
     if fault.wanted > 1e6:
         return (

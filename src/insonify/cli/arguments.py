@@ -1,0 +1,118 @@
+"""What a person types on the command line, and what it means."""
+
+import difflib
+import re
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+PICTURES = (".png", ".pdf", ".svg")
+"""Suffixes of the pictures that can be written."""
+
+
+class InputError(ValueError):
+    """Something typed on the command line that cannot be meant, with the way out."""
+
+
+def parse_quantity(text: str, dimension: str, option: str) -> float:
+    """A quantity such as "201.9 ms" or "100 kHz" in SI.
+
+    Args:
+        text: Number and unit, or a bare number in SI.
+        dimension: Its dimension, such as "time" or "frequency".
+        option: The option it was typed for, as messages name it.
+    """
+    from insonify.units import si  # brings numpy, for which --help does not wait
+
+    try:
+        return float(str(si(text, dimension)))
+    except ValueError as error:
+        raise InputError(f"{option} {text}: {error}") from None
+
+
+def require_time(text: str, when: float, held: tuple[float, float], option: str) -> None:
+    """Refuse a time outside a recording; a bare number that would fit in milliseconds was probably meant so.
+
+    Args:
+        text: The time as typed.
+        when: The same time [s].
+        held: First and last time of the recording [s].
+        option: The option it was typed for, as messages name it.
+    """
+    first, last = held
+    if first <= when <= last:
+        return
+    window = f"the recording holds {first * 1e3:g} to {last * 1e3:g} ms"
+    if re.search(r"[A-Za-z]\s*$", text):
+        raise InputError(f"{option} {text}: {window}")
+    hint = f"; did you mean {when:g} ms?" if first <= when / 1e3 <= last else ""
+    raise InputError(f"{option} {text}: read as {when:g} s, and {window}{hint}")
+
+
+def parse_ping_range(text: str | None, count: int) -> range:
+    """The pings meant by 10:20 (the last one not included), 10: or 7.
+
+    Args:
+        text: The range as typed; None for all pings.
+        count: How many pings the track has.
+    """
+    if text is None:
+        return range(count)
+    match = re.fullmatch(r"(\d*)(:?)(\d*)", text)
+    if match is None or not text.strip(":"):
+        raise InputError(f"--pings {text}: not a range of pings; write 10:20, 10: or a single number")
+    first, colon, end = match.groups()
+    start = int(first or 0)
+    stop = int(end) if end else count if colon else start + 1
+    if not start < stop <= count:
+        problem = "the range is empty" if start >= stop and start < count else "the track does not have them all"
+        raise InputError(f"--pings {text}: {problem}; there are pings 0 to {count - 1}")
+    return range(start, stop)
+
+
+def require_choice(text: str, known: Sequence[str], option: str) -> None:
+    """Refuse a word that is none of those known.
+
+    Args:
+        text: The word as typed.
+        known: Words that mean something.
+        option: The option it was typed for, as messages name it.
+    """
+    if text not in known:
+        near = difflib.get_close_matches(text.lower(), known, n=1)
+        hint = f"Did you mean {near[0]}?" if near else f"Choose one of {', '.join(known)}"
+        raise InputError(f"{option} {text}: there is no such choice. {hint}")
+
+
+def require_picture_suffix(path: Path, option: str) -> None:
+    """Refuse a name under which no picture can be written, before anything is drawn.
+
+    Args:
+        path: The picture.
+        option: The option it was typed for, as messages name it.
+    """
+    if path.suffix.lower() not in PICTURES:
+        raise InputError(f"{option} {path}: not a picture; end its name in {', '.join(PICTURES)}")
+    if not path.parent.is_dir():
+        raise InputError(f"{option} {path}: there is no folder {path.parent}. Make it first: mkdir -p {path.parent}")
+    try:
+        if path.exists():
+            path.open("ab").close()
+        else:  # asking the system whether it may be written to would not do: /proc says yes
+            tempfile.TemporaryFile(dir=path.parent).close()
+    except OSError as error:
+        why = error.strerror or "not allowed"
+        raise InputError(f"{option} {path}: no picture can be written there ({why}). Choose another place") from None
+
+
+def make_folder(path: Path, option: str) -> None:
+    """Make a folder, with those above it, where there is none.
+
+    Args:
+        path: The folder.
+        option: The option it was typed for, as messages name it.
+    """
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{option} {path}: no folder can be made there ({error.strerror}). Choose another") from None

@@ -1,0 +1,78 @@
+"""Word on stderr while kernels are compiled: the first run of a fresh installation would be silent for a minute."""
+
+import functools
+import time
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import typer
+
+from insonify.jit import when_loaded
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+OFTEN = 5.0
+"""Time between two lines of progress [s]."""
+
+
+class Progress:
+    """Lines about the compiler's work: one when it begins, then how many kernels there are so far."""
+
+    def __init__(self) -> None:
+        self._kernels, self._printed = 0, -OFTEN
+
+    def begin(self) -> None:
+        """Note that a kernel is being compiled."""
+        if self._printed < 0:
+            self._print("compiling (once): the machine code is kept for later runs")
+
+    def end(self) -> None:
+        """Note that a kernel has been compiled."""
+        self._kernels += 1
+        if time.monotonic() - self._printed >= OFTEN:
+            self._print(f"compiling (once): {self._kernels} kernels so far")
+
+    def _print(self, line: str) -> None:
+        typer.echo(line, err=True)
+        self._printed = time.monotonic()
+
+
+_PROGRESS: list[Progress] = []
+"""The process's one progress, once it has been asked for."""
+
+
+def report_compiling() -> None:
+    """Print progress on stderr whenever this process compiles a kernel from now on."""
+    if _PROGRESS:
+        _PROGRESS[0] = Progress()  # the next command of the same process begins anew
+        return
+    _PROGRESS.append(Progress())
+    when_loaded(_receive_gain)
+
+
+def _receive_gain() -> None:
+    """Have the compiler tell the process's progress of each kernel."""
+    from numba.core import event
+
+    class Lines(event.ReceivingArray):  # type: ignore[misc]
+        def on_start(self, event: Any) -> None:
+            _PROGRESS[0].begin()
+
+        def on_end(self, event: Any) -> None:
+            _PROGRESS[0].end()
+
+    event.register("numba:compile", Lines())
+
+
+def reporting(command: Command) -> Command:
+    """Wrap a command so that it reports the kernels it compiles.
+
+    Args:
+        command: Function behind a command that computes something.
+    """
+
+    @functools.wraps(command)
+    def reported(*arguments: Any, **options: Any) -> Any:
+        report_compiling()
+        return command(*arguments, **options)
+
+    return reported  # type: ignore[return-value]

@@ -1,0 +1,68 @@
+"""The commands that draw the paper's figures, and what else there is to be shown."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from insonify.cli.arguments import InputError, make_folder, require_choice
+
+
+def paper(
+    figure: Annotated[
+        list[int] | None, typer.Option(metavar="N", help="Only this figure; may be repeated. [default: all]")
+    ] = None,
+    out: Annotated[
+        Path, typer.Option("-o", "--out", metavar="DIR", help="Folder for the pictures and their numbers.")
+    ] = Path("paper"),
+) -> None:
+    """Draw the paper's figures, each with a JSON file of its numbers.
+
+    Example: insonify paper --figure 12 -o figures
+    """
+    from insonify import paper as study
+    from insonify.cli.progress import progress
+
+    strange = [number for number in figure or [] if number not in study.FIGURES]
+    if strange:
+        there = ", ".join(map(str, study.FIGURES))
+        raise InputError(f"--figure {strange[0]}: not a figure that can be drawn; choose from {there}")
+    make_folder(out, "-o")
+    with progress(False, "figure") as on_figure:
+        paths = study.run(figure or None, out, on_figure=on_figure)
+    for path in paths:
+        typer.echo(path)
+
+
+def demo(
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[NAME]...",
+            help="nominal, coherent-sidescan, forward-looking, multibeam, interferometric, synthetic-aperture. "
+            "[default: all]",
+        ),
+    ] = None,
+    out: Annotated[
+        Path, typer.Option("-o", "--out", metavar="DIR", help="Folder for scenarios, recordings, pictures, numbers.")
+    ] = Path("demo"),
+    threads: Annotated[
+        int | None, typer.Option(metavar="N", min=1, help="How many cores to use. [default: all]")
+    ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace what is there of the same name.")] = False,
+) -> None:
+    """Show what can be simulated: scenario, recording, picture, and numbers beside the truth.
+
+    Example: insonify demo forward-looking -o shown
+    """
+    from insonify.cli.progress import progress
+    from insonify.demos.demo import DEMOS, numbers_table, show
+
+    for name in names or []:
+        require_choice(name, DEMOS, "demo")
+    make_folder(out, "-o")
+    for name in names or DEMOS:
+        with progress(False) as on_ping:
+            shown = show(name, out, threads=threads, overwrite=overwrite, on_ping=on_ping)
+        typer.echo(shown.picture)
+        typer.echo(numbers_table(shown.numbers))

@@ -1,0 +1,1 @@
+"""Demonstrations: complete surveys with their products."""

@@ -1,0 +1,130 @@
+"""A sidescan in phase past a body: its echoes by each pair of paths, and the shadow that multipath fills."""
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from insonify.paper.checked_numbers import CheckedNumber
+from insonify.plotting.multipath_view import PassByLevels, TargetEcho, multipath_view
+from insonify.plotting.target_view import middle
+from insonify.propagation.families import image_depth
+from insonify.scenario.scenario import Scenario
+from insonify.scene.target import Box
+from insonify.simulator import build_simulator, simulate
+from insonify.units import level_db
+
+Floats = NDArray[np.float64]
+
+PAIRS = (("D", "D"), ("D", "S"), ("S", "S"), ("D", "BS"), ("S", "BS"), ("BS", "BS"))
+"""Pairs of legs whose echoes of a body stand apart: straight, by the surface on one way, and so on."""
+LIT = 0.4
+"""Part of the body's half length about its middle within which pings are averaged [1]."""
+BESIDE = 4.0
+"""How far from the middle of the box, along the track, the bed beside it begins [m]."""
+BEHIND = 0.15, 0.9
+"""Part of the shadow's length in which it is as dark as it gets [1]."""
+
+
+def coherent_sidescan(recording: xr.Dataset, scenario: Scenario) -> tuple[Figure, list[CheckedNumber]]:
+    """The image beside that of direct paths alone, the mean echo of the body, and when its echoes come.
+
+    Args:
+        recording: Of one beam that looks east from a track to the north, all of its pings heard.
+        scenario: What was simulated, with a box in it; it is heard again without reflections, and as it is expected.
+    """
+    box = next(target for target in scenario.targets if isinstance(target, Box))
+    pings, north = recording["ping"].values, recording["position"].values[:, 0]
+    on = np.flatnonzero(np.abs(north - box.position[0]) <= LIT * box.size[0] / 2)
+    direct = scenario.model_copy(update={"paths": scenario.paths.model_copy(update={"max_reflections": 0})})
+    alone = simulate(direct, pings=pings.tolist())
+    both, one = (np.abs(r["pressure"].values[:, 0].astype(complex)) ** 2 for r in (recording, alone))
+    hoped = [simulate(s.model_copy(update={"field": "incoherent"}), pings=pings[on].tolist())["intensity"].values[:, 0]
+             for s in (scenario, direct)]  # fmt: skip
+    time, echoes, dark = recording["time"].values, echo_times(scenario, box), shadow(scenario, box)
+    passing = PassByLevels(time, north - box.position[0], both, one, both[on].mean(axis=0), one[on].mean(axis=0),
+                      hoped[0].mean(axis=0), hoped[1].mean(axis=0))  # fmt: skip
+    title = f"{scenario.title}: {scenario.sonar.pulse.frequency / 1e3:g} kHz, {len(pings)} pings"
+    figure = multipath_view(passing, echoes, dark, scenario.water.sound_speed, title)
+    return figure, [*echo_numbers(passing, echoes, scenario), *shadow_numbers(passing, dark, echoes)]
+
+
+def echo_times(scenario: Scenario, box: Box) -> list[TargetEcho]:
+    """When the echoes of a box's near face begin, by image sources.
+
+    Args:
+        scenario: What was simulated.
+        box: Its near face looks west at the track.
+    """
+    position = _start(scenario)
+    floor, source = scenario.seabed.depth, position[2]
+    near = box.position[1] - box.size[1] / 2 - position[1]
+    foot = float(middle(box, scenario.scene)[2]) + box.size[2] / 2
+    face = np.array([foot - box.size[2], foot])
+    leg = {f: np.hypot(near, face - image_depth(f, source, floor)) for pair in PAIRS for f in pair}
+    both = [(leg[out] + leg[back]) / scenario.water.sound_speed for out, back in PAIRS]
+    return [
+        TargetEcho(f"{out}-{back}", float(d.min()), float(np.ptp(d)))
+        for (out, back), d in zip(PAIRS, both, strict=True)
+    ]
+
+
+def shadow(scenario: Scenario, box: Box) -> tuple[float, float]:
+    """When the shadow that direct sound leaves behind a box begins and ends on a level bed [s].
+
+    Args:
+        scenario: What was simulated.
+        box: The box.
+    """
+    position = _start(scenario)
+    height = scenario.seabed.depth - position[2]
+    far = box.position[1] + box.size[1] / 2 - position[1]
+    ends = np.array([far, far * height / (height - box.size[2])])
+    first, last = 2 * np.hypot(ends, height) / scenario.water.sound_speed
+    return float(first + scenario.sonar.pulse.duration), float(last)
+
+
+def echo_numbers(passing: PassByLevels, echoes: list[TargetEcho], scenario: Scenario) -> list[CheckedNumber]:
+    """When each echo has risen to half of its highest, beside when it is due from the top or the foot of the face.
+
+    Args:
+        passing: The mean of the pings on the box.
+        echoes: When they begin.
+        scenario: What was simulated.
+    """
+    told, pulse = [], scenario.sonar.pulse.duration
+    for echo in echoes:
+        near = (passing.time > echo.delay - pulse / 2) & (passing.time < echo.delay + echo.spread + pulse)
+        time, power = passing.time[near], passing.trace[near]
+        after = int(np.argmax(power > power.max() / 2))
+        told.append(CheckedNumber(f"echo {echo.pair}: rises", float(time[after]) * 1e3, "ms",
+                           (echo.delay + echo.spread / 2) * 1e3, (echo.spread + pulse) / 2 * 1e3,
+                           "image sources to the near face"))  # fmt: skip
+    return told
+
+
+def shadow_numbers(passing: PassByLevels, dark: tuple[float, float], echoes: list[TargetEcho]) -> list[CheckedNumber]:
+    """How dark the shadow is, with and without multipath, beside what the expected intensity says.
+
+    Args:
+        passing: The mean of the pings on the box.
+        dark: When the shadow of direct sound begins and ends [s].
+        echoes: When the box's echoes begin.
+    """
+    first = max(dark[0] + BEHIND[0] * (dark[1] - dark[0]), echoes[-1].delay + echoes[-1].spread + 1e-3)
+    inside = (passing.time > first) & (passing.time < dark[0] + BEHIND[1] * (dark[1] - dark[0]))
+    told = []
+    for name, image, trace, hoped in (
+        ("direct paths alone", passing.direct, passing.direct_trace, passing.direct_expected),
+        ("with multipath", passing.image, passing.trace, passing.expected),
+    ):
+        bed = float(image[np.abs(passing.along) > BESIDE][:, inside].mean())
+        heard, due_ = (float(level_db(row[inside].mean() / bed)) for row in (trace, hoped))
+        told.append(CheckedNumber(f"shadow re the bed beside it, {name}", heard, "dB", due_, 1.5, "expected intensity"))
+    return told
+
+
+def _start(scenario: Scenario) -> tuple[float, float, float]:
+    """North, east, depth of the sonar at the first ping [m]."""
+    north, east, depth = (float(x) for x in build_simulator(scenario).poses.position[0])
+    return north, east, depth

@@ -1,0 +1,144 @@
+"""What an interferometric sidescan makes: image, phase and depths of both sides, beside the depths that there are."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from insonify.demos.products.forward_looking import compressed
+from insonify.demos.products.true_depths import depth_from_above, is_clear_of_targets
+from insonify.paper.checked_numbers import CheckedNumber
+from insonify.plotting.interferogram import SwathSide, interferogram_view
+from insonify.processing import interferometric_bathymetry, recorded_level
+from insonify.processing.recorded_geometry import recorded_element_positions, recorded_poses
+from insonify.scenario.scenario import Scenario
+
+Floats = NDArray[np.float64]
+
+LOOKS = 3, 9
+"""Pings and samples that each phase is averaged over."""
+STEEP, FLAT = np.radians(60), np.radians(10)
+"""Elevations between which depths count: under the sonar the swath is one cell, far away it is noise [rad]."""
+MARGIN = 3.0
+"""How far from targets depths of the bed count [m]: shadows and layover lie about them."""
+COHERENT = 0.6
+"""Coherence below which there is no depth [1]."""
+
+
+@dataclass(frozen=True, slots=True)
+class InterferometricDepths:
+    """Depths of one side, over (ping, time)."""
+
+    across: Floats
+    """To starboard of the platform [m]."""
+    depth: Floats
+    """Measured [m]."""
+    truth: Floats
+    """What is met there from above [m]."""
+    coherence: Floats
+    bed: NDArray[np.bool_]
+    """Where depths count: no target near, coherent, neither too steep nor too flat."""
+
+
+def interferometric(recording: xr.Dataset, scenario: Scenario, ping: int | None) -> tuple[Figure, list[CheckedNumber]]:
+    """Image, phase and depths, and how good the depths are.
+
+    Args:
+        recording: Of receivers in pairs, all of its pings heard.
+        scenario: What was simulated.
+        ping: Number of the ping whose profile is drawn; None: the middle one.
+    """
+    short = compressed(recording, scenario)
+    sides, told = [], []
+    for name, upper, lower in pairs(recording):
+        found = swath(short, scenario, (upper, lower))
+        told += swath_numbers(name, found, recording, scenario)
+        pressure = short["pressure"].transpose("ping", "channel", "time").values
+        level = recorded_level(short).transpose("ping", "channel", "time").values[:, upper]
+        phase = np.angle(pressure[:, upper] * np.conj(pressure[:, lower]))
+        sides.append(SwathSide(-1 if name == "port" else 1, np.asarray(level, float), phase, found.across, found.depth,
+                          found.truth, found.coherence >= COHERENT))  # fmt: skip
+    rows = recording["ping"].values
+    row = len(rows) // 2 if ping is None else int(np.flatnonzero(rows == ping)[0])
+    position = recording["logged_position"].values
+    run = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(position[:, :2], axis=0), axis=1))])
+    slant = recording["time"].values * scenario.water.sound_speed / 2
+    sonar = scenario.sonar
+    apart = f"receivers {wavelengths(recording, scenario):.1f} wavelengths apart"
+    title = f"{scenario.title}: {sonar.pulse.frequency / 1e3:g} kHz, {apart}"
+    return interferogram_view(sides, slant, run, row, title), told
+
+
+def pairs(recording: xr.Dataset) -> list[tuple[str, int, int]]:
+    """Name of each side, and its upper and lower channel.
+
+    Args:
+        recording: Of two receivers on each side, or on one.
+    """
+    position, told = recorded_element_positions(recording), recording["side"].values
+    found = []
+    for side in np.unique(told):
+        rows = np.flatnonzero(told == side)
+        upper, lower = rows[np.argsort(position[rows, 2])]
+        leans = position[upper, 1] - position[lower, 1]
+        found.append(("port" if side < 0 or (side == 0 and leans < 0) else "starboard", int(upper), int(lower)))
+    return found
+
+
+def wavelengths(recording: xr.Dataset, scenario: Scenario) -> float:
+    """How far the two receivers of a side are apart [wavelengths]."""
+    _, upper, lower = pairs(recording)[0]
+    position = recorded_element_positions(recording)
+    apart = float(np.linalg.norm(position[upper] - position[lower]))
+    return apart * scenario.sonar.pulse.frequency / scenario.water.sound_speed
+
+
+def swath(short: xr.Dataset, scenario: Scenario, channels: tuple[int, int]) -> InterferometricDepths:
+    """Depths of one side, and the truth at the places that they were put.
+
+    Args:
+        short: Receivers, compressed.
+        scenario: What was simulated.
+        channels: The upper and the lower one.
+    """
+    position, rotation = recorded_poses(short, "logged")
+    altitude = scenario.seabed.depth - position[:, 2]
+    looks = (LOOKS[0] if short.sizes["ping"] >= LOOKS[0] else 1, LOOKS[1])
+    found = interferometric_bathymetry(
+        short, altitude, channels=channels, sound_speed=scenario.water.sound_speed, looks=looks
+    )
+    across, depth, coherence = (found[name].values for name in ("across", "depth", "coherence"))
+    bow = np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0])[:, None]
+    safe = np.nan_to_num(across)
+    north, east = position[:, :1] - np.sin(bow) * safe, position[:, 1:2] + np.cos(bow) * safe
+    truth = depth_from_above(scenario, north, east)
+    down = np.arctan2(depth - position[:, 2:], np.abs(across))
+    bed = (coherence >= COHERENT) & (down < STEEP) & (down > FLAT) & is_clear_of_targets(scenario, north, east, MARGIN)
+    return InterferometricDepths(across, depth, truth, coherence, bed)
+
+
+def swath_numbers(
+    name: str, depths: InterferometricDepths, recording: xr.Dataset, scenario: Scenario
+) -> list[CheckedNumber]:
+    """How far depths are from the bed's.
+
+    Args:
+        name: Of the side.
+        depths: Its depths.
+        recording: What they are from.
+        scenario: What was simulated.
+    """
+    off = (depths.depth - depths.truth)[depths.bed]
+    if not off.size:
+        return []
+    height = scenario.seabed.depth - float(np.mean(recording["position"].values[:, 2]))
+    elevations = f"{np.degrees(FLAT):.0f} to {np.degrees(STEEP):.0f} deg down, {MARGIN:g} m from targets"
+    return [
+        CheckedNumber(f"{name}: median of depth less truth", float(np.median(off)) * 100, "cm", 0.0, 2.0, elevations),
+        CheckedNumber(f"{name}: spread of depth less truth", float(np.subtract(*np.quantile(off, [0.841, 0.159]))) * 50, "cm",
+               0.0, height * 2, "2 % of the altitude; half of the middle 68 %"),
+        CheckedNumber(f"{name}: depths on the bed", float(off.size), "1"),
+        CheckedNumber(f"{name}: median coherence there", float(np.median(depths.coherence[depths.bed])), "1"),
+    ]  # fmt: skip

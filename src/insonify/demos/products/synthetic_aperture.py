@@ -1,0 +1,272 @@
+"""The strip that a synthetic aperture makes of all its pings, beside what one ping after the other shows."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike, NDArray
+
+from insonify.demos.products.forward_looking import compressed
+from insonify.demos.products.peaks import parabolic_peak_position, width
+from insonify.paper.checked_numbers import CheckedNumber
+from insonify.plotting.strip_map import PointResponse, StripMap, range_trend, strip_map_view
+from insonify.plotting.target_view import half_extent
+from insonify.processing import beam_recording, recorded_level, slant_to_ground_range
+from insonify.processing.recorded_geometry import (
+    body_to_world,
+    recorded_element_positions,
+    recorded_poses,
+    recorded_transmitter_position,
+)
+from insonify.processing.synthetic_aperture import along_track_resolution, backproject
+from insonify.scenario.scenario import Scenario
+from insonify.scene.solid import height
+from insonify.scene.target import PointTarget
+from insonify.sonar.hydrophones import one_element
+from insonify.units import level_db
+
+Floats = NDArray[np.float64]
+
+PIXELS_IN_A_CELL = 1.5
+"""Pixels within the resolution, along the track and across it."""
+MOST_PIXELS = 1_000_000
+CLEAR, BEHIND, LONG, ENOUGH = 0.7, 0.8, 0.7, 50
+"""Half lengths behind a body at which its shadow is clear of it, part of the rest that counts, least length [m], least
+number of pixels."""
+HALF, FINE = 0.5, 0.004
+"""Half the side of the patch about a point, and the side of its pixels [m]."""
+HAMMING = 1.3030
+"""Width at -3 dB of the peak of a Hamming window's spectrum [1 / length]."""
+
+
+@dataclass(frozen=True, slots=True)
+class StripFrame:
+    """A straight track past a strip of the bed, in its own axes: along it, and across to where the sonar looks."""
+
+    start: Floats
+    """North and east of the first ping [m], shape (2,)."""
+    axes: Floats
+    """Unit vectors along and across, north and east each, shape (2, 2)."""
+    run: Floats
+    """How far along each ping is [m], shape (ping,)."""
+    height: float
+    """Above the bed [m]."""
+
+    @classmethod
+    def of(cls, recording: xr.Dataset, scenario: Scenario) -> Self:
+        """The pass of a recording, by its log."""
+        position, heading = recording["logged_position"].values, float(recording["logged_attitude"].values[0, 0])
+        side = np.sign(np.sin(scenario.sonar.mounting.bearing)) or 1.0
+        axes = np.array([[np.cos(heading), np.sin(heading)], [-side * np.sin(heading), side * np.cos(heading)]])
+        run = (position[:, :2] - position[0, :2]) @ axes[0]
+        return cls(position[0, :2], axes, run, scenario.seabed.depth - float(np.mean(position[:, 2])))
+
+    def along_across(self, position: ArrayLike) -> Floats:
+        """A place in the strip's own axes [m], from north and east, shape (..., 2)."""
+        return np.asarray((np.asarray(position, float) - self.start) @ self.axes.T)
+
+    def pixels(self, along: Floats, across: Floats, depth: float) -> Floats:
+        """North, east, depth of a grid [m], shape (along, across, 3)."""
+        level = self.start + along[:, None, None] * self.axes[0] + across[None, :, None] * self.axes[1]
+        return np.concatenate([level, np.full((*level.shape[:2], 1), depth)], axis=2)
+
+
+def synthetic_aperture(
+    recording: xr.Dataset, scenario: Scenario, ping: int | None
+) -> tuple[Figure, list[CheckedNumber]]:
+    """The strip, and its numbers.
+
+    Args:
+        recording: Of elements, all of its pings heard.
+        scenario: What was simulated.
+        ping: Makes no difference: all pings are focused together.
+    """
+    short, course = compressed(recording, scenario), StripFrame.of(recording, scenario)
+    along, across = swath(recording, scenario, course)
+    strip = StripMap(along, across, _level(focused(short, scenario, course.pixels(along, across, scenario.seabed.depth))),
+                  course.run, single_ping_image(short, scenario, course, across))  # fmt: skip
+    points = [response(short, scenario, course, t) for t in scenario.targets if isinstance(t, PointTarget)]
+    told = [number for point in points for number in point_numbers(point, scenario, course)]
+    told += shadow_numbers(strip, scenario, course)
+    sonar = scenario.sonar
+    title = (f"{scenario.title}: {sonar.pulse.frequency / 1e3:g} kHz, band {sonar.pulse.bandwidth / 1e3:g} kHz, "
+             f"{recording.sizes['ping']} pings of {sonar.beam_count} elements, aperture "
+             f"{aperture(scenario, across[0]):.1f} to {aperture(scenario, across[-1]):.1f} m")  # fmt: skip
+    names = [(t.label, *course.along_across(t.position[:2])) for t in scenario.targets]
+    return strip_map_view(strip, names, points[:1], title), told
+
+
+def half_angle(scenario: Scenario) -> float:
+    """How far off broadside pings count for a pixel [rad]: to the -3.9 dB of the narrower one-way beam."""
+    wavelength = scenario.water.sound_speed / scenario.sonar.pulse.frequency
+    return float(np.arcsin(min(wavelength / (2 * max(*lengths(scenario), wavelength)), 0.9)))
+
+
+def aperture(scenario: Scenario, across: float) -> float:
+    """Length of track that a pixel is focused over [m].
+
+    Args:
+        scenario: What was simulated.
+        across: How far away the pixel is, on the level [m].
+    """
+    return float(2 * np.tan(half_angle(scenario)) * across)
+
+
+def swath(recording: xr.Dataset, scenario: Scenario, course: StripFrame) -> tuple[Floats, Floats]:
+    """Pixels of the strip, along and across [m]: what was heard whole, and is seen by the whole aperture.
+
+    Args:
+        recording: Of elements.
+        scenario: What was simulated.
+        course: The track.
+    """
+    speed, pulse = scenario.water.sound_speed, scenario.sonar.pulse
+    first, last = recording["time"].values[[0, -1]] * speed / 2
+    last -= pulse.duration * speed / 2
+    near, far = np.sqrt(np.maximum(np.maximum((first, last), course.height + 0.1) ** 2 - course.height**2, 0.01))
+    reach = min(aperture(scenario, float(far)) / 2, 0.4 * float(np.ptp(course.run)))
+    steps = np.array(cells(scenario)) / PIXELS_IN_A_CELL
+    ends = course.run.min() + reach, course.run.max() - reach
+    steps *= max(1.0, float(np.sqrt((ends[1] - ends[0]) * (far - near) / np.prod(steps) / MOST_PIXELS)))
+    return np.arange(*ends, steps[0]), np.arange(near, far, steps[1])
+
+
+def cells(scenario: Scenario) -> tuple[float, float]:
+    """Width at -3 dB of a point along the track, and in slant range [m].
+
+    Args:
+        scenario: What was simulated.
+
+    Along the track the aperture is weighted with the patterns of transmitter and element, which makes it blunter than
+    `along_track_resolution` has it. Source: in range, the width of a sweep under a Hamming window; F. J. Harris (1978), Proc.
+    IEEE 66(1), 51-83.
+    """
+    pulse, speed = scenario.sonar.pulse, scenario.water.sound_speed
+    wavelength, widest = speed / pulse.frequency, np.sin(half_angle(scenario))
+    sine = np.linspace(-widest, widest, 401)
+    weight = np.prod([np.sinc(length * sine / wavelength) for length in lengths(scenario)], axis=0)
+    along = np.linspace(-2, 2, 2001) * along_track_resolution(float(half_angle(scenario)), pulse.frequency, speed)
+    peak = np.abs(np.exp(4j * np.pi * np.outer(along, sine) / wavelength) @ weight) ** 2
+    slant = pulse.duration * speed / 2 if pulse.kind == "cw" else HAMMING * speed / (2 * pulse.bandwidth)
+    return width(along, np.asarray(level_db(peak), float), 1000), slant
+
+
+def lengths(scenario: Scenario) -> tuple[float, float]:
+    """Length along the track of the transmitter, and of one element [m]; 0 for points.
+
+    Args:
+        scenario: What was simulated.
+    """
+    ends = (scenario.sonar.transmit, one_element(scenario.sonar.receive))
+    sent, heard = (float(getattr(end, "width", getattr(end, "length", 0.0))) for end in ends)
+    return sent, heard
+
+
+def focused(short: xr.Dataset, scenario: Scenario, pixels: Floats) -> NDArray[np.complex64]:
+    """The image of some places by the log; see `backproject`.
+
+    Args:
+        short: Elements, compressed.
+        scenario: What was simulated.
+        pixels: North, east, depth [m], shape (..., 3).
+    """
+    position, rotation = recorded_poses(short)
+    heard = body_to_world(position, rotation, recorded_element_positions(short))
+    still = scenario.track.stop_and_hop or len(heard) < 2
+    return backproject(
+        short["pressure"].transpose("ping", "channel", "time").values, short["time"].values,
+        body_to_world(position, rotation, recorded_transmitter_position(short)), heard, pixels,
+        centre_frequency=scenario.sonar.pulse.frequency, sound_speed=scenario.water.sound_speed,
+        receive_velocity=None if still else np.gradient(heard, short["ping_time"].values, axis=0),
+        track_direction=rotation[:, :, 0], max_angle=half_angle(scenario),
+    )  # fmt: skip
+
+
+def single_ping_image(short: xr.Dataset, scenario: Scenario, course: StripFrame, across: Floats) -> Floats:
+    """What each ping shows by itself, its elements as one array, on the level [dB re 1 uPa], shape (ping, across).
+
+    Args:
+        short: Elements, compressed.
+        scenario: What was simulated.
+        course: The track.
+        across: Places on the bed [m], shape (across,).
+    """
+    speed, abeam = scenario.water.sound_speed, scenario.sonar.mounting.bearing
+    beams = beam_recording(short, [abeam], sound_speed=speed)
+    level = np.asarray(recorded_level(beams).transpose("ping", "beam", "time").values[:, 0], float)
+    slant = np.asarray(short["time"].values, float) * speed / 2
+    return slant_to_ground_range(level, slant, np.full(len(level), course.height), across)
+
+
+def response(short: xr.Dataset, scenario: Scenario, course: StripFrame, point: PointTarget) -> PointResponse:
+    """The image about a point target, finely.
+
+    Args:
+        short: Elements, compressed.
+        scenario: What was simulated.
+        course: The track.
+        point: The target; pixels lie at its own depth.
+    """
+    position = course.along_across(point.position[:2])
+    off = np.arange(-HALF, HALF + FINE / 2, FINE)
+    level = _level(focused(short, scenario, course.pixels(position[0] + off, position[1] + off, point.position[2])))
+    top = np.unravel_index(int(np.argmax(level)), level.shape)
+    return PointResponse(point.label, off, level - level.max(), (int(top[0]), int(top[1])), float(level.max()),
+                 float(position[1]))  # fmt: skip
+
+
+def point_numbers(point: PointResponse, scenario: Scenario, course: StripFrame) -> list[CheckedNumber]:
+    """Where a point was focused and how sharply, beside theory.
+
+    Args:
+        point: The image about it.
+        scenario: What was simulated.
+        course: The track.
+    """
+    row, column = point.top
+    along, across = point.level[:, column], point.level[row]
+    wide, deep = cells(scenario)
+    target = next(t for t in scenario.targets if isinstance(t, PointTarget) and t.label == point.label)
+    below = course.height - (scenario.seabed.depth - target.position[2])
+    deep *= float(np.hypot(1, below / point.across))
+    put = "where the point was put"
+    return [
+        CheckedNumber(f"{point.label}: along the track, off", parabolic_peak_position(point.off, along, row) * 100, "cm", 0.0, 1.0, put),
+        CheckedNumber(f"{point.label}: across the track, off", parabolic_peak_position(point.off, across, column) * 100, "cm", 0.0, 1.0, put),
+        CheckedNumber(f"{point.label}: width at -3 dB along", width(point.off, along, row) * 100, "cm", wide * 100,
+               wide * 10, "aperture weighted with both beams"),
+        CheckedNumber(f"{point.label}: width at -3 dB across", width(point.off, across, column) * 100, "cm", deep * 100,
+               deep * 10, "Hamming window over the sweep, on the level"),
+    ]  # fmt: skip
+
+
+def shadow_numbers(strip: StripMap, scenario: Scenario, course: StripFrame) -> list[CheckedNumber]:
+    """How dark the shadows of bodies are that are long enough, re the bed at their range.
+
+    Args:
+        strip: What was focused.
+        scenario: What was simulated.
+        course: The track.
+    """
+    level, told = strip.level - range_trend(strip.level), []
+    for target in scenario.targets:
+        if isinstance(target, PointTarget):
+            continue
+        position, half = course.along_across(target.position[:2]), half_extent(target, scenario.scene)
+        top = height(target)
+        first = position[1] + CLEAR * half
+        length = position[1] * course.height / max(course.height - top, 1e-3) - first
+        rows = np.abs(strip.along - position[0]) < half / 4
+        columns = (strip.across > first) & (strip.across < first + BEHIND * length)
+        if length > LONG and rows.sum() * columns.sum() > ENOUGH:
+            dark = float(level_db(np.mean(10 ** (level[np.ix_(rows, columns)] / 10))))
+            told.append(
+                CheckedNumber(f"{target.label}: shadow below the bed", -dark, "dB", 10.0, None, "usual of such images")
+            )
+    return told
+
+
+def _level(image: NDArray[np.complex64]) -> Floats:
+    return np.asarray(level_db(np.maximum(np.abs(image.astype(complex)) ** 2, 1e-12)), float)

@@ -1,0 +1,216 @@
+"""Scatterers of tiles, each drawn and kept or left out at once: the arithmetic of `engines.loudness`."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines._gain_envelope_kernel import EnvelopeArguments, gain_re_threshold
+from insonify.engines._keep_probability_kernel import GridFrame, keep_probability_of
+from insonify.fast_sincos import sincos_cycles
+from insonify.jit import njit
+from insonify.random_keys import philox_at, uniform_from_word
+from insonify.scene.scatterer_grid import BASE_PITCH, PARTS, SIDE, TILE, priority_ordered_cells
+from insonify.scene.scatterers import KEY_ROW
+
+SQUARE = 2
+"""Cells along the side of the squares of a part for which its corners do not speak."""
+SQUARES = TILE // SQUARE
+MIN_SUBDIVIDED = 12
+"""Scatterers of such a part above which its squares are asked about one by one."""
+BATCH = 256
+"""Scatterers for which the corners of their parts do not speak that are asked about together."""
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+ProbabilityColumns = tuple[Floats, Floats, Floats, NDArray[np.bool_], float, float]
+"""Density, most, corner and peaked of `loudness.Shares`, the gain below which shares fall no longer with its square,
+and the smallest share."""
+ScattererColumns = tuple[
+    Floats, Floats, NDArray[np.complex128], NDArray[np.uint64], NDArray[np.int32], NDArray[np.int32]
+]
+"""Position, area, phase, key, tile and rank of the scatterers kept."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def draw_and_keep(
+    level: Integers, along: Integers, across: Integers, first_key: NDArray[np.uint64], k0: int, k1: int,
+    shares: ProbabilityColumns, gains: EnvelopeArguments, frame: GridFrame, depth: float, made: ScattererColumns,
+) -> int:  # fmt: skip
+    """Draw the scatterers of some tiles and keep those whose priority lies below their share; returns their number.
+
+    Args:
+        level: Of the tiles, shape (tiles,).
+        along: Number of each along the lattice's first axis, likewise.
+        across: Along its second, likewise.
+        first_key: Key of the place of each tile's first cell, likewise.
+        k0: First word of the key of the draws.
+        k1: Its second word.
+        shares: What is kept of them.
+        gains: First arguments of `gain_re_threshold`.
+        frame: Of the lattice.
+        depth: Put down as that of all [m].
+        made: To be filled.
+    """
+    position, area, phase, key, tile, rank = made
+    density, max_probability, corner, is_peaked, linear_below, min_probability = shares
+    north, east, c, s = frame
+    words = np.empty((4, TILE * TILE), np.uint32)
+    row, column, order = np.empty((3, TILE * TILE), np.int64)
+    there, told = np.empty((BATCH + TILE * TILE, 2)), np.empty((BATCH + TILE * TILE, 5))
+    who, names = np.empty((BATCH + TILE * TILE, 2), np.int64), np.empty(BATCH + TILE * TILE, np.uint64)
+    top = np.empty((SQUARES, SQUARES))
+    n = waiting = 0
+    for t in range(level.size):
+        pitch, a0, b0 = BASE_PITCH * 2.0 ** level[t], along[t] * TILE, across[t] * TILE
+        drawn = priority_ordered_cells(level[t], along[t], across[t], max_probability[t], k0, k1, row, column, order)
+        crowded = _subdivided_parts(max_probability[t], is_peaked[t])
+        if crowded > 0:
+            _bound_squares(
+                crowded,
+                a0,
+                b0,
+                pitch,
+                density[t],
+                max_probability[t],
+                is_peaked[t],
+                linear_below,
+                min_probability,
+                gains,
+                frame,
+                top,
+            )
+            left = 0
+            for w in range(drawn):
+                if order[w] < top[(row[w] - a0) // SQUARE, (column[w] - b0) // SQUARE] * (TILE * TILE):
+                    row[left], column[left], order[left], left = row[w], column[w], order[w], left + 1
+            drawn = left
+        philox_at(row[:drawn], column[:drawn], level[t], 0, k0, k1, words)
+        for w in range(drawn):
+            a, b = row[w] - a0, column[w] - b0
+            i, j = a // SIDE, b // SIDE
+            priority = (order[w] + uniform_from_word(words[3, w])) / (TILE * TILE)
+            share = top[a // SQUARE, b // SQUARE] if crowded > 0 else max_probability[t, i, j]
+            if priority >= share:
+                continue
+            x, y = uniform_from_word(words[0, w]), uniform_from_word(words[1, w])
+            if not is_peaked[t, i, j]:
+                gain = _bilinear(corner[t], i, j, (a + x) / SIDE - i, (b + y) / SIDE - j)
+                share = min(density[t] * keep_probability_of(gain, linear_below, min_probability), share)
+                if priority >= share:
+                    continue
+            x, y = (row[w] + x) * pitch, (column[w] + y) * pitch
+            x, y = north + c * x - s * y, east + s * x + c * y
+            name = first_key[t] + np.uint64(a * KEY_ROW + b)
+            if is_peaked[t, i, j]:
+                there[waiting, 0], there[waiting, 1], told[waiting, 0], told[waiting, 1] = x, y, priority, density[t]
+                told[waiting, 2], told[waiting, 3], told[waiting, 4] = (
+                    share,
+                    pitch * pitch,
+                    uniform_from_word(words[2, w]),
+                )
+                who[waiting, 0], who[waiting, 1], names[waiting], waiting = t, order[w], name, waiting + 1
+                continue
+            position[n, 0], position[n, 1], position[n, 2] = x, y, depth
+            area[n], key[n], tile[n], rank[n] = pitch * pitch / share, name, t, order[w]
+            sine, cosine = sincos_cycles(uniform_from_word(words[2, w]))
+            phase[n], n = complex(cosine, sine), n + 1
+        if waiting > BATCH or t == level.size - 1:
+            n = _decide_batch(there[:waiting], told, who, names, linear_below, min_probability, gains, depth, made, n)
+            waiting = 0
+    return n
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _subdivided_parts(max_probability: Floats, is_peaked: NDArray[np.bool_]) -> int:
+    """Parts of a tile with many scatterers for which their corners do not speak."""
+    count = 0
+    for i in range(PARTS):
+        for j in range(PARTS):
+            count += is_peaked[i, j] and max_probability[i, j] * SIDE * SIDE > MIN_SUBDIVIDED
+    return count
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _bound_squares(
+    crowded: int, a0: int, b0: int, pitch: float, density: float, max_probability: Floats, is_peaked: NDArray[np.bool_],
+    linear_below: float, min_probability: float, gains: EnvelopeArguments, frame: GridFrame, top: Floats,
+) -> None:  # fmt: skip
+    """The largest share in each square of one tile, into top (SQUARES, SQUARES).
+
+    Args:
+        crowded: Parts whose squares are asked about, as `_subdivided_parts` has it.
+        a0: Number of the tile's first cell along the lattice's first axis.
+        b0: Along its second.
+        pitch: Side of its cells [m].
+        density: As of `loudness.Shares`, of this tile.
+        max_probability: Likewise.
+        is_peaked: Likewise.
+        linear_below: As of `keep_probability_of`.
+        min_probability: Likewise.
+        gains: First argument of `gain_re_threshold`.
+        frame: Of the lattice.
+        top: To be filled.
+    """
+    asked, each = crowded * (SIDE // SQUARE) ** 2, SIDE // SQUARE
+    north, east, c, s = frame
+    there, gain, n = np.empty((asked, 2)), np.empty(asked), 0
+    for i in range(SQUARES):
+        for j in range(SQUARES):
+            top[i, j] = max_probability[i // each, j // each]
+            if is_peaked[i // each, j // each] and top[i, j] * SIDE * SIDE > MIN_SUBDIVIDED:
+                x, y = (a0 + (i + 0.5) * SQUARE) * pitch, (b0 + (j + 0.5) * SQUARE) * pitch
+                there[n, 0], there[n, 1], n = north + c * x - s * y, east + s * x + c * y, n + 1
+    gain_re_threshold(gains, there, np.full(asked, SQUARE * pitch * math.sqrt(0.5)), gain)
+    n = 0
+    for i in range(SQUARES):
+        for j in range(SQUARES):
+            if is_peaked[i // each, j // each] and top[i, j] * SIDE * SIDE > MIN_SUBDIVIDED:
+                top[i, j], n = (
+                    min(top[i, j], density * keep_probability_of(gain[n], linear_below, min_probability)),
+                    n + 1,
+                )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _decide_batch(
+    there: Floats, told: Floats, who: Integers, names: NDArray[np.uint64], linear_below: float, min_probability: float, gains: EnvelopeArguments,
+    depth: float, made: ScattererColumns, count: int,
+) -> int:  # fmt: skip
+    """Keep or leave out scatterers for which the corners of their parts do not speak.
+
+    Args:
+        there: North and east of each [m], shape (n, 2).
+        told: Its priority, what fills the sonar's cells, the largest share, the area of the cell [m^2] and the phase
+            [turns], shape (n or more, 5).
+        who: Row of its tile and its rank, shape (n or more, 2).
+        names: Its key, shape (n or more,).
+        linear_below: As of `keep_probability_of`.
+        min_probability: Likewise.
+        gains: First argument of `gain_re_threshold`.
+        depth: Put down as that of all [m].
+        made: The columns, to which those kept are added.
+        count: Rows in them.
+
+    Returns:
+        Rows in them now.
+    """
+    position, area, phase, key, tile, rank = made
+    gain = np.empty(there.shape[0])
+    gain_re_threshold(gains, there, np.zeros(gain.size), gain)
+    for m in range(gain.size):
+        share = min(told[m, 1] * keep_probability_of(gain[m], linear_below, min_probability), told[m, 2])
+        if told[m, 0] >= share:
+            continue
+        position[count, 0], position[count, 1], position[count, 2] = there[m, 0], there[m, 1], depth
+        area[count], key[count], tile[count], rank[count] = told[m, 3] / share, names[m], who[m, 0], who[m, 1]
+        sine, cosine = sincos_cycles(told[m, 4])
+        phase[count], count = complex(cosine, sine), count + 1
+    return count
+
+
+@njit(cache=True, nogil=True)
+def _bilinear(corner: Floats, i: int, j: int, x: float, y: float) -> float:
+    """Value in a part between its four corners, x and y of the way from the first."""
+    low = corner[i, j] + y * (corner[i, j + 1] - corner[i, j])
+    high = corner[i + 1, j] + y * (corner[i + 1, j + 1] - corner[i + 1, j])
+    return low + x * (high - low)

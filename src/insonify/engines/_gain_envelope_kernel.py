@@ -1,0 +1,384 @@
+"""How loud both ends of the sonar hear places of a level boundary: the arithmetic of `engines.loudness`.
+
+Places are gone through in stretches that stay in the nearest cache; what they need of one another lies in rows of one
+piece of memory, which is how compilers can tell that loops over them may run in vectors.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines._glint_spread_kernel import cosine_spreads, pattern_with_spread
+from insonify.jit import njit
+from insonify.sonar.beam_kernels import cosine_bounds, distance_to_interval, element_gain
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+BeamArguments = tuple[Floats, Floats, Floats, tuple[Floats, Floats, Floats, Floats], Floats, int]
+"""Axes, steer, scale, majorants, rows per unit and element of `Beams`."""
+
+
+class RaySpreads(NamedTuple):
+    """Levels and spreads of the rows of one end's rays off a moving surface; off one that is still, no columns."""
+
+    level: Floats
+    """Pressure of a row re a calm surface, at the nodes [1], shape (rows, nodes); (rows, 0) where all are 1."""
+    tilt: Floats
+    """As of `glint_spread.LegSpread`, likewise; read for glints only."""
+    turn: Floats
+    """Likewise."""
+    glints: NDArray[np.bool_]
+    """Rows whose directions are spread, shape (rows,)."""
+    slopes: Floats
+    """As of `glint_spread.GlintSpread`, shape (3,)."""
+    patterns: tuple[Floats, Floats, Floats, Floats]
+    """As of `glint_spread.spread_patterns`."""
+
+
+EnvelopeEnd = tuple[Floats, Floats, float, float, BeamArguments, RaySpreads]
+"""Place of one end [m], shape (3,); sines of the rays' departure at nodes of distance, positive down, NaN for none,
+shape (rows, nodes): one row a family, and one more for its glints; distance of the last node [m]; height of the end
+above the boundary, or depth below it [m]; its beams; and what a moving surface does to the rows."""
+EnvelopeArguments = tuple[EnvelopeEnd, EnvelopeEnd, bool, Floats, float, Floats, float]
+"""The first argument of `gain_re_threshold`."""
+
+BATCH = 128
+"""Places that are worked out together."""
+_ROWS = 20
+_NORTH, _EAST, _RADIUS, _SUFFICIENT, _RESULT, _SPARE = range(
+    6
+)  # rows that callers fill and read; the others are passing
+_LEVEL = 18
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _envelope(bound: Floats, per_unit: float, x: float) -> float:
+    """Largest magnitude of a pattern at distance x from its axis or beyond, drawn through the table's rows."""
+    if bound.shape[0] == 0:
+        return 1.0
+    place = x * per_unit
+    row = min(int(place), bound.shape[0] - 1)
+    after = bound[min(row + 1, bound.shape[0] - 1)]
+    return bound[row] + min(place - row, 1.0) * (after - bound[row])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _node(distance: float, last: float, count: int) -> float:
+    """Place among nodes that lie at last * (n / (count - 1))**2 [m]."""
+    return math.sqrt(min(max(distance, 0.0) / last, 1.0)) * (count - 1)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _row(workspace: Floats, number: int) -> Floats:
+    """One row of the memory of a stretch."""
+    return workspace[number * BATCH : (number + 1) * BATCH]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _locate(end: EnvelopeEnd, workspace: Floats, has_radius: bool, size: int) -> None:
+    """Which way the places of a stretch lie, between which nodes, and how far around them a ray can leave."""
+    place, sines, last, height, _, _ = end
+    north, east, radius = _row(workspace, _NORTH), _row(workspace, _EAST), _row(workspace, _RADIUS)
+    node, part, ahead, aside = _row(workspace, 6), _row(workspace, 7), _row(workspace, 8), _row(workspace, 9)
+    sine, cosine = _row(workspace, 10), _row(workspace, 11)
+    here_north, here_east, count = place[0], place[1], sines.shape[1]
+    for n in range(size):
+        x, y = north[n] - here_north, east[n] - here_east
+        distance = math.sqrt(x * x + y * y)
+        among = _node(distance, last, count)
+        node[n] = min(np.floor(among), count - 2.0)
+        part[n] = among - node[n]
+        ahead[n], aside[n] = x / max(distance, 1e-9), y / max(distance, 1e-9)
+        if has_radius:
+            margin = min(radius[n] / max(math.sqrt(distance * distance + height * height), 1e-9), 1.0)
+            sine[n], cosine[n] = margin, math.sqrt(1.0 - margin * margin) if margin < 1.0 else -1.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _direction_cosines(axes: Floats, workspace: Floats, has_radius: bool, size: int) -> None:
+    """Cosines to the axes of a beam of the rays of one family to the places of a stretch, or their spans."""
+    ahead, aside, sine, cosine = _row(workspace, 8), _row(workspace, 9), _row(workspace, 10), _row(workspace, 11)
+    down, w, u, v = _row(workspace, 12), _row(workspace, 13), _row(workspace, 14), _row(workspace, 15)
+    u_most, v_most = _row(workspace, 16), _row(workspace, _SPARE)
+    w0, w1, w2, u0, u1, u2 = axes[0, 0], axes[0, 1], axes[0, 2], axes[1, 0], axes[1, 1], axes[1, 2]
+    v0, v1, v2 = axes[2, 0], axes[2, 1], axes[2, 2]
+    for n in range(size):
+        level = math.sqrt(max(1.0 - down[n] * down[n], 0.0))
+        w[n] = level * (ahead[n] * w0 + aside[n] * w1) + down[n] * w2
+        u[n] = level * (ahead[n] * u0 + aside[n] * u1) + down[n] * u2
+        v[n] = level * (ahead[n] * v0 + aside[n] * v1) + down[n] * v2
+        u_most[n], v_most[n] = u[n], v[n]
+    if has_radius:
+        for n in range(size):
+            w[n] = cosine_bounds(w[n], cosine[n], sine[n])[1]
+            u[n], u_most[n] = cosine_bounds(u[n], cosine[n], sine[n])
+            v[n], v_most[n] = cosine_bounds(v[n], cosine[n], sine[n])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _add_beam_envelope(beam: BeamArguments, workspace: Floats, size: int) -> None:
+    """Make what was found in a stretch at least the envelope of the beams there, unless it is enough."""
+    _, steer, scale, (across, deep, long, tall), per_unit, element = beam
+    enough, result, down, level = (
+        _row(workspace, _SUFFICIENT),
+        _row(workspace, _RESULT),
+        _row(workspace, 12),
+        _row(workspace, _LEVEL),
+    )
+    w, u, v, u_most, v_most = (
+        _row(workspace, 13),
+        _row(workspace, 14),
+        _row(workspace, 15),
+        _row(workspace, 16),
+        _row(workspace, _SPARE),
+    )
+    for n in range(size):
+        largest = result[n]
+        if largest >= enough[n] or math.isnan(down[n]):
+            continue
+        one = element_gain(element, w[n] + 1e-12) * level[n]
+        if one == 0.0:
+            continue
+        one *= _envelope(long, per_unit[2], distance_to_interval(u[n], u_most[n], 0.0))
+        one *= _envelope(tall, per_unit[3], distance_to_interval(v[n], v_most[n], 0.0))
+        for channel in range(steer.shape[0]):
+            off = distance_to_interval(u[n], u_most[n], steer[channel, 0])
+            gain = one * scale[channel] * _envelope(across, per_unit[0], off)
+            if gain > largest:
+                gain *= _envelope(deep, per_unit[1], distance_to_interval(v[n], v_most[n], steer[channel, 1]))
+                largest = max(largest, gain)
+        result[n] = largest
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _add_glint_envelope(end: EnvelopeEnd, row: int, workspace: Floats, size: int) -> None:
+    """The same as `_add_beam_envelope` by the glints of one row, in the fourth mean over their directions."""
+    (axes, steer, scale, (across, deep, long, tall), per_unit, element), spreads = end[4], end[5]
+    enough, result, down, level = (
+        _row(workspace, _SUFFICIENT),
+        _row(workspace, _RESULT),
+        _row(workspace, 12),
+        _row(workspace, _LEVEL),
+    )
+    w, u, v, u_most, v_most = (
+        _row(workspace, 13),
+        _row(workspace, 14),
+        _row(workspace, 15),
+        _row(workspace, 16),
+        _row(workspace, _SPARE),
+    )
+    node, part, ahead, aside = _row(workspace, 6), _row(workspace, 7), _row(workspace, 8), _row(workspace, 9)
+    for n in range(size):
+        largest = result[n]
+        if largest >= enough[n] or math.isnan(down[n]) or level[n] <= largest:
+            continue
+        k = int(node[n])
+        tilt = spreads.tilt[row, k] + part[n] * (spreads.tilt[row, k + 1] - spreads.tilt[row, k])
+        turn = spreads.turn[row, k] + part[n] * (spreads.turn[row, k + 1] - spreads.turn[row, k])
+        su, sv = cosine_spreads(ahead[n], aside[n], down[n], tilt, turn, spreads.slopes, axes)
+        one = element_gain(element, min(w[n] + 2 * max(su, sv), 1.0) + 1e-12) * level[n]
+        x, y = distance_to_interval(u[n], u_most[n], 0.0), distance_to_interval(v[n], v_most[n], 0.0)
+        one *= pattern_with_spread(spreads.patterns[2], _envelope(long, per_unit[2], x), per_unit[2], x, su)
+        one *= pattern_with_spread(spreads.patterns[3], _envelope(tall, per_unit[3], y), per_unit[3], y, sv)
+        if one <= largest:
+            continue
+        for channel in range(steer.shape[0]):
+            x = distance_to_interval(u[n], u_most[n], steer[channel, 0])
+            gain = pattern_with_spread(spreads.patterns[0], _envelope(across, per_unit[0], x), per_unit[0], x, su)
+            gain *= one * scale[channel]
+            if gain > largest:
+                y = distance_to_interval(v[n], v_most[n], steer[channel, 1])
+                gain *= pattern_with_spread(spreads.patterns[1], _envelope(deep, per_unit[1], y), per_unit[1], y, sv)
+                largest = max(largest, gain)
+        result[n] = largest
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _one_way_envelope(end: EnvelopeEnd, workspace: Floats, has_radius: bool, size: int) -> None:
+    """Envelope of one end's beams near the places of a stretch, by the loudest row of rays, into the row `_RESULT`.
+
+    Args:
+        end: That end.
+        workspace: Memory of the stretch: north and east of the places, how far around each it is the largest that is told
+            [m], and the envelope at which no louder family need be looked for.
+        has_radius: Whether anything around them is asked for.
+        size: Places of the stretch.
+    """
+    _, sines, _, _, beam, spreads = end
+    _locate(end, workspace, has_radius, size)
+    node, part, down, result = _row(workspace, 6), _row(workspace, 7), _row(workspace, 12), _row(workspace, _RESULT)
+    level, still = _row(workspace, _LEVEL), spreads.level.shape[1] == 0
+    result[:size], level[:size] = 0.0, 1.0
+    for family in range(sines.shape[0]):
+        for n in range(size):
+            row = int(node[n])
+            down[n] = sines[family, row] + part[n] * (sines[family, row + 1] - sines[family, row])
+            if not still:
+                here, beyond = spreads.level[family, row], spreads.level[family, row + 1]
+                level[n] = here + part[n] * (beyond - here)
+        _direction_cosines(beam[0], workspace, has_radius, size)
+        if spreads.glints[family]:
+            _add_glint_envelope(end, family, workspace, size)
+        else:
+            _add_beam_envelope(beam, workspace, size)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _two_way(
+    out: EnvelopeEnd, back: EnvelopeEnd, same_beams: bool, workspace: Floats, has_radius: bool, size: int
+) -> None:
+    """Envelope of the two-way gain near the places of a stretch, as `_one_way_envelope` has that of one way."""
+    enough, result, once = _row(workspace, _SUFFICIENT), _row(workspace, _RESULT), _row(workspace, _ROWS)
+    if same_beams:
+        for n in range(size):
+            enough[n] = math.sqrt(enough[n])
+        _one_way_envelope(out, workspace, has_radius, size)
+        for n in range(size):
+            result[n] *= result[n]
+        return
+    enough[:size] = np.inf  # or it would matter which end was asked first
+    _one_way_envelope(out, workspace, has_radius, size)
+    once[:size] = result[:size]
+    _one_way_envelope(back, workspace, has_radius, size)
+    for n in range(size):
+        result[n] *= once[n]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _load_batch(position: Floats, radius: Floats, first: int, workspace: Floats) -> tuple[bool, int]:
+    """Put the next places where a stretch has them; returns whether anything around them is asked for, and how many."""
+    size, has_radius = min(BATCH, radius.size - first), False
+    for n in range(size):
+        workspace[_NORTH * BATCH + n], workspace[_EAST * BATCH + n] = position[first + n, 0], position[first + n, 1]
+        workspace[_RADIUS * BATCH + n] = radius[first + n]
+        has_radius |= radius[first + n] > 0.0
+    return has_radius, size
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def two_way_envelope(
+    out: EnvelopeEnd, back: EnvelopeEnd, same_beams: bool, position: Floats, radius: Floats, result: Floats
+) -> None:
+    """Envelope of the two-way gain no farther than so far from some places, into found (n,) [1].
+
+    Args:
+        out: The end that sends.
+        back: The end that hears.
+        same_beams: Whether these are the same.
+        position: North and east of the places [m], shape (n, 2).
+        radius: How far around each place it is the largest that is told [m], shape (n,).
+        result: To be filled.
+    """
+    workspace = np.empty((_ROWS + 1) * BATCH)
+    for first in range(0, result.size, BATCH):
+        has_radius, size = _load_batch(position, radius, first, workspace)
+        _row(workspace, _SUFFICIENT)[:] = np.inf
+        _two_way(out, back, same_beams, workspace, has_radius, size)
+        result[first : first + size] = _row(workspace, _RESULT)[:size]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def gain_re_threshold(gains: EnvelopeArguments, position: Floats, radius: Floats, result: Floats) -> None:
+    """Envelope of the two-way gain re that above which all scatterers are kept, into found (n,) [1].
+
+    Args:
+        gains: Both ends, whether they are the same, the gain above which all are kept at the nodes of distance, the
+            distance of the last node [m], north and east of where distances are counted from [m], and the least gain
+            that others are compared with. Where it is reached no louder family is looked for.
+        position: As of `two_way_envelope`.
+        radius: Likewise.
+        result: To be filled.
+    """
+    out, back, same_beams, edge, last, midpoint, faintest = gains
+    workspace, least = np.empty((_ROWS + 1) * BATCH), np.empty(BATCH)
+    for first in range(0, result.size, BATCH):
+        has_radius, size = _load_batch(position, radius, first, workspace)
+        for n in range(size):
+            x, y = position[first + n, 0] - midpoint[0], position[first + n, 1] - midpoint[1]
+            distance = math.sqrt(x * x + y * y)
+            least[n] = _at_nodes(edge, last, distance - radius[first + n])
+            if has_radius:
+                least[n] = min(least[n], _at_nodes(edge, last, distance + radius[first + n]))
+            workspace[_SUFFICIENT * BATCH + n] = least[n]
+        _two_way(out, back, same_beams, workspace, has_radius, size)
+        for n in range(size):
+            result[first + n] = workspace[_RESULT * BATCH + n] / max(least[n], faintest)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _at_nodes(value: Floats, last: float, distance: float) -> float:
+    """Value at the nodes read at a distance [m]."""
+    among = _node(distance, last, value.size)
+    row = min(int(among), value.size - 2)
+    return value[row] + (among - row) * (value[row + 1] - value[row])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def max_two_way_gain(
+    out: EnvelopeEnd, back: EnvelopeEnd, same_beams: bool, far: Floats, midpoint: Floats, axes: Floats, sectors: Floats, halvings: int,
+    close: float, best: Floats,
+) -> None:  # fmt: skip
+    """Envelope of the loudest two-way gain at some distances, over all bearings, into best (n,) [1].
+
+    Sectors that may hold a louder place than was found are halved.
+
+    Args:
+        out: As of `two_way_envelope`.
+        back: Likewise.
+        same_beams: Likewise.
+        far: Distances [m], shape (n,).
+        midpoint: North and east of where they are counted from [m], shape (2,).
+        axes: Bearings where the loudest places are likely to lie [rad].
+        sectors: Bearings of the middles of equal sectors all round [rad].
+        halvings: Of a sector, at most.
+        close: Ratio to which the loudest gain is found [1].
+        best: To be filled.
+    """
+    node, bearing = np.arange(far.size).repeat(axes.size), np.empty(far.size * axes.size)
+    for n in range(bearing.size):
+        bearing[n] = axes[n % axes.size]
+    best[:] = 0.0
+    _raise_best(out, back, same_beams, far, midpoint, node, bearing, best)
+    has_radius = math.pi / sectors.size
+    node, bearing = np.arange(far.size).repeat(sectors.size), np.empty(far.size * sectors.size)
+    for n in range(bearing.size):
+        bearing[n] = sectors[n % sectors.size]
+    for _ in range(halvings):
+        position = _raise_best(out, back, same_beams, far, midpoint, node, bearing, best)
+        result = np.empty(node.size)
+        two_way_envelope(out, back, same_beams, position, has_radius * far[node], result)
+        has_radius /= 2
+        hopeful = np.flatnonzero(result > best[node] * close)
+        if hopeful.size == 0:
+            return
+        next_node, next_bearing = node[hopeful].repeat(2), np.empty(2 * hopeful.size)
+        for n in range(hopeful.size):
+            next_bearing[2 * n], next_bearing[2 * n + 1] = (
+                bearing[hopeful[n]] - has_radius,
+                bearing[hopeful[n]] + has_radius,
+            )
+        node, bearing = next_node, next_bearing
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _raise_best(
+    out: EnvelopeEnd,
+    back: EnvelopeEnd,
+    same_beams: bool,
+    far: Floats,
+    midpoint: Floats,
+    node: Integers,
+    bearing: Floats,
+    best: Floats,
+) -> Floats:
+    """Make the best at some nodes at least what is heard in some bearings there; returns these places."""
+    position, result = np.empty((node.size, 2)), np.empty(node.size)
+    for n in range(node.size):
+        position[n, 0] = midpoint[0] + far[node[n]] * math.cos(bearing[n])
+        position[n, 1] = midpoint[1] + far[node[n]] * math.sin(bearing[n])
+    two_way_envelope(out, back, same_beams, position, np.zeros(node.size), result)
+    for n in range(node.size):
+        best[node[n]] = max(best[node[n]], result[n])
+    return position

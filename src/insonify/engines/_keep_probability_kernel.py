@@ -1,0 +1,145 @@
+"""What share of the scatterers of tiles is kept, part by part: the arithmetic of `engines.loudness`."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.jit import njit
+from insonify.scene.scatterer_grid import BASE_PITCH, PARTS, TILE
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+GridFrame = tuple[float, float, float, float]
+"""North and east of the lattice's origin [m], cosine and sine of its heading."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def keep_probability_of(gain: float, linear_below: float, min_probability: float) -> float:
+    """Part of the scatterers that is kept, by the gain re that above which all are [1]."""
+    gain = min(gain, 1.0)  # what is loud where nothing else is heard is any number of times louder
+    return min(max(gain * gain, linear_below * gain, min_probability), 1.0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def keep_probabilities(gain: Floats, linear_below: float, min_probability: float, found: Floats) -> None:
+    """Parts of the scatterers that are kept where gains are so large, re that above which all are, into found (n,)."""
+    for n in range(gain.size):
+        found[n] = keep_probability_of(gain[n], linear_below, min_probability)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def grid_positions(
+    level: Integers, along: Integers, across: Integers, rows: Integers, part: Floats, frame: GridFrame, position: Floats
+) -> None:
+    """North and east at the same parts of the sides of some tiles [m], into there (rows * parts * parts, 2).
+
+    Args:
+        level: Of all tiles, shape (tiles,).
+        along: Number of each along the lattice's first axis, likewise.
+        across: Along its second, likewise.
+        rows: Which tiles are asked for.
+        part: Parts of their sides [1].
+        frame: Of the lattice.
+        position: To be filled.
+    """
+    north, east, c, s = frame
+    n = 0
+    for t in rows:
+        side = TILE * (BASE_PITCH * 2.0 ** level[t])
+        for i in range(part.size):
+            a = (along[t] + part[i]) * side
+            for j in range(part.size):
+                b = (across[t] + part[j]) * side
+                position[n, 0], position[n, 1] = north + c * a - s * b, east + s * a + c * b
+                n += 1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def classify_tiles(tile_gain: Floats, centre_gain: Floats, row: Integers, peak: float) -> tuple[Integers, Integers]:
+    """Tiles that are judged part by part, and those judged as a whole for which their middles do not speak.
+
+    Args:
+        tile_gain: Loudest gain anywhere in each tile, re that above which all scatterers are kept, shape (tiles,).
+        centre_gain: Gain in its middle, likewise.
+        row: -1 for one that is judged as a whole, likewise.
+        peak: Gain re the loudest place from which on it speaks for that place [1].
+    """
+    by_part, nonuniform = np.empty((2, tile_gain.size), np.int64)
+    m = n = 0
+    for t in range(tile_gain.size):
+        if row[t] >= 0:
+            by_part[m], m = t, m + 1
+        elif centre_gain[t] < peak * min(tile_gain[t], 1.0):
+            nonuniform[n], n = t, n + 1
+    return by_part[:m], nonuniform[:n]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def interpolate_corner_gains(
+    tile_gain: Floats, centre_gain: Floats, row: Integers, parts: Floats, by_part: Integers, at_parts: Floats, nonuniform: Integers,
+    at_ends: Floats, corner: Floats, loudest: Floats,
+) -> None:  # fmt: skip
+    """Gains at the corners of all parts of some tiles, and the loudest in each part.
+
+    Args:
+        tile_gain: As of `classify_tiles`.
+        centre_gain: Likewise.
+        row: Row in `parts` of each tile, -1 for one that is judged as a whole, shape (tiles,).
+        parts: Loudest gain in each part of some tiles, shape (any, PARTS, PARTS).
+        by_part: As returned by `classify_tiles`.
+        at_parts: Gain at the corners of their parts, shape (many * (PARTS + 1)**2,).
+        nonuniform: As returned by `classify_tiles`.
+        at_ends: Gain at the corners of these tiles, shape (odd * 4,).
+        corner: Result, shape (tiles, PARTS + 1, PARTS + 1).
+        loudest: Result, shape (tiles, PARTS, PARTS).
+    """
+    for t in range(tile_gain.size):
+        corner[t] = centre_gain[t]
+        if row[t] < 0:
+            loudest[t] = tile_gain[t]
+        else:
+            loudest[t] = parts[row[t]]
+    for m in range(by_part.size):
+        for i in range(PARTS + 1):
+            for j in range(PARTS + 1):
+                corner[by_part[m], i, j] = at_parts[(m * (PARTS + 1) + i) * (PARTS + 1) + j]
+    for m in range(nonuniform.size):
+        a, b, c, d = at_ends[4 * m], at_ends[4 * m + 1], at_ends[4 * m + 2], at_ends[4 * m + 3]
+        for i in range(PARTS + 1):
+            for j in range(PARTS + 1):
+                x, y = i / PARTS, j / PARTS
+                corner[nonuniform[m], i, j] = (1 - x) * ((1 - y) * a + y * b) + x * ((1 - y) * c + y * d)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def find_peaked_parts(
+    corner: Floats, loudest: Floats, row: Integers, density: Floats, peak: float, linear_below: float, min_probability: float,
+    is_peaked: NDArray[np.bool_], most: Floats,
+) -> None:  # fmt: skip
+    """Parts of tiles that hold a place much louder than their corners, and the largest share in each part.
+
+    Args:
+        corner: Gains re that above which all scatterers are kept, shape (tiles, PARTS + 1, PARTS + 1).
+        loudest: Loudest gain in each part, or in the tile, shape (tiles, PARTS, PARTS).
+        row: -1 for tiles of which the corners and the loudest place of all are told, shape (tiles,).
+        density: Share that fills the sonar's cells, shape (tiles,).
+        peak: Loudest corner re the loudest place below which it is [1].
+        linear_below: As of `keep_probability_of`.
+        min_probability: Likewise.
+        is_peaked: Result, shape (tiles, PARTS, PARTS).
+        most: Result, likewise: the share at the loudest place, or at the loudest corner where corners speak for a part.
+    """
+    for t in range(corner.shape[0]):
+        for i in range(PARTS):
+            for j in range(PARTS):
+                near = _max_corner_gain(corner[t], i, j, 1)
+                known = _max_corner_gain(corner[t], 0, 0, PARTS) if row[t] < 0 else near
+                is_peaked[t, i, j] = known < peak * min(loudest[t, i, j], 1.0)
+                top = loudest[t, i, j] if is_peaked[t, i, j] else min(loudest[t, i, j], near)
+                most[t, i, j] = density[t] * keep_probability_of(top, linear_below, min_probability)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _max_corner_gain(corner: Floats, i: int, j: int, step: int) -> float:
+    """Largest of four values at the corners of a square of so many parts."""
+    low, high = max(corner[i, j], corner[i, j + step]), max(corner[i + step, j], corner[i + step, j + step])
+    return max(low, high)

@@ -1,0 +1,65 @@
+"""Which scatterers answer which families. Plain numbers and arrays only."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.jit import njit
+from insonify.random_keys import splitmix64
+
+Floats = NDArray[np.float64]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def assign_priorities(
+    position: Floats, north: float, east: float, edges: Floats, first: NDArray[np.uint8], scatterer_id: NDArray[np.uint64],
+    key: np.uint64, range_bin: NDArray[np.uint8], priority: NDArray[np.float32],
+) -> tuple[int, int]:  # fmt: skip
+    """The number of each place, and the stretch of distance that it lies in, the last for those beyond.
+
+    Args:
+        position: North, east and any further coordinates of the places [m], (n, 2 or more).
+        north: Where distances are counted from [m].
+        east: Likewise [m].
+        edges: Of the stretches, growing from 0 [m], (stretches + 1,).
+        first: Stretch that each of many even parts of the distance up to the last edge begins in, (parts,); no part
+            is longer than a stretch.
+        scatterer_id: Keys of the places, (n,).
+        key: Of the draw, any word.
+        range_bin: Result, (n,).
+        priority: Result, 0 to 1, (n,).
+
+    Returns:
+        The least and the greatest stretch.
+    """
+    last, low, high = edges.size - 2, edges.size - 2, 0
+    cells, once = first.size, first.size / edges[-1]
+    for n in range(scatterer_id.size):
+        # 24 bits: a number below one in single precision
+        priority[n] = np.float32(splitmix64(scatterer_id[n] ^ key) >> np.uint64(40)) * np.float32(2.0**-24)
+    for n in range(scatterer_id.size):
+        x, y = position[n, 0] - north, position[n, 1] - east
+        distance = math.sqrt(x * x + y * y)
+        found = int(first[int(min(distance * once, cells - 1.0))])
+        found = min(found + int(distance >= edges[found + 1]), last)
+        low, high = min(low, found), max(high, found)
+        range_bin[n] = found
+    return low, high
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def mark_sampled_families(
+    priority: NDArray[np.float32], range_bin: NDArray[np.uint8], keep_probability: NDArray[np.float32], wanted: NDArray[np.bool_]
+) -> None:  # fmt: skip
+    """Where any pair of each family is met.
+
+    Args:
+        priority: Of the places, (n,).
+        range_bin: Of distance that each lies in, (n,).
+        keep_probability: Largest part of the places at which any pair of a family is met, (f, stretches).
+        wanted: Result, (f, n).
+    """
+    for i in range(keep_probability.shape[0]):
+        for n in range(priority.size):
+            wanted[i, n] = priority[n] < keep_probability[i, range_bin[n]]

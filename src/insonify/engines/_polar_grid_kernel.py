@@ -1,0 +1,97 @@
+"""Points of rings and sectors about a sonar, thinned evenly. Plain numbers and arrays only."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.jit import njit
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+GOLDEN = 0.6180339887498949
+_RING_PACE, _SECTOR_PACE = 0.7548776662466927, 0.5698402909980532
+"""The inverse of the plastic number, and its square: their multiples fill the unit interval most evenly in two
+dimensions, and have no ratio with the golden one that shifts points within their cells."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def priority(ring: int, sector: int) -> float:
+    """Number of a cell, 0 to 1, spread evenly along rings and along sectors: few cells below it are still even."""
+    turn = (ring + 0.5) * _RING_PACE + (sector + 0.5) * _SECTOR_PACE
+    return turn - math.floor(turn)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def piece_edges(
+    tiles: Integers, shape: tuple[int, int, int], slant: float, height: float, azimuth: float,
+    origin: tuple[float, float, float], position: Floats,
+) -> None:  # fmt: skip
+    """Ends of the pieces of tiles in the middle of each sector, north and east [m], into place.
+
+    Args:
+        tiles: Row of rings and of sectors of each, (tiles, 2).
+        shape: Rings of a tile, pieces that they are cut into, sectors of a tile.
+        slant: Slant range from ring to ring [m].
+        height: Of the sonar above the boundary [m].
+        azimuth: Angle from sector to sector [rad].
+        origin: North and east of the sonar [m], bearing of the first sector [rad].
+        position: Result, (tiles * (pieces + 1) * sectors, 2).
+    """
+    rings, pieces, sectors = shape
+    each, n = rings / pieces, 0
+    for t in range(tiles.shape[0]):
+        for k in range(pieces + 1):
+            reach = (tiles[t, 0] * rings + k * each) * slant
+            distance = math.sqrt(max(reach * reach - height * height, 0.0))
+            for j in range(sectors):
+                bearing = origin[2] + (tiles[t, 1] * sectors + j + 0.5) * azimuth
+                position[n, 0] = origin[0] + distance * math.cos(bearing)
+                position[n, 1] = origin[1] + distance * math.sin(bearing)
+                n += 1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def kept_points(
+    tiles: Integers, keep_probability: Floats, rings: int, slant: float, height: float, azimuth: float,
+    origin: tuple[float, float, float], position: Floats, area: Floats, key: NDArray[np.uint64],
+) -> int:  # fmt: skip
+    """Points of the cells whose priority lies below the share of their piece; returns how many there are.
+
+    Args:
+        tiles: As of `piece_edges`.
+        keep_probability: Part of the cells of each piece that is kept [1], (tiles, pieces, sectors).
+        rings: Rings of a tile.
+        slant: As of `piece_edges`.
+        height: Likewise.
+        azimuth: Likewise.
+        origin: Likewise.
+        position: Result, north and east [m], (at least all, 2).
+        area: Result, ground that each stands for, with that of cells left out beside it [m^2].
+        key: Result, numbers of ring and sector packed in 64 bits.
+    """
+    pieces, sectors = keep_probability.shape[1], keep_probability.shape[2]
+    each, n = rings // pieces, 0
+    for t in range(tiles.shape[0]):
+        for k in range(rings):
+            ring = tiles[t, 0] * rings + k
+            inner, outer = max(ring * slant, height), (ring + 1) * slant
+            if outer <= inner:
+                continue
+            own, shift = (outer * outer - inner * inner) / 2 * azimuth, (ring + 0.5) * GOLDEN
+            shift -= math.floor(shift)
+            for j in range(sectors):
+                kept, sector = keep_probability[t, k // each, j], tiles[t, 1] * sectors + j
+                if priority(ring, sector) >= kept:
+                    continue
+                across = (sector + 0.5) * GOLDEN
+                reach = inner + (outer - inner) * (across - math.floor(across))
+                distance = math.sqrt(max(reach * reach - height * height, 0.0))
+                bearing = origin[2] + (sector + shift) * azimuth
+                position[n, 0] = origin[0] + distance * math.cos(bearing)
+                position[n, 1] = origin[1] + distance * math.sin(bearing)
+                area[n] = own / kept
+                key[n] = np.uint64(ring << 29 | sector)
+                n += 1
+    return n

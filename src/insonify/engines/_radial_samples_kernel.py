@@ -1,0 +1,199 @@
+"""Which samples of some lines of the ground are asked about, and by which pairs of legs. Plain numbers and arrays only.
+
+Both follow from the lines and the shares of all pairs alone: they are listed once, and every ping walks the lists.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines._sample_allocation_kernel import GOLDEN
+from insonify.jit import njit
+
+Floats = NDArray[np.float64]
+Integers = NDArray[Any]
+Singles = NDArray[np.float32]
+
+FULL_PROBABILITY = 32
+"""Shares are counted in parts of this."""
+_SAMPLE_PACE, _LINE_PACE = 3242174889, 2447445414  # of 2^32: the inverse of the plastic number, and its square
+
+
+class SampleLists(NamedTuple):
+    """Lists of samples, each of one line, and of those of them that each pair takes."""
+
+    first: Integers
+    """First point of each list, (lists + 1,)."""
+    samples: Integers
+    """Samples of the line from the sonar up to the last point of each list, (lists,)."""
+    families: Integers
+    """Families that any point of each list is wanted by, a bit for each, (lists,)."""
+    passed: NDArray[np.bool_]
+    """Rows of launches that any of these passes by, (lists, ways)."""
+    sample: Integers
+    """Number of each point along its line, (n,)."""
+    wanted: Integers
+    """Families that each point is wanted by, (n,)."""
+    reach: Floats
+    """Horizontal distance of each point [m], (n,)."""
+    ahead: Singles
+    """North and east of the bearing at which the beams are asked there [1], (2, n)."""
+    pair_first: Integers
+    """First row of each pair in each list, (lists, p + 1)."""
+    row: Integers
+    """Number of the point in its list, (rows,)."""
+    more: Singles
+    """How many points each row stands for [1], (rows,)."""
+    close_first: Integers
+    """First range of each list, (lists + 1,)."""
+    close: Integers
+    """First point and after the last, in the list, of ranges where pairs may arrive within one pulse, (any, 2)."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def list_samples(
+    radials: Floats, heading: float, step: float, edges: Floats, pair: Integers, keep_probability: Integers,
+    close: NDArray[np.bool_], bounce_codes: Integers, horizon_row: Integers, lists: SampleLists, fill: bool,
+) -> None:  # fmt: skip
+    """Fill one list for each line, or only count: `first`, `pair_first` and `close_first` are told in either case.
+
+    Args:
+        radials: As of `_swath_kernel.walk`, (s, 9).
+        heading: Of their frame [rad].
+        step: Distance of samples [m].
+        edges: Of the stretches, horizontal distances [m], (b + 1,).
+        pair: Rows of two families, (p, 2).
+        keep_probability: Part of the points of each line and stretch that every pair takes, in parts of `FULL_PROBABILITY`, (s, b, p).
+        close: Whether pairs of a stretch may arrive within one pulse, (b,).
+        bounce_codes: As of `_lit_kernel.mark_reached_samples`.
+        horizon_row: Likewise.
+        lists: Result.
+        fill: Whether to fill in what there is, not only how much.
+    """
+    families = bounce_codes.shape[0]
+    range_bin, wanted = np.empty(edges.size, np.int64), np.empty((families, edges.size - 1), np.uint8)
+    n, ranges, row = 0, 0, 0
+    lists.first[0], lists.close_first[0] = 0, 0
+    for s in range(radials.shape[0]):
+        own = step * radials[s, 8]
+        count = range_bins_of(radials[s], own, edges, pair, keep_probability[s], range_bin, wanted)
+        lists.samples[s] = count
+        mark_needed_launches(wanted, bounce_codes, horizon_row, lists.passed[s])
+        priority, number = np.empty(count, np.int32), np.full(count, -1, np.int32)
+        priorities(radials[s, 7], count, priority)
+        begin, every = n, np.int32(0)
+        for b in range(edges.size - 1):
+            start = n
+            for k in range(range_bin[b], range_bin[b + 1]):
+                bits = np.int32(0)
+                for f in range(families):
+                    bits |= np.int32(1 << f) if priority[k] < wanted[f, b] else np.int32(0)
+                if bits == 0:
+                    continue
+                number[k] = n - begin
+                every |= bits
+                if fill:
+                    lists.sample[n], lists.wanted[n] = k, bits
+                n += 1
+            if close[b] and n > start:
+                if fill:
+                    lists.close[ranges, 0], lists.close[ranges, 1] = start - begin, n - begin
+                ranges += 1
+        lists.families[s] = every
+        if fill:
+            _positions(radials[s], heading, own, lists.sample[begin:n], lists.reach[begin:n], lists.ahead[:, begin:n])
+        for p in range(pair.shape[0]):
+            lists.pair_first[s, p] = row
+            for b in range(edges.size - 1):
+                for k in range(range_bin[b], range_bin[b + 1] if keep_probability[s, b, p] > 0 else 0):
+                    if priority[k] < keep_probability[s, b, p]:
+                        if fill:
+                            lists.row[row], lists.more[row] = number[k], FULL_PROBABILITY / keep_probability[s, b, p]
+                        row += 1
+        lists.pair_first[s, pair.shape[0]] = row
+        lists.first[s + 1], lists.close_first[s + 1] = n, ranges
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _positions(line: Floats, heading: float, step: float, sample: Integers, reach: Floats, ahead: Singles) -> None:
+    """How far points are, and at which bearing within the width of the line the beams are asked there.
+
+    It is another part of that width for each sample, and the middle of a line that is one cell wide.
+    """
+    cosine = math.cos(heading) * line[0] - math.sin(heading) * line[1]
+    sine = math.sin(heading) * line[0] + math.cos(heading) * line[1]
+    for i in range(sample.size):
+        reach[i] = (sample[i] + line[6]) * step
+        place = line[7] * GOLDEN + (sample[i] + 0.5) * GOLDEN
+        priority = (place - math.floor(place) - 0.5) * line[3]
+        middle = 1 - 0.5 * priority * priority
+        ahead[0, i], ahead[1, i] = cosine * middle - sine * priority, sine * middle + cosine * priority
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def range_bins_of(
+    line: Floats, step: float, edges: Floats, pair: Integers, keep_probability: Integers, range_bin: Integers, wanted: Integers
+) -> int:  # fmt: skip
+    """First sample of each stretch of a line, and the largest share of each family there.
+
+    Args:
+        line: One row of `radials`, (9,).
+        step: Distance of the line's own samples [m].
+        edges: As of `list_samples`.
+        pair: Likewise.
+        keep_probability: Of the line, (b, p).
+        range_bin: Result, (b + 1,).
+        wanted: Result, (f, b).
+
+    Returns:
+        Samples of the line up to the last that any family wants.
+    """
+    last = max(math.ceil(line[5] / step - line[6]), 0)
+    begin = max(math.ceil(line[4] / step - line[6]), 0)
+    wanted[:] = 0
+    count = 0
+    for b in range(edges.size):
+        range_bin[b] = min(max(math.ceil(edges[b] / step - line[6]), begin), last)
+    range_bin[edges.size - 1] = max(last, begin)  # rounding must not lose the last sample
+    for b in range(edges.size - 1):
+        for p in range(pair.shape[0]):
+            if keep_probability[b, p] > 0:
+                i, j = pair[p, 0], pair[p, 1]
+                wanted[i, b] = max(wanted[i, b], keep_probability[b, p])
+                wanted[j, b] = max(wanted[j, b], keep_probability[b, p])
+                count = max(count, range_bin[b + 1]) if range_bin[b + 1] > range_bin[b] else count
+    for b in range(edges.size):
+        range_bin[b] = min(range_bin[b], count)
+    return count
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def priorities(number: float, count: int, priority: Integers) -> None:
+    """Priorities of the samples of one line, 0..31, spread evenly along it and from line to line.
+
+    Source: Roberts (2018), "The unreasonable effectiveness of quasirandom sequences", the sequence R2; from memory.
+
+    Args:
+        number: Of the line.
+        count: Samples.
+        priority: Result, (at least count,).
+    """
+    now = int(number) * _LINE_PACE
+    for k in range(count):
+        now += _SAMPLE_PACE
+        priority[k] = np.int32((now >> 27) & 31)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def mark_needed_launches(
+    wanted: Integers, bounce_codes: Integers, horizon_row: Integers, passed: NDArray[np.bool_]
+) -> None:
+    """Mark the rows of launches that any wanted family passes by; arguments as of `list_samples`."""
+    passed[:] = False
+    for f in range(bounce_codes.shape[0]):
+        if wanted[f].max() > 0:
+            for k in range(horizon_row.shape[1]):
+                if k == 0 or bounce_codes[f, k - 1] > 0:
+                    passed[horizon_row[f, k]] = True

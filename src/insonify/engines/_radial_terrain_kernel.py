@@ -1,0 +1,106 @@
+"""The ground along lines, read off its map, and the pieces of the map that this takes. Numbers and arrays only."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines._prefetch import prefetch
+from insonify.jit import njit
+
+Floats = NDArray[np.float64]
+Integers = NDArray[Any]
+Singles = NDArray[np.float32]
+
+CELLS = 64
+"""Cells along a piece of the map."""
+NODE_ROW = 3 * (CELLS + 1)
+VALUES_PER_TILE = NODE_ROW * (CELLS + 1)
+_SIX, _INSIDE, _THREE = np.uint32(6), np.uint32(CELLS - 1), np.uint32(3)
+_NONE, _FIRST, _SECOND, _EAST, _NORTH, _BOTH = (np.uint64(n) for n in (0, 1, 2, 3, NODE_ROW, NODE_ROW + 3))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def tiles_under_radials(
+    along: float, across: float, radials: Floats, step: float, samples: Integers, chosen: Integers, cell: float,
+    mark: Integers, found: Integers,
+) -> int:  # fmt: skip
+    """Numbers in a window of the pieces of the map that samples of some lines lie in.
+
+    Args:
+        along: Where the lines start, from the first node of the window [m].
+        across: Likewise [m].
+        radials: As of `walk`.
+        step: Distance of samples [m].
+        samples: How many are looked at, of the lists of points, (lists,).
+        chosen: Which of these lists each line has, (s,).
+        cell: Side of a cell of the map [m].
+        mark: Scratch, zeros on entry and on exit, (any, any).
+        found: Result, (most, 2).
+
+    Returns:
+        How many there are, `most` at the most.
+    """
+    for s in range(radials.shape[0]):
+        own = step * radials[s, 8]
+        a, b, step_a, step_b = along / cell, across / cell, radials[s, 0] * own / cell, radials[s, 1] * own / cell
+        for k in range(samples[chosen[s]]):
+            place = k + radials[s, 6]
+            mark[np.uint32(a + place * step_a) >> _SIX, np.uint32(b + place * step_b) >> _SIX] = 1
+    count = 0
+    for i in range(mark.shape[0]):
+        for j in range(mark.shape[1]):
+            if mark[i, j] != 0:
+                mark[i, j] = 0
+                if count < found.shape[0]:
+                    found[count, 0], found[count, 1] = i, j
+                    count += 1
+    return count
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def sample_radial_terrain(
+    along: float, across: float, line: Floats, step: float, count: int, cell: float, level: float, slot: Integers,
+    pieces: Singles, flat: bool, where: Integers, depth: Singles, slope: Singles,
+) -> None:  # fmt: skip
+    """Ground along one line: heights linear between nodes, slopes of the nearest node, so that none gets gentler.
+
+    Args:
+        along: As of `walk`.
+        across: As of `walk`.
+        line: One row of `radials`, (9,).
+        step: Distance of the line's own samples [m].
+        count: Samples wanted.
+        cell: As of `walk`.
+        level: Depth of the mean plane [m].
+        slot: As of `walk`.
+        pieces: As of `walk`.
+        flat: As of `walk`.
+        where: Scratch, unsigned, (at least count,).
+        depth: Result [m], (at least count,).
+        slope: Result, along the frame's axes [1], (2, at least count).
+    """
+    mean = np.float32(level)
+    if flat:
+        depth[:count] = mean
+        slope[:, :count] = 0
+        return
+    a, b, step_a, step_b = along / cell, across / cell, line[0] * step / cell, line[1] * step / cell
+    node, half = pieces.reshape(pieces.size), np.float32(0.5)
+    slope_a, slope_b = slope[0], slope[1]
+    for k in range(count):  # each sample for itself, and first all places: the map is far larger than any cache
+        place = k + line[6]
+        x, y = a + place * step_a, b + place * step_b
+        i, j = np.uint32(x), np.uint32(y)
+        at = np.uint32(slot[i >> _SIX, j >> _SIX]) * np.uint32(VALUES_PER_TILE)
+        at += (i & _INSIDE) * np.uint32(NODE_ROW) + (j & _INSIDE) * _THREE
+        prefetch(node, np.uint64(at))
+        prefetch(node, np.uint64(at) + _NORTH)
+        where[k], slope_a[k], slope_b[k] = at, np.float32(x - i), np.float32(y - j)
+    for k in range(count):
+        here, f, g = np.uint64(where[k]), slope_a[k], slope_b[k]
+        one, two, three, four = node[here], node[here + _EAST], node[here + _NORTH], node[here + _BOTH]
+        low, high = one + g * (two - one), three + g * (four - three)
+        depth[k] = mean - (low + f * (high - low))
+        near = here + (_NORTH if f >= half else _NONE) + (_EAST if g >= half else _NONE)
+        slope_a[k], slope_b[k] = node[near + _FIRST], node[near + _SECOND]

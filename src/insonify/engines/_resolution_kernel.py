@@ -1,0 +1,209 @@
+"""How fine the cells of a boundary must be, and which tiles are heard: the arithmetic of `engines.sampling`."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.jit import njit
+from insonify.scene.scatterer_grid import BASE_PITCH, FINEST_LEVEL, TILE
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+GridFrame = tuple[float, float, float, float]
+"""North and east of the lattice's origin [m], cosine and sine of its heading."""
+
+
+class ResolutionCell(NamedTuple):
+    """Size of a resolution cell, and how many scatterers it holds: the columns of `sampling.Resolution`."""
+
+    slant: float
+    width: float
+    per_cell: float
+    pulse: float
+    elongation: float
+
+
+MAX_ELONGATION = 6.0
+"""Largest side of the square that one scatterer stands for, over the length of a resolution cell on the ground [1].
+
+A square that is much longer than a range cell spreads its one point over several of them, so that the points of a cell
+are counted as if by chance. With 5 points in cells that are 200 times as wide as long, the scintillation index is 2.05
+to 2.10, where jittered squares shorter than the cell have 1.93 to 1.96.
+"""
+MAX_CELL_LENGTH_RATIO = 0.05
+"""Longest cell of slant range, as a part of the slant range [1]."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _ground(cell: ResolutionCell, distance: float, height: float) -> float:
+    """Length of a resolution cell on the ground [m]; see `Resolution.ground_length`."""
+    slant_range = math.hypot(distance, height)
+    slant = max(cell.slant, min(cell.pulse, MAX_CELL_LENGTH_RATIO * slant_range))
+    # Below the sonar the first return is a disc, not a strip.
+    return min(slant * slant_range / max(distance, 1e-9), math.sqrt(2 * slant_range * slant))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _cell(cell: ResolutionCell, distance: float, height: float) -> float:
+    """Largest area that one scatterer may stand for [m^2]; see `Resolution.cell_area`."""
+    ground = _ground(cell, distance, height)
+    return min(ground * (math.hypot(distance, height) * cell.width) / cell.per_cell, (cell.elongation * ground) ** 2)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def ground(cell: ResolutionCell, distance: Floats, height: float, result: Floats) -> None:
+    """Length of a resolution cell on the ground [m] at some distances [m], into found (n,)."""
+    for n in range(distance.size):
+        result[n] = _ground(cell, distance[n], height)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def cell_areas(cell: ResolutionCell, distance: Floats, height: float, result: Floats) -> None:
+    """Largest area that one scatterer may stand for [m^2] at some distances [m], into found (n,)."""
+    for n in range(distance.size):
+        result[n] = _cell(cell, distance[n], height)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _extremum_distances(cell: ResolutionCell, height: float) -> tuple[float, float, float]:
+    """Distances at which a cell may be least [m].
+
+    With slant range R at distance d, the area goes as R^2 / d where the range cell is the pulse's, and as R^3 / d where
+    it is the longest, its length then as R^2 / d; between a least range cell and the longest one there is a kink.
+    """
+    kink = math.sqrt(max((cell.slant / MAX_CELL_LENGTH_RATIO) ** 2 - height**2, 0.0))
+    return height, height * math.sqrt(0.5), kink
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def finest(cell: ResolutionCell, nearest: Floats, farthest: Floats, height: float, result: Floats) -> None:
+    """Smallest cell between two distances [m^2], into found (n,); see `Resolution.finest`."""
+    turns = _extremum_distances(cell, height)
+    for n in range(nearest.size):
+        least = min(_cell(cell, nearest[n], height), _cell(cell, farthest[n], height))
+        for turn in turns:
+            least = min(least, _cell(cell, min(farthest[n], max(nearest[n], turn)), height))
+        result[n] = least
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def min_ground_lengths(cell: ResolutionCell, nearest: Floats, farthest: Floats, height: float, result: Floats) -> None:
+    """Least length of a resolution cell on the ground [m] between two distances [m], into found (n,)."""
+    turns = _extremum_distances(cell, height)
+    for n in range(nearest.size):
+        least = min(_ground(cell, nearest[n], height), _ground(cell, farthest[n], height))
+        for turn in turns:
+            least = min(least, _ground(cell, min(farthest[n], max(nearest[n], turn)), height))
+        result[n] = least
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def tile_distance_bounds(
+    centre: Floats, half: Floats, away: Floats, outermost: Floats, wander: float, nearest: Floats, farthest: Floats
+) -> None:
+    """Least and greatest distance of tiles from a track [m], into nearest and farthest (n,).
+
+    Args:
+        centre: Of each in lattice coordinates [m], shape (n, 2).
+        half: Half its diagonal [m], shape (n,).
+        away: Distance of its centre from the polyline that stands for the track [m], likewise.
+        outermost: Corners of that that may be the farthest [m], shape (m, 2).
+        wander: Largest distance between the track and its polyline [m].
+        nearest: To be filled.
+        farthest: To be filled.
+    """
+    for n in range(half.size):
+        most = 0.0
+        for m in range(outermost.shape[0]):
+            most = max(most, _distance(centre[n, 0], centre[n, 1], outermost[m]))
+        nearest[n], farthest[n] = max(away[n] - half[n] - wander, 0.0), most + half[n] + wander
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _distance(x: float, y: float, place: Floats) -> float:
+    """Of two places in a plane [m]."""
+    return math.sqrt((x - place[0]) ** 2 + (y - place[1]) ** 2)
+
+
+@njit(cache=True, nogil=True)
+def tiles_between(low: Integers, high: Integers, along: Integers, across: Integers) -> None:
+    """Numbers of the tiles of one level from one corner to another, row by row, into along and across (n,)."""
+    n = 0
+    for i in range(low[0], high[0] + 1):
+        for j in range(low[1], high[1] + 1):
+            along[n], across[n], n = i, j, n + 1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def tiles_in_reach(
+    pitch: float, along: Integers, across: Integers, here: Floats, other: Floats, nearest: float, farthest: float,
+    widest: float, frame: GridFrame, centre: Floats, place: Floats,
+) -> int:  # fmt: skip
+    """Tiles of one level that are near enough to both ends; they move to the front, and their number is returned.
+
+    Args:
+        pitch: Side of their cells [m].
+        along: Number of each along the lattice's first axis, shape (n,).
+        across: Along its second, likewise.
+        here: ScattererGrid coordinates of the transmitter [m], shape (2,).
+        other: Of the receiver.
+        nearest: Distance from the transmitter from which on something is heard [m].
+        farthest: Up to which [m].
+        widest: Longest way from one end by way of a place to the other that is heard [m].
+        frame: Of the lattice.
+        centre: Result, of each that is left, in lattice coordinates [m], shape (n, 2).
+        place: Result, the same as north and east [m].
+    """
+    north, east, c, s = frame
+    side, half, m = TILE * pitch, TILE * pitch / math.sqrt(2.0), 0
+    for n in range(along.size):
+        x, y = (along[n] + 0.5) * side, (across[n] + 0.5) * side
+        distance = _distance(x, y, here)
+        if distance - half > farthest or distance + half < nearest:
+            continue
+        if widest < np.inf and distance + _distance(x, y, other) - 2 * half > widest:
+            continue
+        along[m], across[m], centre[m, 0], centre[m, 1] = along[n], across[n], x, y
+        place[m, 0], place[m, 1] = north + c * x - s * y, east + s * x + c * y
+        m += 1
+    return m
+
+
+@njit(cache=True, nogil=True)
+def tiles_above_floor(bound: Floats, floor: float, along: Integers, across: Integers, centre: Floats) -> int:
+    """Of some tiles those that may be as loud as a floor move to the front; their number is returned."""
+    m = 0
+    for n in range(bound.size):
+        if bound[n] >= floor:
+            along[m], across[m], centre[m, 0], centre[m, 1], m = along[n], across[n], centre[n, 0], centre[n, 1], m + 1
+    return m
+
+
+@njit(cache=True, nogil=True)
+def subdivide_tiles(
+    level: int, along: Integers, across: Integers, finest: Floats
+) -> tuple[Integers, Integers, Floats, Integers, Integers]:
+    """Tiles of one level that are fine enough, and those of the next finer level that the others are cut into.
+
+    Args:
+        level: Of the tiles.
+        along: Number of each along the lattice's first axis, shape (n,).
+        across: Along its second, likewise.
+        finest: Smallest area that one scatterer may stand for in each [m^2], likewise.
+
+    Returns:
+        Numbers of those that are fine enough, part of their scatterers that fills the sonar's cells [1]; numbers of
+        the others' parts.
+    """
+    cell = (BASE_PITCH * 2.0**level) ** 2
+    kept, density, m, n = np.empty((2, along.size), np.int64), np.empty(along.size), 0, 0
+    parts = np.empty((2, 4 * along.size), np.int64)
+    for t in range(along.size):
+        if cell <= finest[t] or level == FINEST_LEVEL:
+            kept[0, m], kept[1, m], density[m], m = along[t], across[t], min(cell / finest[t], 1.0), m + 1
+            continue
+        for part in range(4):
+            parts[0, n], parts[1, n], n = 2 * along[t] + part // 2, 2 * across[t] + part % 2, n + 1
+    return kept[0, :m], kept[1, :m], density[:m], parts[0, :n], parts[1, :n]

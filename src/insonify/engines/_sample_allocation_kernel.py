@@ -1,0 +1,166 @@
+"""What the ground along each line sends back by each pair of legs, by the sonar equation over a flat bed."""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.jit import njit
+from insonify.sonar.beam_kernels import element_gain, interpolate_pattern
+
+Floats = NDArray[np.float64]
+Singles = NDArray[np.float32]
+
+POINTS_NARROW, POINTS_WIDE = 2, 5
+"""Places in a stretch of a line at which the beams are asked, for lines of one cell and for wide ones."""
+GOLDEN = 0.6180339887498949
+BeamArguments = tuple[Floats, Floats, Floats, tuple[Floats, ...], Floats, int]
+"""Axes, steer, scale, tables, per_unit and element of `Beams`."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def gain_towards(x: float, y: float, z: float, beam: BeamArguments) -> float:
+    """Amplitude of one beam in the direction of a unit vector in the world [1], as `_beam_kernels.gains`."""
+    axes, steer, scale, tables, per_unit, element = beam
+    w = x * axes[0, 0] + y * axes[0, 1] + z * axes[0, 2]
+    u = x * axes[1, 0] + y * axes[1, 1] + z * axes[1, 2]
+    v = x * axes[2, 0] + y * axes[2, 1] + z * axes[2, 2]
+    gain = scale[0] * element_gain(element, w)
+    gain *= interpolate_pattern(tables[0], per_unit[0], u - steer[0, 0]) * interpolate_pattern(
+        tables[1], per_unit[1], v - steer[0, 1]
+    )
+    return gain * interpolate_pattern(tables[2], per_unit[2], u) * interpolate_pattern(tables[3], per_unit[3], v)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def pair_energies(
+    radials: Floats, heading: float, edges: Floats, verticals: Floats, odd: NDArray[np.bool_], pair: NDArray[np.int64],
+    strength: Floats, transmit_beam: BeamArguments, receive_beam: BeamArguments, same_beams: bool, energy: Singles,
+) -> None:  # fmt: skip
+    """Energy of every pair from each stretch of each line [m^-2], both orders of a pair together.
+
+    Args:
+        radials: As of `_swath_kernel.walk`.
+        heading: Of their frame in the world [rad].
+        edges: Of the stretches, horizontal distances [m], increasing, (b + 1,).
+        verticals: From each image source down to the bed [m], (f,).
+        odd: Whether the family has an odd number of bounces, (f,).
+        pair: Rows of two legs, (p, 2).
+        strength: Cross section of each pair times the squares of both legs' pressures, in each stretch [m^-4], (p, b).
+        transmit_beam: Of the transmitter.
+        receive_beam: Of the receiver.
+        same_beams: Whether both are the same.
+        energy: Result, (s, b, p).
+    """
+    one, two = np.empty(verticals.size), np.empty(verticals.size)
+    c0, s0 = math.cos(heading), math.sin(heading)
+    for s in range(radials.shape[0]):
+        c, d = c0 * radials[s, 0] - s0 * radials[s, 1], s0 * radials[s, 0] + c0 * radials[s, 1]
+        asked = POINTS_WIDE if radials[s, 3] > 0 else POINTS_NARROW
+        for b in range(edges.size - 1):
+            near, far = max(edges[b], radials[s, 4]), min(edges[b + 1], radials[s, 5])
+            energy[s, b] = 0
+            if far <= near:
+                continue
+            area = 0.5 * (far * far - near * near) * radials[s, 2] / asked
+            for k in range(asked):
+                turn = radials[s, 3] * ((k + 0.5) / asked - 0.5)
+                x, y = c - d * turn, d + c * turn
+                reach = near + (far - near) * (((2 * k + 1) * asked // 2 + k) % asked + 0.5) / asked
+                for f in range(verticals.size):
+                    inverse = 1 / math.sqrt(reach * reach + verticals[f] * verticals[f])
+                    level, fall = reach * inverse, verticals[f] * inverse
+                    fall = -fall if odd[f] else fall
+                    one[f] = gain_towards(x * level, y * level, fall, transmit_beam)
+                    two[f] = one[f] if same_beams else gain_towards(x * level, y * level, fall, receive_beam)
+                for p in range(pair.shape[0]):
+                    i, j = pair[p, 0], pair[p, 1]
+                    both = one[i] * two[j] + (one[j] * two[i] if i != j else 0.0)
+                    energy[s, b, p] += np.float32(area * strength[p, b] * both * both)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def pair_keep_probabilities(
+    energy: Singles, points: Floats, least: Floats, wanted: Any, together: NDArray[np.int64], keep_probability: NDArray[np.uint8],
+    whole: int, fewest: int,
+) -> None:  # fmt: skip
+    """Which part of the points of each stretch of each line every pair needs.
+
+    Args:
+        energy: Of `pair_energies`, (s, b, p).
+        points: Points that each line has in each stretch, (s, b).
+        least: Energy of a point from which on every point is needed, (b, p).
+        wanted: Whether the pair is heard at all there, (b, p).
+        together: First of the pairs that may arrive together with each one there, itself for none, (b, p).
+        keep_probability: Result, parts of `whole`, (s, b, p).
+        whole: What stands for all points.
+        fewest: Smallest part of a pair that is heard.
+    """
+    count = energy.shape[2]
+    for b in range(energy.shape[1]):
+        alone = True
+        for p in range(count):
+            alone &= together[b, p] == p
+        for s in range(energy.shape[0]):
+            known = np.float32(whole / max(points[s, b], 1.0))
+            for p in range(count):
+                part = energy[s, b, p] * known / np.float32(least[b, p])
+                most = np.uint8(min(max(math.ceil(min(part, np.float32(255))), fewest), whole))
+                keep_probability[s, b, p] = most if wanted[b, p] and part > 0 else 0
+            if alone:
+                continue
+            # pairs that interfere are asked at the same points: the loudest of them leads
+            for p in range(count):
+                keep_probability[s, b, together[b, p]] = max(
+                    keep_probability[s, b, together[b, p]], keep_probability[s, b, p]
+                )
+            for p in range(count):
+                keep_probability[s, b, p] = keep_probability[s, b, together[b, p]] if wanted[b, p] else 0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def lengthen_steps(
+    radials: Floats, edges: Floats, keep_probability: NDArray[np.uint8], whole: int, longest: int, result: Floats,
+    row: NDArray[np.int64],
+) -> int:  # fmt: skip
+    """Cut lines where from there on few of their points are wanted, and look at fewer from there.
+
+    Half of the samples that are left are still passed over, evenly.
+
+    Args:
+        radials: As they are, (s, 9).
+        edges: Of the stretches [m], (b + 1,).
+        keep_probability: Of each line and stretch, (s, b, p).
+        whole: What stands for all points.
+        longest: Longest step [steps], a power of 2.
+        result: Result, lines, (2 s, 9).
+        row: Result, which one of those before each is a part of, (2 s,).
+
+    Returns:
+        How many there are.
+    """
+    n = 0
+    for s in range(radials.shape[0]):
+        start, stop = radials[s, 4], radials[s, 5]
+        best, saved, cut = 0, 0.1, start
+        stride = longest
+        while stride > max(radials[s, 8], 1):
+            last = 0.0
+            for b in range(edges.size - 1):
+                if edges[b] < stop and edges[b + 1] > start and 2 * stride * keep_probability[s, b].max() > whole:
+                    last = edges[b + 1]
+            last = max(last, start)
+            gain = (stop - last) / stop * (1 - radials[s, 8] / stride)
+            if gain > saved:
+                best, saved, cut = stride, gain, last
+            stride //= 2
+        if best == 0 or cut > start:
+            result[n], row[n] = radials[s], s
+            result[n, 5] = cut if best > 0 else stop
+            n += 1
+        if best > 0:
+            result[n], row[n] = radials[s], s
+            result[n, 4], result[n, 8] = cut, best
+            n += 1
+    return n

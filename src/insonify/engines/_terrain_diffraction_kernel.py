@@ -1,0 +1,244 @@
+"""Crests of the ground along lines, and what bends around them. Plain numbers and arrays only.
+
+A crest is ground behind which ground lies hidden. It acts as a knife edge, in the measure in which its shadow is a
+shadow at all: a hollow that is shallow against a Fresnel zone is filled by diffraction, and its rim dims nothing.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.jit import njit
+from insonify.propagation.knife_edge_kernel import ENDLESS, crest_diffraction_factor, crest_is_negligible
+
+Floats = NDArray[np.floating[Any]]
+Complexes = NDArray[np.complex128]
+Integers = NDArray[np.int64]
+Rows = NDArray[np.int32]
+
+MAX_CRESTS = 4
+"""Crests that are looked at before a point: the nearest ones that stand out."""
+
+NEGLIGIBLE_CHANGE = 1e-3
+"""Crests that change the pressure by less take nothing: 60 dB below what passes them [1]."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def find_crests(
+    launch: Floats, distance: Floats, rising: bool, wavelength: float, bound: Floats, last_crest: Rows, crests: Floats
+) -> None:
+    """TerrainOcclusion, and crests along them: where a skyline stops sinking, and how deep the hollow behind each is.
+
+    Args:
+        launch: Launch that meets the ground at each sample, (s, n); where none does, one that hides nothing is set.
+        distance: Of the samples, evenly from the first on [m], (n,).
+        rising: Whether rays rise from a bounce: then lines are walked inwards, and what lies above hides.
+        wavelength: Of the sound [m].
+        bound: Result, smallest launch up to each sample; of rays that rise, the largest from it on, (s, n).
+        last_crest: Result, number of the crest met last up to each sample, -1 for none, (s, n).
+        crests: Result, for each crest in the order of the walk: its sample, its launch, the most by which ground behind
+            lies below the ray over it [m], and of `negligible_beyond` [m], (s, n // 2 + 1, 4).
+    """
+    count, sense = launch.shape[1], np.float32(-1 if rising else 1)
+    never = np.float32(np.inf)
+    for s in range(launch.shape[0]):
+        lowest, at, last, in_shadow, deep = never, -1, -1, False, np.float32(0)
+        for j in range(count):
+            k = count - 1 - j if rising else j
+            value = sense * launch[s, k]
+            if not -never < value < never:
+                launch[s, k] = sense * never
+            elif value <= lowest:
+                if in_shadow:
+                    crests[s, last, 2], in_shadow = deep, False
+                lowest, at = value, k
+            else:
+                if not in_shadow:
+                    last, deep, in_shadow = last + 1, np.float32(0), True
+                    crests[s, last, 0], crests[s, last, 1] = at, sense * lowest
+                deep = max(deep, (value - lowest) * distance[k])
+            bound[s, k], last_crest[s, k] = sense * lowest, last
+        if in_shadow:
+            crests[s, last, 2] = deep
+        for number in range(last + 1):
+            near = float(distance[int(crests[s, number, 0])])
+            crests[s, number, 3] = negligible_beyond(near, float(crests[s, number, 2]), wavelength)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def negligible_beyond(near: float, hollow_depth: float, wavelength: float) -> float:
+    """Horizontal distance from which on a crest changes rays that clear it by less than `NEGLIGIBLE_CHANGE` [m].
+
+    The hollow behind it is too shallow for the Fresnel zone, however near it a ray passes, see
+    `_knife_edge_kernel.crest_is_negligible`.
+
+    Args:
+        near: Distance of the crest [m].
+        hollow_depth: Depth of the hollow [m].
+        wavelength: Of the sound [m].
+    """
+    left = (
+        0.999 * 2 * NEGLIGIBLE_CHANGE * wavelength / (2 * math.pi * max(hollow_depth * hollow_depth, 1e-30)) - 1 / near
+    )
+    return near + max(1 / left, wavelength) if left > 0 else np.inf
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def surely_unobstructed(depth: Floats, distance: Floats, image: np.float32, step: int) -> bool:
+    """Whether rays that go straight from an image of the sonar surely meet farther ground less steeply: none is hidden.
+
+    Args:
+        depth: Depth of the ground at the samples [m], (s, n).
+        distance: Of the samples [m], (n,).
+        image: Depth of the image [m]; ground above it is not told about.
+        step: Samples that are looked at before it is asked whether that was enough.
+    """
+    more = np.float32(1 + 1e-6)  # than what rounding can make of a product, or of a quotient
+    for s in range(depth.shape[0]):
+        for first in range(0, depth.shape[1] - 1, step):
+            end = min(first + step, depth.shape[1] - 1)
+            here, there = depth[s, first:end], depth[s, first + 1 : end + 1]
+            near, far = distance[first:end], distance[first + 1 : end + 1]
+            sinks = 0
+            for k in range(near.size):  # no number where the ground is not known: nothing is told then
+                low, high = here[k] - image, there[k] - image
+                sinks += (high * near[k] * more <= low * far[k]) & (low > 0) & (high > 0)
+            if sinks < near.size:
+                return False
+    return True
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def diffract_over_crests(
+    launch: Floats, lowest: Floats, last_crest: Rows, crests: Floats, rows: Integers, points: Integers, reach: Floats,
+    steepness: Floats, step: float, distance: Floats, wavelength: float, table: Complexes, per_unit: float,
+    ground: bool, soft: bool, visible: NDArray[np.bool_], left: Complexes,
+) -> None:  # fmt: skip
+    """What crests leave of rays that pass over the ground of a line, and whether the ground itself is seen.
+
+    Args:
+        launch: Launch that meets the ground at each sample, (s, n).
+        lowest: Smallest up to each sample, (s, n).
+        last_crest: Of `find_crests`, (s, n).
+        crests: Likewise, (s, crests, 4).
+        rows: Line of each point, (points,).
+        points: Which points, (points,).
+        reach: Distance [m] up to which the ground can cut, (all,).
+        steepness: Of the rays; not read where they end on the ground, (all,).
+        step: Distance of samples [m].
+        distance: Horizontal length of the whole leg [m], (all,).
+        wavelength: Of the sound [m].
+        table: See `insonify.propagation.knife_edge_kernel.edge_diffraction`.
+        per_unit: Likewise.
+        ground: Whether rays end on the ground of the lines: between samples it is as linear as the launches to it.
+        soft: Whether sound bends around crests.
+        visible: Result, False is written where the ground is hidden that rays end on, (all,).
+        left: Result, multiplied, where edges are soft [1], (all,).
+    """
+    last, per_step = launch.shape[1] - 2, 1 / step
+    for m in range(points.size):
+        n, s = points[m], rows[m]
+        steps = min(reach[n] * per_step, last + 2.0)
+        k = min(int(steps) - 1, last)
+        if k < 0:
+            continue
+        here, at, blocking_sample = launch[s, k], last_crest[s, k], -1
+        if ground:
+            way = float(here + min(steps - (k + 1), 1.0) * (launch[s, k + 1] - here))
+            # the skyline is the ground itself, or the launch over the last crest
+            if way > (here if at < 0 else min(here, crests[s, at, 1])):
+                visible[n], at = False, last_crest[s, k + 1]
+        else:
+            way = float(steepness[n])
+            if way > lowest[s, k] and here <= lowest[s, k]:
+                blocking_sample = k  # it dips into ground that still rises
+        if soft and (at >= 0 or blocking_sample >= 0):
+            left[n] *= strongest_crest_factor(launch, crests, s, at, blocking_sample, 1.0, way, ENDLESS, step, distance[n], wavelength,
+                                  table, per_unit)  # fmt: skip
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def diffract_rising_rays(
+    launch: Floats, last_crest: Rows, crests: Floats, rows: Integers, points: Integers, start: Floats, stop: Floats,
+    steepness: Floats, step: float, distance: Floats, wavelength: float, table: Complexes,
+    per_unit: float, visible: NDArray[np.bool_], left: Complexes,
+) -> None:  # fmt: skip
+    """Multiply what crests leave of rays that rise from a bounce into `left`.
+
+    Args:
+        launch: As of `diffract_over_crests`.
+        last_crest: As of `diffract_over_crests`.
+        crests: As of `diffract_over_crests`.
+        rows: As of `diffract_over_crests`.
+        points: As of `diffract_over_crests`.
+        start: Distance in steps from which the ray is looked at, (all,).
+        stop: Distance at which it ends, (all,).
+        steepness: As of `diffract_over_crests`.
+        step: As of `diffract_over_crests`.
+        distance: As of `diffract_over_crests`.
+        wavelength: As of `diffract_over_crests`.
+        table: As of `diffract_over_crests`.
+        per_unit: As of `diffract_over_crests`.
+        visible: Whether this segment of each ray clears the ground, (all,).
+        left: Result [1], (all,).
+    """
+    for m in range(points.size):
+        n, s = points[m], rows[m]
+        first, end = max(math.ceil(start[n]) - 1, 0), min(math.floor(stop[n]), launch.shape[1])
+        if first >= end:
+            continue
+        way, blocking_sample = float(steepness[n]), -1
+        if not visible[n] and launch[s, first] > way:
+            blocking_sample = first  # it rises out of the ground itself
+        left[n] *= strongest_crest_factor(launch, crests, s, last_crest[s, first], blocking_sample, -1.0, way, float(end), step,
+                              distance[n], wavelength, table, per_unit)  # fmt: skip
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def strongest_crest_factor(
+    launch: Floats, crests: Floats, s: int, last: int, blocking_sample: int, sense: float, way: float, end: float, step: float,
+    distance: float, wavelength: float, table: Complexes, per_unit: float,
+) -> complex:  # fmt: skip
+    """What the crest that takes most leaves of one ray [1].
+
+    Args:
+        launch: Launch that meets the ground at each sample, (lines, n).
+        crests: Of `find_crests`, (lines, crests, 4).
+        s: Line of the ray.
+        last: Number of the first crest to look at, -1 for none.
+        blocking_sample: Sample of ground that cuts without being a crest, -1 for none.
+        sense: 1 for rays that come down on the ground, -1 for those that rise.
+        way: Launch of the ray.
+        end: Sample from which on nothing cuts.
+        step: Distance of samples [m].
+        distance: Horizontal length of the whole leg [m].
+        wavelength: Of the sound [m].
+        table: See `diffract_over_crests`.
+        per_unit: Likewise.
+    """
+    stretch, least, most = math.sqrt(1 + way * way), 1 + 0j, 0.0
+    length, level = distance * stretch, 1 / stretch
+    if blocking_sample >= 0:
+        near = (blocking_sample + 1) * step
+        high = sense * (way - launch[s, blocking_sample]) * near * level
+        least = crest_diffraction_factor(high, ENDLESS, length - near * stretch, length, wavelength, table, per_unit)
+        most = (1 - least.real) ** 2 + least.imag**2
+    for number in range(last, max(last - MAX_CRESTS, -1), -1):
+        at, above = float(crests[s, number, 0]), sense * (way - crests[s, number, 1])
+        if at >= end:
+            break
+        if above < 0 and distance > crests[s, number, 3]:
+            continue
+        near = (at + 1) * step
+        clear, hollow_depth, behind = above * near * level, crests[s, number, 2] * level, length - near * stretch
+        if clear < 0 and crest_is_negligible(
+            -clear, hollow_depth, behind, length, wavelength, max(NEGLIGIBLE_CHANGE * NEGLIGIBLE_CHANGE, most)
+        ):
+            continue
+        left = crest_diffraction_factor(clear, hollow_depth, behind, length, wavelength, table, per_unit)
+        differs = (1 - left.real) ** 2 + left.imag**2
+        if differs > most:
+            least, most = left, differs
+    return least

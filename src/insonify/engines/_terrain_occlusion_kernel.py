@@ -1,0 +1,167 @@
+"""Walks along lines of the ground: what it hides."""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.jit import njit
+
+Floats = NDArray[np.floating[Any]]
+Integers = NDArray[np.int64]
+
+CLEAR, OCCLUDED, TERRAIN = 0, 2, -2  # the values of records.legs.LegStatus, and of its SEABED
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def horizon_at(lowest: Floats, rows: Integers, reach: Floats, points: Integers, found: Floats) -> None:
+    """The skyline of some points at a distance, infinite before the first sample.
+
+    Args:
+        lowest: Of `_crest_kernel.find_crests`, (s, n).
+        rows: Line of each point, (points,).
+        reach: Distance in steps of each point, (all,).
+        points: Which points, (points,).
+        found: Result, (all,).
+    """
+    last = lowest.shape[1] - 1
+    for m in range(points.size):
+        n = points[m]
+        k = min(math.floor(reach[n]) - 1, last)
+        found[n] = lowest[rows[m], k] if k >= 0 else np.inf
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def rising_rays_clear(
+    launch: Floats, highest: Floats, steepness: Floats, rows: Integers, start: Floats, stop: Floats, points: Integers,
+    clear: NDArray[np.bool_],
+) -> None:  # fmt: skip
+    """Whether rays that rise from a bounce stay above the ground, from one distance to another.
+
+    Args:
+        launch: Launch that would meet the ground at each sample, (s, n).
+        highest: Largest from each sample on, (s, n): most rays pass above all that follows, and need no walk.
+        steepness: Of the rays, (all,).
+        rows: Line of each point, (points,).
+        start: Distance in steps from which the ray is looked at, (all,).
+        stop: Distance at which it ends, (all,).
+        points: Which points, (points,).
+        clear: Result, (all,).
+    """
+    for m in range(points.size):
+        n, s = points[m], rows[m]
+        first, end = max(math.ceil(start[n]) - 1, 0), min(math.floor(stop[n]), launch.shape[1])
+        if first >= end or highest[s, first] <= steepness[n]:
+            continue
+        for k in range(first, end):
+            if launch[s, k] > steepness[n]:
+                clear[n] = False
+                break
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def mark_terrain_occlusion(clear: NDArray[np.bool_], status: NDArray[Any], occluder: NDArray[Any]) -> None:
+    """Mark the legs that the ground cuts: those that are there but not lit.
+
+    Args:
+        clear: Whether the ground lets each pass, (f, n).
+        status: Changed from clear to cut, (f, n).
+        occluder: Changed to the ground where that happens, (f, n).
+    """
+    for f in range(clear.shape[0]):
+        for n in range(clear.shape[1]):
+            if not clear[f, n] and status[f, n] == CLEAR:
+                status[f, n], occluder[f, n] = OCCLUDED, TERRAIN
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def keep_uncut_visibility(status: NDArray[Any], visibility: NDArray[Any], left: NDArray[np.complex128]) -> None:
+    """Put the visibility of legs that are not there, nor cut, into `left`; all are of shape (f, n)."""
+    for f in range(left.shape[0]):
+        for n in range(left.shape[1]):
+            if status[f, n] != CLEAR and status[f, n] != OCCLUDED:
+                left[f, n] = visibility[f, n]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def clear_of_terrain(
+    ray_depths: Floats,
+    depth: Floats,
+    rows: Integers,
+    reach: Floats,
+    ends: Floats,
+    ignored_below: Floats,
+    penetration: float,
+    on_terrain: bool,
+) -> NDArray[np.bool_]:
+    """Whether rays, given by their depths, stay above the ground of a line until they end.
+
+    Args:
+        ray_depths: Depths of the rays at the samples [m], (n, samples).
+        depth: Depth of the ground there [m], (lines, samples).
+        rows: Line of each ray, (n,).
+        reach: Where it ends, in steps, (n,).
+        ends: Depth at which it ends [m], (n,).
+        ignored_below: Depth below which it is not asked [m], (n,).
+        penetration: How far it may dip into the ground [m].
+        on_terrain: Whether it is to end on the ground of its line, and leans to it from end to end.
+
+    Returns:
+        True where a ray is clear, (n,).
+    """
+    clear = np.ones(rows.size, np.bool_)
+    for n in range(rows.size):
+        line = depth[rows[n]]
+        last = min(math.floor(reach[n]) - 1, ray_depths.shape[1] - 1)
+        lean = 0.0
+        if on_terrain and last >= 0 and last + 1 < line.size:
+            part = min(reach[n] - (last + 1), 1.0)
+            lean = line[last] + part * (line[last + 1] - line[last]) - ends[n]
+        for k in range(last + 1):
+            way = ray_depths[n, k] + lean * (k + 1) / reach[n]
+            if way > line[k] + penetration and way <= ignored_below[n]:
+                clear[n] = False
+                break
+    return clear
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def segments_clear(
+    depth: Floats, shallowest: Floats, step: float, rows: Integers, points: Integers, nodes: Floats, bounce_margin: Floats,
+    on_terrain: bool, penetration: float, clear: NDArray[np.bool_],
+) -> None:  # fmt: skip
+    """Whether ways of straight segments stay above the ground of a line; only what is below its highest is walked.
+
+    Args:
+        depth: Depth of the ground at the samples [m], (lines, samples).
+        shallowest: Least of each line [m], (lines,).
+        step: Distance of the samples [m].
+        rows: Line of each point, (points,).
+        points: Which points, (points,).
+        nodes: Distance and depth of the ends of all segments [m], (segments + 1, all, 2).
+        bounce_margin: Distance about each of them within which the ground is not asked [m], (segments + 1, all).
+        on_terrain: Whether the ways end on the ground of their line.
+        penetration: How far they may dip into the ground [m].
+        clear: Result, False is written where a way is cut, (all,).
+    """
+    for m in range(points.size):
+        n, line, top = points[m], depth[rows[m]], shallowest[rows[m]]
+        for k in range(nodes.shape[0] - 1):
+            here, z = nodes[k, n, 0], nodes[k, n, 1]
+            there, end = nodes[k + 1, n, 0], nodes[k + 1, n, 1]
+            if on_terrain and k == nodes.shape[0] - 2:
+                sample = min(max(math.floor(there / step) - 1, 0), line.size - 2)
+                end = line[sample] + min(there / step - (sample + 1), 1.0) * (line[sample + 1] - line[sample])
+            if max(z, end) <= top or there - here < 1e-9:
+                continue
+            slope = (end - z) / (there - here)
+            first, last = here + bounce_margin[k, n], there - bounce_margin[k + 1, n]
+            if slope > 0:
+                first = max(first, here + (top - z) / slope)
+            elif slope < 0:
+                last = min(last, here + (top - z) / slope)
+            for s in range(max(math.ceil(first / step) - 1, 0), min(math.floor(last / step), line.size)):
+                if z + slope * ((s + 1) * step - here) > line[s] + penetration:
+                    clear[n] = False
+                    break

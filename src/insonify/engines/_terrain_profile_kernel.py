@@ -1,0 +1,234 @@
+"""Slices of azimuth about one end of the sonar: which points lie in which, and how deep the ground is along them."""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.jit import njit
+from insonify.scene.heightmap_cache import CELLS, NODES, SHIFT, HeightmapTiles
+
+Floats = NDArray[np.floating[Any]]
+Integers = NDArray[np.int64]
+Rows = NDArray[np.int32]
+
+EAST_NEIGHBOUR, NORTH_NEIGHBOUR = np.uint32(1), np.uint32(NODES)
+SAMPLES_PER_RUN = 64
+"""Samples of one line that are taken before those of the next: neighbours read the same piece of the map."""
+MERGE_BLOCK_LOG2 = 3
+"""Two to this power slices are merged alike."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def sample_profiles(
+    here: Floats, rays: Floats, step: float, firsts: Integers, level: float, pages: HeightmapTiles,
+    wanted: NDArray[np.bool_], done: NDArray[np.bool_], depth: Floats,
+) -> bool:  # fmt: skip
+    """Depths of the ground along lines, linear between the nodes of the map; sample k lies (k + 1) steps out.
+
+    Args:
+        here: Where the lines start on the map [m], (2,).
+        rays: Their directions, (s, zones, 2).
+        step: Distance of samples along a line [m].
+        firsts: Number of the first sample in each zone; the last number is the end of all, (zones + 1,).
+        level: Depth of the plane from which heights are counted [m].
+        pages: The map.
+        wanted: Result, True for the pieces that are missing, (rows, columns) of pieces.
+        done: Which stretches of `SAMPLES_PER_RUN` samples of a zone need not be walked again, (stretches,).
+        depth: Result [m], (s, samples).
+
+    Returns:
+        Whether all is done.
+    """
+    every, top, stretch = True, np.float32(level), 0
+    at, part = np.empty(SAMPLES_PER_RUN, np.uint32), np.empty((2, SAMPLES_PER_RUN + 1), np.float32)
+    for zone in range(firsts.size - 1):
+        for begin in range(firsts[zone], firsts[zone + 1], SAMPLES_PER_RUN):
+            if not done[stretch]:
+                there, end = True, min(begin + SAMPLES_PER_RUN, firsts[zone + 1])
+                for s in range(rays.shape[0]):
+                    there &= _sample_line(here, rays[s, zone], step, begin, end, top, pages, wanted, at, part, depth[s])
+                done[stretch] = there
+                every &= there
+            stretch += 1
+    return every
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _sample_line(
+    here: NDArray[np.float64], ray: NDArray[np.float64], step: float, first: int, stop: int, top: np.float32,
+    pages: HeightmapTiles, wanted: NDArray[np.bool_], at: NDArray[np.uint32], part: Floats, depth: Floats,
+) -> bool:  # fmt: skip
+    """Depths along a stretch of one line; whether no piece of the map is missing. Arguments as of `sample_profiles`.
+
+    Cells and places in them are worked out first, in vectors, into `at` and `part` of (TOGETHER,), (2, TOGETHER + 1).
+    """
+    x0, y0, dx, dy = here[0] / pages.cell, here[1] / pages.cell, ray[0] * step / pages.cell, ray[1] * step / pages.cell
+    flat, rows, height, width = pages.heights, pages.row_of, wanted.shape[0], wanted.shape[1]
+    there, k = True, first
+    while k < stop:
+        i, j = math.floor(x0 + (k + 1) * dx) >> SHIFT, math.floor(y0 + (k + 1) * dy) >> SHIFT
+        row, column, page = i - pages.corner_a, j - pages.corner_b, -1
+        if 0 < row < height - 1 and 0 < column < width - 1:
+            page = rows[row * width + column]
+        else:
+            row, column = 0, 0
+        if page < 0:
+            wanted[row, column], there = True, False
+            k += 1
+            continue
+        piece, north, east = (
+            flat[page * NODES * NODES : (page + 1) * NODES * NODES],
+            float(i << SHIFT),
+            float(j << SHIFT),
+        )
+        run = min(_samples_left(x0 - north, dx, k), _samples_left(y0 - east, dy, k), stop - k)
+        for m in range(run):
+            x, y = x0 + (k + m + 1) * dx - north, y0 + (k + m + 1) * dy - east
+            a, b = np.int32(x), np.int32(y)
+            at[m], part[0, m], part[1, m] = a * NODES + b, np.float32(x - a), np.float32(y - b)
+        slice_of, touched = depth[k : k + run], np.float32(0)
+        for m in range(0, run, 2):  # all that will be read is asked for at once, before anything waits for it
+            touched += piece[at[m]] + piece[at[m] + NORTH_NEIGHBOUR]
+        part[0, SAMPLES_PER_RUN] = touched
+        for m in range(run):
+            node, f, g = at[m], part[0, m], part[1, m]  # unsigned: no index from the end
+            low = piece[node] + g * (piece[node + EAST_NEIGHBOUR] - piece[node])
+            high = piece[node + NORTH_NEIGHBOUR] + g * (
+                piece[node + NORTH_NEIGHBOUR + EAST_NEIGHBOUR] - piece[node + NORTH_NEIGHBOUR]
+            )
+            slice_of[m] = top - (low + f * (high - low))
+        k += run
+    return there
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _samples_left(start: float, step: float, first: int) -> int:
+    """How many samples of a line, from one that lies on a piece of the map on, lie there along one axis for certain.
+
+    Args:
+        start: Where the line starts, from the edge of the piece [cells].
+        step: How far apart samples are [cells].
+        first: Number of the first sample: it lies one more step out.
+    """
+    edge = float(CELLS) if step > 0 else 0.0
+    if abs(step) < 1e-9:
+        return 1
+    count = max(min(math.floor((edge - start) / step) - first - 1, SAMPLES_PER_RUN), 1)
+    last = start + (first + count) * step
+    return count if 0 <= last < CELLS else 1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def profiles_of(
+    place: Floats, position: Floats, heading: float, edges: Floats, counts: Integers, starts: Integers,
+    merged: NDArray[np.uint8], home: Rows, distance: Floats, slice_of: Integers, wanted: NDArray[np.bool_],
+) -> int:  # fmt: skip
+    """How far away points are, and the slices that they lie in.
+
+    Args:
+        place: North and east from where they are seen [m], (2 or more,).
+        position: The same of the points [m], (n, 2 or more).
+        heading: From which bearings are counted [rad].
+        edges: Outer edge of each zone, increasing [m], (zones,).
+        counts: Slices of azimuth in each zone, (zones,).
+        starts: Number of the first slice of each zone, (zones,).
+        merged: Slices that are walked as one, as a power of two, for every 2^`MERGE_BLOCK_LOG2` of all slices.
+        home: Where the line of each slice is kept, -1 for nowhere, (slices,).
+        distance: Result, horizontal [m], (n,).
+        slice_of: Result, number of the slice of each point, of merged ones the first, (n,).
+        wanted: Result, True for slices whose lines are nowhere, (slices,).
+
+    Returns:
+        How many points those are wanted for.
+    """
+    c, s, missing, zones = math.cos(heading), math.sin(heading), 0, edges.size
+    turn = np.empty(distance.size)
+    for n in range(distance.size):
+        north, east = position[n, 0] - place[0], position[n, 1] - place[1]
+        distance[n] = math.sqrt(north * north + east * east)
+        turn[n] = bearing_in_turns(north * c + east * s, east * c - north * s)
+    for n in range(distance.size):
+        zone = 0
+        while zone < zones - 1 and distance[n] > edges[zone]:
+            zone += 1
+        piece = starts[zone] + min(int(turn[n] * counts[zone]), counts[zone] - 1)
+        power = merged[piece >> MERGE_BLOCK_LOG2]
+        piece = (piece >> power) << power
+        slice_of[n] = piece
+        if home[piece] < 0:
+            wanted[piece] = True
+            missing += 1
+    return missing
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def bearing_in_turns(x: float, y: float) -> float:
+    """Bearing of a direction from the first axis to the second, in turns, 0 to 1, to 4e-9.
+
+    Source: Abramowitz & Stegun (1964), Handbook of Mathematical Functions, 4.4.49 (from memory; the error is measured).
+    """
+    one, other = abs(x), abs(y)
+    q = min(one, other) / max(one, other, 1e-300)
+    z = q * q
+    a = 0.0429096138 + z * (-0.0161657367 + z * 0.0028662257)
+    a = -0.1420889944 + z * (0.1065626393 + z * (-0.0752896400 + z * a))
+    a = q * (1 + z * (-0.3333314528 + z * (0.1999355085 + z * a))) * (0.5 / math.pi)
+    a = 0.25 - a if other > one else a
+    a = 0.5 - a if x < 0 else a
+    return 1 - a if y < 0 else a
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def profile_bearings(
+    wanted: Integers, zone: int, counts: Integers, starts: Integers, merged: NDArray[np.uint8], turn: Floats,
+    rays: Floats,
+) -> None:  # fmt: skip
+    """Middle lines of some slices of one zone, and of the wider slices of nearer zones in which these lie.
+
+    Args:
+        wanted: Numbers of the slices, of merged ones the first, (s,).
+        zone: Number of their zone.
+        counts: As of `profiles_of`.
+        starts: As of `profiles_of`.
+        merged: As of `profiles_of`.
+        turn: Result, bearings on the lattice [rad], (s, zone + 1).
+        rays: Result, directions there, (s, zone + 1, 2).
+    """
+    for n in range(wanted.size):
+        piece, slice_of = wanted[n] - starts[zone], 0.0
+        for k in range(zone, -1, -1):
+            power = merged[(starts[k] + piece) >> MERGE_BLOCK_LOG2]
+            middle = ((piece >> power) << power) + (1 << power) / 2
+            turn[n, k] = middle * (2 * math.pi / counts[k])
+            rays[n, k, 0], rays[n, k, 1] = math.cos(turn[n, k]), math.sin(turn[n, k])
+            # its own middle all the way: that of merged slices is the border of two wider ones
+            slice_of = middle if k == zone else slice_of
+            piece = int(slice_of * counts[k - 1] / counts[zone]) if k > 0 else piece
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def group_by_profile(
+    slice_of: Integers, home: Rows, row: Rows, starts: Integers, points: Integers, rows: Integers
+) -> None:
+    """Points sorted by where the lines of their slices are kept, those of one place in their order.
+
+    Args:
+        slice_of: Slice of each point, (n,).
+        home: Where the line of each slice is kept, (slices,).
+        row: Its row there, (slices,).
+        starts: Result, where each place begins among `points`; the last number is the end of all, (places + 1,).
+        points: Result, points by place, (n,).
+        rows: Result, row of the line of each of these, (n,).
+    """
+    starts[:] = 0
+    for n in range(slice_of.size):
+        starts[home[slice_of[n]] + 1] += 1
+    for k in range(starts.size - 1):
+        starts[k + 1] += starts[k]
+    at = starts[:-1].copy()
+    for n in range(slice_of.size):
+        k = home[slice_of[n]]
+        points[at[k]], rows[at[k]] = n, row[slice_of[n]]
+        at[k] += 1

@@ -1,0 +1,228 @@
+"""The smooth faces of targets: curved patches of bodies in closed form, or flat triangles of meshes.
+
+Faces answer in closed form for the directions at the middle of each piece, so pieces must be small beside the beam and
+shallow along every ray beside the pulse, for all of a piece is heard at one delay. Patches keep phases to second order,
+and are as large as third-order terms allow. On triangles the phase is linear: they are split until the wavefronts there
+and back stay within a fraction of a radian of a plane.
+"""
+
+import warnings
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines.patch_subdivision import (
+    TargetInsonification,
+    clip_to_water,
+    outward_normals,
+    patch_terms,
+    subdivide,
+)
+from insonify.engines.target_insonification import target_insonification
+from insonify.propagation.path_settings import PathSettings
+from insonify.propagation.propagation_model import PropagationModel
+from insonify.scattering.kirchhoff_facet import KirchhoffFacet
+from insonify.scattering.kirchhoff_patch import TERMS, KirchhoffPatch
+from insonify.scene.panels import Panel, panels
+from insonify.scene.scatterers import Scatterers, whole_target_id
+from insonify.scene.scene import Scene
+from insonify.scene.smooth_faces import clip_at_seabed, smooth_triangles, water_clearance
+from insonify.scene.solid import world_triangles
+from insonify.scene.target import Solid
+from insonify.sonar.ping_geometry import PingGeometry
+from insonify.validity import PhysicsWarning
+
+Floats = NDArray[np.float64]
+
+MAX_WAVEFRONT_PHASE = 0.03
+"""Most by which wavefronts may leave the plane of a triangle's middle, out and back together [rad]."""
+CORNER_DISTANCE = 0.6
+"""A corner lies no farther from the middle of a triangle than this part of its longest side [1]."""
+CUT_RESOLUTION = 1 / 6
+"""Length to which an oblique cut by the bed or the surface is resolved [wavelengths]."""
+MAX_FACETS = 300_000
+"""Triangles of one target [1]."""
+
+
+def smooth_facets(
+    scene: Scene,
+    solid: Solid,
+    choice: PathSettings,
+    ping_geometry: PingGeometry,
+    slant: float,
+    rays: PropagationModel | None = None,
+) -> Scatterers:
+    """The smooth faces of a target that one ping may receive, piece by piece.
+
+    Args:
+        scene: The scene.
+        solid: One of its targets, with smooth faces.
+        choice: Paths followed, and the floor of the beams.
+        ping_geometry: The sonar at this ping.
+        slant: What it resolves along the slant range [m].
+        rays: How sound travels in the scene; None: not known, and beams drop nothing.
+    """
+    insonification = solid_insonification(scene, solid, choice, ping_geometry, slant, rays)
+    closed = panels(solid, scene.seabed, ping_geometry.transmit_position)
+    found, whole = (
+        _patches(scene, solid, closed, insonification) if closed else _triangles(scene, solid, insonification)
+    )
+    if not whole:
+        warnings.warn(
+            f"target {solid.label}: its smooth faces would be split into more than {MAX_FACETS} facets, and are left "
+            "coarser; their echo is not exact. Give a smaller target, a longer pulse, or leave smooth out.",
+            PhysicsWarning, stacklevel=2,
+        )  # fmt: skip
+    return found
+
+
+def solid_insonification(
+    scene: Scene,
+    solid: Solid,
+    choice: PathSettings,
+    ping_geometry: PingGeometry,
+    slant: float,
+    rays: PropagationModel | None,
+) -> TargetInsonification:
+    """The sonar as one target sees it: arguments as of `smooth_facets`."""
+    surface = world_triangles(solid, scene.seabed)
+    ends = ping_geometry.transmit_position, ping_geometry.receive_position
+    distance = min(float(np.linalg.norm(np.clip(end, surface.low, surface.high) - end)) for end in ends)
+    return target_insonification(scene, choice, ping_geometry, slant, distance, rays)
+
+
+def _patches(
+    scene: Scene, solid: Solid, closed: list[Panel], insonification: TargetInsonification
+) -> tuple[Scatterers, bool]:
+    """A body in closed form as patches, and whether all are small enough."""
+    assert solid.face_reflection_coefficient is not None
+    finest, complete = CUT_RESOLUTION * 2 * np.pi / insonification.wavenumber, True
+    columns = [(np.empty((0, 3)), np.empty((0, 3)), np.empty(0), np.empty((0, TERMS, 3)))]
+    for panel in closed:
+        pieces, enough = subdivide(panel, insonification)
+        complete &= enough
+        pieces = clip_to_water(panel, pieces, water_clearance(scene.seabed), finest)
+        d, rows, area = patch_terms(panel, pieces)
+        columns.append((d.position, outward_normals(d), area, rows))
+    place, normal, area, rows = (np.concatenate(column) for column in zip(*columns, strict=True))
+    count = len(area)
+    return Scatterers(
+        object=solid.label, boundary="target", law=KirchhoffPatch(solid.face_reflection_coefficient), position=place, normal=normal, area=area,
+        phase=np.ones(count, complex), scatterer_id=whole_target_id(solid.label, count), has_random_phase=False,
+        occluder=scene.occluders.index(solid), corners=rows, centre=_middle(scene, solid),
+    ), complete  # fmt: skip
+
+
+def _triangles(scene: Scene, solid: Solid, insonification: TargetInsonification) -> tuple[Scatterers, bool]:
+    """A mesh as flat facets, and whether all are small enough."""
+    assert solid.face_reflection_coefficient is not None
+    corners, whole = split_triangles(towards(scene, solid, insonification), insonification)
+    corners = clip_at_seabed(corners, scene.seabed)
+    middle = corners.mean(axis=1)
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    twice = np.maximum(np.linalg.norm(across, axis=1), 1e-300)
+    count = len(corners)
+    return Scatterers(
+        object=solid.label, boundary="target", law=KirchhoffFacet(solid.face_reflection_coefficient), position=middle,
+        normal=across / twice[:, None], area=twice / 2, phase=np.ones(count, complex),
+        scatterer_id=whole_target_id(solid.label, count), has_random_phase=False, occluder=scene.occluders.index(solid),
+        corners=corners - middle[:, None], centre=_middle(scene, solid),
+    ), whole  # fmt: skip
+
+
+def towards(scene: Scene, solid: Solid, insonification: TargetInsonification) -> Floats:
+    """Corners of the triangles of a smooth mesh that look at both ends [m], shape (t, 3, 3)."""
+    corners = smooth_triangles(solid, scene.seabed)
+    return corners[
+        np.logical_and(*(_faces_any(corners, places, insonification.max_deviation) for places in insonification.images))
+    ]
+
+
+def _middle(scene: Scene, solid: Solid) -> Floats:
+    """Middle of the extent of a target [m], shape (3,)."""
+    surface = world_triangles(solid, scene.seabed)
+    return np.asarray((surface.low + surface.high) / 2)
+
+
+def split_triangles(corners: Floats, insonification: TargetInsonification) -> tuple[Floats, bool]:
+    """Triangles halved across a side until they are small enough; those that cannot be received are dropped.
+
+    Args:
+        corners: Corners of the triangles [m], shape (t, 3, 3).
+        insonification: The sonar.
+
+    Returns:
+        Triangles of the same surface, and whether all are small enough.
+    """
+    done = []
+    held = 0
+    while len(corners):
+        small, corners, longest = by_size(corners, insonification)
+        done.append(small)
+        held += len(small)
+        if held + 2 * len(corners) > MAX_FACETS:
+            return np.concatenate([*done, corners]), False
+        corners = halved(corners, longest)
+    return np.concatenate(done) if done else corners, True
+
+
+def by_size(corners: Floats, insonification: TargetInsonification) -> tuple[Floats, Floats, NDArray[np.int64]]:
+    """Triangles that can be received: small ones, large ones, and the side across which each large one is halved."""
+    corners = corners[_receivable(corners, insonification)]
+    sides = np.roll(corners, -1, axis=1) - corners
+    size = _relative_sides(corners, sides, insonification)
+    large = size.max(axis=1) > 1
+    return corners[~large], corners[large], size.argmax(axis=1)[large]
+
+
+def halved(corners: Floats, side: NDArray[np.int64]) -> Floats:
+    """Triangles halved across one side each, (t,), shape (2 t, 3, 3)."""
+    order = (side[:, None] + np.arange(3)) % 3
+    a, b, c = np.moveaxis(np.take_along_axis(corners, order[:, :, None], axis=1), 1, 0)
+    middle = (a + b) / 2
+    return np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
+
+
+def _receivable(corners: Floats, insonification: TargetInsonification) -> NDArray[np.bool_]:
+    """True for triangles within the window and above the floor of the beams, shape (t,)."""
+    middle = corners.mean(axis=1)
+    radius = np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1, initial=0.0)
+    return insonification.reaches(middle, radius)
+
+
+def _relative_sides(corners: Floats, sides: Floats, insonification: TargetInsonification) -> Floats:
+    """Sides of triangles as parts of what they may be [1], shape (t, 3)."""
+    middle = corners.mean(axis=1)
+    length = np.linalg.norm(sides, axis=2)
+    nearness, along, turned = np.zeros(len(middle)), np.zeros(length.shape), np.zeros(length.shape)
+    for places in insonification.images:
+        closest = np.full(len(middle), np.inf)
+        for place in places:
+            ray = middle - place
+            away = np.maximum(np.linalg.norm(ray, axis=1), 1e-6)
+            ray = ray / away[:, None]
+            deep = np.einsum("tsk,tk->ts", sides, ray)
+            along = np.maximum(along, np.abs(deep))
+            for lobe in insonification.lobes:
+                turn = np.abs(sides @ lobe.axis - deep * (ray @ lobe.axis)[:, None]) / away[:, None]
+                turned = np.maximum(turned, turn / lobe.width)
+            closest = np.minimum(closest, away)
+        nearness += 1 / closest
+    # the path to a corner is longer by half the square of its distance over the way's length
+    flat = np.sqrt(
+        2 * MAX_WAVEFRONT_PHASE / (insonification.wavenumber * CORNER_DISTANCE**2 * np.maximum(nearness, 1e-300))
+    )
+    return np.maximum.reduce(
+        [length / flat[:, None], turned, along / insonification.max_range_extent, length / insonification.max_side]
+    )
+
+
+def _faces_any(corners: Floats, places: Floats, max_deviation: float) -> NDArray[np.bool_]:
+    """Which triangles look at any of some places, or away by a sine of no more than `max_deviation`, shape (t,)."""
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    seen = np.zeros(len(corners), bool)
+    for place in places:
+        ray = place - corners.mean(axis=1)
+        seen |= np.einsum("tk,tk->t", ray, normal) > -max_deviation * np.linalg.norm(ray, axis=1)
+    return seen

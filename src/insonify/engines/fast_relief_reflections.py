@@ -1,0 +1,69 @@
+"""Bottom bounces over relief in the quick way: legs off the planes that the bed comes to where they bounce.
+
+The walk along lines takes the mean plane for every bounce, as the shares of pairs do. Where ground is uneven its legs
+with bottom bounces are written anew, at the points where any pair asks for them, by the planes of `local_plane_paths`. What
+ground and targets hide of them stays as over the mean plane.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines._fast_relief_reflections_kernel import write_image_paths
+from insonify.engines.radial_window import RadialSet
+from insonify.engines.relief_reflections import reflection_product
+from insonify.engines.reverberation_plan import ReverberationPlan
+from insonify.propagation.local_planes import local_plane_paths
+from insonify.scene.scene import Scene
+from insonify.scene.seabed_terrain import SeabedTerrain
+from insonify.sonar.ping_geometry import PingGeometry
+
+Floats = NDArray[np.float64]
+Singles = NDArray[np.float32]
+
+
+def bounce_off_relief(
+    scene: Scene, bed: SeabedTerrain, ping_geometry: PingGeometry, plan: ReverberationPlan, part: RadialSet, first: NDArray[np.int64], place: Floats,
+    normal: Singles, rows: NDArray[np.int32], found: NDArray[np.int64], delay: Floats,
+    amplitude: NDArray[np.complex64], departure: Singles, arrival: Singles,
+) -> None:  # fmt: skip
+    """Write the legs with bottom bounces of some lines anew, off the planes fitted to the bed under each bounce.
+
+    Args:
+        scene: The scene.
+        bed: Its ground, which has relief.
+        ping_geometry: The sonar at this ping.
+        plan: What all such pings have in common.
+        part: The lines, s of them.
+        first: First point of each line, shape (s + 1,).
+        place: Horizontal distance and depth of each point [m], shape (2, n).
+        normal: Unit normal into the water, shape (3, n).
+        rows: Points of each pair, shape (p, most).
+        found: How many they are, shape (p,).
+        delay: Changed, one-way travel time [s], shape (f, n).
+        amplitude: Changed, as of `_swath_kernel.walk`, (f, n).
+        departure: Changed, direction of travel at the sonar, (f, 3, n).
+        arrival: Changed, direction of travel at the point, (f, 3, n).
+    """
+    bounced = [f for f, name in enumerate(plan.families) if "B" in name]
+    listed: Any = None
+    for f in bounced:
+        asked = np.zeros(int(first[-1]), bool)
+        for k in np.flatnonzero((plan.allocation.pair == f).any(axis=1)):
+            asked[rows[k, : found[k]]] = True
+        some = np.flatnonzero(asked & (np.abs(amplitude[f, : len(asked)]) > 0))
+        if not len(some):
+            continue
+        if listed is None:
+            many = np.diff(first)
+            listed = np.repeat(part.lists.first[part.taken] - first[:-1], many) + np.arange(first[-1])
+        ahead = part.lists.ahead[:, listed[some]]
+        here, (reach, depth) = ping_geometry.transmit_position, place[:, some]
+        points = np.stack([here[0] + reach * ahead[0], here[1] + reach * ahead[1], depth], axis=-1)
+        way = local_plane_paths(plan.families[f], here, points, bed, ping_geometry.wavelength)
+        left = reflection_product(plan.families[f], way, bed, ping_geometry.wavelength, scene)
+        write_image_paths(
+            some, way, left.astype(np.complex64), normal, plan.factor, plan.loss, 1 / scene.water.sound_speed,
+            delay[f], amplitude[f], departure[f], arrival[f],
+        )  # fmt: skip

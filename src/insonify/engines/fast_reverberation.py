@@ -1,0 +1,388 @@
+"""The seabed of one ping in a few big strokes: the quick way to an expected intensity.
+
+`engines.paths` answers any question about any block of scatterers; an expectation over a whole seabed asks the same
+few of every point. Here lines of the ground are walked once each (`_swath_kernel`), and all that is drawn or tabled is
+kept for the next ping. What it holds for is asked by `prepare_fast_reverberation`; everything else is left to the general engine.
+"""
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from functools import lru_cache
+from math import prod
+from threading import local
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines import _fast_reverberation_kernel as kernel
+from insonify.engines._radial_samples_kernel import SampleLists
+from insonify.engines._radial_terrain_kernel import CELLS
+from insonify.engines.fast_relief_reflections import bounce_off_relief
+from insonify.engines.ping_scatterers import ping_scatterers
+from insonify.engines.radial_window import RadialSet, TerrainWindow, radials_past_targets, terrain_window
+from insonify.engines.radials import radials_in_view
+from insonify.engines.resolution import receivable_range, two_way_gain_bound
+from insonify.engines.reverberation_plan import ReverberationPlan, plan_reverberation
+from insonify.engines.shadow_radials import shaded_legs, shadow_radials
+from insonify.engines.swath_origins import Shaded, Walked, origins, unlit
+from insonify.propagation.families import families_reaching
+from insonify.propagation.image_sources import StraightRays
+from insonify.propagation.path_settings import PathSettings
+from insonify.propagation.propagation_model import PropagationModel
+from insonify.records.reverberation_samples import ReverberationSamples
+from insonify.scattering.compiled_law import CompiledLaw, compile_law
+from insonify.scattering.lambert import Lambert
+from insonify.scene.scatterers import Law
+from insonify.scene.scene import Scene
+from insonify.scene.solid import world_triangles
+from insonify.scene.terrain_map import AROUND, empty_terrain_map, terrain_map
+from insonify.sonar.ping_geometry import PingGeometry
+from insonify.units import amplitude_ratio
+
+Floats = NDArray[np.float64]
+Mapped = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
+
+DIRECTIONS_PER_BATCH = 8192
+"""Questions asked of a law in one go."""
+MAX_RADIAL_STEP = 0.5
+"""Longest step along a line over a flat bed [m]."""
+RECHECK_DISTANCE = 4.0
+"""Distance within which a sonar that moves on need not ask again whether it hears a target [m]."""
+
+
+class _Scratch(local):
+    """Columns that every thread uses again: new memory would cost more than what is written there."""
+
+    def __init__(self) -> None:
+        self._held: dict[str, NDArray[Any]] = {}
+
+    def of(self, name: str, shape: tuple[int, ...], kind: Any) -> NDArray[Any]:
+        """A column, with whatever was written there before."""
+        size = prod(shape)
+        if name not in self._held or self._held[name].size < size:
+            self._held[name] = np.empty(size + size // 4, kind)
+        return self._held[name][:size].reshape(shape)
+
+
+_SCRATCH = _Scratch()
+
+
+@dataclass(frozen=True, eq=False)
+class PreparedReverberation:
+    """What all pings have in common while the sonar only moves on."""
+
+    plan: ReverberationPlan
+    heading: float
+    """Of the frame of the lines [rad]."""
+    farthest: float
+    """Distance that is heard [m]."""
+    remaining_choice: PathSettings
+    """The same paths for all that is not the seabed."""
+    choice_without_targets: PathSettings
+    """Without targets, too."""
+    positions_off_targets: list[Floats] = field(default_factory=list)
+    """The last place from `RECHECK_DISTANCE` about which no beam comes near any target [m]."""
+
+
+@dataclass(frozen=True)
+class FastReverberation:
+    """What the quick way knows of one ping before it walks."""
+
+    scene: Scene
+    choice: PathSettings
+    ping_geometry: PingGeometry
+    known: PreparedReverberation
+    parts: list[RadialSet]
+    """Its lines: the plan's own, and those in shadows of targets."""
+    window: TerrainWindow
+    """Where on the ground's map they are."""
+
+    @property
+    def plan(self) -> ReverberationPlan:
+        """What is done at every such ping."""
+        return self.known.plan
+
+    @property
+    def remaining_choice(self) -> PathSettings:
+        """The same paths for all that is not the seabed, without targets that no beam comes near."""
+        near = "target" in self.choice.contributions and self._near_a_target()
+        return self.known.remaining_choice if near else self.known.choice_without_targets
+
+    def _near_a_target(self) -> bool:
+        """Whether any beam is above the floor towards any target; points are always heard."""
+        scene = self.scene
+        if len(scene.targets) > len(scene.occluders):
+            return True
+        if not scene.occluders:
+            return False
+        here = self.ping_geometry.transmit_position[:2]
+        if any(math.dist(here, place) <= RECHECK_DISTANCE for place in self.known.positions_off_targets):
+            return False
+        if not self._may_reach_target_from(RECHECK_DISTANCE):
+            self.known.positions_off_targets[:] = [here]
+            return False
+        return self._may_reach_target_from(0.0)
+
+    def _may_reach_target_from(self, away: float) -> bool:
+        """Whether any beam may be above the floor towards any target, from within a distance of where it is [m]."""
+        bounding_cylinders = self.plan.bounding_cylinders[:, :3]
+        top, base = _depths(self.scene)
+        floor = float(amplitude_ratio(self.choice.beam_cutoff_db))
+        bound = two_way_gain_bound(
+            bounding_cylinders[:, :2], bounding_cylinders[:, 2] + away, self.ping_geometry, (top + base) / 2, StraightRays(self.scene),
+            self.choice.followed_families, rise=(base - top) / 2,
+        )  # fmt: skip
+        return bool((bound >= floor).any())
+
+    def accumulate(
+        self, map_function: Mapped, accumulate_samples: Callable[[ReverberationSamples], Any], *, labelled: bool = False
+    ) -> list[Any]:
+        """All the ground heard.
+
+        Args:
+            map_function: Calls a function with each of some things, as `map` does, perhaps on several threads.
+            accumulate_samples: What is done with it; its columns are written over afterwards.
+            labelled: True: with the `Origins` of its points.
+
+        Returns:
+            What hearing it came to.
+        """
+        bed, window = self.scene.seabed.terrain, self.window
+        if bed is None:
+            pieces, slot = empty_terrain_map()
+            return [accumulate_samples(self._walk(part, pieces, slot, 1.0, labelled)) for part in self.parts]
+        kept = terrain_map(bed)
+        slot = np.zeros((window.side, window.side), np.uint32)
+        with kept.reading(window.corner + window.crossed, map_function) as rows:
+            slot[tuple(window.crossed.T)] = rows
+            return [accumulate_samples(self._walk(part, kept.pieces, slot, kept.cell, labelled)) for part in self.parts]
+
+    def _walk(
+        self, part: RadialSet, pieces: NDArray[np.float32], slot: NDArray[np.uint32], cell: float, labelled: bool
+    ) -> ReverberationSamples:
+        """The points of some lines, with the strength of each pair of legs."""
+        seabed, ping_geometry, plan, heading = self.scene.seabed, self.ping_geometry, self.plan, self.known.heading
+        radials, lists, taken, passing = part
+        thin = plan.allocation
+        most, takes, ranges = _column_sizes(lists, taken)
+        f, p = len(plan.families), len(thin.pair)
+        delay = _SCRATCH.of("delay", (f, most), np.float64)
+        amplitude = _SCRATCH.of("amplitude", (f, most), np.complex64)
+        departure = _SCRATCH.of("departure", (f, 3, most), np.float32)
+        arrival = _SCRATCH.of("arrival", (f, 3, most), np.float32)
+        normal, place = _SCRATCH.of("normal", (3, most), np.float32), _SCRATCH.of("place", (2, most), np.float64)
+        rows, weight = _SCRATCH.of("rows", (p, takes), np.int32), _SCRATCH.of("weight", (p, takes), np.float32)
+        found, first = np.empty(p, np.int64), np.empty(len(radials) + 1, np.int64)
+        interference_ranges = _SCRATCH.of("meeting", (ranges, 2), np.int64)
+        ranges = kernel.walk_radials(
+            *self.window.start, heading, float(ping_geometry.transmit_position[2]), seabed.depth, self.scene.water.sound_speed,
+            ping_geometry.wavelength, radials, plan.step, lists, taken, cell, slot, pieces, seabed.terrain is None, plan.images,
+            plan.bounce_codes, plan.horizon_row, plan.launch_image_depths, plan.launch_rising, plan.mirrors, plan.factor, plan.loss, place,
+            delay, amplitude, departure, arrival, normal, rows, weight, found, first, interference_ranges,
+        )  # fmt: skip
+        bed = seabed.terrain
+        if bed is not None and bed.span[0] < bed.span[1]:
+            bounce_off_relief(
+                self.scene, bed, ping_geometry, plan, part, first, place, normal, rows, found, delay, amplitude, departure,
+                arrival,
+            )  # fmt: skip
+        walked = Walked(first, place, normal, arrival, rows, found)
+        dark = unlit(plan, walked, amplitude) if labelled else None
+        shaded = self._apply_target_shadows(part, first, place, normal, amplitude) if passing.any() else None
+        if seabed.texture is not None:
+            factor = self._texture(radials, heading, first, place).astype(np.float32)
+            for k, many in enumerate(found):
+                weight[k, :many] *= factor[rows[k, :many]]
+        for k, (i, j) in enumerate(thin.pair if not plan.factor.size else ()):
+            self._apply_law(arrival[i], arrival[j], normal, rows[k, : found[k]], weight[k, : found[k]])
+        held = None if dark is None else origins(plan, ping_geometry, part, walked, dark, shaded)
+        return ReverberationSamples(
+            delay, amplitude, departure, thin.pair, found, rows, weight, interference_ranges[:ranges], held
+        )
+
+    def _texture(self, radials: Floats, heading: float, first: NDArray[np.int64], place: Floats) -> Floats:
+        """What the seabed's texture makes of the points of some lines [1], shape (n,)."""
+        bearing = np.repeat(np.arctan2(radials[:, 1], radials[:, 0]) + heading, np.diff(first))
+        ahead = np.stack([np.cos(bearing), np.sin(bearing)], axis=-1)
+        here = self.ping_geometry.transmit_position[:2]
+        return self.scene.seabed.texture_factor(here + place[0, : len(bearing), None] * ahead)
+
+    def _apply_law(
+        self, into: NDArray[np.float32], out: NDArray[np.float32], normal: NDArray[np.float32],
+        rows: NDArray[np.int32], section: NDArray[np.float32],
+    ) -> None:  # fmt: skip
+        """Multiply the ground that points stand for by the law's answer for one pair."""
+        held = _SCRATCH.of("questions", (9 * DIRECTIONS_PER_BATCH,), np.float32)
+        answer = _SCRATCH.of("answer", (DIRECTIONS_PER_BATCH,), np.float32)
+        for begin in range(0, len(rows), DIRECTIONS_PER_BATCH):
+            some = rows[begin : begin + DIRECTIONS_PER_BATCH]
+            one, two, up = held[: 9 * len(some)].reshape(3, 3, len(some))
+            kernel.gather_directions(into, out, normal, some, one, two, up)
+            self.plan.law.fill(one, two, up, answer[: len(some)])
+            section[begin : begin + DIRECTIONS_PER_BATCH] *= answer[: len(some)]
+
+    def _apply_target_shadows(
+        self, part: RadialSet, first: NDArray[np.int64], place: Floats, normal: NDArray[np.float32],
+        amplitude: NDArray[np.complex64],
+    ) -> Shaded | None:  # fmt: skip
+        """Take away what targets cut of the legs, from lines that pass one; these legs, if there are any."""
+        here, ahead = self.ping_geometry.transmit_position, part.lists.ahead
+        nearest = min(
+            np.hypot(north - here[0], east - here[1]) - radius
+            for north, east, radius in self.plan.bounding_cylinders[:, :3]
+        )
+        behind, listed = [], part.lists.first[part.taken]
+        for s in np.flatnonzero(part.passes_target):
+            point = np.flatnonzero(place[0, first[s] : first[s + 1]] > nearest)
+            behind.append(np.stack([first[s] + point, listed[s] + point]))
+        row, point = np.concatenate(behind, axis=1)
+        if not len(row):
+            return None
+        reach, depth = place[:, row]
+        points = np.stack([here[0] + reach * ahead[0, point], here[1] + reach * ahead[1, point], depth], axis=-1)
+        up = np.ascontiguousarray(normal[:, row].T, float)
+        left, legs = shaded_legs(self.scene, self.ping_geometry, self.plan, self.choice.edge_diffraction, points, up)
+        amplitude[:, row] *= left
+        return Shaded(row, left, legs)
+
+
+def _column_sizes(lists: SampleLists, taken: NDArray[np.int64]) -> tuple[int, int, int]:
+    """Points of some lists, the most that any pair takes of them, and ranges where pairs may interfere."""
+    takes = np.diff(lists.pair_first, axis=1)[taken].sum(axis=0)
+    points, ranges = (int((many[taken + 1] - many[taken]).sum()) for many in (lists.first, lists.close_first))
+    return points, int(takes.max()), ranges
+
+
+def prepare_fast_reverberation(
+    scene: Scene, choice: PathSettings, ping_geometry: PingGeometry, rays: PropagationModel
+) -> FastReverberation | None:
+    """The quick way for one ping, or None where the scene asks more than it can do.
+
+    It takes water of one sound speed, a three-dimensional scene, both ends of the sonar at one place, one beam to a
+    side, a sea surface that only mirrors, and ground that lies below the sonar.
+
+    Args:
+        scene: The scene.
+        choice: Which paths are followed.
+        ping_geometry: The sonar at this ping.
+        rays: How sound travels in the scene.
+    """
+    if not ping_geometry.is_monostatic:
+        return None
+    # a sonar that only moves on, its attitude kept in the very same beams, asks for the same again
+    key = (
+        id(scene), id(choice), id(rays), id(ping_geometry.transmit_beams), id(ping_geometry.receive_beams), id(ping_geometry.track_extent),
+        id(ping_geometry.pulse), float(ping_geometry.transmit_position[2]), ping_geometry.max_displacement, ping_geometry.window,
+    )  # fmt: skip
+    held = _CACHE.get(key)
+    if held is None:
+        # what the key names is kept, so that nothing else can take its number
+        names = (
+            scene,
+            choice,
+            rays,
+            ping_geometry.transmit_beams,
+            ping_geometry.receive_beams,
+            ping_geometry.track_extent,
+            ping_geometry.pulse,
+        )
+        while len(_CACHE) >= _CACHE_SIZE:
+            _CACHE.pop(next(iter(tuple(_CACHE)), None), None)  # a copy: threads come and go
+        held = _CACHE[key] = _prepare(scene, choice, ping_geometry, rays), names
+    known = held[0]
+    if known is None:
+        return None
+    parts = _radial_sets(scene, choice, ping_geometry, known)
+    window = terrain_window(scene.seabed.terrain, ping_geometry, known.plan.step, parts, known.farthest)
+    return None if window is None else FastReverberation(scene, choice, ping_geometry, known, parts, window)
+
+
+def _radial_sets(
+    scene: Scene, choice: PathSettings, ping_geometry: PingGeometry, known: PreparedReverberation
+) -> list[RadialSet]:
+    """The lines of one ping: those of its plan, and others in place of those that targets cut."""
+    plan = known.plan
+    passing = radials_past_targets(plan, ping_geometry, known.heading, choice.edge_diffraction)
+    own = np.asarray(passing.any(axis=0), bool)
+    whole = RadialSet(plan.radials, plan.lists, np.arange(len(own)), own)
+    shaded = shadow_radials(plan, scene, ping_geometry, choice, known.heading, passing) if own.any() else None
+    if shaded is None or not shaded.replaced.any():
+        return [whole]
+    kept, lists = (
+        np.flatnonzero(~shaded.replaced),
+        plan.sample_lists(shaded.radials, known.heading, shaded.keep_probability),
+    )
+    return [
+        RadialSet(plan.radials[kept], plan.lists, kept, own[kept]),
+        RadialSet(shaded.radials, lists, np.arange(len(shaded.radials)), shaded.passes_target),
+    ]
+
+
+_CACHE: dict[Any, tuple[PreparedReverberation | None, Any]] = {}
+_CACHE_SIZE = 8
+
+
+def _prepare(
+    scene: Scene, choice: PathSettings, ping_geometry: PingGeometry, rays: PropagationModel
+) -> PreparedReverberation | None:
+    """What does not change while the sonar only moves on; None where the scene asks more than the quick way can do."""
+    seabed, bed = scene.seabed, scene.seabed.terrain
+    law = _compiled_law(seabed.law(ping_geometry.frequency, float(scene.water.sound_speed_at(seabed.depth))))
+    families = families_reaching("seabed", choice.followed_families)
+    moving = scene.surface.reflection != "flat" and any("S" in name for name in families)
+    if not isinstance(rays, StraightRays) or choice.geometry != "3d" or "seabed" not in choice.contributions or moving:
+        return None
+    if ping_geometry.channel_count != 1 or law is None or not families:
+        return None
+    source, rise = float(ping_geometry.transmit_position[2]), 0.0
+    if bed is not None:
+        if bed.span[0] <= source:
+            return None
+        rise = max(bed.depth - bed.span[0], bed.span[1] - bed.depth)
+    heard = receivable_range(ping_geometry, seabed.depth, rays, families, rise=rise)
+    sampling = ping_scatterers(scene, choice, 0, ping_geometry, rays, quadrature=True).resolution
+    step = min(sampling.slant_resolution, MAX_RADIAL_STEP)
+    if bed is not None:
+        step = bed.heightmap_cell_size / int(np.ceil(bed.heightmap_cell_size / sampling.slant_resolution))
+        if 2 * heard.farthest / (bed.heightmap_cell_size * CELLS) > AROUND - 4:
+            return None
+    floor = float(amplitude_ratio(choice.beam_cutoff_db))
+    heading = 0.0 if bed is None else bed.relief.resolved.scatterer_grid.heading
+    radials = radials_in_view(ping_geometry, seabed.depth, heard, sampling, families, floor, heading)
+    plan = plan_reverberation(scene, ping_geometry, families, law, radials, step, heading, rise)
+    return PreparedReverberation(plan, heading, heard.farthest, _reduced_choice(choice, scene, ping_geometry, ()),
+                 _reduced_choice(choice, scene, ping_geometry, ("target",)))  # fmt: skip
+
+
+def _reduced_choice(
+    choice: PathSettings, scene: Scene, ping_geometry: PingGeometry, more: tuple[str, ...]
+) -> PathSettings:
+    """The same paths for all but the seabed, what does not answer in this scene, and some contributions more."""
+    silent = ["seabed", *more]
+    silent += ["surface"] if scene.surface.law(ping_geometry.frequency) is None else []
+    silent += [] if scene.water.scatters else ["water"]
+    left = tuple(contribution for contribution in choice.contributions if contribution not in silent)
+    return choice.unchecked_copy(contributions=left)
+
+
+@lru_cache(maxsize=16)
+def _fast(law: Lambert) -> CompiledLaw:
+    return compile_law(law)
+
+
+def _compiled_law(law: Law | None) -> CompiledLaw | None:
+    """A law as the quick way asks it; None where it has no such form."""
+    if isinstance(law, Lambert):
+        return _fast(law)
+    return law if isinstance(law, CompiledLaw) else None
+
+
+@lru_cache(maxsize=8)
+def _depths(scene: Scene) -> tuple[float, float]:
+    """Depths of the highest top and of the deepest base of all targets that cast shadows [m]."""
+    surfaces = [world_triangles(solid, scene.seabed) for solid in scene.solids]
+    tops = [*scene.bodies[:, 6], *(float(surface.low[2]) for surface in surfaces)]
+    bases = [*scene.bodies[:, 7], *(float(surface.high[2]) for surface in surfaces)]
+    return float(min(tops)), float(max(bases))

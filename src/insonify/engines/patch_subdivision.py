@@ -1,0 +1,317 @@
+"""Panels of smooth bodies as patches: halved until third-order phases, beams and pulses no longer matter on each.
+
+A patch scatters in closed form for the directions at its middle, see `insonify.scattering.kirchhoff_patch`. What no
+image of the sonar can see, what lies outside the window, and what beams hear below their floor is dropped while the
+patches are still large; so the number of patches follows from what one ping can receive, not from the size of the body.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.scene.panels import Panel, PanelDerivatives
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+MAX_CUBIC_PHASE = 0.01
+"""Most phase of third or fourth order over a patch that is left out [rad]."""
+MAX_NORMAL_TURN = 0.07
+"""Most by which the normal turns from the middle of a patch to its edge [rad]."""
+MAX_MIXED_PHASE = 0.8
+"""Most mixed phase of second order, whose exponential is kept to second order [rad]."""
+TOUCHING = 1e-6
+"""Height above the bed, or depth below the surface, at which a face touches it [m]."""
+MAX_PATCHES = 300_000
+"""Patches of one target [1]."""
+
+
+class Lobe(NamedTuple):
+    """Narrowest two-way main lobe along one axis of an array."""
+
+    axis: Floats
+    """Unit vector in the world, shape (3,)."""
+    width: float
+    """Difference of direction cosines that a patch may span [1]."""
+
+
+@dataclass(frozen=True, eq=False)
+class TargetInsonification:
+    """The ends of the sonar as a body sees them, and what one ping resolves there."""
+
+    images: tuple[Floats, Floats]
+    """Places of the images of transmitter and receiver [m], shapes (f, 3)."""
+    wavenumber: float
+    """Largest wavenumber in the water [rad/m]."""
+    lobes: tuple[Lobe, ...]
+    max_range_extent: float
+    """Extent along a ray that a patch may have [m]."""
+    max_side: float
+    """Side that a patch may have [m]."""
+    max_deviation: float
+    """Sine by which rays may arrive off the straight lines from the images [1]."""
+    path_length_limits: tuple[float, float]
+    """Shortest and longest two-way path that is received [m]."""
+    may_receive: Callable[[Floats, Floats], Mask]
+    """Given middles (n, 3) and radii (n,) [m]: True where the beams may receive more than their floor."""
+
+    def reaches(self, middle: Floats, radius: Floats) -> Mask:
+        """True for spheres within the window and above the floor of the beams, shape (n,).
+
+        Args:
+            middle: Centres of the spheres [m], shape (n, 3).
+            radius: Their radii [m], shape (n,).
+        """
+        shortest, longest = np.zeros((2, len(middle)))
+        for places in self.images:
+            length = np.linalg.norm(middle - places[:, None], axis=2)
+            shortest += np.maximum(length.min(axis=0) - radius, 0)
+            longest += length.max(axis=0) + radius
+        there = (shortest <= self.path_length_limits[1]) & (longest >= self.path_length_limits[0])
+        rows = np.flatnonzero(there)
+        there[rows] = self.may_receive(middle[rows], radius[rows])
+        return np.asarray(there)
+
+
+class Patches(NamedTuple):
+    """Pieces of a panel: rectangles of its parameters s and t."""
+
+    s: Floats
+    t: Floats
+    half_s: Floats
+    half_t: Floats
+
+    def take(self, rows: Mask | NDArray[np.int64]) -> "Patches":
+        """Some of them."""
+        return Patches(*(column[rows] for column in self))
+
+    def halved(self, along_s: Mask) -> "Patches":
+        """Each as two, halved along s, or else along t."""
+        half_s, half_t = (
+            np.where(along_s, self.half_s / 2, self.half_s),
+            np.where(along_s, self.half_t, self.half_t / 2),
+        )
+        step_s, step_t = np.where(along_s, half_s, 0), np.where(along_s, 0, half_t)
+        parts = [(self.s + side * step_s, self.t + side * step_t, half_s, half_t) for side in (-1, 1)]
+        return concatenate_patches([Patches(*part) for part in parts])
+
+
+def concatenate_patches(parts: list[Patches]) -> Patches:
+    """Patches of several parts, one after the other."""
+    if not parts:
+        return Patches(*np.empty((4, 0)))
+    return Patches(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+
+def initial_patches(panel: Panel) -> Patches:
+    """The few large patches that a panel begins with."""
+    rows, columns, span_s, span_t = panel.start
+    half_s, half_t = span_s / rows / 2, span_t / columns / 2
+    s, t = (axis.ravel().astype(float) for axis in np.indices((rows, columns)))
+    none = np.zeros(s.size)
+    return Patches((2 * s + 1) * half_s, (2 * t + 1) * half_t, none + half_s, none + half_t)
+
+
+def subdivide(panel: Panel, insonification: TargetInsonification) -> tuple[Patches, bool]:
+    """Patches of a panel that one ping may receive, small enough for their closed form.
+
+    Args:
+        panel: Part of a body's surface.
+        insonification: The sonar.
+
+    Returns:
+        The patches, and whether all are small enough.
+    """
+    done: list[Patches] = []
+    held, open_ones = 0, initial_patches(panel)
+    while len(open_ones.s):
+        small, large, longer = by_size(panel, open_ones, insonification)
+        done.append(small)
+        held += len(small.s)
+        if held + 2 * len(large.s) > MAX_PATCHES:
+            return concatenate_patches([*done, large]), False
+        open_ones = large.halved(longer)
+    return concatenate_patches(done), True
+
+
+def by_size(panel: Panel, patches: Patches, insonification: TargetInsonification) -> tuple[Patches, Patches, Mask]:
+    """Patches that one ping may receive: small ones, large ones, and True where a large one is to be halved along s."""
+    d = panel.at(patches.s, patches.t)
+    near = _receivable(d, patches, insonification)
+    patches = patches.take(near)
+    along_s, along_t = _sizes(PanelDerivatives(*(part[near] for part in d)), patches, insonification)
+    small = np.maximum(along_s, along_t) <= 1
+    return patches.take(small), patches.take(~small), (along_s >= along_t)[~small]
+
+
+def _rays(place: Floats, image: Floats) -> tuple[Floats, Floats]:
+    """Directions from an image to places, (n, 3), and distances [m], (n,)."""
+    ray = place - image
+    length = np.maximum(np.linalg.norm(ray, axis=1), 1e-6)
+    return ray / length[:, None], length
+
+
+def _receivable(d: PanelDerivatives, patches: Patches, insonification: TargetInsonification) -> Mask:
+    """True for patches that face both ends, within the window and above the floor of the beams, shape (n,)."""
+    radius = np.linalg.norm(d.s, axis=1) * patches.half_s + np.linalg.norm(d.t, axis=1) * patches.half_t
+    radius += np.linalg.norm(d.tt, axis=1) * patches.half_t**2 / 2
+    normal = outward_normals(d)
+    there, shortest, longest = np.ones(len(radius), bool), np.zeros(len(radius)), np.zeros(len(radius))
+    # the normal turns over a patch by no more than this
+    bent = np.linalg.norm(d.ss, axis=1) / np.maximum(np.linalg.norm(d.s, axis=1), 1e-300) * patches.half_s
+    round_one = np.where(np.linalg.norm(d.tt, axis=1) > 0, patches.half_t, 0.0)
+    for places in insonification.images:
+        seen, least, most = np.zeros(len(radius), bool), np.full(len(radius), np.inf), np.zeros(len(radius))
+        for place in places:
+            ray, length = _rays(d.position, place)
+            leeway = np.minimum(bent + round_one + radius / length, np.pi / 2)
+            seen |= -np.einsum("nk,nk->n", ray, normal) > -np.sin(leeway) - insonification.max_deviation
+            least, most = np.minimum(least, length - radius), np.maximum(most, length + radius)
+        there &= seen
+        shortest += np.maximum(least, 0)
+        longest += most
+    there &= (shortest <= insonification.path_length_limits[1]) & (longest >= insonification.path_length_limits[0])
+    rows = np.flatnonzero(there)
+    there[rows] = insonification.may_receive(d.position[rows], radius[rows])
+    return there
+
+
+def outward_normals(d: PanelDerivatives) -> Floats:
+    """Unit normals into the water, shape (n, 3)."""
+    across = np.cross(d.t, d.s)
+    return np.asarray(across / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-300))
+
+
+def _sizes(d: PanelDerivatives, patches: Patches, insonification: TargetInsonification) -> tuple[Floats, Floats]:
+    """Sizes of patches along s and along t as parts of what they may be [1], each of shape (n,)."""
+    s, t = patches.half_s[:, None], patches.half_t[:, None]
+    side, other = d.s * s, d.t * t
+    long, wide = np.linalg.norm(side, axis=1), np.linalg.norm(other, axis=1)
+    patch_terms = [
+        side,
+        other,
+        d.st * s * t,
+        d.sss * s**3 / 6,
+        d.sst * s**2 * t / 2,
+        d.stt * s * t**2 / 2,
+        d.ttt * t**3 / 6,
+    ]
+    seen, near, near_cubed, lobes = np.zeros((7, len(long))), *np.zeros((2, len(long))), np.zeros((2, len(long)))
+    twist = np.zeros(len(long))
+    for places in insonification.images:
+        most, nearest = np.zeros((7, len(long))), np.full(len(long), np.inf)
+        for place in places:
+            ray, length = _rays(d.position, place)
+            along = np.stack([np.einsum("nk,nk->n", ray, term) for term in patch_terms])
+            most, nearest = np.maximum(most, np.abs(along)), np.minimum(nearest, length)
+            for lobe in insonification.lobes:
+                cosine = ray @ lobe.axis
+                for row, vector in enumerate((side, other)):
+                    turn = np.abs(vector @ lobe.axis - along[row] * cosine) / length
+                    lobes[row] = np.maximum(lobes[row], 2 * turn / lobe.width)
+        seen += most
+        near, near_cubed = near + 1 / nearest**2, near_cubed + 1 / nearest**3
+        twist += (np.abs(np.einsum("nk,nk->n", side, other)) + most[0] * most[1]) / nearest
+    deep = seen[:2].copy()
+    seen += insonification.max_deviation * np.stack([np.linalg.norm(term, axis=1) for term in patch_terms])
+    k, sizes = insonification.wavenumber, []
+    # fourth order: the radius of a round body changes along s to second order
+    both = np.linalg.norm(d.sst, axis=1) * (s * t)[:, 0] ** 2 / 2
+    mixed = np.maximum((seen[2] + twist) * k / MAX_MIXED_PHASE, 0)
+    normal = outward_normals(d)
+    for row, (own, cubic, across, half, bend) in enumerate((
+        (long, seen[3], seen[4], patches.half_s, d.ss), (wide, seen[6], seen[5], patches.half_t, d.tt),
+    )):  # fmt: skip
+        wavefront = 0.2 * own**3 * near + own**4 * near_cubed / 8
+        quartic, turned = np.linalg.norm(bend, axis=1) * half**4 / 12, seen[2] * half**2 / 6
+        turn = np.abs(np.einsum("nk,nk->n", bend, normal)) * half**2 / np.maximum(own, 1e-300)
+        phase = k * np.maximum.reduce([cubic, across, quartic, wavefront, both, turned]) / MAX_CUBIC_PHASE
+        sizes.append(
+            np.maximum.reduce(
+                [
+                    np.cbrt(phase),
+                    lobes[row],
+                    deep[row] / insonification.max_range_extent,
+                    2 * own / insonification.max_side,
+                    turn / MAX_NORMAL_TURN,
+                ]
+            )
+        )
+    larger = long >= wide
+    along_s, along_t = sizes
+    twisted = np.sqrt(mixed)
+    return np.where(larger, np.maximum(along_s, twisted), along_s), np.where(
+        larger, along_t, np.maximum(along_t, twisted)
+    )
+
+
+def clip_to_water(panel: Panel, patches: Patches, clear: Callable[[Floats], Floats], finest: float) -> Patches:
+    """The parts of patches in the water: cut along a level, or left out.
+
+    Args:
+        panel: What they are patches of.
+        patches: The patches.
+        clear: Distance of places (n, 3) from the boundary, positive in the water [m].
+        finest: Length to which an oblique cut is resolved [m].
+    """
+    done: list[Patches] = []
+    held = 0
+    while len(patches.s):
+        level = _at_corners(panel, patches, clear)
+        reached = ~(level.max(axis=0) <= TOUCHING)
+        patches, level = patches.take(reached), level[:, reached]
+        free = level.min(axis=0) >= -TOUCHING
+        d = panel.at(patches.s, patches.t)
+        sides = 2 * np.stack(
+            [np.linalg.norm(d.s, axis=1) * patches.half_s, np.linalg.norm(d.t, axis=1) * patches.half_t]
+        )
+        cut, free = _cut(patches, level, sides, free, finest)
+        tiny = ~free & (sides.max(axis=0) <= finest)
+        done += [cut.take(free), cut.take(tiny & (level.mean(axis=0) > 0))]
+        open_ones = ~(free | tiny)
+        held += len(free) - int(open_ones.sum())
+        patches = patches.take(open_ones)
+        if held + 2 * len(patches.s) > MAX_PATCHES:
+            return concatenate_patches([*done, patches.take(level[:, open_ones].mean(axis=0) > 0)])
+        patches = patches.halved((sides[0] >= sides[1])[open_ones])
+    return concatenate_patches(done)
+
+
+def _at_corners(panel: Panel, patches: Patches, clear: Callable[[Floats], Floats]) -> Floats:
+    """Distance of the corners from a boundary [m]: at (-, -), (-, +), (+, -), (+, +) of (s, t), shape (4, n)."""
+    found = []
+    for along, across in ((-1, -1), (-1, 1), (1, -1), (1, 1)):
+        d = panel.at(patches.s + along * patches.half_s, patches.t + across * patches.half_t)
+        found.append(clear(d.position))
+    return np.array(found).reshape(4, -1)
+
+
+def _cut(patches: Patches, level: Floats, sides: Floats, free: Mask, finest: float) -> tuple[Patches, Mask]:
+    """Patches that a boundary crosses from edge to edge, cut where it does; and which are done with then."""
+    columns, done = [column.copy() for column in patches], free.copy()
+    for axis, (low, high) in enumerate((((0, 1), (2, 3)), ((0, 2), (1, 3)))):
+        before, after = level[list(low)], level[list(high)]
+        for first, last, sign in ((before, after, 1), (after, before, -1)):  # in the water at the first edge
+            crossed = ~done & (first > 0).all(axis=0) & (last < 0).all(axis=0)
+            part = first / np.where(crossed, first - last, 1.0)
+            rows = crossed & (np.ptp(part, axis=0) * sides[axis] <= finest)
+            left, half = part.mean(axis=0)[rows], columns[2 + axis][rows]
+            columns[axis][rows] -= sign * half * (1 - left)
+            columns[2 + axis][rows] = half * left
+            done |= rows
+    return Patches(*columns), done
+
+
+def patch_terms(panel: Panel, patches: Patches) -> tuple[PanelDerivatives, Floats, Floats]:
+    """Places and derivatives of patches, the rows of `kirchhoff_patch.TERMS`, (n, 7, 3), and areas [m^2], (n,)."""
+    d = panel.at(patches.s, patches.t)
+    s, t = patches.half_s[:, None], patches.half_t[:, None]
+    across = np.cross(d.t, d.s)
+    whole_area = np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-300)
+    along_s = (np.cross(d.st, d.s) + np.cross(d.t, d.ss)) * s / whole_area
+    along_t = (np.cross(d.tt, d.s) + np.cross(d.t, d.st)) * t / whole_area
+    rows = [d.s * s, d.t * t, d.ss * s**2 / 2, d.tt * t**2 / 2, d.st * s * t, along_s, along_t]
+    return d, np.stack(rows, axis=1), panel.area(*patches)

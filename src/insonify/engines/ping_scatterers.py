@@ -1,0 +1,337 @@
+"""What of the scene one ping can meet, as blocks of scatterers that are drawn only when they are wanted.
+
+The whole seabed and surface in three dimensions, or in a slice the one line of them under the beam, each
+point standing for its share of the beam's footprint; and every target. For a coherent reading the points are
+drawn and belong to their places; for an expectation they are laid out evenly, and no speckle is left.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import partial
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify import random_keys
+from insonify.engines._resolution_kernel import MAX_CELL_LENGTH_RATIO
+from insonify.engines.beam_importance import BeamImportance, KeptScatterers
+from insonify.engines.glint_spread import GlintSpread, glint_spread
+from insonify.engines.quadrature_points import Columns, LayoutCache, QuadraturePoints
+from insonify.engines.resolution import (
+    Resolution,
+    fill_fraction,
+    max_path_length,
+    receivable_range,
+    tiles_in_view,
+    track_sound_speed,
+)
+from insonify.engines.targets import target_points
+from insonify.engines.volume import VolumeScatterers
+from insonify.propagation.families import families_reaching
+from insonify.propagation.path_settings import PathSettings
+from insonify.propagation.propagation_model import PropagationModel, ReachableRange
+from insonify.scene.scatterer_grid import Tiles, next_positions, tile_prefixes
+from insonify.scene.scatterers import Boundary, Law, Scatterers, grid_scatterer_id
+from insonify.scene.scene import Scene
+from insonify.scene.seabed_scatterers import seabed_scatterers, tile_scatterers
+from insonify.scene.seabed_terrain import SeabedTerrain
+from insonify.sonar.ping_geometry import PingGeometry
+from insonify.sonar.two_way_beam import two_way_footprint, two_way_width
+from insonify.units import amplitude_ratio
+
+SCATTERERS_PER_BLOCK = 49152
+"""Scatterers in a block: few enough for the cache, enough to keep Python out of the way."""
+MIN_TILE_COST = 4
+"""Scatterers of a block that one more tile counts for at least."""
+QUADRATURE_ELONGATION = 2.0
+"""Largest side of the square that one point of an expectation stands for, over the length of a cell [1]."""
+QUADRATURE_SEED = 0
+"""Of the places in their cells at which an expectation is taken: the same for every seed."""
+
+Block = Callable[[], Scatterers]
+
+
+@dataclass(frozen=True, slots=True)
+class PingScatterers:
+    """The scene as one ping meets it."""
+
+    scene: Scene
+    choice: PathSettings
+    seed: int
+    ping_geometry: PingGeometry
+    rays: PropagationModel
+    resolution: Resolution
+    quadrature: bool
+    """Even points for an expectation, or drawn ones that belong to their places."""
+    layouts: LayoutCache = field(default_factory=LayoutCache)
+    """Even points of the last few attitudes."""
+
+    def blocks(self) -> list[Block]:
+        """Every scatterer that this ping can meet, in blocks of a fixed order."""
+        seabed, surface = self.scene.seabed, self.scene.surface
+        made: list[Block] = []
+        if "target" in self.choice.contributions:
+            made += self._targets()
+        bed_law = seabed.law(self.ping_geometry.frequency, float(self.scene.water.sound_speed_at(seabed.depth)))
+        if "seabed" in self.choice.contributions and bed_law is not None:
+            made += self._boundary("seabed", seabed.depth, bed_law)
+        surface_law = surface.law(self.ping_geometry.frequency)
+        if "surface" in self.choice.contributions and surface_law is not None:
+            made += self._boundary("surface", 0.0, surface_law)
+        if "water" in self.choice.contributions and self.scene.water.scatters:
+            suspended = VolumeScatterers(self.scene, self.choice, self.seed, self.ping_geometry, self.resolution)
+            made += suspended.blocks(quadrature=self.quadrature)
+        return made
+
+    def _boundary(self, boundary: Boundary, depth: float, law: Law) -> list[Block]:
+        kept = families_reaching(boundary, self.choice.followed_families)
+        if not kept:
+            return []
+        if self.choice.geometry == "slice":
+            return self._slice_points(boundary, depth, law, kept)
+        # rings follow what one place resolves; between two the cells of the lattice do
+        by_rings = self.quadrature and self.ping_geometry.receive_track_extent is None
+        return (self._polar_points if by_rings else self._grid_points)(boundary, depth, law, kept)
+
+    def _grid_points(self, boundary: Boundary, depth: float, law: Law, kept: tuple[str, ...]) -> list[Block]:
+        """Jittered cells of all tiles in reach of window and beams."""
+        lattice = self.scene.seabed.scatterer_grid
+        floor = float(amplitude_ratio(self.choice.beam_cutoff_db))
+        # without random phases, squares much longer than a range cell would show as ripple
+        cells = replace(self.resolution, elongation=QUADRATURE_ELONGATION) if self.quadrature else self.resolution
+        tiles, density = tiles_in_view(
+            self.ping_geometry, lattice, depth, self.rays, kept, cells, floor, rise=self.rise(boundary),
+            widest=max_path_length(self.ping_geometry, self.scene.water.max_sound_speed), glints=self.glints,
+        )  # fmt: skip
+        if not len(density):
+            return []
+        if self.quadrature:
+            density = np.ones_like(density)
+        stream = random_keys.SEABED if boundary == "seabed" else random_keys.SURFACE
+        farthest = max(self._reach(boundary, depth, kept).farthest, 1.0)
+        beam_importance = BeamImportance(self.ping_geometry, depth, self.rays, kept, lattice, farthest, self.choice.importance_sampling,
+                            self.glints)  # fmt: skip
+        own = density
+        if (
+            not self.quadrature and self.ping_geometry.pulse.receiver.synthetic_aperture is None
+        ):  # its pings are heard as one
+            own = fill_fraction(self.ping_geometry, lattice, depth, self.resolution, tiles, density)
+        bounds = beam_importance.bounds(tiles, own)
+        bed = self.bed
+
+        def drawn(rows: slice) -> Scatterers:
+            part = tiles.take(rows)
+            kept = beam_importance.kept_scatterers(
+                part, bounds.take(rows), QUADRATURE_SEED if self.quadrature else self.seed, stream, depth
+            )
+            if self.quadrature:
+                even = np.ones(len(kept.area), complex)
+                return self._points_on_boundary(boundary, depth, law, kept.position[:, :2], kept.area, even, kept.key)
+            if boundary == "seabed" and bed is not None:
+                return self._textured(lay_on_terrain(bed, law, part, density[rows], self.seed, stream, kept))
+            return self._textured(_horizontal_points(boundary, law, kept.position, kept.area, kept.phase, kept.key))
+
+        return [partial(drawn, rows) for rows in _cut_into_blocks(beam_importance.expected(bounds))]
+
+    def _polar_points(self, boundary: Boundary, depth: float, law: Law, kept: tuple[str, ...]) -> list[Block]:
+        """Even cells of slant range and azimuth about the sonar."""
+        heard = self._reach(boundary, depth, kept)
+        if heard.farthest < 0:
+            return []
+        even = QuadraturePoints(
+            self.scene, self.ping_geometry, self.rays, depth, kept, heard, self.resolution, self.rise(boundary),
+            float(amplitude_ratio(self.choice.beam_cutoff_db)), self.choice.importance_sampling, self.layouts,
+            self.choice.edge_diffraction == "knife-edge",
+        )  # fmt: skip
+
+        def lie(laid: Callable[[], Columns]) -> Scatterers:
+            place, area, key = laid()
+            return self._points_on_boundary(boundary, depth, law, place, area, np.ones(len(area), complex), key)
+
+        return [partial(lie, laid) for laid in even.blocks(_cut_into_blocks)]
+
+    def _slice_points(self, boundary: Boundary, depth: float, law: Law, kept: tuple[str, ...]) -> list[Block]:
+        """Cells along the beam's plane, a few to each cell of slant range: what the farthest ground cell comes to."""
+        heard = self._reach(boundary, depth, kept)
+        if heard.farthest < 0:
+            return []
+        pitch = self.resolution.slant_resolution / self.resolution.scatterers_per_cell
+        first, last = int(heard.nearest / pitch), int(np.ceil(heard.farthest / pitch))
+        ahead = np.array([np.cos(self.ping_geometry.first_beam_bearing), np.sin(self.ping_geometry.first_beam_bearing)])
+        here = self.ping_geometry.transmit_position[:2]
+        # A place in a slice is a distance along one line of the lattice: another line, another seabed.
+        lattice = self.scene.seabed.scatterer_grid
+        along, across = np.round(lattice.from_world(here) * 100).astype(int)
+        line = round(float(np.mod(self.ping_geometry.first_beam_bearing - lattice.heading, 2 * np.pi)) * 1e6) * 2 + (
+            boundary == "surface"
+        )
+
+        def drawn(start: int, stop: int) -> Scatterers:
+            cell = np.arange(start, stop)
+            u = random_keys.uniforms(self.seed, random_keys.SLICE, cell, along, across, line)
+            shift = 0.5 if self.quadrature else u[:, 0]
+            place = here + ((cell + shift) * pitch)[:, None] * ahead
+            key = np.uint64(random_keys.SLICE << 59 | int(boundary == "surface") << 58) | cell.astype(np.uint64)
+            area = np.full(len(cell), pitch)
+            return self._points_on_boundary(boundary, depth, law, place, area, np.exp(2j * np.pi * u[:, 1]), key)
+
+        starts = range(first, last, SCATTERERS_PER_BLOCK)
+        return [partial(drawn, s, min(s + SCATTERERS_PER_BLOCK, last)) for s in starts]
+
+    @property
+    def glints(self) -> GlintSpread | None:
+        """Angular spread of legs by a moving surface; None: it is still."""
+        return glint_spread(self.scene, self.ping_geometry.frequency)
+
+    @property
+    def bed(self) -> SeabedTerrain | None:
+        """The ground under the mean plane's points; None for a flat bed."""
+        return self.scene.seabed.terrain
+
+    def _reach(self, boundary: Boundary, depth: float, kept: tuple[str, ...]) -> ReachableRange:
+        """Distances of a boundary that are heard."""
+        return receivable_range(self.ping_geometry, depth, self.rays, kept, rise=self.rise(boundary))
+
+    def rise(self, boundary: Boundary) -> float:
+        """How far a boundary stands above its mean plane, or lies below it [m]."""
+        if boundary != "seabed" or self.bed is None:
+            return 0.0
+        return max(self.bed.depth - self.bed.span[0], self.bed.span[1] - self.bed.depth)
+
+    def _points_on_boundary(
+        self, boundary: Boundary, depth: float, law: Law, place: NDArray[np.float64], area: NDArray[np.float64],
+        phase: NDArray[np.complex128], key: NDArray[np.uint64],
+    ) -> Scatterers:  # fmt: skip
+        """Points of a boundary at places that do not come again: on the ground, or on the plane."""
+        if boundary == "seabed" and self.bed is not None:
+            ground = self.bed.relief.sample(place[:, 0], place[:, 1])
+            return self._textured(seabed_scatterers(depth, ground, law, place, area, phase, key))
+        return self._textured(_on_boundary(boundary, depth, law, place, area, phase, key))
+
+    def _textured(self, points: Scatterers) -> Scatterers:
+        """Points of a boundary, each standing for as much more ground as the texture makes it answer more."""
+        seabed = self.scene.seabed
+        if points.boundary != "seabed" or seabed.texture is None:
+            return points
+        return replace(points, area=points.area * seabed.texture_factor(points.position))
+
+    def _targets(self) -> list[Block]:
+        made: list[Block] = []
+        for points in target_points(
+            self.scene, self.choice, self.seed, self.ping_geometry, self.resolution.slant_resolution, quadrature=self.quadrature, rays=self.rays,
+            resolution=self.resolution,
+        ):  # fmt: skip
+            size = (
+                SCATTERERS_PER_BLOCK if points.has_random_phase else max(len(points), 1)
+            )  # what interferes stays together
+            made += [partial(points.take, slice(s, s + size)) for s in range(0, len(points), size)]
+        return made
+
+
+def ping_scatterers(
+    scene: Scene, choice: PathSettings, seed: int, ping_geometry: PingGeometry, rays: PropagationModel, *, quadrature: bool = False,
+    layouts: LayoutCache | None = None,
+) -> PingScatterers:  # fmt: skip
+    """The scene as one ping meets it, sampled by the finest that can be made of the recording."""
+    resolution = resolution_of(scene, choice, ping_geometry)
+    return PingScatterers(scene, choice, seed, ping_geometry, rays, resolution, quadrature, layouts or LayoutCache())
+
+
+def resolution_of(scene: Scene, choice: PathSettings, ping_geometry: PingGeometry) -> Resolution:
+    """Resolution cells of one ping: the finest that can be made of the recording.
+
+    Args:
+        scene: The scene.
+        choice: Scatterers in each cell.
+        ping_geometry: The sonar at this ping.
+    """
+    # A pulse longer than the scene is deep would blur what the legs still tell apart: spreading, grazing, shadows.
+    shallowest, deepest = ping_geometry.track_depths
+    height = max(0.1, min(shallowest, scene.seabed.depth - deepest))
+    speed = track_sound_speed(scene, ping_geometry)
+    pulse = ping_geometry.pulse.finest_resolution(speed)
+    slant = min(pulse, MAX_CELL_LENGTH_RATIO * height)
+    width = two_way_width(
+        ping_geometry.transmit_beams, ping_geometry.full_aperture_beams or ping_geometry.receive_beams
+    )
+    here = min(ping_geometry.sound_speed, ping_geometry.receive_sound_speed)
+    if speed != here:
+        width = round(width * speed / here, ndigits=9)
+    if ping_geometry.pulse.receiver.synthetic_aperture is not None:
+        width = min(width, speed / ping_geometry.frequency / 2 / ping_geometry.pulse.receiver.synthetic_aperture)
+    return Resolution(slant, width, choice.scatterers_per_cell, pulse)
+
+
+def slice_footprint(ping_geometry: PingGeometry, within: float = np.pi) -> float:
+    """Energy width of the one two-way beam of a slice, up to an azimuth from its axis [rad]."""
+    return float(two_way_footprint(ping_geometry.transmit_beams, ping_geometry.receive_beams, within=within)[0])
+
+
+def _cut_into_blocks(count: NDArray[np.float64]) -> list[slice]:
+    """Rows of tiles, cut where a block is full.
+
+    Args:
+        count: Scatterers of each tile that are likely to be drawn, shape (n,).
+    """
+    full = np.cumsum(count + MIN_TILE_COST) // SCATTERERS_PER_BLOCK
+    edges = [0, *(np.flatnonzero(np.diff(full)) + 1).tolist(), len(count)]
+    return [slice(first, last) for first, last in pairwise(edges)]
+
+
+def lay_on_terrain(
+    bed: SeabedTerrain,
+    law: Law,
+    tiles: Tiles,
+    density: NDArray[np.float64],
+    seed: int,
+    stream: int,
+    kept: KeptScatterers,
+) -> Scatterers:
+    """Scatterers of the lattice on the ground: what is asked about it is kept for the pings to come.
+
+    Of each tile all scatterers that any ping may keep, or the first quarter of them, or a quarter of that, and so on,
+    are asked together.
+
+    Args:
+        bed: The ground.
+        law: How it answers.
+        tiles: The tiles.
+        density: The largest part of their scatterers that any ping keeps, shape (tiles,).
+        seed: Seed of the scatterers.
+        stream: Their stream.
+        kept: The scatterers; its columns are used for the answer.
+    """
+    asked, size = tile_prefixes(kept.tile, kept.rank, density)
+    some = tiles.take(asked)
+
+    def places(rows: NDArray[np.int64], known: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        return next_positions(some.take(rows), seed, stream, known, size[rows])
+
+    key = grid_scatterer_id(stream, some.level, some.along, some.across).view(np.int64)
+    rows, begin = bed.sample_tiles(seed, key, size, places)
+    start = np.zeros(len(density), np.int64)
+    start[asked] = begin
+    return tile_scatterers(
+        bed.depth, (rows, start), law, kept.tile, kept.rank, kept.position, kept.area, kept.phase, kept.key
+    )
+
+
+def _on_boundary(
+    boundary: Boundary, depth: float, law: Law, place: NDArray[np.float64], area: NDArray[np.float64],
+    phase: NDArray[np.complex128], key: NDArray[np.uint64],
+) -> Scatterers:  # fmt: skip
+    """Points of a flat boundary, facing the water."""
+    position = np.empty((len(place), 3))
+    position[:, :2], position[:, 2] = place, depth
+    return _horizontal_points(boundary, law, position, area, phase, key)
+
+
+def _horizontal_points(
+    boundary: Boundary, law: Law, position: NDArray[np.float64], area: NDArray[np.float64],
+    phase: NDArray[np.complex128], key: NDArray[np.uint64],
+) -> Scatterers:  # fmt: skip
+    """Points that face the water straight up, or down."""
+    normal = np.zeros(position.shape)
+    normal[:, 2] = -1.0 if boundary == "seabed" else 1.0
+    return Scatterers(boundary, boundary, law, position, normal, area, phase, key)

@@ -1,0 +1,203 @@
+"""Even points of a boundary for the expected intensity: rings of slant range, sectors of azimuth, about the sonar.
+
+An expectation needs no scatterers, only a quadrature over the ground. Cells of equal slant range and azimuth follow
+what a sonar resolves; in each the point is shifted by the golden ratio times the number of the cell across, so that
+any strip along or across the beam meets its points at even distances. Four points a cell then give what hundreds
+thrown at random do.
+
+Where the beams are faint, few of the points are kept, each for as much more ground: those of the lowest priorities,
+which are spread evenly too, so that the mean and the evenness stay.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines import _polar_grid_kernel as kernel
+from insonify.engines.beam_importance import BeamImportance
+from insonify.engines.glint_spread import GlintSpread
+from insonify.engines.resolution import Resolution, two_way_gain_bound
+from insonify.engines.target_shadows import ShadowSector
+from insonify.propagation.propagation_model import PropagationModel, ReachableRange
+from insonify.sonar.ping_geometry import PingGeometry
+
+Floats = NDArray[np.float64]
+
+GOLDEN = kernel.GOLDEN
+RINGS_PER_TILE = 32
+"""Rings of a tile."""
+SECTORS_PER_TILE = 4
+"""Sectors of a tile: few, for most tiles that a narrow beam is near lie beside it."""
+PIECES_PER_TILE = 4
+"""Pieces of the rings of a tile, in each of which and in each sector the keep probability is one number."""
+STRIP_BIT = 59
+"""Bit of a key from which on it counts the strips that cells are cut into."""
+GAIN_MARGIN = 3.5
+"""Factor on the gain by which points are kept: an even point left out is missed more than a drawn one [1]."""
+SPARSE_GAIN_MARGIN = 1.0
+"""The same of sparse points [1]."""
+NARROW_CELL = 1.5
+"""Width of a cell re that of a beam, below the sonar, at whose inverse cells begin to be left out [1]."""
+MIN_WIDTH_FRACTION = 0.1
+"""Least part of the cells right below the sonar that is kept for their narrowness [1]."""
+MAX_CELL_WIDTH = 0.02
+"""A cell is never wider than this, however wide the beam, so that shadows keep their edges [rad]."""
+
+
+class PolarGrid:
+    """The cells about one ping_geometry on one flat boundary."""
+
+    def __init__(
+        self,
+        ping_geometry: PingGeometry,
+        depth: float,
+        reach: ReachableRange,
+        resolution: Resolution,
+        *,
+        rise: float = 0.0,
+    ) -> None:
+        """Lay out the cells.
+
+        Args:
+            ping_geometry: The sonar.
+            depth: Depth of the boundary [m].
+            reach: Distances heard in the window.
+            resolution: What the sonar can tell apart.
+            rise: How far the boundary may stand above or lie below its depth [m].
+        """
+        self.ping_geometry, self.depth, self.height, self.rise = ping_geometry, depth, reach.vertical_distance, rise
+        # rings as far apart as a pulse is long leave no ripple behind, and rings a little closer do
+        root = float(np.sqrt(resolution.scatterers_per_cell))
+        along, across = (1.0, resolution.scatterers_per_cell) if resolution.sparse else (root, root)
+        self.evenness = SPARSE_GAIN_MARGIN if resolution.sparse else GAIN_MARGIN
+        self.slant: float = resolution.slant_resolution / along
+        sectors = (
+            np.ceil(2 * np.pi * across / min(resolution.beam_width, MAX_CELL_WIDTH) / RINGS_PER_TILE) * RINGS_PER_TILE
+        )
+        self.azimuth = 2 * np.pi / float(sectors)
+        first = int(np.hypot(reach.nearest, reach.vertical_distance) / self.slant) // RINGS_PER_TILE
+        last = int(np.hypot(reach.farthest, reach.vertical_distance) / self.slant) // RINGS_PER_TILE
+        self.rows = first, last
+        rows, columns = np.mgrid[first : last + 1, 0 : int(sectors) // SECTORS_PER_TILE]
+        self.tiles = np.stack([rows.ravel(), columns.ravel()], axis=-1)
+
+    def tiles_above_floor(
+        self, rays: PropagationModel, families: tuple[str, ...], floor: float, glints: GlintSpread | None = None
+    ) -> NDArray[np.int64]:
+        """Tiles that the two-way beam reaches above a floor [1], rows of (ring, sector), shape (n, 2).
+
+        Args:
+            rays: How sound travels in the scene.
+            families: Families that reach the boundary.
+            floor: Two-way pressure gain [1].
+            glints: How a moving surface spreads the directions of legs; None: it is still.
+        """
+
+        def seen(tiles: NDArray[np.int64], across: int) -> NDArray[np.int64]:
+            ring, sector = tiles.T
+            near, far = (self._horizontal_distance((ring + side) * RINGS_PER_TILE * self.slant) for side in (0, 1))
+            middle, width = (near + far) / 2, across * self.azimuth
+            centre = self._position(middle, (sector + 0.5) * width)
+            half_diagonal = np.hypot((far - near) / 2, far * width / 2)
+            bound = two_way_gain_bound(
+                centre, half_diagonal, self.ping_geometry, self.depth, rays, families, rise=self.rise, glints=glints
+            )
+            return np.asarray(tiles[(bound >= floor) & (far > 0)])
+
+        beside = RINGS_PER_TILE // SECTORS_PER_TILE
+        wide = seen(self.tiles[self.tiles[:, 1] % beside == 0] // (1, beside), RINGS_PER_TILE)
+        strips = np.stack([np.repeat(wide[:, 0], beside), (wide[:, 1, None] * beside + np.arange(beside)).ravel()], -1)
+        return seen(strips, SECTORS_PER_TILE)
+
+    def keep_probabilities(
+        self, tiles: NDArray[np.int64], beam_importance: BeamImportance, gain_factor: Floats | None = None
+    ) -> Floats:
+        """Keep probability of the cells of some tiles [1], shape (tiles, PIECES_PER_TILE, ACROSS): the larger one at either end.
+
+        Args:
+            tiles: Rows of (ring, sector), shape (tiles, 2).
+            beam_importance: Two-way gain on the boundary.
+            gain_factor: Factor on the gain in each piece of each row of tiles [1], shape (rows, PIECES_PER_TILE); None: 1.
+        """
+        place = np.empty((len(tiles) * (PIECES_PER_TILE + 1) * SECTORS_PER_TILE, 2))
+        kernel.piece_edges(
+            tiles,
+            (RINGS_PER_TILE, PIECES_PER_TILE, SECTORS_PER_TILE),
+            self.slant,
+            self.height,
+            self.azimuth,
+            self._origin,
+            place,
+        )
+        gain = beam_importance.gain_at(place).reshape(-1, PIECES_PER_TILE + 1, SECTORS_PER_TILE)
+        gain = self.evenness * np.maximum(gain[:, 1:], gain[:, :-1])
+        if gain_factor is not None:
+            gain *= gain_factor[tiles[:, 0] - self.rows[0]][..., None]
+        return beam_importance.keep_probability_of(gain) * (
+            self._width_fraction(tiles) if beam_importance.importance_sampling else 1.0
+        )
+
+    def _width_fraction(self, tiles: NDArray[np.int64]) -> Floats:
+        """Width of cells re that of a beam, which is as wide below the sonar as aside [1], (tiles, PIECES_PER_TILE, 1)."""
+        outer = (tiles[:, :1] * PIECES_PER_TILE + np.arange(1, PIECES_PER_TILE + 1)) * (
+            RINGS_PER_TILE / PIECES_PER_TILE * self.slant
+        )
+        return np.asarray(
+            np.clip(NARROW_CELL * self._horizontal_distance(outer) / np.maximum(outer, 1e-9), MIN_WIDTH_FRACTION, 1.0)
+        )[..., None]
+
+    def in_zone(self, tiles: NDArray[np.int64], zone: ShadowSector, beside: float) -> NDArray[np.bool_]:
+        """Tiles that reach into a target's zone, or lie beside it, shape (tiles,).
+
+        Args:
+            tiles: Rows of (ring, sector), shape (tiles, 2).
+            zone: The zone, as seen from the middle of the cells.
+            beside: Bearing beside it that counts too [rad].
+        """
+        near, far = (self._horizontal_distance((tiles[:, 0] + side) * RINGS_PER_TILE * self.slant) for side in (0, 1))
+        width = SECTORS_PER_TILE * self.azimuth
+        off = np.mod(self._origin[2] + (tiles[:, 1] + 0.5) * width - zone.bearing + np.pi, 2 * np.pi) - np.pi
+        return np.asarray((far > zone.near) & (near < zone.far) & (np.abs(off) < zone.half + beside + width / 2))
+
+    def points(
+        self, tiles: NDArray[np.int64], keep_probability: Floats | None = None, strips: int = 1
+    ) -> tuple[Floats, Floats, NDArray[np.uint64]]:
+        """North and east [m] (n, 2), area [m^2] and key of the points of some tiles, but none above the boundary.
+
+        Args:
+            tiles: Rows of (ring, sector), shape (tiles, 2).
+            keep_probability: Of `keep_probabilities`; None: all points are kept.
+            strips: Narrower cells that each cell is cut into across.
+        """
+        kept = np.ones((len(tiles), 1, SECTORS_PER_TILE)) if keep_probability is None else keep_probability
+        kept, most = np.repeat(kept, strips, axis=2), len(tiles) * RINGS_PER_TILE * SECTORS_PER_TILE * strips
+        place, area, key = np.empty((most, 2)), np.empty(most), np.empty(most, np.uint64)
+        across = self.azimuth / strips
+        n = kernel.kept_points(
+            tiles, kept, RINGS_PER_TILE, self.slant, self.height, across, self._origin, place, area, key
+        )
+        return place[:n], area[:n], key[:n] + np.uint64(strips - 1 << STRIP_BIT)
+
+    @property
+    def _origin(self) -> tuple[float, float, float]:
+        """North and east of the sonar [m], and the bearing of the first sector [rad].
+
+        That is half a turn off boresight, where no seam matters.
+        """
+        north, east = self.ping_geometry.midpoint
+        return (
+            float(north),
+            float(east),
+            float(np.arctan2(self.ping_geometry.boresight[1], self.ping_geometry.boresight[0]) + np.pi),
+        )
+
+    def _horizontal_distance(self, slant: NDArray[np.floating[Any]]) -> Floats:
+        """Horizontal distance at a slant range [m]."""
+        return np.asarray(np.sqrt(np.maximum(slant**2 - self.height**2, 0.0)))
+
+    def _position(self, distance: Floats, azimuth: Floats) -> Floats:
+        """North and east [m], azimuth counted from the first sector."""
+        north, east, first = self._origin
+        offset = np.stack([np.cos(first + azimuth), np.sin(first + azimuth)], axis=-1) * distance[..., None]
+        return np.asarray(np.array([north, east]) + offset)

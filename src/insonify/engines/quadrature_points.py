@@ -1,0 +1,241 @@
+"""Even points of a boundary for one ping: which of the rings' cells are kept, and where they lie about the sonar.
+
+Points lie about the sonar as they did at the ping before, as long as it keeps its depth and its attitude: they are laid
+out about the origin, kept, and moved along. What is kept is told by what made it alone, so that it changes no bit.
+
+The keep probability follows the two-way gain re the loudest at the same distance. Where a target stands in the loudest
+direction, its shadow takes that away, and what is faint is all there is: at the ranges of its shadow the points are
+kept as if the beams were `SHADOW_GAIN_FACTOR` louder.
+"""
+
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
+from threading import Lock
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines import polar_grid
+from insonify.engines.beam_importance import BeamImportance
+from insonify.engines.glint_spread import glint_spread
+from insonify.engines.resolution import Resolution
+from insonify.engines.target_shadows import shadow_sector
+from insonify.propagation.bounding_cylinders import bounding_cylinders
+from insonify.propagation.propagation_model import PropagationModel, ReachableRange
+from insonify.scene.scatterer_grid import ScattererGrid
+from insonify.scene.scene import Scene
+from insonify.sonar.ping_geometry import PingGeometry
+
+Floats = NDArray[np.float64]
+Columns = tuple[Floats, Floats, NDArray[np.uint64]]
+"""North and east [m] (n, 2), area that each point stands for [m^2], its key."""
+
+SHADOW_GAIN_FACTOR = 16.0
+"""Factor on the gain at the ranges that a target in the loudest direction casts a shadow on [1]."""
+EDGE_STRIPS = 8
+"""Strips that cells are cut into across, in and about shadows of targets."""
+SPARSE_EDGE_STRIPS = 4
+"""The same of sparse points."""
+EDGE_WIDTHS = 1.0
+"""Bearing beside such a shadow that counts to it [widths of the two-way beam]."""
+MIN_SHADOWED_GAIN = 0.2
+"""Two-way gain towards a target re the loudest from which on its shadow takes a part of what is received [1]."""
+MAX_CACHED_POINTS = 250_000
+"""Points of one layout up to which they are kept for the next ping."""
+MAX_CACHED_LAYOUTS = 8
+"""Attitudes, depths and sides of the sonar whose points are kept."""
+RINGS_PER_PIECE = polar_grid.RINGS_PER_TILE / polar_grid.PIECES_PER_TILE
+"""Rings of a piece."""
+POSITION_DECIMALS = 9
+"""Decimals to which the ends of the sonar are told about their middle [m]: a sonar that only moves on is the same."""
+
+
+@dataclass(frozen=True)
+class QuadratureLayout:
+    """Even points about one attitude of the sonar, at the origin."""
+
+    cells: polar_grid.PolarGrid
+    tiles: NDArray[np.int64]
+    beam_importance: BeamImportance
+    _kept: dict[tuple[int, int], Columns] = field(default_factory=dict)
+
+    @cached_property
+    def keep_probability(self) -> Floats:
+        """Keep probability of the cells of all tiles, but for targets [1], shape (tiles, PIECES_PER_TILE, ACROSS)."""
+        return self.cells.keep_probabilities(self.tiles, self.beam_importance)
+
+    def points(self, keep_probability: Floats, rows: slice) -> Columns:
+        """The points of some tiles; those of `keep_probability` are kept for the next ping.
+
+        Args:
+            keep_probability: Keep probability of the cells of all tiles [1].
+            rows: Which of the tiles.
+        """
+        key = rows.start, rows.stop
+        if (
+            keep_probability is not self.keep_probability
+            or self.keep_probability.sum() * RINGS_PER_PIECE > MAX_CACHED_POINTS
+        ):
+            return self.cells.points(self.tiles[rows], keep_probability[rows])
+        if key not in self._kept:
+            self._kept[key] = self.cells.points(self.tiles[rows], keep_probability[rows])
+        return self._kept[key]
+
+
+class LayoutCache:
+    """The layouts of the last few attitudes, shared by threads."""
+
+    def __init__(self, most: int = MAX_CACHED_LAYOUTS) -> None:
+        """Nothing yet.
+
+        Args:
+            most: Number of layouts that are kept.
+        """
+        self._most, self._lock = most, Lock()
+        self._made: OrderedDict[Any, QuadratureLayout] = OrderedDict()
+
+    def __reduce__(self) -> tuple[type["LayoutCache"], tuple[int]]:
+        """Another process begins with nothing kept."""
+        return LayoutCache, (self._most,)
+
+    def get(self, key: Any, make: Callable[[], QuadratureLayout]) -> QuadratureLayout:
+        """The layout of a key, made where it is not kept; two threads may both make it, and get the same values."""
+        with self._lock:
+            if key in self._made:
+                self._made.move_to_end(key)
+                return self._made[key]
+        made = make()
+        with self._lock:
+            made = self._made.setdefault(key, made)
+            while len(self._made) > self._most:
+                self._made.popitem(last=False)
+        return made
+
+
+@dataclass(frozen=True, slots=True)
+class QuadraturePoints:
+    """The even points of one boundary that one ping meets."""
+
+    scene: Scene
+    ping_geometry: PingGeometry
+    rays: PropagationModel
+    depth: float
+    """Of the boundary [m]."""
+    families: tuple[str, ...]
+    """Families that reach it."""
+    reach: ReachableRange
+    """Distances heard in the window."""
+    resolution: Resolution
+    rise: float
+    """Largest height of the boundary above, or depth below, its mean plane [m]."""
+    floor: float
+    """Two-way gain below which tiles are left out [1]."""
+    importance_sampling: bool
+    """True: points of low gain are represented by fewer."""
+    layouts: LayoutCache
+    soft: bool = True
+    """True: sound is diffracted at the edges of targets."""
+
+    def blocks(self, cut: Callable[[Floats], list[slice]]) -> list[Callable[[], Columns]]:
+        """The points, in blocks that are laid out when they are called.
+
+        Args:
+            cut: Cuts tiles into blocks, given how many points of each are likely to be kept.
+        """
+        layout, middle = self.layouts.get(self._key, self._layout), self.ping_geometry.midpoint
+        gain_factor = self._shadow_gain_factor(layout)
+        keep_probability = (
+            layout.keep_probability
+            if gain_factor is None
+            else layout.cells.keep_probabilities(layout.tiles, layout.beam_importance, gain_factor)
+        )
+
+        def laid(rows: slice) -> Columns:
+            place, area, key = layout.points(keep_probability, rows)
+            return place + middle, area, key
+
+        shaded = self._tiles_near_shadows(layout)
+        if not shaded.any():
+            return [partial(laid, rows) for rows in cut(keep_probability.sum(axis=(1, 2)) * RINGS_PER_PIECE)]
+
+        def cells_of(some: NDArray[np.int64], strips: int) -> Columns:
+            place, area, key = layout.cells.points(layout.tiles[some], keep_probability[some], strips)
+            return place + middle, area, key
+
+        made: list[Callable[[], Columns]] = []
+        fine = SPARSE_EDGE_STRIPS if self.resolution.sparse else EDGE_STRIPS
+        for some, strips in ((np.flatnonzero(~shaded), 1), (np.flatnonzero(shaded), fine)):
+            count = keep_probability[some].sum(axis=(1, 2)) * RINGS_PER_PIECE * strips
+            made += [partial(cells_of, some[rows], strips) for rows in cut(count)]
+        return made
+
+    def _tiles_near_shadows(self, layout: QuadratureLayout) -> NDArray[np.bool_]:
+        """Tiles in and about shadows of targets that take a part of what any beam receives, (tiles,)."""
+        shaded, held, soft = np.zeros(len(layout.tiles), bool), bounding_cylinders(self.scene), self.soft
+        if not len(held) or self.depth <= 0:
+            return shaded
+        offset = held[:, :2] - self.ping_geometry.midpoint
+        faced = np.flatnonzero(layout.beam_importance.gain_at(offset, held[:, 2]) >= MIN_SHADOWED_GAIN)
+        for row in faced:
+            asked = self.scene, self.rays, self.ping_geometry, self.families, int(row), self.reach.farthest
+            zone = shadow_sector(*asked, soft=soft)
+            shaded |= layout.cells.in_zone(layout.tiles, zone, EDGE_WIDTHS * self.resolution.beam_width)
+        return shaded
+
+    @property
+    def _at_origin(self) -> PingGeometry:
+        """The sonar, at the origin."""
+        north, east = self.ping_geometry.midpoint
+        ends = (self.ping_geometry.transmit_position, self.ping_geometry.receive_position)
+        out, back = (np.round(place - [north, east, 0.0], POSITION_DECIMALS) for place in ends)
+        return replace(self.ping_geometry, transmit_position=out, receive_position=back)
+
+    @property
+    def _key(self) -> Any:
+        """All that a layout depends on, but for what a scenario has once and for all."""
+        here, beams = self._at_origin, (self.ping_geometry.transmit_beams, self.ping_geometry.bounding_receive_beams)
+        return (
+            self.depth, self.families, self.reach, self.resolution, self.rise, self.floor, self.importance_sampling,
+            here.transmit_position.tobytes(), here.receive_position.tobytes(), here.boresight.tobytes(), here.first_beam_bearing,
+            *(part.tobytes() for beam in beams for part in (beam.axes, beam.steer, beam.scale)), here.channel_count,
+        )  # fmt: skip
+
+    def _layout(self) -> QuadratureLayout:
+        here, lattice = self._at_origin, ScattererGrid()
+        cells = polar_grid.PolarGrid(here, self.depth, self.reach, self.resolution, rise=self.rise)
+        glints = glint_spread(self.scene, here.frequency)
+        tiles = cells.tiles_above_floor(self.rays, self.families, self.floor, glints)
+        farthest = max(self.reach.farthest, 1.0)
+        return QuadratureLayout(cells, tiles, BeamImportance(here, self.depth, self.rays, self.families, lattice, farthest,
+                                             self.importance_sampling, glints))  # fmt: skip
+
+    def _shadow_gain_factor(self, layout: QuadratureLayout) -> Floats | None:
+        """Factor on the gain in each piece of each row of tiles [1], shape (rows, PIECES_PER_TILE); None: 1 everywhere."""
+        first, last = layout.cells.rows
+        gain_factor = np.ones((last + 1 - first, polar_grid.PIECES_PER_TILE))
+        circles = bounding_cylinders(self.scene)
+        if not len(circles) or not self.importance_sampling:
+            return None
+        offset = circles[:, :2] - self.ping_geometry.midpoint
+        faced = layout.beam_importance.gain_at(offset, circles[:, 2]) >= 1
+        edges = (
+            (first + np.arange(gain_factor.size + 1) / polar_grid.PIECES_PER_TILE)
+            * polar_grid.RINGS_PER_TILE
+            * layout.cells.slant
+        )
+        for (north, east), (_, _, radius, top, base) in zip(offset[faced], circles[faced], strict=True):
+            near, far = self._shadow(float(np.hypot(north, east)), radius, min(top, base))
+            gain_factor.reshape(-1)[(edges[1:] >= near) & (edges[:-1] <= far)] = SHADOW_GAIN_FACTOR
+        return None if (gain_factor == 1).all() else gain_factor
+
+    def _shadow(self, distance: float, radius: float, top: float) -> tuple[float, float]:
+        """Slant ranges of the ground from a target to the end of its shadow, on the mean plane [m]."""
+        height = self.reach.vertical_distance
+        shallowest = min(self.ping_geometry.transmit_position[2], self.ping_geometry.receive_position[2])
+        below = min(top, self.depth) - shallowest
+        back = distance + radius
+        end = back * height / below if below > 0 else np.inf
+        return float(np.hypot(max(distance - radius, 0.0), min(below, height))), float(np.hypot(end, height))

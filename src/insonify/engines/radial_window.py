@@ -1,0 +1,108 @@
+"""Where the lines of one ping lie: on the ground's map, and beside targets."""
+
+import math
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines._radial_samples_kernel import SampleLists
+from insonify.engines._radial_terrain_kernel import CELLS, tiles_under_radials
+from insonify.engines.reverberation_plan import ReverberationPlan
+from insonify.propagation.knife_edge import ROUGH_RIPPLES
+from insonify.scene.seabed_terrain import SeabedTerrain
+from insonify.scene.terrain_map import MAX_PIECES
+from insonify.sonar.ping_geometry import PingGeometry
+
+Floats = NDArray[np.float64]
+
+
+class RadialSet(NamedTuple):
+    """Lines of one ping with their points."""
+
+    radials: Floats
+    """As of `_swath_kernel.walk`, (m, 9)."""
+    lists: SampleLists
+    """Lists of points."""
+    taken: NDArray[np.int64]
+    """Row in `lists` of each line, (m,)."""
+    passes_target: NDArray[np.bool_]
+    """Lines that may pass a target, (m,)."""
+
+
+@dataclass(frozen=True, slots=True)
+class TerrainWindow:
+    """The stretch of the ground's map that the lines of one ping may cross."""
+
+    start: tuple[float, float] = (0.0, 0.0)
+    """Where the lines start, along its axes from the first node of the window [m]."""
+    side: int = 1
+    """Pieces along each side of the window."""
+    corner: NDArray[np.int64] = field(default_factory=lambda: np.zeros(2, np.int64))
+    """Numbers of its first piece."""
+    crossed: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 2), np.int64))
+    """Numbers in the window of the pieces that the lines cross, (n, 2)."""
+
+
+def terrain_window(
+    bed: SeabedTerrain | None, ping_geometry: PingGeometry, step: float, parts: list[RadialSet], farthest: float
+) -> TerrainWindow | None:
+    """The window of one ping, or None where its lines cross more pieces than are kept.
+
+    Args:
+        bed: The ground; None for a flat bed.
+        ping_geometry: The sonar at this ping.
+        step: Distance of samples along the lines [m].
+        parts: All its lines with their points.
+        farthest: Distance that is heard [m].
+    """
+    if bed is None:
+        return TerrainWindow()
+    lattice, piece = bed.relief.resolved.scatterer_grid, bed.heightmap_cell_size * CELLS
+    own = lattice.from_world(ping_geometry.transmit_position[:2]).tolist()
+    reach = math.ceil(farthest / piece) + 1
+    first = [math.floor(place / piece) - reach for place in own]
+    start = own[0] - first[0] * piece, own[1] - first[1] * piece
+    side = 2 * reach + 1
+    mark, found = np.zeros((side, side), np.int8), np.empty((MAX_PIECES + 1, 2), np.int64)
+    crossed = np.zeros((side, side), bool)
+    for part in parts:
+        count = tiles_under_radials(
+            *start, part.radials, step, part.lists.samples, part.taken, bed.heightmap_cell_size, mark, found
+        )  # fmt: skip
+        crossed[tuple(found[:count].T)] = True
+    pieces = np.argwhere(crossed)
+    return None if len(pieces) > MAX_PIECES else TerrainWindow(start, side, np.array(first), pieces)
+
+
+def radials_past_targets(
+    plan: ReverberationPlan, ping_geometry: PingGeometry, heading: float, edges: str
+) -> NDArray[np.bool_]:
+    """Lines that pass each target, or come so near that its soft edge is looked at, (t, s).
+
+    Args:
+        plan: The plan of the lines.
+        ping_geometry: The sonar at this ping.
+        heading: Heading of the frame of the lines [rad].
+        edges: Hard or soft edges.
+    """
+    passed = np.zeros((len(plan.bounding_cylinders), len(plan.radials)), bool)
+    if not len(plan.bounding_cylinders):
+        return passed
+    bearing, place = np.arctan2(plan.radials[:, 1], plan.radials[:, 0]) + heading, ping_geometry.transmit_position
+    for t, (north, east, radius) in enumerate(plan.bounding_cylinders[:, :3].tolist()):
+        apart, towards = math.hypot(north - place[0], east - place[1]), math.atan2(east - place[1], north - place[0])
+        off = np.abs(np.mod(bearing - towards + np.pi, 2 * np.pi) - np.pi) - plan.radials[:, 2] / 2
+        half = math.asin(min(1.0, radius / max(apart, 1e-9))) + _diffraction_margin(
+            apart, ping_geometry.wavelength, edges
+        )
+        passed[t] = (apart <= radius) | (off <= half)
+    return passed
+
+
+def _diffraction_margin(apart: float, wavelength: float, edges: str) -> float:
+    """Bearing beside a target's rim up to which its soft edge is looked at [rad]."""
+    if edges == "none":
+        return 0.0
+    return ROUGH_RIPPLES * math.sqrt(wavelength / (2 * max(apart, wavelength)))

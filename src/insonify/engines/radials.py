@@ -1,0 +1,220 @@
+"""Lines of the ground about one ping_geometry, laid out evenly for an expectation: what `engines.rings` does in cells.
+
+Every line is one azimuth. Neighbours are as far apart as cells of the two-way beam; near the sonar, where the ground
+under a cell is small, a line stands for several cells, and so does one in the beam's faint outskirts, where the beam
+is asked at another azimuth of its width at each point. Samples of neighbouring lines are staggered by the golden
+ratio, so that every ring meets its points at even distances.
+
+What is faint needs few points: there lines are wider, and their samples farther apart.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines._radial_gain_kernel import patch_gain_bounds
+from insonify.engines.polar_grid import GOLDEN, MAX_CELL_WIDTH
+from insonify.engines.resolution import Resolution
+from insonify.engines.terrain_profiles import GainBound
+from insonify.propagation.families import bounce_sequence, image_depth
+from insonify.propagation.propagation_model import ReachableRange
+from insonify.sonar.beam import Beams
+from insonify.sonar.ping_geometry import PingGeometry
+
+Floats = NDArray[np.float64]
+
+CELLS_PER_SECTOR = 128
+"""Cells looked at together, before each is."""
+LOW_GAIN = 10 ** (-25 / 20)
+"""Two-way gain below which lines stand for several cells each [1]."""
+SIDE_LOBE = 10 ** (-20 / 20)
+"""Largest two-way gain at some distance below which that gain is lowered in proportion: all is faint there [1]."""
+CELLS_PER_FAINT_RADIAL = (16, 4)
+"""Cells of a line there, the most that are all faint."""
+MAX_PATCH_WIDTH = 0.5
+"""Width of a patch of ground beyond which it is not told what a beam can be towards it [rad]."""
+FAINT_RADIAL_STRIDE = 2
+"""Steps between the samples of the widest of them."""
+
+
+def radials_in_view(
+    ping_geometry: PingGeometry, depth: float, heard: ReachableRange, resolution: Resolution, families: tuple[str, ...], floor: float,
+    heading: float,
+) -> Floats:  # fmt: skip
+    """The lines of a boundary that one ping can hear.
+
+    Args:
+        ping_geometry: The sonar, both ends at one place.
+        depth: Of the boundary [m].
+        heard: Distances heard in the window.
+        resolution: What the sonar can tell apart.
+        families: Families that reach the boundary.
+        floor: Two-way gain below which ground is left out [1].
+        heading: Of the frame in which the lines are wanted [rad].
+
+    Returns:
+        Lines as `_swath_kernel.walk` wants them, shape (n, 9).
+    """
+    key = (
+        ping_geometry.transmit_beams.axes.tobytes(), ping_geometry.receive_beams.axes.tobytes(), ping_geometry.boresight.tobytes(),
+        float(ping_geometry.transmit_position[2]), depth, heard, resolution, families, floor, heading,
+        ping_geometry.transmit_beams.pattern_key, ping_geometry.receive_beams.pattern_key,
+    )  # fmt: skip
+    held = _CACHE.get(key)
+    if held is None:
+        if len(_CACHE) >= _CACHE_SIZE:
+            _CACHE.clear()
+        lines = _radials(ping_geometry, depth, heard, resolution, families, floor, heading)
+        # the tables are kept, so that no others can take their numbers
+        held = _CACHE[key] = lines, (*ping_geometry.transmit_beams.tables, *ping_geometry.receive_beams.tables)
+    return held[0]
+
+
+_CACHE: dict[Any, tuple[Floats, tuple[Floats, ...]]] = {}
+_CACHE_SIZE = 8
+
+
+def _radials(
+    ping_geometry: PingGeometry, depth: float, heard: ReachableRange, resolution: Resolution, families: tuple[str, ...], floor: float,
+    heading: float,
+) -> Floats:  # fmt: skip
+    """The same, laid out anew."""
+    cell = min(resolution.beam_width, MAX_CELL_WIDTH) / np.sqrt(resolution.scatterers_per_cell)
+    whole = int(np.ceil(2 * np.pi / cell / CELLS_PER_SECTOR)) * CELLS_PER_SECTOR
+    source, height = float(ping_geometry.transmit_position[2]), heard.vertical_distance
+    climbs, odd = _image_verticals(families, source, depth)
+    boresight = float(np.arctan2(ping_geometry.boresight[1], ping_geometry.boresight[0]))
+    keys: list[tuple[int, int]] = []
+    zones: list[list[float]] = []
+    last: dict[tuple[int, int], list[float]] = {}
+    outer = heard.farthest
+    while outer > heard.nearest and outer > 0:
+        merged = 1 << int(np.clip(np.log2(np.hypot(outer, height) / outer), 0, 4))
+        inner = outer / 2 if merged < 16 else 0.0
+        for first, count in _cells(ping_geometry, boresight, whole, merged, (inner, outer), climbs, odd, floor):
+            zone = last.get((first, count))
+            if zone is None or zone[0] != outer:  # one that comes back after finer ones begins anew
+                zone = last[first, count] = [inner, outer]
+                keys.append((first, count))
+                zones.append(zone)
+            zone[0] = inner
+        outer = inner
+    number = np.arange(len(keys))
+    lines = np.empty((len(keys), 9))
+    if not keys:
+        return lines
+    first, count = np.array(keys).T
+    width = count * (2 * np.pi / whole)
+    bearing = boresight + (first + count / 2) * (2 * np.pi / whole) - heading
+    lines[:, 0], lines[:, 1], lines[:, 2] = np.cos(bearing), np.sin(bearing), width
+    merged_there = np.array([_is_faint(key) for key in keys])
+    lines[:, 3] = np.where(merged_there, width, 0.0)
+    lines[:, 4:6] = np.array(zones)
+    lines[:, 4] = np.maximum(lines[:, 4], heard.nearest)
+    lines[:, 6], lines[:, 7] = 1 - np.mod((number + 0.5) * GOLDEN, 1.0), number
+    lines[:, 8] = np.where(count >= CELLS_PER_FAINT_RADIAL[0], FAINT_RADIAL_STRIDE, 1)
+    return lines
+
+
+def _is_faint(key: tuple[int, int]) -> bool:
+    return key[1] >= CELLS_PER_FAINT_RADIAL[-1]
+
+
+def _cells(
+    ping_geometry: PingGeometry, boresight: float, whole: int, merged: int, zone: tuple[float, float], climbs: Floats,
+    odd: NDArray[np.bool_], floor: float,
+) -> list[tuple[int, int]]:  # fmt: skip
+    """First cell, and how many, of each line of one zone: cells count from boresight in steps of the finest."""
+    angle = 2 * np.pi / whole
+
+    def level(first: NDArray[np.int64], count: int) -> Floats:
+        bearing = np.asarray(boresight + (first + count / 2) * angle, float)
+        return radial_gain_bound(ping_geometry, bearing, count * angle, zone, climbs, odd)
+
+    first = np.arange(-whole // 2, whole // 2, CELLS_PER_SECTOR)
+    loud = level(first, CELLS_PER_SECTOR)
+    # near the sonar even the loudest may be a side lobe of the vertical beam
+    faint = LOW_GAIN * min(float(loud.max(initial=0.0)) / SIDE_LOBE, 1.0)
+    first, kept = first[loud >= floor], []
+    coarser = CELLS_PER_SECTOR
+    for width in sorted({*(max(count, merged) for count in CELLS_PER_FAINT_RADIAL), merged}, reverse=True):
+        first = (first[:, None] + np.arange(0, coarser, width)).ravel()
+        loud = level(first, width)
+        rest = (loud >= faint) if width > merged else np.zeros(len(first), bool)
+        if width >= CELLS_PER_FAINT_RADIAL[-1]:
+            kept += [(int(cell), width) for cell in first[(loud >= floor) & ~rest]]
+        else:
+            kept += [(int(cell), width) for cell in first]
+        first, coarser = first[rest], width
+    return kept
+
+
+def radial_gain_bound(
+    ping_geometry: PingGeometry,
+    bearing: Floats,
+    width: float,
+    zone: tuple[float, float],
+    climbs: Floats,
+    odd: NDArray[np.bool_],
+) -> Floats:
+    """Two-way gain that no patch of a boundary exceeds, about some bearings [1], shape (n,).
+
+    Args:
+        ping_geometry: The sonar, both ends at one place.
+        bearing: Middle of each patch [rad], shape (n,).
+        width: Of the patches [rad].
+        zone: Nearest and farthest distance of them [m].
+        climbs: From the image source of each family down to the boundary [m], shape (f,).
+        odd: Whether it has an odd number of bounces, shape (f,).
+    """
+    ends = (
+        (ping_geometry.transmit_beams,)
+        if ping_geometry.same_beams
+        else (ping_geometry.transmit_beams, ping_geometry.bounding_receive_beams)
+    )
+    gains = [_patch_gain_bounds(beams, bearing, width, zone, climbs, odd) for beams in ends]
+    return np.asarray(gains[0] * gains[-1])
+
+
+def _image_verticals(families: tuple[str, ...], source: float, depth: float) -> tuple[Floats, NDArray[np.bool_]]:
+    """How far the bed lies below the image source of each family [m], and whether that has an odd number of bounces."""
+    climbs = np.array([depth - image_depth(name, source, depth) for name in families])
+    return climbs, np.array([len(bounce_sequence(name)) % 2 == 1 for name in families])
+
+
+def straight_gain_bound(ping_geometry: PingGeometry, depth: float, families: tuple[str, ...]) -> GainBound | None:
+    """How loud straight sound of some bearings can be at one ping; None of two platforms.
+
+    Args:
+        ping_geometry: The sonar.
+        depth: Of the bed [m].
+        families: Families that reach it.
+    """
+    if ping_geometry.receive_track_extent is not None or not families:
+        return None
+    ends = {float(place[2]) for place in (ping_geometry.transmit_position, ping_geometry.receive_position)}
+    climbs, odd = (
+        np.concatenate(part)
+        for part in zip(*(_image_verticals(families, end, depth) for end in sorted(ends)), strict=True)
+    )
+    apart = float(np.linalg.norm(ping_geometry.transmit_position - ping_geometry.receive_position))
+
+    def heard(bearing: Floats, width: float, zone: tuple[float, float]) -> Floats:
+        turned = 2 * float(np.arctan2(apart, zone[0])) if apart > 0 else 0.0  # what the other end sees elsewhere
+        if width + turned > MAX_PATCH_WIDTH:
+            return np.full(len(bearing), np.inf)
+        return radial_gain_bound(ping_geometry, np.asarray(bearing, float), width + turned, zone, climbs, odd)
+
+    return heard
+
+
+def _patch_gain_bounds(
+    beams: Beams, bearing: Floats, width: float, zone: tuple[float, float], climbs: Floats, odd: NDArray[np.bool_]
+) -> Floats:
+    out = np.empty(len(bearing))
+    patch_gain_bounds(
+        bearing, width, *zone, climbs, odd, beams.axes, beams.steer, beams.scale, beams.majorants, beams.per_unit,
+        beams.element, out,
+    )  # fmt: skip
+    return out

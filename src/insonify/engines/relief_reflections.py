@@ -1,0 +1,257 @@
+"""Bottom bounces over relief: legs off the planes that the bed comes to where they bounce.
+
+Straight rays go off the fitted planes exactly, and are walked over the ground segment by segment, each from its own
+image. Bent rays keep their shadows and their refraction, and are moved by what the same planes, taken from where the
+bent ray bounces, change in straight ones.
+"""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines._relief_reflections_kernel import set_path_nodes, write_bounced_legs
+from insonify.engines.terrain_occlusion import TerrainOcclusion, locate_points, occlude_by_terrain, steepness
+from insonify.propagation.families import bounce_sequence
+from insonify.propagation.glints import leg_rows, update_grazing
+from insonify.propagation.image_path_kernel import ImagePaths
+from insonify.propagation.launch_angles import StraightLaunchAngles
+from insonify.propagation.local_planes import (
+    BounceGeometry,
+    flat_bounces,
+    flat_image_paths,
+    fresnel_zone,
+    local_plane_paths,
+)
+from insonify.records.legs import Legs, LegStatus
+from insonify.scene.scatterers import Scatterers
+from insonify.scene.scene import Scene
+from insonify.scene.seabed_terrain import SeabedTerrain
+
+Floats = NDArray[np.floating[Any]]
+
+NEGLIGIBLE_PRESSURE = 3e-4
+"""Pressure that roughness leaves, 70 dB less than before, below which a leg is not followed [1]."""
+
+
+def reflect_off_relief(
+    legs: Legs, scatterers: Scatterers, place: NDArray[np.float64], terrain_occlusion: TerrainOcclusion, scene: Scene, *,
+    soft: bool = False, wanted: NDArray[np.bool_] | None = None,
+) -> Legs:  # fmt: skip
+    """Legs as relief leaves them: moved to the planes that they bounce off, dimmed by roughness, hidden by ground.
+
+    Args:
+        legs: Legs over the mean plane, which nobody else holds: their columns are written over.
+        scatterers: The points that they reach.
+        place: North, east, depth of the sonar's end [m], shape (3,).
+        terrain_occlusion: What the ground hides from there.
+        scene: The scene; its bed has relief.
+        soft: As of `occlude_by_terrain`; legs off local planes end at once behind ground.
+        wanted: Which bounced legs are asked for, shape (f, n); others over straight rays are silent. None: all.
+
+    Returns:
+        The same rows. A bed whose relief has no height leaves everything as it is, bit for bit.
+    """
+    low, high = terrain_occlusion.bed.span
+    bounced = [row for row, family in enumerate(legs.families) if "B" in family] if high > low else []
+    if not bounced:
+        return occlude_by_terrain(legs, scatterers, place, terrain_occlusion, soft=soft)
+    if not isinstance(terrain_occlusion.launches, StraightLaunchAngles):
+        shaded = occlude_by_terrain(legs, scatterers, place, terrain_occlusion, soft=soft)
+        return _displace_refracted(shaded, bounced, legs, scatterers, place, terrain_occlusion, scene)
+    made = _without_bottom_bounces(legs, bounced, scatterers, place, terrain_occlusion, soft=soft)
+    for row in bounced:
+        some = np.flatnonzero(wanted[row]) if wanted is not None else np.arange(len(scatterers))
+        followed = some[~_negligible(made, row, some, place, terrain_occlusion)]
+        made.reflection_coefficient[row] = 0.0
+        if len(followed):
+            _write_bounced(made, row, followed, scatterers, place, terrain_occlusion, scene, soft=soft)
+    return made
+
+
+def _without_bottom_bounces(
+    legs: Legs, bounced: list[int], scatterers: Scatterers, place: NDArray[np.float64], terrain_occlusion: TerrainOcclusion, *,
+    soft: bool,
+) -> Legs:  # fmt: skip
+    """The legs with their rows without bottom bounces as the ground leaves them, the others as they are."""
+    made = replace(legs, visibility=np.empty(legs.delay.shape, complex)) if soft else legs
+    made.visibility[bounced] = legs.visibility[bounced]
+    plain = [row for row in range(len(legs.families)) if row not in bounced]
+    if plain:
+        ahead = plain == list(range(len(plain)))
+        first = legs.first_rows(len(plain)) if ahead else leg_rows(legs, plain)
+        lit = occlude_by_terrain(first, scatterers, place, terrain_occlusion, soft=soft)
+        for name in ("status", "occluder", "visibility"):
+            getattr(made, name)[slice(len(plain)) if ahead else plain] = getattr(lit, name)
+    return made
+
+
+def _negligible(
+    legs: Legs, row: int, some: NDArray[np.int64], place: NDArray[np.float64], terrain_occlusion: TerrainOcclusion
+) -> NDArray[np.bool_]:
+    """Which of some legs of one family are too faint to be followed, judged on the mean plane, shape of `some`."""
+    family, bed, wavelength = legs.families[row], terrain_occlusion.bed, terrain_occlusion.wavelength
+    length, sine = legs.length[row, some], np.abs(legs.departure[row, some, 2])
+    if not _may_be_faint(family, length, sine, terrain_occlusion):
+        return np.zeros(len(some), bool)
+    way = flat_bounces(family, float(place[2]), length, sine, bed.depth)
+    return coherent_bounce_factor(family, way, bed, wavelength) < NEGLIGIBLE_PRESSURE
+
+
+def _write_bounced(
+    legs: Legs, row: int, some: NDArray[np.int64], scatterers: Scatterers, place: NDArray[np.float64],
+    terrain_occlusion: TerrainOcclusion, scene: Scene, *, soft: bool,
+) -> None:  # fmt: skip
+    """Write some straight legs of one family anew, off local planes."""
+    family, points = legs.families[row], scatterers.position[some]
+    way = local_plane_paths(family, place, points, terrain_occlusion.bed, terrain_occlusion.wavelength)
+    left = reflection_product(family, way, terrain_occlusion.bed, terrain_occlusion.wavelength, scene)
+    per_metre = np.log(legs.absorption[row, some[0]]) / legs.length[row, some[0]]
+    taken = np.exp(per_metre * way.length)
+    clear = clear_of_terrain(way, place, points, terrain_occlusion, ground=scatterers.boundary == "seabed")
+    write_bounced_legs(
+        some, way, left, taken, clear, scatterers.normal, 1 / scene.water.sound_speed, soft,
+        *(getattr(legs, name)[row] for name in _WRITTEN_COLUMNS),
+    )  # fmt: skip
+
+
+def _may_be_faint(
+    family: str, length: NDArray[np.float64], sine: NDArray[np.float64], terrain_occlusion: TerrainOcclusion
+) -> bool:
+    """Whether roughness may leave next to nothing of any of some legs: by the widest zone and the steepest bounce."""
+    if not len(length):
+        return False
+    widest = np.sqrt(terrain_occlusion.wavelength * length.max()) / np.sqrt(max(float(sine.min()), 1e-9))
+    once = float(terrain_occlusion.bed.roughness_reflection_factor(sine.max(), terrain_occlusion.wavelength, widest))
+    return once ** family.count("B") < NEGLIGIBLE_PRESSURE
+
+
+def reflection_product(
+    family: str, way: ImagePaths, bed: SeabedTerrain, wavelength: float, scene: Scene
+) -> NDArray[np.complex128]:
+    """Product of what all mirrors of a family leave of the coherent sound, with its phase [1], shape (n,).
+
+    Each bottom bounce has the bed's own coefficient at its grazing angle with the fitted plane, times
+    exp(-2 k^2 h^2 sin^2), h the roughness between the zone's wave and the sound's, see `Bed.roughness_reflection_factor`. What it loses
+    is not mirrored; it is in the scattering law, which has no coherent part.
+
+    Args:
+        family: Name of the family.
+        way: Its ways.
+        bed: The ground.
+        wavelength: Of the sound [m].
+        scene: The scene.
+    """
+    left = coherent_bounce_factor(family, way, bed, wavelength)
+    coefficient = 1 + 0j
+    product: NDArray[np.complex128] | complex = 1.0
+    for k, letter in enumerate(bounce_sequence(family)):
+        if letter == "B":
+            product = product * scene.seabed.reflection_coefficient_at_sine(way.grazing_sine[k])
+        else:
+            coefficient *= complex(scene.surface.reflection_coefficient(np.zeros(1))[0])  # alike at any angle
+    return np.asarray(left * coefficient * product)
+
+
+def coherent_bounce_factor(
+    family: str, way: ImagePaths | BounceGeometry, bed: SeabedTerrain, wavelength: float
+) -> NDArray[np.float64]:
+    """What roughness leaves of the coherent sound after all bottom bounces of a family [1], shape (n,).
+
+    Args:
+        family: Name of the family.
+        way: Its ways.
+        bed: The ground.
+        wavelength: Of the sound [m].
+    """
+    product = np.ones(len(way.length))
+    for k, letter in enumerate(bounce_sequence(family)):
+        if letter == "B":
+            length, width = fresnel_zone(way, k, wavelength)
+            axis = np.maximum(2 * np.sqrt(length * width), 1e-6)
+            product *= bed.roughness_reflection_factor(
+                way.grazing_sine[k], wavelength, axis, residual_variance=way.residual_variance[k]
+            )
+    return product
+
+
+def clear_of_terrain(
+    way: ImagePaths,
+    place: NDArray[np.float64],
+    points: NDArray[np.float64],
+    terrain_occlusion: TerrainOcclusion,
+    *,
+    ground: bool,
+) -> NDArray[np.bool_]:
+    """Whether ways off local planes are there, and meet no ground but the mirrors' own, shape (n,).
+
+    They are walked in the vertical plane through sonar and point: planes that tilt across it bend the way by less
+    than a cell of the ground.
+
+    Args:
+        way: The ways.
+        place: North, east, depth of the sonar's end [m], shape (3,).
+        points: The same of the points [m], shape (n, 3).
+        terrain_occlusion: The ground about that end.
+        ground: Whether the points lie on it.
+    """
+    seen = locate_points(terrain_occlusion, place, points)
+    count, n = way.fraction.shape
+    nodes, spared = np.empty((count + 2, n, 2)), np.empty((count + 2, n))
+    set_path_nodes(way, place, points, seen.distance, terrain_occlusion.wavelength, nodes, spared)
+    return way.is_valid & terrain_occlusion.image_paths_clear(seen.groups, nodes, spared, ground=ground)
+
+
+def _displace_refracted(
+    legs: Legs, bounced: list[int], plain: Legs, scatterers: Scatterers, place: NDArray[np.float64],
+    terrain_occlusion: TerrainOcclusion, scene: Scene,
+) -> Legs:  # fmt: skip
+    """Bent legs over the mean plane, moved by what local planes change in straight ones.
+
+    To first order a plane that stands h higher under a bounce shortens a leg by 2 h sin(grazing), whatever the water:
+    the straight way's change is scaled by the ratio of the sines.
+    """
+    made = replace(legs, **{name: getattr(legs, name).copy() for name in _COPIED_COLUMNS})
+    north, east = (scatterers.position[:, :2] - place[:2]).T
+    distance, speed = np.hypot(north, east), float(scene.water.sound_speed_at(terrain_occlusion.bed.depth))
+    for row in bounced:
+        family = made.families[row]
+        launch = steepness(family, plain.departure[row, :, 2])
+        met = np.array([np.clip(at, 0.0, distance) for at in terrain_occlusion.launches.bounce_ranges(family, launch)])
+        level = flat_image_paths(family, place, scatterers.position, terrain_occlusion.bed.depth)
+        local = local_plane_paths(
+            family,
+            place,
+            scatterers.position,
+            terrain_occlusion.bed,
+            terrain_occlusion.wavelength,
+            terrain_bounce_ranges=met,
+        )
+        tangent = terrain_occlusion.launches.bottom_grazing_tangent(launch)
+        sine = tangent / np.hypot(1, tangent)
+        straight = level.grazing_sine[bounce_sequence(family).index("B")]
+        with np.errstate(invalid="ignore"):
+            excess = (local.length - level.length) * sine / np.maximum(straight, 1e-9)
+        there = (made.status[row] <= LegStatus.OCCLUDED) & local.is_valid & np.isfinite(excess)
+        excess = np.where(there, excess, 0.0)
+        made.delay[row] += excess / speed
+        made.absorption[row] **= 1 + excess / made.length[row]
+        made.spreading[row] *= made.length[row] / (made.length[row] + excess)
+        made.length[row] += excess
+        for column, now, was in ((made.departure, local.departure, level.departure),
+                                 (made.arrival, local.arrival, level.arrival)):  # fmt: skip
+            turned = column[row] + np.where(there[:, None], now - was, 0.0)
+            column[row] = turned / np.linalg.norm(turned, axis=1, keepdims=True)
+        update_grazing(made, row, scatterers.normal)
+    return made
+
+
+_WRITTEN_COLUMNS = (
+    "delay", "length", "spreading", "absorption", "reflection_coefficient", "departure", "arrival", "grazing", "status", "occluder",
+    "visibility",
+)  # fmt: skip
+"""Columns in the order of `write_bounced_legs`."""
+_COPIED_COLUMNS = (
+    "delay", "length", "spreading", "absorption", "departure", "arrival", "grazing", "status", "visibility",
+)  # fmt: skip

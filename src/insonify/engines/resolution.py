@@ -1,0 +1,359 @@
+"""Where a boundary is sampled, and how finely: by what the sonar can resolve, from the whole track.
+
+The level of each tile follows from its nearest distance to the whole track, never from one ping, so a
+place has the same scatterers in every ping. What a ping visits is a choice among these tiles: those that
+its window and its beams can reach.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines import _resolution_kernel as kernel
+from insonify.engines.glint_spread import GlintSpread
+from insonify.propagation.propagation_model import PropagationModel, ReachableRange
+from insonify.scene.scatterer_grid import BASE_PITCH, FINEST_LEVEL, TILE, ScattererGrid, Tiles
+from insonify.scene.scene import Scene
+from insonify.sonar.ping_geometry import PingGeometry
+from insonify.sonar.track_extent import TrackExtent, distance_to_segments
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+FIRST_TILES = 8
+"""Tiles to the farthest distance, at most, that are looked at before any is cut in four."""
+
+SPARSE_LIMIT = 2.0
+"""Points to a resolution cell below which even points are sparse [1]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Resolution:
+    """What the sonar can tell apart, and how many scatterers it takes to fill such a cell."""
+
+    slant_resolution: float
+    """Resolution along the slant range, nowhere more than a part of the least distance from a boundary [m]."""
+    beam_width: float
+    """Width of the finest two-way beam [rad]."""
+    scatterers_per_cell: float
+    """Scatterers in each resolution cell [1]."""
+    pulse_resolution: float = 0.0
+    """Resolution along the slant range where nothing but the pulse limits it [m]; 0: `slant` holds everywhere."""
+    elongation: float = kernel.MAX_ELONGATION
+    """Largest side of the square that one scatterer stands for, over the length of a cell on the ground [1]."""
+
+    @property
+    def sparse(self) -> bool:
+        """True: only as many even points as separate samples, for labels, where more cost more than they bring."""
+        return self.scatterers_per_cell < SPARSE_LIMIT
+
+    @property
+    def cell(self) -> kernel.ResolutionCell:
+        """The same for kernels."""
+        return kernel.ResolutionCell(
+            float(self.slant_resolution),
+            float(self.beam_width),
+            float(self.scatterers_per_cell),
+            float(self.pulse_resolution),
+            float(self.elongation),
+        )
+
+    def ground_length(self, distance: Floats, height: float) -> Floats:
+        """Length of a resolution cell on the ground [m], at a horizontal distance [m] and height [m]."""
+        away = np.asarray(distance, float)
+        found = np.empty(away.shape)
+        kernel.ground(self.cell, away.ravel(), height, found.reshape(-1))
+        return found
+
+    def cell_area(self, distance: Floats, height: float) -> Floats:
+        """Largest area that one scatterer may stand for [m^2]; never a square very long against the range cell."""
+        away = np.asarray(distance, float)
+        found = np.empty(away.shape)
+        kernel.cell_areas(self.cell, away.ravel(), height, found.reshape(-1))
+        return found
+
+    def coarsest(self, reach: float, height: float) -> float:
+        """Bound on all `cell_area` up to some distance [m] at a height [m]: [m^2].
+
+        The area without its limit grows to where the disc below the sonar ends, and is convex beyond.
+        """
+        slant = max(self.slant_resolution, self.pulse_resolution)
+        whole = Resolution(slant, self.beam_width, self.scatterers_per_cell)
+        edge = (slant / 2 + np.hypot(slant / 2, 2 * height)) / 2
+        distance = np.array([np.sqrt(slant * edge / 2), reach])
+        return float(
+            np.max(whole.ground_length(distance, height) * np.hypot(distance, height))
+            * self.beam_width
+            / self.scatterers_per_cell
+        )
+
+    def finest(self, nearest: Floats, farthest: Floats, height: float) -> Floats:
+        """Smallest `cell_area` between two horizontal distances [m^2]: at either, or where its parts have their least.
+
+        Outwards the ground cell of one pulse gets shorter and the beam wider; their product is least under 45 degrees,
+        and under 55 degrees where the cell is limited to a part of the slant range.
+        """
+        found = np.empty(len(nearest))
+        kernel.finest(self.cell, nearest, farthest, height, found)
+        return found
+
+    def finest_bistatic(self, ends: list[tuple[Floats, Floats, float]]) -> Floats:
+        """Bound on the smallest cell of a transmitter and a receiver that stand apart [m^2], shape (n,).
+
+        Between them the way out and back grows more slowly along the ground than it does for the farther end alone,
+        and no beam is narrower across than that of the nearer end.
+
+        Args:
+            ends: Of each end its nearest and its farthest horizontal distance [m], shape (n,), and its height [m].
+        """
+        lengths = np.empty((len(ends), len(ends[0][0])))
+        for row, (nearest, farthest, height) in zip(lengths, ends, strict=True):
+            kernel.min_ground_lengths(self.cell, nearest, farthest, height, row)
+        ground = lengths.min(axis=0)
+        across = np.minimum.reduce([np.hypot(nearest, height) * self.beam_width for nearest, _, height in ends])
+        return np.minimum(ground * across / self.scatterers_per_cell, (self.elongation * ground) ** 2)
+
+
+def track_sound_speed(scene: Scene, ping_geometry: PingGeometry) -> float:
+    """Smaller one of the sound speeds at the least and the greatest depth of the sonar on its whole track [m/s].
+
+    The same at every ping, where the speed at the sonar's own depth is not: in layered water a sonar that heaves
+    would find other cells at each.
+
+    Args:
+        scene: Whose water.
+        ping_geometry: The sonar at any ping.
+    """
+    return float(np.min(scene.water.sound_speed_at(np.array(ping_geometry.track_depths))))
+
+
+def min_track_height(survey: TrackExtent, boundary_depth: float) -> float:
+    """Least height of an end of the sonar above a boundary, or depth below it, on its whole track [m].
+
+    Args:
+        survey: Where it goes.
+        boundary_depth: Depth of the boundary [m].
+    """
+    return min(abs(boundary_depth - source) for source in survey.depths)
+
+
+def max_path_length(ping_geometry: PingGeometry, fastest: float) -> float:
+    """Longest way out and back that is still heard, from one end to the other [m].
+
+    Args:
+        ping_geometry: The sonar at this ping.
+        fastest: Greatest speed of sound in the water [m/s].
+    """
+    return fastest * ping_geometry.recorded_delays[1]
+
+
+def receivable_range(
+    ping_geometry: PingGeometry,
+    boundary_depth: float,
+    rays: PropagationModel,
+    families: tuple[str, ...],
+    *,
+    rise: float = 0.0,
+) -> ReachableRange:
+    """Distances whose earliest or latest pair of legs falls into the window.
+
+    Args:
+        ping_geometry: The sonar at this ping.
+        boundary_depth: Depth of the boundary [m].
+        rays: How sound travels in the scene.
+        families: Families that reach the boundary.
+        rise: How far the boundary may stand above or lie below its depth [m].
+
+    Returns:
+        Horizontal distances [m]; farthest is negative where nothing is heard.
+    """
+    first, last = ping_geometry.recorded_delays
+    apart = float(np.linalg.norm(ping_geometry.transmit_position - ping_geometry.receive_position))
+    depths = float(ping_geometry.transmit_position[2]), float(ping_geometry.receive_position[2])
+    return rays.reachable_range(depths, boundary_depth, families, (first / 2, last / 2), apart, relief_height=rise)
+
+
+def tiles_in_view(
+    ping_geometry: PingGeometry, lattice: ScattererGrid, boundary_depth: float, rays: PropagationModel, families: tuple[str, ...],
+    resolution: Resolution, beam_floor: float, *, rise: float = 0.0, widest: float = np.inf,
+    glints: GlintSpread | None = None,
+) -> tuple[Tiles, Floats]:  # fmt: skip
+    """The tiles of a boundary that one ping can hear, each at the level that the whole track asks for.
+
+    Args:
+        ping_geometry: The sonar at this ping.
+        lattice: Frame of the tiles.
+        boundary_depth: Depth of the boundary [m].
+        rays: How sound travels in the scene.
+        families: Families that reach the boundary.
+        resolution: What the sonar can tell apart.
+        beam_floor: Two-way pressure gain below which a tile is left out [1].
+        rise: How far the boundary may stand above or lie below its depth [m].
+        widest: Longest way from one end by way of a place to the other that is heard [m], see `max_path_length`.
+        glints: How a moving surface spreads the directions of legs; None: it is still.
+
+    Returns:
+        Tiles in a fixed order, and the part of their scatterers that fills the sonar's cells [1], shape (n,): cells of
+        the lattice come in powers of two.
+    """
+    heard = receivable_range(ping_geometry, boundary_depth, rays, families, rise=rise)
+    if heard.farthest < 0:
+        return Tiles(*np.empty((3, 0), np.int64)), np.zeros(0)
+    here, other = (
+        lattice.from_world(ping_geometry.transmit_position[:2]),
+        lattice.from_world(ping_geometry.receive_position[:2]),
+    )
+    level = max(FINEST_LEVEL, int(np.ceil(np.log2(heard.farthest / (TILE * BASE_PITCH)))) + 1)
+    side = TILE * BASE_PITCH * 2.0**level
+    grain = _TrackResolution(ping_geometry, lattice, boundary_depth, resolution, heard.farthest + side)
+    # from tiles that are all too coarse, few enough to be looked at one by one
+    while level > FINEST_LEVEL and side * FIRST_TILES > heard.farthest and (side / TILE / 2) ** 2 > grain.coarsest:
+        level, side = level - 1, side / 2
+    low, high = (np.floor((here + way * heard.farthest) / side).astype(np.int64) for way in (-1, 1))
+    along, across = np.empty((2, int(np.prod(high - low + 1))), np.int64)
+    kernel.tiles_between(low, high, along, across)
+    if ping_geometry.receive_track_extent is None:
+        widest = np.inf
+    found: list[tuple[Integers, Integers, Integers, Floats]] = []
+    while len(along):
+        pitch, (centre, place) = float(np.ldexp(BASE_PITCH, level)), np.empty((2, len(along), 2))
+        half = TILE * pitch / np.sqrt(2)
+        n = kernel.tiles_in_reach(pitch, along, across, here, other, heard.nearest, heard.farthest, widest, lattice.frame,
+                            centre, place)  # fmt: skip
+        bound = two_way_gain_bound(
+            place[:n], np.full(n, half), ping_geometry, boundary_depth, rays, families, rise=rise, enough=beam_floor,
+            glints=glints,
+        )  # fmt: skip
+        n = kernel.tiles_above_floor(bound, beam_floor, along, across, centre)
+        finest = grain.finest(centre[:n], np.full(n, half))
+        *kept, density, along, across = kernel.subdivide_tiles(level, along[:n], across[:n], finest)
+        found.append((np.full(len(density), level), *kept, density))
+        level -= 1
+    *columns, density = (np.concatenate(column) for column in zip(*found, strict=True))
+    return Tiles(*columns), density
+
+
+def fill_fraction(
+    ping_geometry: PingGeometry, lattice: ScattererGrid, boundary_depth: float, resolution: Resolution, tiles: Tiles, most: Floats
+) -> Floats:  # fmt: skip
+    """Part of the scatterers of some tiles that fills the cells of one ping, from where it is: shape (n,).
+
+    A tile is as fine as the whole track needs it. A ping that is right above it, or far away, has larger cells there.
+
+    Args:
+        ping_geometry: The sonar at this ping.
+        lattice: Frame of the tiles.
+        boundary_depth: Depth of the boundary [m].
+        resolution: What the sonar can tell apart.
+        tiles: The tiles.
+        most: Part that fills the cells of any ping, shape (n,): it is not exceeded.
+    """
+    half, spans = TILE * tiles.pitch / np.sqrt(2), []
+    for place in (ping_geometry.transmit_position, ping_geometry.receive_position)[
+        : 1 if ping_geometry.is_monostatic else 2
+    ]:
+        away = np.linalg.norm(tiles.centre - lattice.from_world(place[:2]), axis=-1)
+        spans.append((np.maximum(away - half, 0), away + half, abs(boundary_depth - float(place[2]))))
+    area = resolution.finest(*spans[0]) if ping_geometry.is_monostatic else resolution.finest_bistatic(spans)
+    return np.minimum(tiles.pitch**2 / area, most)
+
+
+@kernel.cell_areas.stand_in
+def _cells(cell: kernel.ResolutionCell, distance: Floats, height: float, found: Floats) -> None:
+    """Largest area that one scatterer may stand for [m^2], as the kernel `cells`, into found (n,)."""
+    slant_range = np.hypot(distance, height)
+    slant = np.maximum(cell.slant, np.minimum(cell.pulse, kernel.MAX_CELL_LENGTH_RATIO * slant_range))
+    ground = np.minimum(slant * slant_range / np.maximum(distance, 1e-9), np.sqrt(2 * slant_range * slant))
+    found[:] = np.minimum(ground * (slant_range * cell.width) / cell.per_cell, (cell.elongation * ground) ** 2)
+
+
+class _TrackResolution:
+    """How fine the cells of a boundary must be at a place, from the whole track of each platform."""
+
+    def __init__(
+        self,
+        ping_geometry: PingGeometry,
+        lattice: ScattererGrid,
+        boundary_depth: float,
+        resolution: Resolution,
+        reach: float,
+    ) -> None:
+        """Look up what of each track can matter to one ping.
+
+        Args:
+            ping_geometry: The sonar at this ping.
+            lattice: Frame of the tiles.
+            boundary_depth: Depth of the boundary [m].
+            resolution: What the sonar can tell apart.
+            reach: Distance of the farthest tile from the transmitter [m].
+        """
+        self.resolution = resolution
+        self.coarsest = resolution.coarsest(reach, min_track_height(ping_geometry.track_extents[0], boundary_depth))
+        """No cell within reach is larger [m^2]."""
+        here, apart = (
+            ping_geometry.transmit_position[:2],
+            float(np.linalg.norm(ping_geometry.transmit_position - ping_geometry.receive_position)),
+        )
+        self.ends = [
+            (
+                lattice.from_world(one.nearest_segments(place, reach + more)), lattice.from_world(one.hull_corners), one.polyline_error,
+                min_track_height(one, boundary_depth),
+            )
+            for one, place, more in zip(ping_geometry.track_extents, (here, ping_geometry.receive_position[:2]), (0.0, apart), strict=False)
+        ]  # fmt: skip
+
+    def finest(self, centre: Floats, half_diagonal: Floats) -> Floats:
+        """Smallest area that one scatterer may stand for anywhere in some tiles [m^2], shape (n,)."""
+        spans = []
+        for runs, outermost, wander, height in self.ends:
+            away, nearest, farthest = distance_to_segments(centre, runs), *np.empty((2, len(centre)))
+            kernel.tile_distance_bounds(centre, half_diagonal, away, outermost, wander, nearest, farthest)
+            spans.append((nearest, farthest, height))
+        return self.resolution.finest(*spans[0]) if len(spans) == 1 else self.resolution.finest_bistatic(spans)
+
+
+def two_way_gain_bound(
+    centre: Floats, half_diagonal: Floats, ping_geometry: PingGeometry, boundary_depth: float, rays: PropagationModel,
+    families: tuple[str, ...], *, rise: float = 0.0, enough: float = np.inf, glints: GlintSpread | None = None,
+) -> Floats:  # fmt: skip
+    """Upper bound of the two-way gain anywhere near some places of a boundary, by any pair of families.
+
+    Args:
+        centre: North and east of the places [m], shape (n, 2).
+        half_diagonal: How far around them the bound must hold [m], shape (n,).
+        ping_geometry: The sonar.
+        boundary_depth: Depth of the boundary [m].
+        rays: How sound travels in the scene.
+        families: Families that reach the boundary.
+        rise: How far the boundary may stand above or lie below its depth [m].
+        enough: Gain at which no further family need be looked at [1]: where it is reached, less than the bound may
+            be told.
+        glints: How a moving surface spreads the directions of legs; None: it is still.
+
+    Returns:
+        Two-way pressure gain [1], shape (n,).
+    """
+    transmit, receive = np.zeros(len(centre)), np.zeros(len(centre))
+    if not len(centre):
+        return transmit
+    ends = [(ping_geometry.transmit_position, ping_geometry.transmit_beams, transmit)]
+    if ping_geometry.is_monostatic and ping_geometry.same_beams:
+        receive = transmit
+    else:
+        ends.append((ping_geometry.receive_position, ping_geometry.bounding_receive_beams, receive))
+    rows = np.arange(len(centre))
+    for name in families:
+        for place, beams, best in ends:
+            cones = rays.departure_cones(
+                name, place, centre[rows], half_diagonal[rows], boundary_depth, relief_height=rise
+            )
+            one = np.where(cones.exists, beams.bound(cones.axis, cones.half_angle), 0.0)
+            if glints is not None and "S" in name:
+                spread = glints.bound(beams, name, place, centre[rows], cones, boundary_depth)
+                one = np.where(cones.exists, np.maximum(one, spread), 0.0)
+            best[rows] = np.maximum(best[rows], one)
+        rows = rows[transmit[rows] * receive[rows] < enough]
+        if not len(rows):
+            break
+    return transmit * receive

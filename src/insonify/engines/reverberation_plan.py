@@ -1,0 +1,224 @@
+"""What the quick way knows before any ping: all that stays while the sonar only moves on.
+
+Lines about the sonar, the share of each pair of paths along them, tables of bounces. A sonar that keeps its depth and
+its attitude asks for the same again at every ping.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines._radial_samples_kernel import SampleLists, list_samples
+from insonify.engines.sample_allocation import SampleAllocation, allocate_samples
+from insonify.engines.terrain_occlusion import fresnel_half_length
+from insonify.propagation.bounding_cylinders import bounding_cylinders
+from insonify.propagation.families import bounce_sequence, image_depth
+from insonify.scattering.compiled_law import CompiledLaw
+from insonify.scene.scene import Scene
+from insonify.sonar.ping_geometry import PingGeometry
+
+Floats = NDArray[np.float64]
+
+REFLECTION_NODES = 2049
+"""Sines of the grazing angle at which the bounces of a family are tabled."""
+ASSUMED_SLOPE = 0.05
+"""Slope that is reckoned with where ground is rough, to tell which pairs are faint [1]."""
+
+
+@dataclass(frozen=True, eq=False)
+class ReverberationPlan:
+    """What all pings from one depth in one attitude have in common."""
+
+    families: tuple[str, ...]
+    law: CompiledLaw
+    radials: Floats
+    """As of `_swath_kernel.walk`, (s, 9)."""
+    step: float
+    """Distance of samples along the lines [m]."""
+    allocation: SampleAllocation
+    bounce_codes: NDArray[np.int64]
+    """As of `_swath_kernel.walk`, like all that follow."""
+    horizon_row: NDArray[np.int64]
+    images: Floats
+    launch_image_depths: Floats
+    launch_rising: NDArray[np.bool_]
+    mirrors: NDArray[np.complex64]
+    factor: NDArray[np.float32]
+    loss: float
+    bounding_cylinders: Floats
+    """Middle, north and east, radius, depths of top and base of an upright cylinder about each target that casts a
+    shadow [m], (t, 5)."""
+    lists: SampleLists
+    """Points of each line where it passes no target."""
+
+    @property
+    def steps(self) -> int:
+        """Samples of the ground that a ping looks at whose lines pass no target."""
+        return int(self.lists.samples.sum())
+
+    @cached_property
+    def energy(self) -> NDArray[np.float32]:
+        """Energy of every pair from each stretch of each line without targets, all across the line [m^-2], (s, b, p).
+
+        A line beside a null of the beam has more than its middle tells.
+        """
+        across = self.radials.copy()
+        across[:, 3] = across[:, 2]
+        return self.allocation.energies(across)
+
+    def sample_lists(self, radials: Floats, heading: float, keep_probability: NDArray[np.uint8]) -> SampleLists:
+        """Points of lines that are not the plan's own.
+
+        Args:
+            radials: As of `_swath_kernel.walk`, (m, 9).
+            heading: Heading of their frame [rad].
+            keep_probability: Part of the points of each line and stretch that every pair takes, in parts of `WHOLE`, (m, b, p).
+        """
+        ways = len(self.launch_image_depths)
+        return _sample_lists(
+            radials, heading, self.step, self.allocation, keep_probability, self.bounce_codes, self.horizon_row, ways
+        )
+
+
+def plan_reverberation(
+    scene: Scene, ping_geometry: PingGeometry, families: tuple[str, ...], law: CompiledLaw, radials: Floats, step: float, heading: float,
+    rise: float,
+) -> ReverberationPlan:  # fmt: skip
+    """The plan of a ping, kept for all that `radials_in_view` gives the same lines.
+
+    Args:
+        scene: The scene.
+        ping_geometry: The sonar.
+        families: Families that reach the seabed.
+        law: How the seabed answers.
+        radials: Of `radials_in_view`.
+        step: Distance of samples along them [m].
+        heading: Of their frame [rad].
+        rise: How far the ground may stand above or lie below its mean depth [m].
+    """
+    key = id(radials), id(scene), id(law), step, ping_geometry.pulse.pulse, ping_geometry.pulse.receiver
+    held = _CACHE.get(key)
+    if held is None:
+        if len(_CACHE) >= _CACHE_SIZE:
+            _CACHE.clear()
+        # what the key names is kept, so that nothing else can take its number
+        held = _CACHE[key] = (
+            _plan(scene, ping_geometry, families, law, radials, step, heading, rise),
+            (radials, scene, law),
+        )
+    return held[0]
+
+
+_CACHE: dict[Any, tuple[ReverberationPlan, Any]] = {}
+_CACHE_SIZE = 8
+
+
+def _plan(
+    scene: Scene, ping_geometry: PingGeometry, families: tuple[str, ...], law: CompiledLaw, radials: Floats, step: float, heading: float,
+    rise: float,
+) -> ReverberationPlan:  # fmt: skip
+    """The same, made anew."""
+    source, depth, rough = (
+        float(ping_geometry.transmit_position[2]),
+        scene.seabed.depth,
+        scene.seabed.terrain is not None,
+    )
+    mirrors = _reflection_table(scene, families, round(source, 2), ping_geometry.wavelength, rough)
+    absorption_db = float(scene.water.absorption(ping_geometry.frequency))
+    thin = allocate_samples(
+        ping_geometry,
+        depth,
+        rise,
+        families,
+        radials,
+        step,
+        heading,
+        law,
+        mirrors,
+        absorption_db,
+        ASSUMED_SLOPE if rough else 0.0,
+    )
+    radials, (bounce_codes, horizon_row, ways) = thin.radials, _bounce_tables(families)
+    lists = _sample_lists(radials, heading, step, thin, thin.keep_probability, bounce_codes, horizon_row, len(ways))
+    return ReverberationPlan(
+        families, law, radials, step, thin, bounce_codes, horizon_row,
+        images=np.array([image_depth(name, source, depth) for name in families]),
+        launch_image_depths=np.array([image_depth(name, source, depth) for name in ways]),
+        launch_rising=np.array([way.endswith("B") for way in ways]),
+        mirrors=mirrors,
+        factor=np.zeros(0, np.float32) if law.factor is None else law.factor,
+        loss=absorption_db / 20 * float(np.log2(10)),
+        bounding_cylinders=bounding_cylinders(scene),
+        lists=lists,
+    )  # fmt: skip
+
+
+def _sample_lists(
+    radials: Floats, heading: float, step: float, thin: SampleAllocation, keep_probability: NDArray[np.uint8], bounce_codes: NDArray[np.int64],
+    horizon_row: NDArray[np.int64], ways: int,
+) -> SampleLists:  # fmt: skip
+    """Points of some lines with some shares: counted first, then filled in."""
+
+    def room(points: int, rows: int, ranges: int) -> SampleLists:
+        count = len(radials)
+        return SampleLists(
+            np.zeros(count + 1, np.int64), np.zeros(count, np.int64), np.zeros(count, np.int64),
+            np.zeros((count, ways), bool), np.empty(points, np.int32), np.empty(points, np.int32), np.empty(points),
+            np.empty((2, points), np.float32), np.zeros((count, len(thin.pair) + 1), np.int64),
+            np.empty(rows, np.int32), np.empty(rows, np.float32), np.zeros(count + 1, np.int64),
+            np.empty((ranges, 2), np.int64),
+        )  # fmt: skip
+
+    asked = radials, heading, step, thin.edges, thin.pair, keep_probability, thin.close, bounce_codes, horizon_row
+    counted = room(0, 0, 0)
+    list_samples(*asked, counted, False)
+    rows = int(counted.pair_first[-1, -1]) if len(radials) else 0
+    lists = room(int(counted.first[-1]), rows, int(counted.close_first[-1]))
+    list_samples(*asked, lists, True)
+    return lists
+
+
+def _bounce_tables(families: tuple[str, ...]) -> tuple[NDArray[np.int64], NDArray[np.int64], tuple[str, ...]]:
+    """Letters of each family as numbers, the row of what has been passed up to each segment, and these rows' names."""
+    strings = [bounce_sequence(name) for name in families]
+    longest = max(1, *(len(string) for string in strings))
+    bounce_codes = np.zeros((len(families), longest), np.int64)
+    horizon_row = np.zeros((len(families), longest + 1), np.int64)
+    ways: list[str] = []
+    for f, string in enumerate(strings):
+        bounce_codes[f, : len(string)] = [1 + (letter == "B") for letter in string]
+        for k in range(len(string) + 1):
+            if k == 0 and string.startswith("S"):
+                continue  # on its way up it meets no ground
+            name = string[:k] or "D"
+            if name not in ways:
+                ways.append(name)
+            horizon_row[f, k] = ways.index(name)
+    return bounce_codes, horizon_row, tuple(ways)
+
+
+@lru_cache(maxsize=32)
+def _reflection_table(
+    scene: Scene, families: tuple[str, ...], source: float, wavelength: float, rough: bool
+) -> NDArray[np.complex64]:
+    """All bounces of each family over evenly spaced sines, on ground at the mean depth, (f, nodes)."""
+    sine = np.linspace(0, 1, REFLECTION_NODES)
+    grazing, depth, bed = np.arcsin(sine), scene.seabed.depth, scene.seabed.terrain
+    tangent = np.maximum(sine, 1e-6) / np.sqrt(np.maximum(1 - sine**2, 1e-12))
+    table = np.ones((len(families), REFLECTION_NODES), np.complex128)
+    for row, string in enumerate(map(bounce_sequence, families)):
+        distance = np.abs(depth - image_depth(families[row], source, depth)) / tangent
+        first = depth - source if string.startswith("B") else source
+        for k, letter in enumerate(string):
+            if letter == "S":
+                table[row] *= scene.surface.reflection_coefficient(grazing)
+                continue
+            table[row] *= scene.seabed.reflection_coefficient(grazing)
+            if rough and bed is not None:
+                half = fresnel_half_length((first + k * depth) / tangent, distance, tangent, wavelength)
+                zone = np.maximum(2 * half * np.sqrt(np.maximum(sine, 1e-6)), 1e-6)
+                table[row] *= bed.roughness_reflection_factor(sine, wavelength, np.asarray(zone, float))
+    return table.astype(np.complex64)

@@ -1,0 +1,204 @@
+"""How many points of the ground each pair of legs needs: few where it is faint beside what arrives with it.
+
+Energies that arrive at the same time add, so an error of what is faint is lost in what is loud. Every point of a line
+has a priority that is spread evenly; a pair takes part at the points whose priority is below its share, with as much
+more weight. Nothing is lost in the mean. The share follows what one point adds to the energy heard together with it,
+by the sonar equation over a flat bed: the allocation of least variance for the work.
+
+Source: Neyman (1934), J. R. Stat. Soc. 97(4), optimum allocation in stratified sampling; from memory.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines._radial_samples_kernel import FULL_PROBABILITY
+from insonify.engines._sample_allocation_kernel import (
+    BeamArguments,
+    lengthen_steps,
+    pair_energies,
+    pair_keep_probabilities,
+)
+from insonify.propagation.families import bounce_sequence, image_depth
+from insonify.scattering.compiled_law import CompiledLaw
+from insonify.sonar.beam import Beams
+from insonify.sonar.ping_geometry import PingGeometry
+
+Floats = NDArray[np.float64]
+
+MIN_PROBABILITY_STEPS = 1
+"""Smallest share of a pair that is heard."""
+RANGE_BINS = 48
+"""Stretches of distance in which shares are the same."""
+NEGLIGIBLE = 3e-5
+"""Part of what is heard at any time that a pair may lack altogether [1]."""
+FULL_SAMPLING_ENERGY = 0.01
+"""Energy of a point, as part of what is heard with it, from which on every point counts: about the variance of a sample
+that thinning may cost, where all of the energy is thinned [1]."""
+BOUNCE_COST_FACTOR = 2.0
+"""Factor on it for pairs with bottom bounces over uneven ground, whose legs have planes of their own [1]."""
+INTERFERENCE_PULSES = 4.0
+"""Lag at which two arrivals no longer interfere, in durations of the pulse's energy [1]."""
+MAX_STEP = 8
+"""Longest step of a line where few of its points are wanted [steps]."""
+TIME_SAMPLES = 1024
+"""Times at which the whole level is worked out."""
+
+
+@dataclass(frozen=True, eq=False)
+class SampleAllocation:
+    """Which points of each line every pair is worked out at."""
+
+    radials: Floats
+    """As of `_swath_kernel.walk`: those that came in, some of them cut in two, the rest in longer steps, (s, 9)."""
+    pair: NDArray[np.int64]
+    """Rows of two families, the first never after the second, (p, 2)."""
+    edges: Floats
+    """Of the stretches, horizontal distances [m], (b + 1,)."""
+    keep_probability: NDArray[np.uint8]
+    """Part of the points of each line and stretch, in parts of `FULL_PROBABILITY`, (s, b, p)."""
+    close: NDArray[np.bool_]
+    """Whether any pairs of a stretch may arrive within one pulse, (b,)."""
+    energies: Callable[[Floats], NDArray[np.float32]]
+    """Energy of every pair from each stretch of some lines over a flat bed without targets [m^-2], (s, b, p)."""
+
+
+def allocate_samples(
+    ping_geometry: PingGeometry, depth: float, rise: float, families: tuple[str, ...], radials: Floats, step: float, heading: float,
+    law: CompiledLaw, mirrors: NDArray[np.complex64], absorption_db: float, steepness: float,
+) -> SampleAllocation:  # fmt: skip
+    """Shares of all pairs along the lines of one ping.
+
+    Args:
+        ping_geometry: The sonar, both ends at one place.
+        depth: Of the mean bed [m].
+        rise: How far the ground may stand above or lie below it [m].
+        families: Families that reach the bed.
+        radials: As of `_swath_kernel.walk`.
+        step: Distance of samples along them [m].
+        heading: Of their frame [rad].
+        law: How the bed answers.
+        mirrors: Product of all bounces of a family over evenly spaced sines, (f, nodes).
+        absorption_db: Of the water [dB/m].
+        steepness: Slope of the ground that is reckoned with [1].
+    """
+    count = len(families)
+    pair = np.array([(i, j) for i in range(count) for j in range(i, count)], np.int64)
+    if not len(radials):
+        return SampleAllocation(radials, pair, np.zeros(2), np.zeros((0, 1, len(pair)), np.uint8), np.zeros(1, bool),
+                        lambda _: np.zeros((0, 1, len(pair)), np.float32))  # fmt: skip
+    nearest, farthest = float(radials[:, 4].min()), float(radials[:, 5].max())
+    edges = nearest + (farthest - nearest) * np.linspace(0, 1, RANGE_BINS + 1) ** 1.5
+    source, speed = float(ping_geometry.transmit_position[2]), ping_geometry.sound_speed
+    climbs = np.array([depth - image_depth(name, source, depth) for name in families])
+    middle = (edges[1:] + edges[:-1]) / 2
+    strength = _strengths(middle, climbs, pair, law, mirrors, absorption_db, steepness)
+    odd = np.array([len(bounce_sequence(name)) % 2 == 1 for name in families])
+    sent, heard, alike = (
+        _beam(ping_geometry.transmit_beams),
+        _beam(ping_geometry.receive_beams),
+        ping_geometry.same_beams,
+    )
+
+    def energies(some: Floats) -> NDArray[np.float32]:
+        found = np.empty((len(some), RANGE_BINS, len(pair)), np.float32)
+        pair_energies(some, heading, edges, climbs, odd, pair, strength, sent, heard, alike, found)
+        return found
+
+    energy = energies(radials)
+    pulse, total = ping_geometry.pulse, energy.sum(axis=0, dtype=float).T
+    late = (np.hypot(edges, climbs[:, None]) / speed)[pair].sum(axis=1)
+    lasting = np.maximum(np.diff(late, axis=1), pulse.effective_duration) / pulse.effective_duration
+    whole = np.diff(arrived_energy(late, total), axis=1) / lasting
+    wanted = np.ascontiguousarray((total / lasting >= NEGLIGIBLE * whole).T)
+    together = _interfering_pairs(
+        edges, climbs, pair, speed, rise, INTERFERENCE_PULSES * pulse.effective_duration, wanted
+    )
+    dear = np.array([any("B" in families[k] for k in one) for one in pair]) & (steepness > 0)
+    least = np.ascontiguousarray(
+        np.maximum(FULL_SAMPLING_ENERGY * np.where(dear, BOUNCE_COST_FACTOR, 1.0)[:, None] * whole, 1e-300).T
+    )
+
+    def shares(some: Floats, told: NDArray[np.float32]) -> NDArray[np.uint8]:
+        length = np.clip(np.minimum(edges[1:], some[:, 5:6]) - np.maximum(edges[:-1], some[:, 4:5]), 0, None)
+        keep_probability = np.empty(told.shape, np.uint8)
+        pair_keep_probabilities(
+            told,
+            length / (step * some[:, 8:9]),
+            least,
+            wanted,
+            together,
+            keep_probability,
+            FULL_PROBABILITY,
+            MIN_PROBABILITY_STEPS,
+        )
+        return keep_probability
+
+    made, row = np.empty((2 * len(radials), radials.shape[1])), np.empty(2 * len(radials), np.int64)
+    count = lengthen_steps(radials, edges, shares(radials, energy), FULL_PROBABILITY, MAX_STEP, made, row)
+    radials, row = made[:count], row[:count]
+    energy = energy[row]
+    energy[(edges[1:] <= radials[:, 4:5]) | (edges[:-1] >= radials[:, 5:6])] = 0
+    return SampleAllocation(
+        radials, pair, edges, shares(radials, energy), (together != np.arange(len(pair))).any(axis=1), energies
+    )
+
+
+def _beam(beams: Beams) -> BeamArguments:
+    return beams.axes, beams.steer, beams.scale, beams.tables, beams.per_unit, beams.element
+
+
+def _strengths(
+    distance: Floats, climbs: Floats, pair: NDArray[np.int64], law: CompiledLaw, mirrors: NDArray[np.complex64],
+    absorption_db: float, steepness: float,
+) -> Floats:  # fmt: skip
+    """Cross section of each pair times the squares of both legs' pressures at some distances [m^-4], (p, n)."""
+    length = np.hypot(distance, climbs[:, None])
+    sine = climbs[:, None] / length
+    nodes = mirrors.shape[1] - 1
+    bounced = np.abs(np.stack([row[np.rint(x * nodes).astype(int)] for row, x in zip(mirrors, sine, strict=True)])) ** 2
+    power = bounced * 10 ** (-absorption_db * length / 10) / length**2
+    into = np.stack([np.sqrt(1 - sine**2), 0 * sine, sine], axis=1).astype(np.float32)
+    found = np.zeros((len(pair), len(distance)))
+    for tilt in (-steepness, 0.0, steepness):
+        normal = np.empty((3, len(distance)), np.float32)
+        normal[:] = np.array([[np.sin(tilt)], [0.0], [-np.cos(tilt)]])
+        section = np.empty(len(distance), np.float32)
+        for row, (i, j) in enumerate(pair):
+            law.fill(into[i], -into[j], normal, section)
+            found[row] += section / 3 * power[i] * power[j]
+    return found
+
+
+def arrived_energy(late: Floats, energy: Floats) -> Floats:
+    """Energy of all pairs that has arrived by some times.
+
+    Args:
+        late: Delays of each pair from the edges of the stretches [s], (p, b + 1).
+        energy: Of each pair from each stretch, (p, b).
+
+    Returns:
+        At each of these delays, (p, b + 1).
+    """
+    time = np.linspace(late.min(), late.max(), TIME_SAMPLES)
+    arrived = np.zeros(TIME_SAMPLES)
+    for own, part in zip(late, energy, strict=True):
+        arrived += np.interp(time, own, np.append(0.0, np.cumsum(part)))
+    return np.asarray(np.interp(late, time, arrived))
+
+
+def _interfering_pairs(
+    edges: Floats, climbs: Floats, pair: NDArray[np.int64], speed: float, rise: float, pulse: float,
+    wanted: NDArray[np.bool_],
+) -> NDArray[np.int64]:  # fmt: skip
+    """First of the pairs that may arrive within one pulse of each other, for each of them, itself for none, (b, p)."""
+    ends = [(np.hypot(edges, climbs[:, None] + up) / speed)[pair].sum(axis=1).T for up in (-rise, rise)]
+    late = np.stack([end[part] for end in ends for part in (slice(None, -1), slice(1, None))])
+    lag = late[..., :, None] - late[..., None, :]
+    met = (lag.min(axis=0) <= pulse) & (lag.max(axis=0) >= -pulse) & wanted[:, :, None] & wanted[:, None, :]
+    met |= np.eye(len(pair), dtype=bool)
+    for _ in range(int(np.ceil(np.log2(len(pair)))) if (met.sum(axis=(1, 2)) > len(pair)).any() else 0):
+        met = np.matmul(met.astype(np.float32), met.astype(np.float32)) > 0
+    return np.asarray(met.argmax(axis=2), np.int64)

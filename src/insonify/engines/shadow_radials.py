@@ -1,0 +1,319 @@
+"""Lines of the seabed in the shadows of targets: narrower ones, so that an expectation converges at shadow edges.
+
+A target that hides most of the beam leaves a few bearings at the shadow's edges and side lobes. Lines as wide as a cell
+of the beam, and the wider ones of its side lobes, are too few there: each is one profile of uneven ground, and an edge
+falls on either side of it. Where a shadow takes a part of the energy of some distance, every line is cut into as many
+narrower ones as its part of the remaining energy asks for. The remaining energy is the flat bed's, line by line, times
+the visibility of a few probes.
+"""
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines._radial_samples_kernel import FULL_PROBABILITY
+from insonify.engines.polar_grid import GOLDEN
+from insonify.engines.reverberation_plan import ReverberationPlan
+from insonify.engines.target_shadows import shadow_sector
+from insonify.propagation.image_sources import StraightRays
+from insonify.propagation.knife_edge import diffract_at_edges
+from insonify.propagation.path_settings import PathSettings
+from insonify.records.legs import Legs, LegStatus
+from insonify.scene.scatterers import Scatterers
+from insonify.scene.scene import Scene
+from insonify.sonar.ping_geometry import PingGeometry
+
+Floats = NDArray[np.float64]
+
+MIN_HIDDEN_FRACTION = 0.05
+"""Part of the energy of one distance that targets must hide for lines to be cut there [1]."""
+NARROW_RADIALS_PER_POINT = 10.0
+"""Narrow lines that share the remaining energy evenly, for each point in a resolution cell [1]."""
+MIN_SPLIT_FRACTION = 0.05
+"""Part of such a line's share below which a line that passes no target stays as it is [1]."""
+MAX_NARROW_RADIALS = 32
+"""Most narrow lines that a strip is cut into."""
+PROBES, MAX_PROBES = 3, 36
+"""Distances within a stretch at which visibility is probed, and about so many in the whole of a shadow."""
+STRIPS = 8
+"""Strips of a line, with a probe on either side, where a shadow's edge may lie anywhere across it."""
+
+
+@dataclass(frozen=True, slots=True)
+class ShadowRadials:
+    """Lines of one ping that stand in for some of a plan's lines."""
+
+    replaced: NDArray[np.bool_]
+    """ReverberationPlan lines that these replace, (s,)."""
+    radials: Floats
+    """As of `_swath_kernel.walk`, (m, 9)."""
+    keep_probability: NDArray[np.uint8]
+    """Part of the points of each line and stretch that every pair takes, in parts of `FULL_PROBABILITY`, (m, b, p)."""
+    passes_target: NDArray[np.bool_]
+    """Lines that may pass a target, (m,)."""
+
+
+def target_visibility(
+    scene: Scene, ping_geometry: PingGeometry, plan: ReverberationPlan, edges: str, points: Floats, normal: Floats
+) -> NDArray[np.complex128] | Floats:
+    """Pressure that targets leave of straight legs re that without targets; arguments as of `shaded_legs`."""
+    return shaded_legs(scene, ping_geometry, plan, edges, points, normal)[0]
+
+
+def shaded_legs(
+    scene: Scene, ping_geometry: PingGeometry, plan: ReverberationPlan, edges: str, points: Floats, normal: Floats
+) -> tuple[NDArray[np.complex128] | Floats, Legs]:
+    """Pressure that targets leave of straight legs re that without targets; edges of the ground are hard [1].
+
+    Args:
+        scene: The scene.
+        ping_geometry: The sonar, both ends at one place.
+        plan: The plan of its lines.
+        edges: Hard or soft edges.
+        points: North, east, depth of points of the seabed [m], (n, 3).
+        normal: Unit normals there, (n, 3).
+
+    Returns:
+        Shape (f, n), 0 for legs that a facet faces away from; and the legs past targets with hard edges.
+    """
+    count = len(points)
+    hidden = Scatterers(
+        "seabed",
+        "seabed",
+        plan.law,
+        points,
+        normal,
+        np.ones(count),
+        np.ones(count, complex),
+        np.zeros(count, np.uint64),
+    )
+    legs = StraightRays(scene).legs(ping_geometry.transmit_position, hidden, plan.families, ping_geometry.frequency)
+    if edges == "none":
+        return legs.visibility, legs
+    there = legs.status != LegStatus.FACING_AWAY
+    whole = replace(legs, visibility=there.astype(float))
+    soft = diffract_at_edges(
+        whole, hidden, ping_geometry.transmit_position, scene, ping_geometry.wavelength, approximate=True
+    )
+    return np.asarray(there * soft.visibility), legs
+
+
+def shadow_radials(
+    plan: ReverberationPlan,
+    scene: Scene,
+    ping_geometry: PingGeometry,
+    choice: PathSettings,
+    heading: float,
+    passing: NDArray[np.bool_],
+) -> ShadowRadials:
+    """Narrower lines where shadows of targets matter to one ping, and the rest of the lines that these replace.
+
+    Args:
+        plan: The plan of the ping's lines.
+        scene: The scene.
+        ping_geometry: The sonar at this ping.
+        choice: The paths that are followed.
+        heading: Heading of the lines' frame [rad].
+        passing: Lines that pass each target, or come near its soft edge, (t, s).
+    """
+    any_target = np.asarray(passing.any(axis=0), bool)
+    runs = _shadow_runs(plan, scene, ping_geometry, choice, heading, passing)
+    replaced = np.zeros(len(plan.radials), bool)
+    for run in runs:
+        replaced[run.parts.any(axis=1)] = True
+    made: list[tuple[NDArray[np.int64], Floats]] = []
+    number = len(plan.radials)
+    rest = [(np.flatnonzero(replaced), plan.radials[replaced])]
+    for run in runs:
+        outside: list[tuple[NDArray[np.int64], Floats]] = []
+        for row, radials in rest:
+            made.append(_split_radials(*_clip_radials(row, radials, run.near, run.far), run.parts, number))
+            number += len(made[-1][0])
+            outside += [_clip_radials(row, radials, 0.0, run.near), _clip_radials(row, radials, run.far, np.inf)]
+        rest = outside
+    row, radials = (np.concatenate(column) for column in zip(*rest, *made, strict=True))
+    keep_probability, whole = plan.allocation.keep_probability[row], sum(len(own) for own, _ in rest)
+    # in a shadow the faint is all there is: nothing that is wanted is left out
+    keep_probability[whole:][keep_probability[whole:] > 0] = FULL_PROBABILITY
+    if scene.seabed.terrain is not None:
+        # nor of what other uneven ground, before and behind it, sends back at the same time
+        keep_probability[:whole][
+            (keep_probability[:whole] > 0) & _arrives_with_shadow(plan, scene, ping_geometry, runs)
+        ] = FULL_PROBABILITY
+    return ShadowRadials(replaced, radials, keep_probability, any_target[row])
+
+
+class ShadowRun(NamedTuple):
+    """Distances at which shadows of targets matter."""
+
+    near: float
+    """Nearest distance [m]."""
+    far: float
+    """Farthest distance [m]."""
+    parts: NDArray[np.int64]
+    """Narrow lines that each strip of a line is cut into; lines of all zeros stay as they are, (s, STRIPS).
+
+    Lines that need fewer strips have them in the first columns, in evenly wide ones.
+    """
+
+
+def _arrives_with_shadow(
+    plan: ReverberationPlan, scene: Scene, ping_geometry: PingGeometry, runs: list[ShadowRun]
+) -> NDArray[np.bool_]:
+    """True where pairs arrive from a stretch with the first pair from some shadow, over the mean plane, (b, p)."""
+    climbs = (scene.seabed.depth - plan.images)[:, None]
+
+    def late(distance: Floats) -> Floats:
+        return np.asarray(np.hypot(distance, climbs)[plan.allocation.pair].sum(axis=1) / ping_geometry.sound_speed)
+
+    begin, stop = (late(edge).T for edge in (plan.allocation.edges[:-1], plan.allocation.edges[1:]))
+    met = np.zeros(begin.shape, bool)
+    for run in runs:
+        first, last = late(np.array([run.near, run.far]))[0]
+        met |= (stop >= first) & (begin <= last)
+    return met
+
+
+def _clip_radials(row: NDArray[np.int64], radials: Floats, near: float, far: float) -> tuple[NDArray[np.int64], Floats]:
+    """The parts of lines between two distances [m], with the number of the plan line that each belongs to."""
+    clipped = radials.copy()
+    clipped[:, 4], clipped[:, 5] = np.maximum(radials[:, 4], near), np.minimum(radials[:, 5], far)
+    kept = clipped[:, 5] > clipped[:, 4]
+    return row[kept], clipped[kept]
+
+
+def _split_radials(
+    row: NDArray[np.int64], radials: Floats, parts: NDArray[np.int64], first: int
+) -> tuple[NDArray[np.int64], Floats]:
+    """Cut lines into narrower ones of the shortest step, beams asked across the whole of their width.
+
+    Args:
+        row: Number of the plan line that each is a part of, (n,).
+        radials: The lines, (n, 9).
+        parts: Parts of each strip of the plan lines, (s, STRIPS).
+        first: Number of the first new line.
+    """
+    count = parts[row]
+    count[:, 0] = np.maximum(count[:, 0], 1)
+    line, strip = np.nonzero(count)
+    many = count[line, strip]
+    width = np.repeat(1 / ((count > 0).sum(axis=1)[line] * many), many)
+    piece = np.arange(many.sum()) - np.repeat(np.cumsum(many) - many, many)
+    made, middle = radials[np.repeat(line, many)], (np.repeat(strip * many, many) + piece + 0.5) * width - 0.5
+    cosine, sine = np.cos(made[:, 2] * middle), np.sin(made[:, 2] * middle)
+    made[:, 0], made[:, 1] = made[:, 0] * cosine - made[:, 1] * sine, made[:, 1] * cosine + made[:, 0] * sine
+    made[:, 2] *= width
+    made[:, 3], made[:, 7], made[:, 8] = made[:, 2], first + np.arange(len(made)), 1
+    made[:, 6] = 1 - np.mod((made[:, 7] + 0.5) * GOLDEN, 1.0)
+    return row[np.repeat(line, many)], made
+
+
+def _shadow_runs(
+    plan: ReverberationPlan,
+    scene: Scene,
+    ping_geometry: PingGeometry,
+    choice: PathSettings,
+    heading: float,
+    passing: NDArray[np.bool_],
+) -> list[ShadowRun]:
+    """The distances at which lines are cut, and how finely."""
+    edges = plan.allocation.edges
+    stretch, distance, zone = _probed(plan, scene, ping_geometry, choice, passing)
+    if not len(stretch):
+        return []
+    row = np.flatnonzero(passing.any(axis=0))
+    free = plan.energy[:, stretch].sum(axis=2).astype(float)
+    left = np.repeat(free[:, None] / STRIPS, STRIPS + 1, axis=1)
+    left[row] = _remaining_energy(plan, scene, ping_geometry, choice, heading, row, stretch, distance) / STRIPS
+    total = ((left[:, 1:] + left[:, :-1]) / 2).sum(axis=(0, 1))
+    hot = total < (1 - MIN_HIDDEN_FRACTION) * free.sum(axis=0)
+    wanted = NARROW_RADIALS_PER_POINT * choice.scatterers_per_cell / np.maximum(total, 1e-6 * free.sum(axis=0))
+    runs, marked = [], np.unique(stretch[hot])
+    for run in np.split(marked, np.flatnonzero(np.diff(marked) > 1) + 1) if len(marked) else []:
+        inside = hot & (stretch >= run[0]) & (stretch <= run[-1])
+        near, far = zone[inside, 0].min(), zone[inside, 1].max()
+        strips = np.maximum(left[:, 1:, inside], left[:, :-1, inside])
+        parts = _parts_of_strips((free[:, inside] * wanted[inside]).max(axis=1), (strips * wanted[inside]).max(axis=2))
+        runs.append(ShadowRun(max(near, float(edges[run[0]])), min(far, float(edges[run[-1] + 1])), parts))
+    return runs
+
+
+def _parts_of_strips(free: Floats, left: Floats) -> NDArray[np.int64]:
+    """Parts of each strip, as of `ShadowRun`.
+
+    Args:
+        free: Energy of each line without targets, in units of a narrow line's, (s,).
+        left: Most that targets leave of each strip, in the same units, (s, STRIPS).
+    """
+    strips = np.minimum(2 ** np.ceil(np.log2(np.maximum(free, 1.0))).astype(np.int64), STRIPS)
+    parts = np.zeros(left.shape, np.int64)
+    for many in np.unique(strips[free > MIN_SPLIT_FRACTION]):
+        rows = np.flatnonzero((strips == many) & (free > MIN_SPLIT_FRACTION))
+        sums = left[rows].reshape(len(rows), many, -1).sum(axis=2)
+        parts[rows, :many] = np.clip(np.ceil(sums), 1, MAX_NARROW_RADIALS * STRIPS // many)
+    return parts
+
+
+def _probed(
+    plan: ReverberationPlan, scene: Scene, ping_geometry: PingGeometry, choice: PathSettings, passing: NDArray[np.bool_]
+) -> tuple[NDArray[np.int64], Floats, Floats]:
+    """Stretches and distances [m] at which visibility is probed, (j,), and the shadow they lie in, near and far [m]."""
+    energy, edges = plan.energy.sum(axis=2), plan.allocation.edges
+    free, rays, soft = energy.sum(axis=0), StraightRays(scene), choice.edge_diffraction == "knife-edge"
+    zones: dict[int, tuple[float, float]] = {}
+    for row in np.flatnonzero(passing.any(axis=1)):
+        hidden = energy[passing[row]].sum(axis=0) >= MIN_HIDDEN_FRACTION * np.maximum(free, 1e-300)
+        if not hidden.any():
+            continue
+        zone = shadow_sector(scene, rays, ping_geometry, plan.families, int(row), float(edges[-1]), soft=soft)
+        for b in np.flatnonzero(hidden & (edges[1:] > zone.near) & (edges[:-1] < zone.far)).tolist():
+            near, far = zones.get(b, (zone.near, zone.far))
+            zones[b] = min(near, zone.near), max(far, zone.far)
+    # where shadows of several targets overlap, one look at a distance tells what all of them leave
+    probes, found = max(1, min(PROBES, MAX_PROBES // max(len(zones), 1))), []
+    for b, (near, far) in sorted(zones.items()):
+        first, last = max(edges[b], near), min(edges[b + 1], far)
+        found += [(b, first + (last - first) * (k + 0.5) / probes, near, far) for k in range(probes)]
+    rows = np.array(found, float).reshape(-1, 4)
+    return rows[:, 0].astype(np.int64), rows[:, 1], rows[:, 2:]
+
+
+def _remaining_energy(
+    plan: ReverberationPlan, scene: Scene, ping_geometry: PingGeometry, choice: PathSettings, heading: float, row: NDArray[np.int64],
+    stretch: NDArray[np.int64], distance: Floats,
+) -> Floats:  # fmt: skip
+    """Energy of some lines over the mean plane by what targets leave on either side of its strips [m^-2].
+
+    Args:
+        plan: The plan of the ping's lines.
+        scene: The scene.
+        ping_geometry: The sonar at this ping.
+        choice: The paths that are followed.
+        heading: Heading of the lines' frame [rad].
+        row: Numbers of the lines, (rows,).
+        stretch: Stretch of each distance, (j,).
+        distance: Horizontal distances [m], (j,).
+
+    Returns:
+        Energy of the whole line as it would be if all of it were lit like that, (rows, STRIPS + 1, j).
+    """
+    radials, across = plan.radials[row], np.arange(STRIPS + 1) / STRIPS - 0.5
+    bearing = np.arctan2(radials[:, 1], radials[:, 0])[:, None] + heading + radials[:, 2:3] * across
+    shape = len(row), len(across), len(distance)
+    points = np.empty((*shape, 3))
+    points[..., 0] = ping_geometry.transmit_position[0] + distance * np.cos(bearing)[:, :, None]
+    points[..., 1] = ping_geometry.transmit_position[1] + distance * np.sin(bearing)[:, :, None]
+    points[..., 2] = scene.seabed.depth
+    up = np.zeros((points.size // 3, 3))
+    up[:, 2] = -1.0
+    power = (
+        np.abs(target_visibility(scene, ping_geometry, plan, choice.edge_diffraction, points.reshape(-1, 3), up)) ** 2
+    )
+    power = power.reshape(-1, *shape)
+    energy = plan.energy[row][:, stretch]
+    left = np.zeros(shape)
+    for p, (i, j) in enumerate(plan.allocation.pair):
+        left += energy[:, None, :, p] * power[i] * power[j]
+    return left

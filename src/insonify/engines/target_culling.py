@@ -1,0 +1,68 @@
+"""Drawn points of targets that one ping can receive: those in its window, its beams, and on faces towards it.
+
+A long target has far more points than one ping reaches. Points that follow one another lie together, so runs of them
+are judged as spheres; of the runs that remain, points on faces turned away from all images of an end are dropped too.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines.patch_subdivision import TargetInsonification
+from insonify.scene.scatterers import Scatterers
+
+Floats = NDArray[np.float64]
+
+MAX_UNCULLED = 20_000
+"""Points of a target up to which all are kept [1]."""
+POINTS_PER_SPHERE = 128
+"""Points in a run [1]."""
+
+
+def cull_points(points: Scatterers, insonification: TargetInsonification) -> Scatterers:
+    """The points of a target that one ping can receive; all of them where they are few.
+
+    Args:
+        points: Points on the faces of one target, neighbours one after another.
+        insonification: The sonar as the target sees it.
+    """
+    if len(points) <= MAX_UNCULLED:
+        return points
+    return points.take(rows_in_reach(points.position, points.normal, insonification, POINTS_PER_SPHERE))
+
+
+def rows_in_reach(
+    position: Floats, normal: Floats, insonification: TargetInsonification, run: int
+) -> NDArray[np.int64]:
+    """Rows of the points of a target that one ping can receive, shape (m,).
+
+    Args:
+        position: Positions of the points, neighbours one after another [m], shape (n, 3).
+        normal: Unit normals of their faces, shape (n, 3).
+        insonification: The sonar as the target sees it.
+        run: Points that are judged together [1].
+    """
+    starts = np.arange(0, len(position), run)
+    count = np.diff(np.append(starts, len(position)))
+    middle = np.add.reduceat(position, starts, axis=0) / count[:, None]
+    away = np.linalg.norm(position - np.repeat(middle, count, axis=0), axis=1)
+    radius = np.maximum.reduceat(away, starts)
+    kept = np.flatnonzero(np.repeat(insonification.reaches(middle, radius), count))
+    return kept[facing(position[kept], normal[kept], insonification)]
+
+
+def facing(position: Floats, normal: Floats, insonification: TargetInsonification) -> NDArray[np.bool_]:
+    """True for points on faces that are turned to some image of both ends, shape (n,).
+
+    Args:
+        position: Positions of points on the faces of one target [m], shape (n, 3).
+        normal: Unit normals of the faces there, shape (n, 3).
+        insonification: The sonar as the target sees it.
+    """
+    both = np.ones(len(position), bool)
+    for places in insonification.images:
+        seen = np.zeros(len(position), bool)
+        for image in places:
+            ray = image - position
+            seen |= np.einsum("nk,nk->n", ray, normal) > -insonification.max_deviation * np.linalg.norm(ray, axis=1)
+        both &= seen
+    return both

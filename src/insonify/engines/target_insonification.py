@@ -1,0 +1,126 @@
+"""A target as one ping sees it: images of the sonar, beams, window, and how finely its faces must be split."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines.patch_subdivision import Lobe, TargetInsonification
+from insonify.propagation.families import bounce_sequence, families_reaching, image_depth
+from insonify.propagation.image_sources import StraightRays
+from insonify.propagation.path_settings import PathSettings
+from insonify.propagation.propagation_model import PropagationModel
+from insonify.scene.scene import Scene
+from insonify.sonar.beam import Beams
+from insonify.sonar.ping_geometry import PingGeometry
+from insonify.sonar.two_way_beam import two_way_height, two_way_width
+from insonify.units import amplitude_ratio
+
+Floats = NDArray[np.float64]
+
+BEAM_CELLS = 10.0
+"""Patches across the main lobe of the narrowest beam [1]."""
+PULSE_CELLS = 6.0
+"""Patches along a resolution cell of slant range [1]."""
+FRESNEL_FRACTION = 0.25
+"""Side of a patch that others may shade in part, as a part of the scale of the first Fresnel zone [1]."""
+MAX_DEVIATION = 0.2
+"""Sine by which rays may arrive off the straight lines from the images, where they bend or waves tilt them [1]."""
+MIN_TRAVEL_TIME_RATIO = 0.95
+"""Least time of a bent path, as a part of the straight one's [1]."""
+NEAREST_WAVES = 4.0
+"""Side of a patch in wavelengths below which shade does not make it smaller [1]."""
+
+
+def target_insonification(
+    scene: Scene,
+    choice: PathSettings,
+    ping_geometry: PingGeometry,
+    slant: float,
+    distance: float,
+    rays: PropagationModel | None,
+) -> TargetInsonification:
+    """The sonar as a target sees it.
+
+    Args:
+        scene: The scene.
+        choice: Paths followed, and the floor of the beams.
+        ping_geometry: The sonar at this ping.
+        slant: Resolution along the slant range [m].
+        distance: Distance from the nearer end to the target [m].
+        rays: How sound travels in the scene; None: not known, and beams drop nothing.
+    """
+    families = families_reaching("target", choice.followed_families)
+    straight = isinstance(rays, StraightRays) and scene.surface.reflection == "flat"
+    bed = scene.seabed.terrain
+    level = bed is None or bed.span[0] == bed.span[1]
+    max_deviation = 0.0 if straight and level else MAX_DEVIATION
+    slowest = float(np.min(scene.water.sound_speed_at(np.linspace(*scene.body_depths, 9))))
+    wavelength = slowest / ping_geometry.frequency
+    images = tuple(
+        np.array([[*place[:2], image_depth(name, place[2], scene.seabed.depth)] for name in families])
+        for place in (ping_geometry.transmit_position, ping_geometry.receive_position)
+    )
+    shaded = len(scene.occluders) > 1 or not level or scene.surface.reflection == "explicit"
+    zone = FRESNEL_FRACTION * np.sqrt(wavelength * max(distance, wavelength))
+    largest = max(zone, NEAREST_WAVES * wavelength) if shaded else np.inf
+    first, last = (max(delay, 0.0) for delay in ping_geometry.recorded_delays)
+    floor = float(amplitude_ratio(choice.beam_cutoff_db))
+
+    def may_receive(middle: Floats, radius: Floats) -> NDArray[np.bool_]:
+        if not isinstance(rays, StraightRays):
+            return np.ones(len(middle), bool)
+        ends = (images[0], ping_geometry.transmit_beams), (images[1], ping_geometry.bounding_receive_beams)
+        gain = np.ones(len(middle))
+        for places, beams in ends:
+            gain *= _largest_gain(middle, radius, families, places, beams, max_deviation)
+        return np.asarray(gain >= floor)
+
+    return TargetInsonification(
+        (images[0], images[1]), 2 * np.pi / wavelength, lobes(ping_geometry), slant / PULSE_CELLS, largest, max_deviation,
+        (first * scene.water.min_sound_speed, last * scene.water.max_sound_speed / MIN_TRAVEL_TIME_RATIO), may_receive,
+    )  # fmt: skip
+
+
+def lobes(ping_geometry: PingGeometry) -> tuple[Lobe, ...]:
+    """Main lobes that a patch must be small beside: of the narrowest two-way beam, along the axes of both arrays.
+
+    Args:
+        ping_geometry: The sonar.
+    """
+    sent, heard = ping_geometry.transmit_beams, ping_geometry.full_aperture_beams or ping_geometry.receive_beams
+    width, height = (measure(sent, heard) / BEAM_CELLS for measure in (two_way_width, two_way_height))
+    if ping_geometry.elements is not None:
+        # elements receive a patch in the phase of its middle
+        wavelength = ping_geometry.sound_speed / ping_geometry.frequency
+        spans = [2 * max(side, wavelength) / wavelength * BEAM_CELLS for side in ping_geometry.element_extent]
+        width, height = min(width, 1 / spans[0]), min(height, 1 / spans[1])
+    found: list[Lobe] = []
+    for axes in (sent.axes, heard.axes):
+        for axis, span in ((axes[1], width), (axes[2], height)):
+            if not any(np.allclose(axis, lobe.axis) and span == lobe.width for lobe in found):
+                found.append(Lobe(axis, span))
+    return tuple(found)
+
+
+def _largest_gain(
+    middle: Floats, radius: Floats, families: tuple[str, ...], images: Floats, beams: Beams, max_deviation: float
+) -> Floats:
+    """Bound of the gain of an end towards spheres, by any of the families [1], shape (n,).
+
+    Args:
+        middle: Their middles [m], shape (n, 3).
+        radius: Their radii [m], shape (n,).
+        families: Families of the legs.
+        images: Image of the end for each family [m], shape (f, 3).
+        beams: Beams of the end.
+        max_deviation: Angle by which legs may leave off the straight line [rad].
+    """
+    best = np.zeros(len(middle))
+    for name, image in zip(families, images, strict=True):
+        ray = middle - image
+        length = np.maximum(np.linalg.norm(ray, axis=1), 1e-6)
+        way = ray / length[:, None]
+        if len(bounce_sequence(name)) % 2:
+            way[:, 2] *= -1
+        margin = np.arcsin(np.minimum(radius / length, 1.0)) + max_deviation
+        best = np.maximum(best, beams.bound(way, np.minimum(margin, np.pi)))
+    return best

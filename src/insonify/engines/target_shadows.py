@@ -1,0 +1,74 @@
+"""Distances over which targets may cast shadows on the seabed, as the rays to its mean plane tell."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.propagation.bounding_cylinders import bounding_cylinders
+from insonify.propagation.propagation_model import PropagationModel
+from insonify.scene.scatterers import Scatterers
+from insonify.scene.scene import Scene
+from insonify.sonar.ping_geometry import PingGeometry
+
+Floats = NDArray[np.float64]
+
+PROBES = 48
+"""Places behind a target at which rays are tried."""
+
+
+class ShadowSector(NamedTuple):
+    """The sector of the seabed in which one target may cast shadows, seen from the transmitter."""
+
+    bearing: float
+    """Bearing of its middle [rad]."""
+    half: float
+    """Half of its width [rad]."""
+    near: float
+    """Nearest horizontal distance [m]."""
+    far: float
+    """Farthest horizontal distance [m]."""
+
+
+def shadow_sector(
+    scene: Scene, rays: PropagationModel, ping_geometry: PingGeometry, families: tuple[str, ...], row: int, farthest: float, *,
+    soft: bool,
+) -> ShadowSector:  # fmt: skip
+    """The zone of one target; all around where the sonar is above or inside it.
+
+    Args:
+        scene: The scene.
+        rays: Rays of the scene's water.
+        ping_geometry: The sonar at one ping.
+        families: Families of legs that are followed.
+        row: Row of the target among the scene's occluders.
+        farthest: Greatest horizontal distance that matters [m].
+        soft: Whether its edges are soft.
+    """
+    place, (north, east, radius, *_) = ping_geometry.transmit_position, bounding_cylinders(scene)[row]
+    apart, bearing = float(np.hypot(north - place[0], east - place[1])), np.arctan2(east - place[1], north - place[0])
+    if apart <= radius:
+        return ShadowSector(float(bearing), np.pi, 0.0, farthest)
+    half, near = float(np.arcsin(radius / apart)), apart - radius
+    distance = near + np.maximum(farthest - near, 0.0) * np.linspace(0, 1, PROBES) ** 2
+    points, up = np.full((PROBES, 3), scene.seabed.depth), np.zeros((PROBES, 3))
+    points[:, 0], points[:, 1] = place[0] + distance * np.cos(bearing), place[1] + distance * np.sin(bearing)
+    up[:, 2] = -1.0
+    law = scene.seabed.law(ping_geometry.frequency, float(scene.water.sound_speed_at(scene.seabed.depth)))
+    if law is None:
+        return ShadowSector(float(bearing), half, near, farthest)
+    probes = Scatterers(
+        "seabed", "seabed", law, points, up, np.ones(PROBES), np.ones(PROBES, complex), np.zeros(PROBES, np.uint64)
+    )
+    legs = rays.legs(place, probes, families, ping_geometry.frequency)
+    hidden = np.flatnonzero((legs.occluder == row).any(axis=0))
+    last = int(hidden[-1]) if len(hidden) else 0
+    if last == PROBES - 1:
+        return ShadowSector(float(bearing), half, near, farthest)
+    far = float(distance[min(last + 1, PROBES - 1)])
+    bed, grazing = scene.seabed.terrain, legs.grazing[0, last]
+    lower = 0.0 if bed is None else bed.span[1] - scene.seabed.depth
+    if soft:
+        lower += np.sqrt(ping_geometry.wavelength * far) / 2  # about the penumbra of an edge half way
+    tangent = float(np.tan(grazing)) if np.isfinite(grazing) else 0.0
+    return ShadowSector(float(bearing), half, near, min(farthest, far + lower / max(tangent, 1e-3)))

@@ -1,0 +1,375 @@
+"""Shadows of the ground: what of it, and of what stands above it, each end of the sonar can see.
+
+Rays of one family in one vertical plane never cross: seen from the sonar, whatever lies at a steeper launch than
+nearer ground does is hidden behind it. So one walk outwards along a line, with the shallowest launch met so far (the
+skyline), tells what is lit: O(samples). A ray with bounces is tested segment by segment. The one that ends on the
+ground, and those that come down from the surface, by the skyline of their own family; the one that rises from a
+bounce by the same walk with its sense turned.
+
+Ground is walked along slices of azimuth, see `slices`. A point of the ground is lit where the ground of its slice's
+middle line is.
+
+Where edges are soft, sound bends around the crests along a line, ground behind which ground lies dark: of the nearest
+few the one that takes most, on every segment of a leg, see `_crest_kernel`. The walk above still says what is hidden.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from threading import Lock
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines import _terrain_diffraction_kernel as crests
+from insonify.engines import _terrain_occlusion_kernel as kernel
+from insonify.engines.ray_marching import PENETRATION, RayModel, march_over_terrain
+from insonify.engines.terrain_profiles import AzimuthProfiles, GainBound, ProfileGroup
+from insonify.propagation.families import bounce_sequence
+from insonify.propagation.knife_edge import PER_UNIT, edge_diffraction_table
+from insonify.propagation.launch_angles import LaunchAngles, StraightLaunchAngles
+from insonify.records.legs import Legs, LegStatus
+from insonify.scene.scatterers import Scatterers
+from insonify.scene.seabed_terrain import SeabedTerrain
+
+__all__ = [
+    "SEABED",
+    "LaunchAngles",
+    "OcclusionCache",
+    "StraightLaunchAngles",
+    "TerrainOcclusion",
+    "fresnel_half_length",
+    "occlude_by_terrain",
+]
+
+Floats = NDArray[np.floating[Any]]
+
+SEABED = -2
+"""Row of the ground where the boxes have theirs: the occluder of what it hides."""
+
+
+class TerrainOcclusion:
+    """What the ground hides from one end of the sonar at one ping; lines are walked when they are asked for."""
+
+    def __init__(
+        self, bed: SeabedTerrain, place: Floats, launches: LaunchAngles, *, farthest: float, wavelength: float, min_profile_width: float,
+        gain_bound: GainBound | None = None,
+    ) -> None:  # fmt: skip
+        """Walk nothing yet.
+
+        Args:
+            bed: The ground.
+            place: North, east, depth of the end [m], shape (3,).
+            launches: How launch angles belong to places.
+            farthest: Horizontal distance beyond which nothing is asked [m]; what lies there is as at this distance.
+            wavelength: Of the sound, for the size of a bounce's mirror [m].
+            min_profile_width: Slices need not be narrower than this [rad].
+            gain_bound: How loud sound of some bearings can be; None: all alike.
+        """
+        self.bed, self.launches, self.wavelength = bed, launches, wavelength
+        self._all_below = bed.span[0] > place[2]
+        self.profiles = AzimuthProfiles(
+            bed,
+            place,
+            launches,
+            farthest=farthest,
+            wavelength=wavelength,
+            min_profile_width=min_profile_width,
+            gain_bound=gain_bound,
+        )
+        self.step = self.profiles.step
+
+    def visible(
+        self, families: tuple[str, ...], distance: Floats, sine: Floats, depth: Floats, groups: list[ProfileGroup], *,
+        ground: bool = False, left: NDArray[np.complex128] | None = None,
+    ) -> NDArray[np.bool_]:  # fmt: skip
+        """Whether rays of some families reach places without meeting the ground on their way.
+
+        Args:
+            families: Names of the families, f of them.
+            distance: Horizontal distance of each place [m], shape (n,).
+            sine: Sine of the launch angle, positive down [1], shape (f, n).
+            depth: Depth of each place [m], shape (n,).
+            groups: Of `profile_groups` these places.
+            ground: Whether the places lie on the ground: then the line of their slice is asked, not their own depth.
+            left: Result where it is given: what of the pressure bends around crests of the ground [1], shape (f, n).
+
+        Returns:
+            True where a ray is clear, shape (f, n).
+        """
+        found = np.empty((len(families), len(distance)), bool)
+        for row, name in enumerate(families):
+            if ground and self._cut_on_last_segment_only(name):
+                found[row] = True
+                if left is not None:
+                    left[row] = 1.0
+                self._occlude_terrain_points(groups, name, distance, found[row], None if left is None else left[row])
+                continue
+            soft = None if left is None else np.ones(len(distance), complex)
+            found[row] = self._clear(name, groups, distance, sine[row], ground, soft)
+            steep = steepness(name, sine[row])
+            astray = self.launches.off_table_rays(name, steep, distance, depth)
+            if astray is not None and astray.any():
+                rays = RayModel(self.launches, self.bed.depth, self.wavelength, self.step)
+                walked = march_over_terrain(rays, name, groups, distance, steep, depth, astray, on_terrain=ground)
+                found[row, astray] = walked[astray]
+                if soft is not None:
+                    soft[astray] = walked[astray]
+            if left is not None:
+                left[row] = soft
+        return found
+
+    def _cut_on_last_segment_only(self, family: str) -> bool:
+        """Whether rays of a family to the ground can be cut on their last segment only, and are as many as places."""
+        return isinstance(self.launches, StraightLaunchAngles) and (
+            family == "D" or (family == "S" and self._all_below)
+        )
+
+    def _occlude_terrain_points(
+        self,
+        groups: list[ProfileGroup],
+        family: str,
+        distance: Floats,
+        lit: NDArray[np.bool_],
+        left: NDArray[np.complex128] | None,
+    ) -> None:
+        """Mark ground that the ground before it hides, and take what crests take of the rays to it, on one segment."""
+        soft = left is not None
+        held = np.empty(0, complex) if left is None else left
+        for lines, points, rows in groups:
+            if not lines.unobstructed(family):
+                crests.diffract_over_crests(
+                    *lines.horizon(family), rows, points, distance, distance, self.step, distance, self.wavelength,
+                    edge_diffraction_table(), PER_UNIT, True, soft, lit, held,
+                )  # fmt: skip
+
+    def _clear(
+        self, family: str, groups: list[ProfileGroup], distance: Floats, sine: Floats, ground: bool,
+        left: NDArray[np.complex128] | None,
+    ) -> NDArray[np.bool_]:  # fmt: skip
+        """Whether rays of one family are clear, segment by segment, and what crests leave of each."""
+        string = bounce_sequence(family)
+        steep = steepness(family, sine)
+        stops = [*self.launches.bounce_ranges(family, steep), distance]
+        mirrors = {
+            k: fresnel_half_length(stops[k], distance, self.launches.bottom_grazing_tangent(steep), self.wavelength)
+            for k, letter in enumerate(string)
+            if letter == "B"
+        }
+        lit = np.ones(len(distance), bool)
+        for k, stop in enumerate(stops):
+            if k == 0 and string.startswith("S") and self._all_below:
+                continue
+            passed, ends = string[:k] or "D", ground and k == len(string)
+            before = stop - mirrors.get(k, 0.0)
+            if passed.endswith("B") and not ends:
+                way = self._steps(stops[k - 1] + mirrors[k - 1]), self._steps(before)
+                own = np.ones(len(lit), bool)
+                for lines, points, rows in groups:
+                    kernel.rising_rays_clear(*lines.horizon(passed)[:2], steep, rows, *way, points, own)
+                lit &= own
+                if left is not None:
+                    self._under_crests(groups, passed, way, steep, distance, own, left)
+                continue
+            leaves = -steep if k == 0 and string.startswith("S") else steep
+            if ends:
+                own = np.ones(len(lit), bool)
+                self._occlude_terrain_points(groups, passed, distance, own, left)
+                lit &= own
+                continue
+            lit &= leaves <= self._horizon(groups, passed, before)
+            if left is not None:
+                self._over_crests(groups, passed, before, leaves, distance, left)
+        return lit
+
+    def _over_crests(
+        self, groups: list[ProfileGroup], family: str, reach: Floats, steepness: Floats, distance: Floats,
+        left: NDArray[np.complex128],
+    ) -> None:  # fmt: skip
+        lit = np.empty(0, bool)
+        for lines, points, rows in groups:
+            crests.diffract_over_crests(
+                *lines.horizon(family), rows, points, reach, steepness, self.step, distance, self.wavelength,
+                edge_diffraction_table(), PER_UNIT, False, True, lit, left,
+            )  # fmt: skip
+
+    def _under_crests(
+        self, groups: list[ProfileGroup], family: str, way: tuple[Floats, Floats], steepness: Floats, distance: Floats,
+        lit: NDArray[np.bool_], left: NDArray[np.complex128],
+    ) -> None:  # fmt: skip
+        for lines, points, rows in groups:
+            launch, _, crest, met = lines.horizon(family)
+            crests.diffract_rising_rays(
+                launch, crest, met, rows, points, *way, steepness, self.step, distance,
+                self.wavelength, edge_diffraction_table(), PER_UNIT, lit, left,
+            )  # fmt: skip
+
+    def image_paths_clear(
+        self, groups: list[ProfileGroup], nodes: Floats, spared: Floats, *, ground: bool
+    ) -> NDArray[np.bool_]:
+        """Whether ways that bounce anywhere reach places without meeting the ground, walked sample by sample.
+
+        Args:
+            groups: Of `profile_groups` the places.
+            nodes: Horizontal distance and depth of the sonar, of each bounce and of the place [m], shape (k, n, 2).
+            spared: Distance about each of these within which the ground is the mirror itself [m], shape (k, n).
+            ground: Whether the places lie on the ground: then ways end on that of their slice's line.
+
+        Returns:
+            True where a way is clear, shape (n,).
+        """
+        lit = np.ones(nodes.shape[1], bool)
+        for lines, points, rows in groups:
+            kernel.segments_clear(
+                lines.depth, lines.shallowest, self.step, rows, points, nodes, spared, ground, PENETRATION, lit
+            )
+        return lit
+
+    def _horizon(self, groups: list[ProfileGroup], family: str, distance: Floats) -> Floats:
+        found, reach = np.full(len(distance), np.inf), self._steps(distance)
+        for lines, points, rows in groups:
+            kernel.horizon_at(lines.horizon(family).bound, rows, reach, points, found)
+        return found
+
+    def _steps(self, distance: Floats) -> Floats:
+        """Distances [m] in samples along a line; bounces that never come are far away."""
+        return np.asarray(np.minimum(distance, 1e12) / self.step)
+
+    def profile_groups(self, azimuth: Floats, distance: Floats) -> list[ProfileGroup]:
+        """Points by the lines that pass them.
+
+        Args:
+            azimuth: Bearing of each from the sonar [rad], shape (n,).
+            distance: Horizontal distance [m], shape (n,).
+        """
+        way = np.stack([distance * np.cos(azimuth), distance * np.sin(azimuth)], axis=-1)
+        return self.profiles.group_points(np.zeros(2), way)[1]
+
+
+def steepness(family: str, sine: Floats) -> Floats:
+    """Steepness of rays of a family, see `insonify.propagation.launch_angles`, from the sine of their launch angle [1].
+
+    Args:
+        family: Name of the family.
+        sine: Positive down [1], any shape.
+    """
+    tangent = np.asarray(sine / np.sqrt(np.maximum(1 - np.asarray(sine, float) ** 2, 1e-24)))
+    return -tangent if family.startswith("S") else tangent
+
+
+def fresnel_half_length(bounce: Floats, distance: Floats, tangent: Floats, wavelength: float) -> Floats:
+    """Half the length, along the ray, of the first Fresnel zone of a bounce on a level bed [m].
+
+    Args:
+        bounce: Horizontal distance of the bounce [m], shape (n,).
+        distance: Horizontal length of the leg [m], shape (n,).
+        tangent: Of the grazing angle [1], shape (n,).
+        wavelength: Of the sound [m].
+
+    Source: sqrt(wavelength r1 r2 / (r1 + r2)) / sin(grazing), r1 and r2 the ways before and after the bounce.
+    """
+    steep = np.maximum(np.abs(tangent), 1e-9)
+    stretch = np.sqrt(1 + steep**2)
+    share = np.clip(bounce / np.maximum(distance, 1e-9), 0, 1)
+    return np.asarray(np.sqrt(wavelength * distance * stretch * share * (1 - share)) * stretch / steep)
+
+
+class ProfiledPoints(NamedTuple):
+    """Some points as they lie about one end of the sonar: n of them."""
+
+    distance: Floats
+    """Horizontal distance [m], shape (n,)."""
+    groups: list[ProfileGroup]
+    """By the lines that pass them."""
+
+
+def locate_points(terrain_occlusion: TerrainOcclusion, place: Floats, position: Floats) -> ProfiledPoints:
+    """Where some points lie about one end of the sonar.
+
+    Args:
+        terrain_occlusion: What the ground hides from there.
+        place: North, east, depth of that end [m], shape (3,).
+        position: The same of the points [m], shape (n, 3).
+    """
+    return ProfiledPoints(*terrain_occlusion.profiles.group_points(place, position))
+
+
+def occlude_by_terrain(
+    legs: Legs, scatterers: Scatterers, place: Floats, terrain_occlusion: TerrainOcclusion, *, soft: bool = False,
+    seen: ProfiledPoints | None = None,
+) -> Legs:  # fmt: skip
+    """Legs over relief: the ground hides some of them, and its roughness takes from every bottom bounce.
+
+    Args:
+        legs: Legs over the mean plane.
+        scatterers: The points that they reach.
+        place: North, east, depth of the sonar's end [m], shape (3,).
+        terrain_occlusion: What the ground hides from there.
+        soft: Whether sound bends around crests. Visibility is complex then, and that of legs that targets cut is what
+            the ground alone leaves, for `knife_edge.diffract_at_edges` to take from.
+        seen: Of `locate_points`, where it is known.
+    """
+    distance, groups = locate_points(terrain_occlusion, place, scatterers.position) if seen is None else seen
+    status, occluder, boundary = legs.status.copy(), legs.occluder.copy(), legs.reflection_coefficient
+    if any("B" in family for family in legs.families):
+        boundary = boundary.copy()
+    sine = legs.departure[..., 2]
+    lay_on_terrain = scatterers.boundary == "seabed"
+    left = np.empty(legs.delay.shape, complex) if soft else None
+    lit = terrain_occlusion.visible(
+        legs.families, distance, sine, scatterers.position[:, 2], groups, ground=lay_on_terrain, left=left,
+    )  # fmt: skip
+    visibility: NDArray[np.float64] | NDArray[np.complex128]
+    if left is None:
+        visibility = np.where(lit | (status != LegStatus.CLEAR), legs.visibility, 0.0)
+    else:
+        kernel.keep_uncut_visibility(status, legs.visibility, left)
+        visibility = left
+    kernel.mark_terrain_occlusion(lit, status, occluder)
+    for row, family in enumerate(legs.families):
+        if "B" in family:
+            boundary[row] *= _roughness_factor(terrain_occlusion, family, distance, steepness(family, sine[row]))
+    return replace(legs, status=status, occluder=occluder, visibility=visibility, reflection_coefficient=boundary)
+
+
+def _roughness_factor(terrain_occlusion: TerrainOcclusion, family: str, distance: Floats, steepness: Floats) -> Floats:
+    """What roughness leaves of the coherent sound after all bottom bounces of a family [1]."""
+    left, launches = np.ones(len(distance)), terrain_occlusion.launches
+    tangent = launches.bottom_grazing_tangent(steepness)
+    sine = np.asarray(tangent / np.hypot(1, tangent), float)
+    for letter, bounce in zip(bounce_sequence(family), launches.bounce_ranges(family, steepness), strict=True):
+        if letter == "B":
+            there = np.where(bounce < distance, bounce, distance / 2)  # of rays that turn before it no sum tells
+            half = fresnel_half_length(there, distance, tangent, terrain_occlusion.wavelength)
+            # An ellipse, longer along the ray than across it: its mean axis.
+            zone = np.asarray(np.maximum(2 * half * np.sqrt(sine), 1e-6), float)
+            left *= terrain_occlusion.bed.roughness_reflection_factor(sine, terrain_occlusion.wavelength, zone)
+    return left
+
+
+class OcclusionCache:
+    """The terrain_occlusion of the last few places, shared by threads."""
+
+    def __init__(self, most: int) -> None:
+        """Nothing yet.
+
+        Args:
+            most: Number of places that are remembered.
+        """
+        self._most, self._lock = most, Lock()
+        self._made: dict[Any, TerrainOcclusion] = {}
+
+    def __reduce__(self) -> tuple[type[OcclusionCache], tuple[int]]:
+        """Another process begins with nothing remembered."""
+        return OcclusionCache, (self._most,)
+
+    def get(self, key: Any, make: Callable[[], TerrainOcclusion]) -> TerrainOcclusion:
+        """The terrain_occlusion of a key, made where they are not remembered."""
+        with self._lock:
+            if key not in self._made:
+                self._made[key] = make()
+                while len(self._made) > self._most:
+                    del self._made[next(iter(self._made))]
+            return self._made[key]

@@ -1,0 +1,244 @@
+"""Slices of azimuth about one end of the sonar, and the ground along the middle line of each.
+
+Ground is walked on the map of the bed, whose cells follow the split alone: shadows do not depend on how densely
+scatterers lie. A slice is a quarter of the shortest wave wide where it ends, or a third of the finest beam where that
+is wider. A point of the ground is lit where the ground of its slice's middle line is.
+
+Where the beams hear less than a tenth of what is loudest at a distance, few scatterers are drawn, see `loudness`:
+there slices are merged by fours, so that as many lie in one as in the main lobe.
+"""
+
+from collections.abc import Callable
+from itertools import pairwise
+from threading import Lock
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines import _terrain_diffraction_kernel as crests
+from insonify.engines import _terrain_profile_kernel as kernel
+from insonify.propagation.families import image_depth
+from insonify.propagation.launch_angles import LaunchAngles, StraightLaunchAngles
+from insonify.scene.heightmap_cache import HeightmapTiles
+from insonify.scene.seabed_terrain import SeabedTerrain
+
+Floats = NDArray[np.floating[Any]]
+Integers = NDArray[np.int64]
+GainBound = Callable[[NDArray[np.float64], float, tuple[float, float]], NDArray[np.float64]]
+"""Two-way gain [1] that is surely not exceeded about some bearings [rad], given the width of each [rad] and the nearest
+and the farthest distance [m]; infinite where that is not told."""
+
+PROFILES_PER_WAVE = 4
+FIRST_ZONE = 128
+"""Slices of the innermost zone; each zone further out is twice as far, in twice as many."""
+PROFILES_PER_BATCH = 64
+"""Lines that are kept together, at most."""
+SAMPLES_PER_CHECK = 256
+"""Samples of a line that are looked at before it is asked whether that was enough."""
+LOW_GAIN = 0.1
+"""Two-way gain, re the loudest at its distance, below which slices are merged [1]: a quarter of scatterers is left."""
+MERGE_POWER = 2
+"""Power of two of the slices that are merged."""
+MERGE_GROUP = 1 << kernel.MERGE_BLOCK_LOG2
+"""Slices that are merged alike."""
+PROFILES_PER_SECTOR = 4 * MERGE_GROUP
+"""Slices that are looked at together, before each eight are."""
+
+
+class LaunchHorizon(NamedTuple):
+    """What hides along some lines, see `_crest_kernel.find_crests`."""
+
+    launch: Floats
+    """Launch that meets the ground at each sample, shape (lines, samples)."""
+    bound: Floats
+    """What hides by it: the smallest up to each sample; of families that rise, the largest from it on."""
+    crest: NDArray[np.int32]
+    """Number of the crest that was met last, -1 for none."""
+    crests: Floats
+    """Sample, launch, depth behind and reach of each crest, shape (lines, crests, 4)."""
+
+
+class TerrainProfiles:
+    """The ground along some lines, from the sonar outwards, and the launches that meet it."""
+
+    def __init__(
+        self, depth: Floats, turn: Floats, distance: Floats, launches: LaunchAngles, wavelength: float
+    ) -> None:
+        """Nothing told yet.
+
+        Args:
+            depth: Of the ground at even distances [m], shape (lines, samples).
+            turn: Bearing of each line from the lattice's [rad], shape (lines,).
+            distance: One step, two steps, ... [m], shape (samples,).
+            launches: How launch angles belong to places.
+            wavelength: Of the sound [m].
+        """
+        self.depth, self.turn, self._launches, self._wavelength = depth, turn, launches, wavelength
+        self._distance = distance
+        self._made: dict[str, LaunchHorizon] = {}
+        self._open: dict[str, bool] = {}
+        self._shallowest: Floats | None = None
+        self._lock = Lock()
+
+    @property
+    def shallowest(self) -> Floats:
+        """Least depth along each line [m], shape (lines,)."""
+        if self._shallowest is None:
+            self._shallowest = np.asarray(np.fmin.reduce(self.depth, axis=1))
+        return self._shallowest
+
+    def unobstructed(self, family: str) -> bool:
+        """Whether surely none of the ground along the lines is hidden from straight rays of a family without bottom."""
+        with self._lock:
+            if family not in self._open:
+                self._open[family] = self._never_rises(family)
+            return self._open[family]
+
+    def _never_rises(self, family: str) -> bool:
+        rays = self._launches
+        if not isinstance(rays, StraightLaunchAngles) or "B" in family:
+            return False
+        image = np.float32(image_depth(family, rays.source_depth, rays.water_depth))
+        return bool(crests.surely_unobstructed(self.depth, self._distance, image, SAMPLES_PER_CHECK))
+
+    def horizon(self, family: str) -> LaunchHorizon:
+        """The skyline of rays of a family."""
+        with self._lock:
+            if family not in self._made:
+                self._made[family] = self._built(family)
+            return self._made[family]
+
+    def _built(self, family: str) -> LaunchHorizon:
+        launch = self._launches.launch_slope(family, self._distance, self.depth).astype(np.float32, copy=False)
+        bound, crest = np.empty_like(launch), np.empty(launch.shape, np.int32)
+        met = np.empty((len(launch), launch.shape[1] // 2 + 1, 4), np.float32)
+        crests.find_crests(launch, self._distance, family.endswith("B"), self._wavelength, bound, crest, met)
+        return LaunchHorizon(launch, bound, crest, met)
+
+
+ProfileGroup = tuple[TerrainProfiles, Integers, Integers]
+"""Lines, the points that they pass, and the row of the line of each of these."""
+
+
+class AzimuthProfiles:
+    """The ground about one end of the sonar at one ping; lines are walked when they are asked for."""
+
+    def __init__(
+        self, bed: SeabedTerrain, place: Floats, launches: LaunchAngles, *, farthest: float, wavelength: float, min_profile_width: float,
+        gain_bound: GainBound | None = None,
+    ) -> None:  # fmt: skip
+        """Walk nothing yet; arguments as of `skyline.TerrainOcclusion`."""
+        self._bed, self._launches, self._wavelength = bed, launches, wavelength
+        self._lattice, self.step = bed.relief.resolved.scatterer_grid, bed.heightmap_cell_size
+        self._here = self._lattice.from_world(np.asarray(place, float)[:2])
+        self.edges, self.counts = _zones(
+            max(bed.relief.shortest_wavelength / PROFILES_PER_WAVE, self.step), farthest, min_profile_width
+        )
+        self.starts = np.concatenate([[0], np.cumsum(self.counts)])
+        self.merged = np.zeros(int(self.starts[-1]) // MERGE_GROUP, np.uint8)
+        if gain_bound is not None:
+            self._merge_low_gain(gain_bound)
+        self._home, self._row = np.full((2, int(self.starts[-1])), -1, np.int32)
+        self._firsts = np.concatenate([[0], np.ceil(self.edges / self.step).astype(np.int64) + 1])
+        self._distance = ((np.arange(self._firsts[-1]) + 1) * self.step).astype(np.float32)
+        self._lines: list[TerrainProfiles] = []
+        self._lock = Lock()
+
+    def _merge_low_gain(self, gain_bound: GainBound) -> None:
+        """Find out in which eights of slices so little is heard that they are merged."""
+        inner = 0.0
+        for start, count, outer in zip(self.starts, self.counts, self.edges, strict=False):
+            width, zone, sectors = 2 * np.pi / count, (inner, float(outer)), np.arange(0, count, PROFILES_PER_SECTOR)
+
+            def loud(first: Integers, slices: int, width: float = width, zone: tuple[float, float] = zone) -> Floats:
+                return gain_bound(
+                    np.asarray((first + slices / 2) * width + self._lattice.heading), slices * width, zone
+                )
+
+            level, found = loud(sectors, PROFILES_PER_SECTOR), np.zeros(count // MERGE_GROUP)
+            some = sectors[level >= LOW_GAIN * level.max()]
+            eights = (some[:, None] + np.arange(0, PROFILES_PER_SECTOR, MERGE_GROUP)).ravel()
+            found[eights // MERGE_GROUP] = loud(eights, MERGE_GROUP)
+            first = int(start) // MERGE_GROUP
+            self.merged[first : first + len(found)] = np.where(found < LOW_GAIN * found.max(), MERGE_POWER, 0)
+            inner = float(outer)
+
+    def group_points(self, place: Floats, position: Floats) -> tuple[Floats, list[ProfileGroup]]:
+        """Points by the lines that pass them.
+
+        Args:
+            place: North and east from where they are seen [m], shape (2 or more,).
+            position: North and east of the points [m], shape (n, 2 or more).
+
+        Returns:
+            Their horizontal distances [m], shape (n,), and the points by the lines that pass them.
+        """
+        distance, own = np.empty(len(position)), np.empty(len(position), np.int64)
+        wanted = np.zeros(len(self._home), bool)
+        missing = kernel.profiles_of(
+            place, position, self._lattice.heading, self.edges, self.counts, self.starts, self.merged, self._home,
+            distance, own, wanted,
+        )  # fmt: skip
+        if missing:
+            self._build(np.flatnonzero(wanted))
+        points, rows = np.empty((2, len(own)), np.int64)
+        starts = np.empty(len(self._lines) + 1, np.int64)
+        kernel.group_by_profile(own, self._home, self._row, starts, points, rows)
+        cut = starts.tolist()
+        return distance, [
+            (lines, points[start:stop], rows[start:stop])
+            for lines, (start, stop) in zip(self._lines, pairwise(cut), strict=False)
+            if stop > start
+        ]
+
+    def _build(self, wanted: Integers) -> None:
+        """Walk the lines of some slices, each from the sonar to the outer edge of its zone.
+
+        Args:
+            wanted: Numbers of the slices, of merged ones the first, increasing, shape (n,).
+        """
+        with self._lock:
+            wanted = wanted[self._home[wanted] < 0]  # another thread may have walked them
+            cut = np.searchsorted(wanted, self.starts).tolist()
+            for zone, (start, stop) in enumerate(pairwise(cut)):
+                for first in range(start, stop, PROFILES_PER_BATCH):
+                    some = wanted[first : min(first + PROFILES_PER_BATCH, stop)]
+                    self._lines.append(self._built(zone, some))
+                    self._row[some] = np.arange(len(some))
+                    self._home[some] = len(self._lines) - 1
+
+    def _built(self, zone: int, wanted: Integers) -> TerrainProfiles:
+        """The lines of some slices of one zone; nearer ground is that of the wider slices of nearer zones."""
+        firsts = self._firsts[: zone + 2]
+        turn, rays = np.empty((len(wanted), zone + 1)), np.empty((len(wanted), zone + 1, 2))
+        kernel.profile_bearings(wanted, zone, self.counts, self.starts, self.merged, turn, rays)
+        depth = np.empty((len(wanted), int(firsts[-1])), np.float32)
+        done = np.zeros(int((-(-np.diff(firsts) // kernel.SAMPLES_PER_RUN)).sum()), bool)
+
+        def ask(pages: HeightmapTiles, missing: NDArray[np.bool_]) -> bool:
+            return kernel.sample_profiles(
+                self._here, rays, self.step, firsts, self._bed.depth, pages, missing, done, depth
+            )
+
+        ends = np.concatenate([self._here + rays[:, -1] * (self.step * depth.shape[1]), self._here[None]])
+        self._bed.read_heightmap(ends, ask)
+        return TerrainProfiles(depth, turn[:, -1], self._distance[: depth.shape[1]], self._launches, self._wavelength)
+
+
+def _zones(across: float, farthest: float, min_profile_width: float) -> tuple[Floats, Integers]:
+    """Outer edges of the zones [m], and the slices of azimuth in each.
+
+    Args:
+        across: Width that slices need not be narrower than [m].
+        farthest: Distance that the last zone reaches to [m].
+        min_profile_width: Width that they need not be narrower than [rad].
+    """
+    innermost = FIRST_ZONE * across / (2 * np.pi)
+    zones = max(0, int(np.ceil(np.log2(max(farthest, innermost) / innermost))))
+    edges = innermost * 2.0 ** np.arange(zones + 1)
+    edges[-1] = min(edges[-1], max(farthest, innermost))
+    widest = 2 ** max(0, int(np.ceil(np.log2(2 * np.pi / min_profile_width / FIRST_ZONE))))
+    counts = FIRST_ZONE * np.minimum(2 ** np.arange(zones + 1), widest)
+    own = np.append(counts[1:] != counts[:-1], True)  # zones of the same slices are one
+    return edges[own], counts[own]

@@ -1,0 +1,94 @@
+"""Ways between one end of the sonar and places, by every family of mirrors, each unfolded into a straight line."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.scene.scene import Scene
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class ImageLegs:
+    """Ways of one family between one end and n places, clear or not."""
+
+    length: Floats
+    """Of the way [m], (n,)."""
+    departure: Floats
+    """Direction at the sonar, away from it [1], (n, 3)."""
+    arrival: Floats
+    """Direction of travel at the place, towards it [1], (n, 3)."""
+    intensity: Floats
+    """What mirrors leave of the intensity, without spreading and absorption [1], (n,)."""
+
+
+def bounce_letters(family: str) -> str:
+    """The mirrors of a family, from the sonar outwards."""
+    return "" if family == "D" else family
+
+
+def image_source_depth(family: str, depth: float, water_depth: float) -> float:
+    """Depth from which a family's rays run straight to a place [m]: that of the sonar, mirrored mirror by mirror."""
+    for letter in bounce_letters(family):
+        depth = 2 * (water_depth if letter == "B" else 0.0) - depth
+    return depth
+
+
+def image_legs(scene: Scene, end: Floats, place: Floats, family: str, wavelength: float) -> ImageLegs:
+    """The ways of one family.
+
+    Args:
+        scene: Its mirrors: the level surface, and the mean plane of the bed.
+        end: The sonar's end [m], shape (3,).
+        place: Places [m], shape (n, 3).
+        family: Name of the family.
+        wavelength: Of the sound [m].
+    """
+    bed = scene.seabed.depth
+    ray = place - np.array([end[0], end[1], image_source_depth(family, end[2], bed)])
+    length = np.maximum(np.linalg.norm(ray, axis=1), 1e-6)
+    arrival = ray / length[:, None]
+    sense = np.array([1, 1, -1 if len(bounce_letters(family)) % 2 else 1])
+    sine = np.abs(arrival[:, 2])
+    left = reflected_intensity(scene, family, np.arcsin(np.minimum(sine, 1.0)))
+    left = left * coherent_intensity_factor(scene, family, float(end[2]), length, sine, wavelength)
+    return ImageLegs(length, arrival * sense, arrival, left)
+
+
+def reflected_intensity(scene: Scene, family: str, grazing: Floats) -> Floats:
+    """Intensity that the mirrors of a family leave at one grazing angle [rad], shape of `grazing`."""
+    left = np.ones(np.shape(grazing))
+    for letter in set(bounce_letters(family)):
+        mirror = scene.seabed.reflection_coefficient if letter == "B" else scene.surface.reflection_coefficient
+        left = left * np.abs(mirror(grazing)) ** (2 * bounce_letters(family).count(letter))
+    return left
+
+
+def coherent_intensity_factor(
+    scene: Scene, family: str, depth: float, length: Floats, sine: Floats, wavelength: float
+) -> Floats:
+    """Intensity that the roughness of the bed leaves after all bounces of a family [1], shape of `length`.
+
+    Args:
+        scene: The scene; 1 over a flat bed.
+        family: Name of the family.
+        depth: Of the sonar's end [m].
+        length: Of the ways [m].
+        sine: Of their grazing angles at the mirrors [1].
+        wavelength: Of the sound [m].
+    """
+    bed, left = scene.seabed.terrain, np.ones(np.shape(length))
+    if bed is None:
+        return left
+    climb, z = 0.0, depth
+    for letter in bounce_letters(family):
+        goal = bed.depth if letter == "B" else 0.0
+        climb, z = climb + abs(goal - z), goal
+        if letter == "B":
+            part = np.clip(climb / np.maximum(sine * length, 1e-12), 0, 1)
+            # the first Fresnel zone: an ellipse, its mean axis
+            zone = 2 * np.sqrt(wavelength * length * part * (1 - part) / np.maximum(sine, 1e-9))
+            left = left * bed.roughness_reflection_factor(sine, wavelength, np.maximum(zone, 1e-6)) ** 2
+    return left

@@ -1,0 +1,218 @@
+"""In which directions rays leave the sonar, and how much solid angle each of them stands for.
+
+Directions are told by the cosine u to the array's right and the turn psi about that axis: solid angle is du dpsi,
+and a side-looking beam is narrow in u alone. Some rays follow the beams and fill slant range evenly, family by
+family; others are aimed at each body. What a ray stands for follows from how densely all of them together could have
+been thrown there, so nothing is counted twice and nothing is left out.
+
+Method: stratified and importance sampling, and the balance heuristic of Veach & Guibas (1995), Proc. SIGGRAPH 95, 419.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify import random_keys
+from insonify.sonar.beam import Beams
+
+Floats = NDArray[np.float64]
+
+ACROSS, AROUND = 8192, 16384
+"""Steps of the tables over u and psi."""
+UNIFORM_ACROSS, UNIFORM_AROUND = 0.05, 0.1
+"""Share of the rays that are thrown evenly over u, and over psi, whatever the beams [1]."""
+MIN_RELATIVE_GAIN = 0.02
+"""Where the beam sends less than this of its most, rays are as dense as if it sent this [1]."""
+AIMED_FRACTION = 0.35
+"""Share of the rays that are aimed at bodies, where there are any [1]."""
+WINDOW_MARGIN = 0.1
+"""How much wider than a body a window is on each side, as a part of it [1]."""
+_GOLDEN = 0.6180339887498949
+_LEAST_WINDOW = 1e-4  # of u, and of psi [rad]
+
+
+@dataclass(frozen=True, slots=True)
+class TabulatedDensity:
+    """A density over even steps between two ends."""
+
+    low: float
+    step: float
+    probability: Floats
+    """Part of the rays in each step, shape (n,)."""
+    cumulative: Floats
+    """Part of the rays below each border, shape (n + 1,)."""
+
+    def density(self, x: Floats) -> Floats:
+        """Rays per unit, shape of x; nothing outside."""
+        row = np.floor((x - self.low) / self.step).astype(np.int64)
+        inside = (row >= 0) & (row < len(self.probability))
+        return np.asarray(
+            np.where(inside, self.probability[np.clip(row, 0, len(self.probability) - 1)] / self.step, 0.0)
+        )
+
+    def place(self, part: Floats) -> Floats:
+        """Where a part of the rays, 0 to 1, lies below, shape of `part`."""
+        borders = self.low + self.step * np.arange(len(self.cumulative))
+        return np.interp(part, self.cumulative, borders)
+
+
+def tabulated_density(low: float, high: float, weight: Floats) -> TabulatedDensity:
+    """A density from weights over even steps.
+
+    Args:
+        low: Where the first step begins.
+        high: Where the last one ends.
+        weight: Of each step, not negative, shape (n,).
+    """
+    probability = weight / weight.sum()
+    cumulative = np.concatenate([[0.0], np.cumsum(probability)])
+    return TabulatedDensity(low, (high - low) / len(weight), probability, cumulative / cumulative[-1])
+
+
+@dataclass(frozen=True, slots=True)
+class AimWindow:
+    """Directions towards one body by one family of mirrors: over u as the beams are, over psi evenly."""
+
+    u: tuple[float, float]
+    part: tuple[float, float]
+    """Parts of the rays of the beams that leave below its ends in u [1]."""
+    psi: tuple[float, float]
+    """From its lower end on [rad]."""
+
+    def density(self, u: Floats, psi: Floats, across: TabulatedDensity) -> Floats:
+        """Rays per unit solid angle of those aimed through it [1/sr]."""
+        low, tall = self.psi[0], self.psi[1] - self.psi[0]
+        inside = (u >= self.u[0]) & (u < self.u[1]) & (np.mod(psi - low, 2 * np.pi) < tall)
+        return np.asarray(inside * across.density(u) / ((self.part[1] - self.part[0]) * tall))
+
+
+@dataclass(frozen=True, slots=True)
+class LaunchSampler:
+    """How the rays of one ping are thrown."""
+
+    axes: Floats
+    """Boresight, right and down of the array as rows [1], shape (3, 3)."""
+    across: TabulatedDensity
+    """Density over u."""
+    around: TabulatedDensity
+    """Density over psi."""
+    windows: tuple[AimWindow, ...]
+
+    def rays(self, seed: int, ping: int, count: int, part: int, parts: int) -> tuple[Floats, Floats]:
+        """One part of the rays: every `parts`-th of them from `part` on.
+
+        Args:
+            seed: Of the scenario.
+            ping: Number of the ping: rays are thrown anew each time.
+            count: All rays.
+            part: Which part.
+            parts: How many parts there are.
+
+        Returns:
+            Unit vectors (n, 3), and the solid angle that each stands for [sr] (n,).
+        """
+        aimed = int(AIMED_FRACTION * count / len(self.windows)) if self.windows else 0
+        general = count - aimed * len(self.windows)
+        thrown: list[tuple[Floats, Floats]] = []
+        for group, size in enumerate([general] + [aimed] * len(self.windows)):
+            n = np.arange(part, size, parts)
+            first = random_keys.uniforms(seed, random_keys.TRACER, 0, group, ping, 1)
+            u = random_keys.uniforms(seed, random_keys.TRACER, n, group, ping, 0)
+            one, other = (n + u[:, 0]) / max(size, 1), np.mod(n * _GOLDEN + first[0], 1.0)
+            if group == 0:
+                thrown.append((self.across.place(other), self.around.place(one)))
+            else:
+                (left, right), (low, high) = self.windows[group - 1].part, self.windows[group - 1].psi
+                thrown.append((self.across.place(left + other * (right - left)), low + one * (high - low)))
+        cosine, turn = (np.concatenate(column) for column in zip(*thrown, strict=True))
+        density = general * self.across.density(cosine) * self.around.density(_wrapped(turn))
+        for window in self.windows:
+            density += aimed * window.density(cosine, turn, self.across)
+        return self.direction(cosine, turn), 1 / density
+
+    def direction(self, u: Floats, psi: Floats) -> Floats:
+        """Unit vectors of cosines u and turns psi, shape (n, 3)."""
+        ahead = np.sqrt(np.maximum(1 - u**2, 0.0))
+        return np.asarray(np.stack([ahead * np.cos(psi), u, ahead * np.sin(psi)], axis=-1) @ self.axes)
+
+
+def _wrapped(psi: Floats) -> Floats:
+    """Turns brought between -pi and pi [rad]."""
+    return np.mod(psi + np.pi, 2 * np.pi) - np.pi
+
+
+def launch_sampler(
+    transmit: Beams, receive: Beams, reaches: list[tuple[float, float, float, float]],
+    sights: list[tuple[Floats, bool]],
+) -> LaunchSampler:  # fmt: skip
+    """How the rays of one ping are to be thrown.
+
+    Args:
+        transmit: Beams that send, in the frame of the rays.
+        receive: Beams that listen, likewise.
+        reaches: Of each family that gets to a boundary: the vertical distance to it with all bounces [m], the sense in
+            which its rays leave (1 down, -1 up), and the least and greatest length that is heard [m].
+        sights: Of each body and family, rays to corners around it from the image of the sonar [m] (8, 3), and whether
+            they leave with their vertical sense turned.
+    """
+    plain = LaunchSampler(transmit.axes, _uniform_density(-1, 1), _uniform_density(-np.pi, np.pi), ())
+    psi = np.linspace(-np.pi, np.pi, AROUND + 1)
+    middle = (psi[:-1] + psi[1:]) / 2
+    steer = float(np.mean(transmit.steer[:, 0]))
+    sent = _max_power(transmit, plain.direction(np.full(AROUND, steer), middle))
+    around = _slant_range_density(plain.direction(np.zeros(AROUND + 1), psi)[:, 2], sent, reaches)
+    u = -1 + 2 * (np.arange(ACROSS) + 0.5) / ACROSS
+    loud = np.zeros(ACROSS)
+    for turn in (0.0, float(middle[np.argmax(sent)])):
+        ways = plain.direction(u, np.full(ACROSS, turn))
+        loud += _max_power(transmit, ways) * _max_power(receive, ways)
+    across = tabulated_density(-1, 1, UNIFORM_ACROSS / ACROSS + (1 - UNIFORM_ACROSS) * loud / max(loud.sum(), 1e-300))
+    return LaunchSampler(
+        transmit.axes, across, around, tuple(_aim_window(transmit.axes, across, *sight) for sight in sights)
+    )
+
+
+def _slant_range_density(
+    down: Floats, sent: Floats, reaches: list[tuple[float, float, float, float]]
+) -> TabulatedDensity:
+    """The density over psi that fills slant range evenly, family by family.
+
+    Args:
+        down: Sine of the launch angle at the borders of the steps, positive down [1], shape (AROUND + 1,).
+        sent: Power that the beam sends in each step [1], shape (AROUND,).
+        reaches: As of `launch_sampler`.
+    """
+    weight, found = np.full(AROUND, 1.0 / AROUND), np.zeros(AROUND)
+    for climb, sense, near, far in reaches:
+        with np.errstate(divide="ignore"):
+            reach = np.clip(np.where(sense * down > 0, climb / (sense * down), np.inf), near, far)
+        fill = np.abs(np.diff(reach)) * (MIN_RELATIVE_GAIN + sent / max(sent.max(), 1e-300))
+        found += fill / max(fill.sum(), 1e-300)
+    if found.sum() > 0:
+        weight = UNIFORM_AROUND * weight + (1 - UNIFORM_AROUND) * found / found.sum()
+    return tabulated_density(-np.pi, np.pi, weight)
+
+
+def _uniform_density(low: float, high: float) -> TabulatedDensity:
+    return tabulated_density(low, high, np.ones(1))
+
+
+def _max_power(beams: Beams, ways: Floats) -> Floats:
+    """Largest power of all beams towards some directions [1], shape (n,)."""
+    return np.asarray((beams.gain(ways) ** 2).max(axis=0))
+
+
+def _aim_window(axes: Floats, across: TabulatedDensity, corners: Floats, turned: bool) -> AimWindow:
+    """The window about a body seen from an image of the sonar."""
+    ray = corners * np.array([1, 1, -1 if turned else 1])
+    ahead, u, under = ((ray / np.maximum(np.linalg.norm(ray, axis=1, keepdims=True), 1e-9)) @ axes.T).T
+    psi = np.arctan2(under, ahead)
+    middle = float(np.arctan2(np.sin(psi).mean(), np.cos(psi).mean()))
+    aside = _wrapped(psi - middle)
+    tall = min((1 + 2 * WINDOW_MARGIN) * float(np.ptp(aside)) + _LEAST_WINDOW, 2 * np.pi)
+    wide = (1 + 2 * WINDOW_MARGIN) * float(np.ptp(u)) + _LEAST_WINDOW
+    low, left = middle + float(aside.min() + aside.max()) / 2 - tall / 2, float(u.min() + u.max()) / 2 - wide / 2
+    ends = max(left, -1.0), min(left + wide, 1.0)
+    below = np.interp(ends, across.low + across.step * np.arange(len(across.cumulative)), across.cumulative)
+    return AimWindow(ends, (float(below[0]), float(below[1])), (low, low + tall))

@@ -1,0 +1,126 @@
+"""The course of rays: straight on until something is met, then as a mirror sends them, until too little is left."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines.tracer._trace_kernel import BED, BODY, SURFACE
+from insonify.engines.tracer.image_legs import bounce_letters, coherent_intensity_factor, reflected_intensity
+from insonify.engines.tracer.interaction import specular_direction, specular_fraction
+from insonify.engines.tracer.ray_bundle import RayBundle, RayHits, TracedPing
+from insonify.engines.tracer.tracing_scene import has_flat_faces
+from insonify.scene.target import Solid
+
+Floats = NDArray[np.float64]
+
+MIN_ENERGY_FRACTION = 1e-7
+"""A ray of which mirrors have left less than this part of the energy is given up [1]."""
+BOUNCE_LETTERS = {BED: "B", SURFACE: "S", BODY: "T"}
+CONTRIBUTIONS = {BED: "seabed", SURFACE: "surface", BODY: "target"}
+UP = np.array([0.0, 0.0, -1.0])
+
+
+def trace_hits(ping: TracedPing, rays: RayBundle) -> Iterator[RayHits]:
+    """Everything that some rays meet, interface by interface.
+
+    Args:
+        ping: The ping.
+        rays: Rays that leave the sonar.
+
+    Yields:
+        RayHits, chain by chain; those that nothing follows from are among them.
+    """
+    under_way = [rays]
+    while under_way:
+        now = under_way.pop()
+        for hits in _first_hits(ping, now):
+            yield hits
+            if is_followed(ping, now.chain + hits.letter):
+                after = _reflected_rays(ping, hits)
+                after = after.take(after.left > MIN_ENERGY_FRACTION)
+                if len(after.length):
+                    under_way.append(after)
+
+
+def is_followed(ping: TracedPing, chain: str) -> bool:
+    """Whether rays of a chain of mirrors are followed.
+
+    Those of level mirrors as far as a family asks for them. Those with a target's face up to the most reflections, off
+    the level mirrors of the families; where families are named, only if `target_mirror` is, too.
+    """
+    choice = ping.choice
+    if "T" not in chain:
+        return any(bounce_letters(family).startswith(chain) for family in choice.followed_families)
+    asked = choice.families is None or choice.target_specular_fraction is not None
+    return (
+        asked
+        and len(chain) <= choice.max_reflections
+        and set(chain) <= {"T", *"".join(map(bounce_letters, choice.followed_families))}
+    )
+
+
+def _first_hits(ping: TracedPing, rays: RayBundle) -> list[RayHits]:
+    """What rays of one chain meet first, one interface after another."""
+    bodies = ping.scene.occluders
+    distance, met, owner, normal = ping.intersector.hits(rays.origin, rays.way, ping.farthest - rays.length)
+    arrived = replace(rays, origin=rays.origin + distance[:, None] * rays.way, length=rays.length + distance)
+    found = []
+    for kind, row in ((BED, -1), (SURFACE, -1), *((BODY, row) for row in range(len(bodies)))):
+        mine = np.flatnonzero((met == kind) & (owner == row))
+        if not mine.size:
+            continue
+        own, mirror, flat = ping.laws.get(kind), 0.0, True
+        if kind == BODY:
+            own, flat = bodies[row].scattering, has_flat_faces(bodies[row])
+            mirror = _face_specular_fraction(ping, bodies[row])
+        part = arrived.take(mine)
+        if kind == SURFACE:
+            part.origin[:, 2] = 0.0
+        elif kind == BED and ping.scene.seabed.terrain is None:
+            part.origin[:, 2] = ping.scene.seabed.depth
+        name = bodies[row].label if kind == BODY else CONTRIBUTIONS[kind]
+        found.append(RayHits(part, normal[mine], CONTRIBUTIONS[kind], name, BOUNCE_LETTERS[kind], own, mirror, flat))
+    return found
+
+
+def _face_specular_fraction(ping: TracedPing, body: Solid) -> float:
+    """Share of the energy that a target's face mirrors [1], all of it with the ray that goes on.
+
+    The law of the face is its rough part's alone, so that nothing of a mirror's lobe is scattered as well. Where the
+    scenario says how smooth the face is, its coefficient is the mirror's.
+    """
+    asked = ping.choice.target_specular_fraction if body.face_reflection_coefficient is None else body.face_reflection_coefficient**2
+    least = specular_fraction(body.scattering)
+    return least if asked is None else min(asked, least)
+
+
+def _reflected_rays(ping: TracedPing, hits: RayHits) -> RayBundle:
+    """Rays after the mirror that they have met; the bed mirrors as its mean plane does."""
+    rays = hits.rays
+    normal = hits.normal if hits.letter == "T" else np.broadcast_to(UP, rays.way.shape)
+    left = rays.left * _reflected_fraction(ping, hits)
+    way, flat = specular_direction(rays.way, normal), rays.flat and hits.flat
+    return replace(rays, chain=rays.chain + hits.letter, way=way, left=left, flat=flat)
+
+
+def _reflected_fraction(ping: TracedPing, hits: RayHits) -> Floats:
+    """Part of the energy that one mirror leaves [1], (n,)."""
+    rays, wavelength = hits.rays, ping.ping_geometry.wavelength
+    sine = np.minimum(np.abs(rays.way[:, 2]), 1.0)
+    if hits.letter != "T":
+        left = reflected_intensity(ping.scene, hits.letter, np.arcsin(sine))
+        bed = ping.scene.seabed.terrain
+        if hits.letter == "B" and "T" in rays.chain and bed is not None:
+            # how far the ray still goes is not known: taken as far as it has come
+            zone = np.sqrt(wavelength * rays.length / np.maximum(sine, 1e-9))
+            left = left * bed.roughness_reflection_factor(sine, wavelength, np.maximum(zone, 1e-6)) ** 2
+        return left
+    facing = np.where(np.einsum("ij,ij->i", rays.way, hits.normal) < 0, hits.mirror, 0.0)
+    if "T" in rays.chain:
+        return facing
+    # until here a chain of level mirrors, whose roughness is counted where its way ends
+    return facing * coherent_intensity_factor(
+        ping.scene, rays.family, float(ping.transmit[2]), rays.length, sine, wavelength
+    )

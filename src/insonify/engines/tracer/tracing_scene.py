@@ -1,0 +1,210 @@
+"""The scene as the tracer's kernels read it: triangles, and pieces of ground fetched as rays come to them.
+
+Everything stands in the frame of the scene's lattice, so that a world moved as a whole is traced by the same numbers.
+Upright boxes are triangles here like all other bodies.
+"""
+
+from functools import lru_cache
+from threading import Lock
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines.tracer._bvh_kernel import TriangleBvh, build_bvh
+from insonify.engines.tracer._terrain_hit_kernel import BLOCK, TerrainTiles
+from insonify.engines.tracer._trace_kernel import clear_image_paths, first_hits
+from insonify.scene.scatterer_grid import ScattererGrid
+from insonify.scene.scene import Scene
+from insonify.scene.seabed_terrain import TILE_CELLS, SeabedTerrain
+from insonify.scene.solid import body_triangles, world_triangles
+from insonify.scene.target import Solid
+
+Floats = NDArray[np.float64]
+Marks = NDArray[np.bool_]
+
+MAX_PIECES = 8192
+"""Pieces of ground that are kept, some 140 MB [1]."""
+MAX_FLAT_ANGLE, MIN_EDGE_ANGLE = 2e-3, 0.5
+"""Angles between neighbouring triangles: of one face below the first, of two faces above the second [rad]."""
+
+
+class TracingScene:
+    """A scene for rays; shared by all pings and threads."""
+
+    def __init__(self, scene: Scene) -> None:
+        """Sort the bodies; the ground is fetched when rays come to it.
+
+        Args:
+            scene: What is traced.
+        """
+        self.scene, self.lattice, self.bed = scene, scene.seabed.scatterer_grid, scene.seabed.terrain
+        self.solids: tuple[Solid, ...] = scene.occluders
+        self.bodies = _scene_bvh(scene)
+        self.store = None if self.bed is None else TerrainTileCache(self.bed)
+
+    def turned(self, vector: Floats) -> Floats:
+        """Vectors of the world in the lattice's frame, shape (..., 3)."""
+        return np.asarray(vector @ lattice_rotation(self.lattice).T)
+
+    def to_lattice_frame(self, place: Floats) -> Floats:
+        """Places of the world in the lattice's frame [m], shape (..., 3)."""
+        return np.concatenate([self.lattice.from_world(place[..., :2]), place[..., 2:]], axis=-1)
+
+    def intersector(self, here: Floats, farthest: float) -> "RayIntersector":
+        """The ground about a place in the lattice's frame [m], as far as anything is heard [m]."""
+        if self.bed is not None and self.store is not None and len(self.store.rows) > MAX_PIECES:
+            self.store = TerrainTileCache(self.bed)  # sheets under way keep the old one
+        return RayIntersector(self, here, farthest)
+
+
+class TerrainTileCache:
+    """Pieces of ground that have been fetched; rows are only ever added."""
+
+    def __init__(self, bed: SeabedTerrain) -> None:
+        """Nothing fetched yet."""
+        self.bed, self.lock = bed, Lock()
+        self.rows: dict[tuple[int, int], int] = {}
+        blocks = TILE_CELLS // BLOCK
+        self.tiles = np.empty((64, TILE_CELLS + 1, TILE_CELLS + 1), np.float32)
+        self.block_maxima = np.empty((64, blocks, blocks), np.float32)
+        self.tile_maxima = np.empty(64, np.float32)
+
+    def fetch(self, along: int, across: int) -> int:
+        """Row of a piece, fetched where it is not there yet; hold the lock."""
+        key = (along, across)
+        if key not in self.rows:
+            row = len(self.rows)
+            if row == len(self.tiles):
+                self.tiles, self.block_maxima, self.tile_maxima = (
+                    np.concatenate([kept, np.empty_like(kept)])
+                    for kept in (self.tiles, self.block_maxima, self.tile_maxima)
+                )
+            piece = np.asarray(self.bed.heightmap_tile(along, across))
+            self.tiles[row] = piece
+            known = np.where(np.isnan(piece), -np.inf, piece)
+            corners = (known[:-1, :-1], known[1:, :-1], known[:-1, 1:], known[1:, 1:])
+            cells = np.maximum.reduce(corners)
+            side = TILE_CELLS // BLOCK
+            self.block_maxima[row] = cells.reshape(side, BLOCK, side, BLOCK).max(axis=(1, 3))
+            self.tile_maxima[row] = self.block_maxima[row].max()
+            self.rows[key] = row
+        return self.rows[key]
+
+
+class RayIntersector:
+    """The ground of one ping, and what rays meet on it and above it."""
+
+    def __init__(self, world: TracingScene, here: Floats, farthest: float) -> None:
+        """No piece is looked up yet.
+
+        Args:
+            world: Bodies and store of ground.
+            here: Middle of the sheet, in the lattice's frame [m], shape (>= 2,).
+            farthest: How far it reaches [m].
+        """
+        self._scene_bvh, self._store = world.bodies, world.store
+        if world.store is None:
+            self.ground = _flat_tiles(world.scene.seabed.depth)
+            return
+        bed = world.store.bed
+        side = bed.heightmap_cell_size * TILE_CELLS
+        corner = np.floor((here[:2] - farthest) / side).astype(int) - 1
+        size = np.floor((here[:2] + farthest) / side).astype(int) + 2 - corner
+        low, high = bed.relief.span
+        row_of = np.full(size, -1, np.int32)
+        with world.store.lock:
+            for (along, across), row in world.store.rows.items():
+                p, q = along - corner[0], across - corner[1]
+                if 0 <= p < size[0] and 0 <= q < size[1]:
+                    row_of[p, q] = row
+        self.ground = TerrainTiles(
+            float(bed.depth), float(bed.heightmap_cell_size), float(low), float(high), int(corner[0]), int(corner[1]),
+            row_of, world.store.tiles, world.store.block_maxima, world.store.tile_maxima,
+        )  # fmt: skip
+
+    def _fetch_missing(self, missing: Marks) -> bool:
+        """Fetch the pieces that are wanted; False where none is."""
+        store = self._store
+        if store is None or not missing.any():
+            return False
+        with store.lock:
+            row_of = self.ground.row_of.copy()
+            for p, q in np.argwhere(missing):
+                row_of[p, q] = store.fetch(int(p) + self.ground.corner_a, int(q) + self.ground.corner_b)
+            self.ground = self.ground._replace(
+                row_of=row_of, tiles=store.tiles, block_maxima=store.block_maxima, tile_maxima=store.tile_maxima
+            )
+        return True
+
+    def hits(
+        self, origin: Floats, way: Floats, farthest: Floats
+    ) -> tuple[Floats, NDArray[np.int8], NDArray[np.int64], Floats]:
+        """What rays meet first, see `first_hits`.
+
+        Returns:
+            Distance [m] (n,), what is met (n,), owner of the body met (n,), unit normal (n, 3).
+        """
+        n = len(origin)
+        distance, met, owner, normal = np.empty(n), np.empty(n, np.int8), np.empty(n, np.int64), np.empty((n, 3))
+        while True:
+            missing = np.zeros(self.ground.row_of.shape, bool)
+            first_hits(origin, way, farthest, self.ground, self._scene_bvh, missing, distance, met, owner, normal)
+            if not self._fetch_missing(missing):
+                return distance, met, owner, normal
+
+    def clear(self, end: Floats, place: Floats, family: str, wavelength: float, asked: Marks) -> Marks:
+        """Which places a mirrored way from one end of the sonar gets to, see `clear_image_paths`.
+
+        Args:
+            end: The sonar's end, in the lattice's frame [m], shape (3,).
+            place: The places, likewise [m], shape (n, 3).
+            family: Letters of the mirrors from the sonar outwards, D for none.
+            wavelength: Of the sound [m].
+            asked: Which are asked for, shape (n,).
+        """
+        bottom = np.array([letter == "B" for letter in family if letter != "D"], bool)
+        while True:
+            found, missing = asked.copy(), np.zeros(self.ground.row_of.shape, bool)
+            clear_image_paths(end, place, bottom, wavelength, self.ground, self._scene_bvh, missing, found)
+            if not self._fetch_missing(missing):
+                return found
+
+
+@lru_cache(maxsize=256)
+def has_flat_faces(solid: Solid) -> bool:
+    """Whether a body's faces meet at edges, and do not bend round: no angle at an edge is small but not nothing."""
+    surface = body_triangles(solid)
+    a, b, c = np.moveaxis(surface.corners, 1, 0)
+    normal = np.cross(b - a, c - a)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    start, stop = surface.faces.reshape(-1), np.roll(surface.faces, -1, axis=1).reshape(-1)
+    key = np.minimum(start, stop) * (int(surface.faces.max()) + 1) + np.maximum(start, stop)
+    order = np.argsort(key, kind="stable")
+    same = np.flatnonzero(key[order][1:] == key[order][:-1])
+    one, other = (order[same + step] // 3 for step in (0, 1))
+    angle = np.arccos(np.clip(np.einsum("ij,ij->i", normal[one], normal[other]), -1, 1))
+    return bool(not np.any((angle > MAX_FLAT_ANGLE) & (angle < MIN_EDGE_ANGLE)))
+
+
+def lattice_rotation(lattice: ScattererGrid) -> Floats:
+    """The lattice's axes in the world as rows: along, across, down [1], shape (3, 3)."""
+    c, s = np.cos(lattice.heading), np.sin(lattice.heading)
+    return np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _flat_tiles(depth: float) -> TerrainTiles:
+    """A level bed."""
+    none, map_of = np.zeros((0, 1, 1), np.float32), np.full((1, 1), -1, np.int32)
+    return TerrainTiles(float(depth), 0.0, 0.0, 0.0, 0, 0, map_of, none, none, none[:, 0, 0])
+
+
+@lru_cache(maxsize=8)
+def _scene_bvh(scene: Scene) -> TriangleBvh:
+    """Triangles of all occluders, in the lattice's frame."""
+    corners, owner = [np.zeros((0, 3, 3))], [np.zeros(0, np.int64)]
+    lattice = scene.seabed.scatterer_grid
+    for row, solid in enumerate(scene.occluders):
+        found = world_triangles(solid, scene.seabed).corners
+        corners.append(np.concatenate([lattice.from_world(found[..., :2]), found[..., 2:]], axis=-1))
+        owner.append(np.full(len(found), row))
+    return build_bvh(np.concatenate(corners), np.concatenate(owner))

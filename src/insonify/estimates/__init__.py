@@ -1,0 +1,1 @@
+"""Estimates of what a run takes before it begins: time, memory, disk, compilation, and the error of sub-bands."""

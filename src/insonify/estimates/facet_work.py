@@ -1,0 +1,49 @@
+"""Work on the smooth faces of targets in one ping: pieces are counted as that ping would split them.
+
+How many there are depends on the wave, the beams, the window and the distance, so a sample of them is split. That
+is done once, at the ping that meets the most of the targets.
+"""
+
+import numpy as np
+
+from insonify.engines.facet_count import facet_count
+from insonify.engines.memory_budget import BYTES_AT_ONCE, bytes_per_point, legs_per_point
+from insonify.engines.ping_scatterers import ping_scatterers
+from insonify.estimates import unit_costs
+from insonify.scene.solid import world_triangles
+from insonify.scene.target import PointTarget
+from insonify.simulator import Simulator
+from insonify.sonar.ping_geometry import PingGeometry
+
+MOST_COUNTED = 12
+"""Targets whose pieces are counted; others are judged by their area [1]."""
+
+
+def facet_work(simulator: Simulator, ping_geometry: PingGeometry) -> tuple[float, float, float]:
+    """Facets on the smooth targets that one side of the sonar meets at one ping, and what they take.
+
+    Args:
+        simulator: A prepared scenario.
+        ping_geometry: The side at that ping.
+
+    Returns:
+        Facets [1], processor time [s], memory [bytes].
+    """
+    scenario, scene = simulator.scenario, simulator.engine.scene
+    smooth = [one for one in scene.targets if not isinstance(one, PointTarget) and one.face_reflection_coefficient is not None]
+    if not smooth or "target" not in scenario.paths.contributions:
+        return 0.0, 0.0, 0.0
+    seen = ping_scatterers(scene, scenario.paths, scenario.seed, ping_geometry, simulator.engine.rays)
+    areas = [float(world_triangles(one, scene.seabed).area.sum()) for one in smooth]
+    rows = np.unique(np.linspace(0, len(smooth) - 1, MOST_COUNTED).round().astype(int))
+    pieces = [
+        facet_count(
+            scene, smooth[row], scenario.paths, ping_geometry, seen.resolution.slant_resolution, simulator.engine.rays
+        )
+        for row in rows
+    ]
+    facets, most = sum(pieces) * sum(areas) / sum(areas[row] for row in rows), max(pieces)
+    legs = legs_per_point(scene, scenario.paths, "target", drawn=False)
+    pairs = bytes_per_point(scene, scenario.paths, "target", drawn=False)
+    seconds = unit_costs.SECONDS_PER_FACET + legs**2 * unit_costs.SECONDS_PER_SPECULAR_PAIR * scenario.sonar.beam_count
+    return facets, facets * seconds, most * unit_costs.BYTES_PER_FACET + min(facets * pairs, BYTES_AT_ONCE / 4)

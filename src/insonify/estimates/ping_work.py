@@ -1,0 +1,445 @@
+"""Work of one ping: scatterers, legs, pairs and transforms, counted without drawing any, and priced.
+
+The ground in reach is walked in rings and sectors; where the beams hear anything, the density of scatterers that the
+sampling asks for is added up. Targets are counted by the area of their faces, at a few pings, where beams and window
+may hear them; faces that look away are reached but send nothing back.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines import polar_grid
+from insonify.engines.beam_importance import BeamImportance
+from insonify.engines.glint_spread import glint_spread
+from insonify.engines.memory_budget import legs_per_point
+from insonify.engines.ping_scatterers import ping_scatterers
+from insonify.engines.resolution import Resolution, max_path_length, receivable_range, tiles_in_view, two_way_gain_bound
+from insonify.engines.targets import solid_pieces, target_count
+from insonify.engines.volume import VolumeScatterers
+from insonify.estimates import unit_costs
+from insonify.propagation.families import bounce_sequence, families_reaching
+from insonify.propagation.image_sources import StraightRays
+from insonify.propagation.propagation_model import PropagationModel
+from insonify.scattering.lambert import Lambert
+from insonify.scenario.scenario import Scenario
+from insonify.scene.scatterer_grid import BASE_PITCH, FINEST_LEVEL, TILE
+from insonify.scene.scatterers import Boundary
+from insonify.simulator import Simulator
+from insonify.sonar.ping_geometry import PingGeometry
+from insonify.estimates.facet_work import facet_work
+from insonify.synthesis.label_accumulator import POINTS
+from insonify.synthesis.waveform_basis import waveform_basis
+from insonify.units import amplitude_ratio
+
+Floats = NDArray[np.float64]
+
+MIN_CELL_SIZE = (BASE_PITCH * 2.0**FINEST_LEVEL) ** 2
+"""Area of the smallest cells of the scatterers' grid [m^2]."""
+RINGS, SECTORS = 48, 360
+"""Number of rings and sectors in which the seabed is counted [1]."""
+PLACES = 12
+"""Distances, and depths, at which pairs of legs to points in the water are counted [1]."""
+TARGET_PINGS, TARGET_LOOKS = 9, 300
+"""Most pings at which targets are counted, and counts of single targets from which on there are fewer pings [1]."""
+
+
+@dataclass(frozen=True, slots=True)
+class PingWork:
+    """Work of one ping, or of some part of it."""
+
+    points: float = 0.0
+    """Scatterers [1]."""
+    seconds: float = 0.0
+    """Processor time [s]."""
+    tiles: float = 0.0
+    """Tiles of the boundaries [1]."""
+    pieces: tuple[float, ...] = ()
+    """Pieces that each body is cut into, once for all pings [1]."""
+    facets: float = 0.0
+    """Memory of the facets of smooth targets [bytes]."""
+
+    def __add__(self, other: "PingWork") -> "PingWork":
+        """Both together."""
+        return PingWork(
+            self.points + other.points,
+            self.seconds + other.seconds,
+            self.tiles + other.tiles,
+            self.pieces + other.pieces,
+            max(self.facets, other.facets),
+        )
+
+
+def ping_work(simulator: Simulator, *, labels: bool = False) -> PingWork:
+    """Work of the first ping of a run, all sides; that on targets is the mean of a few pings.
+
+    Args:
+        simulator: A prepared scenario.
+        labels: Whether its samples are labelled too.
+    """
+    total = sum((_side_work(simulator, side) for side in simulator.ping_geometries(0)), PingWork())
+    total += _on_targets(simulator)
+    if labels:
+        more = label_work(simulator)
+        total = replace(total, seconds=total.seconds + more.seconds, tiles=max(total.tiles, more.tiles))
+    return total
+
+
+def label_work(simulator: Simulator) -> PingWork:
+    """Work of the labels of one ping: those of an expectation of its own, and a place for each pair."""
+    scenario = simulator.scenario
+    fewer = min(scenario.paths.scatterers_per_cell, POINTS)
+    paths = scenario.paths.unchecked_copy(scatterers_per_cell=fewer, engine="eigenrays")
+    # unchecked: an expectation's work is counted, though sub-bands and the like are for pressures
+    expected = replace(simulator, scenario=scenario.unchecked_copy(field="incoherent", paths=paths), tracer=None)
+    total, names, apart = _on_targets(expected, label=True), simulator.label_names, False
+    for side in simulator.ping_geometries(0):
+        fast = _label_swath(simulator, side)
+        total += _boundaries(expected, side, label=True, seabed=fast is None) + _water(expected, side, label=True)
+        total, apart = total + (fast or PingWork()), apart or fast is None
+    # by the fast path pairs share the owner's curve out
+    curves = (len(names.objects) + len(names.pairs) * apart) * scenario.sonar.channel_count
+    return PingWork(total.points, total.seconds + curves * transform_seconds(simulator, expected=True), total.tiles)
+
+
+def transform_seconds(simulator: Simulator, *, expected: bool, shapes: int = 1) -> float:
+    """Processor time from cells to a time series in one channel [s].
+
+    Args:
+        simulator: A prepared scenario.
+        expected: Whether the series is an expected intensity.
+        shapes: Waveforms that it is a sum of.
+    """
+    cells = simulator.grid.padded_samples
+    return float(unit_costs.SECONDS_PER_CELL[expected] * cells * np.log2(cells) * (1 + shapes) / 2)
+
+
+def _side_work(simulator: Simulator, ping_geometry: PingGeometry) -> PingWork:
+    """Work of one side of the sonar at one ping, but for targets."""
+    scenario = simulator.scenario
+    expected, shapes = scenario.field == "incoherent", waveform_count(ping_geometry)
+    beams = scenario.sonar.beam_count
+    slow = expected and simulator.tracer is None and _fast_reverberation_steps(simulator, ping_geometry) is None
+    start = unit_costs.PING_SECONDS + unit_costs.EXPECTED_SECONDS * slow
+    start += unit_costs.ELEMENTS_SECONDS * (ping_geometry.elements is not None)
+    fixed = PingWork(seconds=start + beams * transform_seconds(simulator, expected=expected, shapes=shapes))
+    if scenario.paths.geometry == "slice":
+        return fixed + _slice(simulator, ping_geometry)
+    if simulator.tracer is not None:
+        return fixed + PingWork(float(scenario.paths.rays), scenario.paths.rays * unit_costs.SECONDS_PER_RAY)
+    return fixed + _boundaries(simulator, ping_geometry) + _water(simulator, ping_geometry)
+
+
+def _slice(simulator: Simulator, ping_geometry: PingGeometry) -> PingWork:
+    """Points along the one line of each boundary, and their pairs."""
+    scenario = simulator.scenario
+    seen = ping_scatterers(simulator.engine.scene, scenario.paths, scenario.seed, ping_geometry, simulator.engine.rays)
+    found: list[tuple[Boundary, float]] = [("seabed", scenario.seabed.depth), ("surface", 0.0)]
+    total = PingWork(seconds=unit_costs.SECONDS_PER_SLICE_PING)
+    for boundary, level in found:
+        kept = families_reaching(boundary, scenario.paths.followed_families)
+        if boundary not in scenario.paths.contributions or _law(scenario, boundary) is None or not kept:
+            continue
+        heard = receivable_range(ping_geometry, level, simulator.engine.rays, kept, rise=seen.rise(boundary))
+        points = max(heard.farthest - heard.nearest, 0.0) / (
+            seen.resolution.slant_resolution / seen.resolution.scatterers_per_cell
+        )
+        each = sum(_legs(simulator, ping_geometry, name) for name in kept)
+        each += len(kept) ** 2 * _pair_seconds(simulator, ping_geometry, _law(scenario, boundary), boundary)
+        total += PingWork(points, points * each)
+    return total
+
+
+def _boundaries(
+    simulator: Simulator, ping_geometry: PingGeometry, *, label: bool = False, seabed: bool = True
+) -> PingWork:
+    """Scatterers of the seabed, unless it is counted apart, and of the surface."""
+    scenario, total = simulator.scenario, PingWork()
+    seen = ping_scatterers(simulator.engine.scene, scenario.paths, scenario.seed, ping_geometry, simulator.engine.rays)
+    found: list[tuple[Boundary, float]] = [("seabed", scenario.seabed.depth), ("surface", 0.0)]
+    for boundary, level in found:
+        kept, law = families_reaching(boundary, scenario.paths.followed_families), _law(scenario, boundary)
+        if (
+            boundary not in scenario.paths.contributions
+            or law is None
+            or not kept
+            or (boundary == "seabed" and not seabed)
+        ):
+            continue
+        if (
+            boundary == "seabed"
+            and not label
+            and (steps := _fast_reverberation_steps(simulator, ping_geometry)) is not None
+        ):
+            total += PingWork(steps, _swath_seconds(steps, len(kept)))
+            continue
+        points, position, tiles = _on_boundary(
+            ping_geometry, level, simulator.engine.rays, kept, seen.resolution, scenario, seen.rise(boundary)
+        )
+        legs, pairs = _leg_and_pair_work(simulator, ping_geometry, boundary, kept, points, position)
+        each = _pair_seconds(simulator, ping_geometry, law, boundary, label=label)
+        relief = len(scenario.seabed.relief) if boundary == "seabed" else 0
+        count = float(points.sum())
+        total += PingWork(count, legs + pairs * each + count * unit_costs.SECONDS_PER_TERRAIN_POINT * relief, tiles)
+    return total
+
+
+def _swath_seconds(steps: float, families: int) -> float:
+    """Processor time of the fast reverberation path for so many steps and families of legs [s]."""
+    price = unit_costs.SECONDS_PER_STEP + families * unit_costs.SECONDS_PER_STEP_LEG
+    return unit_costs.SECONDS_PER_FAST_REVERBERATION + steps * price
+
+
+def _label_swath(simulator: Simulator, ping_geometry: PingGeometry) -> PingWork | None:
+    """Work of labels on the seabed by the fast path, of one side; None where they do not take it."""
+    scenario = simulator.scenario
+    kept = families_reaching("seabed", scenario.paths.followed_families)
+    if (
+        "seabed" not in scenario.paths.contributions
+        or not kept
+        or not simulator.incoherent_accumulator(ping_geometry).is_short_pulse
+    ):
+        return None
+    ground = simulator.label_ground(ping_geometry)
+    if ground is None:
+        return None
+    steps = float(ground.plan.steps)
+    seconds = unit_costs.LABEL_SWATH_SECONDS + steps * len(kept) * unit_costs.SECONDS_PER_LABEL_STEP_LEG
+    return PingWork(steps, seconds + (0.0 if simulator.shares_ground else _swath_seconds(steps, len(kept))))
+
+
+def _law(scenario: Scenario, boundary: Boundary) -> object:
+    """Scattering law of a boundary; None where it does not scatter."""
+    return (scenario.seabed if boundary == "seabed" else scenario.surface).scattering
+
+
+def _water(simulator: Simulator, ping_geometry: PingGeometry, *, label: bool = False) -> PingWork:
+    """Points in the water."""
+    scenario = simulator.scenario
+    if "water" not in scenario.paths.contributions or not scenario.water.scatters:
+        return PingWork()
+    seen = ping_scatterers(simulator.engine.scene, scenario.paths, scenario.seed, ping_geometry, simulator.engine.rays)
+    suspended = VolumeScatterers(simulator.engine.scene, scenario.paths, scenario.seed, ping_geometry, seen.resolution)
+    count, kept = suspended.count(quadrature=scenario.field == "incoherent"), scenario.paths.followed_families
+    pair = _pair_seconds(simulator, ping_geometry, boundary="water", label=label)
+    distance, depth = _in_the_water(simulator, ping_geometry)
+    pairs = _pairs_received(simulator, ping_geometry, kept, distance, depth)
+    near = 1 / np.maximum(
+        distance**2 + (depth - ping_geometry.transmit_position[2]) ** 2, 1.0
+    )  # cells widen with the range
+    met = float(np.average(pairs[pairs > 0], weights=(distance * near)[pairs > 0])) if pairs.any() else 0.0
+    each = sum(_legs(simulator, ping_geometry, name) for name in kept) + met * pair
+    return PingWork(count, count * (each + unit_costs.SECONDS_PER_TERRAIN_POINT * len(scenario.seabed.relief)))
+
+
+def _in_the_water(simulator: Simulator, ping_geometry: PingGeometry) -> tuple[Floats, Floats]:
+    """Horizontal distances and depths of places all over the water that the window reaches [m], shape (n,) each."""
+    farthest = simulator.scenario.water.max_sound_speed * ping_geometry.recorded_delays[1] / 2
+    part = (np.arange(PLACES) + 0.5) / PLACES
+    distance, depth = np.meshgrid(farthest * part, simulator.scenario.seabed.depth * part)
+    return distance.ravel(), depth.ravel()
+
+
+def _pairs_received(
+    simulator: Simulator, ping_geometry: PingGeometry, kept: tuple[str, ...], distance: Floats, depth: Floats
+) -> Floats:  # fmt: skip
+    """Number of pairs of straight legs to places, by their distance and depth [m], that fall into the window, (n,)."""
+    lengths = []
+    for end in (ping_geometry.transmit_position, ping_geometry.receive_position):
+        images = np.full(len(kept), float(end[2]))
+        for row, name in enumerate(kept):
+            for bounce in bounce_sequence(name):
+                images[row] = -images[row] if bounce == "S" else 2 * simulator.scenario.seabed.depth - images[row]
+        lengths.append(np.hypot(distance, depth - images[:, None]))
+    both = lengths[0][:, None] + lengths[1]
+    first, last = (ping_geometry.sound_speed * delay for delay in ping_geometry.recorded_delays)
+    return np.asarray(((both >= first) & (both <= last)).sum(axis=(0, 1)), float)
+
+
+def _leg_and_pair_work(
+    simulator: Simulator,
+    ping_geometry: PingGeometry,
+    boundary: Boundary,
+    kept: tuple[str, ...],
+    points: Floats,
+    position: Floats,
+) -> tuple[float, float]:
+    """A core's time for the legs to some scatterers at some distances [s], and the pairs that are met there."""
+    drawn = boundary == "seabed" and simulator.scenario.field == "coherent"
+    known = simulator.engine.family_keep_probabilities(ping_geometry, position) if drawn else None
+    if known is None:
+        level = simulator.scenario.seabed.depth if boundary == "seabed" else 0.0
+        pairs = np.full(len(position), len(kept) ** 2.0)
+        if ping_geometry.receive_track_extent is None:
+            pairs = _pairs_received(simulator, ping_geometry, kept, position, np.full(len(position), level))
+        count = float(points.sum())
+        return count * sum(_legs(simulator, ping_geometry, name) for name in kept), float(points @ pairs)
+    families, share = known
+    followed, fitted = ((points * part).sum(axis=1) for part in ((share > 0).any(axis=1), share.max(axis=1)))
+    seconds = sum(
+        _legs(simulator, ping_geometry, name, fitted=float(part)) * float(count)
+        for name, count, part in zip(families, followed, fitted / np.maximum(followed, 1e-300), strict=True)
+    )
+    return seconds, float((points * share).sum())
+
+
+def _legs(simulator: Simulator, ping_geometry: PingGeometry, family: str, *, fitted: float = 1.0) -> float:
+    """A core's time for the legs of one family to a scatterer from all ends [s], a part of them off fitted planes."""
+    scenario = simulator.scenario
+    each = unit_costs.SECONDS_PER_LEG
+    if not isinstance(simulator.engine.rays, StraightRays):
+        each += unit_costs.SECONDS_PER_REFRACTED_LEG
+    if scenario.seabed.relief and "B" in family:
+        each += unit_costs.SECONDS_PER_FIT * fitted
+    if "S" in family and scenario.surface.reflection == "explicit":
+        each += unit_costs.SECONDS_PER_WAVE_LEG
+    elif "S" in family and scenario.field == "coherent" and scenario.surface.reflection != "flat":
+        each += unit_costs.SECONDS_PER_GLINT
+    return each * (1 if ping_geometry.is_monostatic else 2)
+
+
+def _on_targets(simulator: Simulator, *, label: bool = False) -> PingWork:
+    """Points on targets in one ping, all sides: means of a few pings."""
+    scenario = simulator.scenario
+    if "target" not in scenario.paths.contributions or not scenario.targets or scenario.paths.geometry == "slice":
+        return PingWork()
+    kept, scene, total, seconds = scenario.paths.followed_families, simulator.engine.scene, 0.0, 0.0
+    looks = int(np.clip(TARGET_LOOKS // len(scenario.targets), 2, TARGET_PINGS))
+    pings = np.unique(np.linspace(0, scenario.track.ping_count - 1, looks).round().astype(int)).tolist()
+    pieces: list[float] = []
+    fullest: tuple[float, PingGeometry | None] = (0.0, None)
+    for ping_geometry in (side for ping in pings for side in simulator.ping_geometries(ping)):
+        seen = ping_scatterers(scene, scenario.paths, scenario.seed, ping_geometry, simulator.engine.rays)
+        pieces = pieces or solid_pieces(scene, ping_geometry, seen.resolution)
+        drawn = seen.resolution if scenario.field == "coherent" or label else None  # labels take as few points
+        asked, facing = target_count(
+            scene, scenario.paths, ping_geometry, seen.resolution.slant_resolution, simulator.engine.rays, drawn
+        )
+        total += asked
+        fullest = max(fullest, (asked, ping_geometry), key=lambda one: one[0])
+        seconds += asked * sum(_legs(simulator, ping_geometry, name) for name in kept)
+        seconds += facing * len(kept) ** 2 * _pair_seconds(simulator, ping_geometry, label=label)
+    most, stance_there = fullest
+    if stance_there is None:
+        return PingWork(pieces=tuple(pieces))
+    # pings that meet fewer points meet fewer facets
+    facets, split, held = facet_work(simulator, stance_there)
+    part = total / len(pings) / most
+    return PingWork(total / len(pings) + facets * part, seconds / len(pings) + split * part, pieces=tuple(pieces),
+                facets=held)  # fmt: skip
+
+
+def _fast_reverberation_steps(simulator: Simulator, ping_geometry: PingGeometry) -> float | None:
+    """Steps along the lines of the ground by which one side is heard the quick way; None where it is not."""
+    if simulator.scenario.field == "coherent" or not simulator.incoherent_accumulator(ping_geometry).is_short_pulse:
+        return None
+    ground = simulator.fast_reverberation(ping_geometry)
+    return None if ground is None else float(ground.plan.steps)
+
+
+def waveform_count(ping_geometry: PingGeometry) -> int:
+    """Waveforms that each channel's sound is a sum of."""
+    made = waveform_basis(ping_geometry)
+    return len(made.band) * len(made.doppler)
+
+
+def _expected_pair_seconds(
+    simulator: Simulator, ping_geometry: PingGeometry, section: float, boundary: Boundary
+) -> float:
+    """Processor time for the expectation of one pair of families in all channels of one side [s]."""
+    scenario = simulator.scenario
+    if not ping_geometry.is_monostatic:
+        return unit_costs.SECONDS_PER_PAIR_APART * scenario.sonar.beam_count + (
+            unit_costs.SECONDS_PER_SURFACE_SECTION if section and boundary == "surface" else section
+        )
+    kept = len(families_reaching(boundary, scenario.paths.followed_families))
+    legs = legs_per_point(simulator.engine.scene, scenario.paths, boundary, drawn=boundary == "water")
+    glints = (legs**2 - kept**2) / kept**2 * unit_costs.SECONDS_PER_GLINT_PAIR
+    return section + (unit_costs.SECONDS_PER_EXPECTED_PAIR + glints) * scenario.sonar.beam_count
+
+
+def _pair_seconds(
+    simulator: Simulator, ping_geometry: PingGeometry, law: object = None, boundary: Boundary = "target", *, label: bool = False
+) -> float:  # fmt: skip
+    """Processor time for one pair of legs in all channels of one side [s], by a law; None: one without angles."""
+    beams = simulator.scenario.sonar.beam_count
+    section = 0.0 if law is None or isinstance(law, Lambert) else unit_costs.SECONDS_PER_SECTION
+    if label:
+        return section + (unit_costs.SECONDS_PER_PAIR + unit_costs.SECONDS_PER_LABEL) * beams
+    if simulator.scenario.field == "incoherent":
+        return _expected_pair_seconds(simulator, ping_geometry, section, boundary)
+    if ping_geometry.is_static and ping_geometry.elements is None and not ping_geometry.sub_bands:
+        return section + unit_costs.SECONDS_PER_PAIR * beams
+    shapes = unit_costs.SECONDS_PER_WAVEFORM * (waveform_count(ping_geometry) - 1)
+    return section + unit_costs.SECONDS_PER_PAIR + (unit_costs.SECONDS_PER_ELEMENT + shapes) * beams
+
+
+def _on_boundary(
+    ping_geometry: PingGeometry, level: float, rays: PropagationModel, families: tuple[str, ...], resolution: Resolution,
+    scenario: Scenario, rise: float,
+) -> tuple[Floats, Floats, float]:  # fmt: skip
+    """Scatterers at some distances [m], and tiles, in reach of window and beams: of a boundary so far [m] off level."""
+    floor = float(amplitude_ratio(scenario.paths.beam_cutoff_db))
+    glints = glint_spread(scenario.scene, ping_geometry.frequency)
+    if ping_geometry.receive_track_extent is not None:  # no rings about two places: its tiles are counted
+        widest = max_path_length(ping_geometry, scenario.water.max_sound_speed)
+        found, density = tiles_in_view(
+            ping_geometry,
+            scenario.seabed.scatterer_grid,
+            level,
+            rays,
+            families,
+            resolution,
+            floor,
+            rise=rise,
+            widest=widest,
+            glints=glints,
+        )
+        return density * TILE**2, np.zeros(len(density)), float(len(found.level))
+    heard = receivable_range(ping_geometry, level, rays, families, rise=rise)
+    if heard.farthest <= heard.nearest:
+        return np.zeros(1), np.zeros(1), 0.0
+    far = np.array([heard.farthest])
+    margin = _tile(resolution, far, heard.vertical_distance, scenario)[0] / 2  # ground comes in whole tiles
+    outer = heard.farthest + margin
+    edges = np.geomspace(max(heard.nearest - margin, outer * 1e-3), outer, RINGS + 1)
+    middle = np.sqrt(edges[:-1] * edges[1:])
+    tile = _tile(resolution, middle, heard.vertical_distance, scenario)
+    azimuth = (np.arange(SECTORS) + 0.5) * 2 * np.pi / SECTORS
+    position = np.stack(np.broadcast_arrays(middle[:, None] * np.cos(azimuth), middle[:, None] * np.sin(azimuth)), -1)
+    half = np.hypot(np.diff(edges), middle * 2 * np.pi / SECTORS) / 2 + tile / 2
+    bound = two_way_gain_bound(
+        position.reshape(-1, 2) + ping_geometry.transmit_position[:2], np.repeat(half, SECTORS), ping_geometry, level, rays, families,
+        rise=rise, glints=glints,
+    )  # fmt: skip
+    loud = (bound >= floor).reshape(RINGS, SECTORS)
+    ground = np.pi * np.diff(edges**2)
+    tiles = ground * loud.mean(axis=1) / tile**2
+    loudness = BeamImportance(
+        ping_geometry, level, rays, families, scenario.seabed.scatterer_grid, outer, scenario.paths.importance_sampling, glints
+    )  # fmt: skip
+    if scenario.field == "incoherent":
+        wide = min(resolution.beam_width, polar_grid.MAX_CELL_WIDTH) / np.sqrt(resolution.scatterers_per_cell)
+        cell = (
+            resolution.slant_resolution
+            / np.sqrt(resolution.scatterers_per_cell)
+            * np.hypot(middle, heard.vertical_distance)
+            * wide
+        )
+        tiles = ground * loud.mean(axis=1) / (cell * polar_grid.RINGS_PER_TILE * polar_grid.SECTORS_PER_TILE)
+    else:
+        cell = np.maximum(resolution.cell_area(middle, heard.vertical_distance), MIN_CELL_SIZE)
+    return (
+        ground * np.minimum(loudness.mean_keep_probability(middle), loud.mean(axis=1)) / cell,
+        middle,
+        float(tiles.sum()),
+    )
+
+
+def _tile(resolution: Resolution, distance: Floats, height: float, scenario: Scenario) -> Floats:
+    """Side of the tiles that the sampling wants at some distances [m], shape (n,)."""
+    pitch = np.sqrt(resolution.cell_area(distance, height))
+    if scenario.field == "coherent":  # the lattice's cells come in powers of two
+        pitch = BASE_PITCH * 2.0 ** np.maximum(np.floor(np.log2(pitch / BASE_PITCH)), FINEST_LEVEL)
+    return np.asarray(TILE * pitch)

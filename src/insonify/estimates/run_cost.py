@@ -1,0 +1,183 @@
+"""Cost of a run before it is begun: processor time, memory, disk, and the compilation that is still to be done.
+
+All is that of the whole command: its start, every ping with its labels, what is written. Good to a factor of two; the
+work of a ping is counted by `insonify.estimates.ping_work`, operations are priced by `insonify.estimates.unit_costs`.
+"""
+
+import os
+from dataclasses import dataclass
+
+import numpy as np
+
+from insonify.engines.parts import parts_of
+from insonify.engines.ping_scatterers import SCATTERERS_PER_BLOCK
+from insonify.engines.volume import TOO_MANY
+from insonify.estimates import unit_costs
+from insonify.estimates.compile_time import estimate_compile_seconds
+from insonify.estimates.ping_work import PingWork, ping_work, waveform_count
+from insonify.propagation.families import families_reaching
+from insonify.records.labels import COLUMNS
+from insonify.scenario.scenario import Scenario
+from insonify.simulator import Simulator, build_simulator
+from insonify.synthesis.time_grid import OVERSAMPLING
+
+SHARE = 0.8
+"""Part of the machine's memory that a run may want [1]."""
+
+
+@dataclass(frozen=True, slots=True)
+class RunCost:
+    """Processor time, memory and disk of a run of all pings, about."""
+
+    pings: int
+    scatterers: float
+    """In one ping, all sides [1]."""
+    seconds: float
+    """Processor time, start of the program included, compilation not [s]."""
+    memory: float
+    """Largest resident set [bytes]."""
+    disk: float
+    """Files of the recording, compressed, with labels where they are wanted [bytes]."""
+    compiling: float = 0.0
+    """Processor time more, once, while the cache of compiled kernels lacks some [s]."""
+    labels: bool = False
+    """True: labels are counted."""
+
+    def summary(self) -> str:
+        """The cost in one line."""
+        each = " each" if self.pings > 1 else ""
+        plural = "s" * (self.pings != 1)
+        labels = ", labels included" if self.labels else ""
+        once = f"; plus about {_duration(self.compiling)} to compile, once" if self.compiling else ""
+        return (
+            f"{self.pings} ping{plural}, about {_rounded(self.scatterers)} scatterers{each}: about "
+            f"{_duration(self.seconds)} of processor time, {_size(self.memory)} of memory, {_size(self.disk)} on disk"
+            f"{labels}{once}"
+        )
+
+
+def estimate_cost(scenario: Scenario, *, labels: bool = False, threads: int | None = None) -> RunCost:
+    """Estimate the cost of a scenario.
+
+    Args:
+        scenario: The scenario.
+        labels: Whether labels are wanted that the scenario itself does not ask for.
+        threads: Threads of the run; None: one for each core.
+
+    Returns:
+        The cost of all its pings, judged by the first of them, and for targets by a few.
+    """
+    simulator = build_simulator(scenario)
+    labelled = (labels or scenario.output.labels) and scenario.sonar.receiver.record != "elements"
+    work = ping_work(simulator, labels=labelled)
+    write = unit_costs.WRITE_SECONDS + unit_costs.LABEL_WRITE_SECONDS * labelled
+    return RunCost(
+        pings=scenario.track.ping_count,
+        scatterers=work.points,
+        seconds=float(
+            unit_costs.START_SECONDS
+            + unit_costs.SECONDS_PER_PIECE * sum(work.pieces)
+            + scenario.track.ping_count * (work.seconds + write)
+        ),
+        memory=float(_memory_of(simulator, work, labelled, threads or os.cpu_count() or 1)),
+        disk=float(_disk_of(simulator, labelled)),
+        compiling=estimate_compile_seconds(simulator, labels=labelled),
+        labels=labelled,
+    )
+
+
+def size_refusal(cost: RunCost, memory: float | None = None) -> str:
+    """Explain why a run cannot be done on this machine and what to change; empty where it can.
+
+    Args:
+        cost: Cost of the run.
+        memory: Memory of the machine [bytes]; None: it is looked up.
+    """
+    there = _memory() if memory is None else memory
+    if np.isinf(cost.scatterers):
+        return TOO_MANY
+    if cost.memory <= SHARE * there:
+        return ""
+    return (
+        f"this needs about {_size(cost.memory)} of memory, and the machine has {_size(there)}. One ping has about "
+        f"{_rounded(cost.scatterers)} scatterers: shorten track.window, take a longer pulse or a wider beam, raise "
+        "paths.beam_cutoff_db, or lower paths.scatterers_per_cell, the receiver's band or sub_bands, the number of "
+        "beams or elements, or write track.stop_and_hop: true"
+    )
+
+
+def _memory_of(simulator: Simulator, work: PingWork, labelled: bool, threads: int) -> float:
+    """Largest resident set of a run [bytes]."""
+    scenario, grid = simulator.scenario, simulator.grid
+    sides = simulator.ping_geometries(0)
+    wide = 2 * OVERSAMPLING * grid.padded_samples * 8 + grid.sample_count * 8  # of either reading, one channel
+    shapes = max(waveform_count(side) for side in sides)
+    held = scenario.sonar.beam_count * wide * shapes
+    total = unit_costs.BYTES_OF_PROGRAM + (parts_of(int(held)) + 6 / shapes) * held
+    total += unit_costs.BYTES_PER_TILE * work.tiles / len(sides)
+    total += scenario.track.ping_count * 8 * 30 + scenario.sonar.channel_count * grid.sample_count * 16
+    total += unit_costs.BYTES_PER_PIECE * max(work.pieces, default=0.0)
+    total += work.facets
+    total += unit_costs.BYTES_OF_RELIEF * bool(scenario.seabed.relief)
+    total += threads * min(work.points / max(threads, 1), SCATTERERS_PER_BLOCK) * _bytes_per_point(scenario)
+    if labelled:
+        names = simulator.label_names
+        total += scenario.sonar.channel_count * grid.sample_count * 8 * 6 * (len(names.objects) + 2 * len(names.pairs))
+    return total
+
+
+def _bytes_per_point(scenario: Scenario) -> float:
+    """Columns of one scatterer in a block: its legs and its pairs [bytes]."""
+    families = families_reaching("seabed", scenario.paths.followed_families) or scenario.paths.followed_families
+    waves = sum("S" in name for name in families) if scenario.surface.reflection == "explicit" else 0
+    legs = unit_costs.BYTES_PER_LEG * len(families) + unit_costs.BYTES_PER_WAVE_LEG * waves
+    return float(legs + unit_costs.BYTES_PER_PAIR * len(families) ** 2)
+
+
+def _disk_of(simulator: Simulator, labelled: bool) -> float:
+    """Sizes of all files of a recording [bytes]."""
+    scenario, count, pings = simulator.scenario, simulator.grid.sample_count, simulator.scenario.track.ping_count
+    channels = scenario.sonar.channel_count
+    total = unit_costs.FILE_BYTES + pings * unit_costs.PING_FILE_BYTES + count * 8 * unit_costs.TIME_COMPRESSION_RATIO
+    total += pings * (channels * count * 8 * unit_costs.PACKED + 13 * 8 * unit_costs.POSE_COMPRESSION_RATIO)
+    if labelled:
+        names = simulator.label_names
+        sizes = {"channel": channels, "time": count, "object": len(names.objects), "pair": len(names.pairs), "axis": 3}
+        each = sum(
+            np.prod([sizes[dim] for dim in dims[1:]]) * np.dtype(kind).itemsize for dims, kind, *_ in COLUMNS.values()
+        )
+        total += (
+            unit_costs.LABEL_FILE_BYTES
+            + count * 8 * unit_costs.TIME_COMPRESSION_RATIO
+            + pings * float(each) * unit_costs.LABEL_COMPRESSION_RATIO
+        )
+    return total
+
+
+def _memory() -> float:
+    """Memory of this machine [bytes]; endless where the system does not say."""
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    except (ValueError, OSError, AttributeError):
+        return float("inf")
+
+
+def _rounded(count: float) -> str:
+    for size, name in ((1e9, "G"), (1e6, "M"), (1e3, "k")):
+        if count >= size:
+            return f"{count / size:.2g} {name}" if count < 10 * size else f"{count / size:.0f} {name}"
+    return f"{count:.0f}"
+
+
+def _duration(seconds: float) -> str:
+    for size, name in ((86400.0, "days"), (3600.0, "hours"), (60.0, "minutes")):
+        if seconds >= 2 * size:
+            return f"{seconds / size:.2g} {name}"
+    return "a second" if seconds < 1.5 else f"{seconds:.0f} seconds"
+
+
+def _size(count: float) -> str:
+    for size, name in ((1e12, "TB"), (1e9, "GB"), (1e6, "MB")):
+        if count >= size:
+            return f"{count / size:.3g} {name}"
+    return f"{max(count / 1e3, 1):.0f} kB"

@@ -1,0 +1,41 @@
+"""Reasons that keep a valid scenario from being run on this machine, the same before a run and in `check`."""
+
+import numpy as np
+
+from insonify.engines.ping_scatterers import ping_scatterers
+from insonify.engines.volume import TOO_MANY, VolumeScatterers
+from insonify.estimates.run_cost import RunCost, size_refusal
+from insonify.scenario.scenario import Scenario
+from insonify.simulator import build_simulator
+
+
+def run_refusal(scenario: Scenario, whole: RunCost, *, labels: bool = False) -> str:
+    """Why a run of a scenario would be refused, and what to change; empty where it can be run.
+
+    Args:
+        scenario: The scenario.
+        whole: Its cost.
+        labels: Whether labels are wanted that the scenario itself does not ask for.
+    """
+    if labels and scenario.sonar.receiver.record == "elements":
+        return (
+            "--labels is for beams, and sonar.receiver.record is elements. Leave it out; a run of the same scene with "
+            "record: beams has them"
+        )
+    return size_refusal(whole) or _water_limit_error(scenario, labels=labels or scenario.output.labels)
+
+
+def _water_limit_error(scenario: Scenario, *, labels: bool) -> str:
+    """The fault of a ping that receives too much scattering water, at any depth of the track; empty otherwise."""
+    if not scenario.water.scatters or "water" not in scenario.paths.contributions or scenario.paths.geometry == "slice":
+        return ""
+    simulator = build_simulator(scenario)
+    depth = simulator.platforms.transmitter_poses.position[:, 2]
+    kinds = {scenario.field == "incoherent"} | ({True} if labels else set())
+    for ping in sorted({0, int(np.argmin(depth)), int(np.argmax(depth))}):
+        for side in simulator.ping_geometries(ping):
+            seen = ping_scatterers(simulator.engine.scene, scenario.paths, scenario.seed, side, simulator.engine.rays)
+            suspended = VolumeScatterers(simulator.engine.scene, scenario.paths, scenario.seed, side, seen.resolution)
+            if any(np.isinf(suspended.count(quadrature=even)) for even in kinds):
+                return TOO_MANY
+    return ""

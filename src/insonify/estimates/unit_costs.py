@@ -1,0 +1,74 @@
+"""Processor time and memory of single operations, by which `insonify.estimates.run_cost` prices a run.
+
+Measured on a plain x86 core of the 2020s; `python benchmarks/run.py estimate` holds the sums against runs.
+"""
+
+START_SECONDS = 2.8
+"""Start of a run: libraries, validation, kernels read from their cache [s]."""
+PING_SECONDS = 4e-3
+"""Share of each ping and side that does not depend on its scatterers [s]."""
+WRITE_SECONDS, LABEL_WRITE_SECONDS = 1.5e-3, 1.8e-3
+"""One ping written to disk, and its labels [s]."""
+SECONDS_PER_LEG, SECONDS_PER_PAIR = 0.06e-6, 0.06e-6
+"""One leg, and one pair in one channel [s]."""
+SECONDS_PER_EXPECTED_PAIR = 0.24e-6
+"""One pair in one channel of an expectation outside the fast path: its energy is spread over the pulse [s]."""
+SECONDS_PER_GLINT_PAIR = 0.12e-6
+"""The same where a leg has met a moving surface: each of its glints makes pairs of its own [s]."""
+SECONDS_PER_SECTION = 0.5e-6
+"""Cross section of one pair by a law other than Lambert's [s]."""
+SECONDS_PER_PAIR_APART, SECONDS_PER_SURFACE_SECTION = 1.4e-6, 5e-6
+"""One pair of an expectation between two platforms, and its cross section by the surface's law of wind [s]."""
+ELEMENTS_SECONDS = 0.04
+"""Share of each ping and side of an array of elements [s]."""
+EXPECTED_SECONDS = 0.015
+"""Share of each ping and side that does not depend on its points, of an expectation outside the fast path [s]."""
+SECONDS_PER_CELL = 8e-9, 3.5e-9
+"""A cell of a series and each doubling of their number, coherent and expected [s]."""
+SECONDS_PER_ELEMENT, SECONDS_PER_WAVEFORM = 14e-9, 3e-9
+"""One echo at one element of an array, and each shape beyond the first [s]."""
+SECONDS_PER_TERRAIN_POINT = 0.36e-6
+"""Height and slope of one kind of relief at one position [s]."""
+SECONDS_PER_FAST_REVERBERATION, SECONDS_PER_STEP, SECONDS_PER_STEP_LEG = 1e-3, 45e-9, 18e-9
+"""Terrain by the fast reverberation path: for any ping, for each step along a radial, for each leg to it [s]."""
+SECONDS_PER_FIT, SECONDS_PER_GLINT = 2.2e-6, 1.7e-6
+"""One leg off the planes of its own bounces, over relief, and the glints of one [s]."""
+SECONDS_PER_WAVE_LEG = 25e-6
+"""One leg off explicit waves: all its bounce points are searched for [s]."""
+SECONDS_PER_REFRACTED_LEG = 0.5e-6
+"""One leg of refracted rays, more than a straight one [s]."""
+SECONDS_PER_RAY = 6.5e-6
+"""One ray of the tracer, followed to its end [s]."""
+SECONDS_PER_PIECE = 1.8e-6
+"""One of the pieces that bodies are cut into, once, before points are laid on them [s]."""
+LABEL_SWATH_SECONDS, SECONDS_PER_LABEL_STEP_LEG = 2e-3, 0.09e-6
+"""Labels of the seabed by the fast path, more than its energies: for any ping and side, for each leg to a step [s]."""
+SECONDS_PER_LABEL = 0.15e-6
+"""One pair in one channel, labelled [s]."""
+SECONDS_PER_SLICE_PING = 0.02
+"""One ping of a slice, but for its points [s]."""
+
+SECONDS_PER_FACET, SECONDS_PER_SPECULAR_PAIR = 11e-6, 0.15e-6
+"""One facet of a smooth target, split from its face, and one of its pairs in one channel [s]."""
+
+BYTES_OF_PROGRAM = 310e6
+"""Python with the libraries and kernels of a run."""
+BYTES_PER_TILE = 2500
+"""A tile of the ground while the tiles of a ping are searched for, and as a block in waiting."""
+BYTES_PER_LEG, BYTES_PER_PAIR, BYTES_PER_WAVE_LEG = 350, 40, 8000
+"""Columns of one leg, of one pair, and of one leg off explicit waves, in a block that a thread works on."""
+BYTES_OF_RELIEF = 80e6
+"""Caches of the terrain."""
+BYTES_PER_FACET = 1500
+"""One facet of a smooth target while its faces are split."""
+BYTES_PER_PIECE = 350
+"""One piece of a body while it is cut up."""
+
+FILE_BYTES, PING_FILE_BYTES = 28e3, 60.0
+"""Files of a recording that do not grow with it, and those that each ping adds."""
+PACKED, TIME_COMPRESSION_RATIO, POSE_COMPRESSION_RATIO = 0.93, 0.55, 0.9
+"""Size after compression re before: samples of sound, the time axis, and the columns of each ping [1]."""
+LABEL_FILE_BYTES = 45e3
+"""Files of labels that do not grow with them."""
+LABEL_COMPRESSION_RATIO = 0.45
+"""Size of labels after compression re before [1]."""

@@ -1,0 +1,1 @@
+"""Explanation of a sample: the arrivals behind it, with their losses."""

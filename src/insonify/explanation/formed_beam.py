@@ -1,0 +1,105 @@
+"""A beam that is formed of recorded elements, for the arrivals behind one of its samples."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from insonify.frames import direction, pose_rotation
+from insonify.processing.element_recordings import beam_recording
+from insonify.records.arrivals import Arrivals
+from insonify.scenario.scenario import Scenario
+from insonify.sonar.ping_geometry import PingGeometry
+
+Floats = NDArray[np.float64]
+AT_ONCE = 4096
+"""Arrivals whose phases at all elements are worked out together."""
+
+
+@dataclass(frozen=True, slots=True)
+class FormedBeam:
+    """Delay and sum of the elements of one side, focused at the range of the sample."""
+
+    bearing: float
+    """Clockwise from the bow [rad]."""
+    elevation: float
+    """Down from the deck [rad]."""
+    channels: NDArray[np.int64]
+    """Rows of the elements in the recording, shape (n,)."""
+    offset: Floats
+    """Places of the elements from the reference one, in the body's axes [m], shape (n, 3)."""
+    reference: int
+    """Row of the element next to their middle, whose arrivals are worked out."""
+    sound_speed: float
+    """Sound speed that the beam is formed with [m/s]."""
+    rotation: Floats
+    """Of the platform at the start of the ping, body to world, shape (3, 3)."""
+    centre_frequency: float
+    """Of the recording's baseband [Hz]."""
+
+    def factor(self, arrivals: Arrivals, ping_geometry: PingGeometry, time: float) -> NDArray[np.complex128]:
+        """Pressure of each arrival in the beam over that at the reference element [1], shape (n,).
+
+        Narrow band: the phase of the carrier at each element, from a place at half the arrival's way.
+
+        Args:
+            arrivals: Paths as the reference element hears them.
+            ping_geometry: The sonar at that ping.
+            time: Time of the sample, which sets the focus [s].
+        """
+        wavenumber = 2 * np.pi * ping_geometry.frequency / self.sound_speed
+        world = self.offset @ self.rotation.T
+        look = self.rotation @ direction(self.bearing, self.elevation) * self.sound_speed * time / 2
+        # beams start from the middle of the elements, arrivals are those of the reference one
+        focus = np.linalg.norm(look - (world - world.mean(axis=0)), axis=1) - np.linalg.norm(look)
+        found = np.empty(len(arrivals), complex)
+        for begin in range(0, len(arrivals), AT_ONCE):
+            rows = slice(begin, begin + AT_ONCE)
+            away = arrivals.delay[rows] * self.sound_speed / 2
+            source = arrivals.arrival[rows] * away[:, None]
+            more = np.linalg.norm(source[:, None] - world, axis=2) - away[:, None]
+            found[rows] = np.exp(-1j * wavenumber * (more - focus)).mean(axis=1)
+        return found
+
+    def recorded(self, pressure: xr.DataArray, time: float) -> complex:
+        """The sample of the beam, formed of what the elements recorded [uPa].
+
+        Args:
+            pressure: Of one ping, over (channel, time), with its coordinates.
+            time: Time of the sample [s].
+        """
+        part = pressure.isel(channel=self.channels).to_dataset(name="pressure")
+        part = part.assign(element_position=(("channel", "axis"), self.offset))
+        part = part.assign_attrs(centre_frequency=self.centre_frequency)
+        formed = beam_recording(part, [self.bearing], elevation=self.elevation, sound_speed=self.sound_speed)
+        return complex(formed["pressure"].isel(beam=0).sel(time=time, method="nearest").values)
+
+
+def formed_beam(dataset: xr.Dataset, scenario: Scenario, ping: int, bearing: float) -> FormedBeam:
+    """The beam of a recording of elements towards a bearing, at the tilt of its mounting.
+
+    Args:
+        dataset: The recording.
+        scenario: What was simulated.
+        ping: Number of the ping.
+        bearing: Clockwise from the bow [rad].
+
+    Raises:
+        ValueError: The recording is one of beams.
+    """
+    if scenario.sonar.receiver.record != "elements":
+        raise ValueError("a bearing is for recordings of elements, and this one is of beams. Choose a beam instead.")
+    side = np.asarray(dataset["side"].values).astype(int)
+    wanted = 1 if np.sin(bearing) >= 0 else -1
+    channels = np.flatnonzero(side == wanted) if np.any(side == wanted) else np.arange(len(side))
+    positions = np.asarray(dataset["element_position"].values, float)[channels]
+    nearest = int(np.argmin(np.linalg.norm(positions - positions.mean(axis=0), axis=1)))
+    prefix = "receiver_" if "receiver_attitude" in dataset else ""
+    attitude = dataset[f"{prefix}attitude"]
+    attitude = attitude.sel(ping=ping) if "ping" in dataset.coords else attitude.isel(ping=ping)
+    rotation = pose_rotation(*np.asarray(attitude.values, float))
+    return FormedBeam(
+        bearing, scenario.sonar.mounting.tilt, channels, positions - positions[nearest], int(channels[nearest]),
+        scenario.water.sound_speed, rotation, scenario.sonar.pulse.frequency,
+    )  # fmt: skip

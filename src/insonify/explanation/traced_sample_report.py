@@ -1,0 +1,44 @@
+"""Explanation of a sample of the tracer: energies by contribution and pair of families."""
+
+import numpy as np
+
+from insonify.scenario.scenario import Scenario
+from insonify.simulator import levels
+from insonify.synthesis.level_curves import ALL
+from insonify.units import level_db
+
+FAINTEST = 60.0
+"""Curves so far below the strongest one are left out [dB]."""
+WHY = (
+    "The tracer's rays carry energies and no phases, so that no arrival can be named by itself; for the paths behind a "
+    "sample write engine: eigenrays under paths and run again"
+)
+
+
+def traced_sample_report(scenario: Scenario, ping: int, channel: int, time: float, recorded: float) -> str:
+    """The expected levels behind one sample of a recording by the tracer, strongest first.
+
+    Args:
+        scenario: What was simulated.
+        ping: Number of the ping.
+        channel: Which beam.
+        time: Time of the sample [s].
+        recorded: The sample [uPa^2].
+    """
+    curves = levels(scenario, ping, channel=channel)["level_db"].sel(time=time, method="nearest")
+    rows = [
+        (float(curves.sel(contribution=contribution, pair=pair)), str(contribution), str(pair))
+        for contribution in curves["contribution"].values
+        for pair in curves["pair"].values
+    ]
+    there = sorted((row for row in rows if np.isfinite(row[0]) and row[1] != "total"), reverse=True)
+    shown = [row for row in there if row[0] > there[0][0] - FAINTEST] if there else []
+    lines = [
+        f"ping {ping}, beam {channel}, {time * 1e3:.3f} ms: expected levels of rays by contribution and paths out and back"
+    ]
+    lines += [f"  {contribution:<10s} {'all pairs' if pair == ALL else pair:<10s} {level:8.1f} dB re 1 uPa"
+              for level, contribution, pair in shown]  # fmt: skip
+    total = float(level_db(sum(10 ** (level / 10) for level, _, pair in there if pair == ALL)))
+    lines += ["", f"{'all contributions, expected':<32s}{total:8.1f} dB re 1 uPa",
+              f"{'recorded':<32s}{float(level_db(recorded)):8.1f} dB re 1 uPa", WHY]  # fmt: skip
+    return "\n".join(lines)

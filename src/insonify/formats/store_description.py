@@ -1,0 +1,100 @@
+"""Descriptions of arrays on disk: read, and refused by name where they are damaged or promise what is not there.
+
+An array is described by a few hundred bytes of JSON. Reading one takes the memory that its description promises, so
+the promises are compared with one another, and with limits, before any array is opened.
+"""
+
+import json
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+REPAIR_ADVICE = "Restore it from a copy, or delete the folder and simulate again"
+MOST_IN_PING = 1 << 28
+"""Most numbers of one chunk, which is a ping with all its channels [1]."""
+MAX_PINGS = 100_000_000
+_KINDS = ("bool", "uint8", "int32", "int64", "float32", "float64", "complex64")
+
+
+class StoreError(ValueError):
+    """A place where a recording cannot be written or read, with the way out."""
+
+
+def read_description(folder: Path) -> dict[str, Any]:
+    """Description of a group or an array, as zarr wrote it.
+
+    Args:
+        folder: Folder of the group or array.
+
+    Raises:
+        StoreError: Its file is not there, or describes nothing; it is named.
+    """
+    file = folder / "zarr.json"
+    try:
+        said = json.loads(file.read_text(encoding="utf-8"))
+    except UnicodeDecodeError:
+        raise StoreError(f"{file} is damaged: not text. {REPAIR_ADVICE}") from None
+    except json.JSONDecodeError as fault:
+        where = f"line {fault.lineno}, column {fault.colno}"
+        raise StoreError(f"{file}, {where}: damaged, not JSON ({fault.msg}). {REPAIR_ADVICE}") from None
+    except (ValueError, RecursionError) as fault:
+        raise StoreError(f"{file}: damaged, not JSON ({fault}). {REPAIR_ADVICE}") from None
+    except FileNotFoundError:
+        raise StoreError(f"{file} is missing from the recording. {REPAIR_ADVICE}") from None
+    if not isinstance(said, dict):
+        raise StoreError(f"{file} is damaged: it describes nothing. {REPAIR_ADVICE}")
+    return said
+
+
+def require_consistent_sizes(folder: Path) -> None:
+    """Refuse a group whose arrays promise sizes that contradict one another, or that no recording has.
+
+    Args:
+        folder: Folder of the group, whose description lists its arrays.
+
+    Raises:
+        StoreError: They do; the array is named.
+    """
+    file = folder / "zarr.json"
+    try:
+        arrays = dict(read_description(folder)["consolidated_metadata"]["metadata"])
+        sizes: dict[str, int] = {}
+        for name, array in arrays.items():
+            shape, names = array["shape"], array["dimension_names"]
+            pieces = array["chunk_grid"]["configuration"]["chunk_shape"]
+            if not (len(shape) == len(names) == len(pieces)) or array["data_type"] not in _KINDS:
+                raise StoreError(f"{file} is damaged: the array {name} is none of a recording. {REPAIR_ADVICE}")
+            for size, dimension, piece in zip(shape, names, pieces, strict=True):
+                if type(size) is not int or not 0 <= size <= MOST_IN_PING or size != sizes.setdefault(dimension, size):
+                    raise StoreError(f"{file} is damaged: {name} has {size} along {dimension}. {REPAIR_ADVICE}")
+                if type(piece) is not int or not 0 < piece <= max(size, 1):
+                    raise StoreError(f"{file} is damaged: {name} is stored in pieces of {piece}. {REPAIR_ADVICE}")
+            if math.prod(pieces) > MOST_IN_PING or sizes.get("ping", 0) > MAX_PINGS:
+                raise StoreError(f"{file} is damaged: {name} promises {shape}, more than memory holds. {REPAIR_ADVICE}")
+    except (KeyError, TypeError, AttributeError, ValueError) as fault:
+        if isinstance(fault, StoreError):
+            raise
+        raise StoreError(f"{file} is damaged: it describes no arrays of a recording. {REPAIR_ADVICE}") from None
+
+
+@contextmanager
+def errors_as_store_errors(folder: Path) -> Iterator[None]:
+    """While a recording is opened: whatever the library raises is the recording's fault.
+
+    Args:
+        folder: Folder of the recording.
+
+    Raises:
+        StoreError: It cannot be opened.
+    """
+    try:
+        yield
+    except (StoreError, MemoryError):
+        raise
+    except Exception as fault:  # a reader of foreign files may fail in any way
+        said = " ".join(str(fault).split())[:120]
+        raise StoreError(
+            f"{folder} is damaged: it cannot be opened ({said or type(fault).__name__}). {REPAIR_ADVICE}"
+        ) from None

@@ -1,0 +1,154 @@
+"""What every noun of a scenario shares: complete, checked once at the door, then frozen.
+
+A noun is a thing a person would point at: a pulse, an array, a seabed. It holds plain
+values in SI and knows its own limits; it does nothing.
+
+Where two fields contradict each other, a model validator raises ``field_error(...)``, so that
+a scenario file can point at the line of the guilty value::
+
+    @model_validator(mode="after")
+    def _targets_stand_in_the_water(self) -> Self:
+        if too_deep:
+            raise field_error("targets.0.position", "25 m", "is below the seabed (20 m). Write a depth of 20 m or less.")
+        return self
+
+Where several things can be wrong together, ``refuse([...])`` raises all of them at once.
+The path starts at the noun whose validator raises it.
+"""
+
+import difflib
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Annotated, Any, Self
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo
+from pydantic_core import PydanticCustomError
+
+from insonify.units import decibels, si, unit_warning
+from insonify.validity import PhysicsWarning
+
+
+def field_error(path: str, value: object, advice: str) -> PydanticCustomError:
+    """The error to raise where one value of a noun is wrong in the light of the others.
+
+    Args:
+        path: Where the value stands below this noun: field names and indices joined by dots.
+        value: The value, as a person would write it; None where there is nothing to show.
+        advice: What is wrong with it, its limit, and the way out; it reads on after the value.
+
+    Returns:
+        An error for a model validator to raise; in Python it reads "path: value advice".
+    """
+    shown = advice if value is None else f"{value} {advice}"
+    return _custom_error([(path, shown)])
+
+
+def field_errors(faults: Sequence[PydanticCustomError]) -> PydanticCustomError:
+    """Several errors of `field_error` as the one error that a validator can raise, one line each.
+
+    Args:
+        faults: Errors of `field_error`, at least one.
+    """
+    return _custom_error([pair for fault in faults for pair in (fault.context or {})["faults"]])
+
+
+def _custom_error(faults: list[tuple[str, str]]) -> PydanticCustomError:
+    said = "\n".join(f"{path}: {shown}" if path else shown for path, shown in faults)
+    return PydanticCustomError("field_error", "{said}", {"said": said, "faults": faults})
+
+
+def raise_errors(faults: Iterable[PydanticCustomError]) -> None:
+    """Raise all faults at once, so that nobody is corrected one word at a time; without a fault do nothing.
+
+    Args:
+        faults: Errors of `field_error`.
+
+    Raises:
+        PydanticCustomError: All of them in one, for a validator to raise.
+    """
+    found = list(faults)
+    if found:
+        raise field_errors(found)
+
+
+class Model(BaseModel):
+    """A frozen, validated thing of the scenario; unknown fields and NaN are refused."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """A copy with some fields changed, checked as a new one is.
+
+        Args:
+            update: New values by the names of their fields; numbers may have units ("90 deg").
+            deep: Whether the values that stay are copied too.
+
+        Raises:
+            AttributeError: A name is no field of this model; the nearest one is named.
+            ValidationError: A value is refused, by itself or beside the others.
+        """
+        copied = super().model_copy(deep=deep)
+        if not update:
+            return copied
+        for name in update:
+            if name not in type(self).model_fields:
+                raise AttributeError(_no_field(type(self), name))
+        return type(self).model_validate(copied.explicit_values() | dict(update))
+
+    def unchecked_copy(self, **changes: Any) -> Self:
+        """A copy with some fields changed and nothing checked: for values that are known to fit, where checks cost.
+
+        Args:
+            changes: New values by the names of their fields, in SI.
+        """
+        return super().model_copy(update=changes)
+
+    def explicit_values(self) -> dict[str, Any]:
+        """Values of the fields that were given, or that differ from their defaults."""
+        return {
+            name: getattr(self, name)
+            for name, field in type(self).model_fields.items()
+            if name in self.model_fields_set or getattr(self, name) != field.get_default(call_default_factory=True)
+        }
+
+
+def _no_field(model: type[BaseModel], name: str) -> str:
+    """Message about a name that is no field of a model."""
+    known = list(model.model_fields)
+    near = difflib.get_close_matches(name.lower(), known, n=1, cutoff=0.6)
+    hint = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(known)}"
+    return f"{model.__name__} has no field {name!r}; {hint}"
+
+
+def _number(value: object) -> object:
+    # YAML reads a bare `no` as False, and Python would quietly count that as 0.
+    if isinstance(value, bool):
+        raise PydanticCustomError("truth_value", "true or false where a number is wanted")
+    return value
+
+
+def _quantity(dimension: str) -> BeforeValidator:
+    return BeforeValidator(lambda value: si(_number(value), dimension))
+
+
+def _angle(value: object, info: ValidationInfo) -> object:
+    """An angle [rad]; a bare whole number gets a warning, for it was probably meant in degrees."""
+    # Text of a file is checked where its lines are known: `insonify.scenario.unit_warnings`.
+    if type(value) is int and "folder" not in (info.context or {}):
+        doubt = unit_warning(str(value), "angle")
+        if doubt:
+            warnings.warn(f"{info.field_name}: {doubt}", PhysicsWarning, stacklevel=2)
+    return si(_number(value), "angle")
+
+
+# `units` in the schema is what an error message and the docs print after the number.
+Metres = Annotated[float, _quantity("length"), Field(json_schema_extra={"units": "m"})]
+Seconds = Annotated[float, _quantity("time"), Field(json_schema_extra={"units": "s"})]
+Hertz = Annotated[float, _quantity("frequency"), Field(json_schema_extra={"units": "Hz"})]
+Radians = Annotated[float, BeforeValidator(_angle), Field(json_schema_extra={"units": "rad"})]
+MetresPerSecond = Annotated[float, _quantity("speed"), Field(json_schema_extra={"units": "m/s"})]
+RadiansPerSecond = Annotated[float, _quantity("turn rate"), Field(json_schema_extra={"units": "rad/s"})]
+Celsius = Annotated[float, _quantity("temperature"), Field(json_schema_extra={"units": "degC"})]
+Decibels = Annotated[
+    float, BeforeValidator(lambda value: decibels(_number(value))), Field(json_schema_extra={"units": "dB"})
+]

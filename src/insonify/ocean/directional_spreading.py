@@ -1,0 +1,134 @@
+"""In which directions the waves of one length run.
+
+A photograph of the sea cannot tell a wave from its twin that runs the other way, and a
+spectrum measured on photographs is two-sided. A sea that moves needs one that is not:
+every wave goes somewhere, most of them downwind.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from insonify.ocean.elfouhaily import SLOWEST, Elfouhaily, phase_speed
+from insonify.ocean.wave_spectrum import Floats
+from insonify.validity import require_number, require_numbers
+
+
+class DirectionalSpreading(Protocol):
+    """Shares the waves of one wavenumber among directions."""
+
+    def density(self, angle: ArrayLike, wavenumber: ArrayLike) -> Floats:
+        """Share of the variance per angle from the mean direction [1/rad].
+
+        Args:
+            angle: Direction waves go to, from that of their mean, -pi to pi [rad], any shape.
+            wavenumber: Wavenumber [rad/m], broadcast.
+
+        Returns:
+            Density [1/rad], broadcast shape; its integral over all angles is 1.
+        """
+        ...
+
+    def quantile(self, probability: ArrayLike, wavenumber: ArrayLike) -> Floats:
+        """Angle below which a given share of the variance lies [rad].
+
+        Args:
+            probability: Share, 0 to 1 [1], any shape.
+            wavenumber: Wavenumber [rad/m], broadcast.
+
+        Returns:
+            Angle from the mean direction, -pi to pi [rad], broadcast shape.
+        """
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class CosinePowerSpreading:
+    """The same fan of directions for every length: cos^(2s) of half the angle.
+
+    Source: Longuet-Higgins, Cartwright & Smith (1963), Ocean Wave Spectra, 111-136, for the
+    form; Mitsuyasu et al. (1975), J. Phys. Oceanogr. 5, 750, found s about 10 at the peak.
+    """
+
+    exponent: float = 10.0
+    """Sharpness s: 0 all around, 10 a wind sea's dominant waves, 100 a swell [1]."""
+
+    def __post_init__(self) -> None:
+        """Refuse a fan that cannot be."""
+        sharpness = require_number(
+            "CosinePowerSpreading.exponent", self.exponent, "", 0.0, example="10 (0 is all around)"
+        )
+        object.__setattr__(self, "exponent", sharpness)
+
+    def density(self, angle: ArrayLike, wavenumber: ArrayLike) -> Floats:
+        """Share of the variance per angle [1/rad], see `DirectionalSpreading`."""
+        k = require_numbers("wavenumber", wavenumber, "rad/m", 0.0)
+        return _cosine_density(angle, np.full(k.shape, self.exponent))
+
+    def quantile(self, probability: ArrayLike, wavenumber: ArrayLike) -> Floats:
+        """Angle below which a share of the variance lies [rad], see `DirectionalSpreading`."""
+        k = require_numbers("wavenumber", wavenumber, "rad/m", 0.0)
+        return _cosine_quantile(probability, np.full(k.shape, self.exponent))
+
+
+@dataclass(frozen=True, slots=True)
+class ElfouhailySpreading:
+    """The fan of a wind sea: narrow at the peak, wide for short waves, narrow again for ripples.
+
+    The published fan is two-sided, 1 + tanh(x) cos 2 phi. The travelling one here is
+    cos^(2s) of half the angle with s = 1 + 2 x / ln 2: seen on a photograph (its mean with its
+    twin) it has the published ratio of upwind to crosswind waves at every wavenumber.
+
+    Source: Elfouhaily et al. (1997), eq. 49 and the lines about it, x = ln2/4 + 4 (c/cp)^2.5 +
+    0.13 (u*/cm) (cm/c)^2.5 (from secondary sources); the travelling form is derived here.
+    """
+
+    sea: Elfouhaily
+    """The sea whose waves are spread."""
+
+    def density(self, angle: ArrayLike, wavenumber: ArrayLike) -> Floats:
+        """Share of the variance per angle [1/rad], see `DirectionalSpreading`."""
+        return _cosine_density(angle, self._exponent(wavenumber))
+
+    def quantile(self, probability: ArrayLike, wavenumber: ArrayLike) -> Floats:
+        """Angle below which a share of the variance lies [rad], see `DirectionalSpreading`."""
+        return _cosine_quantile(probability, self._exponent(wavenumber))
+
+    def anisotropy(self, wavenumber: ArrayLike) -> Floats:
+        """Upwind minus crosswind waves, over their sum: the Delta of the published fan [1].
+
+        Args:
+            wavenumber: Wavenumber [rad/m], any shape.
+        """
+        return np.asarray(np.tanh(self._narrowness(wavenumber)))
+
+    def _narrowness(self, wavenumber: ArrayLike) -> Floats:
+        c = phase_speed(wavenumber)
+        peak = self.sea.wind_speed / self.sea.inverse_age
+        ripples = 0.13 * self.sea.friction_velocity / SLOWEST * (SLOWEST / c) ** 2.5
+        return np.asarray(math.log(2) / 4 + 4 * (c / peak) ** 2.5 + ripples)
+
+    def _exponent(self, wavenumber: ArrayLike) -> Floats:
+        return np.asarray(1 + 2 * self._narrowness(wavenumber) / math.log(2))
+
+
+def _cosine_density(angle: ArrayLike, s: ArrayLike) -> Floats:
+    """Normalised cos^(2s)(angle / 2) [1/rad]."""
+    from scipy.special import gammaln
+
+    s = np.asarray(s, dtype=float)
+    norm = np.exp(gammaln(s + 1) - gammaln(s + 0.5)) / (2 * math.sqrt(math.pi))
+    return np.asarray(norm * np.abs(np.cos(require_numbers("angle", angle, "rad") / 2)) ** (2 * s))
+
+
+def _cosine_quantile(probability: ArrayLike, s: ArrayLike) -> Floats:
+    """Angle with that share below it [rad]: sin^2(angle / 2) follows a beta law of 1/2 and s + 1/2."""
+    from scipy.special import betaincinv
+
+    signed = 2 * require_numbers("probability", probability, "", 0.0, 1.0) - 1
+    return np.asarray(np.sign(signed) * 2 * np.arcsin(np.sqrt(betaincinv(0.5, np.asarray(s) + 0.5, np.abs(signed)))))

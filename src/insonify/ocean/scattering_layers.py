@@ -1,0 +1,80 @@
+"""What hangs in the water and answers sound, as a scenario writes it: layers by depth, and patches such as a school."""
+
+from itertools import pairwise
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from insonify.model import Decibels, Metres, Model, Radians, field_error, raise_errors
+from insonify.units import intensity_ratio
+
+Floats = NDArray[np.float64]
+Strength = Annotated[Decibels, Field(ge=-150, le=0, json_schema_extra={"units": "dB re 1/m"})]
+Row = tuple[Annotated[Metres, Field(ge=0)], Strength | None]
+ScenarioLayers = Strength | tuple[Row, ...]
+"""One strength for all the water, or rows of a depth and the strength from there down to the next row; None: clear."""
+
+
+class ScatteringPatch(Model):
+    """A school of fish, a wake, a plume: a part of the water that answers more than the rest, alike all round."""
+
+    label: Annotated[str, Field(min_length=1)] = "patch"
+    """Whose echoes these are, in labels and arrivals."""
+    position: tuple[Metres, Metres, Annotated[Metres, Field(gt=0)]]
+    """North, east and depth of its middle [m]."""
+    size: tuple[
+        Annotated[Metres, Field(gt=0, le=10_000)],
+        Annotated[Metres, Field(gt=0, le=10_000)],
+        Annotated[Metres, Field(gt=0, le=10_000)],
+    ]
+    """Whole length along its heading, width across it, and height [m]."""
+    heading: Radians = 0.0
+    """Compass heading of its length [rad]."""
+    form: Literal["ellipsoid", "box"] = "ellipsoid"
+    """How it ends: round, or square."""
+    volume_strength_db: Strength
+    """Volume scattering strength in it, besides that of the water around [dB re 1/m]."""
+
+
+def require_increasing_depths(written: ScenarioLayers | None, path: str) -> None:
+    """Refuse layers whose depths do not grow.
+
+    Args:
+        written: The layers.
+        path: Where they stand.
+
+    Raises:
+        PydanticCustomError: With every row that is wrong, for a validator to raise.
+    """
+    rows = written if isinstance(written, tuple) else ()
+    if isinstance(written, tuple) and not rows:
+        raise field_error(
+            path, "[]", "has no rows. Give one, such as [0 m, -70], or leave the line out for clear water."
+        )
+    raise_errors(
+        field_error(f"{path}.{n}.0", f"{row[0]:g} m", f"is not below the row above ({above[0]:g} m). Depths must grow.")
+        for n, (above, row) in enumerate(pairwise(rows), start=1)
+        if row[0] <= above[0]
+    )
+
+
+def layer_columns(written: ScenarioLayers | None, deepest: float) -> Floats:
+    """Layers of water that answer, from the surface to the bottom.
+
+    Args:
+        written: As in the scenario.
+        deepest: Depth at which the water ends [m].
+
+    Returns:
+        Upper side [m], lower side [m] and volume backscattering coefficient s_v [1/m] of each, shape (layers, 3).
+    """
+    rows: tuple[Row, ...] = written if isinstance(written, tuple) else ((0.0, written),)
+    ends = [row[0] for row in rows[1:]] + [deepest]
+    found = [
+        (top, min(end, deepest), float(intensity_ratio(strength)))
+        for (top, strength), end in zip(rows, ends, strict=True)
+        if strength is not None and top < min(end, deepest)
+    ]
+    return np.array(found).reshape(-1, 3)

@@ -1,0 +1,202 @@
+"""Figure 5: one ping about the target with sea surface and bottom in it: ghosts of the target, and a filled shadow.
+
+The scenario is that of `sidescan_model`, with up to two reflections per leg off a flat surface and a flat bed. A leg by way of
+the surface comes down steeper and later: out or back by it (ab), the target shows once more 1.9 ms later, out and back
+(bb) 3.8 ms later. Out one way and back the other, two paths of one length add as amplitudes, so that the first ghost
+is louder than the target itself. The shadow is lit by the surface, which sees over the box. Over the fractal bed the
+legs that bounce steeply off it (e) are fainter: a mirror of a few millimetres of roughness loses there.
+"""
+
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from insonify.paper import figure2, sidescan_model
+from insonify.paper.checked_numbers import CheckedNumber, write_numbers
+from insonify.paper.sidescan_model import WATERS, Water
+from insonify.plotting import style
+from insonify.plotting.leg_diagram import LETTERS
+from insonify.scenario.scenario import Scenario
+from insonify.simulator import arrivals, levels
+from insonify.units import level_db
+
+TITLE = "One ping about the target with surface and bottom reflections"
+WINDOW = (0.195, 0.230)
+ECHOES = (0.1995, 0.2130)
+"""When the target is heard [s]."""
+GHOSTS = {"D-S": "ab", "S-S": "bb"}
+"""Pairs of legs that make the ghosts, and the paper's letters."""
+MIDDLE = sidescan_model.BED - 0.5
+"""Depth of the middle of the face [m]."""
+RISE = 10.0
+"""By how much the shadow rises at least [dB]."""
+SPAN = (30.0, 128.0)
+EXACT = "exact rays to the middle of the face"
+
+Floats = NDArray[np.float64]
+
+
+def scene(water: Water, *, reflections: int = 2, relief: float = 0.0, only_target: bool = False) -> Scenario:
+    """The figure's scenario.
+
+    Args:
+        water: With or without the profile.
+        reflections: Most bounces of one leg.
+        relief: Rms height of the bed's relief [m].
+        only_target: Whether the box alone is heard.
+    """
+    told = {"paths.max_reflections": reflections, "track.window": WINDOW}
+    return sidescan_model.scene(water, sidescan_model.target_only(told) if only_target else told, relief=relief)
+
+
+@lru_cache(maxsize=2)
+def echoes(water: Water) -> xr.Dataset:
+    """Expected level of the target by pair of legs [dB re 1 uPa], over (pair, time)."""
+    return levels(scene(water, only_target=True)).sel(contribution="target")
+
+
+def ghost_delay(water: Water, pair: str) -> tuple[float, float]:
+    """How much later than the target a ghost comes: as heard, and by exact rays [s]."""
+    out, back = pair.split("-")
+    place = (sidescan_model.FACE, MIDDLE)
+    expected = sidescan_model.two_way(water, out, back, *place) - sidescan_model.two_way(water, "D", "D", *place)
+    return sidescan_model.echo(echoes(water), pair)[0] - sidescan_model.echo(echoes(water), "D-D")[0], expected
+
+
+def ghost_level(water: Water, pair: str) -> tuple[float, float]:
+    """Energy of a ghost re the target's direct echo, as heard, and by exact rays [dB].
+
+    Each leg by the surface has another spreading, absorption and slant on the face, which scatters by Lambert's law;
+    out one way and back the other are two paths that add as amplitudes: twice the pressure, four times the energy.
+    """
+    direct, bent = (sidescan_model.ray(water, name, sidescan_model.FACE, MIDDLE) for name in ("D", "S"))
+    told = scene(water)
+    lost = float(told.water.absorption(told.sonar.pulse.frequency)) * (bent.length - direct.length)
+    one = 2 * level_db(bent.amplitude / direct.amplitude) - lost + level_db(np.cos(bent.angle) / np.cos(direct.angle))
+    expected = {"D-S": float(one) + float(level_db(4.0)), "S-S": 2 * float(one)}[pair]
+    ghost, target = (sidescan_model.echo(echoes(water), name)[1] for name in (pair, "D-D"))
+    return float(level_db(ghost / target)), expected
+
+
+def slope(water: Water) -> tuple[float, float]:
+    """Delay of the first ghost re the target, for each metre that a point lies deeper [s/m]: as found, by exact rays.
+
+    By Fermat's principle a leg grows by the sine of its angle of arrival over the speed there.
+    """
+    paths = arrivals(scene(water, reflections=1, only_target=True), window=ECHOES)
+    face = paths.take(paths.position[:, 1] < sidescan_model.FACE + 1e-6)
+    direct = face.take((face.transmit_family == "D") & (face.receive_family == "D"))
+    ghost = face.take((face.transmit_family == "D") & (face.receive_family == "S"))
+    order = np.argsort(direct.group), np.argsort(ghost.group)
+    later = ghost.delay[order[1]] - direct.delay[order[0]]
+    found = np.polyfit(direct.position[order[0], 2], later, 1)[0]
+    down, steep = (sidescan_model.ray(water, name, sidescan_model.FACE, MIDDLE).angle for name in ("D", "S"))
+    speed = float(scene(water).water.sound_speed_at(MIDDLE))
+    return float(found), float((np.sin(steep) - np.sin(down)) / speed)
+
+
+def rise(water: Water) -> float:
+    """By how much the reflections lift the shadow on the flat bed, ghosts of the target apart [dB]."""
+    window = figure2.dark(water)
+    told = {"paths.contributions": ["seabed"], "track.window": WINDOW}
+    beds = [sidescan_model.scene(water, {**told, "paths.max_reflections": n}) for n in (0, 2)]
+    dark, lit = (sidescan_model.mean_level(*sidescan_model.expected_ping(bed), window) for bed in beds)
+    return lit - dark
+
+
+def numbers() -> list[CheckedNumber]:
+    """When the ghosts come and how loud they are; how much of the shadow is left."""
+    rows = []
+    for water in WATERS:
+        for pair, letters in GHOSTS.items():
+            found, expected = ghost_delay(water, pair)
+            name = f"{water}: ghost {letters} later than the target by"
+            rows.append(CheckedNumber(name, 1e3 * found, "ms", 1e3 * expected, 0.01, EXACT))
+            found, expected = ghost_level(water, pair)
+            rows.append(
+                CheckedNumber(f"{water}: ghost {letters} louder by", found, "dB", expected, 0.3, f"{EXACT}; 4 |A|^2")
+            )
+        found, expected = slope(water)
+        name = f"{water}: ghost ab later by, for each metre of depth"
+        rows.append(
+            CheckedNumber(name, 1e6 * found, "us/m", 1e6 * expected, 1.0, "Fermat: sines of arrival over the speed")
+        )
+        rows.append(
+            CheckedNumber(
+                f"{water}: shadow lifted by the bed by way of the surface",
+                rise(water),
+                "dB",
+                RISE,
+                None,
+                "the surface sees over the box",
+            )
+        )
+    return rows
+
+
+def draw(folder: Path) -> list[Path]:
+    """The picture and its numbers.
+
+    Args:
+        folder: Where they go.
+
+    Returns:
+        The files written.
+    """
+    with style.plot_style():
+        figure = style.new_figure(10.5, 10)
+        above, below = figure.subfigures(2, 1, height_ratios=(2, 1.1), squeeze=False)[:, 0]
+        rows = above.subplots(2, 1, sharex=True, sharey=True)
+        for axes, letter, water in zip(rows, "ab", WATERS, strict=True):
+            _panel(axes, water)
+            axes.set_title(f"{letter}  {sidescan_model.TOLD[water]}")
+        rows[0].legend(ncols=2, loc="upper right")
+        rows[-1].set_xlabel("time after the start of transmission [ms]")
+        for axes, letter, water in zip(below.subplots(1, 2, sharey=True), "cd", WATERS, strict=True):
+            _pairs(axes, water)
+            axes.set_title(f"{letter}  the target alone on a flat bed, {water}")
+        picture = style.save_figure(figure, folder / "figure5.png")
+    scenarios = {f"{water}, fractal": scene(water, relief=sidescan_model.RELIEF) for water in WATERS}
+    scenarios |= {f"{water}, flat": scene(water) for water in WATERS}
+    return [picture, write_numbers(folder / "figure5.json", 5, TITLE, scenarios, numbers())]
+
+
+def _panel(axes: Axes, water: Water) -> None:
+    """The fractal bed with and without reflections, and where exact rays put target, ghosts and shadow."""
+    start, end = (1e3 * when for when in figure2.dark(water))
+    axes.axvspan(start - 1e3 * sidescan_model.PULSE, end, color=style.QUIET, alpha=0.13, linewidth=0)
+    for reflections, colour, wide, name in (
+        (0, style.QUIET, 0.9, "direct paths only"), (2, style.INK, 1.1, "with two reflections per leg"),
+    ):  # fmt: skip
+        time, intensity = sidescan_model.expected_ping(
+            scene(water, reflections=reflections, relief=sidescan_model.RELIEF)
+        )
+        axes.plot(1e3 * time, level_db(np.maximum(intensity, 1.0)), color=colour, linewidth=wide, label=name)
+    for pair, letters in {"D-D": "aa", **GHOSTS}.items():
+        out, back = pair.split("-")
+        when = 1e3 * (sidescan_model.two_way(water, out, back, sidescan_model.FACE, MIDDLE) + sidescan_model.PULSE / 2)
+        axes.axvline(when, color=style.PAIRS[pair], linewidth=0.9, linestyle=":")
+        axes.annotate(letters, (when, SPAN[1]), xytext=(0, -11), textcoords="offset points", ha="center",
+                      color=style.PAIRS[pair], fontweight="bold", backgroundcolor="#FFFFFFB0")  # fmt: skip
+    axes.set_xlim(*(1e3 * when for when in WINDOW))
+    axes.set_ylim(*SPAN)
+    axes.set_ylabel("level [dB re 1 uPa]")
+
+
+def _pairs(axes: Axes, water: Water) -> None:
+    """The target's echoes over the pairs of legs that can be told apart."""
+    curve = echoes(water)
+    for pair, colour in style.PAIRS.items():
+        if pair in curve["pair"].values:
+            level = np.maximum(curve["level_db"].sel(pair=pair).values, 0.0)
+            letters = "".join(LETTERS[leg] for leg in pair.split("-"))
+            axes.plot(1e3 * curve["time"].values, level, color=colour, label=letters)
+    axes.set_xlim(*(1e3 * when for when in ECHOES))
+    axes.set_ylim(50, SPAN[1])
+    axes.set_xlabel("time after the start of transmission [ms]")
+    axes.set_ylabel("level [dB re 1 uPa]")
+    axes.legend(ncols=6, loc="lower center", handlelength=1.2, columnspacing=1.0)

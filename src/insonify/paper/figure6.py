@@ -1,0 +1,161 @@
+"""Figure 6: the sidescan image with surface and bottom reflections: the target is harder to see.
+
+The image of figure 3 with up to two reflections per leg. Ghosts stand behind the target, and the shadow is lit by way
+of the surface, as far as the arrays hear all elevations alike. The third image shows what sonars do about it: arrays
+10 degrees wide in elevation, tilted 6 degrees down, which hear little of the surface.
+"""
+
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from insonify.paper import figure2, figure3, sidescan_model
+from insonify.paper.checked_numbers import CheckedNumber, write_numbers
+from insonify.paper.figure5 import GHOSTS
+from insonify.paper.sidescan_model import WATERS, Water
+from insonify.plotting import style
+from insonify.scenario.scenario import Scenario
+from insonify.simulator import simulate
+from insonify.units import level_db
+
+TITLE = "Sidescan image of the target with surface and bottom reflections"
+Beam = Literal["broad", "narrow"]
+TILT, WIDE = 6.0, 10.0
+"""Of the narrow arrays: tilt and width at half power, one way [deg]."""
+HEIGHT = 0.8859 * sidescan_model.WAVELENGTH / float(np.radians(WIDE))
+"""Height of a line of that width [m]: sinc^2 is half where its argument is 0.443."""
+FALL = 15.0
+"""By how much the contrast falls at least with arrays that hear all elevations, in water of one speed [dB]."""
+WINDOW = (0.193, 0.232)
+HALF, PINGS = 4.4, 19
+"""Distance run before and after the target [m], and pings of each image."""
+LATE = (0.2145, 0.2255)
+"""In the direct path's shadow, behind all ghosts, in water of one speed [s]."""
+
+Floats = NDArray[np.float64]
+
+
+def sonar(beam: Beam) -> dict[str, Any]:
+    """Changes of the sonar for one of the two beams."""
+    if beam == "broad":
+        return {}
+    array = {"kind": "planar", "width": sidescan_model.APERTURE, "height": HEIGHT}
+    mounting = {"bearing": "90 deg", "tilt": f"{TILT:g} deg"}
+    return {"sonar.transmit": array, "sonar.receive": array, "sonar.mounting": mounting}
+
+
+def scene(water: Water, *, beam: Beam = "broad") -> Scenario:
+    """The scenario of an image.
+
+    Args:
+        water: With or without the profile.
+        beam: How the arrays hear elevations.
+    """
+    return figure3.scene(
+        water, pings=PINGS, half=HALF, window=WINDOW, changes={"paths.max_reflections": 2, **sonar(beam)}
+    )
+
+
+@lru_cache(maxsize=16)
+def _bed(water: Water, reflections: int, boxed: bool, beam: Beam) -> tuple[Floats, Floats]:
+    """What the flat bed alone sends back abeam, in the shadow of the box or without one."""
+    told = {
+        "paths.max_reflections": reflections,
+        "paths.contributions": ["seabed"],
+        "track.window": (0.2, 0.228),
+        **sonar(beam),
+    }
+    return sidescan_model.expected_ping(
+        sidescan_model.scene(water, told if boxed else sidescan_model.without_box(told))
+    )
+
+
+def shadow_contrast(water: Water, reflections: int, beam: Beam = "broad") -> float:
+    """Level of the bare flat bed over that in the shadow [dB].
+
+    Args:
+        water: With or without the profile.
+        reflections: Most bounces of one leg.
+        beam: How the arrays hear elevations.
+    """
+    window = LATE if water == "one speed" else figure2.dark(water)
+    free, cut = (sidescan_model.mean_level(*_bed(water, reflections, boxed, beam), window) for boxed in (False, True))
+    return free - cut
+
+
+def highlight(water: Water, reflections: int) -> float:
+    """Peak of the target over the mean of its shadow, ghosts and all [dB].
+
+    Args:
+        water: With or without the profile.
+        reflections: Most bounces of one leg.
+    """
+    told = {"paths.max_reflections": reflections, "track.window": (0.2, 0.228)}
+    time, intensity = sidescan_model.expected_ping(sidescan_model.scene(water, told))
+    start, end = figure2.dark(water)
+    return float(level_db(intensity[time < start - sidescan_model.PULSE].max())) - sidescan_model.mean_level(
+        time, intensity, (start, end)
+    )
+
+
+def numbers() -> list[CheckedNumber]:
+    """What reflections leave of the contrast of shadow and target."""
+    rows = []
+    for water in WATERS:
+        none, two = (shadow_contrast(water, n) for n in (0, 2))
+        source = "sound round the sides of a 2 m box: integral of sinc^4"
+        rows.append(
+            CheckedNumber(
+                f"{water}: shadow contrast, direct paths", none, "dB", sidescan_model.beam_leakage_db(), 1.0, source
+            )
+        )
+        rows.append(CheckedNumber(f"{water}: shadow contrast, two reflections", two, "dB"))
+        least = FALL if water == "one speed" else None
+        told = "the surface sees over the box" if least else ""
+        rows.append(CheckedNumber(f"{water}: shadow contrast falls by", none - two, "dB", least, None, told))
+        bright = highlight(water, 0) - highlight(water, 2)
+        rows.append(
+            CheckedNumber(f"{water}: target over its shadow falls by", bright, "dB", FALL, None, "ghosts and surface")
+        )
+        kept = shadow_contrast(water, 2, "narrow")
+        rows.append(CheckedNumber(f"{water}: shadow contrast, two reflections, narrow in elevation", kept, "dB"))
+    return rows
+
+
+def draw(folder: Path) -> list[Path]:
+    """The picture and its numbers.
+
+    Args:
+        folder: Where they go.
+
+    Returns:
+        The files written.
+    """
+    scenarios = {sidescan_model.TOLD[water]: scene(water) for water in WATERS}
+    narrow = f"1500 m/s, arrays {WIDE:g} deg wide in elevation, {TILT:g} deg down"
+    scenarios[narrow] = scene("one speed", beam="narrow")
+    waters: tuple[Water, ...] = (*WATERS, "one speed")
+    with style.plot_style():
+        figure = style.new_figure(10.5, 9.6)
+        _panels(figure, scenarios, waters)
+        path = style.save_figure(figure, folder / "figure6.png")
+    return [path, write_numbers(folder / "figure6.json", 6, TITLE, scenarios, numbers())]
+
+
+def _panels(figure: Figure, scenarios: dict[str, Scenario], waters: tuple[Water, ...]) -> None:
+    sounds = [(title, water, simulate(told)) for (title, told), water in zip(scenarios.items(), waters, strict=True)]
+    for axes, water in zip(figure3.picture(figure, sounds), waters, strict=True):
+        _name_ghosts(axes, water)
+
+
+def _name_ghosts(axes: Axes, water: Water) -> None:
+    """The paper's letters over target and ghosts, where exact rays put them."""
+    for pair, letters in {"D-D": "aa", **GHOSTS}.items():
+        out, back = pair.split("-")
+        slant = figure3.two_way_slant(water, out, back, sidescan_model.FACE, sidescan_model.BED - 0.5)
+        axes.annotate(letters, (slant, 3.8), ha="center", va="center", color="white", fontweight="bold", fontsize=9)

@@ -1,0 +1,44 @@
+"""The paper's nominal scene, with what a figure changes in it. Its surface is a mirror and its shadows end at once."""
+
+from functools import lru_cache
+from importlib.resources import files
+from typing import Any
+
+from insonify.scenario.load import parse_model
+from insonify.scenario.scenario import Scenario
+
+
+@lru_cache(maxsize=1)
+def _template() -> Scenario:
+    text = (files("insonify.scenario") / "templates" / "nominal.yaml").read_text(encoding="utf-8")
+    scenario = parse_model(Scenario, text)
+    mirror = scenario.surface.model_copy(update={"reflection": "flat", "wind_speed": None})
+    return scenario.model_copy(
+        update={"surface": mirror, "paths": scenario.paths.model_copy(update={"edge_diffraction": "none"})}
+    )
+
+
+def nominal(changes: dict[str, Any] | None = None) -> Scenario:
+    """The nominal scenario with some values changed.
+
+    Args:
+        changes: New values by dotted name, such as {"paths.max_reflections": 0}.
+
+    Returns:
+        A scenario, validated as if it were read from a file.
+    """
+    values = _template().model_dump(mode="json")
+    for name, value in (changes or {}).items():
+        *way, last = name.split(".")
+        place = values
+        for step in way:
+            place = place[step]
+        if last not in place:
+            raise KeyError(f"{name} is no value of the nominal scenario")
+        place[last] = value
+    return Scenario.model_validate(values)
+
+
+def box(length: float) -> dict[str, Any]:
+    """The paper's target, of any length along the track [m]."""
+    return {"shape": "box", "label": "box", "position": [0.0, 150.5], "size": [length, 1.0, 1.0]}

@@ -1,0 +1,132 @@
+"""Labels over the recording that they belong to: highlights, shadows and ghosts in colour, everything else in grey."""
+
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from insonify.plotting import style
+from insonify.plotting.recording_levels import Floats, RecordingLevels, colour_span, recording_levels
+from insonify.plotting.sidescan import COLUMNS, NAMES, across_label, lines, rows, sidescan_image
+from insonify.plotting.waterfall import thinned
+from insonify.processing.image_labels import image_labels
+from insonify.units import level_db
+
+KINDS = {"shadow": "#2E6DB4", "ghost": "#A0349B", "highlight": "#F0A202"}
+"""Colour of each mask, the later ones on top."""
+MEANING = {
+    "shadow": "shadow: most of the direct echo is cut",
+    "ghost": "ghost: target by surface paths",
+    "highlight": "highlight: target",
+}
+STRENGTH = 0.65
+"""Part of a labelled colour that is the mask's, not the level's [1]."""
+OWNERS = ("#009E73", "#D5350E", "#8E2F66", "#E69F00", "#1E8FD5", "#7A4B12")
+"""Colours of targets, in turn; seabed and surface have their own."""
+SHOWN = 80.0
+"""How far below the loudest a trace is followed [dB]."""
+
+
+def labels(
+    recording: xr.Dataset, label_dataset: xr.Dataset, path: str | Path, *, ping: int | None = None, beam: int = 0,
+    ground: bool = False, gain: str | None = None,
+) -> Path:  # fmt: skip
+    """Draw labels.
+
+    Args:
+        recording: As from `open_recording`, one channel or a port and a starboard side.
+        label_dataset: Its labels, as from `open_labels`.
+        path: Picture to write, .png, .pdf or .svg.
+        ping: The only ping wanted, drawn as expected levels by owner; None: all, where there are several, as the
+            image beside the same image with its masks.
+        beam: Channel wanted, and its mirror image on the other side.
+        ground: Images over distance on a level bed, instead of slant range.
+        gain: Of the images: one of `insonify.processing.GAINS`.
+
+    Returns:
+        The path.
+    """
+    sound = recording_levels(recording)
+    with style.plot_style():
+        if ping is None and recording.sizes["ping"] > 1:
+            image = sidescan_image(recording, sound, ground=ground, gain=gain, beam=beam)
+            figure = _images(image, image_labels(label_dataset[[*KINDS, "done"]], image), sound)
+        else:
+            row = ping if ping is not None else int(np.flatnonzero(label_dataset["done"].values)[0])
+            figure = _trace(label_dataset.isel(ping=row), sound, beam, row)
+        return style.save_figure(figure, path)
+
+
+def _images(image: xr.Dataset, told: xr.Dataset, sound: RecordingLevels) -> Figure:
+    """The image as the instrument shows it, and beneath it the same in grey with its masks in colour."""
+    figure = style.new_figure(10, 9.5)
+    upper, lower = figure.subplots(2, 1, sharex=True, sharey=True)
+    drawn = lines(upper, image)
+    upper.set_title(", ".join(part for part in (sound.title, "image", sound.part) if part))
+    upper.set_xlabel("")
+    figure.colorbar(drawn, ax=[upper, lower], label=NAMES[image.attrs["gain"]], pad=0.01)
+    low, high, name = rows(image)
+    span, across = colour_span(image["level_db"].values), image["across"].values
+    for half in (across <= 0, across > 0):
+        if half.sum() > 1:
+            masks = {kind: _any(told[kind].values[:, half]) for kind in KINDS}
+            picture = _coloured(thinned(image["level_db"].values[:, half], COLUMNS), masks, span)
+            lower.imshow(picture, aspect="auto", origin="lower", interpolation="nearest",
+                         extent=(across[half][0], across[half][-1], low, high))  # fmt: skip
+    lower.set_facecolor("#303030")
+    lower.grid(False)
+    lower.set_xlabel(across_label(image, sound.sound_speed_note))
+    lower.set_ylabel(name)
+    lower.set_title("labels")
+    seen = [kind for kind in KINDS if told[kind].values.any()]
+    figure.legend(
+        handles=[Patch(color=KINDS[kind], label=MEANING[kind]) for kind in seen]
+        or [Patch(color="none", label="no highlight, shadow or ghost anywhere")],
+        loc="outside lower center", ncols=len(KINDS),
+    )  # fmt: skip
+    return figure
+
+
+def _any(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Masks with columns put together as `thinned` does it with levels, set where any is."""
+    step = -(-mask.shape[-1] // COLUMNS)
+    return np.asarray(mask[:, : mask.shape[-1] // step * step].reshape(len(mask), -1, step).any(axis=-1))
+
+
+def _coloured(level: Floats, masks: dict[str, NDArray[np.bool_]], span: tuple[float, float]) -> Floats:
+    """Levels as grey, with the colours of the masks mixed in, shape (ping, columns, 3)."""
+    shade = np.clip((np.nan_to_num(level, nan=span[0], neginf=span[0]) - span[0]) / (span[1] - span[0]), 0, 1)
+    picture = np.repeat(shade[..., None], 3, axis=-1)
+    for name, colour in KINDS.items():
+        picture[masks[name]] = (1 - STRENGTH) * picture[masks[name]] + STRENGTH * np.array(to_rgb(colour))
+    return np.asarray(picture)
+
+
+def _trace(said: xr.Dataset, sound: RecordingLevels, channel: int, ping: int) -> Figure:
+    """Expected level of each owner over one ping, with its masks behind."""
+    figure = style.new_figure()
+    axes = figure.subplots()
+    time, level = sound.time * 1e3, level_db(said["object_intensity"].values[channel].astype(float))
+    loudest = float(np.max(level, initial=-np.inf, where=np.isfinite(level)))
+    low, high = (loudest - SHOWN, loudest + 6) if np.isfinite(loudest) else (-1.0, 0.0)
+    for name, colour in KINDS.items():
+        mask = said[name].values[channel]
+        axes.fill_between(time, low, high, where=mask, step="mid", color=colour, alpha=0.25, lw=0, label=name)
+    targets = 0
+    for owner, curve in zip(said["object"].values, level, strict=True):
+        if np.isfinite(curve).any():
+            known = style.CONTRIBUTION_COLOURS.get(str(owner))
+            axes.plot(time, np.maximum(curve, low), color=known or OWNERS[targets % len(OWNERS)], label=str(owner))
+            targets += known is None
+    axes.set_xlim(time[0], time[-1])
+    axes.set_ylim(low, high)
+    axes.set_xlabel("time [ms]")
+    axes.set_ylabel("expected level [dB re 1 uPa]")
+    axes.set_title(sound.named(ping=ping, channel=channel) or "labels")
+    style.range_axis(axes, sound.sound_speed, note=sound.sound_speed_note)
+    figure.legend(loc="outside lower center", ncols=6)
+    return figure

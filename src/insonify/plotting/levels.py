@@ -1,0 +1,57 @@
+"""Level curves: what each contribution contributes, over time, as the sonar equation has it."""
+
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+
+from insonify.plotting import style
+
+BELOW = 80.0
+"""Depth of the picture below the loudest curve [dB]."""
+
+
+def levels(dataset: xr.Dataset, path: str | Path, *, window: tuple[float, float] | None = None) -> Path:
+    """Draw level curves by contribution.
+
+    Args:
+        dataset: `level_db` over (contribution, pair, time) [dB re 1 uPa], as from `insonify.levels`.
+        path: Picture to write.
+        window: Start and stop [s]; all by default.
+
+    Returns:
+        The path.
+    """
+    with style.plot_style():
+        figure = style.new_figure(9, 4.5)
+        curves(figure.subplots(), dataset, window)
+        return style.save_figure(figure, path)
+
+
+def curves(axes: Axes, dataset: xr.Dataset, window: tuple[float, float] | None = None) -> None:
+    """One curve for each contribution that is heard.
+
+    Args:
+        axes: Where to draw.
+        dataset: As for `levels`.
+        window: Start and stop [s].
+    """
+    time = dataset["time"].values
+    first, last = window or (time[0], time[-1])
+    inside = (time >= first) & (time <= last)
+    whole = dataset["level_db"].sel(pair="all").values[:, inside]
+    for contribution, level in zip(dataset["contribution"].values, whole, strict=True):
+        if np.isfinite(level).any():
+            wide = 2.6 if contribution == "total" else 1.3
+            axes.plot(
+                time[inside] * 1e3, np.where(np.isfinite(level), level, np.nan), label=str(contribution), linewidth=wide,
+                color=style.CONTRIBUTION_COLOURS[str(contribution)], alpha=0.35 if contribution == "total" else 1.0,
+                linestyle="--" if contribution == "noise" else "-", zorder=1 if contribution == "total" else 2,
+            )  # fmt: skip
+    top = whole[np.isfinite(whole)].max() if np.isfinite(whole).any() else 0.0
+    axes.set_xlim(first * 1e3, last * 1e3)
+    axes.set_ylim(top - BELOW, top + 8)
+    axes.set_xlabel("time after the start of transmission [ms]")
+    axes.set_ylabel("level [dB re 1 uPa]")
+    axes.legend(ncols=5, loc="upper right", handlelength=1.6, columnspacing=1.2)

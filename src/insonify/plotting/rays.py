@@ -1,0 +1,152 @@
+"""Where sound goes: a fan of rays beside the profile that bends it, over one depth axis."""
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.colors import ListedColormap
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from numpy.typing import ArrayLike
+
+from insonify.ocean.profile import SoundSpeedProfile
+from insonify.plotting import style
+from insonify.propagation.eigenray import eigenrays
+from insonify.propagation.ray_fan import RayFan, trace_fan
+from insonify.propagation.sound_speed_layers import sound_speed_layers
+
+RAYS = 121
+"""Rays of a fan, where nobody says how many."""
+WIDEST = np.radians(20.0)
+"""Half the opening of a fan, where nobody says how wide [rad]."""
+NAMED = 7
+"""Families that a legend names."""
+GRID = 480, 200
+"""Cells along range and depth in which a direct path is looked for."""
+SILENT = "#D9DDE3"
+"""Colour of water that no direct ray reaches."""
+
+
+def rays(
+    profile: SoundSpeedProfile, path: str | Path, *, source_depth: float, water_depth: float | None = None,
+    max_range: float = 200.0, launch: ArrayLike | None = None, bounces: int = 2, title: str = "",
+) -> Path:  # fmt: skip
+    """Draw rays from a source, and the sound-speed profile beside them.
+
+    Args:
+        profile: Sound speed over depth.
+        path: Picture to write.
+        source_depth: Depth of the source [m].
+        water_depth: Depth of the bottom [m]; by default where the profile ends.
+        max_range: Range at which rays end [m].
+        launch: Launch elevations, + down [rad], shape (rays,); by default from -20 to 20 deg.
+        bounces: Bounces of a ray that are drawn.
+        title: What water it is.
+
+    Returns:
+        The path.
+
+    Raises:
+        ValueError: The profile does not cover the water, or the source is not in it.
+    """
+    layers = sound_speed_layers(profile, float(profile.depth[-1]) if water_depth is None else water_depth)
+    angles = np.linspace(-WIDEST, WIDEST, RAYS) if launch is None else np.atleast_1d(np.asarray(launch, float))
+    traced = trace_fan(layers, source_depth, angles, max_range=max_range, max_bounces=bounces, step=max_range / 400)
+    with style.plot_style():
+        figure = style.new_figure(12, 4.8)
+        beside, beyond = figure.subplots(1, 2, sharey=True, width_ratios=(1, 4.6))
+        speed(beside, layers.depth, layers.speed, source_depth)
+        dark = silence(beyond, profile, layers.water_depth, source_depth, max_range)
+        section(beyond, traced, layers.water_depth, source_depth, dark=dark)
+        low, high = np.degrees(traced.launch_elevation.min()), np.degrees(traced.launch_elevation.max())
+        beyond.set_title(f"{len(traced)} rays, launched from {low:.1f} to {high:.1f} deg (+ down)")
+        figure.suptitle(title, ha="left", x=0.01, fontsize=11)
+        return style.save_figure(figure, path)
+
+
+def speed(axes: Axes, depth: ArrayLike, speeds: ArrayLike, source_depth: float) -> None:
+    """Sound speed over depth, narrow, to stand beside rays.
+
+    Args:
+        axes: Where to draw.
+        depth: Knots [m], shape (m,).
+        speeds: Sound speed there [m/s], shape (m,).
+        source_depth: Depth of the source, marked [m].
+    """
+    z, c = np.asarray(depth, float), np.asarray(speeds, float)
+    axes.plot(c, z, color=style.INK)
+    if z.size <= 60:
+        axes.plot(c, z, "o", color=style.INK, markersize=3.0)
+    axes.plot([np.interp(source_depth, z, c)], [source_depth], "o", color=style.CONTRIBUTION_COLOURS["target"], markersize=7)
+    margin = max(0.12 * float(np.ptp(c)), 0.5)
+    axes.set_xlim(c.min() - margin, c.max() + margin)
+    axes.set_xlabel("sound speed [m/s]")
+    axes.set_ylabel("depth [m]")
+
+
+def silence(axes: Axes, profile: SoundSpeedProfile, water_depth: float, source_depth: float, farthest: float) -> bool:
+    """The water that no direct ray reaches, however launched: the exact solver is asked cell by cell.
+
+    Args:
+        axes: Where to draw.
+        profile: Sound speed over depth.
+        water_depth: Depth of the bottom [m].
+        source_depth: Depth of the source [m].
+        farthest: Range to which it is asked [m].
+
+    Returns:
+        Whether there is such water.
+    """
+    x, z = (np.linspace(0, stop, cells + 1) for stop, cells in zip((farthest, water_depth), GRID, strict=True))
+    middle_x, middle_z = (x[1:] + x[:-1]) / 2, (z[1:] + z[:-1]) / 2
+    found = eigenrays(
+        profile, water_depth=water_depth, source_depth=source_depth, point_depth=middle_z[:, None], range=middle_x,
+        families=("D",),
+    )  # fmt: skip
+    dark = np.ones((z.size - 1) * (x.size - 1))
+    dark[found.point[found.status == "ok"]] = np.nan
+    silent = bool(np.isfinite(dark).any())
+    if silent:
+        axes.pcolormesh(x, z, dark.reshape(z.size - 1, -1), cmap=ListedColormap([SILENT]), rasterized=True, zorder=0)
+    return silent
+
+
+def section(axes: Axes, traced: RayFan, water_depth: float, source_depth: float, *, dark: bool = False) -> None:
+    """Rays in a vertical plane, coloured by what they have bounced off.
+
+    Args:
+        axes: Where to draw.
+        traced: The rays.
+        water_depth: Depth of the bottom [m].
+        source_depth: Depth of the source, marked [m].
+        dark: Whether the legend names water without direct paths.
+    """
+    lines: dict[str, list[np.ndarray]] = {}
+    for family, x, z in traced.segments():
+        lines.setdefault(family, []).append(np.stack([x, z], axis=-1))
+    order = sorted(lines, key=lambda name: (name != "D", len(name), name[::-1]))
+    thin = float(np.clip(60 / max(len(traced), 1), 0.35, 1.1))
+    for name in reversed(order):  # the direct rays on top
+        bounced = name != "D"
+        axes.add_collection(
+            LineCollection(
+                lines[name], colors=style.FAMILIES.get(name, style.QUIET), linewidths=thin * (0.8 if bounced else 1.1),
+                alpha=0.55 if bounced else 0.9,
+            )
+        )  # fmt: skip
+    axes.axhline(0, color=style.CONTRIBUTION_COLOURS["surface"], linewidth=2, zorder=3)
+    axes.axhline(water_depth, color=style.CONTRIBUTION_COLOURS["seabed"], linewidth=2, zorder=3)
+    axes.axhspan(water_depth, 1.06 * water_depth, color=style.CONTRIBUTION_COLOURS["seabed"], alpha=0.3, linewidth=0)
+    axes.plot([0], [source_depth], "o", color=style.CONTRIBUTION_COLOURS["target"], markersize=7, zorder=4, clip_on=False)
+    axes.set_xlim(0, float(traced.range.max()) if len(traced) else 1.0)
+    axes.set_ylim(1.06 * water_depth, -0.06 * water_depth)
+    axes.set_xlabel("horizontal range [m]")
+    axes.grid(False)
+    named: list[Line2D | Patch] = [
+        Line2D([], [], color=style.FAMILIES.get(name, style.QUIET), label=name) for name in order[:NAMED]
+    ]
+    if dark:
+        named.append(Patch(color=SILENT, label="no direct path"))
+    axes.legend(handles=named, ncols=len(named), loc="lower right", bbox_to_anchor=(1.0, 1.0), handlelength=1.2,
+                columnspacing=1.0)  # fmt: skip

@@ -1,0 +1,181 @@
+"""A scenario before it is simulated: the bed from above with track, swath and targets, and the vertical geometry."""
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.patches import Rectangle
+from numpy.typing import NDArray
+
+from insonify.plotting import style
+from insonify.plotting.seabed_map import draw_seabed_map, frame, middle_bearing
+from insonify.scenario.scenario import Scenario
+from insonify.scene.solid import world_triangles
+from insonify.scene.target import PointTarget
+from insonify.sonar.beam import beams
+from insonify.sonar.sonar import Sonar, array_position, array_rotation
+from insonify.sonar.track import Poses, true_poses
+
+Floats = NDArray[np.float64]
+FAINTEST = 30.0
+"""How far below its axis the two-way beam is still drawn [dB]."""
+LIT = LinearSegmentedColormap.from_list("water", ["#FFFFFF", "#9CCBEB"])
+WIDE, SECTION = 9.0, 2.7
+"""Width of the map and height of the vertical plane [inch]."""
+PLANES = 200
+"""Pings at most whose beams are asked what they pass."""
+BESIDE = 0.05
+"""How far beside the plane of a beam something may lie to be drawn in it, as a part of its distance [1]."""
+CELLS = 500, 160
+"""Cells of the beam along range and depth."""
+
+
+def scene(scenario: Scenario, path: str | Path) -> Path:
+    """Draw what a scenario describes.
+
+    Args:
+        scenario: What would be simulated.
+        path: Picture to write.
+
+    Returns:
+        The path.
+    """
+    with style.plot_style():
+        (south, west), (north, east) = frame(scenario)
+        tall = float(np.clip(WIDE * (north - south) / (east - west), 2.0, 8.0))
+        figure = style.new_figure(11, tall + SECTION + 1.6)
+        upper, lower = figure.subplots(2, 1, height_ratios=(tall, SECTION))
+        draw_seabed_map(upper, scenario, near=True)
+        section(lower, scenario)
+        return style.save_figure(figure, path)
+
+
+def section(axes: Axes, scenario: Scenario) -> None:
+    """The vertical plane of the beam at the first ping: water, bed, beam, and the targets that beams pass.
+
+    Args:
+        axes: Where to draw.
+        scenario: What would be simulated.
+    """
+    track = true_poses(scenario.track, seed=scenario.seed)
+    far = scenario.water.max_sound_speed * scenario.track.window[1] / 2
+    edges, signs = [0.0], [side or 1 for side in scenario.sonar.channel_sides[:: scenario.sonar.beam_count]]
+    for sign, side in zip(signs, scenario.sonar.side_sonars, strict=True):
+        position = array_position(side.transmit, track.position[0], track.rotation(0))
+        edges.append(sign * far)
+        _beam(axes, scenario, side, track, sign, far)
+        _ground(axes, scenario, position, middle_bearing(side, track, 0), sign, far)
+        _targets(axes, scenario, side, track, sign, far)
+        axes.plot([0], [position[2]], "o", color=style.INK, markersize=7, zorder=5)
+    axes.axhline(0, color=style.CONTRIBUTION_COLOURS["surface"], linewidth=2)
+    bed = _bed_in_reach(scenario, far)
+    margin = 0.03 * (max(edges) - min(edges))
+    axes.set_xlim(min(edges) - margin, max(edges) + margin)
+    axes.set_ylim(1.1 * bed, -0.06 * bed)
+    axes.grid(False)
+    axes.xaxis.set_major_formatter(lambda value, _: f"{abs(value):g}")
+    axes.set_xlabel(("port  |  starboard,  " if min(signs) < 0 else "") + "distance along the first ping's beam [m]")
+    axes.set_ylabel("depth [m]")
+    bent = ", drawn as if sound went straight" if scenario.water.layered else ""
+    axes.set_title(f"In the beam's plane: two-way beam down to {-FAINTEST:g} dB{bent}; bed; targets it passes",
+                   fontsize=10)  # fmt: skip
+
+
+def _bed_in_reach(scenario: Scenario, far: float) -> float:
+    """A depth below all that is drawn of the bed [m]."""
+    bed = scenario.completed_seabed.terrain
+    return scenario.seabed.depth if bed is None else float(max(bed.span[1], scenario.seabed.depth))
+
+
+def _beam(axes: Axes, scenario: Scenario, side: Sonar, track: Poses, sign: int, far: float) -> None:
+    """Two-way level of the beam in its vertical plane."""
+    body = track.rotation(0)
+    position = array_position(side.transmit, track.position[0], body)
+    rotation, frequency = array_rotation(side, body), side.pulse.frequency
+    speed = float(scenario.water.sound_speed_at(position[2]))
+    x, z = (np.linspace(low, high, cells + 1) for low, high, cells in
+            ((0, far, CELLS[0]), (0, scenario.seabed.depth, CELLS[1])))  # fmt: skip
+    middle_x, middle_z = (x[1:] + x[:-1]) / 2, ((z[1:] + z[:-1]) / 2)[:, None]
+    length = np.hypot(middle_x, middle_z - position[2])
+    bearing = middle_bearing(side, track, 0)
+    flat = middle_x / length
+    way = np.stack([flat * np.cos(bearing), flat * np.sin(bearing), (middle_z - position[2]) / length], axis=-1)
+    power = np.ones(length.shape)
+    for array in side.channel_arrays:
+        power = power * np.max(np.abs(beams(array, frequency, speed, rotation).gain(way)) ** 2, axis=0)
+    level = 10 * np.log10(np.maximum(power, 1e-30))
+    shown = np.where((level > -FAINTEST) & (length <= far), level, np.nan)
+    axes.pcolormesh(sign * x, z, shown, cmap=LIT, vmin=-FAINTEST, vmax=0, rasterized=True, zorder=0)
+
+
+def _ground(axes: Axes, scenario: Scenario, position: Floats, bearing: float, sign: int, far: float) -> None:
+    """The bed along the beam."""
+    x = np.linspace(0, far, 4 * CELLS[0])
+    bed = _along(scenario, position[0] + x * np.cos(bearing), position[1] + x * np.sin(bearing))
+    colour = style.CONTRIBUTION_COLOURS["seabed"]
+    axes.plot(sign * x, bed, color=colour, linewidth=1.4, zorder=2)
+    axes.fill_between(sign * x, bed, 1.2 * np.nanmax(bed, initial=scenario.seabed.depth), color=colour, alpha=0.3,
+                      linewidth=0)  # fmt: skip
+
+
+def _along(scenario: Scenario, north: Floats, east: Floats) -> Floats:
+    """Depth of the bed at some places [m], shape (n,)."""
+    bed = scenario.completed_seabed.terrain
+    return np.full(north.shape, scenario.seabed.depth) if bed is None else np.asarray(bed.depth_at(north, east))
+
+
+def _cut_along(corners: Floats, here: Floats, bearing: float) -> tuple[Floats, Floats] | None:
+    """Least and greatest distance and depth of what a vertical plane cuts out of triangles [m]; None where it misses.
+
+    Args:
+        corners: Of the triangles [m], shape (t, 3, 3).
+        here: North and east of a place in the plane [m], shape (2,).
+        bearing: Of the plane [rad]; what is behind the place is left out.
+    """
+    ahead, aside = np.array([np.cos(bearing), np.sin(bearing)]), np.array([-np.sin(bearing), np.cos(bearing)])
+    found = []
+    for side in range(3):
+        a, b = corners[:, side], corners[:, (side + 1) % 3]
+        off_a, off_b = (a[:, :2] - here) @ aside, (b[:, :2] - here) @ aside
+        met = (off_a >= 0) != (off_b >= 0)
+        part = (off_a[met] / (off_a[met] - off_b[met]))[:, None]
+        position = a[met] + part * (b[met] - a[met])
+        found.append(np.column_stack([(position[:, :2] - here) @ ahead, position[:, 2]]))
+    points = np.concatenate(found)
+    points = points[points[:, 0] > 0]
+    return (points.min(axis=0), points.max(axis=0)) if len(points) else None
+
+
+def _targets(axes: Axes, scenario: Scenario, side: Sonar, track: Poses, sign: int, far: float) -> None:
+    """Targets at their distance from the sonar as its beam passes them, with their height."""
+    pings = np.unique(np.linspace(0, len(track) - 1, PLANES).astype(int))
+    bearing = np.array([middle_bearing(side, track, int(ping)) for ping in pings])
+    here = track.position[pings, :2]
+    spacing = float(np.max(np.linalg.norm(np.diff(here, axis=0), axis=1), initial=0.0))
+    for target in scenario.targets:
+        if isinstance(target, PointTarget):
+            low = high = np.asarray(target.position, float)
+        else:
+            surface = world_triangles(target, scenario.completed_seabed)
+            low, high = np.asarray(surface.low), np.asarray(surface.high)
+        offset, half = (low + high)[:2] / 2 - here, float(np.max((high - low)[:2])) / 2
+        along = offset[:, 0] * np.cos(bearing) + offset[:, 1] * np.sin(bearing)
+        aside = np.abs(offset[:, 1] * np.cos(bearing) - offset[:, 0] * np.sin(bearing))
+        aside[(along <= 0) | (along > far)] = np.inf
+        nearest = int(np.argmin(aside))
+        if aside[nearest] <= half + spacing + BESIDE * along[nearest]:
+            middle, colour = sign * along[nearest], style.CONTRIBUTION_COLOURS["target"]
+            if not isinstance(target, PointTarget):
+                cut = _cut_along(world_triangles(target, scenario.completed_seabed).corners, here[nearest],
+                                 float(bearing[nearest]))  # fmt: skip
+                if cut is not None:
+                    (near, top), (beyond, base) = cut
+                    middle, half = sign * (near + beyond) / 2, (beyond - near) / 2
+                    low, high = np.array([0, 0, top]), np.array([0, 0, base])
+            if high[2] > low[2]:
+                axes.add_patch(Rectangle((middle - half, low[2]), 2 * half, high[2] - low[2], color=colour, zorder=4))
+            else:
+                axes.plot([middle], [low[2]], "+", color=colour, markersize=9, zorder=4)
+            axes.annotate(target.label, (middle, low[2]), xytext=(0, 4), textcoords="offset points", ha="center",
+                          fontsize=8, zorder=6)  # fmt: skip

@@ -1,0 +1,228 @@
+"""What a wind makes of the sea: its waves, a patch of it, and what sound finds there."""
+
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from insonify.ocean.directional_spreading import ElfouhailySpreading
+from insonify.ocean.elfouhaily import Elfouhaily
+from insonify.ocean.jonswap import Jonswap
+from insonify.ocean.pierson_moskowitz import PiersonMoskowitz
+from insonify.ocean.sea_surface import SeaSurface
+from insonify.ocean.wave_spectrum import WaveSpectrum, mean_square_slope, significant_height
+from insonify.plotting import style
+from insonify.plotting.laws import GRAZING, STRENGTH, backscatter_db
+from insonify.plotting.validity_style import Caveats, Floats, add_caveats, curve, evaluate_with_caveats, with_caveats
+from insonify.scattering.apl_surface import apl_surface_strength_db
+from insonify.scattering.bubbles import Bubbles
+from insonify.scattering.surface_coherence import coherent_reflection
+from insonify.scattering.surface_scattering import SurfaceScattering
+from insonify.units import level_db
+
+FETCH = 50e3
+"""Distance to the shore of the young sea [m]."""
+WAVES = ("#1A1A1A", "#E69F00", "#0072B2")
+"""Colours of the spectra: fully developed, young, unified."""
+ACROSS = 3.0
+"""Side of the patch, in lengths of the dominant waves."""
+POINTS = 160
+"""Points along it."""
+
+
+def sea(path: str | Path, *, wind_speed: float = 7.0, frequency: float = 100e3, seed: int = 0) -> Path:
+    """Draw the sea that a wind raises and how it answers sound.
+
+    Args:
+        path: Picture to write.
+        wind_speed: Wind 10 m above the sea [m/s].
+        frequency: Of the sound [Hz].
+        seed: Another seed is another sea of the same kind [1].
+
+    Returns:
+        The path.
+    """
+    # the laws' caveats about the wind are met here once, and printed on the picture
+    kinds, caveats = with_caveats(lambda: seas(wind_speed))
+    moving, _ = with_caveats(lambda: wind_sea(wind_speed, seed))
+    with style.plot_style():
+        figure = style.new_figure(13.5, 8.5)
+        grid = figure.subplots(2, 3)
+        heights(grid[0, 0], kinds)
+        slopes(grid[0, 1], kinds, frequency)
+        surface_patch(grid[0, 2], moving)
+        coherence(grid[1, 0], kinds, frequency)
+        caveats += echo(grid[1, 1], wind_speed, frequency)
+        caveats += winds(grid[1, 2], wind_speed, frequency)
+        figure.suptitle(f"A sea under a wind of {wind_speed:g} m/s", ha="left", x=0.01, fontsize=11)
+        add_caveats(figure, caveats, "Beyond what the laws are made for (strengths: thin and dashed): ")
+        return style.save_figure(figure, path)
+
+
+def seas(wind_speed: float) -> dict[str, WaveSpectrum]:
+    """Published spectra of the sea that a wind [m/s] raises, by name."""
+    return {
+        "Pierson-Moskowitz": PiersonMoskowitz(wind_speed),
+        f"JONSWAP, {FETCH / 1e3:g} km": Jonswap(wind_speed, FETCH),
+        "Elfouhaily": Elfouhaily(wind_speed),
+    }
+
+
+def wind_sea(wind_speed: float, seed: int) -> SeaSurface:
+    """The moving sea that a wind [m/s] raises, going north; another seed is another sea of the same kind."""
+    spectrum = Elfouhaily(wind_speed)
+    shortest = min(0.3, 0.2 * np.pi / spectrum.peak)  # a light air raises no waves of 0.3 m
+    return SeaSurface(spectrum, ElfouhailySpreading(spectrum), seed=seed, shortest_wavelength=shortest)
+
+
+def heights(axes: Axes, kinds: dict[str, WaveSpectrum]) -> None:
+    """Variance of the height over wavenumber, with the significant height of each sea.
+
+    Args:
+        axes: Where to draw.
+        kinds: Spectra by name.
+    """
+    top = 0.0
+    for (name, spectrum), colour in zip(kinds.items(), WAVES, strict=True):
+        k = _waves(spectrum)
+        density = spectrum.density(k)
+        axes.plot(k, density, color=colour, label=f"{name}: {significant_height(spectrum):.2g} m high")
+        top = max(top, float(density.max()))
+    _log_axes(axes)
+    axes.set_ylim(top * 1e-14, top * 1e2)
+    axes.set_title("Waves by height")
+    axes.set_ylabel("variance of height per wavenumber [m$^3$]")
+    axes.legend(loc="upper right")
+
+
+def slopes(axes: Axes, kinds: dict[str, WaveSpectrum], frequency: float) -> None:
+    """Variance of the slope in each e-fold of wavenumber, and where the sound's wavenumber lies.
+
+    Args:
+        axes: Where to draw.
+        kinds: Spectra by name.
+        frequency: Of the sound [Hz].
+    """
+    sound = 2 * np.pi * frequency / 1500
+    for (name, spectrum), colour in zip(kinds.items(), WAVES, strict=True):
+        k = _waves(spectrum)
+        rms = np.degrees(np.arctan(mean_square_slope(spectrum, sound / 3) ** 0.5))
+        axes.plot(k, k**3 * spectrum.density(k), color=colour, label=f"{name}: {rms:.1f}° rms below k/3")
+    axes.axvline(sound / 3, color=style.EXPECTED, linestyle="--", label=f"a third of k at {frequency / 1e3:g} kHz")
+    _log_axes(axes)
+    axes.set_ylim(1e-5, 1)
+    axes.set_title("Waves by slope")
+    axes.set_ylabel("variance of slope per e-fold of wavenumber [1]")
+    axes.legend(loc="upper left")
+
+
+def surface_patch(axes: Axes, drawn: SeaSurface) -> None:
+    """A patch of the sea from above, with its own significant height and rms slope.
+
+    Args:
+        axes: Where to draw.
+        drawn: The sea.
+    """
+    side = ACROSS * 2 * np.pi / drawn.spectrum.peak
+    at = np.linspace(0, side, POINTS)
+    motion = drawn.motion(at[:, None], at[None, :], 0.0)
+    limit = float(np.abs(motion.elevation).max())
+    image = axes.imshow(
+        motion.elevation, origin="lower", extent=(0, side, 0, side), cmap="RdBu_r", vmin=-limit, vmax=limit,
+        interpolation="bilinear",
+    )  # fmt: skip
+    axes.grid(False)
+    axes.figure.colorbar(image, ax=axes, label="elevation [m]", pad=0.02, shrink=0.85)
+    slope = np.sqrt(np.mean(motion.slope_north**2 + motion.slope_east**2))
+    high, steep = 4 * motion.elevation.std(), np.degrees(np.arctan(slope))
+    axes.set_title(f"A patch {high:.2g} m high,\nslope {steep:.1f}° rms from waves > {drawn.shortest_wavelength:.2g} m")
+    axes.set_xlabel("east [m]")
+    axes.set_ylabel("north [m]")
+
+
+def coherence(axes: Axes, kinds: dict[str, WaveSpectrum], frequency: float) -> None:
+    """What is left of the mirror's echo over the grazing angle: almost nothing, except very low.
+
+    Args:
+        axes: Where to draw.
+        kinds: Spectra by name.
+        frequency: Of the sound [Hz].
+    """
+    grazing = np.radians(np.geomspace(0.01, 90, 400))
+    for (name, spectrum), colour in zip(kinds.items(), WAVES, strict=True):
+        left = coherent_reflection(frequency, significant_height(spectrum) / 4, grazing)
+        axes.plot(np.degrees(grazing), level_db(left**2), color=colour, label=name)
+    axes.set_xscale("log")
+    axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    axes.set_xlim(0.01, 90)
+    axes.set_ylim(-60, 3)
+    axes.set_title(f"Coherent mirror at {frequency / 1e3:g} kHz")
+    axes.set_xlabel("grazing angle [deg]")
+    axes.set_ylabel("coherent reflection, 20 log |R| [dB]")
+    axes.legend(loc="upper right")
+
+
+def echo(axes: Axes, wind_speed: float, frequency: float) -> Caveats:
+    """The echo of the surface straight back, whole and by contribution.
+
+    Args:
+        axes: Where to draw.
+        wind_speed: Wind [m/s].
+        frequency: Of the sound [Hz].
+
+    Returns:
+        The caveats of the laws.
+    """
+    whole = evaluate_with_caveats(lambda: apl_surface_strength_db(wind_speed, frequency, GRAZING))
+    facets = evaluate_with_caveats(lambda: backscatter_db(SurfaceScattering.at_wind(wind_speed, frequency), GRAZING))
+    veil = evaluate_with_caveats(lambda: backscatter_db(Bubbles(wind_speed, frequency), GRAZING))
+    degrees = np.degrees(GRAZING)
+    curve(axes, degrees, whole, style.CONTRIBUTION_COLOURS["surface"], "APL-UW TR 9407")
+    curve(axes, degrees, facets, style.FAMILIES["B"], "facets and bubbles only")
+    curve(axes, degrees, veil, style.FAMILIES["BS"], "bubbles only")
+    _strength_axes(axes)
+    axes.set_title(f"Echo straight back at {frequency / 1e3:g} kHz")
+    axes.legend(loc="upper left")
+    return whole.caveats + facets.caveats + veil.caveats
+
+
+def winds(axes: Axes, wind_speed: float, frequency: float) -> Caveats:
+    """The echo straight back under this wind, beside lighter and stronger ones.
+
+    Args:
+        axes: Where to draw.
+        wind_speed: Wind [m/s].
+        frequency: Of the sound [Hz].
+
+    Returns:
+        The caveats of the law.
+    """
+    caveats: Caveats = ()
+    colours = {2.0: "#56B4E9", 5.0: "#009E73", 10.0: "#E69F00", 15.0: "#D55E00"}
+    for wind, colour in sorted({**colours, wind_speed: style.CONTRIBUTION_COLOURS["surface"]}.items()):
+        answer = evaluate_with_caveats(partial(apl_surface_strength_db, wind, frequency, GRAZING))
+        curve(axes, np.degrees(GRAZING), answer, colour, f"{wind:g} m/s")
+        caveats += answer.caveats
+    _strength_axes(axes)
+    axes.set_title("The same under other winds")
+    axes.legend(loc="upper left", ncols=2)
+    return caveats
+
+
+def _waves(spectrum: WaveSpectrum) -> Floats:
+    return np.geomspace(spectrum.peak / 8, 5e3, 600)
+
+
+def _log_axes(axes: Axes) -> None:
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xlabel("wavenumber [rad/m]")
+
+
+def _strength_axes(axes: Axes) -> None:
+    axes.set_xlim(0, 90)
+    axes.set_xticks(np.arange(0, 91, 15))
+    axes.set_ylim(-70, 20)
+    axes.set_xlabel("grazing angle [deg]")
+    axes.set_ylabel(STRENGTH)

@@ -1,0 +1,156 @@
+"""The fan: the beams of one ping laid out over the sector they look into."""
+
+from textwrap import fill
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
+from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
+from matplotlib.ticker import MaxNLocator
+
+from insonify.plotting import style
+from insonify.plotting.recording_levels import Floats, RecordingLevels, colour_span
+from insonify.plotting.target_view import TargetView, targets_in_view
+from insonify.plotting.waterfall import thinned
+
+LABELS = 5
+"""Bearings that are written on the picture, where there is room for them."""
+ROOM = 0.55
+"""Width of one of them [inch]."""
+LARGEST = 9.0, 8.0
+"""Most that the picture of a sector is wide and high [inch]."""
+LEFT, RIGHT, BELOW, ABOVE = 0.85, 1.25, 0.65, 0.85
+"""Margins of the page about it [inch]: axis, colours, axis, title and bearings."""
+LETTER, LINE = 0.105, 0.19
+"""Mean width of a letter of a title, and height of its lines [inch]."""
+EDGE = 0.03
+"""Free space about a sector, as a part of its longer side [1]."""
+
+
+def sector_image(sound: RecordingLevels, row: int) -> Figure:
+    """One ping of many beams, to scale.
+
+    Args:
+        sound: The recording.
+        row: Which ping.
+    """
+    order = np.argsort(sound.steer)
+    steer, slant = sound.steer[order], sound.time * sound.sound_speed / 2
+    width, height, room = _extent(slant, steer)
+    title = fill(sound.named(ping=row), int((room + 2 * LEFT) / LETTER))
+    figure = Figure(figsize=(LEFT + room + RIGHT, BELOW + height + ABOVE + LINE * title.count("\n")))
+    page = figure.get_size_inches()
+    axes = figure.add_axes((LEFT / page[0], BELOW / page[1], room / page[0], height / page[1]))
+    level = sound.strength()[row][order]
+    labels = int(np.clip(width / ROOM, 2, LABELS)) // 2 * 2 + 1 if width > 2 * ROOM else 1
+    mesh = sector(axes, slant, steer, level, colour_span(level), labels=labels)
+    if sound.scenario is not None:
+        name_targets(axes, targets_in_view(sound.scenario, row), slant, steer)
+    spare = (room / width - 1) / 2 * np.ptp(axes.get_xlim())  # beside a needle
+    axes.set_xlim(axes.get_xlim()[0] - spare, axes.get_xlim()[1] + spare)
+    axes.set_title(title, loc="center", pad=26)
+    colours = figure.add_axes(((LEFT + room + 0.2) / page[0], (BELOW + 0.15 * height) / page[1],
+                               0.18 / page[0], 0.7 * height / page[1]))  # fmt: skip
+    known = sound.scenario is not None
+    label = "apparent target strength [dB re 1 m$^2$]" if known else "level [dB re 1 uPa]"
+    figure.colorbar(mesh, cax=colours, label=label)
+    return figure
+
+
+def sector(axes: Axes, slant: Floats, steer: Floats, level: Floats, span: tuple[float, float], *,
+           labels: int = LABELS, ink: str = style.QUIET) -> QuadMesh:  # fmt: skip
+    """Levels over a sector, boresight upwards and steer angles to the right.
+
+    Args:
+        axes: Where to draw.
+        slant: Slant range of each sample [m], shape (n,).
+        steer: Steer angles, ascending [rad], shape (beams,).
+        level: Levels [dB], shape (beams, n).
+        span: Levels of the darkest and brightest colour [dB].
+        labels: Bearings written along the outer edge; 1: both ends in one label.
+        ink: Colour of the marks.
+    """
+    shown = thinned(level)
+    edges = np.linspace(slant[0], slant[-1], shown.shape[1] + 1)
+    angles = _edges(steer)
+    x, y = np.outer(np.sin(angles), edges), np.outer(np.cos(angles), edges)
+    mesh = axes.pcolormesh(x, y, shown, cmap=style.COPPER, vmin=span[0], vmax=span[1], rasterized=True)
+    left, right, low, high = _bounds(slant, steer)
+    axes.set_aspect("equal")
+    axes.set_xlim(left, right)
+    axes.set_ylim(low, high)
+    axes.grid(False)
+    for side in axes.spines.values():
+        side.set_visible(False)
+    axes.set_xlabel("to the right of boresight [m]")
+    axes.set_ylabel("along boresight [m]")
+    _bearings(axes, edges[-1], steer, labels, ink)
+    return mesh
+
+
+def name_targets(axes: Axes, seen: list[TargetView], slant: Floats, steer: Floats) -> None:
+    """The labels of the targets that lie in a sector, small, on the near side of their echoes.
+
+    Args:
+        axes: A sector.
+        seen: The targets.
+        slant: Slant range of each sample [m], shape (n,).
+        steer: Steer angles, ascending [rad], shape (beams,).
+    """
+    angles = _edges(steer)
+    for target in seen:
+        if angles[0] <= target.bearing <= angles[-1] and slant[0] <= target.slant <= slant[-1]:
+            near = target.slant - target.half_extent
+            position = near * np.sin(target.bearing), near * np.cos(target.bearing)
+            axes.annotate(
+                target.label, position, xytext=(0, -7), textcoords="offset points", ha="center", va="top", fontsize=8,
+                color="#FFFBEA", path_effects=[withStroke(linewidth=2.0, foreground="#2A1608")],
+            )  # fmt: skip
+
+
+def _bearings(axes: Axes, farthest: float, steer: Floats, labels: int, ink: str) -> None:
+    """Bearings along the outer edge."""
+    angles = _round_angles(steer, labels) if labels > 1 else [(steer[0] + steer[-1]) / 2]
+    texts = [_degrees(angle) for angle in angles] if labels > 1 else [f"{_degrees(steer[0])} to {_degrees(steer[-1])}"]
+    tip = farthest * 1.006
+    for angle, text in zip(angles, texts, strict=True):
+        axes.annotate(
+            text, (tip * np.sin(angle), tip * np.cos(angle)), ha="center", va="bottom", fontsize=9, color=ink,
+            rotation=-np.degrees(angle), rotation_mode="anchor", annotation_clip=False,
+        )  # fmt: skip
+
+
+def _round_angles(steer: Floats, most: int) -> Floats:
+    """Angles of a round number of degrees within a sector [rad]; its ends where it holds less than three."""
+    first, last = np.degrees(steer[0]), np.degrees(steer[-1])
+    ticks = MaxNLocator(most, steps=[1, 1.5, 2, 3, 4.5, 5, 6, 10]).tick_values(first, last)
+    ticks = ticks[(ticks >= first) & (ticks <= last)]
+    return np.radians(ticks) if len(ticks) > 2 else np.linspace(steer[0], steer[-1], most)
+
+
+def _degrees(angle: float) -> str:
+    return f"{np.degrees(angle) + 0.0:+.3g}°" if abs(angle) > 1e-9 else "0°"
+
+
+def _edges(steer: Floats) -> Floats:
+    """Angles halfway between the beams, and as far outside the last ones [rad], shape (beams + 1,)."""
+    middles = (steer[1:] + steer[:-1]) / 2
+    return np.concatenate([[2 * steer[0] - middles[0]], middles, [2 * steer[-1] - middles[-1]]])
+
+
+def _bounds(slant: Floats, steer: Floats) -> tuple[float, float, float, float]:
+    """Left, right, low and high edge of a sector with its free space [m]."""
+    ends = _edges(steer)[[0, -1]]
+    rim = np.linspace(ends[0], ends[1], 181)
+    x, y = (np.outer(along(rim), slant[[0, -1]]) for along in (np.sin, np.cos))
+    free = EDGE * max(np.ptp(x), np.ptp(y))
+    return float(x.min() - free), float(x.max() + free), float(y.min() - free), float(y.max() + free)
+
+
+def _extent(slant: Floats, steer: Floats) -> tuple[float, float, float]:
+    """Width and height of the sector on the page, and the width of its axes, a little more for a needle [inch]."""
+    left, right, low, high = _bounds(slant, steer)
+    scale = min(LARGEST[0] / (right - left), LARGEST[1] / (high - low))
+    width, height = scale * (right - left), scale * (high - low)
+    return width, height, max(width, 2.0)

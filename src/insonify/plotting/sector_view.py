@@ -1,0 +1,82 @@
+"""What a forward-looking sonar shows: the fan of one ping, and cuts through a point of it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from insonify.plotting import style
+from insonify.plotting.recording_levels import Floats, RecordingLevels, colour_span
+from insonify.plotting.sector_image import name_targets, sector
+from insonify.plotting.target_view import TargetView
+
+AROUND = 2.0
+"""How far about a point its cut over range is drawn [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class BeamCut:
+    """Levels about a point, over bearing and over range."""
+
+    label: str
+    bearings: Floats
+    """To the right of boresight [rad], shape (n,)."""
+    over_bearing: Floats
+    """Level at the point's range re the peak [dB], shape (n,)."""
+    expected: Floats
+    """What the array's pattern says of it [dB], shape (n,)."""
+    slant: Floats
+    """Slant range [m], shape (m,)."""
+    over_range: Floats
+    """Level at the point's bearing re the peak [dB], shape (m,)."""
+    row: int
+    """Which bearing has the peak."""
+    sample: int
+    """Which sample of range has it."""
+
+
+def sector_view(fan: RecordingLevels, seen: list[TargetView], cuts: list[BeamCut], title: str) -> Figure:
+    """The fan, and beside it the cuts through a point where there is one.
+
+    Args:
+        fan: Beams of one ping in the place of channels.
+        seen: Targets, to be named.
+        cuts: None, or one.
+        title: Above the fan.
+    """
+    figure = style.new_figure(13.5 if cuts else 10, 7.2)
+    ratios = (2.6, 1.0) if cuts else (1.0,)
+    parts = figure.subfigures(1, len(ratios), width_ratios=ratios, squeeze=False)[0]
+    axes = parts[0].subplots()
+    slant, level = fan.time * fan.sound_speed / 2, fan.strength()[0]
+    mesh = sector(axes, slant, fan.steer, level, colour_span(level), labels=7)
+    name_targets(axes, seen, slant, fan.steer)
+    axes.set_title(title, loc="center", pad=26)
+    parts[0].colorbar(mesh, ax=axes, label="apparent target strength [dB re 1 m$^2$]", shrink=0.6, pad=0.02)
+    for cut in cuts:
+        _cuts(parts[1], cut)
+    return figure
+
+
+def _cuts(figure: Figure, cut: BeamCut) -> None:
+    over, along = figure.subplots(2, 1)
+    degrees = np.degrees(cut.bearings)
+    over.plot(
+        degrees, cut.expected, color=style.CONTRIBUTION_COLOURS["surface"], linewidth=3, alpha=0.4, label="pattern of the array"
+    )
+    over.plot(degrees, cut.over_bearing, color=style.INK, linewidth=0.9, label="heard")
+    over.set_title(f"{cut.label}, over bearing")
+    over.set_xlabel("bearing [deg]")
+    over.legend(loc="upper center", ncols=2)
+    near = np.abs(cut.slant - cut.slant[cut.sample]) < AROUND
+    along.plot(cut.slant[near], cut.over_range[near], color=style.INK, linewidth=0.9)
+    along.set_title(f"{cut.label}, over range")
+    along.set_xlabel("slant range [m]")
+    for axes in (over, along):
+        _of_levels(axes)
+
+
+def _of_levels(axes: Axes) -> None:
+    axes.set_ylim(-50, 8)
+    axes.set_ylabel("level [dB re peak]")

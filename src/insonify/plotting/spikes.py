@@ -1,0 +1,88 @@
+"""The spike array: every arrival of a ping at its delay, coloured by the way it went."""
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from insonify.plotting import style
+from insonify.records.arrivals import Arrivals
+from insonify.units import level_db
+
+NEARLY = {"B": "D", "SB": "S"}
+"""Close to the bed a last bounce off it changes the delay by less than a pulse: drawn as the family without it."""
+STEMS = 350
+"""Stems that fit side by side."""
+BELOW = 60.0
+"""Depth of the picture below the strongest arrival [dB]."""
+
+
+def spikes(arrivals: Arrivals, path: str | Path) -> Path:
+    """Draw the paths of a ping as spikes.
+
+    Args:
+        arrivals: The paths.
+        path: Picture to write.
+
+    Returns:
+        The path.
+    """
+    with style.plot_style():
+        figure = style.new_figure(9, 4.5)
+        level = level_db(np.abs(arrivals.amplitude[:, 0]) ** 2)
+        spike_array(figure.subplots(), arrivals, level, "level re the source at 1 m [dB]")
+        return style.save_figure(figure, path)
+
+
+def spike_array(axes: Axes, arrivals: Arrivals, level: NDArray[np.float64], label: str) -> None:
+    """Targets as stems, seabed, surface and water as dust, each pair of families in its colour.
+
+    Args:
+        axes: Where to draw.
+        arrivals: The paths, n of them.
+        level: Level of each [dB], shape (n,).
+        label: What the level is, with its reference.
+    """
+    floor = level.max() - BELOW if level.size else -BELOW
+    ways = pair_colour(arrivals)
+    dust = np.isin(arrivals.object, ("seabed", "surface", "water"))
+    delay = arrivals.delay * 1e3
+    stems = _tallest(delay, level, ways, np.flatnonzero(~dust))
+    axes.vlines(delay[stems], floor, level[stems], colors=ways[stems].tolist(), linewidth=0.7, alpha=0.8)
+    axes.scatter(delay[dust], level[dust], s=1.2, c=ways[dust], alpha=0.45, linewidths=0, rasterized=True)
+    axes.scatter(delay[~dust], level[~dust], s=5, c=ways[~dust], linewidths=0)
+    for name in (*style.PAIRS, "surface"):
+        colour = style.PAIRS.get(name, style.QUIET)
+        if (ways == colour).any():
+            axes.plot([], [], "o", color=colour, markersize=4, label="off the surface" if name == "surface" else name)
+    axes.set_ylim(floor, floor + BELOW + 8)
+    axes.set_xlabel("delay [ms]")
+    axes.set_ylabel(label)
+    if level.size:
+        axes.legend(ncols=7, loc="upper right", handletextpad=0.2, columnspacing=1.0)
+
+
+def _tallest(delay: NDArray[np.float64], level: NDArray[np.float64], ways: NDArray[np.str_],
+             rows: NDArray[np.int64]) -> NDArray[np.int64]:  # fmt: skip
+    """Of spikes that would stand in one another's ink the tallest of each colour."""
+    if rows.size == 0:
+        return rows
+    width = max(float(np.ptp(delay)) / STEMS, 1e-12)
+    kept: dict[tuple[int, str], int] = {}
+    for row in rows[np.argsort(level[rows], kind="stable")]:
+        kept[int(delay[row] / width), str(ways[row])] = int(row)
+    return np.array(list(kept.values()))
+
+
+def pair_colour(arrivals: Arrivals) -> NDArray[np.str_]:
+    """Colour of each arrival: that of its pair of families, or one for all that the surface scatters, shape (n,)."""
+    names = np.array([arrivals.transmit_family, arrivals.receive_family])
+    for short, plain in NEARLY.items():
+        names[names == short] = plain
+    colour = np.full(len(arrivals), style.QUIET, "<U7")
+    for name, value in style.PAIRS.items():
+        a, b = name.split("-")
+        colour[((names[0] == a) & (names[1] == b)) | ((names[0] == b) & (names[1] == a))] = value
+    colour[arrivals.object == "surface"] = style.QUIET
+    return colour

@@ -1,0 +1,133 @@
+"""The strip of a synthetic aperture: beside what each ping shows alone, and a point of it closer."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
+from matplotlib.patheffects import withStroke
+
+from insonify.plotting import style
+from insonify.plotting.recording_levels import Floats
+
+SPAN = -20.0, 25.0
+"""Levels of the darkest and the brightest colour, re the bed [dB]."""
+DEEP = -40.0
+"""Lowest level in cuts through a point, re its peak [dB]."""
+
+
+@dataclass(frozen=True, slots=True)
+class StripMap:
+    """Levels of a strip of the bed [dB re 1 uPa]."""
+
+    along: Floats
+    """Along the track [m], shape (n,)."""
+    across: Floats
+    """Across it, from the track [m], shape (m,)."""
+    level: Floats
+    """Of the focused image, shape (n, m)."""
+    run: Floats
+    """Along the track at each ping [m], shape (ping,)."""
+    single: Floats
+    """Of each ping by itself, shape (ping, m)."""
+
+
+@dataclass(frozen=True, slots=True)
+class PointResponse:
+    """The image about a point."""
+
+    label: str
+    off: Floats
+    """From where the point was put, along as across [m], shape (n,)."""
+    level: Floats
+    """Re the peak [dB], shape (along, across)."""
+    top: tuple[int, int]
+    """Which pixel is the peak."""
+    peak_db: float
+    """Level of the peak [dB re 1 uPa]."""
+    across: float
+    """How far from the track it was put [m]."""
+
+
+def strip_map_view(
+    strip: StripMap, names: list[tuple[str, float, float]], points: list[PointResponse], title: str
+) -> Figure:
+    """The strip, single pings above it, and cuts through a point.
+
+    Args:
+        strip: What was focused.
+        names: Labels of targets, along and across [m].
+        points: None, or one.
+        title: Above it all.
+    """
+    tall = float(np.ptp(strip.across) / np.ptp(strip.along))
+    width = 3.5 if points else 0.0
+    side = min(5.6, 7.0 / tall)
+    figure = style.new_figure(2 * side + 2.2 + width, min(max(side * tall + 1.3, 5.6), 12))
+    figure.suptitle(title, fontweight="bold", fontsize=11)
+    ratios = (2 * side + 2.2, width) if points else (1.0,)
+    parts = figure.subfigures(1, len(ratios), width_ratios=ratios, squeeze=False)[0]
+    left, right = parts[0].subplots(1, 2, sharey=True)
+    _image(left, strip.single, (*_edges(strip.run), strip.across[0], strip.across[-1]), strip)
+    image = _image(right, strip.level, (strip.along[0], strip.along[-1], strip.across[0], strip.across[-1]), strip)
+    left.set_title("each ping by itself, its elements as one array")
+    right.set_title("all pings focused together")
+    left.set_ylabel("across the track [m]")
+    for label, along, across in names:
+        if strip.along[0] <= along <= strip.along[-1]:
+            right.annotate(label, (along, across), xytext=(0, -20), textcoords="offset points", ha="center", va="top",
+                           fontsize=8, color="#FFFBEA", path_effects=[withStroke(linewidth=2.0, foreground="#2A1608")],
+                           )  # fmt: skip
+    parts[0].colorbar(image, ax=[left, right], label="level re the bed at its range [dB]", pad=0.01)
+    for point in points:
+        _cuts(parts[1], point)
+    return figure
+
+
+def _edges(run: Floats) -> tuple[float, float]:
+    half = float(np.ptp(run)) / max(len(run) - 1, 1) / 2
+    return float(run.min()) - half, float(run.max()) + half
+
+
+def _image(axes: Axes, level: Floats, extent: tuple[float, float, float, float], strip: StripMap) -> AxesImage:
+    image = axes.imshow(
+        (level - range_trend(level)).T, origin="lower", extent=extent, cmap=style.COPPER, vmin=SPAN[0], vmax=SPAN[1],
+        aspect="equal",
+        interpolation="antialiased", interpolation_stage="data",
+    )  # fmt: skip
+    axes.set_xlim(strip.along[0], strip.along[-1])
+    axes.set_ylim(strip.across[0], strip.across[-1])
+    axes.set_facecolor("#303030")
+    axes.grid(False)
+    axes.set_xlabel("along the track [m]")
+    return image
+
+
+def range_trend(level: Floats) -> Floats:
+    """What the bed has at each range, a straight line of its medians [dB], shape (across,); shadows do not bend it.
+
+    Args:
+        level: Of a strip [dB], shape (along, across).
+    """
+    position = np.arange(level.shape[1], dtype=float)
+    known = np.isfinite(level).any(axis=0)
+    usual = np.nanmedian(level[:, known], axis=0)
+    return np.asarray(np.polyval(np.polyfit(position[known], usual, 1), position), float)
+
+
+def _cuts(figure: Figure, point: PointResponse) -> None:
+    patch, cuts = figure.subplots(2, 1)
+    edge = (100 * point.off[0], 100 * point.off[-1]) * 2
+    patch.imshow(point.level.T, origin="lower", extent=edge, cmap=style.COPPER, vmin=DEEP, vmax=0)
+    patch.grid(False)
+    patch.set_title(f"{point.label}, closer")
+    patch.set_xlabel("along, from where it was put [cm]")
+    patch.set_ylabel("across [cm]")
+    row, column = point.top
+    cuts.plot(100 * point.off, point.level[:, column], color=style.INK, label="along")
+    cuts.plot(100 * point.off, point.level[row], color=style.FAMILIES["B"], label="across")
+    cuts.set_ylim(DEEP, 2)
+    cuts.set_xlabel("from where it was put [cm]")
+    cuts.set_ylabel("level [dB re peak]")
+    cuts.legend(loc="upper right")

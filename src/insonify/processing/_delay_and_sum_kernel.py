@@ -1,0 +1,73 @@
+"""Elements' series summed along the delays of a place that moves outward: the loop of delay-and-sum."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.jit import njit
+from insonify.processing._fractional_delay import BLOCK, FAST, add_interpolated, prepare_taps
+
+Doubles = NDArray[np.float64]
+
+
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
+def delay_and_sum(
+    cells: NDArray[np.complex64], first_time: float, cell_rate: float, frequency: float, sound_speed: float,
+    time: Doubles, element: Doubles, transmit: Doubles, direction: Doubles, weight: Doubles, focus: float,
+    out: NDArray[np.float32],
+) -> None:  # fmt: skip
+    """Add one ping's elements up to beams.
+
+    Args:
+        cells: Fine cells of the elements, shape (channels, cells).
+        first_time: Time of the first cell [s].
+        cell_rate: Cells per second [Hz].
+        frequency: Carrier [Hz].
+        sound_speed: Of the water [m/s].
+        time: Of the beams' samples [s], shape (samples,).
+        element: Elements as seen from the array's centre [m], shape (channels, 3).
+        transmit: Transmitter as seen from there [m], shape (3,).
+        direction: Unit vectors, shape (beams, 3).
+        weight: Of the elements [1], shape (channels,).
+        focus: Range of the focus [m]: below zero it moves with the sound, beyond 1e9 it is far away.
+        out: Beams, real and imaginary in turn, added to, shape (beams, 2 samples).
+    """
+    flat, last = cells.view(np.float32), cells.shape[1] - 4
+    at, taps, turned = np.empty(BLOCK, np.int32), np.empty(4 * BLOCK, np.float32), np.empty((2, BLOCK), np.float32)
+    loose = np.empty((4, BLOCK), np.float32)
+    away, position, cycles = np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK)
+    share = np.empty(BLOCK, np.float32)
+    for begin in range(0, time.size, BLOCK):
+        now = time[begin : begin + BLOCK]
+        for beam in range(direction.shape[0]):
+            _focus(now, sound_speed, transmit, direction[beam], focus, away)
+            sums = out[beam, 2 * begin : 2 * begin + 2 * now.size]
+            for channel in range(cells.shape[0]):
+                ex, ey, ez = element[channel, 0], element[channel, 1], element[channel, 2]
+                along = ex * direction[beam, 0] + ey * direction[beam, 1] + ez * direction[beam, 2]
+                square = ex * ex + ey * ey + ez * ez
+                part = np.float32(weight[channel])
+                for i in range(now.size):
+                    # |r u - e| - r without the difference of two long ranges
+                    change = square - 2.0 * along * away[i]
+                    farther = change / (np.sqrt(away[i] * away[i] + change) + away[i])
+                    later = (-along if focus > 1e9 else farther) / sound_speed
+                    position[i] = (now[i] + later - first_time) * cell_rate
+                    cycles[i] = frequency * later
+                    share[i] = part
+                prepare_taps(now.size, position, cycles, share, last, at, loose, taps, turned)
+                add_interpolated(now.size, flat[channel], at, taps, turned, sums)
+
+
+@njit(inline="always")
+def _focus(time: Doubles, c: float, transmit: Doubles, direction: Doubles, focus: float, away: Doubles) -> None:
+    """Range from the array's centre at which each sample is in focus [m], shape (samples,).
+
+    An echo that is heard at t comes from the r for which |r u - d| + r = c t, d being the transmitter's place.
+    """
+    dx, dy, dz = transmit[0], transmit[1], transmit[2]
+    along, square = dx * direction[0] + dy * direction[1] + dz * direction[2], dx * dx + dy * dy + dz * dz
+    for i in range(time.size):
+        path = c * time[i]
+        beyond = path > np.sqrt(square)
+        moving = (path * path - square) / (2.0 * (path - along)) if beyond else 0.0
+        away[i] = max(moving if focus < 0 else focus, 1e-3)

@@ -1,0 +1,229 @@
+"""Where each beam of a multibeam meets the bed: by the echo's amplitude, or by its phase.
+
+Steep beams hear a short, strong echo: its middle is the bed. Flat beams hear a long one, during which the bed sweeps
+through the beam: it is on the beam's axis when the two halves of the array hear it in phase.
+"""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from insonify.validity import require_number, require_numbers
+
+Floats = NDArray[np.float64]
+
+STRAIGHT = 1.0
+"""Phase up to which the sweep of the bed through a beam counts as a straight line [rad]."""
+REFITS = 4
+"""How often the line is laid anew through what is near its zero."""
+
+
+@dataclass(frozen=True, slots=True)
+class Detections:
+    """When each beam meets the bed, columns of equal length."""
+
+    time: Floats
+    """Two-way travel time to the bed on the beam's axis [s], shape (beam,); NaN where none was found."""
+    standard_deviation: Floats
+    """Standard deviation of the time that the echo itself suggests [s], shape (beam,)."""
+    is_by_phase: NDArray[np.bool_]
+    """Whether the phase told, shape (beam,)."""
+
+
+def amplitude_detection(
+    intensity: ArrayLike, time: ArrayLike, *, looks: int = 5, threshold_db: float = 10.0
+) -> tuple[Detections, NDArray[np.int64]]:
+    """Middle of each beam's echo: mean time weighted with intensity.
+
+    The echo is what lies about the loudest place and not `threshold_db` below it, power being smoothed over as much as a
+    quarter of the echo: so the speckle of a long echo does not break it up, and a short one is not drawn out.
+
+    Args:
+        intensity: Mean square of what each beam heard, shape (beam, time).
+        time: Of the samples, evenly spaced [s], shape (time,).
+        looks: Least number of samples smoothed over; odd.
+        threshold_db: How far below its peak the echo ends [dB].
+
+    Returns:
+        Detections, and first sample and sample after the last of each echo, shape (beam, 2).
+
+    Source: amplitude detection as in Lurton (2010), An Introduction to Underwater Acoustics, 2nd ed., sec. 8.3; from
+    memory. The deviation is the echo's spread over the root of the number of samples that carry it.
+    """
+    complexes, times = _beams("intensity", require_numbers("intensity", intensity, "", 0.0, allow_nan=False), time)
+    power = complexes.real
+    depth = require_number("threshold_db", threshold_db, "dB", 0, above=True)
+    first, stop = _echoes(power, odd_looks(looks), 10 ** (-depth / 10))
+    at = np.arange(times.size)
+    inside = np.where((at >= first[:, None]) & (at < stop[:, None]), power, 0.0)
+    total = inside.sum(axis=1)
+    heard = total > 0
+    safe = np.where(heard, total, 1.0)
+    mean = inside @ (times - times[0]) / safe
+    spread = np.sqrt((inside * (times - times[0] - mean[:, None]) ** 2).sum(axis=1) / safe)
+    carrying = np.maximum(safe**2 / np.maximum((inside**2).sum(axis=1), 1e-300), 1.0)
+    found = Detections(np.where(heard, times[0] + mean, np.nan), np.where(heard, spread / np.sqrt(carrying), np.nan),
+                       np.zeros(len(power), bool))  # fmt: skip
+    return found, np.stack([first, stop], axis=1)
+
+
+def phase_detection(
+    fore: ArrayLike, aft: ArrayLike, time: ArrayLike, echo: NDArray[np.int64], *, looks: int = 5
+) -> Detections:
+    """Time at which two halves of an array, steered alike, hear the bed in phase.
+
+    Through the phase of their product, smoothed over `looks`, goes a straight line, weighted with the product's power,
+    and again through what lies near its zero: that is where the bed crosses the beam's axis.
+
+    Args:
+        fore: Beams of one half, complex, shape (beam, time). Both halves are formed about one centre.
+        aft: Beams of the other half, shape (beam, time).
+        time: Of the samples, evenly spaced [s], shape (time,).
+        echo: First sample and sample after the last of each beam's echo, shape (beam, 2).
+        looks: Samples smoothed over; odd.
+
+    Returns:
+        Detections; NaN where the echo has fewer than four samples or the line does not cross zero within it.
+
+    Source: phase detection as in Lurton (2010), sec. 8.3, and de Moustier (1988), OCEANS 88; from memory.
+    """
+    first, times = _beams("fore", fore, time)
+    second, _ = _beams("aft", aft, time)
+    product = first * np.conj(second)
+    smooth = _smoothed(product, odd_looks(looks))
+    rows = [_crossing(smooth[i, a:b], times[a:b], looks) for i, (a, b) in enumerate(echo)]
+    crossing, deviation = np.array(rows, float).reshape(-1, 2).T
+    return Detections(crossing, deviation, np.isfinite(crossing))
+
+
+def bottom_detection(
+    full: ArrayLike, fore: ArrayLike, aft: ArrayLike, time: ArrayLike, *, looks: int = 5, threshold_db: float = 10.0
+) -> Detections:
+    """When each beam meets the bed, by whichever of amplitude and phase is the surer.
+
+    Args:
+        full: Beams of the whole array, complex, shape (beam, time).
+        fore: Beams of one half, steered alike and formed about the same centre, shape (beam, time).
+        aft: Beams of the other half, shape (beam, time).
+        time: Of the samples, evenly spaced [s], shape (time,).
+        looks: Samples smoothed over; odd.
+        threshold_db: How far below its peak the echo ends [dB].
+
+    Returns:
+        Detections, one a beam.
+    """
+    beams, times = _beams("full", full, time)
+    loud, echo = amplitude_detection(np.abs(beams) ** 2, times, looks=looks, threshold_db=threshold_db)
+    steady = phase_detection(fore, aft, times, echo, looks=looks)
+    surer = np.where(np.isfinite(steady.time), steady.standard_deviation, np.inf) < loud.standard_deviation
+    return Detections(
+        np.where(surer, steady.time, loud.time),
+        np.where(surer, steady.standard_deviation, loud.standard_deviation),
+        surer,
+    )
+
+
+def odd_looks(looks: int) -> int:
+    """A number of looks, refused unless it is odd: so that smoothing shifts nothing.
+
+    Args:
+        looks: Samples smoothed over.
+    """
+    if looks < 1 or looks % 2 == 0:
+        raise ValueError(f"looks is {looks}; give an odd number, 1 or more")
+    return looks
+
+
+def _echoes(power: Floats, looks: int, fraction: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """First sample and sample after the last of each beam's echo, shape (beam,) each."""
+    from scipy.ndimage import uniform_filter1d
+
+    samples = power.shape[1]
+    at = np.arange(samples)
+    first, stop = np.zeros(len(power), np.int64), np.zeros(len(power), np.int64)
+    sizes = [looks]
+    while 2 * sizes[-1] < samples // 4:
+        sizes.append(2 * sizes[-1] + 1)
+    for size in reversed(sizes):
+        smooth = uniform_filter1d(power, size, axis=1, mode="constant")
+        peak = np.argmax(smooth, axis=1)[:, None]
+        faint = smooth < fraction * np.take_along_axis(smooth, peak, axis=1)
+        begin = np.max(np.where(faint & (at < peak), at + 1, 0), axis=1)
+        end = np.min(np.where(faint & (at > peak), at, samples), axis=1)
+        taken = (stop == 0) & ((end - begin >= 4 * size) | (size == looks))
+        first, stop = np.where(taken, begin, first), np.where(taken, end, stop)
+    return first, stop
+
+
+def _crossing(product: NDArray[np.complex128], times: Floats, looks: int) -> tuple[float, float]:
+    """Zero of the weighted line through the phase, and its standard deviation [s]; NaN if there is none."""
+    if times.size < 4 or not np.any(product):
+        return np.nan, np.nan
+    middle = int(np.argmax(np.abs(product)))
+    phase = np.unwrap(np.angle(product))
+    phase -= 2 * np.pi * np.round(phase[middle] / (2 * np.pi))
+    line = _PhaseLine.through(times, phase, np.abs(product))
+    for _ in range(REFITS):
+        told = line.at(times)
+        near = np.abs(told) < STRAIGHT
+        if line.slope == 0 or near.sum() < 4:
+            return np.nan, np.nan
+        # turns are settled anew by the line that is there
+        phase = told + np.angle(product * np.exp(-1j * told))
+        line = _PhaseLine.through(times[near], phase[near], np.abs(product[near]))
+    if line.slope == 0 or not times[0] <= line.zero <= times[-1]:
+        return np.nan, np.nan
+    return line.zero, line.deviation(looks)
+
+
+@dataclass(frozen=True, slots=True)
+class _PhaseLine:
+    """A weighted least-squares line through a phase over time."""
+
+    mean_time: float
+    mean_phase: float
+    slope: float
+    residual: float
+    width: float
+    effective: float
+
+    @classmethod
+    def through(cls, times: Floats, phase: Floats, weights: Floats) -> Self:
+        """The line; slope 0 where it has none."""
+        weight = weights / weights.sum()
+        middle, height = float(weight @ times), float(weight @ phase)
+        t = times - middle
+        width = float(weight @ t**2)
+        slope = float(weight @ (t * phase)) / width if width > 0 else 0.0
+        rest = float(weight @ (phase - height - slope * t) ** 2)
+        return cls(middle, height, slope, rest, width, 1 / float(weight @ weight))
+
+    @property
+    def zero(self) -> float:
+        """Where it crosses zero [s]."""
+        return self.mean_time - self.mean_phase / self.slope
+
+    def at(self, times: Floats) -> Floats:
+        """Its phase [rad]."""
+        return np.asarray(self.mean_phase + self.slope * (times - self.mean_time))
+
+    def deviation(self, looks: int) -> float:
+        """Of the crossing [s]: of the line's height and of its slope, samples being alike over `looks`."""
+        off = (self.zero - self.mean_time) ** 2 / self.width
+        return float(np.sqrt(self.residual / max(self.effective / looks, 1.0) * (1 + off)) / abs(self.slope))
+
+
+def _smoothed(product: NDArray[np.complex128], looks: int) -> NDArray[np.complex128]:
+    from scipy.ndimage import uniform_filter1d
+
+    real, imaginary = (uniform_filter1d(part, looks, axis=1, mode="constant") for part in (product.real, product.imag))
+    return np.asarray(real + 1j * imaginary)
+
+
+def _beams(name: str, beams: ArrayLike, time: ArrayLike) -> tuple[NDArray[np.complex128], Floats]:
+    times, values = require_numbers("time", time, "s", allow_nan=False), np.asarray(beams)
+    if values.ndim != 2 or values.shape[1] != times.size:
+        raise ValueError(f"{name} has shape {values.shape}; give (beam, time), with {times.size} times")
+    return values.astype(complex), times

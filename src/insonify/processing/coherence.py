@@ -1,0 +1,162 @@
+"""How alike two recordings of one bed are: coherence, over looks, over delays, over channels."""
+
+import numpy as np
+import scipy
+from numpy.typing import ArrayLike, NDArray
+
+from insonify.validity import require_number
+
+Complexes = NDArray[np.complex128]
+Floats = NDArray[np.float64]
+
+
+def complex_coherence(first: ArrayLike, second: ArrayLike, looks: int | tuple[int, int] | None = None) -> Complexes:
+    """Normalised complex coherence of two complex series, sum of a b* over root of sum |a|^2 sum |b|^2 [1].
+
+    Its phase is that of the first re the second: positive where the first hears the echo earlier. Of N independent
+    looks at things that have nothing in common the modulus is 0.89 / sqrt(N) in the mean, not zero.
+
+    Args:
+        first: Complex baseband, shape (..., time) or (ping, time).
+        second: Of the same shape.
+        looks: Samples about each one that are summed over: along time, or (pings, samples) over the last two axes;
+            None: all samples of the last axis, one value for each series.
+
+    Returns:
+        Coherence, shape of the series, or without its last axis if `looks` is None; 0 where a series is silent.
+
+    Raises:
+        ValueError: Shapes that differ, or looks that do not fit.
+
+    Source: van Trees (2002), ch. 2 (coherence); Touzi et al. (1999), IEEE Trans. Geosci. 37(1) (bias); from memory.
+    """
+    a, b = _pair(first, second)
+    if looks is None:
+        sums = [np.sum(x, axis=-1) for x in (a * np.conj(b), np.abs(a) ** 2, np.abs(b) ** 2)]
+    else:
+        size = _window(looks, a.ndim)
+        sums = [_running(x, size) for x in (a * np.conj(b), np.abs(a) ** 2, np.abs(b) ** 2)]
+    power = np.sqrt(np.maximum(sums[1].real, 0) * np.maximum(sums[2].real, 0))
+    heard = power > 1e-12 * np.max(power, initial=0.0)
+    return np.asarray(np.where(heard, sums[0] / np.where(heard, power, 1.0), 0), complex)
+
+
+def coherence_by_delay(
+    first: ArrayLike, second: ArrayLike, sample_rate: float, *, max_delay: float
+) -> tuple[Complexes, Floats]:
+    """Coherence of whole series when the second is read later by each of some delays.
+
+    Args:
+        first: Complex baseband, shape (..., time).
+        second: Of the same shape.
+        sample_rate: Of both [Hz].
+        max_delay: Longest delay, either way [s].
+
+    Returns:
+        Normalised cross-correlation [1], shape (..., delay), and the delays, of whole samples [s], shape (delay,).
+        An echo that comes later by d in the second series has its peak at d.
+    """
+    a, b = _pair(first, second)
+    rate = require_number("sample_rate", sample_rate, "Hz", 0.0, above=True)
+    most = int(require_number("farthest", max_delay, "s", 0.0) * rate)
+    if most >= a.shape[-1]:
+        raise ValueError(f"farthest is {max_delay:g} s; give less than the series' {a.shape[-1] / rate:g} s")
+    size = scipy.fft.next_fast_len(a.shape[-1] + most)
+    cross = scipy.fft.ifft(np.conj(scipy.fft.fft(a, size)) * scipy.fft.fft(b, size))
+    lag = np.arange(-most, most + 1)
+    power = np.sqrt((np.abs(a) ** 2).sum(-1) * (np.abs(b) ** 2).sum(-1))[..., None]
+    return np.asarray(np.conj(cross[..., lag]) / np.where(power > 0, power, 1.0)), lag / rate
+
+
+def parabolic_peak(samples: ArrayLike, spacing: float, start: float = 0.0) -> tuple[Floats, Floats]:
+    """Place and height of the highest point of a curve: the parabola through its highest sample and both neighbours.
+
+    Args:
+        samples: Samples of the curve, real, shape (..., n).
+        spacing: Distance between samples.
+        start: Place of the first one.
+
+    Returns:
+        Place, in the unit of `spacing`, and height, each of shape (...); the end sample itself where that is highest.
+    """
+    curve = np.asarray(samples, float)
+    at = np.argmax(curve, axis=-1)
+    inner = np.clip(at, 1, max(curve.shape[-1] - 2, 1))
+    if curve.shape[-1] < 3:
+        return start + spacing * at, curve.max(axis=-1)
+    low, mid, high = (np.take_along_axis(curve, (inner + k)[..., None], -1)[..., 0] for k in (-1, 0, 1))
+    bend = low - 2 * mid + high
+    edge = (at != inner) | (bend >= 0)
+    shift = np.where(edge, 0.0, 0.5 * (low - high) / np.where(edge, 1.0, bend))
+    return start + spacing * (np.where(edge, at, inner) + shift), np.where(
+        edge, curve.max(axis=-1), mid - 0.25 * (low - high) * shift
+    )
+
+
+def displaced_phase_centres(first: ArrayLike, second: ArrayLike) -> Floats:
+    """Coherence of every channel of one ping with every channel of the next [1]: the redundant phase centres.
+
+    Where channel m of the first ping and channel n of the second have their phase centres (half way between
+    transmitter and receiver) in one place, they hear the same speckle. With spacing d, the ridge at m - n = k says
+    that the sonar moved by k d / 2.
+
+    Args:
+        first: Series of one ping, shape (channel, time), aligned in time.
+        second: Of the next, shape (channel, time).
+
+    Returns:
+        Modulus of the complex coherence, shape (channel, channel): first, second.
+
+    Source: Bellettini & Pinto (2002), IEEE J. Oceanic Eng. 27(4), 780-789; from memory.
+    """
+    a, b = _pair(first, second)
+    if a.ndim != 2:
+        raise ValueError(f"first has shape {a.shape}; give (channel, time)")
+    size = [np.sqrt((np.abs(x) ** 2).sum(axis=1)) for x in (a, b)]
+    power = np.outer(*size)
+    return np.asarray(np.abs(a @ np.conj(b).T) / np.where(power > 0, power, 1.0))
+
+
+def dpca_displacement(coherence: ArrayLike, spacing: float) -> tuple[float, float]:
+    """How far a sonar moved along its array between two pings, from `displaced_phase_centres` [m].
+
+    Args:
+        coherence: Modulus, shape (channel, channel).
+        spacing: Of the channels along the track, in the order of the channels [m]: positive, the last is ahead.
+
+    Returns:
+        Distance moved [m], and the coherence there [1]: both from a parabola through the means of |coherence| along
+        the diagonals.
+    """
+    matrix = np.asarray(coherence, float)
+    if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1]:
+        raise ValueError(f"coherence has shape {matrix.shape}; give (channel, channel)")
+    # the outermost diagonals have too few channels to be believed
+    most = max(1, matrix.shape[0] - max(1, matrix.shape[0] // 8))
+    shifts = np.arange(1 - most, most)
+    means = [float(np.mean(np.diagonal(matrix, -int(k)))) for k in shifts]
+    place, height = parabolic_peak(means, require_number("spacing", spacing, "m") / 2, float(shifts[0]) * spacing / 2)
+    return float(place), float(height)
+
+
+def _pair(first: ArrayLike, second: ArrayLike) -> tuple[Complexes, Complexes]:
+    a, b = np.asarray(first), np.asarray(second)
+    if a.shape != b.shape or a.ndim < 1:
+        raise ValueError(f"first has shape {a.shape} and second {b.shape}; give two of one shape, time last")
+    if "c" not in (a.dtype.kind, b.dtype.kind):
+        raise ValueError("first and second are real; give complex baseband: their phase is what is compared")
+    return a.astype(complex), b.astype(complex)
+
+
+def _window(looks: int | tuple[int, int], axes: int) -> tuple[int, ...]:
+    last = (looks,) if isinstance(looks, int | np.integer) else tuple(looks)
+    if len(last) > axes or min(last) < 1 or any(n % 2 == 0 for n in last):
+        raise ValueError(f"looks is {looks}; give odd numbers, one for each of the last axes")
+    return (1,) * (axes - len(last)) + last
+
+
+def _running(values: NDArray[np.generic], size: tuple[int, ...]) -> Complexes:
+    from scipy.ndimage import uniform_filter
+
+    parts = [uniform_filter(np.ascontiguousarray(x, float), size, mode="constant") for x in (values.real, values.imag)]
+    return np.asarray(parts[0] + 1j * parts[1])

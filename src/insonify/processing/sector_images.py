@@ -1,0 +1,65 @@
+"""From beams over range to a map: the fan of a forward-looking or a multibeam sonar."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from insonify.validity import require_numbers
+
+Floats = NDArray[np.float64]
+
+
+def sector_image(
+    intensity: ArrayLike, bearings: ArrayLike, ranges: ArrayLike, first_axis: ArrayLike, second_axis: ArrayLike
+) -> Floats:
+    """Beams laid out on a grid of two axes.
+
+    Between beams and ranges intensity is interpolated bilinearly, so a point of the grid that lies on a beam and a
+    sample has that sample's value. Where pixels are wider than samples, average the samples first (`decimate`).
+
+    Args:
+        intensity: Mean square of what was heard [any unit], not in dB, shape (..., beam, range).
+        bearings: Of the beams, from the first axis towards the second, growing [rad], shape (beam,).
+        ranges: Of the samples, growing [m], shape (range,).
+        first_axis: Along the first axis: ahead for a forward-looking sonar, down for a multibeam [m], shape (n,).
+        second_axis: Along the second: to starboard [m], shape (m,).
+
+    Returns:
+        Intensity, shape (..., n, m); NaN outside the fan.
+
+    Raises:
+        ValueError: Shapes that do not fit; bearings or ranges that do not grow.
+    """
+    power = require_numbers("intensity", intensity, "")
+    angle, distance = _require_increasing("bearings", bearings, "rad"), _require_increasing("ranges", ranges, "m")
+    if power.ndim < 2 or power.shape[-2:] != (angle.size, distance.size):
+        raise ValueError(f"intensity has shape {power.shape}; bearings and ranges ask for (..., {angle.size}, "
+                         f"{distance.size})")  # fmt: skip
+    x, y = np.meshgrid(
+        require_numbers("first", first_axis, "m"), require_numbers("second", second_axis, "m"), indexing="ij"
+    )
+    middle = (angle[0] + angle[-1]) / 2
+    towards = middle + (np.arctan2(y, x) - middle + np.pi) % (2 * np.pi) - np.pi
+    beam, beam_share, inside = _between(towards, angle)
+    sample, sample_share, reached = _between(np.hypot(x, y), distance)
+    rows = [power[..., beam + i, sample + j] * _interpolation_weight(beam_share, i) * _interpolation_weight(sample_share, j)
+            for i in (0, 1) for j in (0, 1)]  # fmt: skip
+    return np.where(inside & reached, sum(rows), np.nan)
+
+
+def _require_increasing(name: str, value: ArrayLike, unit: str) -> Floats:
+    given = require_numbers(name, value, unit, allow_nan=False)
+    if given.ndim != 1 or given.size < 2 or np.any(np.diff(given) <= 0):
+        raise ValueError(f"{name} is not a growing row of two or more; sort it, and what stands over it alike")
+    return given
+
+
+def _between(value: Floats, row: Floats) -> tuple[NDArray[np.int64], Floats, NDArray[np.bool_]]:
+    """Index of the entry of a growing row below each value, the way to the next one, and whether it is inside."""
+    slack = 1e-9 * (row[-1] - row[0])
+    inside = (value >= row[0] - slack) & (value <= row[-1] + slack)
+    at = np.clip(np.searchsorted(row, value, side="right") - 1, 0, row.size - 2)
+    return at, np.clip((value - row[at]) / (row[at + 1] - row[at]), 0, 1), inside
+
+
+def _interpolation_weight(fraction: Floats, upper: int) -> Floats:
+    return fraction if upper else 1 - fraction

@@ -1,0 +1,50 @@
+"""Points behind upright cylinders. Plain numbers and arrays only."""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.jit import njit
+
+Floats = NDArray[np.float64]
+Integers = NDArray[Any]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def points_behind_cylinder(
+    position: Floats, points: Floats, directions: Floats, cylinder: Floats, clearance: float, rows: Integers
+) -> int:
+    """Points to which some way passes a cylinder, seen from above.
+
+    Args:
+        position: Where the ways begin [m], (3,).
+        points: Where they end [m], (n, 3).
+        directions: Directions in which they get there, of any length, (f, n, 3); none: straight from `position`, (0, n, 3).
+        cylinder: North, east, radius of the cylinder [m], and more, (3 or more,).
+        clearance: How far beside it a way may pass [m].
+        rows: Result, the points, increasing, (n,).
+
+    Returns:
+        How many they are.
+    """
+    met, radius = 0, cylinder[2]
+    most = (radius + clearance) ** 2
+    for n in range(points.shape[0]):
+        dx, dy = points[n, 0] - cylinder[0], points[n, 1] - cylinder[1]
+        north, east = points[n, 0] - position[0], points[n, 1] - position[1]
+        square = north * north + east * east
+        for f in range(max(directions.shape[0], 1)):
+            if directions.shape[0] > 0:
+                north, east = directions[f, n, 0], directions[f, n, 1]
+            along = north * north + east * east
+            off = dy * north - dx * east
+            if off * off > most * along:  # a way straight up or down has no side
+                continue
+            back, length = dx * north + dy * east, math.sqrt(along)
+            if back >= -radius * length and back <= (math.sqrt(square) + radius) * length:
+                rows[met] = n
+                met += 1
+                break
+    return met

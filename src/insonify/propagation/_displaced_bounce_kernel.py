@@ -1,0 +1,116 @@
+"""Lines with a corner at every surface bounce: the law of reflection off planes that are a little tilted.
+
+Plain numbers and arrays only. A line is unfolded: it runs from the sonar over a distance ahead and a climb, and meets
+the surface at given heights of the climb.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.jit import njit
+
+Floats = NDArray[np.float64]
+
+STEEPEST = 0.4
+"""Slope of the surface beyond which a facet counts as one of this slope [1]."""
+WIDEST = 0.9
+"""Share of the way from the mirror's point to either end that a bounce may be moved [1]."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def bounce_offset(
+    horizontal_distance: float, vertical_travel: float, height: float, along: float, across: float
+) -> tuple[float, float]:
+    """Where one surface bounce lies: distance ahead and to the right [m].
+
+    Args:
+        horizontal_distance: Horizontal distance of the end of the line [m].
+        vertical_travel: Vertical travel of the whole line [m].
+        height: Vertical travel up to the bounce [m].
+        along: Slope of the elevation ahead [1].
+        across: Slope to the right [1].
+    """
+    h2 = max(vertical_travel - height, 1e-6)
+    slope = min(max(along, -STEEPEST), STEEPEST)
+    # tan(g1 - g2) = tan 2 e with g1 = atan(height / x) and g2 = atan(h2 / (far - x)): a quadratic in x.
+    tangent = 2 * slope / (1 - slope * slope)
+    tangent = min(max(tangent, -WIDEST * horizontal_distance / height), WIDEST * horizontal_distance / h2)
+    linear, rest = height + h2 + tangent * horizontal_distance, horizontal_distance - tangent * h2
+    root = math.sqrt(max(linear * linear - 4 * tangent * height * rest, 0.0))
+    x = 2 * height * rest / max(linear + root, 1e-12)
+    r1, r2 = (
+        math.sqrt(x * x + height * height),
+        math.sqrt((horizontal_distance - x) * (horizontal_distance - x) + h2 * h2),
+    )
+    limit = WIDEST * min(r1, r2)
+    # to first order, and away from where the surface rises: offset = -2 slope sin(grazing) / (1 / r1 + 1 / r2)
+    right = -across * (height / r1 + h2 / r2) / (1 / r1 + 1 / r2)
+    return x, min(max(right, -limit), limit)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def displaced_bounce_path(
+    horizontal_distance: float, vertical_travel: float, north: float, east: float, starts_upward: bool, reverses_vertically: bool, bounce_heights: Floats, slopes: Floats,
+    change: Floats,
+) -> None:  # fmt: skip
+    """What corners change in one line.
+
+    Args:
+        horizontal_distance: Horizontal distance of its end [m].
+        vertical_travel: Vertical travel of the whole line [m].
+        north: Horizontal unit vector ahead.
+        east: Likewise.
+        starts_upward: Whether it begins upwards.
+        reverses_vertically: Whether it ends in the other sense than it began.
+        bounce_heights: Vertical travel up to each surface bounce [m], (bounces,).
+        slopes: Slope of the elevation ahead and to the right at each [1], (bounces, 2).
+        change: Result: additional length [m], change of the unit vector of travel at the sonar and at the end, (7,).
+    """
+    length = math.sqrt(horizontal_distance * horizontal_distance + vertical_travel * vertical_travel)
+    straight, rise = horizontal_distance / length, vertical_travel / length
+    down = -1.0 if starts_upward else 1.0
+    px, py, pz, total = 0.0, 0.0, 0.0, 0.0
+    for b in range(bounce_heights.size + 1):
+        x, y, z = horizontal_distance, 0.0, vertical_travel
+        if b < bounce_heights.size:
+            x, y = bounce_offset(horizontal_distance, vertical_travel, bounce_heights[b], slopes[b, 0], slopes[b, 1])
+            z = bounce_heights[b]
+        dx, dy, dz = x - px, y - py, z - pz
+        piece = math.sqrt(dx * dx + dy * dy + dz * dz)
+        total += piece
+        px, py, pz = x, y, z
+        if b == 0 or b == bounce_heights.size:
+            sense = down if b == 0 or not reverses_vertically else -down
+            ahead, right, to = dx / piece - straight, dy / piece, 1 if b == 0 else 4
+            change[to] = ahead * north - right * east
+            change[to + 1] = ahead * east + right * north
+            change[to + 2] = sense * (dz / piece - rise)
+    change[0] = total - length
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def displaced_bounce_paths(
+    horizontal_distance: Floats,
+    vertical_travel: Floats,
+    horizontal_directions: Floats,
+    starts_upward: bool,
+    reverses_vertically: bool,
+    bounce_heights: Floats,
+    slopes: Floats,
+    change: Floats,
+) -> None:
+    """What corners change in n lines: `displaced_bounce_path` for each; slopes (n, bounces, 2), ahead (n, 2), bent (n, 7)."""
+    for n in range(horizontal_distance.size):
+        displaced_bounce_path(
+            horizontal_distance[n],
+            vertical_travel[n],
+            horizontal_directions[n, 0],
+            horizontal_directions[n, 1],
+            starts_upward,
+            reverses_vertically,
+            bounce_heights,
+            slopes[n],
+            change[n],
+        )

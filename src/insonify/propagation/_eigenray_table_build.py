@@ -1,0 +1,280 @@
+"""Making a table: the grid, the nodes for one depth of the source, and the cells that stand the test."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.propagation._eigenray_kernel import COLUMNS
+from insonify.propagation._eigenray_table_kernel import EXACT, HEIGHT, TOP, find_cells, interpolate_cells
+from insonify.propagation._eigenray_table_nodes import (
+    BRANCHES,
+    compare_corners,
+    compare_points,
+    interpolate_planes,
+    mark_neighbours_of_exact,
+    solve_nodes,
+)
+from insonify.propagation.sound_speed_layers import SoundSpeedLayers
+
+Floats = NDArray[np.float64]
+Bytes = NDArray[np.uint8]
+
+LATE = 4e-10
+"""Error of the delay above which a cell is given to the exact solver [s]: less than half of what is promised."""
+LOUD = 1.2e-3
+"""Relative error of amplitude and length above which it is [1]: 0.01 dB, half of what is promised."""
+_MERGED = 2e-3
+_TRACE = 0.25
+_PARTS = (0.15, 0.85)
+_NEAR_CORNERS = ((0.06, 0.06), (0.94, 0.06), (0.06, 0.94), (0.94, 0.94))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TableGrid:
+    """Where the nodes of a table stand."""
+
+    node_depths: Floats
+    """Depths [m], increasing, (l,)."""
+    node_ranges: Floats
+    """Ranges [m], evenly spaced from 0, (s,)."""
+    cell_rows: Floats
+    """Rows of cells, see `_table_kernel.find_cells`, (rows, 5)."""
+    buckets: NDArray[np.int32]
+    per_metre: float
+
+    @property
+    def step(self) -> float:
+        """Distance of the stations [m]."""
+        return float(self.node_ranges[1])
+
+    @property
+    def cells(self) -> int:
+        """Cells along a row."""
+        return self.node_ranges.size - 1
+
+    def find(self, cell_state: Bytes, depth: Floats, ranges: Floats) -> tuple[NDArray[np.int32], Bytes]:
+        """Row and cell of points, (2, n), and the number of paths in it, (n,)."""
+        cell, paths = np.empty((2, depth.size), np.int32), np.empty(depth.size, np.uint8)
+        find_cells(cell_state, self.cell_rows, self.buckets, self.per_metre, 1 / self.step, depth, ranges, cell, paths)
+        return cell, paths
+
+
+def table_grid(
+    water: SoundSpeedLayers, point_depths: tuple[float, float], max_range: float, step: float, height: float
+) -> TableGrid:
+    """Lines of depth through every knot of the profile, and stations of range.
+
+    Args:
+        water: The column.
+        point_depths: Least and greatest depth of the points [m].
+        max_range: Greatest range [m].
+        step: Distance of the stations at most [m].
+        height: Distance of the lines at most [m].
+    """
+    lines = subdivide(point_depths, water.depth, height)
+    tops = lines[:-1] if lines.size > 1 else lines
+    heights = np.diff(lines) if lines.size > 1 else np.zeros(1)
+    speed = np.interp(lines, water.depth, water.speed)
+    gradient = np.diff(speed) / heights if lines.size > 1 else np.zeros(1)
+    per_height = 1 / heights if lines.size > 1 else np.zeros(1)
+    rows = np.column_stack([tops, heights, speed[: tops.size], gradient, per_height])
+    slices = max(1, int(np.ceil((lines[-1] - lines[0]) / heights.min()))) if lines.size > 1 else 1
+    per_metre = slices / (lines[-1] - lines[0]) if lines.size > 1 else 0.0
+    marks = lines[0] + np.arange(slices) / per_metre if slices > 1 else lines[:1]
+    buckets = np.clip(np.searchsorted(tops, marks + 1e-12, side="right") - 1, 0, tops.size - 1).astype(np.int32)
+    stations = np.linspace(0, max_range, max(2, int(np.ceil(max_range / step - 1e-9)) + 1))
+    return TableGrid(lines, stations, rows, buckets, per_metre)
+
+
+def subdivide(span: tuple[float, float], knots: Floats, max_spacing: float) -> Floats:
+    """Depths from one end of a span to the other, the knots between them, nowhere further apart than `max_spacing` [m].
+
+    Knots within millimetres of each other count as one: what bends in between is less than a table can tell, and the
+    comparison with the exact solver has the last word.
+    """
+    low, high = span
+    if high - low < 1e-9:
+        return np.array([low])
+    ends = [low]
+    for knot in knots[knots < high - _MERGED]:
+        if knot > ends[-1] + _MERGED:
+            ends.append(float(knot))
+    ends.append(high)
+    parts = [
+        np.linspace(a, b, max(1, int(np.ceil((b - a) / max_spacing - 1e-9))), endpoint=False) for a, b in pairwise(ends)
+    ]
+    return np.concatenate([*parts, [high]])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TableSpecification:
+    """What a table is made of: a family of paths in a column, on a grid."""
+
+    layers: SoundSpeedLayers
+    bounces: int
+    first_up: bool
+    grid: TableGrid
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TablePlane:
+    """A table for one depth of the source; b branches, l lines, s stations."""
+
+    specification: TableSpecification
+    source_depth: float
+    nodes: Floats
+    """Shape (b, l, s, 8)."""
+    mean_speed: NDArray[np.float32]
+    """Length over delay [m/s], shape (b, l, s)."""
+    path_count: Bytes
+    """Paths in each cell, `EXACT` where the exact solver answers, (rows, cells)."""
+    missing_status: Bytes
+    """LegStatus of cells that have no path, (rows, cells)."""
+    history: Bytes
+    """Caustics and fewest turns of the paths in each cell, (b, rows, cells, 2)."""
+
+    def read(self, depth: Floats, ranges: Floats) -> tuple[Floats, NDArray[np.int32], Bytes]:
+        """What stands in the table for points.
+
+        Args:
+            depth: Depths of the points [m], (n,).
+            ranges: Their ranges [m], (n,).
+
+        Returns:
+            Rays, as of the exact solver, (n, branches, COLUMNS), 0 where there is none or the exact solver has
+            to answer; row and cell, (2, n); number of paths or `EXACT`, (n,).
+        """
+        task, where = self.specification, self.specification.grid
+        cell, paths = where.find(self.path_count, depth, ranges)
+        most = max(1, int(np.where(paths == EXACT, 0, paths).max(initial=0)))
+        rays = np.empty((depth.size, most, COLUMNS))
+        source_speed = float(np.interp(self.source_depth, task.layers.depth, task.layers.speed))
+        for branch in range(most):
+            interpolate_cells(
+                self.nodes.reshape(-1), self.mean_speed.reshape(-1), where.node_depths.size, where.node_ranges.size, where.cell_rows,
+                1 / where.step, source_speed, self.history, task.bounces, branch, depth, ranges, cell, paths, rays,
+            )  # fmt: skip
+        return rays, cell, paths
+
+
+def build_plane(task: TableSpecification, source_depth: float) -> TablePlane:
+    """The table for one depth of the source, its cells tried.
+
+    Args:
+        task: Family, column and grid.
+        source_depth: Depth of the source [m].
+    """
+    water, where = task.layers, task.grid
+    shape, cells = (where.node_depths.size, where.node_ranges.size), (where.cell_rows.shape[0], where.cells)
+    nodes, mean_speed = np.zeros((BRANCHES, *shape, 8)), np.zeros((BRANCHES, *shape), np.float32)
+    kind, count, status = np.zeros((BRANCHES, *shape), np.int64), np.zeros(shape, np.uint8), np.zeros(shape, np.uint8)
+    solve_nodes(
+        water.depth, water.speed, water.reflecting_depth, source_depth, task.bounces, task.first_up, where.node_depths, where.node_ranges,
+        nodes, mean_speed, kind, count, status,
+    )  # fmt: skip
+    state, why = np.empty(cells, np.uint8), np.empty(cells, np.uint8)
+    history = np.zeros((BRANCHES, *cells, 2), np.uint8)
+    middles = where.cell_rows[:, TOP] + where.cell_rows[:, HEIGHT] / 2
+    compare_corners(
+        kind, count, status, task.bounces, task.first_up, int(_layers(water, np.array([source_depth]))[0]),
+        _layers(water, middles), state, why, history,
+    )  # fmt: skip
+    most = max(1, int(np.where(state == EXACT, 0, state).max()))
+    plane = TablePlane(
+        task, source_depth, nodes[:most].copy(), mean_speed[:most].copy(), state, why, history[:most].copy()
+    )
+    check_cells(plane)
+    return plane
+
+
+def interpolated_plane(above: TablePlane, below: TablePlane, source_depth: float, cell_state: Bytes) -> TablePlane:
+    """The table for a source between two planes.
+
+    Args:
+        above: Plane above the source.
+        below: Plane below it.
+        source_depth: Depth of the source [m].
+        cell_state: Paths in each cell for sources between the two, `EXACT` where the exact solver answers.
+    """
+    apart = below.source_depth - above.source_depth
+    t = (source_depth - above.source_depth) / apart
+    most = min(above.nodes.shape[0], below.nodes.shape[0])
+    nodes = np.empty((most, *above.nodes.shape[1:]))
+    interpolate_planes(above.nodes[:most].reshape(-1), below.nodes[:most].reshape(-1), t, apart, nodes.reshape(-1))
+    mean_speed = above.mean_speed[:most] + np.float32(t) * (below.mean_speed[:most] - above.mean_speed[:most])
+    return TablePlane(
+        above.specification, source_depth, nodes, mean_speed, cell_state, above.missing_status, above.history[:most]
+    )
+
+
+def state_between_planes(above: TablePlane, below: TablePlane) -> Bytes:
+    """Cells that may be used for every source between two planes: used in both, and right in between."""
+    same = (above.path_count == below.path_count) & (
+        (above.path_count > 0) | (above.missing_status == below.missing_status)
+    )
+    most = min(above.nodes.shape[0], below.nodes.shape[0])
+    same &= (above.history[:most] == below.history[:most]).all(axis=(0, 3)) & (above.path_count <= most)
+    state = np.where(same, above.path_count, np.uint8(EXACT))
+    apart = below.source_depth - above.source_depth
+    doubtful = check_cells(interpolated_plane(above, below, above.source_depth + 0.5 * apart, state))
+    for t in _PARTS:
+        plane = interpolated_plane(above, below, above.source_depth + t * apart, state)
+        if plane.nodes.shape[1] == 1:  # one line: cheap enough to try them all
+            rows, cells = np.nonzero(state != EXACT)
+            compare(plane, *_inside(plane, rows, cells, 0.5, 0.5))
+        check_corners(plane, doubtful)
+    return state
+
+
+def check_cells(plane: TablePlane) -> NDArray[np.bool_]:
+    """Compares every cell with the exact solver: in its middle, and doubtful ones near their corners too.
+
+    Doubtful are those with more than a trace of error, and those that touch a cell of the exact solver. Cells that fail
+    become the exact solver's.
+
+    Returns:
+        Which cells are doubtful, (rows, cells).
+    """
+    rows, cells = np.nonzero(plane.path_count != EXACT)
+    late, loud = compare(plane, *_inside(plane, rows, cells, 0.5, 0.5))
+    chosen = np.zeros(plane.path_count.shape, bool)
+    mark_neighbours_of_exact(plane.path_count, chosen)
+    rough = (late > _TRACE * LATE) | (loud > _TRACE * LOUD)
+    chosen[rows[rough], cells[rough]] = True
+    check_corners(plane, chosen)
+    return chosen
+
+
+def check_corners(plane: TablePlane, chosen: NDArray[np.bool_]) -> None:
+    """Compares some cells with the exact solver near their corners; those that fail become the latter's."""
+    rows, cells = np.nonzero(chosen & (plane.path_count != EXACT))
+    for u, v in _NEAR_CORNERS:
+        compare(plane, *_inside(plane, rows, cells, u, v))
+
+
+def _inside(
+    plane: TablePlane, rows: NDArray[np.intp], cells: NDArray[np.intp], u: float, v: float
+) -> tuple[Floats, Floats]:
+    """Depths and ranges of a place in each of some cells."""
+    where = plane.specification.grid
+    return where.cell_rows[rows, TOP] + v * where.cell_rows[rows, HEIGHT], np.asarray((cells + u) * where.step, float)
+
+
+def compare(plane: TablePlane, depth: Floats, ranges: Floats) -> Floats:
+    """Errors of delay [s] and amplitude [1] at points, (2, n); cells that fail become the exact solver's."""
+    task, errors = plane.specification, np.empty((2, depth.size))
+    rays, cell, paths = plane.read(depth, ranges)
+    compare_points(
+        task.layers.depth, task.layers.speed, task.layers.reflecting_depth, plane.source_depth, task.bounces, task.first_up, depth,
+        ranges, cell, paths, rays, LATE, LOUD, plane.path_count, errors,
+    )  # fmt: skip
+    return errors
+
+
+def _layers(water: SoundSpeedLayers, depth: Floats) -> NDArray[np.int64]:
+    """Layer that each depth lies inside of, -1 on a knot."""
+    layer = np.searchsorted(water.depth, depth, side="right") - 1
+    apart = np.abs(depth[:, None] - water.depth).min(axis=1)
+    return np.where(apart > 1e-6, np.clip(layer, 0, water.depth.size - 2), -1)

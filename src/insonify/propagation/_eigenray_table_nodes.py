@@ -1,0 +1,308 @@
+"""Exact numbers at the nodes of a table, and which of its cells may be trusted. Plain numbers and arrays only.
+
+Every derivative of the delay that a node needs follows from the ray that the exact solver finds there. With A the
+spreading of the ray tube, c and c_s the speeds at the point and at the source, and sigma = -1 for every bounce and
+every caustic on the way,
+
+    T_R = p,   T_z = sin(arrival) / c,   T_zs = -sin(launch) / c_s,
+    T_Rz = -sigma sin(launch) R A^2 / c_s,   T_Rzs = sigma sin(arrival) R A^2 / c,   T_zzs = -sigma p R A^2:
+
+the first line is Fermat's principle, the second its derivative, dp/dz = -(dX/dz) / (dX/dp) and so on, with dX/dp
+written by A. Nothing is divided by a sine, so rays that leave or arrive level are no exception.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.jit import njit
+from insonify.propagation._eigenray_kernel import (
+    AMPLITUDE,
+    CAUSTICS,
+    COLUMNS,
+    DELAY,
+    FOLD,
+    FOLD_CURVATURE,
+    FOLD_SIDE,
+    LENGTH,
+    MOST,
+    SIN_ARRIVAL,
+    SIN_LAUNCH,
+    SLOWNESS,
+    TURNS,
+    solve_eigenrays,
+)  # fmt: skip
+from insonify.propagation._eigenray_table_kernel import EXACT, NUMBERS, U, V, W, Y
+
+Floats = NDArray[np.float64]
+Bytes = NDArray[np.uint8]
+Integers = NDArray[Any]
+
+BRANCHES = 4
+"""Rays of one family at one point that a table can hold; where there are more, the exact solver answers."""
+LOWEST_FREQUENCY = 10e3
+"""Where a fold matters at this frequency [Hz], the exact solver answers, for tables do not know how far it is."""
+FOLD_MATTERS = 4.0
+"""Distance from a fold, in Airy's scale, within which it changes a ray by 0.01 dB or 0.75 degrees [1]."""
+NO_RAY, NEAR_FOLD = -1, -2
+TURN, LAYER, UPWARD = 100, 10_000, 10**13  # what a kind counts in: caustics below, then turns, layers, and the launch
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def solve_nodes(
+    depth: Floats, speed: Floats, plane: float, source_depth: float, bounces: int, first_up: bool, node_depths: Floats,
+    node_ranges: Floats, nodes: Floats, mean_speed: NDArray[np.float32], sheet: Integers, count: Bytes, status: Bytes,
+) -> None:  # fmt: skip
+    """Exact numbers at all nodes, for one source depth.
+
+    Args:
+        depth: Knots of the column [m], (m,).
+        speed: Speed there [m/s], (m,).
+        plane: See `solve_eigenrays`.
+        source_depth: Depth of the source [m].
+        bounces: Bounces of the family.
+        first_up: Whether the first is off the surface.
+        node_depths: Depths of the lines of nodes [m], (l,).
+        node_ranges: Their ranges, evenly spaced [m], (s,).
+        nodes: Result, (BRANCHES, l, s, 8), see `_table_kernel`.
+        mean_speed: Result, length over delay [m/s], (BRANCHES, l, s).
+        sheet: Result, what distinguishes the smooth sheets of rays, NO_RAY or NEAR_FOLD, (BRANCHES, l, s).
+        count: Result, paths at the node, (l, s).
+        status: Result, why there is none, (l, s).
+    """
+    n = node_ranges.size
+    rays, found, why = np.zeros((n, MOST, COLUMNS)), np.zeros(n, np.int64), np.zeros(n, np.uint8)
+    at_depth = np.empty(n)
+    step = node_ranges[1] - node_ranges[0]
+    source_speed = np.interp(source_depth, depth, speed)
+    for i in range(node_depths.size):
+        at_depth[:] = node_depths[i]
+        solve_eigenrays(depth, speed, plane, source_depth, bounces, first_up, at_depth, node_ranges, rays, found, why)
+        here_speed = np.interp(node_depths[i], depth, speed)
+        for k in range(n):
+            count[i, k], status[i, k] = found[k], why[k]
+            for b in range(BRANCHES):
+                if b >= found[k]:
+                    sheet[b, i, k] = NO_RAY
+                    continue
+                ray = rays[k, b]
+                sheet[b, i, k] = sheet_code(ray, depth, speed, source_depth, bounces, first_up)
+                mean_speed[b, i, k] = ray[LENGTH] / ray[DELAY] if ray[DELAY] > 0 else source_speed
+                node_values(ray, node_ranges[k], step, here_speed, source_speed, bounces, nodes[b, i, k])
+        for b in range(BRANCHES):
+            y_slopes(nodes[b, i], sheet[b, i])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def node_values(
+    ray: Floats, ranges: float, step: float, speed: float, source_speed: float, bounces: int, node: Floats
+) -> None:
+    """The eight numbers of one ray at one node, all but the last; see the head of this file."""
+    t, p = ray[DELAY], ray[SLOWNESS]
+    t_z, t_s = ray[SIN_ARRIVAL] / speed, -ray[SIN_LAUNCH] / source_speed
+    sigma = -1.0 if (bounces + int(ray[CAUSTICS])) % 2 else 1.0
+    tube = sigma * ranges * ray[AMPLITUDE] ** 2 if ranges > 0 else 0.0
+    t_rz = -tube * ray[SIN_LAUNCH] / source_speed
+    t_rs = tube * ray[SIN_ARRIVAL] / speed
+    t_zs = -tube * p
+    node[U], node[W], node[V], node[Y] = t * t, 2 * t * t_s, 2 * t * t_z, 2 * (t_z * t_s + t * t_zs)
+    node[4 + U] = 2 * t * p * step
+    node[4 + W] = 2 * (p * t_s + t * t_rs) * step
+    node[4 + V] = 2 * (p * t_z + t * t_rz) * step
+    node[4 + Y] = 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def y_slopes(nodes: Floats, sheet: Integers) -> None:
+    """The one slope that no ray gives by itself: that of Y with range, from its neighbours on the same sheet.
+
+    At range 0 it is 0, for U depends on the square of the range.
+    """
+    n = sheet.size
+    for k in range(1, n):
+        before = sheet[k - 1] == sheet[k]
+        after = k + 1 < n and sheet[k + 1] == sheet[k]
+        if before and after:
+            nodes[k, 4 + Y] = 0.5 * (nodes[k + 1, Y] - nodes[k - 1, Y])
+        elif before:
+            nodes[k, 4 + Y] = nodes[k, Y] - nodes[k - 1, Y]
+        elif after:
+            nodes[k, 4 + Y] = nodes[k + 1, Y] - nodes[k, Y]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def sheet_code(ray: Floats, depth: Floats, speed: Floats, source_depth: float, bounces: int, first_up: bool) -> int:
+    """Number that two rays of one smooth sheet share: their turns and caustics, and the layers in which they turn."""
+    if ray[FOLD_SIDE] != 0:
+        scale = (2 * (2 * math.pi * LOWEST_FREQUENCY) ** 2 / ray[FOLD_CURVATURE]) ** (1 / 3)
+        if not abs(ray[FOLD]) * scale > FOLD_MATTERS:
+            return NEAR_FOLD
+    if not ray[AMPLITUDE] < 1e3:
+        return NEAR_FOLD
+    turns = int(ray[TURNS])
+    if turns == 0:
+        return int(ray[CAUSTICS])
+    limit = 1 / ray[SLOWNESS]
+    above = np.searchsorted(depth, source_depth, side="right") - 1
+    while above > 0 and speed[above] < limit:
+        above -= 1
+    below = np.searchsorted(depth, source_depth, side="left")
+    while below < depth.size - 1 and speed[below] < limit:
+        below += 1
+    upward = ray[SIN_LAUNCH] < 0
+    turns_above = upward if bounces == 0 else not first_up
+    layers = above + 1000 * below if turns > 1 else (above if turns_above else below - 1)
+    return int(ray[CAUSTICS]) + TURN * turns + LAYER * int(layers) + (UPWARD if upward else 0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def on_same_sheet(one: int, other: int, bounces: int, first_up: bool, source_layer: int, point_layer: int) -> bool:
+    """Whether two rays lie on the same smooth sheet.
+
+    Rays that leave level join those that turn first in the source's own layer to those that do not turn, smoothly, for
+    they are arcs of the same circles; so do rays that arrive level, in the point's own layer. Turns in other layers
+    are other sheets.
+    """
+    if one < 0 or other < 0:
+        return False
+    return joined_sheet(one, bounces, first_up, source_layer, point_layer) == joined_sheet(
+        other, bounces, first_up, source_layer, point_layer
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def joined_sheet(sheet: int, bounces: int, first_up: bool, source_layer: int, point_layer: int) -> int:
+    """The kind of a ray's smooth sheet: without its one turn, where that turn joins it to rays without turns."""
+    if sheet % LAYER // TURN != 1:
+        return sheet
+    layer, upward = sheet % UPWARD // LAYER, sheet >= UPWARD
+    before = bounces == 0 or upward != first_up  # it leaves away from the boundary
+    after = bounces == 0 or upward == first_up
+    smooth = (before and layer == source_layer) or (after and layer == point_layer)
+    return sheet % TURN if smooth else sheet
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def compare_corners(
+    sheet: Integers, count: Bytes, status: Bytes, bounces: int, first_up: bool, source_layer: int, layers: Integers,
+    cell_state: Bytes, missing_status: Bytes, history: Bytes,
+) -> None:  # fmt: skip
+    """Paths of every cell whose corners all lie on the same sheets; `EXACT` elsewhere.
+
+    Args:
+        sheet: From `solve_nodes`, (BRANCHES, l, s).
+        count: From `solve_nodes`, (l, s).
+        status: From `solve_nodes`, (l, s).
+        bounces: Bounces of the family.
+        first_up: Whether the first is off the surface.
+        source_layer: Layer that the source lies inside of, -1 for none.
+        layers: Layer of each row of cells, -1 for none, (rows,).
+        cell_state: Result, (rows, s - 1).
+        missing_status: Result, why cells without a path have none, (rows, s - 1).
+        history: Result, caustics and fewest turns of the paths, (BRANCHES, rows, s - 1, 2).
+    """
+    below = 1 if count.shape[0] > 1 else 0
+    for i in range(cell_state.shape[0]):
+        for k in range(cell_state.shape[1]):
+            paths = count[i, k]
+            same = paths <= BRANCHES
+            for corner in range(1, 4):
+                row, column = i + below * (corner // 2), k + corner % 2
+                same = same and count[row, column] == paths and status[row, column] == status[i, k]
+                for b in range(min(paths, BRANCHES)):
+                    same = same and on_same_sheet(
+                        sheet[b, i, k], sheet[b, row, column], bounces, first_up, source_layer, layers[i]
+                    )
+            cell_state[i, k] = paths if same else EXACT
+            missing_status[i, k] = status[i, k]
+            for b in range(paths if same else 0):
+                history[b, i, k, 0] = sheet[b, i, k] % TURN
+                turns = sheet[b, i, k] % LAYER // TURN
+                for corner in range(1, 4):
+                    turns = min(turns, sheet[b, i + below * (corner // 2), k + corner % 2] % LAYER // TURN)
+                history[b, i, k, 1] = turns
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def mark_neighbours_of_exact(cell_state: Bytes, chosen: NDArray[np.bool_]) -> None:
+    """Marks the cells of a table that touch one of the exact solver's, corners included."""
+    rows, cells = cell_state.shape
+    for i in range(rows):
+        for k in range(cells):
+            chosen[i, k] = False
+            for j in range(max(0, i - 1), min(rows, i + 2)):
+                for m in range(max(0, k - 1), min(cells, k + 2)):
+                    if cell_state[j, m] == EXACT and cell_state[i, k] != EXACT:
+                        chosen[i, k] = True
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def compare_points(
+    depth: Floats, speed: Floats, plane: float, source_depth: float, bounces: int, first_up: bool,
+    point_depth: Floats, ranges: Floats, cell: NDArray[np.int32], paths: Bytes, interpolated: Floats, tolerance: float,
+    relative_tolerance: float, cell_state: Bytes, errors: Floats,
+) -> None:  # fmt: skip
+    """Holds what was read from a table against the exact solver, and gives the cells that fail to the latter.
+
+    Args:
+        depth: Knots of the column [m].
+        speed: Speed there [m/s].
+        plane: See `solve_eigenrays`.
+        source_depth: Depth of the source [m].
+        bounces: Bounces of the family.
+        first_up: Whether the first is off the surface.
+        point_depth: Depths of the points, in runs of equal ones [m], (n,).
+        ranges: Their ranges [m], (n,).
+        cell: Their cells, (2, n).
+        paths: Paths that the table has there, or `EXACT`, (n,).
+        interpolated: What was read, (n, branches, COLUMNS).
+        tolerance: Error of the delay allowed [s].
+        relative_tolerance: Relative error of amplitude and length allowed [1].
+        cell_state: Changed: `EXACT` where a point fails.
+        errors: Result, error of the delay [s] and relative one of amplitude, inf where the paths differ, (2, n).
+    """
+    n = ranges.size
+    rays, found, why = np.zeros((n, MOST, COLUMNS)), np.zeros(n, np.int64), np.zeros(n, np.uint8)
+    solve_eigenrays(depth, speed, plane, source_depth, bounces, first_up, point_depth, ranges, rays, found, why)
+    for i in range(n):
+        errors[0, i] = errors[1, i] = 0.0
+        if paths[i] == EXACT:
+            continue
+        if paths[i] != found[i]:
+            errors[0, i] = errors[1, i] = math.inf
+        else:
+            for b in range(found[i]):
+                ray = rays[i, b]
+                late = abs(interpolated[i, b, DELAY] - ray[DELAY])
+                loud = abs(interpolated[i, b, AMPLITUDE] / ray[AMPLITUDE] - 1)
+                long = abs(interpolated[i, b, LENGTH] / ray[LENGTH] - 1)
+                # NaN counts as a failure
+                errors[0, i] = max(errors[0, i], late) if late >= 0 else math.inf
+                errors[1, i] = max(errors[1, i], loud, long) if loud >= 0 and long >= 0 else math.inf
+        if not (errors[0, i] <= tolerance and errors[1, i] <= relative_tolerance):
+            cell_state[cell[0, i], cell[1, i]] = EXACT
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def interpolate_planes(upper_nodes: Floats, lower_nodes: Floats, t: float, plane_spacing: float, nodes: Floats) -> None:
+    """Nodes for a source between two planes, by Hermite's cubic: W and Y are the derivatives of U and V with its depth.
+
+    Args:
+        upper_nodes: Nodes of the plane above, flat.
+        lower_nodes: Nodes of the plane below, flat.
+        t: Fraction of the way, 0 to 1.
+        plane_spacing: Distance of the planes [m].
+        nodes: Result, flat.
+    """
+    w = 1 - t
+    a, b, c, d = w * w * (1 + 2 * t), t * t * (3 - 2 * t), t * w * w * plane_spacing, -t * t * w * plane_spacing
+    e, f, g = 6 * t * w / plane_spacing, w * (1 - 3 * t), t * (3 * t - 2)
+    for start in range(0, nodes.size, NUMBERS):
+        for half in range(0, NUMBERS, 4):
+            for value in (U, V):
+                i = start + half + value
+                j = i + 1  # U is followed by its derivative W, V by Y
+                nodes[i] = a * upper_nodes[i] + b * lower_nodes[i] + c * upper_nodes[j] + d * lower_nodes[j]
+                nodes[j] = e * (lower_nodes[i] - upper_nodes[i]) + f * upper_nodes[j] + g * lower_nodes[j]

@@ -1,0 +1,151 @@
+"""Straight legs from image sources, folded back between surface and bottom. Plain numbers and arrays only."""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.jit import njit
+
+Floats = NDArray[np.float64]
+Integers = NDArray[Any]
+
+CLEAR, FACING_AWAY, OCCLUDED = 0, 1, 2  # the values of records.legs.LegStatus
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def straight_legs(
+    source: Floats, image_depths: Floats, bounces: Integers, first_up: NDArray[np.bool_], water_depth: float,
+    speed: float, points: Floats, normals: Floats, boxes: Floats, own_box: int, delay: Floats, length: Floats,
+    spreading: Floats, departure: Floats, arrival: Floats, grazing_sine: Floats, status: Integers, occluder: Integers,
+) -> None:  # fmt: skip
+    """Geometry and hard occlusion of every leg.
+
+    Args:
+        source: North, east, depth of the sonar [m], (3,).
+        image_depths: Depth of the image source of each family [m], (f,).
+        bounces: Number of bounces of each family, (f,).
+        first_up: True where the first bounce is off the surface, (f,).
+        water_depth: Depth of the bottom [m].
+        speed: Speed of sound [m/s].
+        points: Scatterers [m], (n, 3).
+        normals: Their unit normals, (n, 3).
+        boxes: Occluding bodies, (b, 8), see `insonify.scene.box.box_body`.
+        own_box: Row of the box that the points lie on, or -1.
+        delay: Result, one-way travel time [s], (f, n).
+        length: Result [m], (f, n).
+        spreading: Result, 1 m over the length [1], (f, n).
+        departure: Result, direction of travel at the sonar, (f, n, 3).
+        arrival: Result, direction of travel at the point, (f, n, 3).
+        grazing_sine: Result, sine of the angle between the ray and the point's interface [1], (f, n).
+        status: Result, (f, n).
+        occluder: Result, row of the box that cuts the leg, -1 for none, (f, n).
+    """
+    slowness = 1 / speed
+    for f in range(image_depths.size):
+        sign = 1.0 if bounces[f] % 2 == 0 else -1.0
+        for n in range(points.shape[0]):
+            dx = points[n, 0] - source[0]
+            dy = points[n, 1] - source[1]
+            dz = points[n, 2] - image_depths[f]
+            away = max(math.sqrt(dx * dx + dy * dy + dz * dz), 1e-6)
+            once = 1 / away
+            length[f, n], delay[f, n], spreading[f, n] = away, away * slowness, once
+            arrival[f, n, 0] = departure[f, n, 0] = dx * once
+            arrival[f, n, 1] = departure[f, n, 1] = dy * once
+            arrival[f, n, 2] = dz * once
+            departure[f, n, 2] = sign * dz * once
+            sine = -(dx * normals[n, 0] + dy * normals[n, 1] + dz * normals[n, 2]) * once
+            grazing_sine[f, n] = min(1.0, max(-1.0, sine))
+            occluder[f, n] = -1
+            # A point without a normal answers in all directions.
+            free = normals[n, 0] == 0 and normals[n, 1] == 0 and normals[n, 2] == 0
+            status[f, n] = CLEAR if sine > 0 or free else FACING_AWAY
+        if boxes.shape[0] > 0:
+            for n in range(points.shape[0]):
+                if status[f, n] != CLEAR:
+                    continue
+                dz = points[n, 2] - image_depths[f]
+                upward = first_up[f] if bounces[f] > 0 else dz < 0
+                cut = first_occluder(source, points[n, 0] - source[0], points[n, 1] - source[1], abs(dz), bounces[f],
+                                     upward, water_depth, boxes, own_box)  # fmt: skip
+                if cut >= 0:
+                    status[f, n], occluder[f, n] = OCCLUDED, cut
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def first_occluder(
+    source: Floats, dx: float, dy: float, vertical_travel: float, bounces: int, first_up: bool, water_depth: float,
+    boxes: Floats, own_box: int,
+) -> int:  # fmt: skip
+    """Row of the first box that cuts a leg, or -1.
+
+    Seen from above a leg is one straight line, whatever it bounces off; only its depth folds. `vertical_travel` is
+    the unfolded vertical travel [m], all in one sense for a leg that bounces.
+    """
+    for b in range(boxes.shape[0]):
+        enter, leave = footprint_crossing(source, dx, dy, boxes, b)
+        if enter > leave:
+            continue
+        if hits_in_depth(source[2], vertical_travel, bounces, first_up, water_depth, enter, leave, boxes[b, 6], boxes[b, 7],
+                         b == own_box):  # fmt: skip
+            return b
+    return -1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def footprint_crossing(source: Floats, dx: float, dy: float, boxes: Floats, b: int) -> tuple[float, float]:
+    """Parts of the way, 0 to 1, at which a leg enters and leaves the upright prism over a box's footprint.
+
+    Enter exceeds leave where the leg misses it.
+    """
+    c, s = boxes[b, 2], boxes[b, 3]
+    x = source[0] - boxes[b, 0]
+    y = source[1] - boxes[b, 1]
+    enter, leave = 0.0, 1.0
+    for axis in range(2):
+        position = c * x + s * y if axis == 0 else c * y - s * x
+        step = c * dx + s * dy if axis == 0 else c * dy - s * dx
+        half = boxes[b, 4 + axis]
+        if abs(step) < 1e-12:
+            if abs(position) > half:
+                return 1.0, 0.0
+        else:
+            near = (-math.copysign(half, step) - position) / step
+            far = (math.copysign(half, step) - position) / step
+            enter = max(enter, near)
+            leave = min(leave, far)
+    return enter, leave
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def hits_in_depth(
+    depth: float, vertical_travel: float, bounces: int, first_up: bool, water_depth: float, enter: float, leave: float,
+    top: float, base: float, is_own_box: bool,
+) -> bool:  # fmt: skip
+    """True where the folded leg is at a depth of the box while over its footprint.
+
+    A leg that ends on the box itself may touch it with its last segment: the box is convex and the
+    end faces the water.
+    """
+    start = 0.0
+    down = not first_up
+    z = depth
+    for segment in range(bounces + 1):
+        last = segment == bounces
+        if last:
+            stop = 1.0
+        else:
+            span = (water_depth - z) if down else z
+            stop = start + span / max(vertical_travel, 1e-12)
+        if not (last and is_own_box) and enter <= stop and leave >= start:
+            sense = 1.0 if down else -1.0
+            z1 = z + sense * vertical_travel * (max(enter, start) - start)
+            z2 = z + sense * vertical_travel * (min(leave, stop) - start)
+            if max(z1, z2) >= top and min(z1, z2) <= base:
+                return True
+        z = water_depth if down else 0.0
+        down = not down
+        start = stop
+    return False

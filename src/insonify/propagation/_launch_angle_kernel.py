@@ -1,0 +1,82 @@
+"""LaunchAngles read from a grid of places. Plain numbers and arrays only."""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.jit import njit
+
+Floats = NDArray[np.floating[Any]]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def interpolate_launch_slope(nodes: Floats, first_depth: float, row_spacing: float, column_spacing: float, distance: Floats, depth: Floats,
+               launch_slope: Floats) -> None:  # fmt: skip
+    """Steepness of rays to places, linear between the nodes of a grid.
+
+    Args:
+        nodes: Distance times steepness at the nodes [m], NaN where there is no ray, (lines, stations).
+        first_depth: Depth of the first line [m].
+        row_spacing: Distance of the lines [m].
+        column_spacing: Distance of the stations, the first of which is at 0 [m].
+        distance: Horizontal distance of the places [m], (n,), or that of their columns.
+        depth: Depths of the places [m], (m, n).
+        launch_slope: Result, NaN outside the grid, (m, n).
+    """
+    lines, stations = nodes.shape
+    for m in range(depth.shape[0]):
+        for n in range(depth.shape[1]):
+            far = distance[n]
+            u, v = far / column_spacing, (depth[m, n] - first_depth) / row_spacing
+            if not (0 < u <= stations - 1 and -1e-6 <= v <= lines - 1 + 1e-6):
+                launch_slope[m, n] = np.nan
+                continue
+            i, k = max(min(math.floor(v), lines - 2), 0), min(int(u), stations - 2)
+            v, u = v - i, u - k
+            near = nodes[i, k] + v * (nodes[i + 1, k] - nodes[i, k])
+            beyond = nodes[i, k + 1] + v * (nodes[i + 1, k + 1] - nodes[i, k + 1])
+            launch_slope[m, n] = (near + u * (beyond - near)) / far
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def unturned_distances(
+    depth: Floats,
+    ratio: Floats,
+    source_row: int,
+    launch_slope: Floats,
+    range_to_surface: Floats,
+    range_to_plane: Floats,
+) -> None:
+    """Horizontal ways of rays that do not turn, from the sonar up to the surface and down to the plane.
+
+    Args:
+        depth: Depths of the layers' ends between surface and plane, the sonar's among them [m], (m,).
+        ratio: Sound speed there over that at the sonar [1], (m,).
+        source_row: Which of them is the sonar's.
+        launch_slope: Of the rays [1], (n,).
+        range_to_surface: Result [m], infinite for a ray that turns before, (n,).
+        range_to_plane: Likewise, (n,).
+
+    Source: Snell's law over layers of one gradient, as in `_lane_kernel`.
+    """
+    for n in range(launch_slope.size):
+        square = launch_slope[n] * launch_slope[n]
+        range_to_surface[n] = range_to_plane[n] = 0.0
+        for side in range(2):
+            way, root = 0.0, abs(launch_slope[n])
+            j = source_row
+            while j != (0 if side == 0 else depth.size - 1):
+                k = j - 1 if side == 0 else j + 1
+                left = square + (1 - ratio[k]) * (1 + ratio[k])
+                after = math.sqrt(max(left, 0.0))
+                if left < 0 or root + after == 0:
+                    way = np.inf
+                    break
+                way += abs(depth[k] - depth[j]) * (ratio[j] + ratio[k]) / (root + after)
+                root, j = after, k
+            if side == 0:
+                range_to_surface[n] = way
+            else:
+                range_to_plane[n] = way

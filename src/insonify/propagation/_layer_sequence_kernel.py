@@ -1,0 +1,164 @@
+"""Which layers a ray crosses, how often, and where it may turn. Plain numbers and arrays only.
+
+The knots of the column, the source and the point together are the nodes; between two of them lies a slab of
+one gradient. A ray of given slowness that reaches the point crosses every slab between its highest and its
+lowest visited node a whole number of times, and turns inside at most one slab above and one below these.
+
+Nodes and route stand together in one array, the lane.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.jit import njit
+
+Floats = NDArray[np.float64]
+Integers = NDArray[Any]
+
+# Rows of a lane. A column each for every node, or for the slab below it.
+DEPTH = 0  # of the node [m]
+SPEED = 1  # of sound there [m/s]
+GRADIENT = 2  # of the slab [1/s]
+KAPPA = 3  # 1 - (c / c_m)^2, c_m the speed at the fastest node visited [1]
+STRETCH = 4  # passages (c_j + c_j+1) dz / c_m of the slab [m]
+PASSAGES = 5  # how often the slab is crossed
+LAYER_SEQUENCE = 6  # the numbers below
+RAY_BRANCH_ROWS = 7
+
+# Columns of the row LAYER_SEQUENCE.
+NODES = 0  # how many there are
+SOURCE = 1  # node of the source
+POINT = 2  # node of the point
+FIRST = 3  # highest node visited
+LAST = 4  # lowest node visited
+TOP = 5  # speed at the fastest node visited [m/s]
+WALL = 6  # node of the plane that mirrors sound at the bottom
+HALF_TURNS = 7  # half turns above (7) and below (8)
+NEAR = 9  # node at which the ray gets into the slab where it turns, above (9) and below (10)
+BEND = 11  # half turns x c_m / |g| of that slab [m], 0 without a turn, above (11) and below (12)
+LAYER_SEQUENCE_COLUMNS = 13
+
+# Rows of the slabs in which a ray may turn.
+TURN_NODE = 0  # node at which it gets in
+TURN_SLOW = 1  # turning speed above which it does so, and turns there [m/s]
+TURN_FAST = 2  # turning speed at which it would reach the far side [m/s]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def build_nodes(depth: Floats, speed: Floats, plane: float, source: float, point: float, ray_branch: Floats) -> None:
+    """Nodes and slabs of a column with a source and a point in it.
+
+    Args:
+        depth: Depths of the knots [m], (m,).
+        speed: Sound speed there [m/s], (m,).
+        plane: Depth of the knot that mirrors sound [m]; the last one where no knot lies there.
+        source: Depth of the source [m], in the water.
+        point: Depth of the point [m], in the water.
+        ray_branch: Result, (RAY_BRANCH_ROWS, at least m + 2).
+    """
+    nodes = 0
+    upper, lower = min(source, point), max(source, point)
+    for j in range(depth.size):
+        ray_branch[DEPTH, nodes], ray_branch[SPEED, nodes] = depth[j], speed[j]
+        nodes += 1
+        if j + 1 == depth.size:
+            break
+        thick, change = depth[j + 1] - depth[j], speed[j + 1] - speed[j]
+        ray_branch[GRADIENT, nodes - 1] = change / thick
+        for turn in range(2):
+            extra = upper if turn == 0 else lower
+            if depth[j] < extra < depth[j + 1] and extra > ray_branch[DEPTH, nodes - 1]:
+                inside = speed[j] + (extra - depth[j]) / thick * change
+                ray_branch[DEPTH, nodes] = extra
+                ray_branch[SPEED, nodes] = min(max(speed[j], speed[j + 1]), max(min(speed[j], speed[j + 1]), inside))
+                ray_branch[GRADIENT, nodes] = change / thick
+                nodes += 1
+    ray_branch[LAYER_SEQUENCE, NODES], ray_branch[LAYER_SEQUENCE, WALL] = nodes, nodes - 1
+    for i in range(nodes):
+        if ray_branch[DEPTH, i] == plane:
+            ray_branch[LAYER_SEQUENCE, WALL] = i
+        if ray_branch[DEPTH, i] == source:
+            ray_branch[LAYER_SEQUENCE, SOURCE] = i
+        if ray_branch[DEPTH, i] == point:
+            ray_branch[LAYER_SEQUENCE, POINT] = i
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def start_layer_sequence(ray_branch: Floats) -> None:
+    """Forgets the route before this one."""
+    ray_branch[PASSAGES, :] = 0.0
+    for k in range(HALF_TURNS, LAYER_SEQUENCE_COLUMNS):
+        ray_branch[LAYER_SEQUENCE, k] = 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def count_passages(ray_branch: Floats, start: int, stop: int) -> int:
+    """Counts one passage from one node to another; returns the other."""
+    for j in range(min(start, stop), max(start, stop)):
+        ray_branch[PASSAGES, j] += 1.0
+    return stop
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def finish_layer_sequence(ray_branch: Floats, first: int, last: int) -> None:
+    """Notes what is the same for all rays of a route whose passages, half turns and turning slabs are known.
+
+    Args:
+        ray_branch: The lane, changed.
+        first: Highest node visited.
+        last: Lowest node visited.
+    """
+    top = highest_speed(ray_branch, first, last)
+    ray_branch[LAYER_SEQUENCE, FIRST], ray_branch[LAYER_SEQUENCE, LAST], ray_branch[LAYER_SEQUENCE, TOP] = (
+        first,
+        last,
+        top,
+    )
+    for i in range(first, last + 1):
+        ray_branch[KAPPA, i] = (top - ray_branch[SPEED, i]) / top * ((top + ray_branch[SPEED, i]) / top)
+    for j in range(first, last):
+        both = (ray_branch[SPEED, j] + ray_branch[SPEED, j + 1]) / top
+        ray_branch[STRETCH, j] = ray_branch[PASSAGES, j] * both * (ray_branch[DEPTH, j + 1] - ray_branch[DEPTH, j])
+    for side in range(2):
+        if ray_branch[LAYER_SEQUENCE, HALF_TURNS + side] > 0:
+            slab = int(ray_branch[LAYER_SEQUENCE, NEAR + side]) - 1 + side
+            ray_branch[LAYER_SEQUENCE, BEND + side] = (
+                ray_branch[LAYER_SEQUENCE, HALF_TURNS + side] * top / abs(ray_branch[GRADIENT, slab])
+            )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def highest_speed(ray_branch: Floats, first: int, last: int) -> float:
+    """Highest sound speed among the nodes first..last, both included [m/s]."""
+    top = ray_branch[SPEED, first]
+    for i in range(first + 1, last + 1):
+        top = max(top, ray_branch[SPEED, i])
+    return top
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def turning_slabs(ray_branch: Floats, start: int, stop: int, so_far: float, slabs: Floats) -> int:
+    """Slabs in which a ray may turn as it goes on from a node, nearest first.
+
+    Args:
+        ray_branch: The lane.
+        start: Node from which it goes on.
+        stop: Node of the boundary ahead.
+        so_far: Highest speed that it has met [m/s].
+        slabs: Result, (3, nodes).
+
+    Returns:
+        How many there are.
+    """
+    count, step = 0, (1 if stop > start else -1)
+    i = start
+    while i != stop:
+        ahead = ray_branch[SPEED, i + step]
+        if ahead > so_far:
+            slabs[TURN_NODE, count], slabs[TURN_SLOW, count], slabs[TURN_FAST, count] = i, so_far, ahead
+            so_far = ahead
+            count += 1
+        i += step
+    return count

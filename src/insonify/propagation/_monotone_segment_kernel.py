@@ -1,0 +1,217 @@
+"""Rays of one lane that turns, to many points of one depth. Plain numbers and arrays only.
+
+A lane is cut into pieces where the distance is monotone; on each, a point has one ray or none.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.jit import njit
+from insonify.propagation._layer_sequence_kernel import HALF_TURNS, LAYER_SEQUENCE, TOP
+from insonify.propagation._ray_branch_kernel import (
+    EDGE,
+    IS_FOLD,
+    LEVEL,
+    curvature_at_fold,
+    monotone_segments,
+    ray_distance,
+    ray_to_distance,
+)
+from insonify.propagation._ray_properties_kernel import (
+    AT_END,
+    B_FAR,
+    B_PINNED,
+    B_SLOPE,
+    B_V,
+    DELAY,
+    FOLD,
+    FOLD_CURVATURE,
+    FOLD_SIDE,
+    SIN_LAUNCH,
+    SLOWNESS,
+    complete_rays,
+    newton_steps,
+    write_ray_properties,
+)
+
+Floats = NDArray[np.float64]
+
+MOST = 8  # rays of one family to one point; those with the fewest turns are kept
+GUESSES = 17  # rays of a piece from which those to many points are guessed
+ROUNDING = 2e-13  # of a distance, at the end of a branch
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def branch_rays(
+    ray_branch: Floats,
+    max_turning_speed: float,
+    launch_sign: float,
+    arrival_sign: float,
+    low: float,
+    high: float,
+    workspace: Any,
+    out: Any,
+) -> tuple[float, float]:
+    """Rays of a lane that turns, to points of one depth.
+
+    Args:
+        ray_branch: The lane.
+        max_turning_speed: Highest turning speed [m/s].
+        launch_sign: Sign of the launch angle, + down.
+        arrival_sign: Sign of the angle of arrival.
+        low: Distance of the nearest point [m].
+        high: Distance of the farthest point [m].
+        workspace: See `direct_rays`.
+        out: See `direct_rays`.
+
+    Returns:
+        Bounds of the lane's distances [m].
+    """
+    edges, slow = workspace[3], ray_branch[LAYER_SEQUENCE, TOP]
+    end = math.sqrt((max_turning_speed - slow) / slow * ((max_turning_speed + slow) / slow))
+    pieces = monotone_segments(end, high, ray_branch, edges)
+    x_left = ray_distance(LEVEL, ray_branch)[0]
+    x_end = ray_distance(end, ray_branch)[0]
+    least, most = min(x_left, x_end), max(x_left, x_end)
+    for piece in range(pieces):
+        x_right = ray_distance(edges[EDGE, piece + 1], ray_branch)[0]
+        if min(x_left, x_right) <= high * (1 + ROUNDING) and max(x_left, x_right) >= low * (1 - ROUNDING):
+            segment_rays(ray_branch, piece, x_left, x_right, launch_sign, arrival_sign, workspace, out)
+        least, most = min(least, x_right), max(most, x_right)
+        x_left = x_right
+    return least, most
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def segment_rays(
+    ray_branch: Floats,
+    segment: int,
+    x_left: float,
+    x_right: float,
+    launch_sign: float,
+    arrival_sign: float,
+    workspace: Any,
+    out: Any,
+) -> None:
+    """Rays of one monotone piece of a lane.
+
+    Args:
+        ray_branch: The lane.
+        segment: Which piece.
+        x_left: Distance at its lower end [m].
+        x_right: Distance at its upper end [m].
+        launch_sign: See `branch_rays`.
+        arrival_sign: See `branch_rays`.
+        workspace: See `direct_rays`.
+        out: See `direct_rays`.
+    """
+    here, ranges, rays, count = out
+    block, pick, guesses, edges = workspace
+    a, b, falls = edges[EDGE, segment], edges[EDGE, segment + 1], x_right < x_left
+    close, away = min(x_left, x_right), max(x_left, x_right)
+    found = 0
+    for i in range(here[0], here[1]):
+        distance, slack = ranges[i], ROUNDING * (ranges[i] + 1)
+        if distance < close - slack or distance > away + slack or count[i] >= MOST:
+            continue
+        at_close, at_away = distance <= close + slack, distance >= away - slack
+        block[B_FAR, found], block[B_PINNED, found] = distance, (1.0 if at_close or at_away else 0.0)
+        block[B_V, found] = b if at_close == falls else a
+        pick[found] = i
+        found += 1
+    if found == 0:
+        return
+    if found >= GUESSES:
+        initial_guesses(ray_branch, block, found, a, b, falls, guesses)
+        newton_steps(ray_branch, block, found, a, b, False)
+    for i in range(found):
+        if block[B_PINNED, i] == 0:
+            block[B_V, i] = ray_to_distance(block[B_FAR, i], a, b, falls, ray_branch)
+    complete_rays(ray_branch, block, found)
+    turns = int(ray_branch[LAYER_SEQUENCE, HALF_TURNS] + ray_branch[LAYER_SEQUENCE, HALF_TURNS + 1]) // 2
+    for i in range(found):
+        k = pick[i]
+        write_ray_properties(ray_branch, block, i, launch_sign, arrival_sign, turns, rays, k, count[k])
+        for inner in range(segment, segment + 2):
+            if edges[IS_FOLD, inner] > 0:
+                record_fold(rays[k, count[k]], block[B_FAR, i], edges[EDGE, inner], block[B_SLOPE, i], ray_branch)
+        if not (rays[k, count[k], AT_END] == 1 and is_duplicate_ray(rays[k], count[k])):
+            count[k] += 1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def initial_guesses(
+    ray_branch: Floats, block: Floats, point_count: int, a: float, b: float, falls: bool, guesses: Floats
+) -> None:
+    """Guesses v for many points from a few rays of a piece, by Hermite's cubics of v over distance.
+
+    Args:
+        ray_branch: The lane.
+        block: The rays; B_V changes where it is not pinned.
+        point_count: How many.
+        a: Least v.
+        b: Greatest v.
+        falls: Whether distance falls with v.
+        guesses: Room, (3, GUESSES).
+    """
+    for k in range(GUESSES):
+        part = k / (GUESSES - 1.0)
+        part = part * part * (3 - 2 * part)  # closer at both ends, where a fold may be
+        v = max(a, b + (a - b) * part if falls else a + (b - a) * part)
+        x, slope = ray_distance(v, ray_branch)
+        guesses[0, k], guesses[1, k], guesses[2, k] = x, v, 1 / slope
+    for i in range(point_count):
+        if block[B_PINNED, i] != 0:
+            continue
+        distance = block[B_FAR, i]
+        lower, upper = 0, GUESSES - 1
+        while upper - lower > 1:
+            middle = (lower + upper) // 2
+            if guesses[0, middle] <= distance:
+                lower = middle
+            else:
+                upper = middle
+        width, v0, v1 = guesses[0, upper] - guesses[0, lower], guesses[1, lower], guesses[1, upper]
+        t = (distance - guesses[0, lower]) / width
+        u = 1 - t
+        v = v0 * u * u * (1 + 2 * t) + v1 * t * t * (1 + 2 * u)
+        v += width * t * u * (guesses[2, lower] * u - guesses[2, upper] * t)
+        inside = min(v0, v1) <= v <= max(v0, v1)
+        block[B_V, i] = v if inside else v0 + (v1 - v0) * t
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def record_fold(row: Floats, distance: float, v: float, ray_tube: float, ray_branch: Floats) -> None:
+    """Notes a fold that bounds the ray's branch, if it is nearer than the one noted before.
+
+    Nearer as diffraction sees it: by FOLD / FOLD_CURVATURE^(1/3).
+
+    Args:
+        row: The ray, changed.
+        distance: Of its point [m].
+        v: Of the fold.
+        ray_tube: dX/dp of the ray [m^2/s].
+        ray_branch: The lane.
+    """
+    offset = distance - ray_distance(v, ray_branch)[0]
+    bend = abs(curvature_at_fold(v, ray_branch))
+    if abs(offset) ** 3 * row[FOLD_CURVATURE] < abs(row[FOLD]) ** 3 * bend:
+        row[FOLD], row[FOLD_CURVATURE] = offset, bend
+        row[FOLD_SIDE] = 1.0 if ray_tube > 0 else -1.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def is_duplicate_ray(rows: Floats, count: int) -> bool:
+    """Whether the ray in row `count` joins two branches and was found on the other one already."""
+    for k in range(count):
+        if (
+            rows[k, AT_END] == 1
+            and abs(rows[k, SIN_LAUNCH] - rows[count, SIN_LAUNCH]) < 1e-5
+            and abs(rows[k, SLOWNESS] - rows[count, SLOWNESS]) < 1e-10 * rows[count, SLOWNESS]
+            and abs(rows[k, DELAY] - rows[count, DELAY]) < 1e-12 * (1 + rows[count, DELAY])
+        ):
+            return True
+    return False

@@ -1,0 +1,226 @@
+"""How far rays of one route get. Plain numbers and arrays only.
+
+A lane is a route together with the turning speeds for which it is followed. Its rays are told apart by
+v = tan(grazing angle at the fastest visited node), which is regular both at level passage (v = 0) and
+at the turning kinks. With k_i = 1 - (c_i / c_m)^2 and t_i = sqrt(v^2 + k_i) at node i, c_m the speed at the fastest,
+
+    X(v) = sum h_j / (t_j + t_j+1) + sum n (c_m / |g|) t_near,     h_j = passages (c_j + c_j+1) dz / c_m,
+
+over the slabs crossed and the half turns: the layer formulas of Officer (1958, Introduction to the theory of
+sound transmission, from memory) without one difference of nearly equal numbers, finite for vanishing gradient.
+The first sum falls and the second grows with v; so do the parts of their derivatives, and all that happens in an
+interval of v is bounded by its ends.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.jit import njit
+from insonify.propagation._layer_sequence_kernel import BEND, FIRST, KAPPA, LAST, LAYER_SEQUENCE, NEAR, STRETCH, TOP
+
+Floats = NDArray[np.float64]
+
+LEVEL = 1e-100  # v of a ray that is level at its fastest node: its cube and the inverse of that are still numbers
+EDGE, IS_FOLD = 0, 1  # rows of the ends of a lane's pieces
+_HALVINGS = 12
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def ray_distance(v: float, ray_branch: Floats) -> tuple[float, float]:
+    """Horizontal distance of a ray [m] and its derivative by v [m].
+
+    Args:
+        v: Which ray, at least LEVEL.
+        ray_branch: The lane, see `_route_kernel`.
+    """
+    first, last = int(ray_branch[LAYER_SEQUENCE, FIRST]), int(ray_branch[LAYER_SEQUENCE, LAST])
+    vv = v * v
+    before = math.sqrt(vv + ray_branch[KAPPA, first])
+    distance, slope = 0.0, 0.0
+    for j in range(first, last):
+        after = math.sqrt(vv + ray_branch[KAPPA, j + 1])
+        both = before * after
+        part = ray_branch[STRETCH, j] / (both * (before + after))
+        distance += part * both
+        slope -= part
+        before = after
+    for side in range(2):
+        bend = ray_branch[LAYER_SEQUENCE, BEND + side]
+        if bend > 0:
+            t = math.sqrt(vv + ray_branch[KAPPA, int(ray_branch[LAYER_SEQUENCE, NEAR + side])])
+            distance += bend * t
+            slope += bend / t
+    return distance, v * slope
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def distance_derivatives(v: float, ray_branch: Floats) -> tuple[float, float, float, float, float, float]:
+    """Parts of X and of dX/dv = rise - fall + v (rise_far - fall_far); all but the first two fall as v grows.
+
+    Args:
+        v: Which ray.
+        ray_branch: The lane.
+
+    Returns:
+        Distance in turning slabs (grows with v), rise (constant), distance in crossed slabs, fall, rise_far, fall_far.
+    """
+    first, last = int(ray_branch[LAYER_SEQUENCE, FIRST]), int(ray_branch[LAYER_SEQUENCE, LAST])
+    vv = v * v
+    turned, rise, crossed, fall, rise_far, fall_far = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    before = math.sqrt(vv + ray_branch[KAPPA, first])
+    for j in range(first, last):
+        after = math.sqrt(vv + ray_branch[KAPPA, j + 1])
+        part = ray_branch[STRETCH, j] / (before + after)
+        crossed += part
+        if ray_branch[KAPPA, j] == 0 or ray_branch[KAPPA, j + 1] == 0:
+            fall += part / (after if ray_branch[KAPPA, j] == 0 else before)
+        else:
+            fall_far += part / (before * after)
+        before = after
+    for side in range(2):
+        bend = ray_branch[LAYER_SEQUENCE, BEND + side]
+        if bend > 0:
+            kappa = ray_branch[KAPPA, int(ray_branch[LAYER_SEQUENCE, NEAR + side])]
+            t = math.sqrt(vv + kappa)
+            turned += bend * t
+            if kappa == 0:
+                rise += bend
+            else:
+                rise_far += bend / t
+    return turned, rise, crossed, fall, rise_far, fall_far
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def curvature_at_fold(v: float, ray_branch: Floats) -> float:
+    """Second derivative of distance by slowness where the first vanishes [m^3/s^2].
+
+    Args:
+        v: Where.
+        ray_branch: The lane.
+    """
+    first, last = int(ray_branch[LAYER_SEQUENCE, FIRST]), int(ray_branch[LAYER_SEQUENCE, LAST])
+    vv = v * v
+    before = math.sqrt(vv + ray_branch[KAPPA, first])
+    change = 0.0
+    for j in range(first, last):
+        after = math.sqrt(vv + ray_branch[KAPPA, j + 1])
+        both = before * after
+        part = ray_branch[STRETCH, j] / (both * (before + after))
+        change += part * (1 / (before * before) + 1 / (after * after) + 1 / both)
+        before = after
+    for side in range(2):
+        bend = ray_branch[LAYER_SEQUENCE, BEND + side]
+        if bend > 0:
+            t = math.sqrt(vv + ray_branch[KAPPA, int(ray_branch[LAYER_SEQUENCE, NEAR + side])])
+            change -= bend / (t * t * t)
+    # X_vv = v^2 change, and dp/dv = -v / (top (1 + v^2)^(3/2)).
+    return change * (ray_branch[LAYER_SEQUENCE, TOP] * (1 + vv) ** 1.5) ** 2
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def monotone_segments(end: float, high: float, ray_branch: Floats, edges: Floats) -> int:
+    """Cuts the rays of a lane where the distance is extreme (the folds of caustics).
+
+    Halves the lane until the bounds of each part say that distance is monotone there, or the part is 1/4096 of it.
+
+    Args:
+        end: Largest v of the lane.
+        high: Farthest distance of interest [m].
+        ray_branch: The lane.
+        edges: Result, v at the ends of the pieces, from LEVEL to `end`, and whether that is a fold, (2, many).
+
+    Returns:
+        Number of pieces; 0 if all rays of the lane go farther, by the same bounds.
+    """
+    pieces, left, width = 0, 0, 1 << _HALVINGS  # the part, in steps of sqrt(v): graded towards v = 0
+    a, at_a, at_end = LEVEL, distance_derivatives(LEVEL, ray_branch), distance_derivatives(end, ray_branch)
+    if at_end[2] + at_a[0] > high:
+        return 0
+    edges[EDGE, 0], edges[IS_FOLD, 0] = LEVEL, 0.0
+    while left < 1 << _HALVINGS:
+        b = end * ((left + width) / (1 << _HALVINGS)) ** 2
+        at_b = at_end if left + width == 1 << _HALVINGS else distance_derivatives(b, ray_branch)
+        least = at_a[1] - at_a[3] + a * at_a[4] - b * at_a[5]
+        most = at_b[1] - at_b[3] + b * at_b[4] - a * at_b[5]
+        if not (least > 0 or most < 0) and width > 1:
+            width >>= 1
+            continue
+        slope_a = at_a[1] - at_a[3] + a * (at_a[4] - at_a[5])
+        slope_b = at_b[1] - at_b[3] + b * (at_b[4] - at_b[5])
+        if slope_a * slope_b < 0 and pieces + 2 < edges.shape[1]:
+            pieces += 1
+            edges[EDGE, pieces], edges[IS_FOLD, pieces] = distance_extremum(a, b, slope_a, ray_branch), 1.0
+        a, at_a = b, at_b
+        left += width
+        while width < 1 << _HALVINGS and left % (2 * width) == 0:
+            width *= 2
+    edges[EDGE, pieces + 1], edges[IS_FOLD, pieces + 1] = end, 0.0
+    return pieces + 1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def logarithmic_midpoint(a: float, b: float) -> float:
+    """A number between two, halfway as their logarithms go where they differ much."""
+    return 0.5 * (a + b) if a > 1e-3 * b or b < 1e-90 else math.sqrt(a * b)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def distance_extremum(a: float, b: float, slope_a: float, ray_branch: Floats) -> float:
+    """The v between a and b where the distance is extreme, to rounding.
+
+    Regula falsi with the Illinois rule (Dowell & Jarratt 1971, BIT 11, 168, from memory), and halvings now and then.
+
+    Args:
+        a: Lower end.
+        b: Upper end.
+        slope_a: dX/dv at a; that at b has the other sign.
+        ray_branch: The lane.
+    """
+    at_a, at_b = slope_a, ray_distance(b, ray_branch)[1]
+    for k in range(200):
+        v = b - at_b * (b - a) / (at_b - at_a)
+        if k % 4 == 3 or not (a < v < b):
+            v = logarithmic_midpoint(a, b)
+        if v <= a or v >= b or b - a <= 2e-16 * b:
+            break
+        slope = ray_distance(v, ray_branch)[1]
+        if (slope > 0) == (slope_a > 0):
+            a, at_a, at_b = v, slope, 0.5 * at_b
+        else:
+            b, at_b, at_a = v, slope, 0.5 * at_a
+        if slope == 0:
+            return v
+    return 0.5 * (a + b)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def ray_to_distance(distance: float, a: float, b: float, falls: bool, ray_branch: Floats) -> float:
+    """The v between a and b at which a ray goes just that far, to rounding, on a piece where distance is monotone.
+
+    Newton's steps while they stay inside and shrink, halvings otherwise.
+
+    Args:
+        distance: Horizontal distance wanted [m].
+        a: Lower end.
+        b: Upper end.
+        falls: Whether distance falls with v.
+        ray_branch: The lane.
+    """
+    v, last_step = 0.5 * (a + b), b - a
+    for _ in range(400):
+        x, slope = ray_distance(v, ray_branch)
+        error = distance - x
+        if (error > 0) == falls:
+            b = v
+        else:
+            a = v
+        step = error / slope
+        if abs(step) <= 4e-16 * v or abs(error) <= 1e-15 * distance or b - a <= 4e-16 * b:
+            break
+        ahead = v + step
+        if not (a < ahead < b) or abs(step) > 0.5 * abs(last_step):
+            ahead = logarithmic_midpoint(a, b)
+        last_step, v = ahead - v, ahead
+    return v

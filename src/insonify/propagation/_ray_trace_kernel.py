@@ -1,0 +1,142 @@
+"""One ray after another through a layered column, arc by arc. Plain numbers and arrays only.
+
+Between two knots sound speed is linear in depth and a ray is an arc of a circle, so nothing is integrated: with
+theta the elevation (+ down) and p = cos(theta) / c kept by Snell's law, the sine falls by p g over each metre of
+range, the chord leans by half the sum of the angles at its ends, and its travel time is that of the closed form
+T = (2 / |g|) asinh(|g| d / (2 sqrt(c1 c2))), d the length of the chord. The formulas hold for g = 0.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.jit import njit
+
+Floats = NDArray[np.float64]
+Integers = NDArray[Any]
+
+RANGE, DEPTH, TIME, SINE, GRADIENT = range(5)
+"""Columns of a vertex: where, when, sine of the elevation (+ down) and gradient of the arc that begins there."""
+COLUMNS = 5
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def trace_rays(
+    depth: Floats, speed: Floats, source_depth: float, sines: Floats, max_range: float, most_bounces: int,
+    first: Integers, vertices: Floats, bounces: Integers, turns: Integers,
+) -> None:  # fmt: skip
+    """Vertices of every ray at its source, knots, turning points, bounces and end.
+
+    Args:
+        depth: Knots of the column, increasing from the surface to the bottom [m], (m,).
+        speed: Sound speed there [m/s], (m,).
+        source_depth: Depth of the source [m].
+        sines: Sine of the launch elevation, + down, (rays,).
+        max_range: Range at which rays end [m].
+        most_bounces: Bounces after which the next one ends a ray.
+        first: Result, row of the first vertex of each ray, and the number of all, (rays + 1,).
+        vertices: Result, (v, COLUMNS); rows beyond v are counted and not written.
+        bounces: Result, bounces so far, (v,).
+        turns: Result, turning points so far, (v,).
+    """
+    row = 0
+    for ray in range(sines.size):
+        first[ray] = row
+        row = _trace(depth, speed, source_depth, sines[ray], max_range, most_bounces, row, vertices, bounces, turns)
+    first[sines.size] = row
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _trace(
+    depth: Floats, speed: Floats, source_depth: float, launch: float, max_range: float, most_bounces: int, row: int,
+    vertices: Floats, bounces: Integers, turns: Integers,
+) -> int:  # fmt: skip
+    """One ray; the row after its last vertex."""
+    z, x, t = source_depth, 0.0, 0.0
+    down = launch >= 0
+    layer = _layer(depth, z, down)
+    c0 = _speed_in(depth, speed, layer, z)
+    c, s = c0, abs(launch)
+    square, p = (1 - s) * (1 + s), math.sqrt((1 - s) * (1 + s)) / c0
+    met, turned, idle = 0, 0, 0
+    while True:
+        g = (speed[layer + 1] - speed[layer]) / (depth[layer + 1] - depth[layer])
+        sense = 1.0 if down else -1.0
+        knot = layer + 1 if down else layer
+        # from the launch, not from p: at a nearly horizontal ray 1 - (p c)^2 would be a difference of equals
+        s2 = launch * launch - square * (speed[knot] - c0) * (speed[knot] + c0) / (c0 * c0)
+        if s == 0 and s2 <= 0 and idle < 2 and g != 0 and _has_layer(depth, z, not down):
+            down, idle = not down, idle + 1  # bends the other way, or not at all
+            layer = _layer(depth, z, down)
+            continue
+        held = s == 0 and s2 <= 0  # along the axis of a channel, or in still water
+        apex = s2 <= 0 and not held
+        _write(row, vertices, bounces, turns, x, z, t, sense * s, 0.0 if held else g, met, turned)
+        row, idle = row + 1, 0
+        end_s, end_z, end_c = math.sqrt(max(s2, 0.0)), depth[knot], speed[knot]
+        dx = math.inf if held else abs(end_z - z) * p * (c + end_c) / (s + end_s)
+        if apex:
+            dx, end_s = s / (p * abs(g)), 0.0
+            end_z, end_c = z + sense * dx * s / (1 + p * c), 1 / p
+        last = x + dx >= max_range
+        if last:
+            dx = max_range - x
+            leaning = sense * s - (0.0 if held else p * g * dx)
+            end_z = z + dx * (sense * s + leaning) / (p * c + math.sqrt(max(0.0, (1 - leaning) * (1 + leaning))))
+            sense, end_s, end_c = math.copysign(1.0, leaning), abs(leaning), c + g * (end_z - z)
+        t += chord_time(math.hypot(dx, end_z - z), c, end_c, g)
+        x, z, s, c = max_range if last else x + dx, end_z, end_s, end_c
+        if not last and apex:
+            down, turned = not down, turned + 1
+        elif not last and 0 < knot < depth.size - 1:
+            layer = layer + 1 if down else layer - 1
+        elif not last:
+            met += 1
+            last, down = met > most_bounces, not down
+        if last:
+            _write(row, vertices, bounces, turns, x, z, t, sense * s, 0.0, min(met, most_bounces), turned)
+            return row + 1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def chord_time(chord: float, c1: float, c2: float, gradient: float) -> float:
+    """Travel time along an arc between two points a chord apart, in water of one gradient [s]."""
+    mean = math.sqrt(c1 * c2)
+    u = abs(gradient) * chord / (2 * mean)
+    return chord / mean * (math.asinh(u) / u if u > 1e-8 else 1.0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _layer(depth: Floats, z: float, down: bool) -> int:
+    """The layer that a ray enters; at a knot the one on its side."""
+    layer = 0
+    while layer < depth.size - 2 and (depth[layer + 1] <= z if down else depth[layer + 1] < z):
+        layer += 1
+    return layer
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _has_layer(depth: Floats, z: float, down: bool) -> bool:
+    """Whether there is water on that side."""
+    return z < depth[-1] if down else z > depth[0]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _speed_in(depth: Floats, speed: Floats, layer: int, z: float) -> float:
+    """Sound speed at a depth of a layer [m/s]."""
+    share = (z - depth[layer]) / (depth[layer + 1] - depth[layer])
+    return speed[layer] * (1 - share) + speed[layer + 1] * share
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _write(
+    row: int, vertices: Floats, bounces: Integers, turns: Integers, x: float, z: float, t: float, sine: float,
+    gradient: float, met: int, turned: int,
+) -> None:  # fmt: skip
+    """One vertex, where there is room for it."""
+    if row < bounces.size:
+        vertices[row, RANGE], vertices[row, DEPTH], vertices[row, TIME] = x, z, t
+        vertices[row, SINE], vertices[row, GRADIENT] = sine, gradient
+        bounces[row], turns[row] = met, turned

@@ -1,0 +1,190 @@
+"""Whether a curved ray cuts a box: its depth while it is over the box's footprint. Plain numbers and arrays only.
+
+Between two knots the speed of sound is c = c0 + g (z - z0), and along a ray of horizontal slowness p the sine s of
+its angle (+ down) falls by g p for every metre of range. So its depth over range is the root of a quadratic.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.jit import njit
+
+Floats = NDArray[np.float64]
+
+MAX_PIECES = 100_000
+"""Pieces of a ray after which the walk is given up: more than any ray has that is heard."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def ray_hits_box(
+    knots: Floats, speeds: Floats, plane: float, source_depth: float, slowness: float, sine: float, bounces: int,
+    first_up: bool, horizontal_distance: float, point_depth: float, enter: float, leave: float, top: float, base: float, is_own_box: bool,
+) -> bool:  # fmt: skip
+    """True where a ray is at a depth of the box while over its footprint.
+
+    The ray is walked piece by piece, from knot to knot. One that ends on the box itself may touch it with its last
+    segment: the box is convex, the end faces the water, and over a box a ray bends by far less than its side.
+
+    Args:
+        knots: Depths of the column [m], (m,).
+        speeds: Speeds there [m/s], (m,).
+        plane: Depth of the knot that mirrors sound [m]; infinite for the last one.
+        source_depth: Depth of the sonar [m].
+        slowness: Horizontal slowness of the ray [s/m].
+        sine: Sine of the launch angle, + down [1].
+        bounces: Reflections of the ray before it ends.
+        first_up: Whether the first is off the surface.
+        horizontal_distance: Horizontal distance at which it ends [m].
+        point_depth: Depth at which it ends [m].
+        enter: Horizontal distance at which it comes over the footprint [m].
+        leave: Horizontal distance at which it has crossed it [m].
+        top: Depth of the box's top [m].
+        base: Depth of its base [m].
+        is_own_box: True where the ray ends on this box.
+    """
+    x, z, s, met = 0.0, source_depth, sine, 0
+    layer = _layer(knots, z, s, speeds)
+    for _ in range(MAX_PIECES):
+        if x > leave or x > horizontal_distance or (is_own_box and met == bounces):
+            return False
+        if s == 0:
+            layer = _layer(knots, z, s, speeds)
+        g = (speeds[layer + 1] - speeds[layer]) / (knots[layer + 1] - knots[layer])
+        c = speeds[layer] + g * (z - knots[layer])
+        down = s > 0 or (s == 0 and g < 0)
+        goal = knots[layer + 1] if down else knots[layer]
+        if horizontal_distance < 1e-9 and met == bounces:
+            # Straight up or down: no range tells where it ends, but its depth does.
+            return min(z, point_depth) <= base and max(z, point_depth) >= top
+        step, goal, s_end = _piece(z, s, c, g, slowness, goal, knots[layer], knots[layer + 1], down)
+        if x + step >= enter:
+            first = z if x >= enter else z + _depth_change(enter - x, s, c, g, slowness)
+            last = goal if x + step <= leave else z + _depth_change(leave - x, s, c, g, slowness)
+            low, high = min(first, last), max(first, last)
+            turn = s / (g * slowness) if s * s_end < 0 else -1.0
+            if max(enter - x, 0.0) < turn < leave - x:
+                deep = z + _depth_change(turn, s, c, g, slowness)
+                low, high = min(low, deep), max(high, deep)
+            if high >= top and low <= base:
+                return True
+        x, z, s = x + step, goal, s_end
+        if is_at_boundary(knots, plane, layer, z, s, met, bounces, first_up):
+            if met == bounces:
+                return False
+            met += 1
+            s = -s
+        elif s > 0 or (s == 0 and down):
+            layer = min(layer + 1, knots.size - 2) if z == knots[layer + 1] else layer
+        else:
+            layer = max(layer - 1, 0) if z == knots[layer] else layer
+    return False
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def is_at_boundary(
+    knots: Floats, plane: float, layer: int, depth: float, sine: float, met: int, bounces: int, first_up: bool
+) -> bool:
+    """Whether a ray that has crossed a layer is at a boundary that it cannot pass; arguments of `ray_hits_box`.
+
+    Below the mirroring plane there is water for rays that do not bounce off it: it stands over deeper ground.
+    """
+    if sine > 0:
+        bottom_next = met < bounces and (met % 2 == 0) != first_up
+        below = layer + 1
+        return depth == knots[below] and (below + 1 == knots.size or (bottom_next and depth == plane))
+    return sine < 0 and layer == 0 and depth == knots[0]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def ray_depths_along_range(
+    knots: Floats, speeds: Floats, plane: float, source_depth: float, slowness: Floats, sines: Floats, bounces: int,
+    first_up: bool, start: Floats, stop: Floats, depths: Floats,
+) -> None:  # fmt: skip
+    """Depths of rays at even distances.
+
+    Args:
+        knots: As of `ray_hits_box`.
+        speeds: As of `ray_hits_box`.
+        plane: As of `ray_hits_box`.
+        source_depth: As of `ray_hits_box`.
+        slowness: Horizontal slowness of the rays [s/m], (n,).
+        sines: Sines of their launch angles, + down, (n,).
+        bounces: As of `ray_hits_box`.
+        first_up: As of `ray_hits_box`.
+        start: Horizontal distance of the first depth [m], (n,).
+        stop: Of the last one [m], (n,).
+        depths: Result [m], NaN beyond a ray's end, (n, k).
+    """
+    count = depths.shape[1]
+    for n in range(sines.size):
+        x, z, s, met, row = 0.0, source_depth, sines[n], 0, 0
+        layer = _layer(knots, z, s, speeds)
+        p = slowness[n]
+        for _ in range(MAX_PIECES):
+            if row == count:
+                break
+            if s == 0:
+                layer = _layer(knots, z, s, speeds)
+            g = (speeds[layer + 1] - speeds[layer]) / (knots[layer + 1] - knots[layer])
+            c = speeds[layer] + g * (z - knots[layer])
+            down = s > 0 or (s == 0 and g < 0)
+            goal = knots[layer + 1] if down else knots[layer]
+            step, goal, s_end = _piece(z, s, c, g, p, goal, knots[layer], knots[layer + 1], down)
+            while row < count:
+                there = start[n] + (stop[n] - start[n]) * row / max(count - 1, 1)
+                if there > x + step:
+                    break
+                depths[n, row] = z + _depth_change(there - x, s, c, g, p)
+                row += 1
+            x, z, s = x + step, goal, s_end
+            if is_at_boundary(knots, plane, layer, z, s, met, bounces, first_up):
+                if met == bounces:
+                    break
+                met += 1
+                s = -s
+            elif s > 0 or (s == 0 and down):
+                layer = min(layer + 1, knots.size - 2) if z == knots[layer + 1] else layer
+            else:
+                layer = max(layer - 1, 0) if z == knots[layer] else layer
+        for rest in range(row, count):
+            depths[n, rest] = np.nan
+
+
+@njit(inline="always")
+def _piece(
+    z: float, s: float, c: float, g: float, p: float, goal: float, above: float, below: float, down: bool
+) -> tuple[float, float, float]:
+    """Range [m] to the end of a ray's piece in one layer, depth [m] and signed sine [1] there; endless where level."""
+    slack = 1 - p * (c + g * (goal - z))
+    if slack >= 0:
+        s_end = math.sqrt(slack * (2 - slack))
+        both = abs(s) + s_end
+        if both == 0:
+            return math.inf, z, 0.0
+        return p * (2 * c + g * (goal - z)) * abs(goal - z) / both, goal, s_end if down else -s_end
+    # It turns in this layer, and leaves it where it came from.
+    back = above if down else below
+    slack = max(1 - p * (c + g * (back - z)), 0.0)
+    s_end = -math.sqrt(slack * (2 - slack)) if down else math.sqrt(slack * (2 - slack))
+    return (s - s_end) / (g * p), back, s_end
+
+
+@njit(inline="always")
+def _depth_change(x: float, s: float, c: float, g: float, p: float) -> float:
+    """How much deeper a ray is after a range x within one layer [m]."""
+    q = x * (2 * s - g * p * x) / p
+    return q / (c + math.sqrt(max(c * c + g * q, 0.0)))
+
+
+@njit(inline="always")
+def _layer(knots: Floats, depth: float, sine: float, speeds: Floats) -> int:
+    """The layer that a ray enters from a depth: on a knot, the one that it heads for, or bends into."""
+    layer = 0
+    while layer < knots.size - 2 and depth >= knots[layer + 1]:
+        layer += 1
+    if layer == 0 or depth > knots[layer] or sine > 0:
+        return layer
+    bends_up = speeds[layer + 1] >= speeds[layer] and speeds[layer] > speeds[layer - 1]
+    return layer - 1 if sine < 0 or bends_up else layer

@@ -1,0 +1,444 @@
+"""All points of an uneven surface by which a path is stationary: found along its track, then followed to each end.
+
+Ends that lie close together share their search, for it costs a hundred points of the surface; from what it finds
+Newton's method goes to each end's own bounce points in a few steps. Plain numbers and arrays only.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.jit import njit
+from insonify.propagation._explicit_surface_kernel import (
+    PathDerivatives,
+    SurfaceDerivatives,
+    end_to_surface_path,
+    path_third_derivative,
+    principal_curvatures,
+    surface_derivatives,
+    surface_derivatives_along,
+)
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+SurfaceAndPaths = tuple[SurfaceDerivatives, PathDerivatives, PathDerivatives, float]
+
+MOST_NODES = 20_000
+"""Points of one track at most [1]."""
+STEPS = 16
+"""Newton's steps to a bounce point at most [1]."""
+CLOSE = 1e-4
+"""Last step of a bounce point that has been found [m]: its path is then right to a nanometre."""
+FARTHEST = 3.0
+"""Distance into the dark beyond a fold, in the scale of Airy's function, up to which there still is a bounce [1]."""
+COLUMNS = 14
+"""What is known of a bounce point, in this order.
+
+North, east, height [m]; ways before and after it [m]; cosine between the ways and the surface's normal, times the
+length of the normal that has 1 upwards; mean of height over way [1]; curvature of the path along the axis where it
+is weakest, and along the other [1/m]; fourth derivatives along both by the waves [1/m^3]; gradient [1]: 0, but for a
+fold in whose dark the end lies, which has its third derivative [1/m^2] where others have the first fourth one; weak
+axis, north and east [1].
+"""
+NONE, THERE, LIT = 0, 1, 2
+"""What `refine_bounce_point` finds: nothing; what was wanted; a fold seen from its bright side, where there are two bounces."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def bounce_range_for_slope(slope: float, horizontal_distance: float, before: float, after: float) -> float:
+    """Distance at which a level track's bounce wants the surface to rise with a slope [m].
+
+    With g1, g2 the grazing angles towards both ends, tan(g1 - g2) = tan 2e where tan e is the slope: a quadratic.
+    """
+    tangent = 2 * slope / (1 - slope * slope)
+    linear = before + after + tangent * horizontal_distance
+    root = math.sqrt(max(linear * linear - 4 * tangent * before * (horizontal_distance - tangent * after), 0.0))
+    return 2 * before * (horizontal_distance - tangent * after) / max(linear + root, 1e-12)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def surface_and_paths(
+    north: float, east: float, start: Floats, end: Floats, leg_timing: Floats, is_transmit_leg: bool, waves: Floats
+) -> SurfaceAndPaths:
+    """The surface at one point, when sound gets there, and the ways to both ends.
+
+    On the way out the first part of a leg lies before its bounce, on the way back the second.
+    """
+    an, ae, bn, be = north - start[0], east - start[1], north - end[0], east - end[1]
+    dn, de, below = (an, ae, start[2]) if is_transmit_leg else (bn, be, end[2])
+    before = math.sqrt(dn * dn + de * de + below * below)
+    slow = leg_timing[1] / before
+    sea = surface_derivatives(north, east, leg_timing[0] + leg_timing[1] * before, slow * dn, slow * de, waves)
+    return (
+        sea,
+        end_to_surface_path(an, ae, start[2], sea),
+        end_to_surface_path(bn, be, end[2], sea),
+        leg_timing[0] + leg_timing[1] * before,
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _transverse_stationary_point(
+    x: float, y: float, ahead_n: float, ahead_e: float, start: Floats, end: Floats, leg_timing: Floats, is_transmit_leg: bool,
+    waves: Floats, step: float,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """Beside one point of the track, where the path is stationary across it.
+
+    Returns:
+        Distance to the right of the track [m]; how far that grows per metre ahead; derivative of the length along the
+        ridge, and the second one.
+    """
+    north, east = start[0] + x * ahead_n - y * ahead_e, start[1] + x * ahead_e + y * ahead_n
+    _, one, two, _ = surface_and_paths(north, east, start, end, leg_timing, is_transmit_leg, waves)
+    gn, ge = one[1] + two[1], one[2] + two[2]
+    hnn, hne, hee = one[3] + two[3], one[4] + two[4], one[5] + two[5]
+    gx, gy = gn * ahead_n + ge * ahead_e, ge * ahead_n - gn * ahead_e
+    hxx = hnn * ahead_n**2 + 2 * hne * ahead_n * ahead_e + hee * ahead_e**2
+    hyy = hnn * ahead_e**2 - 2 * hne * ahead_n * ahead_e + hee * ahead_n**2
+    hxy = (hee - hnn) * ahead_n * ahead_e + hne * (ahead_n**2 - ahead_e**2)
+    stiff = max(
+        hyy, 0.2 * (1 / one[0] + 1 / two[0])
+    )  # the surface's curvature across the track may not turn the search round
+    aside = min(max(-gy / stiff, -step), step)
+    return y + aside, -hxy / stiff, gx + hxy * aside, hxx - hxy * hxy / stiff
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _cubic(t: float, f0: float, d0: float, f1: float, d1: float) -> float:
+    """Hermite's cubic between two nodes, t from 0 to 1, slopes per interval."""
+    s = 1 - t
+    return s * s * (f0 * (1 + 2 * t) + d0 * t) + t * t * (f1 * (3 - 2 * t) - d1 * s)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _bisected(low: float, high: float, f0: float, d0: float, f1: float, d1: float) -> float:
+    """Zero of the cubic between two places where its signs differ."""
+    begin = _cubic(low, f0, d0, f1, d1)
+    for _ in range(12):
+        middle = (low + high) / 2
+        if (_cubic(middle, f0, d0, f1, d1) > 0) == (begin > 0):
+            low = middle
+        else:
+            high = middle
+    return (low + high) / 2
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _monotone_intervals(f0: float, d0: float, f1: float, d1: float, knots: Floats) -> int:
+    """Places from 0 to 1 between which Hermite's cubic only rises or only falls; how many intervals."""
+    c0, c1, c2 = d0, 6 * (f1 - f0) - 4 * d0 - 2 * d1, 6 * (f0 - f1) + 3 * (d0 + d1)  # of the derivative
+    knots[0], count = 0.0, 1
+    inner = c1 * c1 - 4 * c0 * c2
+    if inner > 0:
+        big = -(c1 + math.copysign(math.sqrt(inner), c1)) / 2
+        first = big / c2 if c2 != 0 else 2.0
+        second = c0 / big if big != 0 else 2.0
+        for turn in (min(first, second), max(first, second)):
+            if 0 < turn < 1:
+                knots[count] = turn
+                count += 1
+    knots[count] = 1.0
+    return count
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _rough_zeros(
+    f0: float, d0: float, f1: float, d1: float, pitch: float, gradient_spread: float, wavenumber: float, seeds: Floats,
+    folds: Floats,
+) -> tuple[int, int]:  # fmt: skip
+    """Rough zeros of a gradient between two points of a track, and folds that are about to be zeros or just were.
+
+    Args:
+        f0: Gradient at the first point.
+        d0: How it grows from point to point there.
+        f1: Gradient at the second point.
+        d1: How it grows there.
+        pitch: Distance of the points [m].
+        gradient_spread: How much the gradient differs among the ends that share the search.
+        wavenumber: Of the sound [rad/m].
+        seeds: Filled with places of zeros, from 0 to 1, and with both sides of folds that lie near.
+        folds: Filled with places of folds.
+
+    Returns:
+        How many of both.
+    """
+    knots, many, dark = np.empty(4), 0, 0
+    count = _monotone_intervals(f0, d0, f1, d1, knots)
+    low = f0
+    for k in range(count):
+        high = _cubic(knots[k + 1], f0, d0, f1, d1)
+        if (low > 0) != (high > 0):
+            seeds[many] = _bisected(knots[k], knots[k + 1], f0, d0, f1, d1)
+            many += 1
+        low = high
+        if k + 1 < count:
+            t = knots[k + 1]
+            bend = max(abs((1 - 2 * t) * 6 * (f1 - f0) + (6 * t - 4) * d0 + (6 * t - 2) * d1), 1e-12)
+            if abs(high) < gradient_spread:
+                wide = math.sqrt(2 * abs(high) / bend)
+                seeds[many], seeds[many + 1] = t - wide, t + wide
+                many += 2
+            if abs(high) < gradient_spread + FARTHEST * (bend / pitch**2 / (2 * wavenumber**2)) ** (1 / 3):
+                folds[dark] = t
+                dark += 1
+    return many, dark
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def search_bounce_points(
+    start: Floats, end: Floats, leg_timing: Floats, is_transmit_leg: bool, waves: Floats, slope: float, step: float, size: float,
+    wavenumber: float, seeds: Floats, folds: Floats,
+) -> tuple[int, int]:  # fmt: skip
+    """Rough bounce points of one path: zeros along a track whose every point is stationary across the track.
+
+    Args:
+        start: North, east of one end from the sea's origin, and depth [m], bottom bounces unfolded, shape (3,).
+        end: The same of the other end.
+        leg_timing: When the leg begins in the sense of the sound [s], and seconds per metre.
+        is_transmit_leg: Whether the sound comes from the start.
+        waves: Of `surface_derivatives`.
+        slope: Greatest slope that the surface may have [1].
+        step: Distance between points of the track [m].
+        size: How far off the end may lie for those that share the search [m].
+        wavenumber: Of the sound [rad/m].
+        seeds: Filled with north and east of rough bounce points [m], shape (2, most).
+        folds: Filled with those of rough folds, likewise.
+
+    Returns:
+        How many there are of both.
+    """
+    north, east = end[0] - start[0], end[1] - start[1]
+    far = math.hypot(north, east)
+    ahead_n, ahead_e = (north / far, east / far) if far > 1e-6 else (1.0, 0.0)
+    # A little farther than the surface is steep: folds that are just short of it still send sound.
+    sine = max((start[2] + end[2]) / math.hypot(far, start[2] + end[2]), 1e-3)
+    sharp = slope * (math.pi / 4 / step) ** 2  # of the slope, at most, along the track
+    steep = slope + min(FARTHEST * (sine * sharp / wavenumber**2) ** (1 / 3) / (2 * sine), slope)
+    one, two = (
+        bounce_range_for_slope(steep, far, start[2], end[2]),
+        bounce_range_for_slope(-steep, far, start[2], end[2]),
+    )
+    low, high = min(one, two) - step, max(one, two) + step
+    nodes = min(max(int((high - low) / step) + 2, 3), MOST_NODES)
+    pitch = (high - low) / (nodes - 1)
+    y = lean = f0 = d0 = 0.0
+    zeros, turns, count, dark = np.empty(12), np.empty(4), 0, 0
+    for _ in range(6):
+        y, lean, f0, d0 = _transverse_stationary_point(
+            low, y, ahead_n, ahead_e, start, end, leg_timing, is_transmit_leg, waves, step
+        )
+    for node in range(1, nodes):
+        x, y0, lean0 = low + node * pitch, y, lean
+        y, lean, f1, d1 = _transverse_stationary_point(
+            x, y + lean * pitch, ahead_n, ahead_e, start, end, leg_timing, is_transmit_leg, waves, step
+        )
+        # how much the gradient changes as the end moves by the size of the group
+        r2 = math.sqrt((far - x) ** 2 + end[2] ** 2)
+        near = 1.5 * size * (end[2] / r2) ** 2 / r2
+        many, also = _rough_zeros(f0, d0 * pitch, f1, d1 * pitch, pitch, near, wavenumber, zeros, turns)
+        for k in range(many + also):
+            t = zeros[k] if k < many else turns[k - many]
+            along, aside = x - pitch + t * pitch, _cubic(t, y0, lean0 * pitch, y, lean * pitch)
+            place = start[0] + along * ahead_n - aside * ahead_e, start[1] + along * ahead_e + aside * ahead_n
+            if k < many and count < seeds.shape[1]:
+                seeds[0, count], seeds[1, count] = place
+                count += 1
+            elif k >= many and dark < folds.shape[1]:
+                folds[0, dark], folds[1, dark] = place
+                dark += 1
+        f0, d0 = f1, d1
+    return count, dark
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def refine_bounce_point(
+    north: float, east: float, start: Floats, end: Floats, leg_timing: Floats, is_transmit_leg: bool, waves: Floats, stride: float,
+    wavenumber: float, fold: bool, point: Floats,
+) -> int:  # fmt: skip
+    """From a rough bounce point, or fold, to the exact one, by Newton's method.
+
+    At a fold the path is stationary along its stiff axis, and its curvature along the weak one is zero.
+
+    Args:
+        north: Of the rough one [m].
+        east: The same.
+        start: As for `search_bounce_points`.
+        end: As for `search_bounce_points`.
+        leg_timing: As for `search_bounce_points`.
+        is_transmit_leg: As for `search_bounce_points`.
+        waves: As for `search_bounce_points`.
+        stride: Longest step [m].
+        wavenumber: As for `search_bounce_points`.
+        fold: Whether a fold is wanted.
+        point: Filled with what is known of the point, see `COLUMNS`.
+
+    Returns:
+        NONE, THERE or LIT. A fold is there where the end lies in its dark, but not far.
+    """
+    moved = math.inf
+    for _ in range(STEPS):
+        sea, one, two, time = surface_and_paths(north, east, start, end, leg_timing, is_transmit_leg, waves)
+        gn, ge = one[1] + two[1], one[2] + two[2]
+        weak, strong, un, ue = principal_curvatures(one[3] + two[3], one[4] + two[4], one[5] + two[5])
+        gu, gv, third = un * gn + ue * ge, un * ge - ue * gn, 0.0
+        if fold or moved < CLOSE:
+            sea_third, fourth, aside = surface_derivatives_along(north, east, time, un, ue, waves)
+            third = path_third_derivative(un, ue, one, sea, sea_third) + path_third_derivative(
+                un, ue, two, sea, sea_third
+            )
+        if moved < CLOSE:
+            point[0], point[1], point[2], point[3], point[4] = north, east, sea[0], one[0], two[0]
+            point[5], point[6] = (one[7] + two[7]) / 2, (one[6] + two[6]) / 2
+            point[7], point[8] = weak, strong
+            point[9], point[10] = (one[6] + two[6]) * fourth, (one[6] + two[6]) * aside
+            point[11] = 0.0
+            if fold:
+                point[9], point[11] = third, gu
+            point[12], point[13] = un, ue
+            if min(one[7], two[7]) <= 0:
+                return NONE  # from behind the wave
+            if not fold:
+                return THERE
+            if gu * third <= 0:
+                return LIT
+            return THERE if shadow_depth(gu, third, wavenumber) < FARTHEST else NONE
+        shift = weak / third if fold and third != 0 else gu / weak if weak != 0 else math.inf
+        du, dv = -min(max(shift, -stride), stride), -min(max(gv / strong, -stride), stride)
+        moved = math.hypot(du, dv)
+        north, east = north + un * du - ue * dv, east + ue * du + un * dv
+    return NONE
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def shadow_depth(gradient: float, third: float, wavenumber: float) -> float:
+    """How far beyond a fold an end lies, in the scale of Airy's function [1]."""
+    return abs(gradient) * (2 * wavenumber**2 / max(abs(third), 1e-30)) ** (1 / 3)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _insert_bounce(point: Floats, stationary_points: Floats, count: int, min_separation: float) -> int:
+    """Put a bounce point among those found of one path, in the order of the ways before it; the weakest falls out.
+
+    Returns:
+        How many there are now.
+    """
+    weakest, least = 0, math.inf
+    for row in range(count):
+        if math.hypot(stationary_points[row, 0] - point[0], stationary_points[row, 1] - point[1]) < min_separation:
+            return count
+        loud = _bounce_strength(stationary_points[row])
+        if loud < least:
+            weakest, least = row, loud
+    if count == stationary_points.shape[0]:
+        if _bounce_strength(point) <= least:
+            return count
+        for row in range(weakest, count - 1):
+            stationary_points[row] = stationary_points[row + 1]
+        count -= 1
+    row = count
+    while row > 0 and stationary_points[row - 1, 3] > point[3]:
+        stationary_points[row] = stationary_points[row - 1]
+        row -= 1
+    stationary_points[row] = point
+    return count + 1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _bounce_strength(point: Floats) -> float:
+    """Square of what focusing and spreading leave, up to a factor, to rank bounce points by [1]."""
+    weak = abs(point[7]) if point[11] == 0 else abs(point[9]) ** (2 / 3)
+    return (point[5] / (point[3] * point[4])) ** 2 / max(weak * abs(point[8]), 1e-30)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def bounce_points(
+    start: Floats, ends: Floats, base: Floats, slowness: float, wavenumber: float, is_transmit_leg: bool, cell_first: Integers,
+    order: Integers, cell_end: Floats, cell_base: Floats, waves: Floats, slope: float, step: float, size: float,
+    count: Integers, stationary_points: Floats,
+) -> None:  # fmt: skip
+    """All bounce points of the paths from one place to many ends, and the folds in whose dark they lie.
+
+    Args:
+        start: As for `search_bounce_points`, shape (3,).
+        ends: As for `search_bounce_points`, shape (n, 3).
+        base: When the leg begins for each end [s], shape (n,).
+        slowness: Of sound [s/m].
+        wavenumber: As for `search_bounce_points`.
+        is_transmit_leg: Whether sound comes from the start.
+        cell_first: First row in `order` of each group of ends that share a search, and the end, shape (cells + 1,).
+        order: Rows of the ends, group by group, shape (n,).
+        cell_end: Where each group's search leads, shape (cells, 3).
+        cell_base: When its leg begins [s], shape (cells,).
+        waves: As for `search_bounce_points`.
+        slope: As for `search_bounce_points`.
+        step: As for `search_bounce_points`.
+        size: As for `search_bounce_points`.
+        count: Filled with how many there are for each end, shape (n,).
+        stationary_points: Filled with what is known of them, nearest to the start first, shape (n, most, COLUMNS).
+    """
+    seeds, folds = np.empty((2, 4 * stationary_points.shape[1])), np.empty((2, 4 * stationary_points.shape[1]))
+    point, clock = np.empty(COLUMNS), np.array([0.0, slowness])
+    for cell in range(cell_first.size - 1):
+        middle, clock[0] = cell_end[cell], cell_base[cell]
+        many, dark = search_bounce_points(
+            start, middle, clock, is_transmit_leg, waves, slope, step, size, wavenumber, seeds, folds
+        )
+        for k in range(cell_first[cell], cell_first[cell + 1]):
+            n = order[k]
+            clock[0] = base[n]
+            count[n] = 0
+            for seed in range(many + dark):
+                place = seeds[:, seed] if seed < many else folds[:, seed - many]
+                before = math.hypot(math.hypot(place[0] - start[0], place[1] - start[1]), start[2])
+                after = math.hypot(math.hypot(place[0] - middle[0], place[1] - middle[1]), middle[2])
+                part = before / (before + after)  # of a level surface
+                north = place[0] + part * (ends[n, 0] - middle[0])
+                east = place[1] + part * (ends[n, 1] - middle[1])
+                count[n] = _follow_bounce(
+                    north, east, start, ends[n], clock, is_transmit_leg, waves, step, wavenumber, seed >= many, point, stationary_points[n],
+                    count[n],
+                )  # fmt: skip
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _follow_bounce(
+    north: float, east: float, start: Floats, end: Floats, leg_timing: Floats, is_transmit_leg: bool, waves: Floats, stride: float,
+    wavenumber: float, fold: bool, point: Floats, stationary_points: Floats, count: int,
+) -> int:  # fmt: skip
+    """Put what a rough bounce point or fold leads to among those found; a bright fold leads to one on each side.
+
+    Returns:
+        How many there are now.
+    """
+    apart = stride / 100
+    what = refine_bounce_point(
+        north, east, start, end, leg_timing, is_transmit_leg, waves, stride, wavenumber, fold, point
+    )
+    if what == THERE:
+        return _insert_bounce(point, stationary_points, count, apart)
+    if what == NONE:
+        return count
+    wide = math.sqrt(2 * abs(point[11] / point[9]))
+    if wide > 2 * stride:
+        return count
+    n, e, un, ue = point[0], point[1], wide * point[12], wide * point[13]
+    for side in (-1.0, 1.0):
+        if (
+            refine_bounce_point(
+                n + side * un,
+                e + side * ue,
+                start,
+                end,
+                leg_timing,
+                is_transmit_leg,
+                waves,
+                stride,
+                wavenumber,
+                False,
+                point,
+            )
+            == THERE
+        ):
+            count = _insert_bounce(point, stationary_points, count, apart)
+    return count

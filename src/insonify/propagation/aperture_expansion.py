@@ -1,0 +1,143 @@
+"""What an array's elements hear beside a sphere: where rays bend, more than the one ray to its centre tells.
+
+The curvature of a wavefront gives delays over an array to second order, and loudness not at all: how the width of a
+ray tube changes with place is not told by the ray itself. Rays to four places about the centre, as far off as the
+elements get, tell both: ahead and behind at its depth, above and below at its distance. What they have beyond the
+sphere's expansion is a polynomial of the element's place, exact at those four and nearly so in between.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.ocean.water import Water
+from insonify.propagation._eigenray_kernel import AMPLITUDE, DELAY, FOLD_SIDE, MOST, SIN_LAUNCH, SLOWNESS
+from insonify.propagation.eigenray_tables import FamilyRays
+from insonify.propagation.wavefront import wavefront
+from insonify.records.legs import Legs
+
+Floats = NDArray[np.float64]
+RaySource = Callable[[str, float, Floats], FamilyRays]
+"""Rays of a family from a depth [m] to all points, at distances of their own [m], (n,)."""
+
+LATER = 9
+"""Terms of the delay: x^2, x z, z^2, x^3, x^2 z, x z^2, z^3, x^4, z^4, with x how much nearer and z how much deeper."""
+TERMS = 13
+"""Those, and of the logarithm of the pressure: x, z, x^2, z^2."""
+LEAST = 0.02
+"""Least distance at which rays are asked for [m]."""
+NEARER = 0.25
+"""Part of the way by which a place ahead is nearer, at most [1]."""
+ANOTHER = 3e-6
+"""A ray whose delay is farther than this from the sphere's is another ray [s]."""
+
+
+def aperture_expansion(
+    legs: Legs,
+    position: Floats,
+    points: Floats,
+    water: Water,
+    aperture_extent: tuple[float, float],
+    max_depth: float,
+    ray_source: RaySource,
+) -> Floats:
+    """What rays about an array's centre have beyond spheres, for all its legs.
+
+    Args:
+        legs: From the centre to the points, f of them to each.
+        position: North, east, depth of the centre [m], shape (3,).
+        points: The points, likewise, shape (n, 3).
+        water: What lies between.
+        aperture_extent: How far elements get from the centre over ground, and in depth [m].
+        max_depth: Greatest depth at which rays may be asked for [m].
+        ray_source: Who knows the rays.
+
+    Returns:
+        Coefficients of `TERMS`, delay [s] and logarithm of pressure [1] over powers of metres, shape (f, TERMS, n);
+        zero where there is no such ray, or where it ends near a caustic.
+    """
+    ahead = np.minimum(
+        max(aperture_extent[0], LEAST), NEARER * np.hypot(points[:, 0] - position[0], points[:, 1] - position[1])
+    )
+    ahead = np.maximum(ahead, 1e-3)
+    depth = float(position[2])
+    down = min(max(aperture_extent[1], LEAST), depth, max_depth - depth) if aperture_extent[1] > 1e-4 else 0.0
+    told = np.zeros((len(legs.families), TERMS, len(points)))
+    asked: dict[str, list[FamilyRays]] = {}
+    for row, family in enumerate(legs.families):
+        front = wavefront(legs, row, position, points, water)
+        if family not in asked:
+            asked[family] = [ray_source(family, depth, front.horizontal_distance - side * ahead) for side in (1, -1)]
+            asked[family] += [
+                ray_source(family, depth + side * down, front.horizontal_distance) for side in (1, -1) if down > 1e-3
+            ]
+        around = _RayExpansion(legs, row, position, front.vertical_curvature, front.sound_speed_gradient, water)
+        level = [around.excess(asked[family][k], side * ahead, 0.0) for k, side in ((0, 1), (1, -1))]
+        upright = [around.excess(one, 0.0, side * down) for one, side in zip(asked[family][2:], (1, -1), strict=False)]
+        _terms(told[row], level, upright, ahead, down)
+    return np.nan_to_num(told)
+
+
+class _RayExpansion:
+    """One row of legs, and what its sphere says about places near the centre."""
+
+    def __init__(
+        self, legs: Legs, row: int, position: Floats, vertical_curvature: Floats, gradient: float, water: Water
+    ) -> None:
+        self.delay, self.bend, self.gradient = legs.delay[row], vertical_curvature, gradient
+        self.water, self.depth = water, float(position[2])
+        self.speed = float(water.sound_speed_at(self.depth))
+        self.sine = legs.departure[row, :, 2]
+        self.cosine = np.hypot(legs.departure[row, :, 0], legs.departure[row, :, 1])
+        self.loudness = np.where(legs.spreading[row] > 0, legs.spreading[row], np.nan)
+
+    def sphere(self, x: Floats | float, z: float) -> tuple[Floats, Floats, Floats, Floats]:
+        """Delay less that of the centre [s], its derivatives to x and z [s/m], and logarithm of the pressure [1]."""
+        c, s, b = self.cosine, self.sine, self.bend
+        along, aside = x * c + z * s, z * c - x * s
+        root = np.sqrt(np.maximum(1 - 2 * b * along + b**2 * (x**2 + z**2), 1e-6))
+        turn = self.gradient / (2 * self.speed**2)
+        late = (b * (x**2 + z**2) - 2 * along) / (1 + root) / self.speed + turn * (s * along + 2 * c * aside) * along
+        slope = turn * 2 * (s * along + c * aside), turn * 2 * c * along  # along, and aside
+        to_x = (b * x - c) / root / self.speed + slope[0] * c - slope[1] * s
+        to_z = (b * z - s) / root / self.speed + slope[0] * s + slope[1] * c
+        return late, to_x, to_z, -np.log(root)
+
+    def excess(self, family_rays: FamilyRays, x: Floats | float, z: float) -> Floats:
+        """What the rays to one place have beyond the sphere: delay, both derivatives, logarithm of pressure, (4, n)."""
+        late, to_x, to_z, louder = self.sphere(x, z)
+        there = np.arange(family_rays.rays.shape[1]) < np.minimum(family_rays.count, MOST)[:, None]
+        apart = np.where(there, np.abs(family_rays.rays[:, :, DELAY] - (self.delay + late)[:, None]), np.inf)
+        nearest = np.argmin(apart, axis=1)
+        n = np.arange(len(nearest))
+        ray = family_rays.rays[n, nearest]
+        speed = float(self.water.sound_speed_at(self.depth + z))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            loud = np.log(ray[:, AMPLITUDE] / self.loudness) - louder
+        told = np.array(
+            [ray[:, DELAY] - self.delay - late, -ray[:, SLOWNESS] - to_x, -ray[:, SIN_LAUNCH] / speed - to_z, loud]
+        )
+        told[:, ~(apart[n, nearest] < ANOTHER)] = np.nan
+        told[3, ray[:, FOLD_SIDE] != 0] = np.nan
+        return told
+
+
+def _terms(coefficients: Floats, level: list[Floats], upright: list[Floats], ahead: Floats, down: float) -> None:
+    """Coefficients of one row from what the places have beyond the sphere, in place; see `LATER` and `TERMS`."""
+    odd, even = (level[0] - level[1]) / 2, (level[0] + level[1]) / 2
+    h = ahead
+    coefficients[0] = 2 * even[0] / h**2 - odd[1] / (2 * h)
+    coefficients[1] = odd[2] / h
+    coefficients[3] = odd[0] / h**3
+    coefficients[4] = even[2] / h**2
+    coefficients[7] = (odd[1] / (2 * h) - even[0] / h**2) / h**2
+    coefficients[9], coefficients[11] = odd[3] / h, even[3] / h**2
+    if not upright:
+        return
+    odd, even = (upright[0] - upright[1]) / 2, (upright[0] + upright[1]) / 2
+    coefficients[2] = 2 * even[0] / down**2 - odd[2] / (2 * down)
+    coefficients[5] = even[1] / down**2
+    coefficients[6] = odd[0] / down**3
+    coefficients[8] = (odd[2] / (2 * down) - even[0] / down**2) / down**2
+    coefficients[10], coefficients[12] = odd[3] / down, even[3] / down**2

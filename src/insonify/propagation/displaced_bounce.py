@@ -1,0 +1,113 @@
+"""Legs whose surface bounces are moved off the mirror's point, because the surface is tilted there.
+
+Unfolded between level boundaries a leg is a straight line from an image of the sonar. Where the surface has a slope,
+the bounce that serves a point lies elsewhere on the surface: the line gets a corner there. Everything is told as a
+change of the mirror's leg, so that it also serves rays that refraction bends a little.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.propagation._displaced_bounce_kernel import displaced_bounce_paths
+from insonify.propagation.families import bounce_sequence, image_depth
+
+Floats = NDArray[np.float64]
+
+
+class DisplacedBounce(NamedTuple):
+    """What corners change in n legs of one family."""
+
+    excess_length: Floats
+    """Additional length [m], shape (n,)."""
+    departure_change: Floats
+    """Change of the unit vector of travel at the sonar [1], shape (n, 3)."""
+    arrival_change: Floats
+    """Change of that at the point [1], shape (n, 3)."""
+
+
+@dataclass(frozen=True, slots=True)
+class UnfoldedPaths:
+    """The straight lines of one family from one place to n points, told by distance and climb."""
+
+    start: Floats
+    """North and east of the sonar [m], shape (2,)."""
+    horizontal_direction: Floats
+    """Horizontal unit vector towards each point, shape (n, 2)."""
+    horizontal_distance: Floats
+    """Horizontal distance of each point [m], shape (n,)."""
+    vertical_travel: Floats
+    """Vertical travel of the whole way [m], shape (n,)."""
+    vertical_travel_to_bounces: tuple[float, ...]
+    """Vertical travel up to each surface bounce [m]."""
+    starts_upward: bool
+    """Whether it begins upwards."""
+    reverses_vertically: bool
+    """Whether it ends in the other sense than it began."""
+
+    @property
+    def length(self) -> Floats:
+        """Length of the way [m], shape (n,)."""
+        return np.asarray(np.hypot(self.horizontal_distance, self.vertical_travel))
+
+    def bounce_fractions(self) -> Floats:
+        """Part of the way at which each surface bounce lies, 0 to 1, shape (bounces, n)."""
+        return np.array([np.minimum(height / self.vertical_travel, 1.0) for height in self.vertical_travel_to_bounces])
+
+    def flat_bounce_points(self) -> Floats:
+        """North and east of each surface bounce [m], shape (bounces, n, 2)."""
+        return self.start + (self.bounce_fractions() * self.horizontal_distance)[..., None] * self.horizontal_direction
+
+
+def unfold_paths(family: str, position: Floats, points: Floats, water_depth: float) -> UnfoldedPaths:
+    """The straight lines of a family.
+
+    Args:
+        family: Name of a family with a bounce.
+        position: North, east, depth of the sonar [m], shape (3,).
+        points: The same of the points [m], shape (n, 3).
+        water_depth: Depth of the bottom [m].
+    """
+    string = bounce_sequence(family)
+    across = points[:, :2] - position[:2]
+    distance = np.linalg.norm(across, axis=1)
+    ahead = np.where(distance[:, None] > 1e-6, across / np.maximum(distance, 1e-6)[:, None], [1.0, 0.0])
+    climb = np.maximum(np.abs(points[:, 2] - image_depth(family, position[2], water_depth)), 1e-6)
+    surface = vertical_travel_to_bounces(family, float(position[2]), water_depth)
+    return UnfoldedPaths(position[:2], ahead, distance, climb, surface, string[0] == "S", len(string) % 2 == 1)
+
+
+def vertical_travel_to_bounces(family: str, depth: float, water_depth: float) -> tuple[float, ...]:
+    """Vertical travel of a family's rays up to each surface bounce [m].
+
+    Args:
+        family: Name of a family with a bounce.
+        depth: Of the sonar [m].
+        water_depth: Depth of the bottom [m].
+    """
+    string = bounce_sequence(family)
+    first = depth if string[0] == "S" else water_depth - depth
+    return tuple(float(first + row * water_depth) for row, letter in enumerate(string) if letter == "S")
+
+
+def displace_bounces(paths: UnfoldedPaths, slopes: Floats) -> DisplacedBounce:
+    """Lines with a corner at every surface bounce, where the surface has the slopes given.
+
+    In the vertical plane the corner is exact: with the elevation's slope tan(e) the rays to both ends graze at angles
+    that differ by 2 e. Across it, offset = -2 slope sin(grazing) / (1/r1 + 1/r2), to first order.
+
+    Args:
+        paths: The straight lines.
+        slopes: Slope of the elevation away from the sonar and to the right of that, shape (bounces, 2, n) [1].
+
+    Source: the law of reflection, derived here.
+    """
+    count = len(paths.horizontal_distance)
+    bent, told = np.empty((count, 7)), np.ascontiguousarray(np.moveaxis(np.asarray(slopes, float), 2, 0))
+    displaced_bounce_paths(
+        paths.horizontal_distance, paths.vertical_travel * np.ones(count), paths.horizontal_direction, paths.starts_upward, paths.reverses_vertically, np.array(paths.vertical_travel_to_bounces),
+        told, bent,
+    )  # fmt: skip
+    return DisplacedBounce(bent[:, 0], bent[:, 1:4], bent[:, 4:7])

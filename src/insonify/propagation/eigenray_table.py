@@ -1,0 +1,243 @@
+"""Tables of delays: what a survey asks millions of times, solved exactly once at the nodes of a grid.
+
+One table holds one family of paths over range and depth, for sources in a span of depths. Its cells are bounded by
+lines of depth, among them every knot of the profile, for there the delay bends. A cell is used where its corners belong
+to the same smooth sheets of rays and its inside agrees with the exact solver; wherever a shadow begins, a ray grazes
+a knot or rays cross, the exact solver answers instead. So nothing is lost, and nothing is guessed.
+"""
+
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.propagation._eigenray_kernel import COLUMNS, MOST, solve_eigenrays
+from insonify.propagation._eigenray_table_build import (
+    TablePlane,
+    TableSpecification,
+    build_plane,
+    compare,
+    interpolated_plane,
+    state_between_planes,
+    subdivide,
+    table_grid,
+)
+from insonify.propagation._eigenray_table_kernel import EXACT
+from insonify.propagation.families import bounce_sequence
+from insonify.propagation.sound_speed_layers import SoundSpeedLayers
+
+Floats = NDArray[np.float64]
+Bytes = NDArray[np.uint8]
+
+LATEST = 1e-9
+"""Error of a delay that no cell in use may exceed [s]."""
+LOUDEST = 2.3e-3
+"""Relative error of an amplitude or a path length that none may exceed: 0.02 dB [1]."""
+FLATNESS = 0.4
+"""Height of a cell over its width: delays bend more with depth than with range [1]."""
+_WIDTHS = (0.25, 1.0)  # of a cell [m]: as fine as _ENOUGH nodes allow; wider only where _MOST_NODES would not do
+_ENOUGH, _MOST_NODES = 10_000, 60_000
+APART, APART_ON_A_LINE = 0.35, 0.2
+"""Distance between depths of the source that are solved for, at most [m]; lines are quickly made."""
+_SAMPLE = 256
+
+
+class TableError(RuntimeError):
+    """A table does not agree with the exact solver."""
+
+
+class TableWarning(UserWarning):
+    """A table failed its test, and the exact solver answers in its place."""
+
+
+@dataclass(frozen=True, eq=False)
+class EigenrayTable:
+    """All rays of one family, for sources and points in spans of depth and up to some range.
+
+    Made by `eigenray_table`; frozen, and the same from any thread: what it keeps of recent sources is only a memory.
+    """
+
+    family: str
+    specification: TableSpecification = field(repr=False)
+    planes: tuple[TablePlane, ...] = field(repr=False)
+    """Tables for single depths of the source, increasing."""
+    cell_states: tuple[Bytes, ...] = field(repr=False)
+    """Cells that may be used between each two planes."""
+    _recent: dict[float, TablePlane] = field(default_factory=dict, repr=False, compare=False)
+
+    def covers(self, source_depth: float) -> bool:
+        """Whether the table was made for a source at this depth [m]."""
+        return self.planes[0].source_depth - 1e-9 <= source_depth <= self.planes[-1].source_depth + 1e-9
+
+    @property
+    def exact_fraction(self) -> float:
+        """Share of the cells that the exact solver answers for [1]."""
+        return float(np.mean([plane.path_count == EXACT for plane in self.planes]))
+
+    def plane_at(self, source_depth: float) -> TablePlane:
+        """The table for one depth of the source: read off, or blended from the two planes around it.
+
+        Args:
+            source_depth: Depth of the source [m], in the span of the table.
+
+        Raises:
+            ValueError: The table was not made for that depth.
+        """
+        if not self.covers(source_depth):
+            low, high = self.planes[0].source_depth, self.planes[-1].source_depth
+            raise ValueError(
+                f"the table of {self.family} is for sources at {low:g} to {high:g} m; {source_depth:g} m is outside. "
+                "Make it with source_depths that span the whole track."
+            )
+        depths = np.array([plane.source_depth for plane in self.planes])
+        nearest = int(np.argmin(np.abs(depths - source_depth)))
+        if abs(depths[nearest] - source_depth) < 1e-9:
+            return self.planes[nearest]
+        made = self._recent.get(source_depth)
+        if made is None:
+            k = int(np.searchsorted(depths, source_depth)) - 1
+            made = interpolated_plane(self.planes[k], self.planes[k + 1], source_depth, self.cell_states[k])
+            if len(self._recent) >= _KEPT:
+                self._recent.clear()
+            self._recent[source_depth] = made
+        return made
+
+    def rays(self, source_depth: float, point_depth: Floats, ranges: Floats) -> tuple[Floats, NDArray[np.int64], Bytes]:
+        """All rays of the family to points: read from the table, or solved for where it does not hold.
+
+        Args:
+            source_depth: Depth of the source [m]; the exact solver answers for all points where the table does not
+                cover it.
+            point_depth: Depths of the points [m], (n,).
+            ranges: Their horizontal distances [m], (n,).
+
+        Returns:
+            What `solve_eigenrays` fills: rays of shape (n, most rays to one point, COLUMNS), by launch angle, of which the
+            first `count` rows are filled; their count, (n,); why there is none, (n,).
+        """
+        if not self.covers(source_depth):
+            rays, count, status = _exact(self.specification, source_depth, point_depth, ranges)
+            return rays, count, status
+        plane = self.plane_at(source_depth)
+        rays, cell, paths = plane.read(point_depth, ranges)
+        count = paths.astype(np.int64)
+        status = np.where(paths == 0, plane.missing_status[cell[0], cell[1]], np.uint8(0))
+        left = np.flatnonzero(paths == EXACT)
+        if left.size:
+            order = left[np.lexsort((ranges[left], point_depth[left]))]
+            solved, count[order], status[order] = _exact(
+                self.specification, source_depth, point_depth[order], ranges[order]
+            )
+            most = max(1, int(count[order].max()))
+            if most > rays.shape[1]:
+                wider = np.zeros((rays.shape[0], most, COLUMNS))
+                wider[:, : rays.shape[1]] = rays
+                rays = wider
+            rays[order, :most] = solved[:, :most]
+        return rays, count, status
+
+
+_KEPT = 8
+
+
+def eigenray_table(
+    water: SoundSpeedLayers, family: str, *, source_depths: tuple[float, float], point_depths: tuple[float, float],
+    max_range: float,
+) -> EigenrayTable:  # fmt: skip
+    """A table of one family of paths, tried against the exact solver.
+
+    Args:
+        water: Sound speed from surface to seabed.
+        family: Name of the family.
+        source_depths: Least and greatest depth of the source [m]; equal ones make one plane.
+        point_depths: Least and greatest depth of the points [m]; equal ones make a table of one line, the fastest.
+        max_range: Greatest horizontal distance of a point [m].
+
+    Returns:
+        The table: delays within 1e-9 s, amplitudes and lengths within 0.02 dB wherever it holds.
+
+    Raises:
+        TableError: At one of 256 places drawn over the whole table it is worse than that.
+        ValueError: A span is upside down or leaves the water, or the range is not positive.
+    """
+    _check(water, source_depths, point_depths, max_range)
+    letters = bounce_sequence(family)
+    width = _width(point_depths[1] - point_depths[0], max_range)
+    where = table_grid(water, point_depths, max_range, width, FLATNESS * width)
+    task = TableSpecification(water, len(letters), letters.startswith("S"), where)
+    apart = APART_ON_A_LINE if where.node_depths.size == 1 else APART
+    planes = tuple(build_plane(task, float(depth)) for depth in subdivide(source_depths, water.depth, apart))
+    states = tuple(state_between_planes(above, below) for above, below in pairwise(planes))
+    table = EigenrayTable(family, task, planes, states)
+    check_sample(table)
+    return table
+
+
+def _width(span: float, max_range: float) -> float:
+    """Width of a cell [m] for points over a span of depths [m] and up to some range [m]."""
+
+    def filling(nodes: int) -> float:
+        # (farthest / width) * (span / (FLATNESS * width) + 1) = nodes
+        return (max_range + np.sqrt(max_range**2 + 4 * nodes * max_range * span / FLATNESS)) / (2 * nodes)
+
+    return float(max(np.clip(filling(_ENOUGH), *_WIDTHS), filling(_MOST_NODES)))
+
+
+def check_sample(table: EigenrayTable) -> None:
+    """Compares places drawn over the whole table with the exact solver.
+
+    Raises:
+        TableError: One of them is wrong; names the worst.
+    """
+    draw, where = np.random.default_rng(0), table.specification.grid
+    low, high = table.planes[0].source_depth, table.planes[-1].source_depth
+    sources = [low] if len(table.planes) == 1 else list(draw.uniform(low, high, 4))
+    for source_depth in sources:
+        n = _SAMPLE // len(sources)
+        depth = np.sort(draw.uniform(where.node_depths[0], where.node_depths[-1], n))
+        ranges = draw.uniform(0, where.node_ranges[-1], n)
+        late, loud = compare(table.plane_at(source_depth), depth, ranges)
+        worst = int(np.argmax(np.maximum(late / LATEST, loud / LOUDEST)))
+        if late[worst] > LATEST or loud[worst] > LOUDEST:
+            place = f"from {source_depth:.3f} m to {depth[worst]:.3f} m at {ranges[worst]:.3f} m"
+            error = f"{late[worst]:.1e} s and {20 * np.log10(1 + loud[worst]):.3f} dB"
+            raise TableError(
+                f"the table of {table.family} {place} is wrong by {error}; {LATEST:g} s and 0.02 dB are allowed. "
+                "Use method='exact', or a profile with rounder kinks."
+            )
+
+
+def _exact(
+    task: TableSpecification, source_depth: float, depth: Floats, ranges: Floats
+) -> tuple[Floats, NDArray[np.int64], Bytes]:
+    """Rays of the exact solver."""
+    water, rays = task.layers, np.zeros((ranges.size, MOST, COLUMNS))
+    count, status = np.zeros(ranges.size, np.int64), np.zeros(ranges.size, np.uint8)
+    solve_eigenrays(
+        water.depth,
+        water.speed,
+        water.reflecting_depth,
+        source_depth,
+        task.bounces,
+        task.first_up,
+        depth,
+        ranges,
+        rays,
+        count,
+        status,
+    )
+    return rays, count, status
+
+
+def _check(
+    water: SoundSpeedLayers, source_depths: tuple[float, float], point_depths: tuple[float, float], max_range: float
+) -> None:
+    for name, (low, high) in (("source_depths", source_depths), ("point_depths", point_depths)):
+        if not 0 <= low <= high <= water.water_depth:
+            raise ValueError(
+                f"{name} is {low:g} to {high:g} m; give the least and the greatest depth, between the surface and the "
+                f"seabed at {water.water_depth:g} m."
+            )
+    if not (np.isfinite(max_range) and max_range > 0):
+        raise ValueError(f"farthest is {max_range:g} m; give the greatest range of a point, such as 200.")

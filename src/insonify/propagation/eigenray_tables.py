@@ -1,0 +1,165 @@
+"""The rays that a survey asks for: from tables where they are asked for often, else each solved for.
+
+Where seabed and surface are flat, a family needs one line of a table for each of them. Relief and the faces of bodies
+have thousands of points over a span of depths, and get a table of that span; a few point targets are solved for. The
+choice follows the scene alone, never what of a survey is run, so that a run in parts gives the bits of a run in one.
+"""
+
+import math
+import threading
+import warnings
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.propagation._eigenray_kernel import COLUMNS, FOLD_SIDE, MOST, solve_eigenrays
+from insonify.propagation.eigenray_table import EigenrayTable, TableError, TableWarning, eigenray_table
+from insonify.propagation.families import bounce_sequence
+from insonify.propagation.propagation_model import RayDomain
+from insonify.propagation.sound_speed_layers import SoundSpeedLayers
+from insonify.scene.scatterers import Boundary
+
+Floats = NDArray[np.float64]
+
+SPAN = 2.0
+"""Depths that one table spans where the sonar can be anywhere between its least and its greatest [m], at most."""
+KEPT = 4
+"""Such tables of one family and boundary that are kept: a sonar that dives leaves the others behind."""
+
+
+@dataclass(frozen=True, slots=True)
+class FamilyRays:
+    """The rays of one family to n points."""
+
+    family: str
+    rays: Floats
+    """See `insonify.propagation._eigenray_kernel`, shape (n, most rays to one point, COLUMNS)."""
+    count: NDArray[np.int64]
+    """Rays to each point, shape (n,)."""
+    missing_status: NDArray[np.uint8]
+    """Why there is none, shape (n,)."""
+
+    @property
+    def has_folds(self) -> bool:
+        """Whether any ray ends near a fold."""
+        return bool((self.rays[:, :, FOLD_SIDE] != 0).any())
+
+    @property
+    def branch_count(self) -> int:
+        """Rows of legs that they take: one for each ray of the point that has most, and at least one."""
+        return max(1, int(self.count.max(initial=0)))
+
+
+@dataclass(frozen=True)
+class EigenrayTables:
+    """The tables of one survey, each made when it is first asked for."""
+
+    column: SoundSpeedLayers
+    domain: RayDomain
+    has_bodies: bool
+    """Whether there are targets with faces, or point targets at most."""
+    terrain_depths: tuple[float, float]
+    """Depth of the highest and of the deepest ground [m]; alike for a flat bed."""
+    tables: dict[tuple[str, Boundary, int], EigenrayTable | None] = field(default_factory=dict, repr=False)
+    """None where a table failed its test."""
+    lock: threading.Lock = field(default_factory=threading.Lock, repr=False)
+
+    def __reduce__(self) -> tuple[type["EigenrayTables"], tuple[Any, ...]]:
+        """All but the lock, which another process has to have of its own."""
+        return EigenrayTables, (self.column, self.domain, self.has_bodies, self.terrain_depths, self.tables)
+
+    def rays(self, family: str, boundary: Boundary, source_depth: float, depths: Floats, ranges: Floats) -> FamilyRays:
+        """All rays of a family to some points.
+
+        Args:
+            family: Name of the family.
+            boundary: What the points lie on.
+            source_depth: Depth of the sonar [m].
+            depths: Depths of the points [m], (n,).
+            ranges: Horizontal distances of the points [m], (n,).
+        """
+        table = self._table(family, boundary, source_depth)
+        if table is None:
+            return exact_rays(self.column, family, source_depth, depths, ranges)
+        rays, count, missing = table.rays(source_depth, depths, ranges)
+        return FamilyRays(family, rays, count, missing)
+
+    def uses_table(self, family: str, boundary: Boundary, source_depth: float) -> bool:
+        """Whether rays from a depth to points of a boundary are read from a table, or are few.
+
+        Args:
+            family: Name of the family.
+            boundary: What the points lie on.
+            source_depth: Depth of the sonar [m].
+        """
+        table = self._table(family, boundary, source_depth)
+        return table is None or table.covers(source_depth)
+
+    def _table(self, family: str, boundary: Boundary, source_depth: float) -> EigenrayTable | None:
+        """The table of a family for points on a boundary; None where the exact solver answers."""
+        if boundary == "target" and not self.has_bodies:
+            return None
+        which, span = self._part(source_depth)
+        key = (family, boundary, which)
+        with self.lock:
+            table = self.tables.pop(key) if key in self.tables else self._make(family, boundary, span)
+            self.tables[key] = table  # the last is the one used last
+            alike = [one for one in self.tables if one[:2] == key[:2]] if self.domain.is_span else []
+            if len(alike) > KEPT:
+                del self.tables[alike[0]]
+        return table
+
+    def _part(self, source_depth: float) -> tuple[int, tuple[float, float]]:
+        """Which of the tables holds a depth of the sonar, and the depths that it is made for [m]."""
+        depths = self.domain.source_depths
+        if not self.domain.is_span:
+            nearest = int(np.argmin(np.abs(np.array(depths) - source_depth)))
+            return nearest, (depths[nearest],) * 2
+        parts = max(1, math.ceil((depths[-1] - depths[0]) / SPAN))
+        edges = np.linspace(depths[0], depths[-1], parts + 1)
+        which = min(max(int(np.searchsorted(edges, source_depth, side="right")) - 1, 0), parts - 1)
+        return which, (float(edges[which]), float(edges[which + 1]))
+
+    def _make(self, family: str, boundary: Boundary, source_depths: tuple[float, float]) -> EigenrayTable | None:
+        span = {"seabed": self.terrain_depths, "surface": (0.0, 0.0)}.get(boundary, self.domain.point_depths)
+        try:
+            return eigenray_table(
+                self.column, family, source_depths=source_depths, point_depths=span,
+                max_range=max(self.domain.max_range, 1.0),
+            )  # fmt: skip
+        except TableError as error:
+            warnings.warn(
+                f"{error} The exact solver takes its place: the same, but slower.", TableWarning, stacklevel=2
+            )
+            return None
+
+
+def exact_rays(water: SoundSpeedLayers, family: str, source_depth: float, depths: Floats, ranges: Floats) -> FamilyRays:
+    """All rays of a family to some points, each solved for.
+
+    Args:
+        water: Sound speed between surface and bottom.
+        family: Name of the family.
+        source_depth: Depth of the sonar [m].
+        depths: Depths of the points [m], (n,).
+        ranges: Horizontal distances of the points [m], (n,).
+    """
+    n = len(ranges)
+    rays, count, missing = np.zeros((n, MOST, COLUMNS)), np.zeros(n, np.int64), np.zeros(n, np.uint8)
+    string = bounce_sequence(family)
+    solve_eigenrays(
+        water.depth,
+        water.speed,
+        water.reflecting_depth,
+        source_depth,
+        len(string),
+        string.startswith("S"),
+        depths,
+        ranges,
+        rays,
+        count,
+        missing,
+    )
+    return FamilyRays(family, rays, count, missing)

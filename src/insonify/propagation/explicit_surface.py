@@ -1,0 +1,407 @@
+"""Legs off waves that are drawn: one for every point of the surface that reflects a path, each at its own time.
+
+A path bounces where its length is stationary: once on a calm sea, at one point for every facet of the right slope on a
+rough one. Each such point is a leg of its own, whose spreading follows from the curvature of the path's length there
+(Kirchhoff's integral by stationary phase): crests and troughs focus or spread. Where two legs merge at a fold, Airy's
+function limits both. What is too short to be drawn takes from each leg its coherent part and gives it glints, see
+`glints`.
+
+Waves that run fast are still slow beside sound: each bounce sees them frozen, at the time when sound gets there.
+"""
+
+import math
+from dataclasses import replace
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.ocean.directional_spreading import ElfouhailySpreading
+from insonify.ocean.elfouhaily import Elfouhaily
+from insonify.ocean.sea_surface import SeaSurface
+from insonify.ocean.wave_spectrum import angular_frequency
+from insonify.propagation._stationary_point_kernel import COLUMNS, bounce_points
+from insonify.propagation.caustic import merging_factor
+from insonify.propagation.families import bounce_sequence
+from insonify.propagation.glints import GlintBouncePoints, GlintSurface, SonarEnd, leg_rows, update_grazing
+from insonify.propagation.wind_waves import shortest_wavenumber, wind_waves
+from insonify.records.legs import Legs, LegStatus
+from insonify.scene.scatterer_grid import ScattererGrid
+from insonify.scene.scatterers import Scatterers
+from insonify.scene.scene import Scene
+from insonify.scene.surface import Surface
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+MOST = 16
+"""Bounce points of one leg: of more the faintest are left out [1]."""
+BANDS, SECTORS = 24, 8
+"""Lengths and directions of the waves that a wind raises."""
+STEEPEST = 4.5
+"""Slope beyond which no bounce point is looked for, over the rms slope [1]."""
+NODES = 8.0
+"""Points of a search per shortest wave."""
+SHARED = 12.0
+"""Shortest wave over the size of the cell whose points share a search [1]."""
+APART = 2.0
+"""Distance at which two bounce points have glints of their own, over the shortest wave [1]."""
+_NORTH, _EAST, _HEIGHT, _BEFORE, _AFTER, _COSINE, _SINE, _WEAK, _STRONG, _FOURTH, _ASIDE, _GRADIENT = range(12)
+
+
+class ExplicitWaves(NamedTuple):
+    """The waves that are drawn."""
+
+    waves: Floats
+    """Cycles per metre north and east, per second (negative), at the origin, and amplitude [m], shape (5, m)."""
+    max_slope: float
+    """Slope that the surface hardly ever has [1]."""
+    shortest_wavelength: float
+    """Length of the shortest of them [m]."""
+
+
+@lru_cache(maxsize=8)
+def explicit_waves(surface: Surface, seed: int, water_depth: float) -> ExplicitWaves:
+    """The waves of a surface: a swell, and what a wind raises.
+
+    Args:
+        surface: A surface of waves.
+        seed: Of the scenario: another seed is another sea.
+        water_depth: Mean depth of the water [m].
+
+    Source: spectrum and directions of Elfouhaily et al. (1997), linear waves, see `insonify.ocean`.
+    """
+    columns, lengths = [], []
+    if surface.swell is not None:
+        k = 2 * math.pi / surface.swell.length
+        turning = float(angular_frequency(k, water_depth=water_depth)) / (2 * math.pi)
+        north, east = math.cos(surface.wave_direction), math.sin(surface.wave_direction)
+        one = [north / surface.swell.length, east / surface.swell.length, -turning, 0.0, surface.swell.height / 2]
+        columns.append(np.array(one)[:, None])
+        lengths.append(surface.swell.length)
+    if surface.wind_speed is not None:
+        spectrum = Elfouhaily(surface.wind_speed)
+        drawn = SeaSurface(
+            spectrum, ElfouhailySpreading(spectrum), surface.wave_direction, seed, surface.shortest_explicit_wavelength, water_depth, BANDS,
+            SECTORS,
+        )  # fmt: skip
+        cycles = np.stack([*drawn.wavenumber, -drawn.frequency]) / (2 * math.pi)
+        columns.append(np.concatenate([cycles, drawn.phase[None], drawn.amplitude[None]]))
+        lengths.append(surface.shortest_explicit_wavelength)
+    waves = np.concatenate(columns, axis=1)
+    steep = waves[4] * 2 * math.pi * np.hypot(waves[0], waves[1])
+    slope = min(float(steep.sum()), STEEPEST * float(np.sqrt(np.sum(steep**2) / 2)))
+    return ExplicitWaves(np.ascontiguousarray(waves), slope, min(lengths))
+
+
+class SurfaceBouncePoints(NamedTuple):
+    """Bounce points of one family's legs."""
+
+    bounce_count: Integers
+    """How many there are to each point, shape (n,)."""
+    points: Floats
+    """What is known of them, nearest to the sonar first, shape (n, the greatest count, COLUMNS)."""
+    sonar_position: Floats
+    """North and east of the sonar from the sea's origin, its depth [m], bottom bounces unfolded, shape (3,)."""
+    point_positions: Floats
+    """The same of the points, shape (n, 3)."""
+
+
+def find_bounce_points(
+    sea: ExplicitWaves, family: str, scatterers: Scatterers, sonar_end: SonarEnd, scene: Scene, frequency: float, *, is_transmit_leg: bool,
+    max_count: int = MOST,
+) -> SurfaceBouncePoints:  # fmt: skip
+    """All points of a surface that reflect the legs of a family with one surface bounce.
+
+    Args:
+        sea: The waves.
+        family: Its name.
+        scatterers: The points that the legs reach.
+        sonar_end: The end of the sonar that they begin at.
+        scene: The scene, of one sound speed.
+        frequency: Of the sound [Hz].
+        is_transmit_leg: On the way out, or on the way back.
+        max_count: How many for one leg at most.
+    """
+    string, bed = bounce_sequence(family), scene.seabed.depth
+    before, after = string.index("S"), len(string) - 1 - string.index("S")
+    origin = np.array([*scene.seabed.scatterer_grid.origin, 0.0])
+    speed = float(scene.water.sound_speed_at(sonar_end.position[2]))
+    size = sea.shortest_wavelength / SHARED
+    cells = _cells(scatterers.position, scene.seabed.scatterer_grid, size)
+
+    def told(places: Floats) -> tuple[Floats, Floats]:
+        there = 0.0 if is_transmit_leg else np.linalg.norm(places - sonar_end.transmit_position, axis=1) / speed
+        ends = places - origin
+        ends[:, 2] = _unfolded_depth(places[:, 2], after, bed)
+        return ends, sonar_end.ping_time + np.broadcast_to(there, len(places))
+
+    start = sonar_end.position - origin
+    start[2] = _unfolded_depth(sonar_end.position[2], before, bed)
+    ends, base = told(scatterers.position)
+    count, at = np.zeros(len(ends), np.int64), np.empty((len(ends), max_count, COLUMNS))
+    bounce_points(
+        start, ends, base, 1 / speed, 2 * math.pi * frequency / speed, is_transmit_leg, cells.first_row, cells.order,
+        *told(cells.centre), sea.waves, sea.max_slope, sea.shortest_wavelength / NODES, size, count, at,
+    )  # fmt: skip
+    at = at[:, : max(1, int(count.max(initial=0)))].copy()
+    at[np.arange(at.shape[1]) >= count[:, None]] = 1.0
+    return SurfaceBouncePoints(count, at, start, ends)
+
+
+def explicit_surface_legs(
+    legs: Legs, scene: Scene, seed: int, scatterers: Scatterers, frequency: float, sonar_end: SonarEnd
+) -> tuple[Legs, Legs]:
+    """The legs off all bounce points of a sea of waves.
+
+    Args:
+        legs: Legs off a mirror, f families to n points, of which none meets the surface twice.
+        scene: The scene, of one sound speed.
+        seed: Of the scenario.
+        scatterers: The points that they reach.
+        frequency: Of the sound [Hz].
+        sonar_end: The end of the sonar that they begin at, and when.
+
+    Returns:
+        The legs as they are on the way out, and as they are on the way back; further rays of a family are numbered from
+        the bounce nearest to the sonar.
+    """
+    touched = [row for row, family in enumerate(legs.families) if "S" in bounce_sequence(family)]
+    if not touched:
+        return legs, legs
+    sea = explicit_waves(scene.surface, seed, scene.seabed.depth)
+    ways = []
+    for out in (True, False):
+        found = {
+            row: find_bounce_points(
+                sea, legs.families[row], scatterers, sonar_end, scene, frequency, is_transmit_leg=out
+            )
+            for row in touched
+        }
+        moved, sines, place = _moved(legs, found, scene, scatterers, frequency)
+        rough = _with_rough_reflection(
+            moved,
+            sines,
+            GlintBouncePoints(place, APART * sea.shortest_wavelength),
+            scene,
+            seed,
+            scatterers,
+            frequency,
+            sonar_end,
+        )
+        ways.append(rough[not out])
+    return ways[0], ways[1]
+
+
+def _moved(
+    legs: Legs, surface_points: dict[int, SurfaceBouncePoints], scene: Scene, scatterers: Scatterers, frequency: float
+) -> tuple[Legs, Floats, Floats]:
+    """The legs, those off the surface once for each bounce point, the sine of the grazing angle there, its place."""
+    rows: list[int] = []
+    number: list[int] = []
+    for row in range(len(legs.families)):
+        many = max(1, int(surface_points[row].bounce_count.max(initial=0))) if row in surface_points else 1
+        rows += [row] * many
+        number += range(many)
+    moved = replace(leg_rows(legs, rows), branch=tuple(number))
+    caustic = np.ones(moved.delay.shape, complex)
+    moved = replace(moved, caustic=caustic)
+    sines, place = np.full(moved.delay.shape, 1e-6), np.zeros((*moved.delay.shape, 2))
+    wavenumber = 2 * math.pi * frequency / float(scene.water.sound_speed_at(0.0))
+    spread = {row: bounce_spreading(one, wavenumber) for row, one in surface_points.items()}
+    for to, (row, branch) in enumerate(zip(rows, number, strict=True)):
+        if row in surface_points:
+            there = surface_points[row].bounce_count > branch
+            sines[to] = np.where(there, surface_points[row].points[:, branch, _SINE], sines[to])
+            place[to] = surface_points[row].points[:, branch, _NORTH : _EAST + 1]
+            loud = spread[row][there, branch]
+            moved.spreading[to, there] *= np.abs(loud) * np.linalg.norm(_level(surface_points[row], there), axis=1)
+            caustic[to, there] = loud / np.abs(loud)
+            _bounce(moved, to, surface_points[row], branch, there, scene)
+            update_grazing(moved, to, scatterers.normal)
+            moved.status[to][~there] = LegStatus.SHADOW
+            moved.visibility[to][~there] = 0.0
+    return moved, sines, place
+
+
+def _bounce(
+    legs: Legs, row: int, surface_points: SurfaceBouncePoints, branch: int, has_bounce: NDArray[np.bool_], scene: Scene
+) -> None:  # fmt: skip
+    """Lead one row of mirrored legs over their bounce points, in place.
+
+    Told as a change of the level mirrors' leg, so that bottom bounces keep the planes that they have over relief.
+    """
+    at = surface_points.points[has_bounce, branch].T
+    point = np.stack([at[_NORTH], at[_EAST], -at[_HEIGHT]], axis=1)
+    plain = _level(surface_points, has_bounce)
+    level = np.linalg.norm(plain, axis=1)
+    length = legs.length[row, has_bounce] + (at[_BEFORE] + at[_AFTER] - level)
+    legs.delay[row, has_bounce] *= length / legs.length[row, has_bounce]
+    legs.absorption[row, has_bounce] *= legs.absorption[row, has_bounce] ** (length / legs.length[row, has_bounce] - 1)
+    legs.caustics[row, has_bounce] = ((at[_WEAK] < 0) & (at[_GRADIENT] == 0)).astype(np.uint8) + (at[_STRONG] < 0)
+    legs.length[row, has_bounce] = length
+    string = bounce_sequence(legs.families[row])
+    before = string.index("S")
+    after = len(string) - 1 - before
+    steep = [legs.departure[row, has_bounce, 2], legs.arrival[row, has_bounce, 2]]
+    plain /= level[:, None]
+    for column, way, mirror, bottoms in (
+        (legs.departure, (point - surface_points.sonar_position) / at[_BEFORE, :, None], plain, before),
+        (
+            legs.arrival,
+            (surface_points.point_positions[has_bounce] - point) / at[_AFTER, :, None],
+            plain * (1, 1, -1),
+            after,
+        ),
+    ):
+        turned = column[row, has_bounce] + (way - mirror) * (1, 1, (-1) ** bottoms)
+        column[row, has_bounce] = turned / np.linalg.norm(turned, axis=1, keepdims=True)
+    departure, arrival = legs.departure[row, has_bounce], legs.arrival[row, has_bounce]
+    # The bottom answers to the angle that the ray now has there.
+    for count, old, new in (
+        (before, steep[0], departure[:, 2]),
+        (after, steep[1], arrival[:, 2]),
+    ):
+        if count:
+            was, now = (scene.seabed.reflection_coefficient(np.arcsin(np.minimum(np.abs(z), 1.0))) for z in (old, new))
+            ratio = np.divide(now, was, out=np.zeros_like(now), where=was != 0)
+            legs.reflection_coefficient[row, has_bounce] *= ratio**count
+
+
+def _level(surface_points: SurfaceBouncePoints, has_bounce: NDArray[np.bool_]) -> Floats:
+    """Way from the sonar to some of the points off a level surface, as it departs [m], shape (n, 3)."""
+    ends = surface_points.point_positions[has_bounce]
+    return np.column_stack(
+        [ends[:, :2] - surface_points.sonar_position[:2], -(ends[:, 2] + surface_points.sonar_position[2])]
+    )
+
+
+def bounce_spreading(surface_points: SurfaceBouncePoints, wavenumber: float) -> NDArray[np.complex128]:
+    """What focusing and spreading leave of the pressure re 1 m, with the phase of the caustics touched.
+
+    With H the second derivatives of the way's length as its bounce moves over the surface, and n the cosine there,
+    the amplitude is n / (r1 r2 sqrt |det H|), and each negative curvature of H turns the phase by +90 degrees:
+    Kirchhoff's integral by stationary phase, of which a level mirror makes 1 / (r1 + r2). Neighbours along the track of
+    which one is shortest and one longest merge at a fold, and share Airy's function with its shadow (Chester, Friedman
+    & Ursell 1957). One alone is focused by a trough or crest: with a fourth derivative its integral is a Bessel
+    function of order 1/4, the Pearcey function on the axis of its cusp, and that at the cusp is the most that any
+    bounce may have.
+
+    Args:
+        surface_points: Bounce points of n ends.
+        wavenumber: Of the sound [rad/m].
+
+    Returns:
+        Shape (n, the greatest count); where there is no bounce it means nothing.
+    """
+    at = surface_points.points
+    before, after, cosine, weak, strong, fourth, aside, gradient = (
+        at[..., row] for row in (_BEFORE, _AFTER, _COSINE, _WEAK, _STRONG, _FOURTH, _ASIDE, _GRADIENT)
+    )
+    dark = gradient != 0  # also where there is none
+    curved = np.where(dark, 1.0, np.where(weak == 0, 1e-12, weak))
+    along = _axis_factor(curved, np.where(dark, 0.0, fourth), wavenumber, _merging_factors(at, dark, wavenumber))
+    beyond = dark & (np.arange(at.shape[1]) < surface_points.bounce_count[:, None])
+    along[beyond] = _beyond(gradient[beyond], fourth[beyond], wavenumber)
+    return np.asarray(cosine / (before * after) * along * _axis_factor(strong, aside, wavenumber, None))
+
+
+def _axis_factor(
+    curvature: Floats, fourth: Floats, k: float, merging: NDArray[np.complex128] | None
+) -> NDArray[np.complex128]:
+    """What one axis of a bounce brings, over sqrt(2 pi / k) and the phase of a shortest way [m^0.5]."""
+    from scipy.special import gamma
+
+    size = np.abs(curvature)
+    part = np.asarray(np.where(curvature < 0, 1j, 1.0) / np.sqrt(size), complex)
+    focused = (curvature > 0) & (fourth > 0)
+    alone = focused if merging is None else focused & (merging == 1)
+    part[alone] *= _cusp_factor(0.75 * k * size[alone] ** 2 / fourth[alone])
+    if merging is not None:
+        part = part * merging
+    most = (
+        math.sqrt(k / (2 * math.pi)) * 2 * gamma(1.25) * np.sqrt(np.sqrt(24 / (k * np.maximum(np.abs(fourth), 1e-30))))
+    )
+    return np.asarray(part * np.minimum(1.0, most / np.abs(part)))
+
+
+def _cusp_factor(z: Floats) -> NDArray[np.complex128]:
+    """Integral of exp(-j k (a u^2 / 2 + d u^4 / 24)) over its value without d, where z = 3 k a^2 / (4 d).
+
+    Source: integral of exp(-p u^2 - q u^4) is sqrt(p / q) / 2 exp(p^2 / 8 q) K_1/4(p^2 / 8 q) (Gradshteyn & Ryzhik
+    3.323, from memory; checked by quadrature), with K by DLMF 10.27.8.
+    """
+    from scipy.special import hankel2e
+
+    factor = 1 + (3 / 32) * 1j / np.maximum(z, 1e-12)  # the next term of the series is below 2e-4
+    near = z < 20
+    close = np.maximum(z[near], 1e-12)
+    factor[near] = np.sqrt(np.pi * close / 2) * np.exp(-0.375j * np.pi) * hankel2e(0.25, close)
+    return np.asarray(factor)
+
+
+def _merging_factors(at: Floats, shadow: NDArray[np.bool_], k: float) -> NDArray[np.complex128]:
+    """What each bounce gives up to its neighbours along the track, 1 for one that is alone; see `merging_factor`."""
+    length = at[..., _BEFORE] + at[..., _AFTER]
+    sign = np.where(at[..., _WEAK] * at[..., _STRONG] < 0, 1.0, -1.0)  # +1 for the one that has touched the fold
+    factor = np.ones(length.shape, complex)
+    for row in range(length.shape[1] - 1):
+        met = ~(shadow[:, row] | shadow[:, row + 1]) & (sign[:, row] != sign[:, row + 1])
+        apart = np.where(met, np.abs(length[:, row + 1] - length[:, row]), 1.0)
+        distance = np.maximum(0.75 * k * apart, 1e-12) ** (2 / 3)
+        for one in (row, row + 1):
+            factor[:, one] *= np.where(met, merging_factor(distance, sign[:, one]), 1.0)
+    return factor
+
+
+def _beyond(gradient: Floats, third: Floats, k: float) -> NDArray[np.complex128]:
+    """What the weak axis brings in the dark beyond a fold, in the units of `_axis_factor`."""
+    from scipy.special import airy
+
+    distance = np.abs(gradient) * np.cbrt(2 * k**2 / np.abs(third))
+    value = np.sqrt(2 * np.pi * k) * np.cbrt(2 / (k * np.abs(third))) * airy(distance)[0]
+    return np.asarray(value * np.exp(0.25j * np.pi))
+
+
+def _with_rough_reflection(
+    legs: Legs, sines: Floats, bounced: GlintBouncePoints, scene: Scene, seed: int, scatterers: Scatterers, frequency: float,
+    sonar_end: SonarEnd,
+) -> tuple[Legs, Legs]:  # fmt: skip
+    """The legs as waves too short to be drawn leave them; of a swell alone, as they are."""
+    wind = scene.surface.wind_speed
+    if wind is None:
+        return legs, legs
+    finest = shortest_wavenumber(frequency, float(scene.water.sound_speed_at(0.0)))
+    drawn = 2 * math.pi / scene.surface.shortest_explicit_wavelength
+    sea = GlintSurface(scene, seed, frequency, wind, wind_waves(wind, finest, drawn), sines, bounced)
+    return sea.legs(legs, scatterers, sonar_end)
+
+
+def _unfolded_depth(depth: Floats, bottom_bounces: int, bed: float) -> Floats:
+    """Depth that a point has for the surface bounce, seen over so many bottom bounces: at most one [m]."""
+    return np.asarray(2 * bed - depth if bottom_bounces else depth)
+
+
+class PointGroups(NamedTuple):
+    """Points in groups that share a search: squares of the lattice, a quarter as high as wide."""
+
+    first_row: Integers
+    """First row of each group in the order, and its end, shape (cells + 1,)."""
+    order: Integers
+    """Rows of the points, group by group, shape (n,)."""
+    centre: Floats
+    """North, east, depth of each square's middle [m], shape (cells, 3)."""
+
+
+def _cells(positions: Floats, lattice: ScattererGrid, size: float) -> PointGroups:
+    """ProfileGroup points by the squares that they lie in; what a group is follows from the squares alone."""
+    level = lattice.from_world(positions[:, :2])
+    cell = np.floor(np.column_stack([level / size, positions[:, 2] / (size / 4)])).astype(np.int64)
+    order = np.lexsort(cell.T).astype(np.int64)
+    ordered = cell[order]
+    new = np.concatenate([[True], np.any(ordered[1:] != ordered[:-1], axis=1)]) if len(cell) else np.zeros(0, bool)
+    first = np.append(np.flatnonzero(new), len(cell)).astype(np.int64)
+    home = ordered[first[:-1]]
+    centre: Floats = (home.astype(float) + 0.5) * size
+    return PointGroups(first, order, np.column_stack([lattice.to_world(centre[:, 0], centre[:, 1]), centre[:, 2] / 4]))

@@ -1,0 +1,379 @@
+"""Ways off a few planes, one after the other, by images: planes that are given, or those of the ground they bounce off.
+
+Plain numbers and arrays only.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.jit import njit
+from insonify.scene.heightmap_cache import HeightmapTiles
+from insonify.scene.plane_fit_kernel import EllipsePatches, fit_planes
+
+Floats = NDArray[np.float64]
+Singles = NDArray[np.float32]
+
+_TINY = 1e-9
+_CHUNK = 128
+_C, _C2, _C3, _C4, _C5 = (np.uint64(_CHUNK * row) for row in (1, 2, 3, 4, 5))
+_END, _TRAVEL, _ARRIVAL, _LEFT, _THERE, _LENGTH = (np.uint64(_CHUNK * row) for row in (0, 3, 6, 9, 10, 11))
+"""Where the ways have been followed back to; direction of travel there, and at the point; the part of the way that is
+left, whether it is there, its length."""
+_AHEAD, _ASIDE, _X, _Y, _LONG, _WIDE = (np.uint64(_CHUNK * row) for row in (12, 13, 14, 15, 16, 17))
+"""Bearing of each point, north and east; middle of a zone on the lattice, and its half axes."""
+_HEIGHT, _ALONG, _ACROSS, _LOST = (np.uint64(_CHUNK * row) for row in (18, 19, 20, 21))
+"""Planes fitted: height [m], slopes [1], and mean square of what is left [m^2]."""
+_COSINE, _TURN = (np.uint64(_CHUNK * row) for row in (22, 23))
+"""Bearing of each point on the lattice: its cosine and sine."""
+_FIRST = 24
+_ANCHOR, _FACING, _IMAGE, _BOUNCE, _PART, _SINE, _REST, _EACH = 0, 3, 6, 9, 12, 13, 14, 15
+"""Rows of each mirror: a point of it, its normal, the image before it, the bounce, the part of the way before that, the
+sine of the grazing angle, and what the plane leaves of the ground; after the last mirror comes the last image."""
+_FAST = {"contract", "reassoc", "nsz", "arcp"}
+
+
+class ImagePaths(NamedTuple):
+    """Ways of one family from one place to n points, off m mirrors each."""
+
+    length: Floats
+    """Length of the whole way [m], shape (n,)."""
+    departure: Floats
+    """Unit vector of travel at the sonar, shape (n, 3)."""
+    arrival: Floats
+    """Unit vector of travel at the point, shape (n, 3)."""
+    bounce_position: Floats
+    """North, east, depth of each bounce [m], shape (m, n, 3)."""
+    fraction: Floats
+    """Part of the way that lies before each bounce [1], shape (m, n)."""
+    grazing_sine: Floats
+    """Sine of the grazing angle at each mirror [1], shape (m, n)."""
+    residual_variance: Floats
+    """Mean square of the resolved ground about each mirror [m^2], shape (m, n)."""
+    is_valid: NDArray[np.bool_]
+    """False where a mirror lies on the wrong side: the point, or the sonar, is below it, shape (n,)."""
+
+
+class TerrainFrame(NamedTuple):
+    """The lattice's frame in the world, and how the ground is read."""
+
+    north: float
+    """Of its origin [m]."""
+    east: float
+    """Likewise [m]."""
+    cosine: float
+    """Of its heading."""
+    sine: float
+    """Likewise."""
+    depth: float
+    """Of the bed's mean plane [m]."""
+    wavelength: float
+    """Of the sound [m]."""
+    shortest_half_axis: float
+    """Half axis below which ellipses are not told apart [m]."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _workspace(mirrors: int) -> Floats:
+    """Room for some points off so many mirrors, row by row: one array, so that loops over points become vectors."""
+    return np.empty(_CHUNK * (_FIRST + _EACH * (mirrors + 1)))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _row(mirror: int, column_number: int) -> np.uint64:
+    """Where a row of a mirror begins."""
+    return np.uint64(_CHUNK * (_FIRST + _EACH * mirror + column_number))
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def _mirror(workspace: Floats, count: int, image: np.uint64, plane: np.uint64, behind: np.uint64) -> None:
+    """Images of places in planes."""
+    for n in range(np.uint64(count)):
+        x, y, z = workspace[image + n], workspace[image + _C + n], workspace[image + _C2 + n]
+        f, g, h = workspace[plane + _C3 + n], workspace[plane + _C4 + n], workspace[plane + _C5 + n]
+        a, b, c = x - workspace[plane + n], y - workspace[plane + _C + n], z - workspace[plane + _C2 + n]
+        twice = 2 * (a * f + b * g + c * h)
+        workspace[behind + n] = x - twice * f
+        workspace[behind + _C + n] = y - twice * g
+        workspace[behind + _C2 + n] = z - twice * h
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def _straight(workspace: Floats, count: int, image: np.uint64) -> None:
+    """Direction and length of the line from an image to its end."""
+    for n in range(np.uint64(count)):
+        u, v = workspace[_END + n] - workspace[image + n], workspace[_END + _C + n] - workspace[image + _C + n]
+        w = workspace[_END + _C2 + n] - workspace[image + _C2 + n]
+        length = max(math.sqrt(u * u + v * v + w * w), 1e-6)
+        once = 1 / length
+        workspace[_LENGTH + n] = length
+        workspace[_TRAVEL + n] = workspace[_ARRIVAL + n] = u * once
+        workspace[_TRAVEL + _C + n] = workspace[_ARRIVAL + _C + n] = v * once
+        workspace[_TRAVEL + _C2 + n] = workspace[_ARRIVAL + _C2 + n] = w * once
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def _intersect_plane(
+    workspace: Floats, count: int, image: np.uint64, plane: np.uint64, bounce: np.uint64, part: np.uint64
+) -> None:
+    """Ends moved along the line from the image to where it comes through the plane, and the part of the way till then.
+
+    Whether the end lies above the plane and the image below it is kept.
+    """
+    for n in range(np.uint64(count)):
+        ex, ey, ez = workspace[_END + n], workspace[_END + _C + n], workspace[_END + _C2 + n]
+        x, y, z = workspace[image + n], workspace[image + _C + n], workspace[image + _C2 + n]
+        a, b, c = workspace[plane + n], workspace[plane + _C + n], workspace[plane + _C2 + n]
+        f, g, h = workspace[plane + _C3 + n], workspace[plane + _C4 + n], workspace[plane + _C5 + n]
+        above = (ex - a) * f + (ey - b) * g + (ez - c) * h
+        below = -((x - a) * f + (y - b) * g + (z - c) * h)
+        there = workspace[_THERE + n]
+        workspace[_THERE + n] = there if min(above, below) > 0 else 0.0
+        behind = min(max(above / max(above + below, _TINY), 0.0), 1.0)
+        workspace[_END + n] = workspace[bounce + n] = ex + behind * (x - ex)
+        workspace[_END + _C + n] = workspace[bounce + _C + n] = ey + behind * (y - ey)
+        workspace[_END + _C2 + n] = workspace[bounce + _C2 + n] = ez + behind * (z - ez)
+        left = workspace[_LEFT + n] * (1 - behind)
+        workspace[_LEFT + n] = workspace[part + n] = left
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def _reflect_direction(workspace: Floats, count: int, plane: np.uint64, sine: np.uint64) -> None:
+    """Direction before a mirror from that after it, and the sine of the grazing angle."""
+    for n in range(np.uint64(count)):
+        u, v, w = workspace[_TRAVEL + n], workspace[_TRAVEL + _C + n], workspace[_TRAVEL + _C2 + n]
+        f, g, h = workspace[plane + _C3 + n], workspace[plane + _C4 + n], workspace[plane + _C5 + n]
+        turned = u * f + v * g + w * h
+        workspace[_TRAVEL + n] = u - 2 * turned * f
+        workspace[_TRAVEL + _C + n] = v - 2 * turned * g
+        workspace[_TRAVEL + _C2 + n] = w - 2 * turned * h
+        workspace[sine + n] = min(abs(turned), 1.0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _unfold(position: Floats, points: Floats, indices: NDArray[np.int64], mirrors: int, workspace: Floats) -> None:
+    """The ways of some points off the mirrors in the room.
+
+    Args:
+        position: North, east, depth of the sonar [m], (3,).
+        points: The same of the points [m], (n, 3).
+        indices: Those that are asked, at most `_CHUNK`.
+        mirrors: How many mirrors.
+        workspace: Mirrors, and the result.
+    """
+    count, first = indices.size, _row(0, _IMAGE)
+    for q in range(np.uint64(count)):
+        for i in range(np.uint64(3)):
+            workspace[_END + i * _C + q] = points[indices[q], i]
+            workspace[first + i * _C + q] = position[i]
+        workspace[_LEFT + q] = workspace[_THERE + q] = 1.0
+    for k in range(mirrors):
+        _mirror(workspace, count, _row(k, _IMAGE), _row(k, _ANCHOR), _row(k + 1, _IMAGE))
+    _straight(workspace, count, _row(mirrors, _IMAGE))
+    for k in range(mirrors - 1, -1, -1):
+        _intersect_plane(workspace, count, _row(k + 1, _IMAGE), _row(k, _ANCHOR), _row(k, _BOUNCE), _row(k, _PART))
+        _reflect_direction(workspace, count, _row(k, _ANCHOR), _row(k, _SINE))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _write_columns(workspace: Floats, indices: NDArray[np.int64], mirrors: int, paths: ImagePaths) -> None:
+    """Write the ways in the room to their columns."""
+    for q in range(np.uint64(indices.size)):
+        n = indices[q]
+        paths.length[n], paths.is_valid[n] = workspace[_LENGTH + q], workspace[_THERE + q] > 0
+        for i in range(np.uint64(3)):
+            paths.departure[n, i], paths.arrival[n, i] = (
+                workspace[_TRAVEL + i * _C + q],
+                workspace[_ARRIVAL + i * _C + q],
+            )
+    for k in range(mirrors):
+        bounce, part, sine = _row(k, _BOUNCE), _row(k, _PART), _row(k, _SINE)
+        for q in range(np.uint64(indices.size)):
+            n = indices[q]
+            paths.fraction[k, n], paths.grazing_sine[k, n] = workspace[part + q], workspace[sine + q]
+            for i in range(np.uint64(3)):
+                paths.bounce_position[k, n, i] = workspace[bounce + i * _C + q]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def image_paths(position: Floats, points: Floats, plane_point: Floats, plane_normal: Floats, paths: ImagePaths) -> None:
+    """Images of a place in planes, and the ways that they unfold.
+
+    Args:
+        position: North, east, depth of the sonar [m], (3,).
+        points: The same of the points [m], (n, 3).
+        plane_point: A point of each mirror [m], (m, n, 3).
+        plane_normal: Unit normal of each mirror, into the water, (m, n, 3).
+        paths: Result.
+    """
+    mirrors = plane_point.shape[0]
+    room, every = _workspace(mirrors), np.arange(points.shape[0])
+    for begin in range(0, points.shape[0], _CHUNK):
+        which = every[begin : begin + _CHUNK]
+        for k in range(mirrors):
+            plane = _row(k, _ANCHOR)
+            for q in range(np.uint64(which.size)):
+                for i in range(np.uint64(3)):
+                    room[plane + i * _C + q] = plane_point[k, which[q], i]
+                    room[plane + (i + np.uint64(3)) * _C + q] = plane_normal[k, which[q], i]
+        _unfold(position, points, which, mirrors, room)
+        _write_columns(room, which, mirrors, paths)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def bounce_fresnel_zone(length: float, part: float, sine: float, wavelength: float) -> tuple[float, float]:
+    """Half the length and half the width of the first Fresnel zone of one bounce, see `local_planes.zone` [m]."""
+    width = math.sqrt(max(wavelength * length * part * (1 - part), 0.0))
+    longest = length * min(part, 1 - part)
+    return max(min(width / max(sine, _TINY), longest), width), width
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def bounce_fresnel_zones(length: Floats, part: Floats, sine: Floats, wavelength: float, half_axes: Floats) -> None:
+    """Half lengths and half widths of some zones; columns of shape (n,), the result of shape (2, n)."""
+    for n in range(length.size):
+        half_axes[0, n], half_axes[1, n] = bounce_fresnel_zone(length[n], part[n], sine[n], wavelength)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def extent_on_grid(position: Floats, points: Floats, frame: TerrainFrame, span: Floats) -> None:
+    """Least and greatest coordinates on the lattice of a place and some points, into `span`, (2, 2)."""
+    span[0], span[1] = np.inf, -np.inf
+    for n in range(points.shape[0] + 1):
+        x, y = (points[n, 0], points[n, 1]) if n < points.shape[0] else (position[0], position[1])
+        x, y = x - frame.north, y - frame.east
+        a, b = frame.cosine * x + frame.sine * y, frame.cosine * y - frame.sine * x
+        span[0, 0], span[0, 1] = min(span[0, 0], a), min(span[0, 1], b)
+        span[1, 0], span[1, 1] = max(span[1, 0], a), max(span[1, 1], b)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def paths_off_local_planes(
+    position: Floats, points: Floats, is_seabed_bounce: NDArray[np.bool_], bounce_shift: Floats, frame: TerrainFrame,
+    disc_samples: tuple[Singles, ...], heightmap: HeightmapTiles, wanted: NDArray[np.bool_], is_done: NDArray[np.bool_], paths: ImagePaths,
+) -> bool:  # fmt: skip
+    """Ways off the planes fitted to the bed about each bounce, of those points that have none yet.
+
+    Args:
+        position: As of `image_paths`.
+        points: As of `image_paths`.
+        is_seabed_bounce: Which mirrors are the bed's, the others being the surface, (m,).
+        bounce_shift: How far from each bounce the ground is asked [m], (m, n, 2), or (m, 0, 2) for there.
+        frame: The ground's frame.
+        disc_samples: Samples of the unit disc for the first planes and for the last, see `fit_ellipse`.
+        heightmap: The map.
+        wanted: Result, see `fit_ellipse`.
+        is_done: Which have their way, (n,).
+        paths: Result.
+
+    Returns:
+        Whether all points have their way.
+    """
+    mirrors, left = is_seabed_bounce.size, np.flatnonzero(~is_done)
+    room, known = _workspace(mirrors), np.empty(_CHUNK, np.bool_)
+    ask = _zone_rows(room)
+    for begin in range(0, left.size, _CHUNK):
+        which = left[begin : begin + _CHUNK]
+        _level(position, points, which, is_seabed_bounce, frame.depth, room)
+        _unfold(position, points, which, mirrors, room)
+        known[:] = True
+        for pattern in disc_samples:
+            for k in range(mirrors):
+                if is_seabed_bounce[k]:
+                    _zone_ellipses(which.size, k, frame, room)
+                    if bounce_shift.shape[1] > 0:
+                        _shift_zones(which, bounce_shift[k], frame, room)
+                    fit_planes(ask, which.size, pattern, heightmap, wanted, known)
+                    _set_planes(which.size, k, frame.depth, room)
+            _unfold(position, points, which, mirrors, room)
+        _write_columns(room, which, mirrors, paths)
+        for q in range(which.size):
+            for k in range(mirrors):
+                paths.residual_variance[k, which[q]] = (
+                    room[_row(k, _REST) + np.uint64(q)] if is_seabed_bounce[k] else 0.0
+                )
+            is_done[which[q]] = known[q]
+    return bool(np.all(is_done))
+
+
+@njit(cache=True, nogil=True)
+def _zone_rows(workspace: Floats) -> EllipsePatches:
+    """The rows of the room that tell where the ground is asked, and what is found."""
+    return EllipsePatches(
+        workspace[_X : _X + _C], workspace[_Y : _Y + _C], workspace[_COSINE : _COSINE + _C], workspace[_TURN : _TURN + _C],
+        workspace[_LONG : _LONG + _C], workspace[_WIDE : _WIDE + _C], workspace[_HEIGHT : _HEIGHT + _C],
+        workspace[_ALONG : _ALONG + _C], workspace[_ACROSS : _ACROSS + _C], workspace[_LOST : _LOST + _C],
+    )  # fmt: skip
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _level(
+    position: Floats,
+    points: Floats,
+    indices: NDArray[np.int64],
+    is_seabed_bounce: NDArray[np.bool_],
+    depth: float,
+    workspace: Floats,
+) -> None:
+    """Put level mirrors into the room, and the bearings of the points; arguments as of `paths_off_local_planes`."""
+    for k in range(is_seabed_bounce.size):
+        plane = _row(k, _ANCHOR)
+        for q in range(np.uint64(indices.size)):
+            for i in range(np.uint64(6)):
+                workspace[plane + i * _C + q] = 0.0
+            workspace[plane + _C2 + q] = depth if is_seabed_bounce[k] else 0.0
+            workspace[plane + _C5 + q] = -1.0 if is_seabed_bounce[k] else 1.0
+    for q in range(np.uint64(indices.size)):
+        north, east = points[indices[q], 0] - position[0], points[indices[q], 1] - position[1]
+        level = math.sqrt(north * north + east * east)
+        workspace[_AHEAD + q], workspace[_ASIDE + q] = (north / level, east / level) if level > 0 else (1.0, 0.0)
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def _zone_ellipses(count: int, k: int, frame: TerrainFrame, workspace: Floats) -> None:
+    """Middles and half axes of the zones about the bounces off one mirror, on the lattice."""
+    bounce, part, sine = _row(k, _BOUNCE), _row(k, _PART), _row(k, _SINE)
+    for q in range(np.uint64(count)):
+        before, length = workspace[part + q], workspace[_LENGTH + q]
+        width = math.sqrt(max(frame.wavelength * length * before * (1 - before), 0.0))
+        longest = length * min(before, 1 - before)
+        long = max(min(width / max(workspace[sine + q], _TINY), longest), width)
+        x, y = workspace[bounce + q] - frame.north, workspace[bounce + _C + q] - frame.east
+        workspace[_X + q], workspace[_Y + q] = frame.cosine * x + frame.sine * y, frame.cosine * y - frame.sine * x
+        workspace[_LONG + q], workspace[_WIDE + q] = (
+            max(long, frame.shortest_half_axis),
+            max(width, frame.shortest_half_axis),
+        )
+        workspace[_COSINE + q] = frame.cosine * workspace[_AHEAD + q] + frame.sine * workspace[_ASIDE + q]
+        workspace[_TURN + q] = frame.cosine * workspace[_ASIDE + q] - frame.sine * workspace[_AHEAD + q]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _shift_zones(indices: NDArray[np.int64], bounce_shift: Floats, frame: TerrainFrame, workspace: Floats) -> None:
+    """Move the middles of zones to where the ground is asked, (n, 2)."""
+    for q in range(np.uint64(indices.size)):
+        x, y = bounce_shift[indices[q], 0], bounce_shift[indices[q], 1]
+        workspace[_X + q] += frame.cosine * x + frame.sine * y
+        workspace[_Y + q] += frame.cosine * y - frame.sine * x
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def _set_planes(count: int, k: int, depth: float, workspace: Floats) -> None:
+    """Put one mirror on the planes about its bounces."""
+    plane, bounce, rest = _row(k, _ANCHOR), _row(k, _BOUNCE), _row(k, _REST)
+    for q in range(np.uint64(count)):
+        ahead, aside, along, across = (
+            workspace[_AHEAD + q],
+            workspace[_ASIDE + q],
+            workspace[_ALONG + q],
+            workspace[_ACROSS + q],
+        )
+        lean_n, lean_e = ahead * along - aside * across, aside * along + ahead * across
+        workspace[rest + q] = workspace[_LOST + q]
+        size = 1 / math.sqrt(lean_n * lean_n + lean_e * lean_e + 1)
+        workspace[plane + q], workspace[plane + _C + q] = workspace[bounce + q], workspace[bounce + _C + q]
+        workspace[plane + _C2 + q] = depth - workspace[_HEIGHT + q]
+        workspace[plane + _C3 + q], workspace[plane + _C4 + q] = -lean_n * size, -lean_e * size
+        workspace[plane + _C5 + q] = -size

@@ -1,0 +1,169 @@
+"""Legs in water of one sound speed: straight lines from image sources.
+
+Between two flat boundaries the path of every family unfolds to a straight line from an image of
+the sonar (Allen & Berkley 1979, J. Acoust. Soc. Am. 65, 943, for the idea; the paper's figure 10
+for the geometry), so delay, directions and spreading are exact.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.ocean.water import Water
+from insonify.propagation._departure_cone_kernel import departure_cones
+from insonify.propagation._image_source_kernel import straight_legs
+from insonify.propagation.families import bounce_sequence, families_reaching, image_depth
+from insonify.propagation.launch_angles import StraightLaunchAngles
+from insonify.propagation.propagation_model import DepartureCones, ReachableRange
+from insonify.propagation.solid_shadows import occlude_by_solids
+from insonify.records.legs import Legs, LegStatus
+from insonify.scene.scatterers import Scatterers
+from insonify.scene.scene import Scene
+
+Floats = NDArray[np.float64]
+
+
+def image_legs(
+    scene: Scene, position: NDArray[np.float64], scatterers: Scatterers, families: tuple[str, ...], frequency: float, *,
+    flat_bottom: bool = True,
+) -> Legs:  # fmt: skip
+    """The legs between one end of the sonar and some scatterers.
+
+    Args:
+        scene: Water, boundaries and occluders.
+        position: North, east, depth of that end [m], shape (3,).
+        scatterers: The points to reach, n of them.
+        families: Families to follow; those that would count a scatterer twice are left out.
+        frequency: Frequency of the absorption [Hz].
+        flat_bottom: Whether the bottom mirrors as its mean plane does; if not, that is left to who knows how its ground
+            lies, and bottom bounces count as 1.
+
+    Returns:
+        Legs of shape (families kept, n).
+    """
+    kept = families_reaching(scatterers.boundary, families)
+    f, n = len(kept), len(scatterers)
+    delay, length, spreading, absorption, grazing = np.empty((5, f, n))
+    departure, arrival = np.empty((2, f, n, 3))
+    status, occluder = np.empty((f, n), np.uint8), np.empty((f, n), np.int16)
+    depth = scene.seabed.depth
+    images = np.array([image_depth(name, position[2], depth) for name in kept])
+    strings = [bounce_sequence(name) for name in kept]
+    count = np.array([len(string) for string in strings])
+    starts_up = np.array([string.startswith("S") for string in strings])
+    straight_legs(
+        position, images, count, starts_up, depth, scene.water.sound_speed, scatterers.position, scatterers.normal,
+        scene.bodies, scatterers.occluder, delay, length, spreading, departure, arrival, grazing, status, occluder,
+    )  # fmt: skip
+    occlude_by_solids(scene, position, scatterers, images, count, starts_up, status, occluder)
+    np.multiply(length, -_absorption_np_per_m(scene.water, frequency), out=absorption)
+    return Legs(
+        families=kept,
+        branch=(0,) * f,
+        delay=delay,
+        length=length,
+        spreading=spreading,
+        absorption=np.exp(absorption, out=absorption),
+        reflection_coefficient=_boundary(scene, strings, departure[..., 2], flat_bottom=flat_bottom),
+        caustics=np.zeros((f, n), np.uint8),
+        visibility=(status == LegStatus.CLEAR).astype(float),
+        departure=departure,
+        arrival=arrival,
+        grazing=np.arcsin(grazing, out=grazing),
+        status=status,
+        occluder=occluder,
+    )
+
+
+@lru_cache(maxsize=16)
+def _absorption_np_per_m(water: Water, frequency: float) -> float:
+    """What water takes of the logarithm of the pressure [1/m]."""
+    return float(np.log(10) / 20 * water.absorption(frequency))
+
+
+def _boundary(
+    scene: Scene, bounce_sequences: list[str], sine: NDArray[np.float64], *, flat_bottom: bool
+) -> NDArray[np.complex128]:
+    """Product of the mirrors' coefficients along each family, shape of `sine`: of the angle with the boundaries."""
+    product = np.ones(sine.shape, complex)
+    for row, string in enumerate(bounce_sequences):
+        for letter, boundary in (("S", scene.surface), ("B", scene.seabed)):
+            if letter in string and (flat_bottom or letter == "S"):
+                # the surface mirrors alike at any angle
+                once = boundary.reflection_coefficient(
+                    sine[row] if letter == "S" else np.arcsin(np.minimum(np.abs(sine[row]), 1.0))
+                )
+                for _ in range(string.count(letter)):
+                    product[row] *= once
+    return product
+
+
+@departure_cones.stand_in
+def _cones(
+    place: Floats, down: float, centre: Floats, radius: Floats, rise: float, way: Floats, margin: Floats
+) -> None:
+    """DepartureCones of straight rays to neighbourhoods, as the kernel `departure_cones`."""
+    way[:, :2], way[:, 2] = centre - place[:2], down
+    length, around = np.sqrt(np.sum(way**2, axis=1)), radius + rise
+    way /= length[:, None]
+    margin[:] = np.where(around < length, np.arcsin(np.minimum(1.0, around / length)), np.pi)
+
+
+@dataclass(frozen=True)
+class StraightRays:
+    """Rays in water of one sound speed."""
+
+    scene: Scene
+
+    def legs(self, position: Floats, scatterers: Scatterers, families: tuple[str, ...], frequency: float) -> Legs:
+        """Legs from image sources; see `Rays.legs`. Of ground with relief the coefficient comes later."""
+        bed = self.scene.seabed.terrain
+        level = bed is None or bed.span[0] == bed.span[1]
+        return image_legs(self.scene, position, scatterers, families, frequency, flat_bottom=level)
+
+    def with_aperture_expansion(
+        self, legs: Legs, position: Floats, scatterers: Scatterers, aperture_extent: tuple[float, float]
+    ) -> Legs:
+        """The legs as they are: spheres about image sources say it all; see `Rays.around`."""
+        return legs
+
+    def reachable_range(
+        self, depths: tuple[float, float], boundary_depth: float, families: tuple[str, ...],
+        delays: tuple[float, float], end_distance: float, *, relief_height: float = 0.0,
+    ) -> ReachableRange:  # fmt: skip
+        """Distances heard, by Pythagoras from the nearest and the farthest image; see `Rays.reach`."""
+        middle, bottom = sum(depths) / 2, self.scene.seabed.depth
+        climbs = [abs(boundary_depth - image_depth(name, middle, bottom)) for name in families]
+        shortest, longest = (self.scene.water.sound_speed * delay for delay in delays)
+        # a bounce off ground that stands higher or lower moves the image by twice as much
+        moved = [relief_height * (1 + 2 * name.count("B")) for name in families]
+        least, most = (
+            choose(climb + side * move for climb, move in zip(climbs, moved, strict=True))
+            for side, choose in ((-1, min), (1, max))
+        )
+        nearest = np.sqrt(max(0.0, max(0.0, shortest - end_distance) ** 2 - most**2))
+        beyond = (longest + end_distance) ** 2 - max(0.0, least) ** 2
+        return ReachableRange(min(climbs), float(nearest), float(np.sqrt(beyond)) if beyond > 0 else -1.0)
+
+    def launch_angles(self, source_depth: float) -> StraightLaunchAngles:
+        """Straight ones; see `Rays.launches`."""
+        return StraightLaunchAngles(source_depth, self.scene.seabed.depth)
+
+    def departure_cones(
+        self,
+        family: str,
+        position: Floats,
+        centre: Floats,
+        radius: Floats,
+        boundary_depth: float,
+        *,
+        relief_height: float = 0.0,
+    ) -> DepartureCones:
+        """DepartureCones about the straight lines to the centres; see `Rays.cones`."""
+        climb = boundary_depth - image_depth(family, position[2], self.scene.seabed.depth)
+        turned = -climb if len(bounce_sequence(family)) % 2 else climb
+        way, margin = np.empty((len(centre), 3)), np.empty(len(centre))
+        departure_cones(position, turned, centre, radius, relief_height, way, margin)
+        return DepartureCones(way, margin, np.ones(len(centre), bool))

@@ -1,0 +1,298 @@
+"""What bends around the edges of upright boxes: Fresnel integrals from a table, and the numbers that go into them."""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.jit import njit
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+Integers = NDArray[Any]
+
+FAR = 30.0
+"""Fresnel number beyond which an edge is endlessly far: what it adds is below 0.0075 [1]."""
+ENDLESS = 1e9
+STEEPEST = 1e-3
+"""Cosine of the elevation below which a ray is upright, and passes no top."""
+CLEAR, OCCLUDED = 0, 2  # the values of records.legs.LegStatus
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def edge_diffraction(number: float, table: Complexes, per_unit: float) -> complex:
+    """Field past a half plane at a Fresnel number, re that without it [1].
+
+    Args:
+        number: Positive in the shadow, 0 on its edge.
+        table: Field times exp(j pi number^2 / 2), from 0 on, one entry beyond `FAR`, (n,).
+        per_unit: Entries per unit of the number.
+    """
+    size = abs(number)
+    if size >= ENDLESS / 2:
+        return 0j if number > 0 else 1 + 0j
+    if size >= FAR:
+        # the first term of the asymptotic series: Born & Wolf, Principles of Optics, 8.8.1, conjugated
+        real = 0.5 / (math.pi * size)
+        imag = -real
+    else:
+        place = size * per_unit
+        row = min(max(int(place), 1), table.size - 3)
+        t = place - row
+        a, b = -t * (t - 1) * (t - 2) * (1 / 6), (t + 1) * (t - 1) * (t - 2) * 0.5
+        c, d = -(t + 1) * t * (t - 2) * 0.5, (t + 1) * t * (t - 1) * (1 / 6)
+        one, two, three, four = table[row - 1], table[row], table[row + 1], table[row + 2]
+        real = a * one.real + b * two.real + c * three.real + d * four.real
+        imag = a * one.imag + b * two.imag + c * three.imag + d * four.imag
+    cosine, sine = sincos_of_quarter_turns(size * size)
+    field = complex(real * cosine + imag * sine, imag * cosine - real * sine)
+    return field if number >= 0 else 1 - field
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def sincos_of_quarter_turns(quarter_turns: float) -> tuple[float, float]:
+    """Cosine and sine of some quarters of a turn, to 1e-11, in a fraction of the usual time.
+
+    Taylor's series, to the eleventh and twelfth power of at most pi / 4.
+    """
+    whole = math.floor(quarter_turns + 0.5)
+    x = math.pi / 2 * (quarter_turns - whole)
+    y = x * x
+    s = x * (1 + y * (-1 / 6 + y * (1 / 120 + y * (-1 / 5040 + y * (1 / 362880 - y * (1 / 39916800))))))
+    c = 1 + y * (-1 / 2 + y * (1 / 24 + y * (-1 / 720 + y * (1 / 40320 + y * (-1 / 3628800 + y * (1 / 479001600))))))
+    side = int(whole)
+    along, across = (s, c) if side & 1 else (c, s)
+    return -along if (side + 1) & 2 else along, -across if side & 2 else across
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def diffract_around_boxes(
+    rows: Integers, position: Floats, points: Floats, arrival: Floats, length: Floats, has_bounce: NDArray[np.bool_],
+    water_depth: float, wavelength: float, boxes: Floats, bed_depths: Floats, own_box: int, infinitely_wide: bool, table: Complexes,
+    per_unit: float, status: Integers, occluder: Integers, visibility: Complexes,
+) -> None:  # fmt: skip
+    """Multiply what boxes leave of every leg into its visibility; legs that others cut stay as they are.
+
+    Args:
+        rows: Which of the points are looked at, (r,).
+        position: North, east, depth of the sonar [m], (3,).
+        points: Ends of the legs [m], (n, 3).
+        arrival: Direction of travel at the points, (f, n, 3).
+        length: Length of the legs [m], (f, n).
+        has_bounce: True for families that bounce: then the last of their segments is looked at, (f,).
+        water_depth: Depth of the bottom [m].
+        wavelength: Of the sound [m].
+        boxes: Occluding bodies, (b, 8), see `insonify.scene.box.box_body`.
+        bed_depths: Depth from which on the base of each stands on the bed [m], (b,).
+        own_box: Row of the box that the points lie on, or -1.
+        infinitely_wide: Whether boxes are taken as endlessly wide.
+        table: See `edge_diffraction`.
+        per_unit: See `edge_diffraction`.
+        status: Of the legs, (f, n).
+        occluder: Of the legs, (f, n).
+        visibility: Result, (f, n): 1 for a clear leg, 0 for another, before the call.
+    """
+    numbers = np.empty(4)
+    for f in range(status.shape[0]):
+        for n in rows:
+            cut = status[f, n] == OCCLUDED
+            if not (status[f, n] == CLEAR or (cut and 0 <= occluder[f, n] < boxes.shape[0])):
+                continue
+            level = math.hypot(arrival[f, n, 0], arrival[f, n, 1])
+            if level < STEEPEST:
+                continue
+            ahead = math.hypot(points[n, 0] - position[0], points[n, 1] - position[1])
+            slope = arrival[f, n, 2] / level
+            if has_bounce[f]:
+                wall = 0.0 if slope > 0 else water_depth
+                ahead = min(ahead, (points[n, 2] - wall) / slope) if slope != 0 else ahead
+            left, told = 1 + 0j, not cut
+            for b in range(boxes.shape[0]):
+                if b == own_box:
+                    continue
+                crossed = fresnel_numbers(points[n], arrival[f, n], level, slope, ahead, length[f, n], wavelength,
+                                          boxes[b], bed_depths[b], infinitely_wide, numbers)  # fmt: skip
+                if crossed < 0:
+                    continue
+                told = told or (crossed > 0 and b == occluder[f, n])
+                across = edge_diffraction(numbers[0], table, per_unit) - edge_diffraction(numbers[1], table, per_unit)
+                up = edge_diffraction(numbers[2], table, per_unit) - edge_diffraction(numbers[3], table, per_unit)
+                left *= 1 - across * up
+            # a leg that its box cuts before the last bounce gets nothing
+            visibility[f, n] = left if told else 0j
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def fresnel_numbers(
+    point: Floats, arrival: Floats, horizontal_component: float, slope: float, horizontal_length: float, length: float, wavelength: float,
+    box: Floats, bed_depth: float, infinitely_wide: bool, numbers: Floats,
+) -> int:  # fmt: skip
+    """Fresnel numbers of a box's sides, base and top for one straight last segment of a leg.
+
+    Args:
+        point: Its end [m], (3,).
+        arrival: Its direction, (3,).
+        horizontal_component: Horizontal part of the direction [1].
+        slope: Depth gained per horizontal metre.
+        horizontal_length: Horizontal length of the segment [m].
+        length: Length of the whole leg [m].
+        wavelength: Of the sound [m].
+        box: The box, (8,).
+        bed_depth: Depth at which a base stands on the bed [m].
+        infinitely_wide: Whether it is endlessly wide.
+        numbers: Result: of the one side, the other side, the base, the top; increasing pairs, (4,).
+
+    Returns:
+        1 where the leg passes over the footprint or through it, 0 where it passes by, -1 where the box does nothing.
+    """
+    east, north = arrival[1] / horizontal_component, arrival[0] / horizontal_component
+    low, high, a_low, a_high = np.inf, -np.inf, 0.0, 0.0
+    for k in range(4):
+        along = box[4] if k % 2 == 0 else -box[4]
+        beside = box[5] if k < 2 else -box[5]
+        dx = box[0] + box[2] * along - box[3] * beside - point[0]
+        dy = box[1] + box[3] * along + box[2] * beside - point[1]
+        back, off = -(dx * north + dy * east), dy * north - dx * east
+        number = edge_fresnel_number(off, min(back, horizontal_length) / horizontal_component, length, wavelength)
+        if back <= 0:  # beside the end of the leg, or behind it
+            number = math.copysign(ENDLESS, off)
+        if number < low:
+            low, a_low = number, back
+        if number > high:
+            high, a_high = number, back
+    x, y = point[0] - box[0], point[1] - box[1]
+    near, far = footprint_interval(box, x, y, -north, -east)
+    if near <= 0 < far:
+        return -1  # the end lies over the box, or under it
+    crossed = 1 if near < far and 0 < near < horizontal_length else 0
+    if crossed == 0:
+        far = near = a_low if abs(low) < abs(high) else a_high
+        if not 0 < near < horizontal_length or infinitely_wide:
+            return -1
+    numbers[3] = -np.inf
+    for at in (near, min(far, horizontal_length)):
+        depth = point[2] - at * slope
+        top = edge_fresnel_number(
+            (depth - box[6]) * horizontal_component, at / horizontal_component, length, wavelength
+        )
+        if top > numbers[3]:
+            numbers[3] = top
+            # what stands on the bed has no gap below it
+            gap = box[7] < bed_depth
+            numbers[2] = (
+                edge_fresnel_number(
+                    (depth - box[7]) * horizontal_component, at / horizontal_component, length, wavelength
+                )
+                if gap
+                else -ENDLESS
+            )
+    numbers[0], numbers[1] = (-ENDLESS, ENDLESS) if infinitely_wide else (low, high)
+    silent = numbers[3] < -FAR or numbers[0] > FAR or numbers[1] < -FAR
+    return -1 if silent else crossed
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def edge_fresnel_number(edge_offset: float, distance_behind: float, length: float, wavelength: float) -> float:
+    """Fresnel number of an edge: by the way around it, which to first order is `knife_edge.fresnel_number`.
+
+    Args:
+        edge_offset: Distance of the edge from the ray [m], with the sign of the number.
+        distance_behind: Of the edge before the end of the leg [m].
+        length: Of the leg [m].
+        wavelength: Of the sound [m].
+    """
+    return math.copysign(
+        2 * math.sqrt(excess_path_length(edge_offset, distance_behind, length, wavelength) / wavelength), edge_offset
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def excess_path_length(edge_offset: float, distance_behind: float, length: float, wavelength: float) -> float:
+    """How much longer the way around an edge is than the straight one [m]; arguments of `edge_fresnel_number`."""
+    d = max(distance_behind, wavelength)
+    rest = max(length - d, wavelength)
+    square = edge_offset * edge_offset
+    one, other = math.sqrt(square + d * d) + d, math.sqrt(square + rest * rest) + rest
+    return square * (one + other) / (one * other)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def crest_diffraction_factor(
+    clearance: float,
+    trough_depth: float,
+    distance_behind: float,
+    length: float,
+    wavelength: float,
+    table: Complexes,
+    per_unit: float,
+) -> complex:
+    """Pressure past a crest of the ground, re that without it [1].
+
+    A knife edge, in the measure in which the hollow behind it is deep against the Fresnel zone there: with nu_h the
+    Fresnel number of its depth the crest counts by 1 - exp(-pi nu_h^2). Where the ray over the rim comes down on the
+    floor, pi nu_h^2 = k hollow sin(grazing), Rayleigh's measure of roughness: what is smooth by it casts no shadow.
+
+    Args:
+        clearance: Height of the crest above the ray, positive in the shadow [m].
+        trough_depth: Depth of the deepest ground behind it below the ray over it [m].
+        distance_behind: Distance of the crest from the end of the leg [m].
+        length: Of the leg [m].
+        wavelength: Of the sound [m].
+        table: See `edge_diffraction`.
+        per_unit: See `edge_diffraction`.
+    """
+    number = edge_fresnel_number(clearance, distance_behind, length, wavelength)
+    if number < -FAR:
+        return 1 + 0j
+    if trough_depth >= ENDLESS:
+        return edge_diffraction(number, table, per_unit)
+    counts = (
+        math.exp(-4 * math.pi / wavelength * excess_path_length(trough_depth, distance_behind, length, wavelength)) - 1
+    )
+    past = edge_diffraction(number, table, per_unit)
+    return complex(1 + counts * (1 - past.real), -counts * past.imag)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def crest_is_negligible(
+    clear: float, trough_depth: float, distance_behind: float, length: float, wavelength: float, square: float
+) -> bool:
+    """Whether a crest surely changes the pressure of a ray that clears it by less than some part, see `crest_diffraction_factor`.
+
+    Told is the square of that part.
+
+    Beyond its shadow a half plane changes it by at most 1/2, and by at most 1 / (sqrt(2) pi nu), the first term of the
+    asymptotic series. Fresnel numbers are at most off sqrt(2 / wavelength (1 / behind + 1 / before)), and less than
+    that by no more than the ratio of that way to one longer by `off`.
+    """
+    d = max(distance_behind, wavelength)
+    rest = max(length - d, wavelength)
+    whole, part, near = 2 * (d + rest), d * rest * wavelength, 2 * min(d, rest)
+    counts, least = min(part, math.pi * trough_depth * trough_depth * whole) ** 2, square * part
+    return counts < 4 * least * part or counts * 0.05067 * (near + clear) < least * clear * clear * whole * near
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def footprint_interval(box: Floats, x: float, y: float, north: float, east: float) -> tuple[float, float]:
+    """Where a level line enters and leaves a box's footprint [m], from its start; the first not less where it misses.
+
+    Args:
+        box: The box, (8,).
+        x: Start of the line north of the box's centre [m].
+        y: East of it [m].
+        north: Direction of the line.
+        east: Likewise.
+    """
+    enter, leave = -np.inf, np.inf
+    for axis in range(2):
+        position = box[2] * x + box[3] * y if axis == 0 else box[2] * y - box[3] * x
+        step = box[2] * north + box[3] * east if axis == 0 else box[2] * east - box[3] * north
+        half = box[4 + axis]
+        if abs(step) < 1e-12:
+            if abs(position) >= half:
+                return 1.0, 0.0
+        else:
+            enter = max(enter, (-math.copysign(half, step) - position) / step)
+            leave = min(leave, (math.copysign(half, step) - position) / step)
+    return enter, leave

@@ -1,0 +1,196 @@
+"""A fan of rays: where sound goes that leaves the source under given angles, whether it arrives anywhere or not.
+
+Rays follow exact arcs between the knots of the column, turn, bounce off surface and bottom as off mirrors, and end at
+a range or at a bounce too many. For pictures, and for what must be known of a ray on its way; the paths that end at a
+given point are found by `eigenrays`, without any fan.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from insonify.propagation._ray_trace_kernel import COLUMNS, DEPTH, GRADIENT, RANGE, trace_rays
+from insonify.propagation.families import DIRECT
+from insonify.propagation.sound_speed_layers import SoundSpeedLayers
+from insonify.validity import require_number, require_numbers
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+MOST_BOUNCES = 1000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RayFan:
+    """Rays of one source as polylines, one after the other; every vertex lies on its arc, exactly."""
+
+    launch_elevation: Floats
+    """Launch elevation, + down [rad], shape (rays,)."""
+    first_vertex: Integers
+    """Row of the first vertex of each ray, and the number of vertices, shape (rays + 1,)."""
+    range: Floats
+    """Horizontal distance from the source [m], shape (vertices,)."""
+    depth: Floats
+    """Depth [m], shape (vertices,)."""
+    time: Floats
+    """Travel time from the source [s], shape (vertices,)."""
+    sine: Floats
+    """Sine of the elevation, + down; at a bounce of the ray that leaves it [1], shape (vertices,)."""
+    bounces: Integers
+    """Bounces up to and at each vertex, shape (vertices,)."""
+    turns: Integers
+    """Turning points up to and at each vertex, shape (vertices,)."""
+    boundaries: tuple[str, ...]
+    """Boundaries that each ray bounced off, in order: S surface, B bottom."""
+
+    def __len__(self) -> int:
+        """Number of rays."""
+        return int(self.launch_elevation.size)
+
+    def rows(self, ray: int) -> slice:
+        """Rows of the vertices of one ray."""
+        return slice(int(self.first_vertex[ray]), int(self.first_vertex[ray + 1]))
+
+    def segments(self) -> Iterator[tuple[str, Floats, Floats]]:
+        """Parts of all rays between their bounces: family so far, ranges and depths [m]."""
+        for ray, met in enumerate(self.boundaries):
+            rows = self.rows(ray)
+            bounces, x, z = self.bounces[rows], self.range[rows], self.depth[rows]
+            cuts = [0, *(np.flatnonzero(np.diff(bounces)) + 1), x.size - 1]
+            for start, stop in pairwise(cuts):
+                if stop > start:
+                    yield met[: bounces[start]] or DIRECT, x[start : stop + 1], z[start : stop + 1]
+
+    def __repr__(self) -> str:
+        """How many rays, between which angles, how far."""
+        if not len(self):
+            return "Fan: no rays"
+        low, high = np.degrees(self.launch_elevation.min()), np.degrees(self.launch_elevation.max())
+        kinds = sorted(set(self.boundaries), key=lambda name: (len(name), name[::-1]))
+        told = ", ".join(name or DIRECT for name in kinds[:8]) + (", ..." if len(kinds) > 8 else "")
+        return f"Fan: {len(self)} rays from {low:.1f} to {high:.1f} deg, to {self.range.max():.1f} m; they met {told}"
+
+
+def trace_fan(
+    column: SoundSpeedLayers,
+    source_depth: float,
+    launch_elevation: ArrayLike,
+    *,
+    max_range: float,
+    max_bounces: int = 2,
+    step: float = 1.0,
+) -> RayFan:
+    """Trace rays through a column of layers.
+
+    Args:
+        column: Sound speed from the surface to the bottom.
+        source_depth: Depth of the source [m].
+        launch_elevation: Launch elevations, + down, between -pi/2 and pi/2 [rad], shape (rays,) or one.
+        max_range: Horizontal distance at which rays end [m].
+        max_bounces: Bounces off surface and bottom that a ray survives; at the next one it ends.
+        step: Longest range between vertices of a bent ray [m]; infinite for its knots, turning points and bounces.
+
+    Returns:
+        The rays, in the order of their launch angles as given.
+
+    Raises:
+        ValueError: The source lies outside the water, or a value means nothing; with what is allowed.
+    """
+    angles = np.atleast_1d(
+        require_numbers("launch", launch_elevation, "rad", -np.pi / 2, np.pi / 2, allow_nan=False)
+    ).ravel()
+    bottom = float(column.depth[-1])
+    source = require_number("source_depth", source_depth, "m", 0.0, bottom)
+    end = require_number("farthest", max_range, "m", 0.0, above=True, example="200")
+    if not 0 <= max_bounces <= MOST_BOUNCES:
+        raise ValueError(f"bounces is {max_bounces}; give 0 to {MOST_BOUNCES}.")
+    if not step > 0:
+        raise ValueError(f"step is {step:g} m; give a length above 0, such as 1.")
+    first, vertices, met, turns = _traced(column, source, np.sin(angles), end, max_bounces)
+    slowness = np.cos(angles) / np.interp(source, column.depth, column.speed)
+    names = _boundaries(first, vertices[:, DEPTH], met, bottom)
+    return _refined_rays(angles, slowness, first, vertices, met, turns, names, step, column)
+
+
+def bounce_ranges(
+    column: SoundSpeedLayers, source_depth: float, sines: Floats, max_bounces: int, *, max_range: float
+) -> Floats:
+    """Where rays bounce.
+
+    Args:
+        column: Sound speed from the surface to the bottom.
+        source_depth: Depth of the source [m].
+        sines: Sine of the launch elevation, + down, NaN for no ray, shape (rays,).
+        max_bounces: How many bounces of each ray are wanted.
+        max_range: Range at which rays end [m].
+
+    Returns:
+        Horizontal distances of the first bounces [m], shape (most, rays); NaN where a ray has fewer.
+    """
+    found = np.full((max_bounces, sines.size), np.nan)
+    there = np.flatnonzero(np.isfinite(sines))
+    first, vertices, met, _ = _traced(column, source_depth, sines[there], max_range, max_bounces)
+    ray = np.repeat(there, np.diff(first))
+    row = np.flatnonzero((np.diff(met) > 0) & (np.diff(ray) == 0)) + 1
+    found[met[row] - 1, ray[row]] = vertices[row, RANGE]
+    return found
+
+
+def _traced(
+    column: SoundSpeedLayers, source: float, sines: Floats, max_range: float, bounces: int
+) -> tuple[Integers, Floats, Integers, Integers]:
+    """First rows, vertices, bounces and turns of all rays; the kernel runs twice, to count and to write."""
+    first = np.zeros(sines.size + 1, np.int64)
+    size = 0
+    while True:
+        vertices, met, turns = np.empty((size, COLUMNS)), np.empty(size, np.int64), np.empty(size, np.int64)
+        trace_rays(column.depth, column.speed, source, sines, max_range, bounces, first, vertices, met, turns)
+        if first[-1] <= size:
+            return first, vertices, met, turns
+        size = int(first[-1])
+
+
+def _boundaries(first: Integers, depth: Floats, bounces: Integers, bottom: float) -> tuple[str, ...]:
+    """What each ray bounced off, in order."""
+    named = []
+    for start, stop in pairwise(first):
+        there = np.flatnonzero(np.diff(bounces[start:stop])) + start + 1
+        named.append("".join("B" if z > bottom / 2 else "S" for z in depth[there]))
+    return tuple(named)
+
+
+def _refined_rays(
+    angles: Floats, slowness: Floats, first: Integers, vertices: Floats, bounced: Integers, turns: Integers,
+    names: tuple[str, ...], step: float, column: SoundSpeedLayers,
+) -> RayFan:  # fmt: skip
+    """The same rays with more vertices along their arcs, none further apart than a step."""
+    ray = np.repeat(np.arange(angles.size), np.diff(first))
+    length = np.append(np.diff(vertices[:, RANGE]), 0.0)
+    length[first[1:] - 1] = 0.0  # a ray's last vertex begins no arc
+    bent = (vertices[:, GRADIENT] != 0) & (length > step)
+    count = np.where(bent, np.ceil(length / step), 1).astype(np.int64)
+    row = np.repeat(np.arange(len(vertices)), count)
+    inside = np.arange(row.size) - np.repeat(np.cumsum(count) - count, count)
+    dx = length[row] * inside / count[row]
+    x, z, t, sine, gradient = vertices[row].T
+    p = slowness[ray[row]]
+    leaning = np.clip(sine - p * gradient * dx, -1.0, 1.0)
+    fall = dx * (sine + leaning) / np.maximum(_cosine(sine) + _cosine(leaning), 1e-300)
+    depth = np.where(inside > 0, z + fall, z)
+    speed = np.interp(z, column.depth, column.speed)
+    mean = np.sqrt(speed * (speed + gradient * fall))
+    chord = np.hypot(dx, fall)
+    u = np.abs(gradient) * chord / (2 * mean)
+    time = chord / mean * np.where(u > 1e-8, np.arcsinh(u) / np.maximum(u, 1e-8), 1.0)
+    return RayFan(
+        angles, np.concatenate([[0], np.cumsum(count)])[first], x + dx, depth, t + time,
+        np.where(inside > 0, leaning, sine), bounced[row], turns[row], names,
+    )  # fmt: skip
+
+
+def _cosine(sine: Floats) -> Floats:
+    """Cosine of an elevation, exact near the horizontal."""
+    return np.asarray(np.sqrt((1 - sine) * (1 + sine)))

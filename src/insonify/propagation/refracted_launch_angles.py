@@ -1,0 +1,151 @@
+"""Launch angles of bent rays over uneven ground, for its terrain_occlusion.
+
+Exact rays to a grid of places between the highest and the deepest, once for each depth of the sonar; between its
+nodes the distance times the steepness is read off linearly. That product is a length, nearly the climb of a straight
+ray: it bends by metres over kilometres, and an error of it is the same error of the ground's height.
+"""
+
+from threading import Lock
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.propagation._eigenray_kernel import CAUSTICS, COLUMNS, MOST, SIN_LAUNCH, SLOWNESS, TURNS, solve_eigenrays
+from insonify.propagation._launch_angle_kernel import interpolate_launch_slope, unturned_distances
+from insonify.propagation._refracted_box_shadow import ray_depths_along_range
+from insonify.propagation.families import bounce_sequence
+from insonify.propagation.sound_speed_layers import SoundSpeedLayers
+
+Floats = NDArray[np.floating[Any]]
+
+WIDTH = 0.25
+"""Distance of the grid's stations [m]."""
+HEIGHTS, FEW_LINES = (0.25, 1.0), 8
+"""Least and greatest distance of its lines [m], and how many make it grow."""
+MOST_STATIONS = 4000
+AT_ZERO = 1e-3
+"""Distance at which rays to the first station are solved for: a vertical one has no steepness [m]."""
+STRAY = 0.02
+"""Height by which a ray may miss the one of the grid, as seen at its end [m]."""
+
+
+class RefractedLaunchAngles:
+    """Rays from one depth of the sonar in layered water; see `insonify.propagation.launch_angles.LaunchAngles`."""
+
+    def __init__(
+        self, column: SoundSpeedLayers, source_depth: float, max_range: float, places: tuple[float, float]
+    ) -> None:
+        """Solve nothing yet.
+
+        Args:
+            column: The water, down to the deepest ground.
+            source_depth: Depth of the sonar [m].
+            max_range: Horizontal distance up to which launches are asked for [m].
+            places: Depth of the highest place that is asked for, and of the deepest ground [m].
+        """
+        self._column, self._source, self._places = column, source_depth, places
+        self._speed = float(np.interp(source_depth, column.depth, column.speed))
+        stations = min(int(np.ceil(max_range / WIDTH)) + 2, MOST_STATIONS)
+        self._width = max(WIDTH, max_range / (stations - 2))
+        self._stations = self._width * np.arange(stations)
+        self._made: dict[str, tuple[float, float, NDArray[np.float64]]] = {}
+        self._lock = Lock()
+
+    def __getstate__(self) -> dict[str, Any]:
+        """All but the lock, which another process has to have of its own."""
+        return {name: value for name, value in self.__dict__.items() if name != "_lock"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Take up what was carried over."""
+        self.__dict__.update(state, _lock=Lock())
+
+    def launch_slope(self, family: str, distance: Floats, depth: Floats) -> Floats:
+        """Read from the grid, see `LaunchAngles`."""
+        top, height, climb = self._grid(family)
+        shape = np.broadcast_shapes(np.shape(distance), np.shape(depth))
+        far = np.ascontiguousarray(np.broadcast_to(distance, shape[-1:]), float)
+        places = np.ascontiguousarray(np.broadcast_to(depth, shape), float).reshape(-1, shape[-1])
+        found = np.empty(places.shape)
+        interpolate_launch_slope(climb, top, height, self._width, far, places, found)
+        return found.reshape(shape)
+
+    def bounce_ranges(self, family: str, launch_slope: Floats) -> list[Floats]:
+        """Sums over the layers, see `LaunchAngles`."""
+        string = bounce_sequence(family)
+        if not string:
+            return []
+        up, down = self._spans(np.asarray(launch_slope, float))
+        found: list[Floats] = [down if string.startswith("B") else up]
+        while len(found) < len(string):
+            found.append(found[-1] + up + down)
+        return found
+
+    def bottom_grazing_tangent(self, launch_slope: Floats) -> Floats:
+        """By Snell's law, see `LaunchAngles`."""
+        bed = np.interp(self._column.bottom_reflection_depth, self._column.depth, self._column.speed) / self._speed
+        square = (1 + np.asarray(launch_slope, float) ** 2) / bed**2
+        return np.sqrt(np.maximum(square - 1, 0.0))
+
+    def off_table_rays(
+        self, family: str, launch_slope: Floats, distance: Floats, depth: Floats
+    ) -> NDArray[np.bool_] | None:
+        """Rays that miss those of the grid, see `LaunchAngles`."""
+        return ~(np.abs(launch_slope - self.launch_slope(family, distance, depth)) * distance <= STRAY)  # so is NaN
+
+    def ray_depths(self, family: str, launch_slope: Floats, step: float, count: int) -> Floats:
+        """Walked from layer to layer, see `LaunchAngles`."""
+        string, water = bounce_sequence(family), self._column
+        steep = np.asarray(launch_slope, float)
+        slant = np.sqrt(1 + steep**2)
+        sines = (-steep if string.startswith("S") else steep) / slant
+        found, ends = np.empty((len(steep), count)), np.full(len(steep), count * step)
+        ray_depths_along_range(
+            water.depth, water.speed, water.reflecting_depth, self._source, 1 / (slant * self._speed), sines, len(string),
+            string.startswith("S"), np.full(len(steep), step), ends, found,
+        )  # fmt: skip
+        return found
+
+    def _spans(self, launch_slope: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Horizontal way of rays from the sonar up to the surface, and down to the mean plane [m]."""
+        water = self._column
+        knots = np.unique(np.concatenate([water.depth[water.depth <= water.bottom_reflection_depth], [self._source]]))
+        ratio = np.interp(knots, water.depth, water.speed) / self._speed
+        up, down = np.empty(launch_slope.shape), np.empty(launch_slope.shape)
+        here = int(np.searchsorted(knots, self._source))
+        unturned_distances(knots, ratio, here, launch_slope.ravel(), up.reshape(-1), down.reshape(-1))
+        return up, down
+
+    def _grid(self, family: str) -> tuple[float, float, NDArray[np.float64]]:
+        """First depth and distance of the lines of a family's grid [m], and its climbs."""
+        with self._lock:
+            if family not in self._made:
+                self._made[family] = self._solve(family)
+            return self._made[family]
+
+    def _solve(self, family: str) -> tuple[float, float, NDArray[np.float64]]:
+        string, water = bounce_sequence(family), self._column
+        low, high = self._places
+        if string.endswith("B"):  # what rises from the plane meets nothing below it
+            high = min(high, water.bottom_reflection_depth)
+        low = min(low, high - HEIGHTS[0])
+        height = np.clip((high - low) / FEW_LINES, *HEIGHTS)
+        lines = np.linspace(low, high, int(np.ceil((high - low) / height)) + 1)
+        depth, far = np.repeat(lines, len(self._stations)), np.tile(np.maximum(self._stations, AT_ZERO), len(lines))
+        rays = np.zeros((far.size, MOST, COLUMNS))
+        count, status = np.zeros(far.size, np.int64), np.zeros(far.size, np.uint8)
+        solve_eigenrays(
+            water.depth, water.speed, water.reflecting_depth, self._source, len(string), string.startswith("S"),
+            np.maximum(depth, 0.0), far, rays, count, status,
+        )  # fmt: skip
+        turns = np.where(rays[:, :, CAUSTICS] == 0, rays[:, :, TURNS], np.inf)
+        turns[np.arange(MOST) >= count[:, None]] = np.inf
+        if string:
+            turns[turns > 0] = np.inf  # of rays that turn about a bounce the order is another one
+        row, first = np.arange(far.size), np.argmin(turns, axis=1)
+        ray = rays[row, first]
+        there = np.isfinite(turns[row, first])
+        cosine = np.where(there, ray[:, SLOWNESS] * self._speed, 1.0)
+        tangent = np.where(there, ray[:, SIN_LAUNCH] / cosine, np.nan)
+        climb = tangent * far * (-1 if string.startswith("S") else 1)
+        return low, float(lines[1] - lines[0]), climb.reshape(len(lines), -1)

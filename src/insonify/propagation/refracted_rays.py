@@ -1,0 +1,283 @@
+"""Legs in layered water: every ray of every family, bent, turned, and limited where rays cross.
+
+Rays come from the exact solver, or from its tables where the engine asks for millions. What is made of them is the
+same: directions from the horizontal slowness, which a ray keeps all the way; grazing angles at both boundaries from
+it too; absorption over the length of the path, by the water's one coefficient at all depths.
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.propagation._eigenray_kernel import (
+    AMPLITUDE,
+    COLUMNS,
+    FOLD,
+    FOLD_CURVATURE,
+    FOLD_SIDE,
+)
+from insonify.propagation._eigenray_table_nodes import LOWEST_FREQUENCY
+from insonify.propagation._refracted_legs_kernel import (
+    DEPTH,
+    RANGE,
+    horizontal_geometry,
+    occlude_row_by_boxes,
+    refracted_leg_row,
+)
+from insonify.propagation.aperture_expansion import aperture_expansion
+from insonify.propagation.caustic import fold_factor
+from insonify.propagation.eigenray_tables import EigenrayTables, FamilyRays, exact_rays
+from insonify.propagation.families import bounce_sequence, families_reaching, image_depth
+from insonify.propagation.propagation_model import DepartureCones, RayDomain, ReachableRange
+from insonify.propagation.refracted_launch_angles import RefractedLaunchAngles
+from insonify.propagation.refracted_solid_shadows import occlude_refracted_row, solid_bounds
+from insonify.propagation.sound_speed_layers import SoundSpeedLayers, sound_speed_layers
+from insonify.propagation.travel_time_curves import (
+    TravelTimeCurve,
+    departure_cones,
+    ranges_within_delays,
+    travel_time_curve,
+)
+from insonify.records.legs import Legs, LegStatus
+from insonify.scene.scatterers import Scatterers
+from insonify.scene.scene import Scene
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class RefractedRays:
+    """Rays in water whose sound speed changes with depth."""
+
+    scene: Scene
+    domain: RayDomain
+    layers: SoundSpeedLayers
+    travel_time_curves: dict[tuple[str, float, float], TravelTimeCurve] = field(default_factory=dict, repr=False)
+    launch_angle_tables: dict[float, RefractedLaunchAngles] = field(default_factory=dict, repr=False)
+    tables: EigenrayTables = field(init=False, repr=False)
+    boxes: Floats = field(init=False, repr=False)
+    """Occluding boxes, shape (boxes, 8), see `insonify.scene.box.box_body`."""
+    body_bounds: Floats = field(init=False, repr=False)
+    """Bounds of all other occluding bodies, see `solid_bounds`."""
+
+    def __post_init__(self) -> None:
+        """Begin without any table: each is made when it is first asked for."""
+        object.__setattr__(self, "boxes", self.scene.bodies)
+        object.__setattr__(self, "body_bounds", solid_bounds(self.scene))
+        ground = self.scene.seabed.terrain
+        span = (
+            (self.layers.bottom_reflection_depth,) * 2 if ground is None else (max(ground.span[0], 0.0), ground.span[1])
+        )
+        bodies = len(self.boxes) + len(self.body_bounds) > 0
+        object.__setattr__(self, "tables", EigenrayTables(self.layers, self.domain, bodies, span))
+
+    def legs(self, position: Floats, scatterers: Scatterers, families: tuple[str, ...], frequency: float) -> Legs:
+        """Legs of every ray; see `Rays.legs`."""
+        kept = families_reaching(scatterers.boundary, families)
+        shared = np.empty((5, len(scatterers)))
+        horizontal_geometry(self.layers.depth, self.layers.speed, position, scatterers.position, shared)
+        depth, ranges = shared[DEPTH], shared[RANGE]
+        if frequency >= LOWEST_FREQUENCY:
+            found = [self.tables.rays(f, scatterers.boundary, float(position[2]), depth, ranges) for f in kept]
+        else:  # folds reach further than tables know of
+            found = [exact_rays(self.layers, f, float(position[2]), depth, ranges) for f in kept]
+        return self._assemble(position, scatterers, shared, found, frequency)
+
+    def with_aperture_expansion(
+        self, legs: Legs, position: Floats, scatterers: Scatterers, aperture_extent: tuple[float, float]
+    ) -> Legs:
+        """The legs with what rays from four places beside that end say; see `Rays.around`."""
+        points = scatterers.position
+
+        def ask(family: str, depth: float, ranges: Floats) -> FamilyRays:
+            if not self.tables.uses_table(family, scatterers.boundary, depth):
+                n = len(ranges)
+                return FamilyRays(family, np.zeros((n, 1, COLUMNS)), np.zeros(n, np.int64), np.zeros(n, np.uint8))
+            return self.tables.rays(family, scatterers.boundary, depth, points[:, 2], ranges)
+
+        return replace(
+            legs,
+            aperture_expansion=aperture_expansion(
+                legs, position, points, self.scene.water, aperture_extent, self.layers.water_depth, ask
+            ),
+        )
+
+    def reachable_range(
+        self, depths: tuple[float, float], boundary_depth: float, families: tuple[str, ...],
+        delays: tuple[float, float], end_distance: float, *, relief_height: float = 0.0,
+    ) -> ReachableRange:  # fmt: skip
+        """Distances heard, from rays to all distances; see `Rays.reach`."""
+        levels = self._levels(boundary_depth, relief_height)
+        ends = dict.fromkeys(depths)
+        sweeps = [self._sweep(name, depth, level) for name in families for depth in ends for level in levels]
+        nearest, farthest = ranges_within_delays(sweeps, delays, end_distance / self.scene.water.min_sound_speed)
+        # The ground is sampled as under straight rays: the same places, whatever the water.
+        images = [image_depth(name, sum(depths) / 2, self.layers.bottom_reflection_depth) for name in families]
+        return ReachableRange(min(abs(boundary_depth - image) for image in images), nearest, farthest)
+
+    def departure_cones(
+        self,
+        family: str,
+        position: Floats,
+        centre: Floats,
+        radius: Floats,
+        boundary_depth: float,
+        *,
+        relief_height: float = 0.0,
+    ) -> DepartureCones:
+        """DepartureCones about all rays between the nearest and the farthest of each neighbourhood; see `Rays.cones`."""
+        levels = self._levels(boundary_depth, relief_height)
+        sweeps = [self._sweep(family, float(position[2]), level) for level in levels]
+        return departure_cones(sweeps, centre - position[:2], radius)
+
+    def launch_angles(self, source_depth: float) -> RefractedLaunchAngles:
+        """Bent ones, kept for the pings that share the sonar's depth; see `Rays.launches`."""
+        found = self.launch_angle_tables.get(source_depth)
+        if found is None:  # threads may both make it, and get the same
+            if len(self.launch_angle_tables) > MOST_LAUNCHED:
+                self.launch_angle_tables.clear()
+            highest = min(self.tables.terrain_depths[0], *self.domain.point_depths)
+            farthest = max(self.domain.max_range, 1.0)
+            found = RefractedLaunchAngles(self.layers, source_depth, farthest, (highest, self.tables.terrain_depths[1]))
+            self.launch_angle_tables[source_depth] = found
+        return found
+
+    def _levels(self, boundary_depth: float, relief_height: float) -> list[float]:
+        """Depths between which a boundary lies, all in the water of the profile [m]."""
+        if relief_height == 0:
+            return [boundary_depth]
+        bottom = self.layers.water_depth
+        return sorted({min(max(boundary_depth + side * relief_height, 0.0), bottom) for side in (-1, -0.5, 0, 0.5, 1)})
+
+    def _sweep(self, family: str, depth: float, boundary_depth: float) -> TravelTimeCurve:
+        """The family's rays to all distances on a boundary, kept for the pings that share the sonar's depth."""
+        key = (family, depth, boundary_depth)
+        if key not in self.travel_time_curves:
+            if len(self.travel_time_curves) > MOST_SWEEPS:
+                self.travel_time_curves.clear()
+            farthest = max(self.domain.max_range, 1.0)
+            self.travel_time_curves[key] = travel_time_curve(self.layers, family, depth, boundary_depth, farthest)
+        return self.travel_time_curves[key]
+
+    def _assemble(
+        self,
+        position: Floats,
+        scatterers: Scatterers,
+        point_columns: Floats,
+        family_rays: list[FamilyRays],
+        frequency: float,
+    ) -> Legs:
+        """Rows of legs from rays."""
+        rows = [(one, branch) for one in family_rays for branch in range(one.branch_count)]
+        shape = len(rows), len(scatterers)
+        delay, length, spreading, slowness, grazing = np.empty((5, *shape))
+        departure, arrival = np.empty((2, *shape, 3))
+        caustics, status = np.empty((2, *shape), np.uint8)
+        occluder = np.full(shape, -1, np.int16)
+        water, speed = self.layers, float(np.interp(position[2], self.layers.depth, self.layers.speed))
+        for row, (one, branch) in enumerate(rows):
+            refracted_leg_row(
+                point_columns, scatterers.normal, position[2], speed, branch, one.rays, one.count, one.missing_status, delay[row],
+                length[row], spreading[row], caustics[row], slowness[row], departure[row], arrival[row], grazing[row],
+                status[row],
+            )  # fmt: skip
+            if len(self.boxes):
+                string = bounce_sequence(one.family)
+                occlude_row_by_boxes(
+                    water.depth, water.speed, water.reflecting_depth, position, scatterers.position, point_columns, len(string),
+                    string.startswith("S"), slowness[row], departure[row], self.boxes, scatterers.occluder,
+                    status[row], occluder[row],
+                )  # fmt: skip
+            if len(self.body_bounds):
+                occlude_refracted_row(
+                    self.scene, water, self.body_bounds, position, scatterers, point_columns, one.family, slowness[row],
+                    departure[row], status[row], occluder[row],
+                )  # fmt: skip
+        caustic = _at_caustics(rows, caustics, spreading, frequency)
+        families = tuple(one.family for one, _ in rows)
+        return Legs(
+            families=families,
+            branch=tuple(branch for _, branch in rows),
+            delay=delay,
+            length=length,
+            spreading=spreading,
+            absorption=10 ** (-self.scene.water.absorption(frequency) * length / 20),
+            reflection_coefficient=self._boundary(families, slowness),
+            caustics=caustics,
+            visibility=(status == LegStatus.CLEAR).astype(float),
+            departure=departure,
+            arrival=arrival,
+            grazing=grazing,
+            status=status,
+            occluder=occluder,
+            caustic=caustic,
+        )
+
+    def _boundary(self, families: tuple[str, ...], slowness: Floats) -> NDArray[np.complex128]:
+        """Product of the mirrors' coefficients of each row, at the grazing angle that its slowness has there."""
+        product = np.ones(slowness.shape, complex)
+        top = self.layers.speed[0]
+        bottom = float(np.interp(self.layers.bottom_reflection_depth, self.layers.depth, self.layers.speed))
+        for row, family in enumerate(families):
+            string = bounce_sequence(family)
+            if "S" in string:
+                product[row] *= self.scene.surface.reflection_coefficient(_grazing(slowness[row], top)) ** string.count(
+                    "S"
+                )
+            if "B" in string:
+                product[row] *= self.scene.seabed.reflection_coefficient(
+                    _grazing(slowness[row], bottom)
+                ) ** string.count("B")
+        return product
+
+
+MOST_LAUNCHED = 8
+"""Depths of the sonar whose launches are kept."""
+MOST_SWEEPS = 256
+"""Sweeps that are kept: a platform that heaves makes new ones with every ping."""
+
+
+def refracted_rays(scene: Scene, domain: RayDomain) -> RefractedRays:
+    """The rays of a layered ocean.
+
+    Args:
+        scene: Water with a profile, boundaries and occluders.
+        domain: What a survey needs of them.
+
+    Raises:
+        ValueError: The profile does not reach from the surface to the seabed.
+    """
+    depth, bed = scene.seabed.depth, scene.seabed.terrain
+    profile = scene.water.profile_to_depth(depth)
+    deepest = depth if bed is None else max(depth, bed.span[1])
+    # below what was measured the water is as it was there, as for all else that asks for its speed
+    return RefractedRays(scene, domain, sound_speed_layers(profile.extended(deepest), deepest, plane=depth))
+
+
+def _grazing(slowness: Floats, speed: float) -> Floats:
+    """Grazing angle of rays at a boundary [rad]; at low angles 1 - (p c)^2 would have no digits left."""
+    cosine = slowness * speed
+    return np.arcsin(np.sqrt(np.clip((1 - cosine) * (1 + cosine), 0.0, 1.0)))
+
+
+def _at_caustics(
+    rows: list[tuple[FamilyRays, int]], caustics: NDArray[np.uint8], spreading: Floats, frequency: float
+) -> NDArray[np.complex128] | None:
+    """Limit the spreading of rays that end near a fold; the phase of all rows, or None where there is none."""
+    phase = _QUARTER_TURNS[caustics % 4] if caustics.any() else None
+    for row, (one, branch) in enumerate(rows):
+        if branch >= one.rays.shape[1] or not one.has_folds:
+            continue
+        near = np.flatnonzero((one.count > branch) & (one.rays[:, branch, FOLD_SIDE] != 0))
+        if near.size:
+            phase = np.ones(spreading.shape, complex) if phase is None else phase
+            ray = one.rays[near, branch]
+            factor = fold_factor(np.abs(ray[:, FOLD]), ray[:, FOLD_CURVATURE], ray[:, FOLD_SIDE], frequency)
+            loud = np.where(np.isfinite(ray[:, AMPLITUDE]), ray[:, AMPLITUDE], 0.0) * factor
+            spreading[row, near] = np.abs(loud)
+            phase[row, near] *= np.exp(1j * np.angle(factor))
+    return phase
+
+
+_QUARTER_TURNS = np.array([1, 1j, -1, -1j])

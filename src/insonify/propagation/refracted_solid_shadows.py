@@ -1,0 +1,108 @@
+"""Shadows of solids under bent rays: only rays that pass over a body are walked, and only while they do.
+
+Seen from above a ray of any family is a straight line, so the first question is which bodies it crosses there. Over a
+body an arc is a chord, but for fractions of a millimetre.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.propagation._refracted_box_shadow import ray_depths_along_range
+from insonify.propagation._refracted_legs_kernel import RANGE, bodies_passed_over
+from insonify.propagation._triangle_tree_kernel import OFF
+from insonify.propagation.families import bounce_sequence
+from insonify.propagation.solid_shadows import occluders_of_paths
+from insonify.propagation.sound_speed_layers import SoundSpeedLayers
+from insonify.records.legs import LegStatus
+from insonify.scene.scatterers import Scatterers
+from insonify.scene.scene import Scene
+from insonify.scene.solid import world_triangles
+
+Floats = NDArray[np.float64]
+
+CHORD = 1.5
+"""Longest chord that stands for an arc [m]: it is off by less than half a millimetre."""
+STEEP = 10.0
+"""Tangent of the launch angle above which a ray is as good as straight [1]."""
+
+
+def solid_bounds(scene: Scene) -> Floats:
+    """Least and greatest coordinates of the scene's solids [m], shape (solids, 6)."""
+    surfaces = [world_triangles(solid, scene.seabed) for solid in scene.solids]
+    return np.array([np.concatenate([one.low, one.high]) for one in surfaces]).reshape(-1, 6)
+
+
+def occlude_refracted_row(
+    scene: Scene, water: SoundSpeedLayers, bounds: Floats, position: Floats, scatterers: Scatterers, point_columns: Floats, family: str,
+    slowness: Floats, departure: Floats, status: NDArray[np.uint8], occluder: NDArray[np.int16],
+) -> None:  # fmt: skip
+    """Mark the clear legs of one row that solids cut.
+
+    Args:
+        scene: The scene.
+        water: Its layers.
+        bounds: Of `solid_bounds`.
+        position: North, east, depth of the sonar [m], shape (3,).
+        scatterers: The points that the legs end at, n of them.
+        point_columns: See `insonify.propagation._refracted_legs_kernel.bearings`, shape (5, n).
+        family: Family of the row.
+        slowness: Horizontal slowness of the rays [s/m], shape (n,).
+        departure: Their directions at the sonar, shape (n, 3).
+        status: Statuses of the legs; those that are clear may become occluded, shape (n,).
+        occluder: Row of who cuts the leg, set where that happens, shape (n,).
+    """
+    ends = scatterers.position + OFF * scatterers.normal
+    points, bodies, enter, leave = bodies_passed_over(position, ends, bounds, status)
+    for body in np.unique(bodies):
+        mine = bodies == body
+        rows, begin, end = points[mine], enter[mine], leave[mine]
+        longest = float(((end - begin) * point_columns[RANGE, rows]).max())
+        count = max(3, int(np.ceil(longest / CHORD)) + 1) * (3 if "B" in family else 1)
+        along = begin[:, None] + (end - begin)[:, None] * np.linspace(0, 1, count)
+        depths = _depths(
+            water, position, ends[rows], point_columns[RANGE, rows], family, slowness[rows], departure[rows], along
+        )
+        low, high = np.fmin.reduce(depths, axis=1), np.fmax.reduce(depths, axis=1)
+        near = (high >= bounds[body, 2]) & (low <= bounds[body, 5])
+        rows, along, depths = rows[near], along[near], depths[near]
+        ways = np.empty((len(rows), count, 3))
+        ways[..., :2] = position[:2] + along[..., None] * (ends[rows, None, :2] - position[:2])
+        ways[..., 2] = depths
+        found = occluders_of_paths(scene, ways)
+        cut = found >= 0
+        first = np.where(status[rows] == LegStatus.OCCLUDED, np.minimum(occluder[rows], found), found)
+        status[rows[cut]], occluder[rows[cut]] = LegStatus.OCCLUDED, first[cut]
+
+
+def _depths(
+    water: SoundSpeedLayers, position: Floats, leg_ends: Floats, ranges: Floats, family: str, slowness: Floats, departure: Floats,
+    along: Floats,
+) -> Floats:  # fmt: skip
+    """Depths of rays at parts of their horizontal way [m], shape of `along`; 1 is exactly their end."""
+    string = bounce_sequence(family)
+    found = np.empty(along.shape)
+    ray_depths_along_range(
+        water.depth, water.speed, water.reflecting_depth, float(position[2]), slowness, np.ascontiguousarray(departure[:, 2]),
+        len(string), string.startswith("S"), along[:, 0] * ranges, along[:, -1] * ranges, found,
+    )  # fmt: skip
+    level = np.hypot(departure[:, 0], departure[:, 1])
+    steep = (np.abs(departure[:, 2]) > STEEP * level) | (ranges < 1e-3)
+    if steep.any():
+        found[steep] = _straight(
+            water.bottom_reflection_depth, float(position[2]), leg_ends[steep, 2], string, along[steep]
+        )
+    found = np.where(np.isnan(found), leg_ends[:, 2:], found)
+    return np.where(along == 1, leg_ends[:, 2:], found)
+
+
+def _straight(plane: float, source: float, leg_ends: Floats, family: str, along: Floats) -> Floats:
+    """Depths of rays that do not bend, folded at the mirrors [m]."""
+    if not family:
+        return source + along * (leg_ends[:, None] - source)
+    start, turns = (-source if family.startswith("S") else source), len(family)
+    arrives_down = family.endswith("S")
+    # how far down it has come when it ends, with every bounce unfolded
+    crossings = turns - (1 if family.startswith("S") else 0)
+    target = crossings * plane + (leg_ends if arrives_down else plane - leg_ends)
+    run = start + along * (target - start)[:, None]
+    return np.asarray(plane - np.abs(np.mod(run, 2 * plane) - plane))

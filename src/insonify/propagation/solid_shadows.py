@@ -1,0 +1,152 @@
+"""Shadows of solids: which legs between a sonar and some points are cut by triangles, and by whose.
+
+Boxes that stand upright have arithmetic of their own in `_image_kernel`; all other bodies of a scene share one tree
+of triangles, made once. Both mark the same columns.
+"""
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.propagation._triangle_tree_kernel import (
+    build_tree,
+    lowest_owner_below,
+    nearest_hits,
+    occlude_legs,
+    owners_along,
+)
+from insonify.propagation.bounding_cylinders import points_near_cylinders
+from insonify.records.legs import LegStatus
+from insonify.scene.scatterers import Scatterers
+from insonify.scene.scene import Scene
+from insonify.scene.seabed import Seabed
+from insonify.scene.solid import world_triangles
+from insonify.scene.target import Solid
+
+Floats = NDArray[np.float64]
+
+
+class TriangleTree(NamedTuple):
+    """Triangles sorted into boxes within boxes, in depth-first order: m nodes, t triangles."""
+
+    bounds: Floats
+    """Least and greatest coordinates of each node [m], shape (m, 6)."""
+    next_on_miss: NDArray[np.int32]
+    """Node to go on with where one is missed, shape (m,)."""
+    first_triangle: NDArray[np.int32]
+    """First triangle of a leaf, -1 for other nodes, shape (m,)."""
+    triangle_count: NDArray[np.int32]
+    """Triangles of a leaf, shape (m,)."""
+    lowest_owner: NDArray[np.int32]
+    """Lowest owner below each node, shape (m,)."""
+    corner_and_sides: Floats
+    """A corner and the two sides from it of each triangle, in the order of the leaves [m], shape (t, 9)."""
+    owner: NDArray[np.int32]
+    """Owner of each triangle, shape (t,)."""
+    original_row: NDArray[np.int64]
+    """Row that each triangle had before it was sorted, shape (t,)."""
+
+
+def triangle_tree(corners: Floats, owner: NDArray[np.int32]) -> TriangleTree:
+    """Triangles sorted for casting rays.
+
+    Args:
+        corners: Corners of each triangle [m], shape (t, 3, 3).
+        owner: Whom each belongs to, shape (t,).
+    """
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    order, most = np.arange(len(corners)), 2 * len(corners)
+    bounds = np.empty((most, 6))
+    skip, first, count = np.empty((3, most), np.int32)
+    nodes = build_tree(low, high, order, bounds, skip, first, count)
+    bounds, skip, first, count = bounds[:nodes].copy(), skip[:nodes].copy(), first[:nodes].copy(), count[:nodes].copy()
+    sorted_owner, least = owner[order].astype(np.int32), np.empty(nodes, np.int32)
+    lowest_owner_below(skip, first, count, sorted_owner, least)
+    a, b, c = np.moveaxis(corners[order], 1, 0)
+    corner = np.concatenate([a, b - a, c - a], axis=1)
+    return TriangleTree(bounds, skip, first, count, least, corner, sorted_owner, order)
+
+
+@lru_cache(maxsize=8)
+def _scene_tree(solids: tuple[Solid, ...], seabed: Seabed, before: int) -> TriangleTree:
+    """The tree of all solids of a scene, whose rows among the occluders come after those of the boxes."""
+    corners = [world_triangles(solid, seabed).corners for solid in solids]
+    owner = np.repeat(np.arange(before, before + len(solids)), [len(part) for part in corners])
+    return triangle_tree(np.concatenate(corners), owner.astype(np.int32))
+
+
+def occlude_by_solids(
+    scene: Scene, position: Floats, scatterers: Scatterers, images: Floats, bounces: NDArray[np.int64],
+    first_up: NDArray[np.bool_], status: NDArray[np.uint8], occluder: NDArray[np.int16],
+) -> None:  # fmt: skip
+    """Mark the straight, folded legs that the scene's solids cut.
+
+    Args:
+        scene: The scene; nothing happens where it has no solids.
+        position: North, east, depth of the sonar [m], shape (3,).
+        scatterers: The points that the legs end at, n of them.
+        images: Depth of the image source of each family [m], shape (f,).
+        bounces: Number of bounces of each family, shape (f,).
+        first_up: True where the first bounce is off the surface, shape (f,).
+        status: Statuses of the legs; those that are clear may become occluded, shape (f, n).
+        occluder: Row of who cuts the leg, set where that happens, shape (f, n).
+    """
+    solids = scene.solids
+    if not solids:
+        return
+    # from above a leg of any family is one line: most points have no solid on it
+    behind = points_near_cylinders(scene, position, scatterers.position)[len(scene.boxes) :]
+    rows = behind[0] if len(behind) == 1 else np.unique(np.concatenate(behind))
+    if not len(rows):
+        return
+    tree = _scene_tree(solids, scene.seabed, len(scene.boxes))
+    occlude_legs(
+        position, images, bounces, first_up, scene.seabed.depth, rows, scatterers.position, scatterers.normal, *tree[:7],
+        int(LegStatus.CLEAR), int(LegStatus.OCCLUDED), status, occluder,
+    )  # fmt: skip
+
+
+def cast_rays(tree: TriangleTree, start: Floats, stop: Floats) -> tuple[Floats, NDArray[np.int64]]:
+    """First triangles that straight ways meet.
+
+    Args:
+        tree: The triangles.
+        start: Where the ways begin [m], shape (n, 3).
+        stop: Where they end [m], shape (n, 3).
+
+    Returns:
+        Part of the way at the hit, infinite where nothing is met, shape (n,), and the row that the triangle had before
+        it was sorted, -1 for none, shape (n,).
+    """
+    part, triangle = np.empty(len(start)), np.empty(len(start), np.int64)
+    nearest_hits(
+        tree.bounds,
+        tree.next_on_miss,
+        tree.first_triangle,
+        tree.triangle_count,
+        tree.corner_and_sides,
+        start,
+        stop - start,
+        part,
+        triangle,
+    )
+    return part, np.where(triangle >= 0, tree.original_row[triangle], -1)
+
+
+def occluders_of_paths(scene: Scene, polylines: Floats) -> NDArray[np.int16]:
+    """Who cuts some paths that are not straight, given by points along them.
+
+    Args:
+        scene: The scene.
+        polylines: Points along each path, from the sonar to just before its end [m], shape (n, k, 3).
+
+    Returns:
+        Lowest row among the scene's occluders of the solids that a path meets, -1 for none, shape (n,).
+    """
+    found = np.full(len(polylines), -1, np.int16)
+    if scene.solids:
+        tree = _scene_tree(scene.solids, scene.seabed, len(scene.boxes))
+        owners_along(polylines, *tree[:7], found)
+    return found

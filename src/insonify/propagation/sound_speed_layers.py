@@ -1,0 +1,73 @@
+"""The water as the ray solvers take it: from the surface exactly to the seabed, in layers of one gradient.
+
+Over uneven ground there are two depths: that of the level plane that mirrors sound, and that of the deepest ground.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.ocean.profile import SoundSpeedProfile
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SoundSpeedLayers:
+    """A water column: sound speed at knots, linear in between."""
+
+    depth: Floats
+    """Depths of the knots, from exactly 0 to exactly the seabed, strictly increasing [m], shape (m,), m >= 2."""
+    speed: Floats
+    """Sound speed at the knots [m/s], shape (m,)."""
+    reflecting_depth: float = math.inf
+    """Depth of the plane that mirrors sound at the bottom, one of the knots [m]; infinite for the last knot."""
+
+    @property
+    def water_depth(self) -> float:
+        """Depth of the seabed, where it is deepest [m]."""
+        return float(self.depth[-1])
+
+    @property
+    def bottom_reflection_depth(self) -> float:
+        """Depth of the plane that mirrors sound at the bottom [m]."""
+        return min(self.reflecting_depth, self.water_depth)
+
+    @property
+    def is_isovelocity(self) -> bool:
+        """Whether sound travels at one speed everywhere, and so along straight lines."""
+        return bool(np.all(self.speed == self.speed[0]))
+
+    def __repr__(self) -> str:
+        speeds = f"{self.speed.min():.1f}-{self.speed.max():.1f} m/s"
+        return f"Column: {self.depth.size - 1} layers, {self.water_depth:g} m deep, {speeds}"
+
+
+def sound_speed_layers(profile: SoundSpeedProfile, water_depth: float, *, plane: float = math.inf) -> SoundSpeedLayers:
+    """The part of a profile that lies in the water.
+
+    Args:
+        profile: Sound speed; must cover the water. Knots below the seabed play no part.
+        water_depth: Depth of the seabed, where it is deepest [m].
+        plane: Depth of the plane that mirrors sound, where that is higher [m].
+
+    Returns:
+        Layers from the surface to the seabed; every knot of the profile between them is kept.
+
+    Raises:
+        ValueError: The depth is no positive number, or the profile begins below the surface or ends above the seabed.
+    """
+    if not (np.isfinite(water_depth) and water_depth > 0):
+        raise ValueError(f"water_depth is {water_depth:g} m; give a positive number, such as 20.")
+    profile.covers(water_depth)
+    inside = (profile.depth > 0) & (profile.depth < water_depth)
+    depth = np.concatenate([[0.0], profile.depth[inside], [float(water_depth)]])
+    speed = np.concatenate([profile.at([0.0]), profile.speed[inside], profile.at([water_depth])])
+    if plane < water_depth and plane not in depth:
+        row = int(np.searchsorted(depth, plane))
+        depth, speed = np.insert(depth, row, plane), np.insert(speed, row, profile.at([plane]))
+    for values in (depth, speed):
+        values.setflags(write=False)
+    return SoundSpeedLayers(depth, speed, plane if plane < water_depth else math.inf)

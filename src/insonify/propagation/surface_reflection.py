@@ -1,0 +1,60 @@
+"""Legs off a surface that moves: which of the models of `Surface.reflection` makes them."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.propagation.explicit_surface import explicit_surface_legs
+from insonify.propagation.glints import GLINT_BITS, SonarEnd, glint_surface
+from insonify.propagation.tilted_reflection import tilted_legs
+from insonify.records.legs import Legs
+from insonify.scene.scatterers import Scatterers
+from insonify.scene.scene import Scene
+
+__all__ = ["SonarEnd", "apply_surface_reflection", "repeated_glint_weight"]
+
+
+def apply_surface_reflection(
+    legs: Legs, scene: Scene, seed: int, scatterers: Scatterers, frequency: float, sonar_end: SonarEnd
+) -> tuple[Legs, Legs]:
+    """The legs of one end of the sonar as a moving surface leaves them.
+
+    Args:
+        legs: Legs off a mirror, f families to n points.
+        scene: The scene.
+        seed: Of the scenario.
+        scatterers: The points that they reach.
+        frequency: Of the sound [Hz].
+        sonar_end: The end of the sonar that they begin at, and when.
+
+    Returns:
+        The legs as they are on the way out, and as they are on the way back: of the same families, of which those that
+        bounce off the surface may have further rows.
+    """
+    if scene.surface.reflection == "tilted":
+        return tilted_legs(legs, scene, scatterers, sonar_end)
+    if scene.surface.reflection == "explicit":
+        return explicit_surface_legs(legs, scene, seed, scatterers, frequency, sonar_end)
+    return glint_surface(scene, seed, frequency).legs(legs, scatterers, sonar_end)
+
+
+def repeated_glint_weight(legs_out: Legs, legs_back: Legs, pair: NDArray[np.int64]) -> NDArray[np.float64]:
+    """What pairs of two glints of one ray weigh [1], shape (p,): 1 for all other pairs.
+
+    M glints stand for very many, of which hardly any is met both out and back: pairs of the same glint are left out,
+    and the M (M - 1) others bear the power of M^2. Each two of them are reciprocal and interfere while they keep their
+    phases, so that E|rho_out rho_back|^2 is 1 + |E[rho_out rho_back*]|^2, as of a circular Gaussian rho.
+
+    Args:
+        legs_out: Legs out.
+        legs_back: Legs back.
+        pair: Row of the leg out and of the leg back of each ordered pair, shape (p, 2).
+    """
+    weight = np.ones(len(pair))
+    if legs_out.glints is None or legs_back.glints is None:
+        return weight
+    for row, (i, j) in enumerate(pair):
+        one, other = legs_out.glints.bounce_id[i], legs_back.glints.bounce_id[j]
+        if one >= 0 and one >> GLINT_BITS == other >> GLINT_BITS:
+            many = len({label for label in legs_out.glints.bounce_id if label >> GLINT_BITS == one >> GLINT_BITS})
+            weight[row] = 0.0 if one == other else np.sqrt(many / (many - 1))
+    return weight

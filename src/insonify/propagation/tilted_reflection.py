@@ -1,0 +1,106 @@
+"""Legs off one plane for each bounce, tilted and raised as a swell is where the mirror's bounce point lies.
+
+The paper's moving surface: its plane mirror follows the wave at the point where a ray meets it, at that time.
+A swell so curved that a path has several bounce points is refused with the scenario, see `scenario.swell_errors`.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.ocean.wave_spectrum import angular_frequency
+from insonify.propagation.displaced_bounce import UnfoldedPaths, unfold_paths
+from insonify.propagation.families import bounce_sequence
+from insonify.propagation.glints import SonarEnd, bounce_times, leg_rows, update_grazing
+from insonify.records.legs import Legs
+from insonify.scene.scatterers import Scatterers
+from insonify.scene.scene import Scene
+
+Floats = NDArray[np.float64]
+
+
+def tilted_legs(legs: Legs, scene: Scene, scatterers: Scatterers, sonar_end: SonarEnd) -> tuple[Legs, Legs]:
+    """The legs off tilted planes.
+
+    Args:
+        legs: Legs off a level mirror, f families to n points.
+        scene: The scene, with a swell.
+        scatterers: The points that they reach.
+        sonar_end: The end of the sonar that they begin at, and when.
+
+    Returns:
+        The legs as they are on the way out, and as they are on the way back.
+    """
+    touched = [row for row, family in enumerate(legs.families) if "S" in bounce_sequence(family)]
+    if not touched:
+        return legs, legs
+    out, back = (leg_rows(legs, list(range(len(legs.families)))) for _ in range(2))
+    for row in touched:
+        lines = unfold_paths(legs.families[row], sonar_end.position, scatterers.position, scene.seabed.depth)
+        times = bounce_times(lines, legs.delay[row], scene, scatterers, sonar_end)
+        for way, time in zip((out, back), times, strict=True):
+            _reflect_in_tilted_planes(way, row, lines, scene, scatterers, sonar_end, time)
+    return out, back
+
+
+def _reflect_in_tilted_planes(
+    legs: Legs, row: int, paths: UnfoldedPaths, scene: Scene, scatterers: Scatterers, sonar_end: SonarEnd, time: Floats
+) -> None:
+    """Reflect one row's sonar in the planes that it meets, one after the other."""
+    family, bed = legs.families[row], scene.seabed.depth
+    speed = float(scene.water.sound_speed_at(sonar_end.position[2]))
+    on, normal = tilted_planes(scene, paths.flat_bounce_points(), time)
+    level = np.array([0.0, 0.0, 1.0])
+    image, facings, met = np.broadcast_to(sonar_end.position, scatterers.position.shape), [], 0
+    for letter in bounce_sequence(family):
+        at, facing = (on[met], normal[met]) if letter == "S" else (np.array([0.0, 0.0, bed]), level)
+        met += letter == "S"
+        facings.append(facing)
+        image = image - 2 * np.sum((image - at) * facing, axis=-1, keepdims=True) * facing
+    way = scatterers.position - image
+    length = np.maximum(np.linalg.norm(way, axis=1), 1e-6)
+    arrival = way / length[:, None]
+    departure = arrival
+    for facing in reversed(facings):
+        departure = departure - 2 * np.sum(departure * facing, axis=-1, keepdims=True) * facing
+    # Told as a change of the level mirror's leg, so that refraction keeps its share.
+    straight = np.concatenate(
+        [paths.horizontal_distance[:, None] * paths.horizontal_direction, np.zeros((len(length), 1))], axis=1
+    )
+    down = paths.vertical_travel * (-1.0 if paths.starts_upward else 1.0)
+    there_z, here_z = down, -down if paths.reverses_vertically else down
+    excess = length - paths.length
+    legs.delay[row] += excess / speed
+    legs.spreading[row] *= paths.length / length
+    legs.absorption[row] *= legs.absorption[row] ** (excess / paths.length)
+    legs.length[row] += excess
+    for column, now, z in ((legs.departure, departure, there_z), (legs.arrival, arrival, here_z)):
+        mirror = (straight + np.stack([0 * z, 0 * z, z], axis=1)) / paths.length[:, None]
+        turned = column[row] + now - mirror
+        column[row] = turned / np.linalg.norm(turned, axis=1, keepdims=True)
+    update_grazing(legs, row, scatterers.normal)
+
+
+def tilted_planes(scene: Scene, points: Floats, time: Floats) -> tuple[Floats, Floats]:
+    """A point of the surface, and its unit normal into the water, at some places and times.
+
+    Args:
+        scene: The scene, with a swell.
+        points: North and east [m], shape (..., 2).
+        time: After the start of the track [s], shape (...).
+
+    Returns:
+        North, east, depth of the surface [m], and its normal [1], both of shape (..., 3).
+    """
+    swell = scene.surface.swell
+    assert swell is not None  # the surface has checked
+    k = 2 * math.pi / swell.length
+    omega = float(angular_frequency(k, water_depth=scene.seabed.depth))
+    ahead = np.array([math.cos(scene.surface.wave_direction), math.sin(scene.surface.wave_direction)])
+    turned = k * ((points - np.array(scene.seabed.scatterer_grid.origin)) @ ahead) - omega * time
+    high, steep = swell.height / 2 * np.cos(turned), -k * swell.height / 2 * np.sin(turned)
+    on = np.concatenate([points, -high[..., None]], axis=-1)
+    # Depth + elevation is constant on the surface: its gradient is the normal.
+    normal = np.concatenate([steep[..., None] * ahead, np.ones((*steep.shape, 1))], axis=-1)
+    return on, normal / np.linalg.norm(normal, axis=-1, keepdims=True)

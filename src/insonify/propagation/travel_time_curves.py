@@ -1,0 +1,145 @@
+"""Where rays of a family meet a flat boundary: delays and launch angles over all distances.
+
+Before a ping is drawn, the engine asks how far its window reaches and in which directions the sound must leave. In
+layered water no formula tells; so all rays to a row of distances are found once, and bounds are read off them.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.propagation._eigenray_kernel import COLUMNS, DELAY, MOST, SIN_LAUNCH, solve_eigenrays
+from insonify.propagation.families import bounce_sequence
+from insonify.propagation.propagation_model import DepartureCones
+from insonify.propagation.sound_speed_layers import SoundSpeedLayers
+
+Floats = NDArray[np.float64]
+
+STEP = 0.25
+"""Distance between the rays of a sweep [m]; coarser where there would be too many."""
+MOST_STEPS = 4000
+
+
+@dataclass(frozen=True)
+class TravelTimeCurve:
+    """Delays and launch angles of one family over distance; no ray: infinite bounds the wrong way round."""
+
+    range_step: float
+    """Distance from one column to the next [m]."""
+    least_delay: Floats
+    """Least delay of the family's rays [s], (m,)."""
+    greatest_delay: Floats
+    """Greatest delay [s], (m,)."""
+    least_launch_angle: list[Floats]
+    """Least launch angle [rad, + down] of the columns from each one on: of 1, 2, 4, ... columns."""
+    greatest_launch_angle: list[Floats]
+    """Greatest launch angle, likewise."""
+
+    def launch_angle_bounds(self, horizontal_distance: Floats, radius: Floats) -> tuple[Floats, Floats]:
+        """Least and greatest launch angle to stretches of the boundary [rad]; infinite, the wrong way round, for none.
+
+        Args:
+            horizontal_distance: Distances of their middles [m], (n,).
+            radius: How far they extend [m], (n,).
+        """
+        last = len(self.least_delay) - 1
+        # A column more on each side: rays between two columns are bounded by both.
+        first = np.clip(np.floor((horizontal_distance - radius) / self.range_step) - 1, 0, last).astype(int)
+        stop = np.clip(np.ceil((horizontal_distance + radius) / self.range_step) + 1, 0, last).astype(int)
+        level = np.floor(np.log2(stop - first + 1)).astype(int)
+        low, high = np.full(len(horizontal_distance), np.inf), np.full(len(horizontal_distance), -np.inf)
+        for k in np.unique(level):
+            rows = level == k
+            one, other = first[rows], stop[rows] - 2**k + 1
+            low[rows] = np.minimum(self.least_launch_angle[k][one], self.least_launch_angle[k][other])
+            high[rows] = np.maximum(self.greatest_launch_angle[k][one], self.greatest_launch_angle[k][other])
+        return low, high
+
+
+def departure_cones(sweeps: list[TravelTimeCurve], offset: Floats, radius: Floats) -> DepartureCones:
+    """Bounds of the directions in which rays leave for neighbourhoods.
+
+    Args:
+        sweeps: The family's rays to the depths between which the neighbourhoods lie.
+        offset: North and east of their middles from the sonar [m], (n, 2).
+        radius: How far they extend [m], (n,).
+    """
+    away = np.hypot(offset[:, 0], offset[:, 1])
+    spans = [one.launch_angle_bounds(away, radius) for one in sweeps]
+    low = np.min([span[0] for span in spans], axis=0)
+    high = np.max([span[1] for span in spans], axis=0)
+    there = low <= high
+    low, high = np.where(there, low, 0.0), np.where(there, high, 0.0)
+    middle = (low + high) / 2
+    ahead = offset / np.maximum(away, 1e-300)[:, None]
+    ahead[away == 0] = [1.0, 0.0]
+    way = np.column_stack([np.cos(middle)[:, None] * ahead, np.sin(middle)])
+    aside = np.where(radius < away, np.arcsin(np.minimum(1, radius / np.maximum(away, radius))), np.pi)
+    level_part = np.cos(np.where(low * high <= 0, 0.0, np.minimum(np.abs(low), np.abs(high))))
+    margin = np.minimum(np.hypot((high - low) / 2, aside * level_part), np.pi)
+    return DepartureCones(way, margin, there)
+
+
+def travel_time_curve(
+    water: SoundSpeedLayers, family: str, depth: float, boundary_depth: float, max_range: float
+) -> TravelTimeCurve:
+    """All rays of a family from the sonar to a row of distances on a boundary.
+
+    Args:
+        water: Sound speed between surface and bottom.
+        family: Name of the family.
+        depth: Depth of the sonar [m].
+        boundary_depth: Depth of the boundary [m].
+        max_range: Distance to which they are followed [m].
+    """
+    steps = min(MOST_STEPS, math.ceil(max_range / STEP)) + 2
+    step = max(max_range / MOST_STEPS, STEP)
+    ranges = step * np.arange(steps)
+    rays, count, missing = np.zeros((steps, MOST, COLUMNS)), np.zeros(steps, np.int64), np.zeros(steps, np.uint8)
+    string = bounce_sequence(family)
+    solve_eigenrays(
+        water.depth, water.speed, water.reflecting_depth, depth, len(string), string.startswith("S"),
+        np.full(steps, boundary_depth), ranges, rays, count, missing,
+    )  # fmt: skip
+    there = np.arange(MOST) < count[:, None]
+    angle = np.arcsin(np.clip(rays[:, :, SIN_LAUNCH], -1, 1))
+    return TravelTimeCurve(
+        step,
+        np.where(there, rays[:, :, DELAY], np.inf).min(axis=1),
+        np.where(there, rays[:, :, DELAY], -np.inf).max(axis=1),
+        _running_extremes(np.where(there, angle, np.inf).min(axis=1), np.minimum),
+        _running_extremes(np.where(there, angle, -np.inf).max(axis=1), np.maximum),
+    )
+
+
+def ranges_within_delays(
+    sweeps: list[TravelTimeCurve], delays: tuple[float, float], delay_margin: float
+) -> tuple[float, float]:
+    """Nearest and farthest distance at which the delays of some families meet a span of delays [m].
+
+    Args:
+        sweeps: One of each family and each end of the sonar.
+        delays: Half of the earliest and of the latest two-way delay heard [s].
+        delay_margin: How much earlier or later the other end of the sonar may hear [s].
+
+    Returns:
+        Distances, a column of the sweep beyond the last that meets it; 0 and -1 where none does.
+    """
+    earliest = np.min([one.least_delay for one in sweeps], axis=0)
+    latest = np.max([one.greatest_delay for one in sweeps], axis=0)
+    columns = np.flatnonzero((earliest <= delays[1] + delay_margin) & (latest >= delays[0] - delay_margin))
+    if not columns.size:
+        return 0.0, -1.0
+    step = sweeps[0].range_step
+    return step * max(int(columns[0]) - 1, 0), step * float(columns[-1] + 1)
+
+
+def _running_extremes(column: Floats, least: np.ufunc) -> list[Floats]:
+    """Extremes of 1, 2, 4, ... columns from each one on, so that any stretch is covered by two of them."""
+    levels = [column]
+    while 2 ** len(levels) <= len(column):
+        half = 2 ** (len(levels) - 1)
+        levels.append(np.asarray(least(levels[-1][:-half], levels[-1][half:])))
+    return levels

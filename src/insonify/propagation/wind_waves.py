@@ -1,0 +1,91 @@
+"""The waves of a wind sea as sound meets them: which share of the height has which length, direction and speed.
+
+Tables for drawing waves in proportion to their share of the surface's variance. Made once for each wind.
+"""
+
+import math
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.ocean.directional_spreading import ElfouhailySpreading
+from insonify.ocean.elfouhaily import Elfouhaily
+from insonify.ocean.wave_spectrum import angular_frequency
+
+Floats = NDArray[np.float64]
+
+LENGTHS, DIRECTIONS, TURNS = 1024, 48, 65
+"""Wavenumbers of the table; those that have directions of their own; probabilities of a direction."""
+GUIDES = 4096
+"""Steps of the guide to the rows of the table."""
+SLOPE_CUT = 3.0
+"""Wavenumber of the sound over that of the shortest waves that it sees as slope [1]."""
+
+
+class WindWaves(NamedTuple):
+    """A sea as tables, in the frame of its wind: the first axis along the waves, the second to the right of it."""
+
+    wavenumber: Floats
+    """Increasing in equal ratios [rad/m], shape (m,)."""
+    variance: Floats
+    """Variance of the height below each wavenumber [m^2], shape (m,)."""
+    frequency: Floats
+    """Angular frequency of each [rad/s], shape (m,)."""
+    direction_quantiles: Floats
+    """Direction re the wind's at equal steps of probability, for wavenumbers in equal ratios [rad], shape (d, t)."""
+    slope_moments: Floats
+    """Below each wavenumber: variance of the slope along and across the wind [1], of the vertical speed [m^2/s^2], and
+    minus the mean of slope along the wind times that speed [m/s]: what runs downwind falls where it slopes up; shape
+    (4, m)."""
+    row_guide: NDArray[np.int32]
+    """Row that holds a share of the variance: entry i + 1 is a row not above it, entry i one not below it, where i is
+    `GUIDES` times the root of the part of the variance beyond that share, whole; shape (g + 1,)."""
+
+
+@lru_cache(maxsize=8)
+def wind_waves(wind_speed: float, shortest: float, longest: float = 0.0) -> WindWaves:
+    """The waves that a wind has raised on an open sea.
+
+    Args:
+        wind_speed: Wind 10 m above the sea [m/s].
+        shortest: Wavenumber of the shortest waves that count [rad/m].
+        longest: Wavenumber of the longest ones [rad/m].
+
+    Source: spectrum and directions of Elfouhaily et al. (1997), see `insonify.ocean`.
+    """
+    sea = Elfouhaily(wind_speed)
+    spreading = ElfouhailySpreading(sea)
+    low = max(sea.peak / 8, longest)
+    k = np.geomspace(low, max(shortest, 2 * sea.peak, 1.01 * low), LENGTHS)
+    some = np.geomspace(k[0], k[-1], DIRECTIONS)
+    chance = np.linspace(0, 1, TURNS)
+    turn = np.stack([spreading.quantile(chance, np.full(TURNS, one)) for one in some])
+    middle = np.stack([spreading.quantile((chance[1:] + chance[:-1]) / 2, np.full(TURNS - 1, one)) for one in some])
+    ahead, square = (
+        np.interp(np.log(k), np.log(some), column.mean(axis=1)) for column in (np.cos(middle), np.cos(middle) ** 2)
+    )
+    density, omega = sea.density(k), angular_frequency(k)
+    columns = (k**2 * square, k**2 * (1 - square), omega**2, k * omega * ahead)
+    moment = np.stack([_running(k, density * column) for column in columns])
+    variance = _running(k, density)
+    share = variance[-1] * (1 - (np.arange(GUIDES + 1) / GUIDES) ** 2)
+    guide = np.clip(np.searchsorted(variance, share, side="right") - 1, 0, LENGTHS - 2).astype(np.int32)
+    return WindWaves(k, variance, omega, turn, moment, guide)
+
+
+def shortest_wavenumber(frequency: float, sound_speed: float) -> float:
+    """Wavenumber of the shortest waves that sound sees as slope [rad/m].
+
+    Args:
+        frequency: Of the sound [Hz].
+        sound_speed: At the surface [m/s].
+    """
+    return 2 * math.pi * frequency / sound_speed / SLOPE_CUT
+
+
+def _running(k: Floats, density: Floats) -> Floats:
+    """Integral of a density over wavenumber up to each k; trapezes in log k follow power laws."""
+    per_log = density * k
+    return np.concatenate(([0.0], np.cumsum((per_log[1:] + per_log[:-1]) / 2 * np.diff(np.log(k)))))

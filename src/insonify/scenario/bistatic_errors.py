@@ -1,0 +1,71 @@
+"""What a receiver on a platform of its own cannot be simulated with, or with what clock."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from pydantic_core import PydanticCustomError
+
+from insonify.model import field_error
+
+if TYPE_CHECKING:
+    from insonify.scenario.scenario import Scenario
+    from insonify.sonar.track import Track
+
+CLOCK = ("interval", "window", "stop_and_hop")
+"""What a receiver's track has from the transmitter's: when it listens, and how."""
+
+
+def with_transmitter_clock(written: Any, track: Track | None) -> Any:
+    """A receiver's track as it was written, with the transmitter's clock and number of pings where it says none.
+
+    Args:
+        written: What stands in the scenario.
+        track: The transmitter's; None where that is at fault itself.
+    """
+    if not isinstance(written, dict) or track is None:
+        return written
+    return {**{name: getattr(track, name) for name in CLOCK}, "pings": track.ping_count, **written}
+
+
+def clock_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
+    """Where a receiver's track does not keep the transmitter's time: without that nothing else can be looked at.
+
+    Args:
+        scenario: The scenario.
+    """
+    track, other = scenario.track, scenario.receiver_track
+    if other is None:
+        return
+    for name in CLOCK:
+        if getattr(other, name) != getattr(track, name):
+            yield field_error(f"receiver_track.{name}", None, f"differs from track.{name}, and the receiver keeps the "
+                          "transmitter's time. Leave it out, or write the same.")  # fmt: skip
+    if other.ping_count != track.ping_count:
+        yield field_error("receiver_track.pings", f"{other.ping_count}", f"pings, and the track has {track.ping_count}. "
+                      f"Leave `pings` out, or write {track.ping_count}.")  # fmt: skip
+
+
+def bistatic_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
+    """Everything that keeps a receiver from having a platform of its own.
+
+    Args:
+        scenario: The scenario.
+    """
+    sonar = scenario.sonar
+    if scenario.receiver_track is None:
+        if sonar.receive_mounting is not None:
+            yield field_error("sonar.receive_mounting", None, "is for a receiver on a platform of its own. Give that a "
+                          "receiver_track, or leave receive_mounting out.")  # fmt: skip
+        return
+    if sonar.sides is not None:
+        yield field_error("sonar.sides", f"[{', '.join(sonar.sides)}]", "hear each for itself on one platform, and "
+                      "receiver_track gives the receiver another. Leave `sides` out and give one mounting, or leave "
+                      "receiver_track out.")  # fmt: skip
+    if scenario.paths.geometry == "slice":
+        yield field_error("paths.geometry", "slice", "is one vertical plane through one platform. Write geometry: 3d, or "
+                      "leave receiver_track out.")  # fmt: skip
+    if scenario.paths.engine == "tracer":
+        yield field_error("paths.engine", "tracer", "sends and hears on one platform. Write engine: eigenrays, or leave "
+                      "receiver_track out.")  # fmt: skip

@@ -1,0 +1,92 @@
+"""Random scatterers asked for more densely than their finest grid holds."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from insonify.propagation.families import families_reaching
+from insonify.scenario.platform_poses import platforms
+from insonify.scene.scatterer_grid import BASE_PITCH, FINEST_LEVEL
+from insonify.sonar.ping_geometry import array_depths, ping_geometry
+from insonify.sonar.received_pulse import received_pulse
+
+if TYPE_CHECKING:
+    from insonify.scenario.scenario import Scenario
+    from insonify.scene.scatterers import Boundary
+
+MIN_CELL_SIZE = (BASE_PITCH * 2.0**FINEST_LEVEL) ** 2
+"""Area of the smallest cells of the scatterers' grid [m^2]."""
+NARROWEST = 1e-4
+"""Width that no beam falls short of [rad]: arrays of 5000 wavelengths."""
+SHORTEST = 0.02
+"""Length that no cell of slant range falls short of, over the height above the boundary, unless the pulse does [1]."""
+ENOUGH = 0.99
+"""Part of the density asked for that is no fault [1]: beam widths are computed to fewer digits."""
+
+
+def density_warnings(scenario: Scenario) -> list[str]:
+    """Warnings about resolution cells that the finest grid of scatterers leaves emptier than asked for.
+
+    Args:
+        scenario: A scenario without faults.
+    """
+    paths, two = scenario.paths, scenario.receiver_track is not None
+    if paths.geometry == "slice" or paths.engine == "tracer" or (scenario.field == "incoherent" and not two):
+        return []
+    found: list[tuple[float, Boundary]] = []
+    depths = array_depths(scenario.sonar, platforms(scenario))
+    boundaries: tuple[tuple[Boundary, float, object], ...] = (
+        ("seabed", scenario.seabed.depth, scenario.seabed.scattering),
+        ("surface", 0.0, scenario.surface.scattering),
+    )
+    for boundary, level, law in boundaries:
+        if (
+            law is None
+            or boundary not in paths.contributions
+            or not families_reaching(boundary, paths.followed_families)
+        ):
+            continue
+        height = float(np.abs(level - depths).min())
+        if _least_bound(scenario, height) < MIN_CELL_SIZE:
+            found.append((_smallest_cell(scenario, height) / MIN_CELL_SIZE, boundary))
+    if not found or min(found)[0] >= ENOUGH:
+        return []
+    part, boundary = min(found)
+    most = part * paths.scatterers_per_cell
+    return [
+        f"paths.scatterers_per_cell: {paths.scatterers_per_cell:g} are asked for, but scatterers lie "
+        f"{1e3 * np.sqrt(MIN_CELL_SIZE):.3g} mm apart at the closest: the smallest resolution cells of the {boundary} "
+        f"hold {_rounded_down(most)}. Give {_rounded_down(most)} or fewer; 5 make speckle."
+    ]
+
+
+def _least_bound(scenario: Scenario, height: float) -> float:
+    """Area that no scatterer of a boundary at some height falls short of [m^2], without a look at the beams."""
+    water, sonar, width = scenario.water, scenario.sonar, NARROWEST
+    slant = min(received_pulse(sonar).finest_resolution(water.min_sound_speed), SHORTEST * height)
+    if (track := sonar.receiver.synthetic_aperture) is not None:
+        width = min(width, water.min_sound_speed / sonar.pulse.frequency / 2 / track)
+    return min(slant * height * width / scenario.paths.scatterers_per_cell, slant**2)
+
+
+def _smallest_cell(scenario: Scenario, height: float) -> float:
+    """Smallest area of one scatterer on a boundary at some height, within the first ping's window [m^2]."""
+    from insonify.engines.ping_scatterers import resolution_of  # kernels, which few scenarios ask for here
+
+    carried, window = platforms(scenario), scenario.track.window
+    here = ping_geometry(scenario.sonar.side_sonars[0], carried, 0, window=window, pulse=received_pulse(scenario.sonar),
+                  water=scenario.water, seed=scenario.seed)  # fmt: skip
+    cells = resolution_of(scenario.scene, scenario.paths, here)
+    ranges = (
+        np.array([scenario.water.min_sound_speed, scenario.water.max_sound_speed]) * np.array(here.recorded_delays) / 2
+    )
+    near, far = (np.sqrt(np.maximum(np.array([one]) ** 2 - height**2, 0.0)) for one in ranges)
+    return float(cells.finest(near, far, height)[0])
+
+
+def _rounded_down(count: float) -> str:
+    """A count to two digits, not above it."""
+    digits = 10.0 ** (np.floor(np.log10(count)) - 1)
+    return f"{np.floor(count / digits + 1e-9) * digits:g}"

@@ -1,0 +1,302 @@
+"""The validator's findings, turned into advice for the author of a scenario file.
+
+The validator speaks of types, and once per alternative of a union. A person wants one
+line per mistake: the value as it was typed, the range in the unit that was typed, and
+the word that was probably meant.
+"""
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from insonify.scenario.diagnostic import Diagnostic, nearest_word
+from insonify.scenario.expected_type import ExpectedType, find
+from insonify.scenario.yaml_source import Path, YamlSource, dotted
+from insonify.units import UNITS, si
+
+_NUMBER_AND_UNIT = re.compile(r"^([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)$")
+_RANGE = {"greater_than", "greater_than_equal", "less_than", "less_than_equal"}
+_UNKNOWN = {"extra_forbidden", "unexpected_keyword_argument"}
+_MISSING = {"missing", "missing_argument"}
+
+
+@dataclass(frozen=True, slots=True)
+class _Finding:
+    """One complaint of the validator, and the place in the file that it is about."""
+
+    kind: str
+    path: Path
+    asked: tuple[ExpectedType, ...]
+    value: Any
+    context: dict[str, Any]
+    message: str
+
+    @property
+    def is_about_kind(self) -> bool:
+        """Whether it only says that this alternative wanted another kind of value."""
+        return self.kind.endswith(("_type", "_parsing")) or self.kind == "int_from_float"
+
+
+def validation_diagnostics(error: ValidationError, model: type[BaseModel], source: YamlSource) -> list[Diagnostic]:
+    """One advice per mistake that the validator found in a file.
+
+    Args:
+        error: What the validator said.
+        model: The noun that the file describes.
+        source: The file.
+    """
+    items = [single for item in error.errors(include_url=False) for single in _unfolded(item)]
+    findings = [_finding(item, model, source) for item in items]
+    said = {(fault.field, fault.line) for fault in source.faults}
+    advice = []
+    for path in dict.fromkeys(finding.path for finding in findings):
+        here = [finding for finding in findings if finding.path == path]
+        is_said_below = any(other.path[: len(path)] == path and other.path != path for other in findings)
+        if is_said_below and all(finding.is_about_kind for finding in here):
+            continue
+        if (dotted(path), source.line(path)) not in said and not _is_misspelt_elsewhere(here, findings):
+            advice += _one_line(here, findings, source)
+    return advice
+
+
+def yaml_boolean_errors(model: type[BaseModel], source: YamlSource) -> list[Diagnostic]:
+    """Every yes, no, on or off that stands where a number or a word is wanted, and every .nan and .inf.
+
+    Python counts truths as 1 and 0, and some nouns hold text or laws of their own: the validator
+    alone would let them pass.
+
+    Args:
+        model: The noun that the file describes.
+        source: The file.
+    """
+    advice = []
+    for path in source.written:
+        value = source.value(path)
+        if not isinstance(value, bool) and not (isinstance(value, float) and not math.isfinite(value)):
+            continue
+        _, asked = find(model, source.values, path)
+        _, about = find(model, source.values, path[:-1])
+        if isinstance(path[-1], str) and all(path[-1] not in group.keys for group in about):
+            continue  # a key that nobody knows: that is said instead
+        if isinstance(value, float):
+            problem = f"{source.written[path]} is not a finite number"
+            advice.append(_advice(path, source, problem, _allowed(asked)))
+        elif asked and all(choice.kind is not bool for choice in asked):
+            wanted = _either_of(asked)
+            problem = f"{source.written[path]} means {str(value).lower()} in YAML; it should be {wanted}"
+            fix = "Put quotes around it" if any(choice.kind is str for choice in asked) else ""
+            advice.append(_advice(path, source, problem, fix=fix))
+    return advice
+
+
+def _unfolded(item: Any) -> list[Any]:
+    """A complaint that holds several field_error faults, as one complaint for each of them."""
+    if item["type"] != "field_error":
+        return [item]
+    return [item | {"ctx": {"path": path, "shown": shown}} for path, shown in item["ctx"]["faults"]]
+
+
+def _finding(item: Any, model: type[BaseModel], source: YamlSource) -> _Finding:
+    context = dict(item.get("ctx", {}))
+    loc = tuple(item["loc"])
+    if item["type"] == "field_error":
+        steps = [int(step) if step.isdigit() else step for step in str(context["path"]).split(".") if step]
+        loc = (*loc, *steps)
+    path, asked = find(model, source.values, loc)
+    return _Finding(item["type"], path, tuple(asked), item["input"], context, item["msg"])
+
+
+def _is_misspelt_elsewhere(here: list[_Finding], findings: list[_Finding]) -> bool:
+    """A missing key that stands in the file under a misspelt name is one mistake, not two."""
+    if here[0].kind not in _MISSING:
+        return False
+    *parent, name = here[0].path
+    strangers = [f.path[-1] for f in findings if f.kind in _UNKNOWN and list(f.path[:-1]) == parent]
+    return any(nearest_word(str(stranger), [str(name)]) for stranger in strangers)
+
+
+def _one_line(here: list[_Finding], findings: list[_Finding], source: YamlSource) -> list[Diagnostic]:
+    field_error = [finding for finding in here if finding.kind == "field_error"]
+    if field_error:  # each is a mistake of its own
+        return [_advice(finding.path, source, str(finding.context["shown"])) for finding in field_error]
+    telling = [finding for finding in here if not finding.is_about_kind]
+    if not telling:
+        return [_type_error_message(here, source)]
+    first = min(telling, key=lambda finding: finding.kind == "value_error")
+    return [_say(first, source)]
+
+
+def _advice(path: Path, source: YamlSource, problem: str, allowed: str = "", fix: str = "") -> Diagnostic:
+    return Diagnostic(source.name, source.line(path), dotted(path), problem, allowed, fix, _label(path, source))
+
+
+def _label(path: Path, source: YamlSource) -> str:
+    """The label that the author gave to the thing that a value belongs to; empty where there is none."""
+    for end in range(len(path), 0, -1):
+        label = source.written.get((*path[:end], "label"), "")
+        if label and path[end:] != ("label",):
+            return label
+    return ""
+
+
+def _say(finding: _Finding, source: YamlSource) -> Diagnostic:
+    kind, path = finding.kind, finding.path
+    typed = source.show(path, finding.value)
+    if kind in _MISSING:
+        return _missing(finding, source)
+    if kind in _UNKNOWN:
+        return _unknown_key(finding, source)
+    if kind in _RANGE or (kind == "int_parsing_size" and any(asked.limits for asked in finding.asked)):
+        return _out_of_range(finding, source)
+    if kind in ("literal_error", "enum", "union_tag_invalid", "union_tag_not_found"):
+        return _unknown_choice(finding, source)
+    if kind == "finite_number":
+        return _advice(path, source, f"{typed} is not a finite number", _allowed(finding.asked))
+    if kind in ("too_short", "too_long"):
+        fix = next((asked.fix for asked in finding.asked if asked.fix), "") if kind == "too_long" else ""
+        return _advice(path, source, f"{typed} has {len(finding.value)} values", _wanted([finding]), fix)
+    if kind == "value_error":
+        return _refused(finding, source)
+    return _advice(path, source, f"{typed}: {finding.message}")
+
+
+def _missing(finding: _Finding, source: YamlSource) -> Diagnostic:
+    *parent, name = finding.path
+    if isinstance(name, int):
+        return _advice(tuple(parent), source, f"value {name + 1} is missing", fix=f"Write {_wanted([finding])} there")
+    return _advice(finding.path, source, f"missing; it should be {_wanted([finding])}", fix=f"Add a line '{name}: ...'")
+
+
+def _unknown_key(finding: _Finding, source: YamlSource) -> Diagnostic:
+    name = finding.path[-1]
+    known = list(dict.fromkeys(key for asked in finding.asked for key in asked.keys))
+    meant = nearest_word(str(name), known)
+    if meant:
+        return _advice(finding.path, source, f"unknown key '{name}'; did you mean '{meant}'?")
+    return _advice(finding.path, source, f"unknown key '{name}'", f"known here: {', '.join(known)}" if known else "")
+
+
+def _unknown_choice(finding: _Finding, source: YamlSource) -> Diagnostic:
+    expected = finding.context.get("expected", finding.context.get("expected_tags", ""))
+    choices = re.findall(r"'([^']*)'", str(expected))
+    path, typed = finding.path, source.show(finding.path, finding.value)
+    if "discriminator" in finding.context:
+        key = finding.context["discriminator"].strip("'")
+        path, typed = (*path, key), str(finding.context.get("tag", ""))
+        choices = choices or sorted({tag for asked in finding.asked for tag in asked.tags(key)})
+        if finding.kind == "union_tag_not_found":
+            fix = f"Add a line '{key}: ...'"
+            return _advice(path, source, "missing; it should be one of " + ", ".join(choices), fix=fix)
+    meant = nearest_word(typed, choices)
+    fix = f"Did you mean '{meant}'?" if meant else ""
+    return _advice(path, source, f"'{typed}' is not known here", f"one of {', '.join(choices)}", fix)
+
+
+def _refused(finding: _Finding, source: YamlSource) -> Diagnostic:
+    """What a field's or a noun's own check said, or a better sentence where it was about a unit."""
+    typed = source.show(finding.path, finding.value)
+    quantity = next((asked for asked in finding.asked if asked.dimension), None)
+    if quantity is not None and isinstance(finding.value, str) and not _si(typed, quantity):
+        units = list(UNITS[quantity.dimension])
+        unit = re.sub(r"^[-+.\deE\s]*", "", typed)
+        meant = next((name for name in units if name.lower() == unit.lower()), None)
+        fix = f"Did you mean {meant}?" if meant else ""
+        problem = f"{typed} is not {quantity.description().split(' in ')[0]}; use {', '.join(units)}"
+        return _advice(finding.path, source, problem, fix=fix)
+    said = str(finding.context.get("error", finding.message))
+    is_plain = finding.path in source.written
+    return _advice(finding.path, source, said if not is_plain or typed in said else f"{typed}: {said}")
+
+
+def _type_error_message(here: list[_Finding], source: YamlSource) -> Diagnostic:
+    first = here[0]
+    typed = source.show(first.path, first.value)
+    if first.value is None:
+        return _advice(first.path, source, f"has no value; it should be {_wanted(here)}")
+    if isinstance(first.value, int | float) and all(asked.kind is str for asked in first.asked):
+        return _advice(first.path, source, f"{typed} is read as a number", fix=f'Write "{typed}", with quotes')
+    where = "" if first.path else "the file holds "
+    return _advice(first.path, source, f"{where}{typed} where {_wanted(here)} should be")
+
+
+def _wanted(findings: list[_Finding]) -> str:
+    asked = [choice for finding in findings for choice in finding.asked if choice.kind is not type(None)]
+    return _either_of(asked) or "something else"
+
+
+def _either_of(asked: Sequence[ExpectedType]) -> str:
+    """Kinds of value in words; groups that one key tells apart by that key alone: all keys are a paragraph."""
+    groups = [choice for choice in asked if choice.keys]
+    tag = next((key for key in groups[0].keys if all(one.tags(key) for one in groups)), "") if len(groups) > 1 else ""
+    if not tag:
+        return " or ".join(dict.fromkeys(choice.description() for choice in asked))
+    known = ", ".join(dict.fromkeys(word for one in groups for word in sorted(one.tags(tag))))
+    others = [choice.description() for choice in asked if not choice.keys]
+    return " or ".join(dict.fromkeys([f"a group of keys ({tag}: one of {known}; and what belongs to it)", *others]))
+
+
+def _si(typed: str, asked: ExpectedType) -> float | None:
+    """The SI number behind what was typed, or None."""
+    try:
+        value = si(typed, asked.dimension)
+    except ValueError:
+        return None
+    return value if isinstance(value, float) else None
+
+
+def _out_of_range(finding: _Finding, source: YamlSource) -> Diagnostic:
+    asked = next((choice for choice in finding.asked if choice.limits), ExpectedType(float))
+    typed = source.show(finding.path, finding.value).strip()
+    match = _NUMBER_AND_UNIT.match(typed)
+    if match is None:
+        return _advice(finding.path, source, f"{typed} is out of range", _range(asked.limits, asked.units))
+    number, unit = match.groups()
+    shown = f"{number} {unit or asked.units}".strip()
+    size = UNITS.get(asked.dimension, {}).get(unit or asked.units, 1.0)
+    limits = {name: bound / size for name, bound in asked.limits.items()}
+    fix = _better(float(number), unit, limits, asked, finding.path)
+    return _advice(finding.path, source, f"{shown} is out of range", _range(limits, unit or asked.units), fix)
+
+
+def _allowed(asked: Sequence[ExpectedType]) -> str:
+    """The range of a number in its SI unit; empty where none is known."""
+    return next((_range(choice.limits, choice.units) for choice in asked if choice.limits), "")
+
+
+def _range(limits: dict[str, float], unit: str) -> str:
+    shown = {name: _plain(bound) for name, bound in limits.items()}
+    low, high = shown.get("ge", shown.get("gt")), shown.get("le", shown.get("lt"))
+    tail = f" {unit}" if unit else ""
+    if low is not None and high is not None:
+        return f"above {low}, to {high}{tail}" if "gt" in limits else f"{low} to {high}{tail}"
+    if low is not None:
+        return f"{low}{tail} or more" if "ge" in limits else f"above {low}{tail}"
+    return f"{high}{tail} or less" if "le" in limits else f"below {high}{tail}"
+
+
+def _plain(bound: float) -> str:
+    """A limit without an exponent, where it is a whole number that a person would write out."""
+    return f"{bound:.0f}" if bound == round(bound) and abs(bound) < 1e9 else f"{bound:.6g}"
+
+
+def _fits(value: float, limits: dict[str, float]) -> bool:
+    above = value >= limits.get("ge", value) and value > limits.get("gt", value - 1)
+    return above and value <= limits.get("le", value) and value < limits.get("lt", value + 1)
+
+
+def _better(number: float, unit: str, limits: dict[str, float], asked: ExpectedType, path: Path) -> str:
+    """What was probably meant: the other sign, or the same number with a unit."""
+    only_sign = limits.get("ge", limits.get("gt", -1)) >= 0 or limits.get("le", limits.get("lt", 1)) <= 0
+    if only_sign and _fits(-number, limits):
+        why = "Depths are positive downwards; write" if "depth" in str(path[-1:]) else "Did you mean"
+        return f"{why} {-number:g} {unit or asked.units}".strip() + ("" if why.endswith("write") else "?")
+    for guess, size in UNITS.get(asked.dimension, {}).items():
+        # nobody leaves out the km of 0.001 km
+        is_handy = abs(number) >= (1.0 if size > 1 else 0.1)
+        if not unit and is_handy and _fits(number * size, limits):
+            return f"Did you mean {number:g} {guess}?"
+    return ""

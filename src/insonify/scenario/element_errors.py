@@ -1,0 +1,152 @@
+"""What recordings of elements, and of a sonar under way, cannot be made of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic_core import PydanticCustomError
+
+from insonify.model import field_error
+from insonify.scenario.platform_poses import platforms
+from insonify.sonar.hydrophones import element_layout
+from insonify.sonar.ping_geometry import ping_geometry
+from insonify.sonar.platforms import Platforms
+from insonify.sonar.pulse import Pulse, spectrum
+from insonify.sonar.received_pulse import received_pulse
+from insonify.sonar.receiver import Receiver, response
+from insonify.sonar.sonar import receiver_rotation
+from insonify.synthesis.waveform_basis import MOST, doppler_node_count, doppler_range
+
+if TYPE_CHECKING:
+    from insonify.scenario.scenario import Scenario
+
+Floats = NDArray[np.float64]
+MIN_PASSED_ENERGY = 0.9
+"""Share of the energy that the band keeps of a standing target's echo, which it must keep of a shifted one [1]."""
+_POINTS, _SEARCHED = 4096, 60
+
+MAX_POSES = 2000
+"""Pings looked at of those that bring an array within its own size of the surface or the bed [1]."""
+
+
+def element_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
+    """Everything that keeps elements from being recorded, and a sonar from being heard under way.
+
+    Args:
+        scenario: The scenario.
+    """
+    receiver = scenario.sonar.receiver
+    if receiver.record == "elements" and scenario.field == "incoherent":
+        yield field_error("sonar.receiver.record", "elements", "are heard as pressures, and field is incoherent. Write "
+                      "field: coherent, or sonar.receiver.record: beams.")  # fmt: skip
+    if receiver.record == "elements" and scenario.output.labels:
+        yield field_error("output.labels", "true", "is for beams, and sonar.receiver.record is elements. Write labels: "
+                      "false; a run of the same scene with record: beams has them.")  # fmt: skip
+    if receiver.sub_bands > 1 and scenario.field == "incoherent":
+        yield field_error("sonar.receiver.sub_bands", f"{receiver.sub_bands}", "are for pressures, and field is "
+                      "incoherent. Leave sub_bands out, or write field: coherent.")  # fmt: skip
+    if receiver.record == "elements":
+        yield from _out_of_water_errors(scenario)
+    if scenario.field == "coherent" and not scenario.track.stop_and_hop:
+        yield from _out_of_band_errors(scenario)
+
+
+def _out_of_water_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
+    """The first element that any ping has above the surface or below the level of the bed."""
+    sonar, track = scenario.sonar, platforms(scenario).receiver_poses
+    bed = scenario.seabed.depth
+    for side in sonar.side_sonars:
+        positions = element_layout(side.receive)[0]
+        centres, reach = track.offset_depths(side.receive.offset), float(np.linalg.norm(positions, axis=1).max())
+        near = (centres > 0) & (centres < bed) & ((centres <= reach) | (centres >= bed - reach))
+        for ping in np.flatnonzero(near)[:MAX_POSES].tolist():
+            depth = centres[ping] + (positions @ receiver_rotation(side, track.rotation(ping)))[:, 2]
+            wrong = (depth <= 0) | (depth >= bed)
+            if wrong.any():
+                row = int(np.argmax(wrong))
+                where = "at or above the sea surface" if depth[row] <= 0 else f"at or below the seabed ({bed:g} m)"
+                yield field_error("sonar.receive", None, f"puts element {row} {where} at ping {ping}, at {depth[row]:.4g} "
+                              "m. Give a smaller array, or another depth.")  # fmt: skip
+                return
+
+
+def _out_of_band_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
+    """A receiver that an echo's Doppler shift leaves, and pulses so long that no sum of shapes holds it."""
+    carried, stop = platforms(scenario), scenario.track.window[1]
+    moved = [
+        moments[-1].offset_positions(array.offset) - moments[0].offset_positions(array.offset)
+        for side in scenario.sonar.side_sonars
+        for array, moments in zip(side.arrays, carried.window_poses, strict=True)
+    ]
+    speed = np.max([np.linalg.norm(way, axis=1) for way in moved], axis=0) / stop
+    if speed.max() == 0:
+        return
+    found = _dopplers(scenario, carried, int(np.argmax(speed)))
+    if found is None:
+        return
+    pulse, receiver = scenario.sonar.pulse, scenario.sonar.receiver
+    turned = pulse.frequency * pulse.duration * (found[1] - found[0])
+    if doppler_node_count(pulse, found[1] - found[0]) >= MOST:
+        yield field_error(
+            "sonar.pulse.duration", f"{pulse.duration * 1e3:g} ms", "is long for a sonar that moves at "
+            f"{speed.max():.3g} m/s: Doppler turns it by {turned:.0f} cycles between one direction and another. "
+            "Write track.stop_and_hop: true, or give a shorter pulse or a narrower beam.",
+        )  # fmt: skip
+    worst = max(found, key=abs)
+    still, shifted = (passed_energy_fraction(pulse, receiver, factor) for factor in (0.0, worst))
+    if shifted < MIN_PASSED_ENERGY * still:
+        least = _min_bandwidth(pulse, receiver, worst)
+        yield field_error(
+            "sonar.receiver.bandwidth", f"{receiver.bandwidth / 1e3:g} kHz", f"keeps {100 * shifted:.0f} % of an echo that a "
+            f"platform at {speed.max():.3g} m/s hears shifted by {worst * pulse.frequency:+.0f} Hz, and "
+            f"{100 * still:.0f} % of one without Doppler. Give a band of {least / 1e3:.4g} kHz or more, or write "
+            "track.stop_and_hop: true.",
+        )  # fmt: skip
+
+
+def _dopplers(scenario: Scenario, carried: Platforms, ping: int) -> tuple[float, float] | None:
+    """Least and greatest Doppler factor less one at the fastest ping; None where its beams are at fault."""
+    pulse, found = received_pulse(scenario.sonar), []
+    for side in scenario.sonar.side_sonars:
+        try:
+            here = ping_geometry(side, carried, ping, window=scenario.track.window, pulse=pulse, water=scenario.water,
+                          seed=scenario.seed)  # fmt: skip
+        except ValueError:
+            return None
+        found += list((0.0, 0.0) if here.is_static else doppler_range(here))
+    return min(found), max(found)
+
+
+def passed_energy_fraction(pulse: Pulse, receiver: Receiver, doppler: float) -> float:
+    """Share of the energy of an echo that the receiver's band passes [1].
+
+    Args:
+        pulse: What was sent.
+        receiver: What hears it.
+        doppler: Part by which the echo is quicker, d(emission) / d(arrival) - 1 [1].
+    """
+    edge = receiver.sample_rate / 2
+    # far enough for all of a tone, whose lobes are 1 / duration wide, and for all of a sweep
+    reach = max(edge, pulse.bandwidth + 20 / pulse.duration + abs(doppler) * pulse.frequency)
+    offset = np.linspace(-reach, reach, _POINTS * max(1, int(np.ceil(reach * pulse.duration / 256))))
+    sent = np.abs(spectrum(pulse, (offset - doppler * pulse.frequency) / (1 + doppler))) ** 2
+    return float(np.sum(sent * response(receiver, offset) ** 2) / np.sum(sent))
+
+
+def _min_bandwidth(pulse: Pulse, receiver: Receiver, doppler: float) -> float:
+    """Least band that keeps what it must of a shifted echo [Hz], to two digits upwards."""
+    low, high = receiver.bandwidth, receiver.bandwidth + 4 * abs(doppler) * pulse.frequency + pulse.bandwidth
+    for _ in range(_SEARCHED):
+        middle = (low + high) / 2
+        wider = receiver.unchecked_copy(bandwidth=middle)
+        enough = passed_energy_fraction(pulse, wider, doppler) >= MIN_PASSED_ENERGY * passed_energy_fraction(
+            pulse, wider, 0.0
+        )
+        low, high = (low, middle) if enough else (middle, high)
+        if high - low < 0.002 * high:
+            break
+    step = 10 ** np.floor(np.log10(high) - 2)
+    return float(np.ceil(high / step) * step)

@@ -1,0 +1,45 @@
+"""Where uneven water is more than delays, and where an array is larger than what shares one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from insonify.ocean.inhomogeneity import wave_parameter
+from insonify.sonar.hydrophones import element_layout
+
+if TYPE_CHECKING:
+    from insonify.scenario.scenario import Scenario
+
+SHARED = 0.5
+"""Largest extent of an array whose elements are taken to share their delays, re the patches' length [1]."""
+
+
+def inhomogeneity_warnings(scenario: Scenario) -> list[str]:
+    """Words on patches so small that they scatter, and on arrays that span several; none in even water.
+
+    Args:
+        scenario: A scenario without faults.
+    """
+    uneven, sonar = scenario.water.inhomogeneity, scenario.sonar
+    if uneven is None or uneven.rms_index == 0:
+        return []
+    said, way = [], scenario.water.max_sound_speed * scenario.track.window[1] / 2
+    wavelength = scenario.water.sound_speed / sonar.pulse.frequency
+    if (size := wave_parameter(way, wavelength, uneven)) > 1:
+        least = float(np.sqrt(size)) * uneven.correlation_length
+        said.append(
+            f"water.inhomogeneity.correlation_length: over {way:.4g} m patches of {uneven.correlation_length:g} m bend the sound as much as "
+            f"they delay it (4 R / (k l^2) is {size:.2g}, and 1 is the limit): amplitudes would flicker, and are left "
+            f"steady. Give patches of {least:.2g} m or more, or a shorter window."
+        )
+    if sonar.receiver.record == "elements":
+        extent = float(np.ptp(element_layout(sonar.receive)[0], axis=0).max())
+        if extent > SHARED * uneven.correlation_length:
+            said.append(
+                f"water.inhomogeneity.correlation_length: the receive array is {extent:.3g} m long, and all its elements share the "
+                f"delays of its centre, as in patches of {extent / SHARED:.3g} m; these are of {uneven.correlation_length:g} m. "
+                "Give larger ones, or a shorter array."
+            )
+    return said

@@ -1,0 +1,81 @@
+"""The platforms of a scenario: their true poses at every ping, and how they go on while the sonar listens."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from insonify.sonar.platforms import Platforms
+from insonify.sonar.track import Poses, true_poses
+
+if TYPE_CHECKING:
+    from insonify.scenario.scenario import Scenario
+    from insonify.sonar.track import Track
+
+Later = tuple[Poses, Poses] | None
+
+
+def platforms(scenario: Scenario) -> Platforms:
+    """What carries the sonar of a scenario; a receiver that keeps to the transmitter's poses rides the same platform.
+
+    Args:
+        scenario: The scenario.
+    """
+    key = _Key(scenario.track, scenario.receiver_track, scenario.seed)
+    known = _LATEST.get(_ONLY)
+    if known is None or not known[0].same(key):
+        known = key, _platforms(scenario)
+        _LATEST[_ONLY] = known
+    return known[1]
+
+
+class _Key(NamedTuple):
+    """Tracks and seed that poses follow from; tracks are frozen, so the same object has the same poses."""
+
+    track: Track
+    receiver_track: Track | None
+    seed: int
+
+    def same(self, other: _Key) -> bool:
+        """Return True if the tracks are the same objects, and the seed the same number."""
+        return self.track is other.track and self.receiver_track is other.receiver_track and self.seed == other.seed
+
+
+_ONLY = "latest"
+_LATEST: dict[str, tuple[_Key, Platforms]] = {}
+"""Platforms of the scenario that was asked about last: its checks and its preparation need them ten times."""
+
+
+def _platforms(scenario: Scenario) -> Platforms:
+    """Work out the poses of `platforms`."""
+    moves = not scenario.track.stop_and_hop
+    sending, later = _track_poses(scenario.track, scenario.seed, moves)
+    if scenario.receiver_track is None or scenario.receiver_track == scenario.track:
+        return Platforms(sending, transmitter_window_poses=later)
+    receiving, other = _track_poses(scenario.receiver_track, receiver_seed(scenario), moves)
+    if all(_alike(a, b) for a, b in zip((sending, *(later or ())), (receiving, *(other or ())), strict=True)):
+        return Platforms(sending, transmitter_window_poses=later)
+    return Platforms(sending, receiving, later, other)
+
+
+def receiver_seed(scenario: Scenario) -> int:
+    """The seed of what is random about a receiver's own platform: no scenario has it for its first.
+
+    Args:
+        scenario: The scenario.
+    """
+    return scenario.seed | 1 << 63
+
+
+def _track_poses(track: Track, seed: int, moves: bool) -> tuple[Poses, Later]:
+    """Poses at the start of each ping; and at the middle and the end of the window of one that moves."""
+    now = true_poses(track, seed=seed)
+    if not moves:
+        return now, None
+    stop = track.window[1]
+    return now, (true_poses(track, seed=seed, after=stop / 2), true_poses(track, seed=seed, after=stop))
+
+
+def _alike(one: Poses, other: Poses) -> bool:
+    return np.array_equal(one.position, other.position) and np.array_equal(one.attitude, other.attitude)

@@ -1,0 +1,201 @@
+"""What no part of a scenario can see by itself: whether scene, sonar, track and paths go together.
+
+Each check yields errors of `field_error`; the scenario raises them all at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic_core import PydanticCustomError
+
+from insonify.model import field_error
+from insonify.propagation.families import bounce_sequence
+from insonify.scenario.bistatic_errors import bistatic_errors, clock_errors
+from insonify.scenario.element_errors import element_errors
+from insonify.scenario.platform_poses import platforms
+from insonify.scenario.receiver_errors import receiver_errors
+from insonify.scenario.swell_errors import swell_errors
+from insonify.scenario.terrain_errors import terrain_errors
+from insonify.scenario.track_errors import ENDS, array_positions, track_out_of_water_errors
+from insonify.scene.scene import inside_body, scene_errors
+from insonify.scene.target import PointTarget
+from insonify.scene.volume_scatterers import patch_errors
+from insonify.sonar.array import PointTransducer
+from insonify.sonar.beam import beams
+from insonify.sonar.ping_geometry import array_depths
+from insonify.sonar.track import LineTrack, StaticTrack
+
+if TYPE_CHECKING:
+    from insonify.scenario.scenario import Scenario
+
+Floats = NDArray[np.float64]
+
+MIN_POINT_DISTANCE = 1.0
+"""Distance that source level and target strength refer to: no point target may be nearer to the sonar [m]."""
+
+
+def scenario_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
+    """Everything that keeps a scenario of valid parts from being simulated.
+
+    Args:
+        scenario: The scenario; each of its nouns has passed its own checks.
+
+    Yields:
+        Errors of `field_error`, each at the guilty value, with its limit and the way out.
+    """
+    if untimely := list(clock_errors(scenario)):
+        yield from untimely
+        return
+    yield from scene_errors(scenario.completed_seabed, scenario.targets)
+    yield from patch_errors(scenario.water.patches, scenario.completed_seabed, scenario.targets)
+    yield from _profile_depth_errors(scenario)
+    found = array_positions(scenario)
+    yield from track_out_of_water_errors(scenario, found)
+    yield from terrain_errors(scenario, found)
+    yield from _sonar_inside_target(scenario, found)
+    yield from _blind_beam_errors(scenario)
+    yield from element_errors(scenario)
+    yield from bistatic_errors(scenario)
+    yield from receiver_errors(scenario)
+    if scenario.paths.geometry == "slice":
+        yield from _slice_errors(scenario)
+    if scenario.paths.engine == "tracer":
+        yield from _tracer_limits(scenario)
+    if scenario.surface.reflection == "explicit":
+        yield from _explicit_sea_limits(scenario)
+    if scenario.surface.reflection == "tilted":
+        yield from swell_errors(scenario, found)
+
+
+def _explicit_sea_limits(scenario: Scenario) -> Iterator[PydanticCustomError]:
+    """What bounce points on drawn waves are not looked for in."""
+    if scenario.water.layered:
+        yield field_error("surface.reflection", "explicit", "needs straight rays, and water.profile bends them. Give the water "
+                      "one sound_speed, or write reflection: statistical.")  # fmt: skip
+    twice = [name for name in scenario.paths.followed_families if bounce_sequence(name).count("S") > 1]
+    if twice:
+        once = [name for name in scenario.paths.followed_families if name not in twice]
+        yield field_error(
+            "surface.reflection", "explicit", f"follows one surface bounce of a leg, and {twice[0]} has more. Write "
+            f"max_reflections: 2 under paths, or families: [{', '.join(once)}], or reflection: statistical.",
+        )  # fmt: skip
+
+
+def _volume_scattering_limits(scenario: Scenario, position: str) -> Iterator[PydanticCustomError]:
+    """What hangs in the water, where nobody looks for it."""
+    for name in ("volume_strength_db", "patches"):
+        if getattr(scenario.water, name) not in (None, ()):
+            yield field_error(f"water.{name}", None, f"is not heard by {position}. Write geometry: 3d and engine: eigenrays under "
+                          "paths, or leave it out.")  # fmt: skip
+
+
+def _tracer_limits(scenario: Scenario) -> Iterator[PydanticCustomError]:
+    """What rays that are straight, and energies, cannot tell."""
+    yield from _volume_scattering_limits(scenario, "the tracer")
+    if scenario.seabed.texture is not None:
+        yield field_error("seabed.texture", None, "is not known to the tracer. Write engine: eigenrays under paths, or "
+                      "leave it out.")  # fmt: skip
+    if scenario.field == "coherent":
+        yield field_error("field", "coherent", "needs phases, and the tracer's rays have none. Write field: incoherent, or "
+                      "engine: eigenrays under paths.")  # fmt: skip
+    if scenario.water.layered:
+        yield field_error("water.profile", None, "bends rays, and those of the tracer are straight. Give the water one "
+                      "sound_speed, or write engine: eigenrays under paths.")  # fmt: skip
+    if scenario.surface.reflection != "flat":
+        yield field_error("surface.reflection", scenario.surface.reflection, "is not for the tracer, whose surface is a mirror. "
+                      "Write reflection: flat, or engine: eigenrays under paths.")  # fmt: skip
+
+
+def _profile_depth_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
+    written, bed = scenario.water.profile, scenario.seabed.depth
+    if written is None:
+        return
+    first, last = written.depth[0], written.depth[-1]
+    if first > 0:
+        yield field_error(
+            "water.profile", None, f"begins at {first:g} m; sound speed must be known from the surface (0 m) "
+            f"to the seabed ({bed:g} m). Add a row for 0 m, or move the first one there.",
+        )  # fmt: skip
+    if last < bed:
+        yield field_error(
+            "water.profile", None, f"ends at {last:g} m, above the seabed ({bed:g} m). "
+            f"Add a row for {bed:g} m or deeper, such as [{bed:g}, {written.speed[-1]:g}].",
+        )  # fmt: skip
+
+
+def _sonar_inside_target(scenario: Scenario, places: dict[str, Floats]) -> Iterator[PydanticCustomError]:
+    seabed = scenario.completed_seabed
+    for row, target in enumerate(scenario.targets):
+        if isinstance(target, PointTarget):
+            yield from _point_target_too_near(row, target, places)
+            continue
+        for name, position in places.items():
+            pings = np.flatnonzero(inside_body(target, seabed, position))
+            if len(pings):
+                when = f"at ping {pings[0]}" if len(pings) == 1 else f"from ping {pings[0]} to {pings[-1]}"
+                yield field_error(
+                    f"targets.{row}.position", None, f"{name} is inside {target.label} {when}. "
+                    "Move the target, or the track.",
+                )  # fmt: skip
+                break
+
+
+def _point_target_too_near(row: int, point: PointTarget, places: dict[str, Floats]) -> Iterator[PydanticCustomError]:
+    """A point target nearer than the distance that source level and target strength refer to."""
+    for name, position in places.items():
+        away = np.linalg.norm(position - np.array(point.position), axis=1)
+        ping = int(np.argmin(away))
+        if away[ping] < MIN_POINT_DISTANCE:
+            yield field_error(
+                f"targets.{row}.position", None, f"{point.label} is {away[ping]:.2g} m from {name} at ping {ping}. "
+                f"Levels refer to 1 m: move the target to {MIN_POINT_DISTANCE:g} m or farther, or the track.",
+            )  # fmt: skip
+            return
+
+
+def _blind_beam_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
+    # Whether a steered beam exists depends on the wavelength, which no array knows by itself.
+    depths = array_depths(scenario.sonar, platforms(scenario))
+    speeds = scenario.water.sound_speed_at(depths)
+    for end, array in zip(ENDS, scenario.sonar.beam_arrays, strict=False):
+        for speed in sorted({float(speeds.min()), float(speeds.max())}):
+            try:
+                beams(array, scenario.sonar.pulse.frequency, speed)
+            except ValueError as fault:
+                yield field_error(f"sonar.{end}.steer", None, str(fault))
+                break
+
+
+def _slice_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
+    """A slice is the vertical plane of one beam, which must not lean and must look along boresight."""
+    sonar, track = scenario.sonar, scenario.track
+    yield from _volume_scattering_limits(scenario, "a slice, which is one plane")
+    if not isinstance(track, StaticTrack | LineTrack) or not track.motion.is_still:
+        path, shown = ("track.kind", track.kind) if track.motion.is_still else ("track.motion", None)
+        yield field_error(
+            path, shown, "takes the beam out of the one vertical plane of a slice. Write paths.geometry: 3d, or a "
+            "static or line track without motion.",
+        )  # fmt: skip
+        return
+    if sonar.receiver.record == "elements":
+        yield field_error("sonar.receiver.record", "elements", "need the third dimension. Write paths.geometry: 3d.")
+    elif sonar.channel_count > 1:
+        has = f"steers {sonar.channel_count}" if sonar.sides is None else f"has {sonar.channel_count} on its sides"
+        yield field_error(
+            "paths.geometry", "slice", f"has one beam, but the sonar {has}. "
+            "Write 3d, for a bearing needs the third dimension, or give one steer angle.",
+        )  # fmt: skip
+    ways = {"track.pitch": track.pitch, "track.roll": track.roll}
+    for end, array in zip(ENDS, (sonar.transmit, sonar.receive), strict=True):
+        if not isinstance(array, PointTransducer) and len(array.steers) == 1:
+            ways[f"sonar.{end}.steer"] = array.steers[0][0]
+    for path, angle in ways.items():
+        if angle != 0:
+            yield field_error(
+                path, f"{np.degrees(angle):g} deg", "takes the beam out of the one vertical plane of a slice. "
+                "Write 0 deg, or paths.geometry: 3d.",
+            )  # fmt: skip

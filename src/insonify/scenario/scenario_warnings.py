@@ -1,0 +1,166 @@
+"""What can be simulated as it stands, but may not be what was meant: each said once, with its numbers."""
+
+from __future__ import annotations
+
+import warnings
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.ocean.profile_corners import ProfileCorner, profile_corners
+from insonify.scattering.bubbles import bubble_loss_db
+from insonify.scenario.aperture_warnings import aperture_warnings
+from insonify.scenario.boundary_warnings import boundary_warning
+from insonify.scenario.density_warnings import density_warnings
+from insonify.scenario.expectation_warnings import expectation_warnings
+from insonify.scenario.inhomogeneity_warnings import inhomogeneity_warnings
+from insonify.scenario.navigation_log_warnings import gap_warning, jump_warning
+from insonify.scenario.platform_poses import platforms
+from insonify.scenario.pulse_warnings import pulse_warnings
+from insonify.scenario.range_warnings import range_warnings
+from insonify.scenario.receiver_errors import receiver_warnings
+from insonify.scenario.smooth_face_warnings import smooth_face_warnings
+from insonify.scenario.terrain_errors import terrain_gap_warning
+from insonify.scenario.turn_warnings import turn_warnings
+from insonify.scenario.wave_warnings import wave_warnings
+from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
+from insonify.sonar.beam import grating_lobes
+from insonify.sonar.ping_geometry import array_depths
+from insonify.sonar.received_pulse import received_pulse
+from insonify.validity import PhysicsWarning
+
+if TYPE_CHECKING:
+    from insonify.scenario.scenario import Scenario
+
+Floats = NDArray[np.float64]
+Transducers = LineArray | PlanarArray | PointTransducer
+
+ASKED = 9
+"""Depths of the sonar, from its shallowest to its deepest, that corners of a profile are tried for."""
+THINNEST = 1e-3
+"""Distance between knots of a profile below which a step of it is more likely noise than water [m]."""
+MAX_LOST_ENERGY = 0.1
+"""Share of the pulse's energy that a receiver may leave out without a word [1]."""
+
+
+def scenario_warnings(scenario: Scenario) -> None:
+    """Warn of what can be simulated but may not be meant: laws, receiver, lobes, profile, log, ground, nearness.
+
+    Args:
+        scenario: A scenario without faults.
+    """
+    sonar, water = scenario.sonar, scenario.water
+    water.absorption(sonar.pulse.frequency)  # for the warning that its law gives of itself
+    _bubbles(scenario)
+    carried = platforms(scenario)
+    depths = array_depths(sonar, carried)
+    slowest = float(np.min(water.sound_speed_at(depths)))  # where waves are shortest, lobes are nearest
+    said = [
+        *pulse_warnings(scenario),
+        _narrow_receiver_warning(scenario),
+        _profile_corners(scenario, np.linspace(depths[0], depths[-1], ASKED)),
+    ]
+    for end, array in zip(("transmit", "receive"), sonar.beam_arrays, strict=False):
+        said.append(_grating_lobes(end, array, sonar.pulse.frequency, slowest))
+    said += [terrain_gap_warning(scenario, carried.positions), _thin_layer_warning(scenario), jump_warning(scenario), gap_warning(scenario),
+             boundary_warning(scenario), *range_warnings(scenario), *smooth_face_warnings(scenario),
+             *inhomogeneity_warnings(scenario), *expectation_warnings(scenario),
+             *density_warnings(scenario), _unused_water_warning(scenario)]  # fmt: skip
+    said += [*receiver_warnings(scenario), *aperture_warnings(scenario, slowest / sonar.pulse.frequency),
+             *turn_warnings(scenario, slowest / sonar.pulse.frequency)]  # fmt: skip
+    if scenario.surface.reflection == "explicit":
+        said += wave_warnings(scenario, float(depths[0]))
+    for sentence in filter(None, said):
+        warnings.warn(sentence, PhysicsWarning, stacklevel=2)
+
+
+def _bubbles(scenario: Scenario) -> None:
+    """Evaluate the loss of surface bounces to bubbles, if there are any, for the warnings that its law gives."""
+    wind, bounced = scenario.surface.wind_speed, any("S" in name for name in scenario.paths.followed_families)
+    if wind and bounced and scenario.surface.reflection in ("statistical", "explicit"):
+        bubble_loss_db(wind, scenario.sonar.pulse.frequency, np.pi / 2)
+
+
+def _unused_water_warning(scenario: Scenario) -> str:
+    """A word on water that answers where nobody listens to it; empty otherwise."""
+    if not scenario.water.scatters or "water" in scenario.paths.contributions:
+        return ""
+    return "paths.contributions: water is not among them, and what it sends back is not heard. Add water, or leave causes out."
+
+
+def _narrow_receiver_warning(scenario: Scenario) -> str:
+    """A word on a receiver that leaves out more than a tenth of the pulse; empty otherwise."""
+    pulse, band = scenario.sonar.pulse, scenario.sonar.receiver.bandwidth
+    lost = received_pulse(scenario.sonar).out_of_band_energy
+    if lost <= MAX_LOST_ENERGY:
+        return ""
+    width = f"{pulse.bandwidth / 1e3:g} kHz" if pulse.bandwidth > 0 else f"{2e-3 / pulse.duration:g} kHz (2 / duration)"
+    return (
+        f"sonar.receiver.bandwidth: {band / 1e3:g} kHz is narrow for a pulse with a band of {width}; "
+        f"{100 * lost:.0f} % of its energy is not recorded, and levels are lower by as much. Give a wider band."
+    )
+
+
+def _profile_corners(scenario: Scenario, sonar_depths: Floats) -> str:
+    """A word on corners of the profile that make caustics; empty where there is none within the window's range."""
+    water, bed = scenario.water, scenario.seabed.depth
+    if not water.layered:
+        return ""
+    farthest = water.max_sound_speed * scenario.track.window[1] / 2
+    profile, found = water.profile_to_depth(bed), dict[float, ProfileCorner]()
+    for depth in np.unique(sonar_depths):
+        for kink in profile_corners(profile, float(depth), farthest):
+            nearest = found.get(kink.depth)
+            if 0 < kink.depth < bed and (nearest is None or kink.caustic_range < nearest.caustic_range):
+                found[kink.depth] = kink
+    if not found:
+        return ""
+    first = next(iter(found.values()))
+    depths = " and ".join(f"{depth:g} m" for depth in found)
+    return (
+        f"water.profile: the gradient jumps by {first.gradient_jump:.3g} 1/s at {depths}, which gathers rays to a caustic from "
+        f"{first.caustic_range:.0f} m on that smooth water would have elsewhere or not at all. "
+        "Give water.smoothing, such as 1 m, to round the corners, or a finer profile."
+    )
+
+
+def _thin_layer_warning(scenario: Scenario) -> str:
+    """A word on knots of the profile so near to each other that digits decide the gradient; empty where none are."""
+    written = scenario.water.profile
+    if written is None:
+        return ""
+    depth, speed = np.array(written.depth), np.array(written.speed)
+    thin = np.flatnonzero(np.diff(depth) < THINNEST * (1 - 1e-9))
+    if not thin.size:
+        return ""
+    row = int(thin[0])
+    others = "" if thin.size == 1 else f", the first of {thin.size} such steps"
+    return (
+        f"water.profile: {depth[row]:.9g} m and {depth[row + 1]:.9g} m are {np.diff(depth)[row]:.2g} m apart{others}; "
+        f"their speeds of {speed[row]:.7g} and {speed[row + 1]:.7g} m/s make a gradient of "
+        f"{np.diff(speed)[row] / np.diff(depth)[row]:.3g} 1/s. Give knots at least {THINNEST:g} m apart: leave one of "
+        "the two out."
+    )
+
+
+def _grating_lobes(end: str, array: Transducers, frequency: float, sound_speed: float) -> str:
+    """A word on elements so far apart that beams also look elsewhere; empty where they do not."""
+    if not len(grating_lobes(array, frequency, sound_speed)):
+        return ""
+    steers = array.steers
+    lobes = [grating_lobes(array.steered((steer,)), frequency, sound_speed) for steer in steers]
+    asides = [_nearest(steer, replicas) for steer, replicas in zip(steers, lobes, strict=True) if len(replicas)]
+    return (
+        f"sonar.{end}: grating lobes in {len(asides)} of {len(steers)} beams; the nearest stands "
+        f"{np.degrees(min(asides)):.1f} deg from its beam. The elements are more than half a wavelength apart: "
+        "give more elements, or steer less."
+    )
+
+
+def _nearest(steer: tuple[float, float], replicas: Floats) -> float:
+    """Angle from a beam to the nearest of its replicas [rad], given by cosines to right and down, shape (n, 2)."""
+    right, down = steer
+    axis = np.array([np.cos(down) * np.cos(right), np.cos(down) * np.sin(right), np.sin(down)])
+    front = np.sqrt(np.clip(1 - np.sum(replicas**2, axis=1), 0, None))
+    return float(np.arccos(np.clip(np.column_stack([front, replicas]) @ axis, -1, 1)).min())

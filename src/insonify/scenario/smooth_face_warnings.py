@@ -1,0 +1,44 @@
+"""Words on smooth faces of targets: more sound than they got, the tracer."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from insonify.scattering.lambert import Lambert
+from insonify.units import intensity_ratio
+
+if TYPE_CHECKING:
+    from insonify.scenario.scenario import Scenario
+
+
+def smooth_face_warnings(scenario: Scenario) -> Iterator[str]:
+    """A sentence on each doubtful smooth face.
+
+    Args:
+        scenario: A scenario without faults.
+    """
+    for row, target in enumerate(scenario.targets):
+        smooth = getattr(target, "face_reflection_coefficient", None)
+        if not smooth or target.shape == "point":
+            continue
+        name = f"targets.{row}.face_reflection_coefficient ({target.label})"
+        rough = _albedo(target.scattering)
+        if smooth**2 + rough > 1 + 1e-9:
+            most = f"smooth up to {np.floor(100 * np.sqrt(max(1 - rough, 0))) / 100:g}, or" if rough < 1 else ""
+            yield (
+                f"{name}: {smooth:g} and a scattering strength of {target.scattering.strength_db:g} dB together send "
+                f"back {100 * (smooth**2 + rough):.0f} % of the sound. Write {most} a lower strength."
+            )
+        if scenario.paths.engine == "tracer":
+            yield (
+                f"{name}: the tracer lets rays go on from smooth faces, but hears no flash of theirs. For flashes "
+                "write engine: eigenrays under paths."
+            )
+
+
+def _albedo(law: Lambert) -> float:
+    """Share of the sound that a rough face scatters [1]."""
+    return float(np.pi * intensity_ratio(law.strength_db))

@@ -1,0 +1,198 @@
+"""Draws a square piece of ground, from the coarsest nodes to the finest. Plain numbers and arrays only.
+
+Single precision: places in a window of nodes are a few dozen pitches at most, so heights are right to a millionth.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.jit import njit
+from insonify.random_keys import philox_consecutive
+from insonify.scene._simd_splines import LANES, add_spline
+from insonify.scene.terrain._lattice_noise_kernel import add_band
+
+Floats = NDArray[np.float64]
+Singles = NDArray[np.float32]
+
+_OUTER, _INNER = np.float32(-1 / 16), np.float32(9 / 16)  # cubic through four nodes, half way between the middle two
+_SPARE = 1e-3  # cells by which a window is wider than what its places need
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+def add_upsampled(coarse: Singles, margin: int, count: int, fine: Singles) -> None:
+    """Add what stands on every second node to all nodes, by cubics through four along both axes.
+
+    Args:
+        coarse: Values on every second node, from two of them before the first to two after the last, (planes, m, any).
+        margin: Nodes before the first, and after the last, that are wanted: 0 or 2.
+        count: Nodes wanted along each axis, with margins.
+        fine: Result, added to, (planes, count, at least count).
+    """
+    first = 1 - margin // 2  # coarse node before that of the first fine one
+    half = (count + 1) // 2
+    line = np.empty((coarse.shape[1], 2 * half), np.float32)
+    for plane in range(coarse.shape[0]):
+        for i in range(coarse.shape[1]):
+            row, to = coarse[plane, i, first:], line[i]
+            for u in range(half):
+                to[2 * u] = row[u + 1]
+                to[2 * u + 1] = _OUTER * (row[u] + row[u + 3]) + _INNER * (row[u + 1] + row[u + 2])
+        held, out = line.reshape(line.size), fine[plane].reshape(fine.shape[1] * fine.shape[2])
+        for i in range(count):
+            _add_row(held, (i // 2 + first) * line.shape[1], line.shape[1], i % 2, out, i * fine.shape[2], count)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+def _add_row(held: Singles, at: int, width: int, between: int, out: Singles, to: int, count: int) -> None:
+    """Add to one row of nodes: the second of four rows, or half way to the third."""
+    # Unsigned places: an index that may be negative keeps the loop from becoming vectors.
+    a, t = np.uint64(at), np.uint64(to)
+    b, c, d = np.uint64(at + width), np.uint64(at + 2 * width), np.uint64(at + 3 * width)
+    if between:
+        for j in range(np.uint64(count)):
+            out[t + j] += _OUTER * (held[a + j] + held[d + j]) + _INNER * (held[b + j] + held[c + j])
+    else:
+        for j in range(np.uint64(count)):
+            out[t + j] += held[b + j]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _fill_node_window(
+    first_row: int, rows: int, first_group: int, groups: int, level: int, layer: int, k0: int, k1: int,
+    quantiles: Floats, window: Singles,
+) -> None:  # fmt: skip
+    """Numbers of a window of nodes, row by row: the same as `terrain._kernels` has."""
+    words = np.empty((4, rows), np.uint32)
+    per_word, width = (quantiles.size - 1) * 2.0**-32, np.uint64(4 * groups)
+    for group in range(groups):
+        philox_consecutive(first_row, first_group + group, level, layer, k0, k1, words)
+        for lane in range(4):
+            drawn, out = words[lane], window[4 * group + lane :]
+            for n in range(np.uint64(rows)):
+                place = np.float64(drawn[n]) * per_word
+                cell = np.uint64(np.int64(place))  # unsigned: an index that may be negative costs a test
+                low, high = quantiles[cell], quantiles[cell + np.uint64(1)]
+                out[n * width] = low + (place - np.float64(cell)) * (high - low)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _add_octave(
+    x: float, y: float, step: float, count: int, octave: Floats, name: NDArray[np.int64], quantiles: Floats,
+    out: Singles,
+) -> None:  # fmt: skip
+    """Add one octave on a square of nodes.
+
+    Args:
+        x: Place of the first node [m].
+        y: Likewise [m].
+        step: From node to node [m].
+        count: Nodes along the first axis; along the second as many as `out` has room for.
+        octave: One row of `octaves`, as of `synthesize_octaves`, (5,).
+        name: Likewise of `names`, (5,).
+        quantiles: Of a normal number.
+        out: Result, added to, (3, count, whole vectors).
+    """
+    pitch, amplitude, width = octave[0], octave[4], out.shape[2]
+    c, s = math.cos(octave[1]), math.sin(octave[1])
+    a, b = (c * x + s * y) / pitch + octave[2], (c * y - s * x) / pitch + octave[3]
+    per_c, per_s = c * step / pitch, s * step / pitch
+    down, right = count - 1, width - 1
+    first_i = math.floor(a + min(0.0, per_c * down) + min(0.0, per_s * right) - _SPARE)
+    last_i = math.floor(a + max(0.0, per_c * down) + max(0.0, per_s * right) + _SPARE)
+    first_j = math.floor(b + min(0.0, -per_s * down) + min(0.0, per_c * right) - _SPARE)
+    last_j = math.floor(b + max(0.0, -per_s * down) + max(0.0, per_c * right) + _SPARE)
+    group = first_j >> 2
+    rows, groups = last_i - first_i + 4, ((last_j + 3) >> 2) - group + 1
+    if rows * groups > 6 * count * width:  # nodes of a map far apart: each alone draws some six groups
+        _add_octave_pointwise(x, y, step, octave, name, quantiles, out)
+        return
+    window = np.empty(4 * rows * groups, np.float32)
+    _fill_node_window(first_i - 1, rows, group, groups, name[1], name[2], name[3], name[4], quantiles, window)
+    a, b = a - first_i, b - 4 * group
+    steep = amplitude / pitch
+    turned = (np.float32(amplitude), np.float32(steep * c), np.float32(steep * s))
+    single_c, single_s, flat = np.float32(per_c), np.float32(per_s), out.reshape(out.size)
+    for i in range(count):
+        for k in range(0, width, LANES):
+            add_spline(
+                window, 4 * groups, np.float32(a + i * per_c + k * per_s), np.float32(b - i * per_s + k * per_c),
+                single_s, single_c, turned, flat, i * width + k, count * width,
+            )  # fmt: skip
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _add_octave_pointwise(
+    x: float, y: float, step: float, octave: Floats, name: NDArray[np.int64], quantiles: Floats, out: Singles
+) -> None:
+    """Add an octave so fine that nodes of the map share none of its numbers; arguments as of `_add_octave`."""
+    count, width = out.shape[1], out.shape[2]
+    north, east, found = np.empty(count * width), np.empty(count * width), np.zeros((count * width, 3))
+    for i in range(count):
+        north[i * width : (i + 1) * width] = x + i * step
+        east[i * width : (i + 1) * width] = y + np.arange(width) * step
+    add_band(
+        north, east, octave[0], octave[1], octave[2], octave[3], octave[4], name[1], name[2], name[3], name[4],
+        quantiles, found,
+    )  # fmt: skip
+    for n in range(count * width):
+        for plane in range(3):
+            out[plane, n // width, n % width] += np.float32(found[n, plane])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def synthesize_octaves(
+    along: int, across: int, cell: float, octaves: Floats, names: NDArray[np.int64], quantiles: Floats, into: Singles
+) -> None:  # fmt: skip
+    """Height and slopes of octaves of relief on the nodes of one piece.
+
+    Args:
+        along: Number of the piece along the frame's first axis.
+        across: Along its second.
+        cell: Side of a cell [m].
+        octaves: Pitch [m], turn [rad], both shifts [pitches] and amplitude [m] of each, (o, 5).
+        names: Step between the nodes on which it is drawn: 16, 8, 4, 2 or 1, coarsest first; then its level, layer and
+            the key of its numbers, (o, 5).
+        quantiles: Of a normal number, as of `add_band`.
+        into: Result, height [m] and slopes along the axes [1], (nodes, nodes, 3).
+    """
+    nodes = into.shape[0]
+    step, o = names[0, 0] if octaves.shape[0] else 1, 0
+    coarser = np.zeros((3, 0, 0), np.float32)
+    while step >= 1:
+        margin = 2 if step > 1 else 0
+        count = (nodes - 1) // step + 1 + 2 * margin
+        drawn = np.zeros((3, count, (count + LANES - 1) // LANES * LANES), np.float32)
+        x, y = (along * (nodes - 1) - margin * step) * cell, (across * (nodes - 1) - margin * step) * cell
+        while o < octaves.shape[0] and names[o, 0] == step:
+            _add_octave(x, y, step * cell, count, octaves[o], names[o], quantiles, drawn)
+            o += 1
+        if coarser.shape[1] > 0:
+            add_upsampled(coarser, margin, count, drawn)
+        coarser = drawn
+        step //= 2
+    height, slope, slant = coarser
+    for i in range(nodes):
+        for j in range(nodes):
+            into[i, j, 0], into[i, j, 1], into[i, j, 2] = height[i, j], slope[i, j], slant[i, j]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def synthesize_tiles(
+    rows: NDArray[np.int64], held: NDArray[np.int64], cell: float, octaves: Floats, names: NDArray[np.int64],
+    quantiles: Floats, pieces: Singles,
+) -> None:  # fmt: skip
+    """`synthesize_octaves` on some pieces of a map.
+
+    Args:
+        rows: Which, (n,).
+        held: Numbers of the piece in each row, (rows, 2).
+        cell: As of `synthesize_octaves`.
+        octaves: Likewise.
+        names: Likewise.
+        quantiles: Likewise.
+        pieces: Result, (rows, nodes, nodes, 3).
+    """
+    for row in rows:
+        synthesize_octaves(held[row, 0], held[row, 1], cell, octaves, names, quantiles, pieces[row])

@@ -1,0 +1,198 @@
+"""Cubic B-splines of one lattice at many places of a row at once, in vectors.
+
+The nodes of a map lie on straight rows, the numbers of an octave on a lattice that is turned against them: sixteen of
+these for every node, gathered from all over a window. Compilers do not gather by themselves where results are written
+too, so the instructions are written out here, in the compiler's portable vector language.
+"""
+
+from typing import Any
+
+from insonify.jit import deferred, intrinsic
+
+ir = deferred("llvmlite.ir")
+types = deferred("numba.core.types")
+cgutils = deferred("numba.core.cgutils")
+errors = deferred("numba.core.errors")
+
+
+LANES = 16
+"""Nodes of a row that are worked out together."""
+_SINGLE, _INDEX, _PLACE = ir.FloatType(), ir.IntType(32), ir.IntType(64)
+_ROW, _CELLS, _PLACES = (ir.VectorType(kind, LANES) for kind in (_SINGLE, _INDEX, _PLACE))
+_FOUR = ir.VectorType(_SINGLE, 4)
+_FUSED = ("contract",)  # a multiplication and an addition may round once
+
+
+class Arithmetic:
+    """Sums and products of vectors of one kind, and of vectors and plain numbers."""
+
+    def __init__(self, builder: Any, kind: Any = _ROW) -> None:
+        """Nothing worked out yet."""
+        self.builder, self.kind = builder, kind
+
+    def of(self, number: Any) -> Any:
+        """A plain number in every lane."""
+        return ir.Constant(self.kind, [number] * self.kind.count) if isinstance(number, float) else number
+
+    def plus(self, a: Any, b: Any) -> Any:
+        """Sum."""
+        return self.builder.fadd(self.of(a), self.of(b), flags=_FUSED)
+
+    def minus(self, a: Any, b: Any) -> Any:
+        """Difference."""
+        return self.builder.fsub(self.of(a), self.of(b), flags=_FUSED)
+
+    def times(self, a: Any, b: Any) -> Any:
+        """Product."""
+        return self.builder.fmul(self.of(a), self.of(b), flags=_FUSED)
+
+    def dot(self, weights: list[Any], values: list[Any]) -> Any:
+        """Sum of products."""
+        total = self.times(weights[0], values[0])
+        for weight, value in zip(weights[1:], values[1:], strict=True):
+            total = self.plus(total, self.times(weight, value))
+        return total
+
+    def pairs(self, weights: list[Any], values: list[Any]) -> Any:
+        """Sum of four products, by twos."""
+        first, second, third, fourth = map(self.times, weights, values)
+        return self.plus(self.plus(first, second), self.plus(third, fourth))
+
+    def weights(self, f: Any) -> tuple[list[Any], list[Any]]:
+        """The four cubic B-splines that reach a cell, at fractions f of it, and their derivatives."""
+        minus, times = self.minus, self.times
+        r = minus(1.0, f)
+        rr, ff = times(r, r), times(f, f)
+        values = [
+            times(times(1 / 6, rr), r), minus(2 / 3, times(times(0.5, ff), minus(2.0, f))),
+            minus(2 / 3, times(times(0.5, rr), minus(2.0, r))), times(times(1 / 6, ff), f),
+        ]  # fmt: skip
+        slopes = [
+            times(-0.5, rr), times(f, minus(times(1.5, f), 2.0)),
+            times(r, minus(2.0, times(1.5, r))), times(0.5, ff),
+        ]  # fmt: skip
+        return values, slopes
+
+
+def _splat(builder: Any, scalar: Any, kind: Any) -> Any:
+    nothing = ir.Constant(kind, ir.Undefined)
+    one = builder.insert_element(nothing, scalar, ir.Constant(_INDEX, 0))
+    return builder.shuffle_vector(one, nothing, ir.Constant(_CELLS, [0] * LANES))
+
+
+def _pick(builder: Any, first: Any, second: Any, lanes: list[int]) -> Any:
+    return builder.shuffle_vector(first, second, ir.Constant(ir.VectorType(_INDEX, len(lanes)), lanes))
+
+
+def _four_columns(builder: Any, positions: list[Any]) -> list[Any]:
+    """The number at each of some places, the one after it, the next and the last of four, each as a vector."""
+    fours = [builder.load(builder.inttoptr(position, _FOUR.as_pointer()), align=4) for position in positions]
+    # A square of four by four numbers is turned over in each quarter of the vectors.
+    rows = [_side_by_side(builder, fours[k::4]) for k in range(4)]
+
+    def zipped(first: Any, second: Any, lanes: list[int]) -> Any:
+        way = [4 * part + lane % 4 + lane // 4 * LANES for part in range(LANES // 4) for lane in lanes]
+        return _pick(builder, first, second, way)
+
+    low, high, left, right = [0, 4, 1, 5], [2, 6, 3, 7], [0, 1, 4, 5], [2, 3, 6, 7]
+    halves = [(zipped(rows[0], rows[1], way), zipped(rows[2], rows[3], way)) for way in (low, high)]
+    return [zipped(*half, way) for half in halves for way in (left, right)]
+
+
+def _side_by_side(builder: Any, parts: list[Any]) -> Any:
+    """Short vectors joined into one."""
+    while len(parts) > 1:
+        lanes = list(range(2 * parts[0].type.count))
+        parts = [_pick(builder, parts[k], parts[k + 1], lanes) for k in range(0, len(parts), 2)]
+    return parts[0]
+
+
+def _cell(builder: Any, position: Any) -> tuple[Any, Any]:
+    """Number of the cell that places above 0 are in, and where in it they are."""
+    cell = builder.fptosi(position, _CELLS)
+    return cell, builder.fsub(position, builder.sitofp(cell, _ROW))
+
+
+def _spline(builder: Any, data: Any, stride: Any, a: Any, b: Any) -> tuple[Any, Any, Any]:
+    """Value and both slopes per pitch at places a, b in a window of nodes."""
+    row, f = _cell(builder, a)
+    column, g = _cell(builder, b)
+    at = builder.add(builder.mul(row, _splat(builder, builder.trunc(stride, _INDEX), _CELLS)), column)
+    four = ir.Constant(_PLACES, [4] * LANES)
+    addresses = builder.add(
+        _splat(builder, builder.ptrtoint(data, _PLACE), _PLACES), builder.mul(builder.sext(at, _PLACES), four)
+    )
+    positions = [builder.extract_element(addresses, ir.Constant(_INDEX, k)) for k in range(LANES)]
+    down = builder.mul(stride, ir.Constant(_PLACE, 4))
+    do = Arithmetic(builder)
+    across, across_slope = do.weights(g)
+    heights, slopes = [], []
+    for _ in range(4):
+        nodes = _four_columns(builder, positions)
+        heights.append(do.dot(across, nodes))
+        slopes.append(do.dot(across_slope, nodes))
+        positions = [builder.add(position, down) for position in positions]
+    along, along_slope = do.weights(f)
+    return do.dot(along, heights), do.dot(along_slope, heights), do.dot(along, slopes)
+
+
+def _add_to(builder: Any, data: Any, at: Any, addend: Any) -> None:
+    position = builder.bitcast(builder.gep(data, [at]), _ROW.as_pointer())
+    builder.store(builder.fadd(builder.load(position, align=4), addend, flags=_FUSED), position, align=4)
+
+
+def _require_flat(*arrays: Any) -> None:
+    for array in arrays:
+        if array.layout != "C" or array.ndim != 1 or array.dtype != types.float32:
+            raise errors.TypingError(f"{array} must be one contiguous list of float32")
+
+
+@intrinsic
+def add_spline(
+    typing_context: Any, window: Any, stride: Any, a: Any, b: Any, per_a: Any, per_b: Any, turned: Any,
+    out: Any, at: Any, plane: Any,
+) -> Any:  # fmt: skip
+    """Add height and slopes of one octave at the next `LANES` nodes of a row.
+
+    Args:
+        typing_context: Of the compiler.
+        window: Numbers on a window of the lattice, row by row, float32.
+        stride: Length of its rows.
+        a: Place of the first node in rows of the window, not below 0: places from n to n + 1 reach rows n to n + 3.
+        b: Likewise in columns.
+        per_a: Rows from node to node.
+        per_b: Columns from node to node.
+        turned: Factor of the height, then cosine and sine of the turn times that of the slopes.
+        out: Result, added to: heights, then both slopes, float32.
+        at: Where the first node's height is in `out`.
+        plane: How much further its slopes are.
+    """
+    _require_flat(window, out)
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        window, out = (
+            cgutils.create_struct_proxy(signature.args[k])(context, builder, value=arguments[k]).data for k in (0, 7)
+        )
+        stride, a, b, per_a, per_b = arguments[1:6]
+        number = ir.Constant(_ROW, [float(k) for k in range(LANES)])
+        do = Arithmetic(builder)
+        positions = [
+            do.plus(_splat(builder, first, _ROW), do.times(number, _splat(builder, per, _ROW)))
+            for first, per in ((a, per_a), (b, per_b))
+        ]
+        value, along, across = _spline(builder, window, stride, *positions)
+        height, c, s = (_splat(builder, builder.extract_value(arguments[6], k), _ROW) for k in range(3))
+        results = [
+            do.times(height, value),
+            do.minus(do.times(c, along), do.times(s, across)),
+            do.plus(do.times(s, along), do.times(c, across)),
+        ]
+        position = arguments[8]
+        for result in results:
+            _add_to(builder, out, position, result)
+            position = builder.add(position, arguments[9])
+        return context.get_dummy_value()
+
+    single = types.float32
+    signature = types.void(window, types.int64, *[single] * 4, types.UniTuple(single, 3), out, types.int64, types.int64)
+    return signature, generate

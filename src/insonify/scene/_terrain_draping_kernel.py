@@ -1,0 +1,77 @@
+"""Points laid on the ground: plain numbers and arrays only."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.jit import njit
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+@njit(cache=True, nogil=True)
+def drape_points(
+    depth: float, height: Floats, slope: Floats, place: Floats, area: Floats, position: Floats, normal: Floats,
+    wide: Floats,
+) -> None:  # fmt: skip
+    """Where points of a mean plane lie on the ground, how they face, and how much ground their area is.
+
+    Args:
+        depth: Of the mean plane [m].
+        height: Of the ground above it [m], shape (n,).
+        slope: Gradient of the height to the north and the east [1], shape (n, 2).
+        place: North and east [m], shape (n, 2).
+        area: Of the mean plane [m^2], shape (n,).
+        position: Result: north, east, depth [m], shape (n, 3).
+        normal: Result: unit normal into the water, shape (n, 3).
+        wide: Result: area of the ground [m^2], shape (n,).
+    """
+    for n in range(height.size):
+        position[n, 0], position[n, 1] = place[n, 0], place[n, 1]
+        wide[n] = area[n] * _face(n, depth, height[n], slope[n, 0], slope[n, 1], position, normal)
+
+
+@njit(cache=True, nogil=True)
+def drape_tiles(
+    depth: float, rows: Floats, start: Integers, tile: NDArray[np.int32], rank: NDArray[np.int32], position: Floats,
+    normal: Floats, area: Floats, phase: NDArray[np.complex128], key: NDArray[np.uint64],
+) -> int:  # fmt: skip
+    """The same for points of tiles, in place; those where the ground is not known, or no ground, drop out.
+
+    Args:
+        depth: Of the mean plane [m].
+        rows: Height [m] and gradient to the north and the east [1] of points of tiles, shape (any, 3).
+        start: First row of each tile.
+        tile: Row of each point's tile in `start`, shape (n,).
+        rank: Place of the point in its tile, likewise.
+        position: North and east [m], and what becomes the depth, shape (n, 3).
+        normal: Result, shape (n, 3).
+        area: Of the mean plane [m^2], of which it becomes that of the ground, shape (n,).
+        phase: Of the points, shape (n,).
+        key: Likewise.
+
+    Returns:
+        How many are left, the first rows of all columns.
+    """
+    m = 0
+    for n in range(tile.size):
+        row = start[tile[n]] + rank[n]
+        if not rows[row, 0] < depth:  # a hole, or land
+            continue
+        position[m, 0], position[m, 1], phase[m], key[m] = position[n, 0], position[n, 1], phase[n], key[n]
+        area[m] = area[n] * _face(m, depth, rows[row, 0], rows[row, 1], rows[row, 2], position, normal)
+        m += 1
+    return m
+
+
+@njit(cache=True, nogil=True)
+def _face(
+    n: int, depth: float, height: float, north: float, east: float, position: Floats, normal: Floats
+) -> float:  # fmt: skip
+    """Depth and normal of one point of the ground, by its height and its slope; returns how much ground an area is."""
+    stretch = math.sqrt(1 + north * north + east * east)
+    position[n, 2] = depth - height
+    normal[n, 0], normal[n, 1], normal[n, 2] = -north / stretch, -east / stretch, -1 / stretch
+    return stretch

@@ -1,0 +1,82 @@
+"""How pieces of the ground's map are drawn: square, on nodes a cell apart, a score of times as fast as node by node.
+
+Octaves of relief that are long against a cell are drawn on every second, fourth ... node and filled in between with
+cubics, which changes slopes by half a percent; only the finest are drawn on every node.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify import random_keys
+from insonify.scene._heightmap_kernel import synthesize_tiles
+from insonify.scene.heightmap_cache import CELLS, NODES
+from insonify.scene.terrain.octaves import Octaves, quantiles
+from insonify.scene.terrain.relief import Relief, ReliefSum
+
+Floats = NDArray[np.float64]
+Singles = NDArray[np.float32]
+
+MIN_NODES_PER_PITCH = 4
+"""Nodes to the spacing of an octave's lattice, at least, on which it is drawn."""
+
+
+@dataclass(frozen=True, eq=False)
+class HeightmapSynthesizer:
+    """Draws pieces of one ground."""
+
+    terrain: ReliefSum
+    """Its relief."""
+    cell: float
+    """Side of a cell [m]."""
+
+    def draw(self, rows: NDArray[np.int64], numbers: NDArray[np.int64], pieces: Singles) -> None:
+        """Draw pieces into their rows, from the coarsest nodes to the finest.
+
+        Args:
+            rows: Which, shape (any,).
+            numbers: Numbers of the piece of each row along the axes of the lattice, shape (n, 2).
+            pieces: Result, height [m] and slopes along the lattice's axes [1] on the nodes, shape (n, 65, 65, 3).
+        """
+        synthesize_tiles(rows, numbers, self.cell, *self._octaves, quantiles(), pieces)
+        node = np.arange(NODES)
+        for row in rows.tolist() if self._others else ():
+            a, b = ((number * CELLS + node) * self.cell for number in numbers[row])
+            for relief in self._others:
+                height, slope = relief.sample(np.repeat(a, len(b)), np.tile(b, len(a)))
+                pieces[row] += np.column_stack([height, slope]).reshape(pieces[row].shape)
+
+    def heights(self, along: int, across: int) -> Singles:
+        """Heights on the nodes of one piece [m], shape (65, 65).
+
+        Args:
+            along: Number of the piece along the lattice's first axis [1].
+            across: Along its second axis [1].
+        """
+        piece = np.empty((1, NODES, NODES, 3), np.float32)
+        self.draw(np.zeros(1, np.int64), np.array([[along, across]]), piece)
+        return piece[0, :, :, 0]
+
+    @cached_property
+    def _others(self) -> list[Relief]:
+        """What is not octaves: node by node."""
+        return [part for part in self.terrain.parts if not isinstance(part, Octaves)]
+
+    @cached_property
+    def _octaves(self) -> tuple[Floats, NDArray[np.int64]]:
+        """All octaves of the relief, coarsest nodes first, as `synthesize_tiles` wants them."""
+        numbers, names = [], []
+        for part in self.terrain.parts:
+            if isinstance(part, Octaves):
+                steps = np.clip(np.floor(np.log2(part.pitch / MIN_NODES_PER_PITCH / self.cell + 1e-9)), 0, 4)
+                k0, k1 = random_keys.stream_key(part.seed, random_keys.TERRAIN)
+                for o, (turn, shift_a, shift_b, _) in enumerate(part.placed()):
+                    numbers.append((part.pitch[o], 2 * np.pi * turn, shift_a, shift_b, part.amplitude[o]))
+                    names.append((2 ** int(steps[o]), part.level[o], 2 * part.layer, k0, k1))
+        order = sorted(range(len(names)), key=lambda o: -names[o][0])
+        return (
+            np.array([numbers[o] for o in order]).reshape(-1, 5),
+            np.array([names[o] for o in order], np.int64).reshape(-1, 5),
+        )

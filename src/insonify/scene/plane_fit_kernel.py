@@ -1,0 +1,163 @@
+"""Planes fitted to pieces of a map of heights: samples of an ellipse, least squares. Plain numbers and arrays only."""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.jit import njit
+from insonify.scene.heightmap_cache import CELLS, NODES, SHIFT, HeightmapTiles
+
+Floats = NDArray[np.floating[Any]]
+Singles = NDArray[np.float32]
+MAX_SAMPLES = 32
+_FAST = {"contract", "reassoc", "nsz", "arcp"}  # not "nnan": unknown ground is no number
+_PAGE, _DOWN, _NEXT = np.uint64(NODES * NODES), np.uint64(NODES), np.uint64(MAX_SAMPLES)
+_INSIDE, _NODES = np.int32(CELLS - 1), np.int32(NODES)
+
+
+class EllipsePatches(NamedTuple):
+    """Where the ground is asked, and what is found: n ellipses."""
+
+    a: Floats
+    """Middle of each along the map's first axis [m], (n,)."""
+    b: Floats
+    """Along its second axis [m], (n,)."""
+    c: Floats
+    """Cosine of the long axis, (n,)."""
+    s: Floats
+    """Sine of the long axis, (n,)."""
+    length: Floats
+    """Half of it [m], (n,)."""
+    width: Floats
+    """Half of the short axis [m], (n,)."""
+    height: Floats
+    """Result, of the plane at the middle [m], (n,)."""
+    along: Floats
+    """Result, its slope along the long axis [1], (n,)."""
+    across: Floats
+    """Result, its slope along the short axis [1], (n,)."""
+    residual_variance: Floats
+    """Result, mean square of what is left [m^2], (n,)."""
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def fit_planes(
+    ask: EllipsePatches,
+    count: int,
+    pattern: Singles,
+    pages: HeightmapTiles,
+    wanted: NDArray[np.bool_],
+    known: NDArray[np.bool_],
+) -> None:
+    """Least-squares planes of the heights at the samples of ellipses, linear between the nodes of the map.
+
+    The pattern is symmetric about both axes, so that mean and slopes are found one by one. Samples that nobody knows
+    count as the mean of the others, and a plane of which fewer than half are known comes down to the mean plane.
+
+    Args:
+        ask: The ellipses, and the result.
+        count: How many of them.
+        pattern: Samples of the unit disc and, as a last column, the sums of their squares, (2, samples + 1).
+        pages: The map.
+        wanted: Result, True for the pieces that are missing, (rows, columns) of pieces.
+        known: Which are asked; False where a piece is missing, (n,).
+    """
+    samples, per = pattern.shape[1] - 1, 1 / pages.cell
+    u, v, squares_u, squares_v = (
+        pattern[0],
+        pattern[1],
+        np.float64(pattern[0, samples]),
+        np.float64(pattern[1, samples]),
+    )
+    at, cells = np.empty(2 * MAX_SAMPLES, np.float32), np.empty(2 * MAX_SAMPLES, np.int32)
+    flat, rows, wide = pages.heights, pages.row_of, np.int32(wanted.shape[1])
+    corner_a, corner_b = pages.corner_a * CELLS, pages.corner_b * CELLS
+    begin_a, begin_b = corner_a + CELLS, corner_b + CELLS
+    end_a, end_b = corner_a + (wanted.shape[0] - 1) * CELLS, corner_b + (wanted.shape[1] - 1) * CELLS
+    for q in range(np.uint64(count)):
+        if not known[q]:
+            continue
+        length, width = ask.length[q], ask.width[q]
+        x0, y0 = ask.a[q] * per, ask.b[q] * per  # from the map's own corner: what else is kept must change no bit
+        uc, us, vc, vs = (
+            length * per * ask.c[q],
+            length * per * ask.s[q],
+            width * per * ask.c[q],
+            width * per * ask.s[q],
+        )
+        # not math.isfinite: it takes a number from itself, which is 0 where sums may be put in any order
+        if not abs(x0) + abs(y0) + abs(uc) + abs(us) + abs(vc) + abs(vs) < np.inf:
+            ask.height[q] = ask.along[q] = ask.across[q] = ask.residual_variance[q] = 0.0
+            continue
+        reach_a, reach_b = abs(uc) + abs(vs) + 2, abs(us) + abs(vc) + 2
+        if not (x0 - reach_a >= begin_a and x0 + reach_a < end_a and y0 - reach_b >= begin_b and y0 + reach_b < end_b):
+            wanted[0, 0], known[q] = True, False
+            continue
+        first_i, first_j = math.floor(x0), math.floor(y0)
+        # float32: counted from the middle, to a ten-thousandth of a cell
+        x, y = np.float32(x0 - first_i), np.float32(y0 - first_j)
+        low_i, low_j = np.int32(first_i - corner_a), np.int32(first_j - corner_b)
+        per_uc, per_us, per_vc, per_vs = np.float32(uc), np.float32(us), np.float32(vc), np.float32(vs)
+        for k in range(np.uint64(samples)):
+            from_x, from_y = x + u[k] * per_uc - v[k] * per_vs, y + u[k] * per_us + v[k] * per_vc
+            whole_x, whole_y = np.floor(from_x), np.floor(from_y)
+            at[k], at[_NEXT + k] = from_x - whole_x, from_y - whole_y
+            i, j = np.int32(low_i + np.int32(whole_x)), np.int32(low_j + np.int32(whole_y))
+            cells[k] = np.int32(np.int32(np.int32(i >> SHIFT) * wide) + np.int32(j >> SHIFT))
+            cells[_NEXT + k] = np.int32(np.int32(np.int32(i & _INSIDE) * _NODES) + np.int32(j & _INSIDE))
+        total = squares = along = across = 0.0
+        for k in range(np.uint64(samples)):  # one by one: gathered, they take twice as long
+            row = rows[np.uint32(cells[k])]
+            if row < 0:
+                known[q] = False
+                break
+            # without a sign, for a number that might be negative is checked each time
+            first = np.uint64(np.uint32(row)) * _PAGE + np.uint64(np.uint32(cells[_NEXT + k]))
+            f, g, here, below = at[k], at[_NEXT + k], flat[first], flat[first + _DOWN]
+            low = here + g * (flat[first + np.uint64(1)] - here)
+            high = below + g * (flat[first + _DOWN + np.uint64(1)] - below)
+            height = np.float64(low + f * (high - low))
+            total += height
+            squares += height * height
+            along += u[k] * height
+            across += v[k] * height
+        if not known[q]:
+            for k in range(samples):
+                if rows[cells[k]] < 0:
+                    wanted[cells[k] // wide, cells[k] % wide] = True
+            continue
+        mean, share, rest = total / samples, 1.0, squares / samples
+        along, across = along / squares_u, across / squares_v
+        if total != total:
+            mean, along, across, rest, share = _known(pattern, at, cells, pages)
+        explained = mean * mean + (along * along * squares_u + across * across * squares_v) / samples
+        ask.height[q], ask.along[q], ask.across[q] = share * mean, share * along / length, share * across / width
+        ask.residual_variance[q] = max(rest - explained, 0.0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _known(
+    pattern: Singles, at: Singles, cells: NDArray[np.int32], pages: HeightmapTiles
+) -> tuple[float, float, float, float, float]:
+    """Mean, slopes in units of the half axes, mean square and share, where some of the ground is unknown."""
+    samples, known = pattern.shape[1] - 1, 0
+    total = squares = along = across = lean_u = lean_v = 0.0
+    for k in range(samples):
+        u, v, first = pattern[0, k], pattern[1, k], pages.row_of[cells[k]] * NODES * NODES + cells[MAX_SAMPLES + k]
+        here, below = pages.heights[first], pages.heights[first + NODES]
+        low = here + at[MAX_SAMPLES + k] * (pages.heights[first + 1] - here)
+        high = below + at[MAX_SAMPLES + k] * (pages.heights[first + NODES + 1] - below)
+        height = np.float64(low + at[k] * (high - low))
+        if height == height:
+            known += 1
+            total += height
+            squares += height * height
+            along += u * height
+            across += v * height
+            lean_u += u
+            lean_v += v
+    mean = total / max(known, 1)
+    along, across = (along - mean * lean_u) / pattern[0, samples], (across - mean * lean_v) / pattern[1, samples]
+    return mean, along, across, squares / max(known, 1), min(1.0, 2.0 * known / samples)

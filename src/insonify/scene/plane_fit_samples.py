@@ -1,0 +1,36 @@
+"""Where the planes are sampled that stand for uneven ground where sound bounces: over an ellipse of the resolved bed.
+
+A bounce sees the ground of its first Fresnel zone as one mirror. Waves longer than the zone raise and tilt it; shorter
+ones roughen it, and are in the account of `Bed.roughness_reflection_factor`.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.scene.seabed_terrain import SeabedTerrain
+
+Floats = NDArray[np.float64]
+
+_GOLDEN = 0.6180339887498949
+
+
+def _pattern(count: int) -> Floats:
+    """Samples of the unit disc, evenly over its area and symmetric about both axes and diagonals, (8 count + 1, 2).
+
+    The last row holds the sums of their squares.
+    """
+    number = np.arange(count)
+    radius, turn = np.sqrt((number + 0.5) / count), np.pi / 4 * np.mod((number + 0.5) * _GOLDEN, 1)
+    eighth = radius[:, None] * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+    quarter = np.concatenate([eighth, eighth[:, ::-1]])
+    disc = np.concatenate([quarter * (side, other) for side in (1, -1) for other in (1, -1)])
+    return np.concatenate([disc, np.sum(disc**2, axis=0, keepdims=True)])
+
+
+PATTERN, FEW = _pattern(4), _pattern(1)
+"""Where an ellipse is sampled, as parts of its half axes [1]: 32 places, and 8; then the sums of their squares."""
+
+
+def min_half_axis(bed: SeabedTerrain) -> float:
+    """Half axis below which ellipses are not told apart [m]: an eighth of the ground's shortest wave."""
+    return bed.relief.shortest_wavelength / 8

@@ -1,0 +1,332 @@
+"""The lattice of drawn scatterers: one point per cell, jittered in it, the same in every ping.
+
+Cells are squares of BASE_PITCH * 2**level in the lattice's own frame, grouped in tiles of
+TILE x TILE cells. Position and phase come from the key (seed, stream, level, cell) alone, so any
+cell can be drawn at any time by any worker, and a world moved as a whole keeps its scatterers. So does each cell's
+priority: a sonar that hears a place faintly draws only those that come first, the same in every ping.
+"""
+
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from insonify import random_keys
+from insonify.jit import njit
+from insonify.model import Metres, Model, Radians
+from insonify.scene.scatterers import grid_scatterer_id
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+BASE_PITCH = 0.01
+"""Side of a cell at level 0 [m]."""
+FINEST_LEVEL = -4
+"""Level of the smallest cells: 0.6 mm."""
+TILE = 32
+"""Cells along the side of a tile."""
+PARTS = 4
+"""Parts along the side of a tile, each as loud as its loudest place."""
+SIDE = TILE // PARTS
+"""Cells along the side of a part."""
+CELLS = SIDE * SIDE
+"""Cells of a part."""
+PART_ORDER, TILE_ORDER = 1, 2
+"""Last counters of the draws that put the cells of a part, and the parts of a tile, in order; 0 for a cell's own."""
+
+
+Coordinate = Annotated[Metres, Field(ge=-1e7, le=1e7)]
+
+
+class ScattererGrid(Model):
+    """Frame in which scatterers are drawn: moving it with the world changes no echo."""
+
+    origin: tuple[Coordinate, Coordinate] = (0.0, 0.0)
+    """North and east of the lattice's origin [m]."""
+    heading: Radians = 0.0
+    """Compass heading of the lattice's first axis [rad]."""
+
+    @property
+    def frame(self) -> tuple[float, float, float, float]:
+        """North and east of the origin [m], cosine and sine of the heading."""
+        return *self.origin, float(np.cos(self.heading)), float(np.sin(self.heading))
+
+    def to_world(self, along: NDArray[np.float64], across: NDArray[np.float64]) -> NDArray[np.float64]:
+        """North and east [m], shape (n, 2), of lattice coordinates [m], shape (n,)."""
+        c, s = np.cos(self.heading), np.sin(self.heading)
+        north, east = self.origin
+        place = np.empty((*np.shape(along), 2))
+        place[..., 0], place[..., 1] = north + c * along - s * across, east + s * along + c * across
+        return place
+
+    def from_world(self, position: NDArray[np.float64]) -> NDArray[np.float64]:
+        """ScattererGrid coordinates [m] of north and east [m], shape (..., 2) both."""
+        c, s = np.cos(self.heading), np.sin(self.heading)
+        north, east = position[..., 0] - self.origin[0], position[..., 1] - self.origin[1]
+        return np.stack([c * north + s * east, c * east - s * north], axis=-1)
+
+
+class Tiles(NamedTuple):
+    """Tiles of the lattice, columns of shape (n,)."""
+
+    level: NDArray[np.int64]
+    """Level of the tile's cells."""
+    along: NDArray[np.int64]
+    """Number of the tile along the lattice's first axis."""
+    across: NDArray[np.int64]
+    """Number of the tile along its second axis."""
+
+    @property
+    def pitch(self) -> NDArray[np.float64]:
+        """Side of a cell [m], shape (n,)."""
+        return np.ldexp(BASE_PITCH, self.level)
+
+    @property
+    def centre(self) -> NDArray[np.float64]:
+        """Centre of each tile in lattice coordinates [m], shape (n, 2)."""
+        side = TILE * self.pitch
+        return np.stack([(self.along + 0.5) * side, (self.across + 0.5) * side], axis=-1)
+
+    def take(self, rows: NDArray[np.bool_] | Integers | slice) -> "Tiles":
+        """The tiles of some rows."""
+        return Tiles(self.level[rows], self.along[rows], self.across[rows])
+
+    def split(self) -> "Tiles":
+        """Four tiles of the next finer level for each."""
+        along = (2 * self.along[:, None] + np.array([0, 0, 1, 1])).ravel()
+        across = (2 * self.across[:, None] + np.array([0, 1, 0, 1])).ravel()
+        return Tiles(np.repeat(self.level - 1, 4), along, across)
+
+
+class JitteredPoints(NamedTuple):
+    """What was drawn in some cells of some tiles, columns of shape (n,)."""
+
+    stream: int
+    """Stream of the interface."""
+    level: Integers
+    """Level of the cell."""
+    row: Integers
+    """Number of the cell along the lattice's first axis."""
+    column: Integers
+    """Number of the cell along its second axis."""
+    along: Floats
+    """ScattererGrid coordinate of the scatterer [m]."""
+    across: Floats
+    """Likewise [m]."""
+    turn: Floats
+    """Phase of the place, in turns."""
+    priority: Floats
+    """Uniform number below one that belongs to the place: who keeps a part p of them keeps those below p."""
+    tile: Integers
+    """Row of the tile among those asked for."""
+    rank: Integers
+    """Place in the tile's order, 0 to TILE * TILE - 1: the whole part of its size times the priority."""
+
+    @property
+    def area(self) -> Floats:
+        """Of the cell [m^2]."""
+        return np.square(np.ldexp(BASE_PITCH, self.level))
+
+    @property
+    def phase(self) -> NDArray[np.complex128]:
+        """Unit phasor of the place [1]."""
+        phase = np.empty(len(self.turn), complex)
+        _phasors(self.turn, phase)
+        return phase
+
+    @property
+    def scatterer_id(self) -> NDArray[np.uint64]:
+        """Key of the place."""
+        return grid_scatterer_id(self.stream, self.level, self.row, self.column)
+
+    def take(self, rows: NDArray[np.bool_] | NDArray[np.int64]) -> "JitteredPoints":
+        """What was drawn in some rows."""
+        columns: list[Any] = [column[rows] for column in self[1:]]
+        return JitteredPoints(self.stream, *columns)
+
+
+def jittered_points(tiles: Tiles, seed: int, stream: int, priority_limit: Floats | None = None) -> JitteredPoints:
+    """The scatterers of some tiles, one for each cell, or those of least priority.
+
+    The order of a tile's cells is stratified: of any first 4**k one lies in each of 4**k equal squares, and the next
+    are spread over these, as far from the first as they can be. Few of them are still an even lattice of jittered
+    points.
+
+    Args:
+        tiles: Which tiles.
+        seed: Seed of the scenario.
+        stream: Stream of the interface, one of `insonify.random_keys`.
+        priority_limit: Priority below which scatterers of each part of each tile are wanted, shape (n, PARTS, PARTS); None: all.
+
+    Returns:
+        Tile by tile, part by part, by increasing priority.
+
+    Source: the order is a scrambled base-4 radical inverse, Owen (1995), "Randomly permuted (t,m,s)-nets and
+    (t,s)-sequences", with the digits' order that keeps two of four on a diagonal.
+    """
+    wanted = np.ones((len(tiles.level), PARTS, PARTS)) if priority_limit is None else priority_limit
+    count = max_point_count(wanted)
+    kinds = (np.int64,) * 3 + (float,) * 4 + (np.int64,) * 2
+    columns: list[Any] = [np.empty(count, kind) for kind in kinds]
+    count = _draw(*tiles, wanted, *random_keys.stream_key(seed, stream), *columns)
+    return JitteredPoints(stream, *(column[:count] for column in columns))
+
+
+def next_positions(tiles: Tiles, seed: int, stream: int, begin: Integers, end: Integers) -> tuple[Floats, Floats]:
+    """ScattererGrid coordinates [m] of some scatterers of tiles, one tile after the other, by rank.
+
+    Args:
+        tiles: Which tiles.
+        seed: Seed of the scenario.
+        stream: Stream of the interface.
+        begin: First rank that is asked for of each, shape (tiles,).
+        end: Rank after the last, likewise.
+    """
+    along, across = np.empty((2, int(np.sum(end - begin))))
+    _next_positions(*tiles, begin, end, *random_keys.stream_key(seed, stream), along, across)
+    return along, across
+
+
+@njit(cache=True, nogil=True)
+def _next_positions(
+    level: Integers, tile_along: Integers, tile_across: Integers, begin: Integers, end: Integers, k0: int, k1: int,
+    along: Floats, across: Floats,
+) -> None:  # fmt: skip
+    """The same, into along and across."""
+    words, done = np.empty((4, TILE * TILE), np.uint32), 0
+    row, column, rank = np.empty((3, TILE * TILE), np.int64)
+    for t in range(level.size):
+        pitch, wanted = BASE_PITCH * 2.0 ** level[t], np.full((PARTS, PARTS), end[t] / (TILE * TILE))
+        count = priority_ordered_cells(level[t], tile_along[t], tile_across[t], wanted, k0, k1, row, column, rank)
+        last = 0
+        for n in range(count):
+            if rank[n] >= begin[t]:
+                row[last], column[last], rank[last], last = row[n], column[n], rank[n], last + 1
+        random_keys.philox_at(row[:last], column[:last], level[t], 0, k0, k1, words)
+        for n in range(last):
+            at = done + rank[n] - begin[t]
+            along[at] = (row[n] + random_keys.uniform_from_word(words[0, n])) * pitch
+            across[at] = (column[n] + random_keys.uniform_from_word(words[1, n])) * pitch
+        done += end[t] - begin[t]
+
+
+@njit(cache=True, nogil=True)
+def tile_prefixes(tile: NDArray[np.int32], rank: NDArray[np.int32], density: Floats) -> tuple[Integers, Integers]:
+    """How many of a tile's scatterers are asked for together, where its order reaches to some of them.
+
+    Args:
+        tile: Row of the tile of each scatterer, shape (n,).
+        rank: Its place in the tile's order, likewise.
+        density: The largest part of a tile's scatterers that anybody keeps, shape (tiles,).
+
+    Returns:
+        Rows of the tiles that have any; and of each of them the least of that part, a quarter of it, a quarter of that,
+        and so on, that holds all.
+    """
+    count, asked, n = np.zeros(density.size, np.int64), np.empty(density.size, np.int64), 0
+    for m in range(tile.size):
+        count[tile[m]] = max(count[tile[m]], rank[m] + 1)
+    for t in range(density.size):
+        if count[t] == 0:
+            continue
+        part = np.ceil(density[t] * (TILE * TILE))
+        while part >= 4 * count[t]:
+            part /= 4
+        asked[n], count[n], n = t, int(np.ceil(part)), n + 1
+    return asked[:n], count[:n]
+
+
+@njit(cache=True, nogil=True)
+def max_point_count(wanted: Floats) -> int:
+    """No fewer cells than come before some priority in each part of some tiles, shape (n, PARTS, PARTS)."""
+    count = 0
+    for part in wanted.flat:
+        count += min(int(max(part, 0.0) * CELLS) + 1, CELLS)
+    return count
+
+
+@njit(cache=True, nogil=True)
+def _phasors(turn: Floats, phase: NDArray[np.complex128]) -> None:
+    """Unit phasors of some turns, into phase (n,)."""
+    for n in range(turn.size):
+        angle = 2 * np.pi * turn[n]
+        phase[n] = complex(np.cos(angle), np.sin(angle))
+
+
+@njit(cache=True, nogil=True)
+def _digit(square: int, scramble: int) -> int:
+    """Which of the four comes when: place in the order of a square (two bits) under a scramble (two bits)."""
+    shuffled = square ^ scramble  # in the order 0, 3, 1, 2: the second lies across from the first
+    return (0, 2, 3, 1)[shuffled]
+
+
+@njit(cache=True, nogil=True)
+def _draw(
+    tile_level: Integers, tile_along: Integers, tile_across: Integers, most: Floats, k0: int, k1: int, level: Integers,
+    row: Integers, column: Integers, along: Floats, across: Floats, turn: Floats, priority: Floats, tile: Integers,
+    rank: Integers,
+) -> int:  # fmt: skip
+    """Fill the columns of `JitteredPoints`; their number is returned."""
+    words, n = np.empty((4, TILE * TILE), np.uint32), 0
+    for t in range(tile_level.size):
+        scale = tile_level[t]
+        pitch = BASE_PITCH * 2.0**scale
+        last = n + priority_ordered_cells(
+            scale, tile_along[t], tile_across[t], most[t], k0, k1, row[n:], column[n:], rank[n:]
+        )
+        random_keys.philox_at(row[n:last], column[n:last], scale, 0, k0, k1, words)
+        first = n
+        for m in range(first, last):
+            w = m - first
+            before = (rank[m] + random_keys.uniform_from_word(words[3, w])) / (TILE * TILE)
+            a, b = row[m], column[m]
+            if before >= most[t, a % TILE // SIDE, b % TILE // SIDE]:
+                continue
+            level[n], row[n], column[n], tile[n], rank[n], priority[n] = scale, a, b, t, rank[m], before
+            along[n] = (a + random_keys.uniform_from_word(words[0, w])) * pitch
+            across[n] = (b + random_keys.uniform_from_word(words[1, w])) * pitch
+            turn[n] = random_keys.uniform_from_word(words[2, w])
+            n += 1
+    return n
+
+
+@njit(cache=True, nogil=True)
+def priority_ordered_cells(
+    scale: int, tile_along: int, tile_across: int, most: Floats, k0: int, k1: int, row: Integers, column: Integers,
+    rank: Integers,
+) -> int:  # fmt: skip
+    """Cells of one tile that come before some priority in each part: their row, column and place in the order."""
+    n = 0
+    coarse, _, _, _ = random_keys.philox(tile_along & 0xFFFFFFFF, tile_across & 0xFFFFFFFF, scale, TILE_ORDER, k0, k1)
+    for part in range(PARTS * PARTS):
+        wanted = most[part // PARTS, part % PARTS]
+        half, quarter = (part >> 3) * 2 + (part >> 1 & 1), (part >> 2 & 1) * 2 + (part & 1)
+        first = _digit(half, int(coarse) & 3) + 4 * _digit(quarter, int(coarse) >> (2 + 2 * half) & 3)
+        if wanted <= 0 or first >= wanted * TILE * TILE:
+            continue
+        a0, b0 = tile_along * TILE + part // PARTS * SIDE, tile_across * TILE + part % PARTS * SIDE
+        w0, w1, _, _ = random_keys.philox(a0 & 0xFFFFFFFF, b0 & 0xFFFFFFFF, scale, PART_ORDER, k0, k1)
+        fine = np.uint64(w0) | np.uint64(w1) << np.uint64(32)
+        for number in range(CELLS):
+            place = first + PARTS * PARTS * number
+            if place >= wanted * TILE * TILE:
+                break
+            da, db = _cell(number, fine)
+            row[n], column[n], rank[n] = a0 + da, b0 + db, place
+            n += 1
+    return n
+
+
+@njit(cache=True, nogil=True)
+def _cell(number: int, scrambles: np.uint64) -> tuple[int, int]:
+    """Row and column in its part of the cell that comes at some place of the part's order."""
+    node, a, b, done = 0, 0, 0, 0
+    for _ in range(3):
+        scramble = int(scrambles >> np.uint64(2 * (done + node))) & 3
+        square = (0, 3, 1, 2)[number & 3] ^ scramble
+        a, b = 2 * a + (square >> 1), 2 * b + (square & 1)
+        done = 4 * done + 1
+        node = 4 * node + square
+        number >>= 2
+    return a, b

@@ -1,0 +1,65 @@
+"""What was surveyed is kept for the next ping, up to a bound: it changes the time and not one bit."""
+
+from collections import OrderedDict
+from collections.abc import Callable, Hashable, Sequence
+from threading import Lock
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class ArrayCache:
+    """Arrays by key; the ones not asked for longest are forgotten first. Threads may share it."""
+
+    def __init__(self, max_bytes: int) -> None:
+        """An empty store.
+
+        Args:
+            max_bytes: Size of all arrays together beyond which the oldest are forgotten [bytes].
+        """
+        self.max_bytes, self.bytes = max_bytes, 0
+        self._arrays: OrderedDict[Hashable, NDArray[np.floating]] = OrderedDict()
+        self._lock = Lock()
+
+    def __reduce__(self) -> tuple[type["ArrayCache"], tuple[int]]:
+        """Another process begins with an empty store."""
+        return ArrayCache, (self.max_bytes,)
+
+    def __len__(self) -> int:
+        """Number of arrays that are kept."""
+        return len(self._arrays)
+
+    def find(self, keys: Sequence[Hashable]) -> list[NDArray[np.floating] | None]:
+        """The arrays of some keys, None for those that are not kept.
+
+        Args:
+            keys: What they are the arrays of.
+        """
+        with self._lock:
+            found = [self._arrays.get(key) for key in keys]
+            for key, array in zip(keys, found, strict=True):
+                if array is not None:
+                    self._arrays.move_to_end(key)
+        return found
+
+    def get(self, key: Hashable, make: Callable[[], NDArray[np.floating]]) -> NDArray[np.floating]:
+        """The array of a key, made where it is not kept; two threads may both make it, and get the same values.
+
+        Args:
+            key: What it is the array of.
+            make: Makes it.
+        """
+        with self._lock:
+            if key in self._arrays:
+                self._arrays.move_to_end(key)
+                return self._arrays[key]
+        made = make()
+        made.setflags(write=False)
+        with self._lock:
+            if key not in self._arrays:
+                self._arrays[key] = made
+                self.bytes += made.nbytes
+            while self.bytes > self.max_bytes and len(self._arrays) > 1:
+                _, oldest = self._arrays.popitem(last=False)
+                self.bytes -= oldest.nbytes
+        return made

@@ -1,0 +1,322 @@
+"""Bathymetry grids as surveys deliver them: GeoTIFF and BAG through rasterio, netCDF, and plain numpy files.
+
+Whatever the file holds is turned once, at the door: elevations in metres, positive up, rows to the north, columns to
+the east. Gaps stay gaps. What a file leaves open is asked back, not guessed.
+"""
+
+from __future__ import annotations
+
+import zipfile
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.data_file import install_advice, require_readable_hdf5
+from insonify.scene.terrain.bathymetry_file_checks import GridError as GridError
+from insonify.scene.terrain.bathymetry_file_checks import array_shape, library_errors_as_grid_errors, require_grid_size
+
+Singles = NDArray[np.float32]
+Floats = NDArray[np.float64]
+Positive = Literal["up", "down"]
+_Found = tuple[dict[str, Any], Positive | None, Floats]
+
+RASTERS = (".tif", ".tiff", ".bag")
+NETCDF = (".nc", ".nc4", ".grd")
+METRES = {"": 1.0, "m": 1.0, "metre": 1.0, "metres": 1.0, "meter": 1.0, "meters": 1.0, "cm": 0.01, "mm": 0.001,
+          "km": 1000.0, "ft": 0.3048, "foot": 0.3048, "feet": 0.3048}  # fmt: skip
+"""What one unit of a file is [m]."""
+DEEPEST = 12_000.0
+"""No sea is deeper [m]."""
+_UP = ("elevation", "topo", "topography", "height", "altitude", "bathymetry_elevation")
+_DOWN = ("depth", "deptho", "water_depth", "bathymetric_depth")
+_NORTH, _EAST = ("north", "northing", "y", "lat", "latitude"), ("east", "easting", "x", "lon", "longitude")
+_MAJOR, _FLATTENING = 6378137.0, 1 / 298.257223563  # of the ellipsoid WGS 84
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ElevationGrid:
+    """A grid of elevations, as it was read."""
+
+    elevation: Singles
+    """Positive up [m], shape (rows to the north, columns to the east); NaN where nothing was measured."""
+    north: float
+    """Coordinate of the first row, in the file's own system [m], or latitude [deg]."""
+    east: float
+    """Coordinate of the first column [m], or longitude [deg]."""
+    north_step: float
+    """From row to row [m], or [deg]."""
+    east_step: float
+    """From column to column [m], or [deg]."""
+    geographic: bool
+    """Whether its coordinates are latitude and longitude."""
+    crs: str
+    """Its coordinate system as well-known text; empty where the file says none."""
+    description: str
+    """Where its sign is known from, for people."""
+
+
+def read_grid(path: str, *, variable: str | None = None, positive: Positive | None = None) -> ElevationGrid:
+    """The bathymetry in a file.
+
+    Args:
+        path: GeoTIFF (.tif), BAG (.bag), netCDF (.nc) or numpy (.npz) file.
+        variable: Name of the variable that holds it, for netCDF and numpy; None: found by its name.
+        positive: Which way its values grow; None: as the file says, or as the sign of all values does.
+
+    Raises:
+        GridError: The file is not there, no such grid, or leaves open what may not be guessed.
+    """
+    there = Path(path)
+    if not there.is_file():
+        raise GridError(f"{path}: there is no such file. Give its path, relative to the scenario file.")
+    return _read(path, there.stat().st_mtime_ns, variable, positive)
+
+
+@lru_cache(maxsize=4)
+def _read(path: str, stamp: int, variable: str | None, positive: Positive | None) -> ElevationGrid:
+    suffix = Path(path).suffix.lower()
+    if suffix in (".bag", *NETCDF):
+        try:
+            require_readable_hdf5(path)
+        except ValueError as fault:
+            raise GridError(str(fault)) from None
+    kinds = {**dict.fromkeys(RASTERS, _raster), **dict.fromkeys(NETCDF, _netcdf), ".npz": _numpy}
+    if suffix not in kinds:
+        raise GridError(f"{path}: {suffix or 'a file without a suffix'} is no grid that is read here. "
+                        f"Give one of {', '.join(kinds)}.")  # fmt: skip
+    with library_errors_as_grid_errors(path):
+        found, told, values = kinds[suffix](path, variable)
+    values = np.where(np.isfinite(values), values, np.nan)  # an endless depth is a gap too
+    way, why = _positive_direction(path, values, told, positive)
+    elevation = values if way == "up" else -values
+    _refuse_wrong_units(path, elevation)
+    return ElevationGrid(elevation.astype(np.float32), **found, description=why)
+
+
+def _positive_direction(
+    path: str, values: NDArray[np.floating], told: Positive | None, asked: Positive | None
+) -> tuple[str, str]:
+    """Which way values grow, and how that is known."""
+    known = values[np.isfinite(values)]
+    if not known.size:
+        raise GridError(f"{path}: no cell holds a number. Is it the right band or variable?")
+    low, high = float(known.min()), float(known.max())
+    span = f"{low:.6g} to {high:.6g} m"
+    way = asked or told
+    if way is not None:
+        if (high if way == "down" else -low) <= 0:
+            name, other = ("depths, positive down", "up") if way == "down" else ("elevations, positive up", "down")
+            raise GridError(
+                f"{path}: read as {name}, its values of {span} are all above the sea. Write positive: {other}.",
+                "positive",
+            )
+        return way, f"{'elevations, positive up' if way == 'up' else 'depths, positive down'}, {span}"
+    if low < 0 < high:
+        raise GridError(
+            f"{path}: values of {span} may be elevations with land, or depths with land. Write positive: up for "
+            "elevations, positive: down for depths.", "positive",
+        )  # fmt: skip
+    return ("up", f"elevations by their sign, {span}") if low < 0 else ("down", f"depths by their sign, {span}")
+
+
+def _refuse_wrong_units(path: str, elevation: NDArray[np.floating]) -> None:
+    deepest = -float(np.nanmin(elevation))
+    if deepest > DEEPEST:
+        raise GridError(
+            f"{path}: {deepest:.6g} m is deeper than any sea ({DEEPEST:g} m). Are its values millimetres or "
+            "centimetres? Convert the file to metres."
+        )
+
+
+def _scale(path: str, units: str | None) -> float:
+    """What one unit of the values is [m]."""
+    name = (units or "").strip().lower()
+    if name not in METRES:
+        raise GridError(f"{path}: its values are in {units!r}, which is no length known here. Convert them to metres.")
+    return METRES[name]
+
+
+def _raster(path: str, variable: str | None) -> _Found:
+    """A GeoTIFF or BAG file: band 1."""
+    try:
+        import rasterio
+    except ImportError:
+        raise GridError(f"{path}: reading it takes rasterio. Install it: {install_advice('io')}") from None
+    kind = "BAG" if path.lower().endswith(".bag") else "GTiff"  # no other kind may hide under that name
+    with rasterio.open(path, driver=kind) as file:
+        if not file.count:
+            raise GridError(f"{path}: it holds no band.")
+        require_grid_size(path, (file.height, file.width), file.block_shapes[0], file.dtypes[0])
+        band, turn, crs, units = file.read(1, masked=True), file.transform, file.crs, file.units[0]
+        is_bag = file.driver == "BAG"
+    if turn.b or turn.d:
+        raise GridError(f"{path}: its rows do not run from west to east. Turn it north up: gdalwarp IN OUT")
+    geographic = bool(crs and crs.is_geographic)
+    if crs and not geographic and crs.linear_units_factor[1] != 1.0:
+        raise GridError(
+            f"{path}: its coordinates are in {crs.linear_units}. Project it to metres, such as UTM: "
+            "gdalwarp -t_srs EPSG:326xx IN OUT"
+        )
+    if not crs and abs(turn.a) < 0.005:
+        raise GridError(
+            f"{path}: cells of {abs(turn.a):g} and no coordinate system: probably degrees. Say so in the file: "
+            "gdal_edit.py -a_srs EPSG:4326 FILE"
+        )
+    values = band.astype(float).filled(np.nan) * _scale(path, units)
+    rows, columns = np.arange(values.shape[0]) + 0.5, np.arange(values.shape[1]) + 0.5  # rasters tell corners
+    axes = {"north": turn.f + rows * turn.e, "east": turn.c + columns * turn.a}
+    frame, values = _on_axes(path, values, axes)
+    return frame | {"geographic": geographic, "crs": crs.to_wkt() if crs else ""}, "up" if is_bag else None, values
+
+
+def _on_axes(path: str, values: Floats, axes: dict[str, Floats]) -> tuple[dict[str, Any], Floats]:
+    """Where a grid lies, and its values with rows to the north and columns to the east.
+
+    Args:
+        path: The file, for messages.
+        values: The grid.
+        axes: Coordinates of its rows and of its columns, by their names.
+    """
+    names = [name.lower() for name in axes]
+    if names[0] in _EAST and names[1] in _NORTH:
+        values, axes = values.T, dict(reversed(axes.items()))
+    elif not (names[0] in _NORTH and names[1] in _EAST):
+        raise GridError(f"{path}: dimensions {', '.join(axes)} are no directions known here. Name them north and east.")
+    frame: dict[str, Any] = {}
+    for axis, (word, (name, at)) in enumerate(zip(("north", "east"), axes.items(), strict=True)):
+        if at.ndim != 1 or len(at) != values.shape[axis] or len(at) < 2:
+            raise GridError(
+                f"{path}: {name} has {at.size} values for {values.shape[axis]} cells. Give one for each, two or more."
+            )
+        steps = np.diff(at)
+        step = (at[-1] - at[0]) / (len(at) - 1)
+        if step == 0 or np.max(np.abs(steps - step)) > 0.01 * abs(step):
+            raise GridError(f"{path}: {name} is not evenly spaced. Resample it to a regular grid.")
+        if step < 0:
+            values, at = np.flip(values, axis), at[::-1]
+        frame |= {word: float(at[0]), f"{word}_step": abs(float(step))}
+    return frame, values
+
+
+def _netcdf(path: str, variable: str | None) -> _Found:
+    """A netCDF file: a variable of two dimensions, each with its coordinate."""
+    try:
+        import netCDF4
+    except ImportError:
+        raise GridError(f"{path}: reading it takes netCDF4. Install it: {install_advice('io')}") from None
+    with netCDF4.Dataset(path) as file:
+        grids = {name: found for name, found in file.variables.items() if found.ndim == 2}
+        name = _chosen(path, list(grids), variable)
+        grid = grids[name]
+        chunks = grid.chunking()
+        require_grid_size(path, grid.shape, chunks if isinstance(chunks, list) else (), grid.dtype)
+        for axis in grid.dimensions:
+            if axis not in file.variables:
+                raise GridError(
+                    f"{path}: {name} has no coordinate for dimension {axis}. Add a variable {axis}({axis})."
+                )
+        for axis in grid.dimensions:
+            found = file.variables[axis]
+            chunks = found.chunking()
+            require_grid_size(path, found.shape, chunks if isinstance(chunks, list) else (), found.dtype)
+        axes = {axis: np.asarray(file.variables[axis][:], float) for axis in grid.dimensions}
+        geographic = any("degree" in str(getattr(file.variables[axis], "units", "")) for axis in axes)
+        values = np.ma.filled(np.ma.masked_invalid(grid[:]).astype(float), np.nan)
+        values = values * _scale(path, getattr(grid, "units", None))
+        told = str(getattr(grid, "positive", "")).lower()
+        for axis in () if geographic else axes:
+            axes[axis] = axes[axis] * _scale(path, getattr(file.variables[axis], "units", None))
+    frame, values = _on_axes(path, values, axes)
+    stated: dict[str, Positive] = {"up": "up", "down": "down"}
+    crs = "EPSG:4326" if geographic else ""
+    return frame | {"geographic": geographic, "crs": crs}, stated.get(told, _positive_direction_by_name(name)), values
+
+
+def _chosen(path: str, names: list[str], variable: str | None) -> str:
+    """The variable that holds the bathymetry."""
+    if variable is not None:
+        if variable not in names:
+            raise GridError(
+                f"{path}: no grid is called {variable!r}; there is {', '.join(names) or 'none'}.", "variable"
+            )
+        return variable
+    likely = [name for name in names if name.lower() in (*_UP, *_DOWN, "z")]
+    if len(likely) == 1 or len(names) == 1:
+        return (likely or names)[0]
+    raise GridError(
+        f"{path}: which of {', '.join(names) or 'no grid at all'} is the bathymetry? Write variable: NAME", "variable"
+    )
+
+
+def _positive_direction_by_name(name: str) -> Positive | None:
+    lower = name.lower()
+    return "up" if lower in _UP else "down" if lower in _DOWN else None
+
+
+def _numpy(path: str, variable: str | None) -> _Found:
+    """A numpy file: a grid, and its two coordinates in metres."""
+    with zipfile.ZipFile(path) as file:
+        shapes = {
+            name.removesuffix(".npy"): array_shape(file, name, path)
+            for name in file.namelist()
+            if name.endswith(".npy")
+        }
+        name = _chosen(path, [name for name, shape in shapes.items() if len(shape) == 2], variable)
+        keys = {"depth": name}
+        for words, shown in ((_NORTH, "north"), (_EAST, "east")):
+            key = next((word for word in words if word in shapes), None)
+            if key is None:
+                raise GridError(
+                    f"{path}: no array {shown}. Save the coordinates of rows and columns as north and east [m]."
+                )
+            keys[shown] = key
+    with np.load(path, allow_pickle=False) as arrays:
+        found = {shown: np.asarray(arrays[key], float) for shown, key in keys.items()}
+    frame, values = _on_axes(path, found.pop("depth"), found)
+    return frame | {"geographic": False, "crs": ""}, _positive_direction_by_name(name), values
+
+
+def projected_position(latitude: float, longitude: float, soundings: ElevationGrid) -> tuple[float, float]:
+    """Northing and easting, in a grid's own system [m], of a geodetic place [deg, WGS 84].
+
+    Raises:
+        GridError: The grid does not know where on Earth it lies.
+    """
+    if not soundings.crs:
+        raise GridError("the file names no coordinate system, so latitude and longitude have no place in it. "
+                        "Give origin: [north, east] in the file's coordinates.", "latitude")  # fmt: skip
+    from rasterio.warp import transform
+
+    with library_errors_as_grid_errors("its coordinate system"):
+        east, north = transform("EPSG:4326", soundings.crs, [longitude], [latitude])
+    return float(north[0]), float(east[0])
+
+
+def geodetic_position(north: float, east: float, crs: str) -> tuple[float, float]:
+    """Latitude and longitude of a place in a coordinate system [deg, WGS 84].
+
+    Args:
+        north: Northing [m].
+        east: Easting [m].
+        crs: The coordinate system.
+    """
+    from rasterio.warp import transform
+
+    longitude, latitude = transform(crs, "EPSG:4326", [east], [north])
+    return float(latitude[0]), float(longitude[0])
+
+
+def metres_per_degree(latitude: float) -> tuple[float, float]:
+    """Length of a degree of latitude and of longitude [m] at a latitude [deg] of the ellipsoid WGS 84.
+
+    Source: radii of curvature of the meridian and of the prime vertical, e.g. Torge (2001), Geodesy, section 4.1.
+    """
+    sine = np.sin(np.radians(latitude))
+    square = _FLATTENING * (2 - _FLATTENING)
+    bend = 1 - square * sine**2
+    meridian, vertical = _MAJOR * (1 - square) / bend**1.5, _MAJOR / np.sqrt(bend)
+    return float(np.radians(meridian)), float(np.radians(vertical * np.cos(np.radians(latitude))))

@@ -1,0 +1,92 @@
+"""Files of bathymetry that are damaged or lie about their size: refused by name, before memory is asked for."""
+
+import zipfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+
+import numpy as np
+from numpy.typing import DTypeLike
+
+MAX_CELLS = 100_000_000
+"""Most cells of a grid, or of one of its compressed pieces: ten thousand a side, a gigabyte while it is read [1]."""
+
+
+class GridError(ValueError):
+    """A file that is no bathymetry, with the field of the scenario that says so."""
+
+    def __init__(self, message: str, field: str = "file") -> None:
+        """Hold what is wrong and where it was asked for."""
+        super().__init__(message)
+        self.field = field
+
+
+@contextmanager
+def library_errors_as_grid_errors(path: str) -> Iterator[None]:
+    """While a library reads a file: whatever it raises is the file's fault, and is said with its name.
+
+    Args:
+        path: The file.
+
+    Raises:
+        GridError: It cannot be read.
+    """
+    try:
+        yield
+    except GridError:
+        raise
+    except Exception as fault:  # a reader of foreign files may fail in any way
+        said = " ".join(str(fault).split())[:120]
+        raise GridError(
+            f"{path}: cannot be read: {said or type(fault).__name__}. Is it whole? Copy or export it again."
+        ) from None
+
+
+def require_grid_size(path: str, shape: Sequence[int], piece: Sequence[int], kind: DTypeLike) -> None:
+    """Refuse a grid that is no grid of numbers, or larger than memory should hold.
+
+    Args:
+        path: The file, for the message.
+        shape: Cells along each axis.
+        piece: Cells of what is unpacked at once, along each axis; empty where nothing is.
+        kind: What a cell holds.
+
+    Raises:
+        GridError: It is; with its size, the limit and the way out.
+    """
+    for sides, what in ((shape, "it has"), (piece, "it is stored in pieces of")):
+        cells = int(np.prod([int(side) for side in sides], dtype=object))
+        if cells > MAX_CELLS:
+            raise GridError(
+                f"{path}: {what} {' x '.join(map(str, sides))} cells; {MAX_CELLS:,} is the most. Cut out the part "
+                "that the sonar reaches, or resample it: gdal_translate -srcwin X Y WIDTH HEIGHT IN OUT"
+            )
+    if np.dtype(kind).kind not in "fiu":
+        raise GridError(f"{path}: its cells hold {kind}, which are no real numbers. Is it the right variable?")
+
+
+def array_shape(archive: zipfile.ZipFile, name: str, path: str) -> tuple[int, ...]:
+    """Shape of an array in a NumPy archive, of which no more than the header is read.
+
+    Args:
+        archive: The archive.
+        name: Name of the member.
+        path: The file, for the message.
+
+    Raises:
+        GridError: The array is too large, or the archive holds fewer or more bytes than its header promises.
+    """
+    about = archive.getinfo(name)
+    with archive.open(name) as file:
+        version = np.lib.format.read_magic(file)
+        read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+        shape, _, kind = read(file)
+        start = file.tell()
+    if len(shape) not in (1, 2):
+        return shape  # of no use here, and never unpacked
+    require_grid_size(path, shape, (), kind)
+    promised = int(np.prod(shape, dtype=object)) * kind.itemsize
+    if promised != about.file_size - start:
+        raise GridError(
+            f"{path}: {name} promises {promised} bytes and has {about.file_size - start}. It is damaged: save it again."
+        )
+    return shape

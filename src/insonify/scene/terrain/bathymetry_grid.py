@@ -1,0 +1,270 @@
+"""A surveyed seabed: a grid of depths from a file, as ground that can be walked on.
+
+Between its nodes the ground is smooth; where the survey has a hole, or ends, nobody knows the ground, and nothing is
+invented: it neither scatters nor casts a shadow. A grid says nothing of waves shorter than two of its cells: add a
+power law whose outer scale is about that for a bed that looks real.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import Field, model_validator
+
+from insonify.data_file import DataFile, Fingerprint, require_unchanged
+from insonify.model import Metres, Model, Radians, field_error
+from insonify.scene.terrain import _hermite_kernel as kernel
+from insonify.scene.terrain.bathymetry_file import (
+    ElevationGrid,
+    geodetic_position,
+    metres_per_degree,
+    projected_position,
+    read_grid,
+)
+from insonify.scene.terrain.bathymetry_file_checks import GridError
+from insonify.scene.terrain.relief import Relief, TerrainSample, broadcast_positions
+from insonify.scene.terrain.roughness_cutoff import RoughnessCutoff
+from insonify.validity import PhysicsWarning
+
+Singles = NDArray[np.float32]
+Latitude = Annotated[Radians, Field(ge=-np.pi / 2, le=np.pi / 2)]
+Longitude = Annotated[Radians, Field(ge=-np.pi, le=2 * np.pi)]
+Coordinate = Annotated[Metres, Field(ge=-1e8, le=1e8)]
+
+
+class BathymetryGrid(Model):
+    """Bathymetry from a file: GeoTIFF, BAG, netCDF or numpy."""
+
+    kind: Literal["grid"] = "grid"
+    file: DataFile
+    """Path of the file; beside the scenario file, unless it starts from the root."""
+    variable: str | None = None
+    """Which variable of a netCDF or numpy file; None: found by its name."""
+    positive: Literal["up", "down"] | None = None
+    """Which way its values grow; None: as the file says, or as their sign does."""
+    origin: tuple[Coordinate, Coordinate] | None = None
+    """Northing and easting, in the file's coordinates, of the scene's north 0 and east 0 [m]; or tell a latitude."""
+    latitude: Latitude | None = None
+    """Of the scene's north 0, east 0, with a longitude; None: they lie in the middle of what was surveyed [rad]."""
+    longitude: Longitude | None = None
+    """East positive [rad]."""
+    tide: Annotated[Metres, Field(ge=-20, le=20)] = 0.0
+    """Height of the sea above the zero of the file's depths, added to all of them [m]."""
+    sha256: Fingerprint = None
+    """Fingerprint of the file, filled in when it is read; a file that has changed since is refused."""
+
+    @model_validator(mode="after")
+    def _check_file(self) -> Self:
+        require_unchanged(self.file, self.sha256)
+        if (self.latitude is None) != (self.longitude is None):
+            missing = "latitude" if self.latitude is None else "longitude"
+            raise field_error(missing, None, "Give latitude and longitude together, or neither.")
+        if self.origin is not None and self.latitude is not None:
+            raise field_error("origin", None, "The scene has one origin: give origin, or latitude and longitude.")
+        try:
+            placed_grid(self)
+        except GridError as fault:
+            raise field_error(fault.field, None, str(fault)) from None
+        return self
+
+    @property
+    def cell(self) -> float:
+        """Side of its cells [m]; of the longer sides, where they are not squares."""
+        return max(placed_grid(self).step)
+
+    @property
+    def depths(self) -> tuple[float, float, float]:
+        """Shallowest, mean and deepest sounding [m]."""
+        found = placed_grid(self).height
+        return tuple(-float(f(found)) for f in (np.nanmax, np.nanmean, np.nanmin))  # type: ignore[return-value]
+
+    @property
+    def measured_fraction(self) -> float:
+        """Share of its cells that were measured [1]."""
+        return float(np.isfinite(placed_grid(self).height).mean())
+
+    @property
+    def description(self) -> str:
+        """One line about it."""
+        lies = placed_grid(self)
+        rows, columns = lies.height.shape
+        return (
+            f"{columns} x {rows} cells of {lies.step[1]:.4g} x {lies.step[0]:.4g} m, {lies.description}, "
+            f"{100 * self.measured_fraction:.0f} % filled"
+        )
+
+    def build_relief(self, *, cutoff: RoughnessCutoff, mean_depth: float) -> GridRelief:
+        """The grid as ground about a mean plane.
+
+        Args:
+            cutoff: Where the ground ends; cells finer than half of it are averaged in squares.
+            mean_depth: Depth from which heights are counted [m].
+        """
+        lies = placed_grid(self)
+        together = [max(1, int(cutoff.wavelength / 2 / step)) for step in lies.step]
+        return GridRelief.of(lies.averaged(*together), mean_depth)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlacedGrid:
+    """Soundings in the scene: metres to the north and the east of its origin."""
+
+    height: Singles
+    """Elevation of the nodes above the sea, NaN in holes [m], shape (n, m)."""
+    corner: tuple[float, float]
+    """North and east of the first node [m]."""
+    step: tuple[float, float]
+    """From row to row and from column to column [m]."""
+    description: str
+    """What is known of its sign and range."""
+
+    def averaged(self, rows: int, columns: int) -> PlacedGrid:
+        """The mean of every so many rows and columns; a hole where fewer than half of them are known."""
+        if rows == columns == 1:
+            return self
+        n, m = self.height.shape[0] // rows, self.height.shape[1] // columns
+        squares = self.height[: n * rows, : m * columns].reshape(n, rows, m, columns).astype(float)
+        known = np.isfinite(squares).sum(axis=(1, 3))
+        total = np.nansum(squares, axis=(1, 3))
+        with np.errstate(invalid="ignore"):
+            mean = np.where(2 * known >= rows * columns, total / known, np.nan)
+        shift = [(count - 1) / 2 * step for count, step in zip((rows, columns), self.step, strict=True)]
+        corner = (self.corner[0] + shift[0], self.corner[1] + shift[1])
+        return PlacedGrid(
+            mean.astype(np.float32), corner, (self.step[0] * rows, self.step[1] * columns), self.description
+        )
+
+
+@lru_cache(maxsize=4)
+def placed_grid(grid: BathymetryGrid) -> PlacedGrid:
+    """A grid's soundings in the scene's frame.
+
+    Raises:
+        GridError: The file is no such grid, or does not say where it lies.
+    """
+    found = read_grid(grid.file, variable=grid.variable, positive=grid.positive)
+    corner, step = _placed(grid, found)
+    return PlacedGrid(found.elevation - np.float32(grid.tide), corner, step, found.description)
+
+
+def _placed(grid: BathymetryGrid, found: ElevationGrid) -> tuple[tuple[float, float], tuple[float, float]]:
+    """First node and steps in the scene [m]."""
+    metres = (1.0, 1.0)
+    if found.geographic:
+        if grid.origin is not None:
+            raise GridError(f"{grid.file}: its coordinates are degrees. Give latitude and longitude instead.", "origin")
+        middle = found.north + found.north_step * (found.elevation.shape[0] - 1) / 2
+        metres = metres_per_degree(middle if grid.latitude is None else float(np.degrees(grid.latitude)))
+    origin = _origin(grid, found)
+    corner = ((found.north - origin[0]) * metres[0], (found.east - origin[1]) * metres[1])
+    step = (found.north_step * metres[0], found.east_step * metres[1])
+    size = [(count - 1) * side for count, side in zip(found.elevation.shape, step, strict=True)]
+    if any(-1000 - length > start or start > 1000 for start, length in zip(corner, size, strict=True)):
+        north, east = (f"{-start:.0f} m" for start in corner)
+        raise GridError(
+            f"{grid.file}: the scene's origin lies {north} north and {east} east of the grid's first cell, more than "
+            f"1 km outside of it. Its coordinates start at north {found.north:.8g}, east {found.east:.8g}.",
+            "latitude" if grid.latitude is not None else "origin",
+        )
+    return corner, step
+
+
+def _origin(grid: BathymetryGrid, found: ElevationGrid) -> tuple[float, float]:
+    """The scene's north 0, east 0 in the file's own coordinates [m], or latitude and longitude [deg]."""
+    if grid.origin is not None:
+        return grid.origin
+    if grid.latitude is None or grid.longitude is None:
+        return _middle(found)
+    latitude, longitude = (float(np.degrees(angle)) for angle in (grid.latitude, grid.longitude))
+    return (latitude, longitude) if found.geographic else projected_position(latitude, longitude, found)
+
+
+def grid_origin(grid: BathymetryGrid) -> dict[str, str | float]:
+    """Position of a scene on Earth, as far as its grid states it.
+
+    Args:
+        grid: The grid.
+
+    Returns:
+        `crs` (coordinate system of the file), `origin_northing` and `origin_easting` (the scene's north 0, east 0 in
+        it [m]), `origin_latitude` and `origin_longitude` [deg]; those that are known.
+    """
+    found = read_grid(grid.file, variable=grid.variable, positive=grid.positive)
+    north, east = _origin(grid, found)
+    known: dict[str, str | float] = {"crs": found.crs} if found.crs else {}
+    if found.geographic:
+        return known | {"origin_latitude": float(north), "origin_longitude": float(east)}
+    known |= {"origin_northing": float(north), "origin_easting": float(east)}
+    if found.crs:
+        latitude, longitude = geodetic_position(float(north), float(east), found.crs)
+        known |= {"origin_latitude": latitude, "origin_longitude": longitude}
+    return known
+
+
+def _middle(found: ElevationGrid) -> tuple[float, float]:
+    """The known node nearest to the mean of all known nodes, in the file's coordinates."""
+    rows, columns = np.nonzero(np.isfinite(found.elevation))
+    nearest = np.argmin((rows - rows.mean()) ** 2 + (columns - columns.mean()) ** 2)
+    return found.north + rows[nearest] * found.north_step, found.east + columns[nearest] * found.east_step
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GridRelief(Relief):
+    """A grid that can be walked on: cubic between its nodes, with a continuous gradient."""
+
+    nodes: Singles
+    """Heights of the nodes above the mean plane [m], shape (n, m)."""
+    slopes: tuple[Singles, Singles]
+    """From row to row, and from column to column [m], shape (n, m)."""
+    corner: tuple[float, float]
+    """North and east of the first node [m]."""
+    step: tuple[float, float]
+    """From row to row and from column to column [m]."""
+
+    @classmethod
+    def of(cls, lies: PlacedGrid, mean_depth: float) -> Self:
+        """Ground about a mean plane of a depth [m]."""
+        height = lies.height + np.float32(mean_depth)
+        slopes = np.empty_like(height), np.empty_like(height)
+        kernel.node_slopes(height, *slopes)
+        return cls(height, slopes, lies.corner, lies.step)
+
+    def __repr__(self) -> str:
+        rows, columns = self.nodes.shape
+        return f"GridRelief: {columns} x {rows} cells of {self.step[1]:.4g} x {self.step[0]:.4g} m"
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Lowest and highest node, and as much again as a cubic may overshoot, see `Relief.span`."""
+        steepest = max(float(np.nanmax(np.abs(slope))) for slope in self.slopes)
+        return float(np.nanmin(self.nodes)) - 0.3 * steepest, float(np.nanmax(self.nodes)) + 0.3 * steepest
+
+    def sample(self, north: ArrayLike, east: ArrayLike) -> TerrainSample:
+        """Height and gradient, NaN where nobody knows, see `Relief.sample`."""
+        n, e = broadcast_positions(north, east)
+        row = np.ascontiguousarray((n.ravel() - self.corner[0]) / self.step[0])
+        column = np.ascontiguousarray((e.ravel() - self.corner[1]) / self.step[1])
+        out = np.empty((row.size, 3))
+        kernel.hermite(self.nodes, *self.slopes, row, column, out)
+        slope = out[:, 1:] / np.array(self.step)
+        return TerrainSample(out[:, 0].reshape(n.shape), slope.reshape(*n.shape, 2))
+
+
+def warn_of_overlap(cell: float, outer_scale: float) -> None:
+    """Say so where a power law repeats waves that a grid already has.
+
+    Args:
+        cell: Of the grid [m].
+        outer_scale: Of the power law [m].
+    """
+    if outer_scale > 4 * cell:
+        warnings.warn(
+            f"seabed.relief: a power law with an outer scale of {outer_scale:g} m has waves that the grid's cells of "
+            f"{cell:.3g} m already show; they count twice. Give an outer scale of about {2 * cell:.3g} m.",
+            PhysicsWarning, stacklevel=2,
+        )  # fmt: skip

@@ -1,0 +1,184 @@
+"""Surfaces made of triangles: what every solid comes down to.
+
+Each shape is made in its own axes: forward, starboard, down, its middle at the origin. Round ones are turned in
+`AROUND` steps, so that a circle lies within 0.05 % of its radius of the true one, and corners lie on it.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+AROUND = 96
+"""Steps of a round shape about its axis [1]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Triangles:
+    """A surface; corners of each face are counter-clockwise as seen from outside."""
+
+    vertices: Floats
+    """Corners [m], shape (v, 3)."""
+    faces: Integers
+    """Rows of the three corners of each triangle, shape (t, 3)."""
+
+    @cached_property
+    def corners(self) -> Floats:
+        """Places of the corners of every triangle [m], shape (t, 3, 3)."""
+        return self.vertices[self.faces]
+
+    @cached_property
+    def normal(self) -> Floats:
+        """Normal of every triangle, outwards and twice its area long [m^2], shape (t, 3)."""
+        return np.cross(self.corners[:, 1] - self.corners[:, 0], self.corners[:, 2] - self.corners[:, 0])
+
+    @cached_property
+    def area(self) -> Floats:
+        """Area of every triangle [m^2], shape (t,)."""
+        return np.asarray(np.linalg.norm(self.normal, axis=1) / 2)
+
+    @property
+    def volume(self) -> float:
+        """Volume inside, negative where the faces look inwards [m^3]: the divergence theorem."""
+        a, b, c = np.moveaxis(self.corners - self.vertices.mean(axis=0), 1, 0)
+        return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
+
+    @cached_property
+    def low(self) -> Floats:
+        """Least coordinates [m], shape (3,)."""
+        return np.asarray(self.vertices.min(axis=0))
+
+    @cached_property
+    def high(self) -> Floats:
+        """Greatest coordinates [m], shape (3,)."""
+        return np.asarray(self.vertices.max(axis=0))
+
+    def transformed(self, rotation: Floats, shift: Floats) -> "Triangles":
+        """Turned by a rotation (3, 3), then shifted [m] (3,)."""
+        return Triangles(self.vertices @ rotation.T + shift, self.faces)
+
+    def scaled(self, factor: Floats | float) -> "Triangles":
+        """Stretched along its own axes by positive factors [1], shape (3,) or one."""
+        return Triangles(self.vertices * factor, self.faces)
+
+    def centred(self) -> "Triangles":
+        """With the middle of its extent at the origin."""
+        return Triangles(self.vertices - (self.low + self.high) / 2, self.faces)
+
+
+def merged_surfaces(parts: list[Triangles]) -> Triangles:
+    """Several surfaces as one."""
+    starts = np.cumsum([0] + [len(part.vertices) for part in parts[:-1]])
+    faces = [part.faces + start for part, start in zip(parts, starts, strict=True)]
+    return Triangles(np.concatenate([part.vertices for part in parts]), np.concatenate(faces))
+
+
+def block(length: float, width: float, height: float) -> Triangles:
+    """A block of twelve triangles.
+
+    Args:
+        length: Forward [m].
+        width: Across [m].
+        height: Up [m].
+    """
+    return wedge(length, length, width, height)
+
+
+def wedge(length: float, top_length: float, width: float, height: float) -> Triangles:
+    """A block whose top is shorter than its base, its aft face upright.
+
+    Args:
+        length: Of the base [m].
+        top_length: Of the top [m].
+        width: Across [m].
+        height: Up [m].
+    """
+    aft, fore, top = -length / 2, length / 2, top_length - length / 2
+    base, lid = [(aft, -1), (fore, -1), (fore, 1), (aft, 1)], [(aft, -1), (top, -1), (top, 1), (aft, 1)]
+    vertices = [(x, y * width / 2, height / 2) for x, y in base] + [(x, y * width / 2, -height / 2) for x, y in lid]
+    quads = [(0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0)]
+    faces = [face for a, b, c, d in quads for face in ((a, b, c), (a, c, d))]
+    return Triangles(np.array(vertices, float), np.array(faces, np.int64))
+
+
+def surface_of_revolution(
+    profile: list[tuple[float, float]], *, around: int = AROUND, closed: bool = False
+) -> Triangles:
+    """The surface that a line sweeps out when it is turned about the forward axis.
+
+    Args:
+        profile: Points of the line from aft to fore: place along the axis and distance from it [m]. Where it starts
+            or ends on the axis it closes there.
+        around: Steps about the axis.
+        closed: Whether its last point goes on to its first, as in a ring; such a line goes fore outside, aft inside.
+    """
+    along, radius = np.array(profile, float).T
+    turn = 2 * np.pi * np.arange(around) / around
+    ring = np.stack([0 * turn, np.cos(turn), np.sin(turn)], axis=-1)
+    rings = [np.array([[x, 0, 0]]) if r == 0 else ring * r + [x, 0, 0] for x, r in zip(along, radius, strict=True)]
+    starts = np.cumsum([0] + [len(part) for part in rings])
+    rows = [start + np.arange(around) % len(part) for start, part in zip(starts, rings, strict=False)]
+    pairs = list(zip(rows, rows[1:] + rows[:1] if closed else rows[1:], strict=False))
+    faces = np.concatenate([_band(aft, fore) for aft, fore in pairs])
+    return Triangles(np.concatenate(rings), faces)
+
+
+def _band(aft: Integers, fore: Integers) -> Integers:
+    """Triangles between two rings of a turned surface; a ring on the axis is one corner over and over."""
+    next_aft, next_fore = np.roll(aft, -1), np.roll(fore, -1)
+    faces = np.concatenate([np.stack([aft, next_aft, next_fore], -1), np.stack([aft, next_fore, fore], -1)])
+    a, b, c = faces.T
+    return np.asarray(faces[(a != b) & (b != c) & (c != a)])
+
+
+def sphere(diameter: float, *, around: int = AROUND) -> Triangles:
+    """A sphere of a diameter [m]."""
+    polar = np.linspace(0, np.pi, around // 2 + 1)
+    profile = [(-np.cos(t) * diameter / 2, np.sin(t) * diameter / 2) for t in polar[1:-1]]
+    return surface_of_revolution([(-diameter / 2, 0.0), *profile, (diameter / 2, 0.0)], around=around)
+
+
+def cylinder(length: float, diameter: float, *, around: int = AROUND) -> Triangles:
+    """A cylinder along the forward axis, of a length and a diameter [m]."""
+    return frustum(length, diameter, diameter, around=around)
+
+
+def frustum(length: float, diameter: float, end_diameter: float, *, around: int = AROUND) -> Triangles:
+    """A cone along the forward axis, point forward.
+
+    Args:
+        length: From base to point [m].
+        diameter: Of its base, aft [m].
+        end_diameter: Of its forward end [m]; 0 for a point.
+        around: Steps about the axis.
+    """
+    ends = [(-length / 2, 0.0), (-length / 2, diameter / 2), (length / 2, end_diameter / 2), (length / 2, 0.0)]
+    return surface_of_revolution(ends if end_diameter > 0 else ends[:3], around=around)
+
+
+def with_axis_up(shape: Triangles) -> Triangles:
+    """A shape with its forward axis turned up, and its starboard side left where it is."""
+    return shape.transformed(np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]), np.zeros(3))
+
+
+def torus(diameter: float, thickness: float, *, width: float | None = None) -> Triangles:
+    """A ring about the forward axis.
+
+    Args:
+        diameter: Outside [m].
+        thickness: Of the ring, radially [m].
+        width: Of the ring, along the axis [m]; None: as the thickness.
+    """
+    turn = 2 * np.pi * np.arange(AROUND // 4) / (AROUND // 4)
+    half, middle = (thickness if width is None else width) / 2, (diameter - thickness) / 2
+    return surface_of_revolution([(-half * np.cos(t), middle + thickness / 2 * np.sin(t)) for t in turn], closed=True)
+
+
+def tube(length: float, diameter: float, wall: float) -> Triangles:
+    """An open pipe along the forward axis, of a length, an outer diameter and a wall [m]."""
+    half, outer, inner = length / 2, diameter / 2, diameter / 2 - wall
+    return surface_of_revolution([(-half, inner), (-half, outer), (half, outer), (half, inner)], closed=True)

@@ -1,0 +1,192 @@
+"""Scatterers in the water: one point per cell of a lattice in three dimensions, jittered in it, the same in every ping.
+
+Each stands for the water of its cell: its backscattering cross section is the cell's volume times s_v at its place,
+alike in all directions. Phases are drawn, so that echoes add as energies in the mean, as the sonar equation has it.
+"""
+
+import zlib
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic_core import PydanticCustomError
+
+from insonify import random_keys
+from insonify.model import field_error
+from insonify.ocean.scattering_layers import ScatteringPatch
+from insonify.ocean.water import Water
+from insonify.scattering.point_target import PointTargetLaw
+from insonify.scene._volume_scatterers_kernel import draw_water_blocks
+from insonify.scene.scatterer_grid import BASE_PITCH, ScattererGrid
+from insonify.scene.scatterers import Scatterers
+from insonify.scene.seabed import Seabed
+from insonify.scene.solid import seabed_depth_at
+from insonify.scene.target import Target
+from insonify.units import intensity_ratio
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+CELLS = 4
+"""Cells along each side of a block."""
+OWNER = "water"
+"""Who echoes where no patch does."""
+LAYERS, PATCHES = (np.uint64(random_keys.VOLUME << 59 | kind << 58) for kind in (0, 1))
+"""What keys of places in the water begin with."""
+MAX_POINTS_IN_PATCH = 200_000
+"""Points of one patch at most."""
+# Roberts (2018), "The unreasonable effectiveness of quasirandom sequences": powers of 1 / 1.2207..., from memory.
+EVENLY = np.array([0.8191725133961645, 0.6710436067037893, 0.5497004779019703])
+
+
+class WaterBlocks(NamedTuple):
+    """Blocks of cells of water, nearly cubes, columns of shape (n,)."""
+
+    level: Integers
+    """Level of the cells: BASE_PITCH each way at 0; each level doubles one side, along, across, down in turn."""
+    along: Integers
+    """Number of the block along the lattice's first axis."""
+    across: Integers
+    """Number of the block along its second axis."""
+    down: Integers
+    """Number of the block in depth, 0 at the surface."""
+
+    @property
+    def pitch(self) -> Floats:
+        """Sides of a cell, along, across and down [m], shape (3, n)."""
+        return np.asarray(BASE_PITCH * 2.0 ** ((self.level + np.array([[2], [1], [0]])) // 3))
+
+    @property
+    def cell(self) -> Floats:
+        """Volume of a cell [m^3], shape (n,)."""
+        return np.asarray(BASE_PITCH**3 * 2.0**self.level)
+
+    def take(self, rows: NDArray[np.bool_] | slice) -> "WaterBlocks":
+        """The blocks of some rows."""
+        return WaterBlocks(*(column[rows] for column in self))
+
+    def split(self) -> "WaterBlocks":
+        """Two blocks of the next finer level for each."""
+        numbers = []
+        for axis, column in enumerate(self[1:]):
+            halved = (self.level + 2 - axis) % 3 == 0
+            numbers.append(np.stack([np.where(halved, 2 * column + half, column) for half in (0, 1)], -1).ravel())
+        return WaterBlocks(np.repeat(self.level - 1, 2), *numbers)
+
+
+def water_scatterers(water: Water, seabed: Seabed, cubes: WaterBlocks, seed: int) -> Scatterers:
+    """The scatterers of some blocks of water, one for each cell; none under the ground or where the water is clear.
+
+    Args:
+        water: How much each layer answers.
+        seabed: Where the water ends; its lattice is that of the blocks.
+        cubes: Which blocks.
+        seed: Of the scenario.
+    """
+    n = len(cubes.level) * CELLS**3
+    position, phase, key = np.empty((n, 3)), np.empty(n, complex), np.empty(n, np.uint64)
+    draw_water_blocks(
+        *cubes, CELLS, BASE_PITCH, *random_keys.stream_key(seed, random_keys.VOLUME), position, phase, key
+    )
+    position[:, :2] = seabed.scatterer_grid.to_world(position[:, 0], position[:, 1])
+    return layer_scatterers(water, seabed, position, cubes.cell.repeat(CELLS**3), phase, key | LAYERS)
+
+
+def layer_scatterers(
+    water: Water, seabed: Seabed, position: Floats, volume: Floats, phase: NDArray[np.complex128],
+    key: NDArray[np.uint64],
+) -> Scatterers:  # fmt: skip
+    """Points of the layers of the water, without those under the ground or where the water is clear.
+
+    Args:
+        water: How much each layer answers.
+        seabed: Where the water ends.
+        position: North, east, depth [m], shape (n, 3).
+        volume: Share of the water that each stands for [m^3], shape (n,).
+        phase: Unit phasors [1], shape (n,).
+        key: Keys of the places, shape (n,).
+    """
+    strength = np.zeros(len(position))
+    for top, bottom, s_v in water.layers(max_water_depth(seabed)):
+        strength[(position[:, 2] > top) & (position[:, 2] <= bottom)] = s_v
+    wet = strength > 0
+    if seabed.terrain is not None:
+        wet[wet] = position[wet, 2] < seabed_depth_at(seabed, position[wet, :2])
+    return _points(OWNER, position[wet], (volume * strength)[wet], phase[wet], key[wet])
+
+
+@lru_cache(maxsize=16)
+def patch_scatterers(
+    patch: ScatteringPatch, seabed: Seabed, seed: int, pitch: float, *, quadrature: bool
+) -> Scatterers:
+    """The scatterers of a patch, one for each cell of its own.
+
+    Args:
+        patch: The patch.
+        seabed: What it ends at, as it does at the sea surface.
+        seed: Of the scenario.
+        pitch: Side of a cell, about [m].
+        quadrature: Points laid out evenly for an expectation, or drawn ones.
+    """
+    size = np.array(patch.size)
+    pitch = max(pitch, float(np.cbrt(size.prod() / MAX_POINTS_IN_PATCH)))
+    count = np.maximum(np.round(size / pitch), 1).astype(int)
+    cell = np.indices(tuple(count.tolist())).reshape(3, -1).T
+    a, b, c = cell.T
+    u = random_keys.uniforms(seed, random_keys.VOLUME, a, b, c, zlib.crc32(patch.label.encode()))
+    shift = u[:, :3]
+    if quadrature:
+        shift = np.mod(0.5 + np.arange(1, len(cell) + 1)[:, None] * EVENLY, 1)
+    part = (cell + shift) / count - 0.5
+    inside = np.sum((2 * part) ** 2, axis=1) < 1 if patch.form == "ellipsoid" else np.ones(len(part), bool)
+    own = part * size
+    frame = ScattererGrid(origin=patch.position[:2], heading=patch.heading)
+    depth = patch.position[2] + own[:, 2]
+    position = np.column_stack([frame.to_world(own[:, 0], own[:, 1]), depth])
+    inside &= (depth > 0) & (depth < seabed_depth_at(seabed, position[:, :2]))
+    area = np.full(len(position), size.prod() / count.prod() * float(intensity_ratio(patch.volume_strength_db)))
+    number = np.uint64((zlib.crc32(patch.label.encode()) & 0xFFFFFFF) << 24) + np.arange(len(cell), dtype=np.uint64)
+    phase = np.exp(2j * np.pi * u[:, 3])
+    return _points(patch.label, position[inside], area[inside], phase[inside], (PATCHES | number)[inside])
+
+
+def _points(
+    owner: str, position: Floats, area: Floats, phase: NDArray[np.complex128], key: NDArray[np.uint64]
+) -> Scatterers:
+    """Points in the water, each of a backscattering cross section [m^2], that face everywhere."""
+    return Scatterers(owner, "water", PointTargetLaw(0.0), position, np.zeros((len(position), 3)), area, phase, key)
+
+
+def max_water_depth(seabed: Seabed) -> float:
+    """Depth at which all water ends [m]."""
+    return seabed.depth if seabed.terrain is None else seabed.terrain.span[1]
+
+
+def patch_errors(
+    patches: tuple[ScatteringPatch, ...], seabed: Seabed, targets: tuple[Target, ...]
+) -> Iterator[PydanticCustomError]:
+    """Everything that keeps patches from hanging in the water, each with a label of its own.
+
+    Args:
+        patches: The patches; paths of the faults begin with `water.patches`.
+        seabed: The seabed below them.
+        targets: Whose labels are taken.
+
+    Yields:
+        Errors of `field_error`.
+    """
+    taken = {"seabed", "surface", "target", "noise", "total", OWNER, *(target.label for target in targets)}
+    for row, patch in enumerate(patches):
+        if patch.label in taken:
+            yield field_error(
+                f"water.patches.{row}.label", repr(patch.label), "is taken. Give each patch a label of its own."
+            )
+        taken.add(patch.label)
+        bed = float(seabed_depth_at(seabed, np.array(patch.position[:2])))
+        if not patch.position[2] < bed:
+            yield field_error(
+                f"water.patches.{row}.position.2", f"{patch.position[2]:g} m", f"is below the seabed ({bed:g} m). "
+                f"Write the depth of its middle, above 0 m and less than {bed:g} m.",
+            )  # fmt: skip

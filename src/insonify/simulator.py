@@ -1,0 +1,613 @@
+"""The wiring: describe, reach, scatter, hear, ping by ping."""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import cached_property, partial, reduce
+from operator import iadd
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines.delay_window import DelayInterval, delay_interval, in_delay_window
+from insonify.engines.eigenray_engine import EigenrayEngine
+from insonify.engines.fast_reverberation import FastReverberation, prepare_fast_reverberation
+from insonify.engines.parts import SerialPool, WorkerPool, parts_of
+from insonify.engines.terrain_cover import MOST_HIDDEN, hidden_part
+from insonify.malloc_tuning import keep_freed_memory
+from insonify.propagation.path_settings import PathSettings
+from insonify.propagation.propagation_model_choice import propagation_model_for
+from insonify.records.arrivals import Arrivals, concatenate_arrivals, expand_arrivals
+from insonify.records.labels import LabelNames, Labels, concatenate_channels, label_dataset
+from insonify.records.recording import RecordingLayout, recording_dataset
+from insonify.records.reverberation_samples import ReverberationSamples
+from insonify.scenario.attributes import attributes
+from insonify.scenario.pings import selected_pings
+from insonify.scenario.platform_poses import platforms, receiver_seed
+from insonify.scenario.ray_domain import delay_field, domain
+from insonify.scenario.scenario import Scenario
+from insonify.scene.scatterers import Scatterers
+from insonify.sonar.ping_geometry import MountedSonar, PingGeometry, track_extents_of
+from insonify.sonar.platforms import Platforms
+from insonify.sonar.received_pulse import ReceivedPulse, received_pulse
+from insonify.sonar.sonar import channel_positions
+from insonify.sonar.track import Poses, logged_poses
+from insonify.sonar.track_extent import TrackExtent
+from insonify.synthesis.channel_arrivals import channel_arrivals
+from insonify.synthesis.channel_noise import ChannelNoise, channel_noise
+from insonify.synthesis.coherent import CoherentAccumulator
+from insonify.synthesis.coherent_groups import PulseTable, pulse_table
+from insonify.synthesis.element_arrivals import element_as_beam
+from insonify.synthesis.incoherent import IncoherentAccumulator, IntensityBuffer
+from insonify.synthesis.label_accumulator import GROUND_POINTS, POINTS, LabelAccumulator, label_names
+from insonify.synthesis.level_curves import ALL, LevelAccumulator, level_curves
+from insonify.synthesis.receiver_chain import ReceiverChain, receiver_chain
+from insonify.synthesis.replica_jitter import replica_jitter
+from insonify.synthesis.time_grid import TimeGrid, time_grid
+from insonify.synthesis.traced_intensity import TracedAccumulator, TracedLevelAccumulator
+from insonify.synthesis.waveform_basis import waveform_basis
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MAX_CONCURRENT_PING_BYTES = 64 << 20
+"""Memory of a coherent ping's sound, of one side and part, up to which pings are heard side by side [bytes]."""
+
+PINGS_JUDGED = 5
+"""Pings of a track by which it is judged how much of the bed terrain hides."""
+QUEUED_PINGS = 2
+"""Pings that are heard, or wait for a thread, beyond one for each thread."""
+
+
+class Accumulator(Protocol):
+    """How arrivals are heard: what it keeps while simulator, and what it makes of it."""
+
+    @property
+    def wants_quadrature(self) -> bool:
+        """Whether it wants points laid out evenly, or drawn scatterers."""
+
+    def empty(self) -> Any:
+        """Nothing heard yet."""
+
+    def add(self, heard: Any, pairs: Any) -> None:
+        """Add what the engine makes of one block."""
+
+    def time_series(self, heard: Any) -> Any:
+        """What was heard, over time."""
+
+
+@dataclass(frozen=True)
+class Simulator:
+    """A scenario made ready to ping: what does not change from ping to ping."""
+
+    scenario: Scenario
+    engine: EigenrayEngine
+    platforms: Platforms
+    track_extents: tuple[TrackExtent, ...]
+    pulse: ReceivedPulse
+    grid: TimeGrid
+    tracer: Any = None
+    """The engine that is heard instead, where the scenario asks for it."""
+
+    def ping_geometry(self, ping: int, *, channel: int = 0) -> PingGeometry:
+        """The sonar as it stands at one ping: the side that a channel belongs to."""
+        return self.ping_geometries(ping)[channel // self.scenario.sonar.beam_count]
+
+    def ping_geometries(self, ping: int) -> list[PingGeometry]:
+        """The sonar's sides as they stand at one ping, in the order of their channels."""
+        return [side.at(ping) for side in self._sides]
+
+    @property
+    def poses(self) -> Poses:
+        """Poses of the platform that carries the transmitter."""
+        return self.platforms.transmitter_poses
+
+    def expectation_accumulator(self, here: PingGeometry) -> IncoherentAccumulator | TracedAccumulator:
+        """The incoherent reading of one ping, by the engine that the scenario asks for."""
+        if self.tracer is None:
+            return self.incoherent_accumulator(here)
+        return TracedAccumulator(here, self.grid, replica_jitter(self.scenario.seed, here.ping, self.scenario.paths))
+
+    def incoherent_accumulator(self, here: PingGeometry) -> IncoherentAccumulator:
+        """The incoherent reading of one ping."""
+        scenario = self.scenario
+        shaken = replica_jitter(scenario.seed, here.ping, scenario.paths)
+        return IncoherentAccumulator(here, self.grid, shaken, self._table, delay_field(scenario))
+
+    def fast_reverberation(self, here: PingGeometry) -> FastReverberation | None:
+        """The fast path to the seabed of one ping, where its expectation takes it."""
+        return None if self.tracer is not None else self._ground(here, self.engine.choice)
+
+    def label_ground(self, here: PingGeometry) -> FastReverberation | None:
+        """The fast path to the seabed of one ping for its labels, whatever engine is recorded."""
+        return self._ground(here, self._label_paths)
+
+    def _ground(self, here: PingGeometry, choice: PathSettings) -> FastReverberation | None:
+        bed = self.engine.scene.seabed.terrain
+        if bed is None or bed.span[0] == bed.span[1] or delay_field(self.scenario) is not None:
+            return None
+        quick = prepare_fast_reverberation(self.engine.scene, choice, here, self.engine.rays)
+        return None if quick is None or self._terrain_hides_much else quick
+
+    @property
+    def shares_ground(self) -> bool:
+        """True where labels and sound are expectations of the same points of the seabed."""
+        return self._label_paths is self.engine.choice
+
+    @cached_property
+    def _label_paths(self) -> PathSettings:
+        """Paths of the labels' seabed: those of the sound where it may take the fast path, else at fewer points."""
+        choice = self.engine.choice
+        if self.scenario.field == "incoherent" and self.tracer is None:
+            return choice
+        return choice.unchecked_copy(scatterers_per_cell=min(choice.scatterers_per_cell, GROUND_POINTS))
+
+    @cached_property
+    def _terrain_hides_much(self) -> bool:
+        """True: terrain hides so much of the bed on the whole track that the fast path to the seabed does not serve."""
+        bed = self.engine.scene.seabed.terrain
+        last, parts = self.scenario.track.ping_count - 1, []
+        for ping in sorted({round(last * part) for part in np.linspace(0, 1, PINGS_JUDGED)}):
+            parts += [hidden_part(bed, here) for here in self.ping_geometries(ping)] if bed is not None else []
+        return bool(parts) and float(np.mean(parts)) > MOST_HIDDEN
+
+    def label_accumulator(self, here: PingGeometry) -> LabelAccumulator:
+        """The reading that labels one ping."""
+        floor = float(np.mean(self.noise.power))
+        occluder_names = tuple(target.label for target in self.engine.scene.occluders)
+        return LabelAccumulator(self.incoherent_accumulator(here), self.label_names, occluder_names, floor)
+
+    @cached_property
+    def label_names(self) -> LabelNames:
+        """The axes of labels."""
+        targets, water = tuple(target.label for target in self.scenario.targets), self.scenario.water
+        suspended = ("water",) * (water.volume_strength_db is not None) + tuple(one.label for one in water.patches)
+        return label_names(targets, self.scenario.paths.followed_families, water=suspended)
+
+    @cached_property
+    def noise(self) -> ChannelNoise:
+        """The noise of all channels."""
+        scenario = self.scenario
+        return channel_noise(scenario.sonar, scenario.water, self.ping_geometries(0), self.pulse, scenario.seed)
+
+    @cached_property
+    def electronics(self) -> ReceiverChain | None:
+        """What is behind the hydrophones."""
+        return receiver_chain(self.scenario.sonar, self.scenario.water, self.pulse, self.grid)
+
+    @cached_property
+    def _sides(self) -> tuple[MountedSonar, ...]:
+        told = self.platforms, self.scenario.track.window, self.pulse, self.scenario.water, self.track_extents
+        return tuple(MountedSonar(side, *told, self.scenario.seed) for side in self.scenario.sonar.side_sonars)
+
+    @cached_property
+    def _table(self) -> PulseTable:
+        # A quarter more on each side: the pulse's ringing interferes too, though only a millionth of its energy.
+        more = (self.pulse.stop - self.pulse.start) / 4
+        return pulse_table(self.pulse.samples, self.pulse.start - more, self.pulse.stop + more, self.grid.sample_rate)
+
+    def coherent_accumulator(self, here: PingGeometry) -> CoherentAccumulator:
+        """The coherent reading of one ping."""
+        shaken = replica_jitter(self.scenario.seed, here.ping, self.scenario.paths)
+        return CoherentAccumulator(here, self.grid, shaken, waveform_basis(here), self.scenario.water)
+
+
+def build_simulator(scenario: Scenario) -> Simulator:
+    """Make a scenario ready to ping."""
+    pulse = received_pulse(scenario.sonar)
+    # The absorption is kept from ping to ping; here each run hears where it is not valid.
+    scenario.water.absorption(scenario.sonar.pulse.frequency)
+    rate = scenario.sonar.receiver.sample_rate
+    grid = time_grid(*scenario.track.window, rate, *pulse.table_interval)
+    carried = platforms(scenario)
+    rays = propagation_model_for(scenario.scene, domain(scenario, carried, pulse))
+    late = delay_field(scenario) if scenario.field == "coherent" else None
+    engine = EigenrayEngine(scenario.scene, scenario.paths, scenario.seed, rays, delay_field=late)
+    tracer = None
+    if scenario.paths.engine == "tracer":
+        from insonify.engines.tracer import Tracer  # kernels of its own, which few runs ask for
+
+        tracer = Tracer(scenario.scene, scenario.paths, scenario.seed)
+    return Simulator(scenario, engine, carried, track_extents_of(scenario.sonar, carried), pulse, grid, tracer)
+
+
+def simulate(scenario: Scenario, *, pings: int | Iterable[int] | None = None, threads: int | None = None) -> xr.Dataset:
+    """What the sonar records.
+
+    Args:
+        scenario: What is simulated.
+        pings: Number of the ping wanted, or numbers of several; all by default.
+        threads: How many cores to use; all by default. The bits do not depend on it.
+
+    Returns:
+        `pressure` complex64 [uPa] (coherent) or `intensity` [uPa^2] (incoherent) over (ping, channel, time).
+    """
+    chosen = selected_pings(scenario, pings)
+    simulator = build_simulator(scenario)
+    shape = len(chosen), scenario.sonar.channel_count, simulator.grid.sample_count  # also of no pings at all
+    data = np.array([series for _, series in simulate_pings(simulator, chosen, threads)]).reshape(shape)
+    return recording_dataset(recording_layout(simulator), attributes(scenario), data, np.array(chosen, np.int64))
+
+
+def record(
+    scenario: Scenario, path: str | Path, *, pings: int | Iterable[int] | None = None, threads: int | None = None,
+    overwrite: bool = False, on_ping: Callable[[int, int], None] | None = None, with_labels: bool | None = None,
+) -> Path:  # fmt: skip
+    """Simulate to disk, ping by ping; a run that was stopped goes on where it was.
+
+    Args:
+        scenario: What is simulated.
+        path: Folder of the recording.
+        pings: Numbers of the pings wanted; all by default.
+        threads: How many cores to use.
+        overwrite: Whether to replace another recording that is there.
+        on_ping: Told the pings done and the pings wanted, before the first and after each.
+        with_labels: Whether labels are stored beside the sound; None: as the scenario's `output` says.
+
+    Returns:
+        The path.
+    """
+    from insonify.formats import label_store, zarr_store
+
+    wanted = selected_pings(scenario, pings)
+    simulator = build_simulator(scenario)
+    mine = zarr_store.create_recording(path, recording_layout(simulator), attributes(scenario), overwrite=overwrite)
+    labelled = scenario.output.labels if with_labels is None else with_labels
+    if labelled:
+        label_store.create_labels(
+            path, simulator.label_names, recording_layout(simulator), attributes(scenario), into=mine
+        )
+    there = zarr_store.recorded_pings(path)
+    whole = label_store.labelled_pings(path) if labelled else np.ones(len(there), bool)
+    jobs = [Job(ping, wants_sound=False, wants_labels=True) for ping in wanted if there[ping] and not whole[ping]]
+    jobs += [Job(ping, wants_sound=True, wants_labels=not whole[ping]) for ping in wanted if not there[ping]]
+    done, tell = len(wanted) - len(jobs), on_ping or (lambda *_: None)
+    tell(done, len(wanted))
+    for job, series, labelling in _simulate_jobs(simulator, jobs, threads):
+        # labels first: a ping whose sound is there is whole
+        if labelling is not None:
+            label_store.write_label_ping(path, job.ping, labelling, into=mine)
+        if series is not None:
+            zarr_store.write_ping(path, job.ping, series, into=mine)
+        done += 1
+        tell(done, len(wanted))
+    return Path(path)
+
+
+class Job(NamedTuple):
+    """One ping, and what is made of it."""
+
+    ping: int
+    wants_sound: bool
+    """True: its series is wanted."""
+    wants_labels: bool
+    """True: its labels are wanted."""
+
+
+def simulate_pings(
+    simulator: Simulator, pings: Iterable[int], threads: int | None = None
+) -> Iterator[tuple[int, NDArray[np.generic]]]:
+    """Time series, ping by ping: number of the ping, and its series of shape (channels, samples)."""
+    for job, series, _ in _simulate_jobs(
+        simulator, [Job(ping, wants_sound=True, wants_labels=False) for ping in pings], threads
+    ):
+        assert series is not None
+        yield job.ping, series
+
+
+def _simulate_jobs(
+    simulator: Simulator, jobs: list[Job], threads: int | None
+) -> Iterator[tuple[Job, NDArray[np.generic] | None, Labels | None]]:
+    """Series and labels of some pings, one after the other.
+
+    Many pings are shared among the threads, a few of them ahead of the one that is asked for; few pings, and those that
+    take much memory, are heard one after the other, each by all threads.
+    """
+    workers = threads or os.cpu_count() or 1
+    keep_freed_memory()
+    with ThreadPoolExecutor(workers) as pool:
+        if len(jobs) < 2 * workers or not _pings_fit_concurrently(simulator, jobs[0].ping):
+            yield from ((job, *_simulate_ping(simulator, job, pool)) for job in jobs)
+            return
+        begun: deque[tuple[Job, Future[tuple[NDArray[np.generic] | None, Labels | None]]]] = deque()
+        try:
+            for job in jobs:
+                begun.append((job, pool.submit(_simulate_ping, simulator, job, SerialPool())))
+                if len(begun) == workers + QUEUED_PINGS:
+                    ready, made = begun.popleft()
+                    yield (ready, *made.result())
+            while begun:
+                ready, made = begun.popleft()
+                yield (ready, *made.result())
+        finally:
+            for _, made in begun:
+                made.cancel()
+
+
+def _simulate_ping(
+    simulator: Simulator, job: Job, pool: WorkerPool
+) -> tuple[NDArray[np.generic] | None, Labels | None]:
+    """Series and labels of one ping, as far as they are wanted: what the ground hides is worked out once for both."""
+    if not job.wants_labels:
+        return _record_ping(simulator, job.ping, pool), None
+    labelling, seabeds = _labels(simulator, job.ping, pool)
+    return _record_ping(simulator, job.ping, pool, seabeds) if job.wants_sound else None, labelling
+
+
+def _pings_fit_concurrently(simulator: Simulator, ping: int) -> bool:
+    """Whether pings are so quick that sharing one costs more than it saves, or so small that there is room for many."""
+    if simulator.tracer is not None:
+        return False
+    here = simulator.ping_geometries(ping)
+    if simulator.scenario.field == "coherent":
+        return all(simulator.coherent_accumulator(side).empty().nbytes <= MAX_CONCURRENT_PING_BYTES for side in here)
+    return all(
+        simulator.incoherent_accumulator(side).is_short_pulse and simulator.fast_reverberation(side) for side in here
+    )
+
+
+def _record_ping(
+    simulator: Simulator, ping: int, pool: WorkerPool, seabeds: Sequence[Seabed | None] | None = None
+) -> NDArray[np.generic]:  # fmt: skip
+    """All sides of one ping, with the noise, through the receiver, shape (channels, samples)."""
+    sides, behind = simulator.ping_geometries(ping), simulator.electronics
+    if simulator.scenario.field == "incoherent":
+        expected = [
+            accumulate_ping(simulator, simulator.expectation_accumulator(here), here, pool, seabed)
+            for here, seabed in zip(sides, seabeds or [None] * len(sides), strict=True)
+        ]
+        intensity = np.asarray(np.concatenate(expected) + simulator.noise.power[:, None])
+        return intensity if behind is None else behind.intensities(intensity)
+    sound = np.concatenate(
+        [accumulate_ping(simulator, simulator.coherent_accumulator(here), here, pool) for here in sides]
+    )
+    sound = sound + simulator.noise.draw(ping, sides[0].time, simulator.grid)
+    return sound if behind is None else behind.pressures(sound)
+
+
+class Seabed(NamedTuple):
+    """The seabed of one side of a ping by the fast path, with its expected energies."""
+
+    ground: FastReverberation | None
+    energies: IntensityBuffer
+
+
+def accumulate_ping(
+    simulator: Simulator, accumulator: Accumulator, here: PingGeometry, pool: WorkerPool, seabed: Seabed | None = None
+) -> Any:
+    """One ping, heard by one reading.
+
+    Args:
+        simulator: A prepared scenario.
+        accumulator: The reading.
+        here: One side of the sonar at that ping.
+        pool: Does the parts of the ping.
+        seabed: Its seabed, where the fast path has evaluated it already; for an `IncoherentAccumulator` reading.
+    """
+    if seabed is not None:
+        return accumulator.time_series(_sums(simulator, accumulator, here, pool, *seabed))
+    quick = type(accumulator) is IncoherentAccumulator and accumulator.is_short_pulse
+    return accumulator.time_series(
+        _sums(simulator, accumulator, here, pool, simulator.fast_reverberation(here) if quick else None)
+    )
+
+
+def _sums(
+    simulator: Simulator, reading: Accumulator, here: PingGeometry, pool: WorkerPool, ground: FastReverberation | None,
+    known: IntensityBuffer | None = None,
+) -> Any:  # fmt: skip
+    """What one reading hears of a ping: blocks are shared into a fixed number of parts, added in a fixed order.
+
+    Args:
+        simulator: A prepared scenario.
+        reading: The reading.
+        here: One side of the sonar at that ping.
+        pool: Does the parts of the ping.
+        ground: The fast path to its seabed; None: the seabed comes in blocks, as all else.
+        known: Energies of the seabed by the fast path; None: not yet evaluated.
+    """
+    engine = simulator.tracer if isinstance(reading, TracedAccumulator | TracedLevelAccumulator) else simulator.engine
+    if isinstance(pool, SerialPool) and isinstance(engine, EigenrayEngine):
+        engine = replace(engine, terrain_occlusion=pool.terrain_occlusion)  # nobody else asks for this ping
+    if reading.wants_quadrature and isinstance(engine, EigenrayEngine):
+        engine = replace(engine, delay_field=None)  # an expectation takes the mean over them
+    if ground is not None:
+        engine = replace(engine, choice=ground.remaining_choice)
+    if isinstance(reading, LabelAccumulator):
+        fewer = min(simulator.scenario.paths.scatterers_per_cell, POINTS)
+        engine = replace(engine, choice=engine.choice.unchecked_copy(scatterers_per_cell=fewer))
+    met: Any = (
+        engine.pair_batches if isinstance(engine, EigenrayEngine) else lambda at, block: [engine.pairs(at, block)]
+    )
+    if isinstance(reading, CoherentAccumulator):
+        met = partial(met, include_negligible=False)
+    blocks = engine.blocks(here, quadrature=reading.wants_quadrature)
+
+    def part(mine: list[Any]) -> Any:
+        heard = reading.empty()
+        for block in mine:
+            for pairs in met(here, block):
+                reading.add(heard, pairs)
+        return heard
+
+    def swathed(swath: ReverberationSamples) -> Any:
+        heard, wide = reading.empty(), cast(IncoherentAccumulator | LabelAccumulator, reading)
+        wide.add_fast_reverberation(heard, swath)
+        return heard
+
+    count = min(parts_of(getattr(reading.empty(), "nbytes", 0)), len(blocks)) if blocks else 0
+    sums = list(pool.map(part, [blocks[k::count] for k in range(count)]))
+    found = [reduce(iadd, sums)] if sums else []
+    if known is not None:
+        found.append(known)
+    elif ground is not None:
+        found.append(reduce(iadd, ground.accumulate(pool.map, swathed, labelled=isinstance(reading, LabelAccumulator))))
+    return reduce(iadd, found) if found else reading.empty()
+
+
+def label_ping(simulator: Simulator, ping: int, threads: int | None = None) -> Labels:
+    """The labels of one ping, all its sides."""
+    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+        return _labels(simulator, ping, pool)[0]
+
+
+def _labels(simulator: Simulator, ping: int, pool: WorkerPool) -> tuple[Labels, list[Seabed | None]]:
+    """Labels of one ping, and the seabed of each side as its expectation is recorded, where both are the same."""
+    made: list[Labels] = []
+    seabeds: list[Seabed | None] = []
+    for here in simulator.ping_geometries(ping):
+        reading = simulator.label_accumulator(here)
+        ground = simulator.label_ground(here) if reading.accumulator.is_short_pulse else None
+        sums = _sums(simulator, reading, here, pool, ground)
+        made.append(reading.time_series(sums))
+        shared = ground is not None and simulator.shares_ground
+        seabeds.append(Seabed(ground, sums.curves["seabed", ALL]) if shared else None)
+    return concatenate_channels(made), seabeds
+
+
+def labels(scenario: Scenario, ping: int = 0, *, threads: int | None = None) -> xr.Dataset:
+    """What each sample of one ping really is: whose echo, by which paths, from where; highlight, shadow or ghost.
+
+    Args:
+        scenario: What is simulated.
+        ping: Number of the ping.
+        threads: How many cores to use.
+
+    Returns:
+        The variables of `insonify.records.labels.COLUMNS` for that ping, over (channel, time).
+
+    Raises:
+        ValueError: The track has no such ping, or the channels are elements.
+    """
+    selected_pings(scenario, [ping])
+    if scenario.sonar.receiver.record == "elements":
+        raise ValueError("sonar.receiver.record is elements, and labels are those of beams. Write record: beams.")
+    simulator = build_simulator(scenario)
+    made = label_ping(simulator, ping, threads)
+    held = label_dataset([made], simulator.label_names, simulator.grid.time, np.array([ping]))
+    return held.isel(ping=0).assign_attrs(attributes(scenario))
+
+
+def arrivals(scenario: Scenario, ping: int = 0, *, window: DelayInterval | None = None, channel: int = 0) -> Arrivals:
+    """The paths of one ping, out and back, row by row.
+
+    Args:
+        scenario: What is simulated.
+        ping: Number of the ping.
+        window: Earliest and latest delay wanted [s], or with units such as ("200 ms", "201 ms"); by default all that
+            touch the recording.
+        channel: Which beam or element: of a sonar with two sides, the paths to and from the side that it belongs to.
+            Delays, amplitudes and Doppler factors are those that this channel hears, under way as well.
+
+    Raises:
+        ValueError: The track has no such ping, the sonar no such channel, or the window lies beyond the recording.
+    """
+    selected_pings(scenario, [ping])
+    _require_channel(scenario, channel)
+    if scenario.paths.engine == "tracer":
+        raise ValueError(
+            "paths.engine is tracer, and rays are energies, not paths. For arrivals write engine: eigenrays."
+        )
+    simulator = build_simulator(scenario)
+    here = simulator.ping_geometry(ping, channel=channel)
+    first, last = delay_interval(here, window)
+    even = scenario.field == "incoherent"
+    shaken = replica_jitter(scenario.seed, ping, scenario.paths)
+    found: list[Arrivals] = []
+    group = 0
+    for block in simulator.engine.blocks(here, quadrature=even):
+        points = block()
+        if window is not None:
+            points = points.take(
+                in_delay_window(points, here, scenario.scene, scenario.paths.followed_families, (first, last))
+            )
+        if not len(points):
+            continue
+        pairs = simulator.engine.pairs(here, partial(_unchanged, points), include_negligible=even)
+        factors = {} if shaken.is_zero else {
+            names: shaken.factor(pairs.scatterers.scatterer_id, *names) for names in pairs.rays()
+        }  # fmt: skip
+        heard = None
+        if scenario.field == "coherent" and not simulator.coherent_accumulator(here).uses_far_field:
+            heard = channel_arrivals(pairs, here, channel % scenario.sonar.beam_count, scenario.water)
+        paths = expand_arrivals(pairs, group, factors, heard)
+        found.append(paths.take((paths.delay >= first) & (paths.delay <= last)))
+        group += len(pairs.scatterers) if pairs.scatterers.has_random_phase else 1
+    return concatenate_arrivals(found)
+
+
+def levels(scenario: Scenario, ping: int = 0, *, channel: int = 0, threads: int | None = None) -> xr.Dataset:
+    """Expected levels of one ping by contribution and by family pair.
+
+    Args:
+        scenario: What is simulated.
+        ping: Number of the ping.
+        channel: Which beam, or which element: heard at its array's centre, by its own pattern.
+        threads: How many cores to use.
+
+    Returns:
+        `level_db` over (contribution, pair, time) [dB re 1 uPa], see `insonify.synthesis.level_curves.level_curves`.
+
+    Raises:
+        ValueError: The track has no such ping, or the sonar no such channel.
+    """
+    selected_pings(scenario, [ping])
+    _require_channel(scenario, channel)
+    simulator = build_simulator(scenario)
+    here = element_as_beam(simulator.ping_geometry(ping, channel=channel), channel % scenario.sonar.beam_count)
+    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+        whole = simulator.expectation_accumulator(here)
+        intensity = accumulate_ping(
+            simulator,
+            TracedLevelAccumulator(whole) if isinstance(whole, TracedAccumulator) else LevelAccumulator(whole),
+            here,
+            pool,
+        )
+    floor = float(simulator.noise.power[channel])
+    curves = level_curves(intensity, floor, simulator.grid, channel % scenario.sonar.beam_count % here.channel_count)
+    return curves.assign_attrs(**attributes(scenario), ping=ping, channel=channel)
+
+
+def _unchanged(points: Scatterers) -> Scatterers:
+    """A block of scatterers that is there already."""
+    return points
+
+
+def _require_channel(scenario: Scenario, channel: int) -> None:
+    if not 0 <= channel < scenario.sonar.channel_count:
+        raise ValueError(f"channel is {channel}; the sonar has channels 0 to {scenario.sonar.channel_count - 1}")
+
+
+def recording_layout(simulator: Simulator) -> RecordingLayout:
+    """What a recording of this scenario holds, but for the sound."""
+    scenario, true = simulator.scenario, simulator.poses
+    logged = logged_poses(scenario.track.navigation_errors, true, scenario.seed)
+    ears, other = simulator.platforms.own_receiver_poses, scenario.receiver_track
+    second: dict[str, NDArray[np.float64]] = {}
+    if ears is not None and other is not None:
+        told = logged_poses(other.navigation_errors, ears, receiver_seed(scenario))
+        second = {
+            "receiver_position": ears.position, "receiver_attitude": ears.attitude,
+            "logged_receiver_position": told.position, "logged_receiver_attitude": told.attitude,
+        }  # fmt: skip
+    if not second:
+        second["slant_range"] = simulator.grid.time * scenario.water.sound_speed / 2
+    return RecordingLayout(
+        field="pressure" if scenario.field == "coherent" else "intensity",
+        time=simulator.grid.time,
+        ping_time=true.time,
+        steer=np.array(scenario.sonar.steers),
+        side=np.array(scenario.sonar.channel_sides, dtype=float),
+        element_position=channel_positions(scenario.sonar),
+        position=true.position,
+        attitude=true.attitude,
+        logged_position=logged.position,
+        logged_attitude=logged.attitude,
+        **second,
+    )

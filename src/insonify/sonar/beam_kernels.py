@@ -1,0 +1,148 @@
+"""Beam patterns from tables: the arithmetic that runs once per direction and beam.
+
+A table row holds the four coefficients of one cubic; an empty table is a pattern of one
+everywhere. Patterns are even, so tables start on the axis.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.jit import njit
+
+Floats = NDArray[np.float64]
+
+OMNI, BAFFLED, COSINE = 0, 1, 2
+"""Directivity of one element: all round, front half space, cosine of the angle from boresight."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def interpolate_pattern(table: Floats, per_unit: float, x: float) -> float:
+    """Pattern at distance x from its axis, from a table of cubics of shape (rows, 4)."""
+    if table.shape[0] == 0:
+        return 1.0
+    place = abs(x) * per_unit
+    row = min(int(place), table.shape[0] - 1)
+    t, at = place - row, np.uintp(row)  # unsigned: a sign would be looked at
+    return table[at, 0] + t * (table[at, 1] + t * (table[at, 2] + t * table[at, 3]))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def interpolate_majorant(bound: Floats, per_unit: float, x: float) -> float:
+    """Largest magnitude of a pattern at distance x from its axis or beyond."""
+    if bound.shape[0] == 0:
+        return 1.0
+    # a hair inwards: a place rounded across a row's edge must not lose that row's maximum
+    return bound[min(int(max(abs(x) * per_unit - 1e-9, 0.0)), bound.shape[0] - 1)]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def element_gain(element: int, w: float) -> float:
+    """Directivity of one element by the cosine w of the angle from boresight."""
+    if element == OMNI:
+        return 1.0
+    if element == BAFFLED:
+        return 1.0 if w >= 0.0 else 0.0
+    return max(w, 0.0)
+
+
+class BeamTables(NamedTuple):
+    """What kernels ask of beams: the columns of `Beams`, but for the majorants."""
+
+    axes: Floats
+    steer: Floats
+    scale: Floats
+    tables: tuple[Floats, Floats, Floats, Floats]
+    per_unit: Floats
+    element: int
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def array_cosines(axes: Floats, north: float, east: float, depth: float) -> tuple[float, float, float]:
+    """Cosines to an array's boresight, right and down of a direction in the world."""
+    w = north * axes[0, 0] + east * axes[0, 1] + depth * axes[0, 2]
+    u = north * axes[1, 0] + east * axes[1, 1] + depth * axes[1, 2]
+    v = north * axes[2, 0] + east * axes[2, 1] + depth * axes[2, 2]
+    return w, u, v
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def element_amplitude(beams: BeamTables, w: float, u: float, v: float) -> float:
+    """Amplitude of one element at cosines to boresight, right and down."""
+    one = element_gain(beams.element, w)
+    return (
+        one
+        * interpolate_pattern(beams.tables[2], beams.per_unit[2], u)
+        * interpolate_pattern(beams.tables[3], beams.per_unit[3], v)
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def beam_amplitude(beams: BeamTables, channel: int, u: float, v: float) -> float:
+    """Amplitude of one beam at cosines to right and down, re that of an element."""
+    beam = interpolate_pattern(beams.tables[0], beams.per_unit[0], u - beams.steer[channel, 0])
+    beam *= interpolate_pattern(beams.tables[1], beams.per_unit[1], v - beams.steer[channel, 1])
+    return beam * beams.scale[channel]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def beam_gains(direction: Floats, beams: BeamTables, out: Floats) -> None:
+    """Amplitude of every beam in every direction, into out of shape (channels, n)."""
+    for i in range(direction.shape[0]):
+        w, u, v = array_cosines(beams.axes, direction[i, 0], direction[i, 1], direction[i, 2])
+        one = element_amplitude(beams, w, u, v)
+        for channel in range(beams.steer.shape[0]):
+            out[channel, i] = one * beam_amplitude(beams, channel, u, v)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def cosine_bounds(cosine: float, cos_margin: float, sin_margin: float) -> tuple[float, float]:
+    """Least and greatest cosine to an axis, of all directions within a margin of one with the given cosine."""
+    sine = math.sqrt(max(1.0 - cosine * cosine, 0.0))
+    least = -1.0 if cosine <= -cos_margin else cosine * cos_margin - sine * sin_margin
+    greatest = 1.0 if cosine >= cos_margin else cosine * cos_margin + sine * sin_margin
+    return least, greatest
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def distance_to_interval(least: float, greatest: float, axis: float) -> float:
+    """Distance from an axis to the nearest point of an interval."""
+    return max(least - axis, axis - greatest, 0.0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def beam_bounds(
+    direction: Floats,
+    margin: Floats,
+    axes: Floats,
+    steer: Floats,
+    scale: Floats,
+    tables: tuple[Floats, ...],
+    per_unit: Floats,
+    element: int,
+    out: Floats,
+) -> None:
+    """Upper bound of every beam's magnitude within a margin of each direction, largest channel, into out (n,)."""
+    across, down, piston_across, piston_down = tables
+    for i in range(direction.shape[0]):
+        cos_margin, sin_margin = math.cos(min(margin[i], math.pi)), math.sin(min(margin[i], math.pi))
+        north, east, depth = direction[i, 0], direction[i, 1], direction[i, 2]
+        _, w = cosine_bounds(north * axes[0, 0] + east * axes[0, 1] + depth * axes[0, 2], cos_margin, sin_margin)
+        u_least, u_most = cosine_bounds(
+            north * axes[1, 0] + east * axes[1, 1] + depth * axes[1, 2], cos_margin, sin_margin
+        )
+        v_least, v_most = cosine_bounds(
+            north * axes[2, 0] + east * axes[2, 1] + depth * axes[2, 2], cos_margin, sin_margin
+        )
+        # the baffle's edge is sharp: rounding of w must not hide what is just in front of it
+        one = element_gain(element, w + 1e-12)
+        one *= interpolate_majorant(piston_across, per_unit[2], distance_to_interval(u_least, u_most, 0.0))
+        one *= interpolate_majorant(piston_down, per_unit[3], distance_to_interval(v_least, v_most, 0.0))
+        largest = 0.0
+        for channel in range(steer.shape[0]):
+            beam = interpolate_majorant(across, per_unit[0], distance_to_interval(u_least, u_most, steer[channel, 0]))
+            beam *= interpolate_majorant(down, per_unit[1], distance_to_interval(v_least, v_most, steer[channel, 1]))
+            largest = max(largest, beam * scale[channel])
+        out[i] = largest * one

@@ -1,0 +1,362 @@
+"""The sonar as it stands at one ping: where its two ends are, how its beams point, what it hears and when.
+
+Places and attitudes are those at the start of the pulse; how they go on from there is its `course`. The receiver may
+ride a platform of its own.
+"""
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.ocean.water import Water
+from insonify.sonar.beam import Beams, beams
+from insonify.sonar.beam_kernels import OMNI
+from insonify.sonar.element_array import AnyArray
+from insonify.sonar.hydrophones import Hydrophones, filled_aperture, hydrophones, one_element
+from insonify.sonar.platform_motion import PlatformMotion
+from insonify.sonar.platforms import Platforms
+from insonify.sonar.received_pulse import ReceivedPulse
+from insonify.sonar.sonar import Sonar, array_position, array_rotation, receiver_rotation
+from insonify.sonar.sub_bands import SubBand, band_nodes
+from insonify.sonar.track.poses import Poses
+from insonify.sonar.track_extent import TrackExtent, track_extent
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class PingGeometry:
+    """One ping's geometry, ready for the engine and for synthesis."""
+
+    ping: int
+    """Number of the ping."""
+    sound_speed: float
+    """Speed of sound at the transmitter [m/s]."""
+    receive_sound_speed: float
+    """Speed of sound at the receiver [m/s]."""
+    transmit_position: Floats
+    """North, east, depth of the transmitter [m], shape (3,)."""
+    receive_position: Floats
+    """North, east, depth of the receiver [m], shape (3,)."""
+    transmit_beams: Beams
+    receive_beams: Beams
+    boresight: Floats
+    """Unit vector that the arrays face, in the world, shape (3,)."""
+    first_beam_bearing: float
+    """Bearing of the first beam [rad]."""
+    platform_positions: Floats
+    """Places of the platform, or of both, at all pings, shape (n, 3): sampling follows the whole track."""
+    track_extent: TrackExtent
+    """The same in short: how near, how far and how deep the sonar ever gets; of two platforms the transmitter's."""
+    window: tuple[float, float]
+    """Start and stop of the recording [s]."""
+    pulse: ReceivedPulse
+    source_level_db: float
+    """Rms level on axis [dB re 1 uPa at 1 m]."""
+    channel_count: int
+    """Number of pairs of a transmit and a receive beam."""
+    time: float = 0.0
+    """Start of transmission after the start of the track [s]."""
+    elements: Hydrophones | None = None
+    """The receiver's elements, where each is a channel; `receive_beams` is then the pattern of any one of them."""
+    full_aperture_beams: Beams | None = None
+    """What can be made of the elements: decides how finely the scene is sampled; None: the receive beams."""
+    lever_arms: Floats = field(default_factory=lambda: np.zeros((2, 3)))
+    """Places of transmitter and receiver on the platform: forward, starboard, down [m], shape (2, 3)."""
+    sub_bands: tuple[SubBand, ...] = ()
+    """Beams at several frequencies across the band; none: those at its centre serve throughout."""
+    receive_motion: PlatformMotion | None = None
+    """How the receiver's platform goes on from the start of the ping; None: nothing moves until the window ends."""
+    transmit_motion: PlatformMotion | None = None
+    """How the transmitter's platform goes on: the same course where it is the same platform."""
+    max_displacement: float = 0.0
+    """How far either end gets from where it stands before the window ends [m]."""
+    receive_track_extent: TrackExtent | None = None
+    """Where a receiver goes that has a platform of its own; None: both ends ride the same."""
+
+    @property
+    def is_static(self) -> bool:
+        """True where the sonar stands until the window ends."""
+        return self.receive_motion is None
+
+    @property
+    def transmit_velocity(self) -> Floats:
+        """Of the transmitter at the start of the ping [m/s], shape (3,)."""
+        return (
+            np.zeros(3) if self.transmit_motion is None else self.transmit_motion.kinematics(self.lever_arms[:1])[1][0]
+        )
+
+    @property
+    def receive_velocity(self) -> Floats:
+        """Of the receiver at the start of the ping [m/s], shape (3,)."""
+        return np.zeros(3) if self.receive_motion is None else self.receive_motion.kinematics(self.lever_arms[1:])[1][0]
+
+    @property
+    def frequency(self) -> float:
+        """Centre frequency [Hz]."""
+        return self.pulse.pulse.frequency
+
+    @property
+    def midpoint(self) -> Floats:
+        """North and east of the middle between both ends [m], shape (2,)."""
+        return np.asarray((self.transmit_position[:2] + self.receive_position[:2]) / 2)
+
+    @property
+    def wavelength(self) -> float:
+        """Wavelength at the centre of the band [m]."""
+        return self.sound_speed / self.frequency
+
+    @property
+    def recorded_delays(self) -> tuple[float, float]:
+        """Earliest and latest delay whose echo, or its ringing, touches the window [s]."""
+        early, late = self.window[0] - self.pulse.ringing_stop, self.window[1] - self.pulse.ringing_start
+        return early - self.delay_margin, late + self.delay_margin
+
+    @property
+    def delay_margin(self) -> float:
+        """How much sooner or later than at the centre of a standing array an echo may come [s]."""
+        size = 0.0 if self.elements is None else float(np.linalg.norm(self.elements.positions, axis=1).max())
+        return (size + 2 * self.max_displacement) / min(self.sound_speed, self.receive_sound_speed)
+
+    @property
+    def track_extents(self) -> tuple[TrackExtent, ...]:
+        """Where each platform goes: the transmitter's, then the receiver's if it is another."""
+        return (
+            (self.track_extent,)
+            if self.receive_track_extent is None
+            else (self.track_extent, self.receive_track_extent)
+        )
+
+    @property
+    def track_depths(self) -> tuple[float, float]:
+        """Least and greatest depth of the sonar on its whole track [m]."""
+        return min(one.depths[0] for one in self.track_extents), max(one.depths[1] for one in self.track_extents)
+
+    @property
+    def element_extent(self) -> tuple[float, float]:
+        """Farthest that elements get from the receiver's centre at the start of the ping: over ground, in depth [m]."""
+        own = np.zeros((1, 3)) if self.elements is None else self.elements.positions
+        place = own @ self.receive_beams.axes
+        if self.receive_motion is not None:
+            _, velocity, acceleration = self.receive_motion.kinematics(
+                self.lever_arms[1] + place @ self.receive_motion.rotation[0]
+            )
+            moments = (0.0, self.receive_motion.window / 2, self.receive_motion.window)
+            place = np.concatenate([place + velocity * t + acceleration / 2 * t**2 for t in moments])
+        return float(np.hypot(place[:, 0], place[:, 1]).max()), float(np.abs(place[:, 2]).max())
+
+    @property
+    def same_beams(self) -> bool:
+        """True where both ends have the same beams."""
+        sent, heard = self.transmit_beams, self.bounding_receive_beams
+        return sent is heard or (
+            np.array_equal(sent.axes, heard.axes) and np.array_equal(sent.steer, heard.steer)
+            and sent.element == heard.element and np.array_equal(sent.scale, heard.scale)
+            and all(a is b for a, b in zip(sent.tables, heard.tables, strict=True))
+        )  # fmt: skip
+
+    @property
+    def bounding_receive_beams(self) -> Beams:
+        """The receive beams; where elements face aside, what hears all around as loudly as any of them at most."""
+        heard = self.receive_beams
+        if self.elements is None or not np.any(self.elements.orientations):
+            return heard
+        none, rows = np.empty(0), np.empty((0, 4))
+        return replace(heard, element=OMNI, tables=(rows,) * 4, majorants=(none,) * 4, steer=np.zeros((1, 2)),
+                       scale=np.ones(1))  # fmt: skip
+
+    @property
+    def is_monostatic(self) -> bool:
+        """True where transmitter and receiver are at one place, so that legs out and back hold the same values."""
+        return bool(np.array_equal(self.transmit_position, self.receive_position))
+
+
+def ping_geometry(sonar: Sonar, platforms: Poses | Platforms, ping: int, *, window: tuple[float, float], pulse: ReceivedPulse,
+           water: Water, track_extents: tuple[TrackExtent, ...] = (), seed: int = 1) -> PingGeometry:  # fmt: skip
+    """The sonar as it stands at one ping.
+
+    Args:
+        sonar: The sonar, of one side.
+        platforms: Poses of its one platform, which stops and hops; or its platforms, with how they go on.
+        ping: Number of the ping.
+        window: Start and stop of the recording [s].
+        pulse: The sonar's heard pulse, made once for all pings.
+        water: What the arrays stand in: a beam is as wide as the sound speed at its own array makes it.
+        track_extents: The survey of all its pings, of each platform; none: they are made here.
+        seed: Of the scenario: the elements' errors are drawn from it.
+    """
+    both = Platforms(platforms) if isinstance(platforms, Poses) else platforms
+    return MountedSonar(sonar, both, window, pulse, water, track_extents or track_extents_of(sonar, both), seed).at(
+        ping
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _AttitudeBeams:
+    """What of a ping_geometry stays while the ends keep their attitude and the sound its speed there."""
+
+    transmit_beams: Beams
+    receive_beams: Beams
+    resolving: Beams | None
+    bands: tuple[SubBand, ...]
+    boresight: Floats
+    bearing: float
+
+
+@dataclass(frozen=True, eq=False)
+class MountedSonar:
+    """A sonar of one side on its platforms, to be asked for any of its pings; arguments as of `ping_geometry`."""
+
+    sonar: Sonar
+    platforms: Platforms
+    window: tuple[float, float]
+    pulse: ReceivedPulse
+    water: Water
+    track_extents: tuple[TrackExtent, ...]
+    seed: int
+
+    def at(self, ping: int) -> PingGeometry:
+        """The sonar as it stands at one ping.
+
+        Args:
+            ping: Number of the ping.
+        """
+        both, bodies = self.platforms, [carrier.rotation(ping) for carrier in self.platforms.end_poses]
+        positions = [
+            array_position(array, carrier.position[ping], body)
+            for array, carrier, body in zip(self._arrays, both.end_poses, bodies, strict=True)
+        ]
+        speeds = tuple(self._speed(float(place[2])) for place in positions)
+        facing, courses = self._attitude(bodies, speeds), both.ping_motions(ping, self.window[1])
+        return PingGeometry(
+            ping=ping,
+            sound_speed=speeds[0],
+            receive_sound_speed=speeds[1],
+            transmit_position=positions[0],
+            receive_position=positions[1],
+            transmit_beams=facing.transmit_beams,
+            receive_beams=facing.receive_beams,
+            boresight=facing.boresight,
+            first_beam_bearing=facing.bearing,
+            platform_positions=both.positions,
+            track_extent=self.track_extents[0],
+            window=self.window,
+            pulse=self.pulse,
+            source_level_db=self.sonar.source_level_db,
+            channel_count=self._channel_count,
+            time=float(both.transmitter_poses.time[ping]),
+            elements=self._elements,
+            full_aperture_beams=facing.resolving,
+            sub_bands=facing.bands,
+            lever_arms=self._arms,
+            receive_motion=courses[1],
+            transmit_motion=courses[0],
+            max_displacement=0.0 if self._moved is None or courses[0] is None else float(self._moved[ping]),
+            receive_track_extent=self.track_extents[1] if len(self.track_extents) > 1 else None,
+        )
+
+    def _attitude(self, bodies: list[Floats], speeds: tuple[float, ...]) -> _AttitudeBeams:
+        """The beams of one attitude, the same ones as long as it is kept."""
+        key: tuple[object, ...] = (*(body.tobytes() for body in bodies), *speeds)
+        held = self._last.get(key)
+        if held is None:
+            self._last.clear()
+            held = self._last[key] = self._turned(bodies, speeds)
+        return held
+
+    def _turned(self, bodies: list[Floats], speeds: tuple[float, ...]) -> _AttitudeBeams:
+        """The same, made anew."""
+        sonar, frequency = self.sonar, self.sonar.pulse.frequency
+        rotation, ears_rotation = array_rotation(sonar, bodies[0]), receiver_rotation(sonar, bodies[1])
+        mouth, ears, resolving = sonar.beam_arrays[0], sonar.beam_arrays[-1], None
+        if self._elements is not None:
+            resolving = beams(filled_aperture(sonar.receive), frequency, speeds[1], ears_rotation)
+            ears = one_element(sonar.receive)
+        bands: tuple[SubBand, ...] = ()
+        if sonar.receiver.sub_bands > 1:
+            bands = tuple(
+                SubBand(
+                    float(offset),
+                    beams(mouth, frequency + offset, speeds[0], rotation),
+                    beams(ears, frequency + offset, speeds[1], ears_rotation),
+                )
+                for offset in band_nodes(self.pulse, sonar.receiver.sub_bands)
+            )
+        facing = rotation[0] * np.cos(sonar.steers[0]) + rotation[1] * np.sin(sonar.steers[0])
+        sent = beams(mouth, frequency, speeds[0], rotation)
+        alike = mouth == ears and speeds[0] == speeds[1] and np.array_equal(rotation, ears_rotation)
+        heard = sent if alike else beams(ears, frequency, speeds[1], ears_rotation)
+        bearing = float(np.arctan2(facing[1], facing[0]))
+        return _AttitudeBeams(sent, heard, resolving, bands, rotation[0], bearing)
+
+    @cached_property
+    def _last(self) -> dict[tuple[object, ...], _AttitudeBeams]:
+        return {}
+
+    @cached_property
+    def _arrays(self) -> tuple[AnyArray, AnyArray]:
+        return self.sonar.arrays
+
+    @cached_property
+    def _arms(self) -> Floats:
+        return np.array([array.offset for array in self._arrays], float)
+
+    @cached_property
+    def _channel_count(self) -> int:
+        return self.sonar.channel_count
+
+    @cached_property
+    def _elements(self) -> Hydrophones | None:
+        if self.sonar.receiver.record != "elements":
+            return None
+        side = int(np.sign(np.sin(self.sonar.mounting.bearing)))
+        return hydrophones(self.sonar.receive, self.sonar.receiver.errors, self.seed, side & 3)
+
+    @cached_property
+    def _moved(self) -> Floats | None:
+        """How far either end gets during each ping [m]; rounded, or one speed would be many."""
+        if self.platforms.track_motions is None:
+            return None
+        ends = [way.max_displacement(arm) for way, arm in zip(self.platforms.track_motions, self._arms, strict=True)]
+        return np.asarray(np.round(np.maximum(*ends), 9))
+
+    def _speed(self, depth: float) -> float:
+        """Of sound, at one depth [m/s]."""
+        held = self._speeds.get(depth)
+        if held is None:
+            self._speeds.clear()
+            held = self._speeds[depth] = float(self.water.sound_speed_at(depth))
+        return held
+
+    @cached_property
+    def _speeds(self) -> dict[float, float]:
+        return {}
+
+
+def track_extents_of(sonar: Sonar, platforms: Platforms) -> tuple[TrackExtent, ...]:
+    """Where each platform of a sonar goes: one survey, or the transmitter's and the receiver's.
+
+    Args:
+        sonar: The sonar, of one side or both.
+        platforms: What carries its ends.
+    """
+    if not platforms.is_bistatic:
+        return (track_extent(sonar, platforms.transmitter_poses),)
+    return track_extent(sonar, platforms.transmitter_poses, ends=("transmit",)), track_extent(
+        sonar, platforms.receiver_poses, ends=("receive",)
+    )
+
+
+def array_depths(sonar: Sonar, poses: Poses | Platforms) -> Floats:
+    """Depths that transmitter or receiver of any side have on a track [m], increasing, each once.
+
+    Args:
+        sonar: The sonar.
+        poses: Poses of its platform, or its platforms.
+    """
+    both = Platforms(poses) if isinstance(poses, Poses) else poses
+    ends = [pair for side in sonar.side_sonars for pair in zip(side.arrays, both.end_poses, strict=True)]
+    depths = [carrier.offset_depths(array.offset) for array, carrier in ends]
+    return np.unique(np.round(depths, 9))  # rounding would make one depth many

@@ -1,0 +1,205 @@
+"""The pulse as the recording holds it: transmitted, filtered, perhaps compressed.
+
+An echo of unit rms pressure at delay zero leaves this waveform in the recording. Both readings
+of a ping, the coherent and the incoherent, use this one object, so they cannot disagree on it.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from insonify.fourier import fast_length
+from insonify.sonar.pulse import Complexes, Pulse, energy_duration
+from insonify.sonar.pulse import spectrum as pulse_spectrum
+from insonify.sonar.receiver import Receiver, response
+from insonify.sonar.sonar import Sonar
+
+OVERSAMPLING = 32
+"""Points of the waveform's table per output sample; cubic Hermite error (pi / 32)^4 / 384 = 2.4e-7 of the peak."""
+RINGING = 400.0
+"""Time kept on each side of the pulse for the filter to ring down [1 / band]; the ringing falls as time^-3."""
+TAIL_ENERGY = 1e-6
+"""Share of the energy left outside start..stop [1]."""
+RINGING_ENERGY = 1e-10
+"""Share of the energy left outside ringing_start..ringing_stop [1]: where a window is cut out of a longer recording."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ReceivedPulse:
+    """The waveform that an echo of unit rms pressure and zero delay leaves in the recording."""
+
+    pulse: Pulse
+    receiver: Receiver
+    start: float
+    """Time before which nothing is heard, but for half a millionth of the energy [s]; negative when filtered."""
+    stop: float
+    """Time after which nothing is heard, but for half a millionth of the energy [s]."""
+    ringing_start: float
+    """Time before which not even the filter's faint ringing is heard [s]."""
+    ringing_stop: float
+    """Time after which not even the filter's faint ringing is heard [s]."""
+    effective_duration: float
+    """Integral of the squared magnitude [s]: mean reverberation is scattering strength times this."""
+    out_of_band_energy: float
+    """Share of the transmitted energy that the receiver's band does not pass [1]."""
+    peak: float
+    """Largest magnitude [1]."""
+    table_start: float = field(repr=False)
+    """Time of the table's first row [s]."""
+    table_rate: float = field(repr=False)
+    """Rows of the table per second [Hz]."""
+    table: Complexes = field(repr=False)
+    """Waveform [1] and its slope per row [1], shape (rows, 2)."""
+
+    def spectrum(self, offset: ArrayLike, doppler: float = 0.0) -> Complexes:
+        """Fourier transform of the waveform [s].
+
+        Args:
+            offset: Frequency relative to the centre [Hz], any shape.
+            doppler: Part by which the echo is quicker than what was sent, d(emission) / d(arrival) - 1 [1].
+
+        Returns:
+            P(f) H(f), or P(f) P0(f)* H(f) / E when the receiver compresses with the sent pulse P0, shape of offset.
+        """
+        return _received_spectrum(self.pulse, self.receiver, np.asarray(offset, dtype=float), doppler)
+
+    def samples(self, time: ArrayLike) -> Complexes:
+        """The waveform at any times [1].
+
+        Args:
+            time: Time since the echo's delay [s], any shape.
+
+        Returns:
+            Band-limited complex waveform, within 1e-6 of its peak, shape of time.
+        """
+        x = (np.asarray(time, dtype=float) - self.table_start) * self.table_rate
+        inside = (x >= 0) & (x < len(self.table) - 1)
+        row = np.where(inside, x, 0.0).astype(np.int64)
+        t = np.where(inside, x - row, 0.0)
+        here, there = self.table[row], self.table[row + 1]
+        p, m, q, n = here[..., 0], here[..., 1], there[..., 0], there[..., 1]
+        cubic = p + t * (m + t * (3 * (q - p) - 2 * m - n + t * (2 * (p - q) + m + n)))
+        return np.asarray(np.where(inside, cubic, 0.0))
+
+    def doppler_filtered(self, doppler: float, share: Callable[[NDArray[np.float64]], NDArray[Any]]) -> "ReceivedPulse":
+        """The waveform of an echo that comes quicker, and of a part of its spectrum; only `samples` are to be asked.
+
+        Args:
+            doppler: Part by which it is quicker [1].
+            share: What is left at offsets from the carrier [Hz], of the shape of the offsets [1].
+        """
+        first, period = _span(self.pulse, self.receiver)
+        bins = int(self.receiver.sample_rate / 2 * period)
+        offset = np.arange(-bins, bins + 1) / period
+        return replace(self, table=_table(offset, self.spectrum(offset, doppler) * share(offset), first, period))
+
+    @property
+    def table_interval(self) -> tuple[float, float]:
+        """First and last time of waveform and ringing [s]: a periodic record of them may be this short."""
+        return self.table_start, self.table_start + len(self.table) / self.table_rate
+
+    @property
+    def resolution_time(self) -> float:
+        """Duration of a rectangle with this peak and this energy [s].
+
+        The pulse's energy duration for a tone, 1 / bandwidth for a compressed sweep.
+        """
+        # ripples of the filter lift the peak above one, but do not sharpen the pulse
+        return self.effective_duration / min(self.peak, 1.0) ** 2
+
+    def finest_resolution(self, sound_speed: float) -> float:
+        """Depth of the finest resolution cell that can be made of the recording, by compressing it later [m].
+
+        Args:
+            sound_speed: Sound speed [m/s].
+        """
+        # what the receiver's filter stops is in no recording
+        band = min(self.pulse.bandwidth, self.receiver.sample_rate)
+        compressed = 1 / band if band > 0 else np.inf
+        return sound_speed / 2 * float(min(self.resolution_time, compressed))
+
+    def range_resolution(self, sound_speed: float) -> float:
+        """Depth of the resolution cell along the line of sight [m].
+
+        Args:
+            sound_speed: Sound speed [m/s].
+        """
+        return sound_speed / 2 * self.resolution_time
+
+
+def received_pulse(sonar: Sonar) -> ReceivedPulse:
+    """The pulse that both readings of a ping use: what one unit echo leaves in the recording.
+
+    Args:
+        sonar: The sonar; only its pulse and receiver matter.
+
+    Source: matched filter normalised by the pulse's energy E = integral |p|^2, so that an echo of
+    rms pressure p peaks at p; Turin (1960), IRE Trans. Inf. Theory 6(3), 311-329.
+    """
+    return receive_pulse(sonar.pulse, sonar.receiver)
+
+
+def receive_pulse(pulse: Pulse, receiver: Receiver) -> ReceivedPulse:
+    """The waveform that a receiver makes of a pulse."""
+    first, period = _span(pulse, receiver)
+    bins = int(receiver.sample_rate / 2 * period)
+    offset = np.arange(-bins, bins + 1) / period
+    heard = _received_spectrum(pulse, receiver, offset)
+    passed = np.abs(pulse_spectrum(pulse, offset) * response(receiver, offset)) ** 2
+    table = _table(offset, heard, first, period)
+    rate = len(table) / period
+    magnitude = np.abs(table[:, 0])
+    start, stop = _support(magnitude**2, TAIL_ENERGY)
+    ringing_start, ringing_stop = _support(magnitude**2, RINGING_ENERGY)
+    return ReceivedPulse(
+        pulse=pulse,
+        receiver=receiver,
+        start=first + start / rate,
+        stop=first + stop / rate,
+        ringing_start=first + ringing_start / rate,
+        ringing_stop=first + ringing_stop / rate,
+        effective_duration=float(np.sum(np.abs(heard) ** 2) / period),
+        out_of_band_energy=max(0.0, 1 - float(np.sum(passed)) / period / energy_duration(pulse)),
+        peak=float(magnitude.max()),
+        table_start=first,
+        table_rate=rate,
+        table=table,
+    )
+
+
+def _received_spectrum(
+    pulse: Pulse, receiver: Receiver, offset: NDArray[np.float64], doppler: float = 0.0
+) -> Complexes:  # fmt: skip
+    echo = pulse_spectrum(pulse, (offset - doppler * pulse.frequency) / (1 + doppler)) / (1 + doppler)
+    if receiver.matched_filter:
+        sent = echo if doppler == 0 else pulse_spectrum(pulse, offset)
+        echo = np.asarray(echo * np.conj(sent) / energy_duration(pulse) + 0j)
+    return np.asarray(echo * response(receiver, offset))
+
+
+def _span(pulse: Pulse, receiver: Receiver) -> tuple[float, float]:
+    """Start and length of the time in which the waveform and its ringing live [s]."""
+    ringing = RINGING / receiver.bandwidth
+    first = -ringing - (pulse.duration if receiver.matched_filter else 0.0)
+    return first, pulse.duration + ringing - first
+
+
+def _table(offset: NDArray[np.float64], heard: Complexes, first: float, period: float) -> Complexes:
+    """Waveform and slope on a fine grid: the inverse transform of a spectrum that ends at the band's edge."""
+    rows = fast_length(OVERSAMPLING * len(offset))
+    bins = np.round(offset * period).astype(np.int64)
+    line = np.zeros((2, rows), dtype=complex)
+    line[0, bins] = heard * np.exp(2j * np.pi * offset * first) * rows / period
+    line[1, bins] = line[0, bins] * 2j * np.pi * offset * period / rows
+    return np.ascontiguousarray(np.fft.ifft(line, axis=1).T)
+
+
+def _support(energy: NDArray[np.float64], tail: float) -> tuple[int, int]:
+    """First and last row around all but a small share of the energy, rounded outwards."""
+    # Summed from either end: a share of 1e-10 would drown in the rounding of the whole.
+    before, after = np.cumsum(energy), np.cumsum(energy[::-1])
+    first, last = (int(np.searchsorted(part, tail / 2 * before[-1])) for part in (before, after))
+    return max(first - 1, 0), min(len(energy) - last, len(energy) - 1)

@@ -1,0 +1,96 @@
+"""Logged navigation: what the navigation system writes down, which is not quite where the platform was.
+
+An error is an offset, a rate that lets it grow, and noise: white, or with a memory (first-order Gauss-Markov:
+each value is the last one, faded, and something new). The recording keeps both, the truth and the log.
+"""
+
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from insonify import random_keys
+from insonify.model import Metres, MetresPerSecond, Model, Radians, RadiansPerSecond, Seconds
+from insonify.sonar.track.poses import Poses
+
+Floats = NDArray[np.float64]
+Memory = Annotated[Seconds, Field(ge=0, le=1e7)]
+
+
+class PositionError(Model):
+    """What one coordinate of the log has wrong."""
+
+    offset: Annotated[Metres, Field(ge=-1e5, le=1e5)] = 0.0
+    """Constant error [m]."""
+    drift: Annotated[MetresPerSecond, Field(ge=-100, le=100)] = 0.0
+    """Rate at which the error grows from the first ping on [m/s]."""
+    noise: Annotated[Metres, Field(ge=0, le=1e5)] = 0.0
+    """Root mean square of the noise [m]."""
+    correlation_time: Memory = 0.0
+    """Time in which the noise forgets itself, to 1/e [s]; 0: white."""
+
+
+class AngleError(Model):
+    """What one angle of the log has wrong."""
+
+    offset: Annotated[Radians, Field(ge=-7, le=7)] = 0.0
+    """Constant error [rad]."""
+    drift: Annotated[RadiansPerSecond, Field(ge=-7, le=7)] = 0.0
+    """Rate at which the error grows from the first ping on [rad/s]."""
+    noise: Annotated[Radians, Field(ge=0, le=7)] = 0.0
+    """Root mean square of the noise [rad]."""
+    correlation_time: Memory = 0.0
+    """Time in which the noise forgets itself, to 1/e [s]; 0: white."""
+
+
+class NavigationErrors(Model):
+    """What the log has wrong: nothing where left out."""
+
+    north: PositionError = PositionError()
+    east: PositionError = PositionError()
+    depth: PositionError = PositionError()
+    heading: AngleError = AngleError()
+    pitch: AngleError = AngleError()
+    roll: AngleError = AngleError()
+
+
+COLUMNS = tuple(NavigationErrors.model_fields)
+"""Names of the columns; a column's draws belong to its place in this list."""
+
+
+def logged_poses(errors: NavigationErrors, true: Poses, seed: int) -> Poses:
+    """What the navigation system writes down.
+
+    Args:
+        errors: What it has wrong.
+        true: Where the platform was.
+        seed: Of the scenario.
+
+    Returns:
+        Poses of the same pings; equal to the true ones, bit for bit, where nothing is wrong.
+    """
+    wrong = [_error(getattr(errors, name), true.time, seed, row) for row, name in enumerate(COLUMNS)]
+    return Poses(
+        time=true.time,
+        position=true.position + np.stack(wrong[:3], axis=-1),
+        heading=true.heading + wrong[3],
+        pitch=true.pitch + wrong[4],
+        roll=true.roll + wrong[5],
+    )
+
+
+def _error(error: PositionError | AngleError, time: Floats, seed: int, row: int) -> Floats:
+    """Offset, growth and noise of one column at every ping, shape (pings,)."""
+    from scipy.signal import lfilter
+
+    total = np.asarray(error.offset + error.drift * time)
+    if error.noise == 0:
+        return total
+    white = np.sqrt(2) * random_keys.complex_normals(seed, random_keys.NAVIGATION, 0, row, len(time)).real
+    # The pings are evenly spaced; the first value is drawn from the process's own distribution.
+    step = time[1] - time[0] if len(time) > 1 else 1.0
+    kept = np.exp(-step / error.correlation_time) if error.correlation_time > 0 else 0.0
+    new = np.sqrt(1 - kept**2) * white
+    new[0] = white[0]
+    return np.asarray(total + error.noise * lfilter([1.0], [1.0, -kept], new))

@@ -1,0 +1,134 @@
+"""What every track has: how often the sonar pings, how long it listens, how the platform moves about its path."""
+
+import warnings
+from typing import Annotated, Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import AfterValidator, Field, model_validator
+
+from insonify.model import Metres, Model, Radians, Seconds, field_error
+from insonify.sonar.track.motion import Motion
+from insonify.sonar.track.navigation_errors import NavigationErrors
+from insonify.validity import PhysicsWarning
+
+MAX_WINDOW = 100.0
+"""Latest stop of a recording [s]."""
+MAX_PINGS = 1_000_000
+"""More than any survey line has [1]."""
+Coordinate = Annotated[Metres, Field(ge=-1e7, le=1e7)]
+Place = tuple[Coordinate, Coordinate, Coordinate]
+Floats = NDArray[np.float64]
+
+
+def _not_empty(pings: int | None) -> int | None:
+    if pings is not None and pings < 1:
+        raise ValueError(f"{pings} pings are an empty track. Give 1 to {MAX_PINGS}.")
+    return pings
+
+
+PingCount = Annotated[int, AfterValidator(_not_empty), Field(ge=1, le=MAX_PINGS)]
+
+
+class PingSchedule(Model):
+    """What every track has: how often it pings, how long it listens, how it moves about its path."""
+
+    interval: Seconds = Field(default=0.3, gt=0, le=1e6)
+    """Time from one ping to the next [s]."""
+    window: tuple[Seconds, Seconds] = (0.0, 0.24)
+    """Start and stop of the recording after each transmission [s]."""
+    motion: Motion = Motion()
+    """Waves in the platform's true position and attitude, about the path."""
+    navigation_errors: NavigationErrors = NavigationErrors()
+    """What the navigation that is written down has wrong."""
+    stop_and_hop: bool = False
+    """True: the platform stands still from each pulse to the end of its window. False: it moves on; pressures are
+    shifted in frequency, and pressures and expected intensities alike are received by beams that have moved."""
+
+    @property
+    def ping_count(self) -> int:
+        """Number of pings."""
+        raise NotImplementedError
+
+    @model_validator(mode="after")
+    def _check_window(self) -> Self:
+        start, stop = self.window
+        if start < 0:
+            raise field_error("window.0", f"{start:g} s", "is before the transmission. Give 0 s or later.")
+        if stop > MAX_WINDOW:
+            raise field_error(
+                "window.1", f"{stop:g} s", f"is too late; {MAX_WINDOW:g} s, 75 km of range, is the latest stop."
+            )
+        if stop <= start:
+            raise field_error(
+                "window.1", f"{stop:g} s", f"is not after the window's start, {start:g} s. Give a later stop."
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _window_ends_before_next_ping(self) -> Self:
+        stop = self.window[1]
+        if stop > self.interval and self.ping_count > 1:
+            warnings.warn(
+                f"window stops at {stop:g} s, after the next ping at {self.interval:g} s: "
+                "echoes of earlier pings are ignored",
+                PhysicsWarning,
+                stacklevel=2,
+            )
+        return self
+
+
+class FixedHeading(Model):
+    """How a platform faces that does not turn."""
+
+    heading: Radians = Field(default=0.0, ge=-2 * np.pi, le=2 * np.pi)
+    """Compass heading, clockwise from north [rad]."""
+
+
+class FixedTilt(Model):
+    """How a platform leans all the time; waves in it are its motion."""
+
+    pitch: Radians = Field(default=0.0, ge=-np.pi / 2, le=np.pi / 2)
+    """Bow up, positive [rad]."""
+    roll: Radians = Field(default=0.0, ge=-np.pi, le=np.pi)
+    """Starboard down, positive [rad]."""
+
+
+def ping_times(count: int, interval: float) -> Floats:
+    """Time of each transmission since the first [s], shape (count,)."""
+    return np.arange(count, dtype=np.float64) * interval
+
+
+def max_ping_count(longest: float, interval: float) -> int:
+    """How many pings fit into a time, the first at its start [1].
+
+    Args:
+        longest: The time [s].
+        interval: From ping to ping [s].
+    """
+    # A path that is an even number of intervals long ends with a ping, whatever the rounding.
+    return int(np.floor(longest / interval * (1 + 1e-9) + 1e-9)) + 1
+
+
+def checked_ping_count(requested: int | None, fit: int, path: str, **words: Any) -> int:
+    """The number of pings of a track that has an end.
+
+    Args:
+        requested: Pings asked for; None: as many as fit.
+        fit: Pings that fit.
+        path: Key of the noun that asks, for the message.
+        words: `end`: what the pings would run beyond.
+
+    Raises:
+        PydanticCustomError: More pings than fit, or more than any track may have.
+    """
+    if requested is None and fit > MAX_PINGS:
+        raise field_error(
+            path, f"{fit}", f"pings would fit; {MAX_PINGS} is the most. Give a longer interval, or `pings`."
+        )
+    if requested is not None and requested > fit:
+        raise field_error(
+            path, f"{requested}", f"pings run beyond {words['end']}, and nothing is extrapolated. "
+            f"Give {fit} or fewer, or null for all that fit, or a shorter interval.",
+        )  # fmt: skip
+    return fit if requested is None else requested

@@ -1,0 +1,135 @@
+"""How wide a sonar's two-way beam is: as energy, and between half-power points.
+
+Both are taken in the array's plane of boresight and right, about the steered axis.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.sonar.beam import POINTS_PER_LOBE, Beams
+
+Floats = NDArray[np.float64]
+
+WIDEST = 1.0
+"""Width given for beams that do not fall to half power, such as an omnidirectional one [rad]."""
+NODES = 16
+"""Gauss-Legendre nodes per wavelength / aperture."""
+
+
+def two_way_footprint(transmit: Beams, receive: Beams, *, within: float = np.pi) -> Floats:
+    """Energy width of the two-way beams in azimuth, integral of |bt|^2 |br|^2 d(azimuth) [rad].
+
+    The integral runs over the whole circle at zero elevation, or a part of it. At slant range R a beam that is narrow,
+    or far enough to graze the seabed, takes in R times this of the ring it meets. For equal uniform lines
+    of length L facing ahead it is 2 / 3 wavelength / L; steered, it grows as one over the cosine of the steer.
+
+    Args:
+        transmit: Transmit beams, one or as many as receive.
+        receive: Receive beams, one or as many as transmit.
+        within: Largest azimuth from boresight that counts [rad].
+
+    Returns:
+        Energy width [rad], shape (channels,).
+
+    Source: integral of sinc^4 = 2 / 3; Urick (1983), Principles of Underwater Sound, ch. 8.
+    """
+    panels = max(4, int(np.ceil(2 * within * _wavelengths(transmit, receive) / 4)) * 4)  # an edge where baffles end
+    node, weight = np.polynomial.legendre.leggauss(NODES)
+    edges = np.linspace(-within, within, panels + 1)
+    span = np.diff(edges)[:, None] / 2
+    azimuth = (edges[:-1, None] + span * (node + 1)).ravel()
+    return np.asarray(_power(transmit, receive, azimuth) @ (span * weight).ravel())
+
+
+def two_way_width(transmit: Beams, receive: Beams) -> float:
+    """Full width of the narrowest two-way beam between its half-power points [rad], 1 rad at most.
+
+    Args:
+        transmit: Transmit beams, one or as many as receive.
+        receive: Receive beams, one or as many as transmit.
+    """
+    channels = range(max(transmit.channel_count, receive.channel_count))
+    return min(WIDEST, *(_width(transmit.single_beam(channel), receive.single_beam(channel)) for channel in channels))
+
+
+def two_way_height(transmit: Beams, receive: Beams) -> float:
+    """Full height of the lowest two-way beam between its half-power points, across its width [rad], 1 rad at most.
+
+    Args:
+        transmit: Transmit beams, one or as many as receive.
+        receive: Receive beams, one or as many as transmit.
+    """
+    key = transmit.pattern_key, receive.pattern_key
+    known = _HEIGHTS.get(key)
+    if known is None:
+        for oldest in list(_HEIGHTS)[:-64]:
+            _HEIGHTS.pop(oldest, None)
+        known = _HEIGHTS[key] = _measured_height(transmit, receive), (*transmit.tables, *receive.tables)
+    return known[0]
+
+
+def _measured_height(transmit: Beams, receive: Beams) -> float:
+    """Full height of the lowest two-way beam [rad]."""
+    step, heights = 1e-3, []
+    away = np.arange(0, WIDEST, step)
+    for channel in range(max(transmit.channel_count, receive.channel_count)):
+        sent, heard = transmit.single_beam(channel).rotated(np.eye(3)), receive.single_beam(channel).rotated(np.eye(3))
+        right, down = max(sent, heard, key=lambda end: float(end.per_unit[1])).steer[0]
+        axis = float(np.arcsin(np.clip(down, -1, 1)))
+        turn = float(np.arctan2(right, np.sqrt(max(1 - right**2 - down**2, 0.0))))
+        found = 0.0
+        for side in (-1, 1):
+            up = axis + side * away
+            way = np.stack([np.cos(up) * np.cos(turn), np.cos(up) * np.sin(turn), np.sin(up)], axis=-1)
+            found += _half_power(((sent.gain(way) * heard.gain(way)) ** 2)[0]) * step
+        heights.append(min(found, WIDEST))
+    return min(heights)
+
+
+def _width(transmit: Beams, receive: Beams) -> float:
+    """Full width of one two-way beam [rad]; in its own frame it is the same at every ping."""
+    key = transmit.pattern_key, receive.pattern_key
+    known = _KNOWN.get(key)  # one look: another thread may be forgetting it
+    if known is None:
+        for oldest in list(_KNOWN)[:-64]:
+            _KNOWN.pop(oldest, None)
+        # the tables are kept, so that no others can take their numbers
+        known = _KNOWN[key] = _measured_width(transmit, receive), (*transmit.tables, *receive.tables)
+    return known[0]
+
+
+_KNOWN: dict[Any, tuple[float, tuple[Floats, ...]]] = {}
+_HEIGHTS: dict[Any, tuple[float, tuple[Floats, ...]]] = {}
+
+
+def _measured_width(transmit: Beams, receive: Beams) -> float:
+    """Full width of one two-way beam [rad], measured outwards from the axis of the narrower end."""
+    narrower = max(transmit, receive, key=lambda end: float(end.per_unit[0]))
+    axis = float(np.arcsin(np.clip(narrower.steer[0, 0], -1, 1)))
+    step = 1 / (2 * POINTS_PER_LOBE * _wavelengths(transmit, receive))
+    away = np.arange(0, WIDEST, step)
+    left, right = (_half_power(_power(transmit, receive, axis + side * away)[0]) for side in (-1, 1))
+    return (left + right) * step
+
+
+def _wavelengths(transmit: Beams, receive: Beams) -> float:
+    """Larger of the two apertures in wavelengths, at least one: how fast the patterns change with direction."""
+    return float(max(transmit.per_unit[0], receive.per_unit[0], POINTS_PER_LOBE)) / POINTS_PER_LOBE
+
+
+def _power(transmit: Beams, receive: Beams, azimuth: Floats) -> Floats:
+    """Two-way power in the array's own horizontal plane, shape (channels, n)."""
+    plane = np.stack([np.cos(azimuth), np.sin(azimuth), np.zeros_like(azimuth)], axis=-1)
+    own = np.eye(3)
+    return np.asarray((transmit.rotated(own).gain(plane) * receive.rotated(own).gain(plane)) ** 2)
+
+
+def _half_power(power: Floats) -> float:
+    """Steps from the axis to where power first falls below half of its axial value, between samples."""
+    below = np.flatnonzero(power < power[0] / 2)
+    if below.size == 0:
+        return float(len(power))
+    row = int(below[0])
+    return row - 1 + float((power[row - 1] - power[0] / 2) / (power[row - 1] - power[row]))

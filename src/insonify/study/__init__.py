@@ -1,1 +1,0 @@
-"""What is asked of the simulator: the paper's figures, and the story behind a sample."""

@@ -1,0 +1,255 @@
+"""Echoes laid on a grid of time and direction, from which all beams of an array follow.
+
+Along the direction cosine to an array's right a spike is spread over a few rows, by the kernel that spreads it over a
+few cells in time. So an echo costs the same for any number of beams. Plain numbers and arrays.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.jit import njit
+from insonify.sonar.beam_kernels import interpolate_pattern
+from insonify.synthesis._arrival_kernel import (
+    BLOCK,
+    ArrivalBuffer,
+    ReceiveBeams,
+    ReceiveLegs,
+    TransmitLegs,
+    _fill_weights,
+    _turn,
+)
+from insonify.synthesis._arrival_time_kernel import arrival_moving, arrival_refracted, arrival_stationary
+from insonify.synthesis._gridding import _locate
+from insonify.synthesis._gridding_kernel import CELLS_PER_SPIKE, DEGREE, WIDTH, tap_coefficients
+from insonify.synthesis._waveform_basis_kernel import basis_coordinate, basis_weights, deposit_waveforms
+
+Floats = NDArray[np.float64]
+Singles = NDArray[np.float32]
+_TAPS = tap_coefficients()
+_FAST = {"contract", "reassoc", "nsz", "arcp"}
+_CELLS = 256
+"""Numbers of a row that are worked on together: what all rows hold there stays in the cache."""
+
+
+class DirectionRows(NamedTuple):
+    """Rows of the grid: even direction cosines to an array's right."""
+
+    first: float
+    """Of the first row [1]."""
+    step: float
+    """From row to row [1]; 0: no grid, channels are beams."""
+    transmit_pattern: Floats
+    """Pattern of transmit beams that are steered as the receive beams are, cubics of shape (rows, 4); empty: not."""
+    transmit_rows_per_unit: float
+    """Its rows per unit of direction cosine [1]."""
+
+
+class RowSortBuffer(NamedTuple):
+    """Room for the echoes of one pair of legs in the order of their rows, up to `BLOCK`."""
+
+    row: NDArray[np.int32]
+    """First row of each echo, before they are put in order."""
+    starts: NDArray[np.int64]
+    """Echoes before each row, (rows + 1,)."""
+    order: NDArray[np.int32]
+    row_weights: Singles
+    """Weight of each echo in its rows, (WIDTH, BLOCK)."""
+    first_cell: NDArray[np.int32]
+    single: Singles
+    """Place between cells and place among shapes, (2, BLOCK)."""
+    weight: Singles
+    """Real and imaginary in turn."""
+    row_part: Singles
+    """The same, of one row."""
+    row_fraction: Singles
+    """Place between rows, before they are put in order."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def row_sort_buffer(rows: int) -> RowSortBuffer:
+    """Room for echoes on a grid of so many rows."""
+    return RowSortBuffer(
+        np.empty(BLOCK, np.int32), np.empty(rows + 2, np.int64), np.empty(BLOCK, np.int32),
+        np.empty((WIDTH, BLOCK), np.float32), np.empty(BLOCK, np.int32), np.zeros((2, BLOCK), np.float32),
+        np.empty(2 * BLOCK, np.float32), np.empty(2 * BLOCK, np.float32), np.empty(BLOCK, np.float32),
+    )  # fmt: skip
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def _by_row(
+    right_cosine: Floats,
+    column_number: NDArray[np.int32],
+    count: int,
+    rows: DirectionRows,
+    number: int,
+    sort_buffer: RowSortBuffer,
+) -> None:
+    """First rows of some echoes, what they count for in these and the next, and their order by row.
+
+    Args:
+        right_cosine: Direction cosine to the array's right of the scatterers of a part, (part,).
+        column_number: Numbers of those that have an echo, (count or more,).
+        count: How many.
+        rows: The grid.
+        number: How many rows it has.
+        sort_buffer: Result.
+    """
+    last = number - CELLS_PER_SPIKE
+    once, shift = 1 / rows.step, 0.5 * WIDTH - 1
+    for k in range(count):
+        position = (right_cosine[np.uintp(column_number[k])] - rows.first) * once - shift
+        position = min(max(position, 0.0), float(last))
+        cell = np.floor(position)
+        sort_buffer.row[k], sort_buffer.row_fraction[k] = np.int32(cell), np.float32(position - cell - 0.5)
+    sort_buffer.starts[:] = 0
+    for k in range(count):
+        sort_buffer.starts[sort_buffer.row[k] + 1] += 1
+    for r in range(1, sort_buffer.starts.size):
+        sort_buffer.starts[r] += sort_buffer.starts[r - 1]
+    for k in range(count):
+        row = sort_buffer.row[k]
+        sort_buffer.order[sort_buffer.starts[row]] = k
+        sort_buffer.starts[row] += 1
+    for r in range(sort_buffer.starts.size - 1, 0, -1):  # each start has moved to that of the next row
+        sort_buffer.starts[r] = sort_buffer.starts[r - 1]
+    sort_buffer.starts[0] = 0
+    for t in range(WIDTH):
+        for m in range(count):
+            y = sort_buffer.row_fraction[sort_buffer.order[m]]
+            value = _TAPS[DEGREE, t]
+            for d in range(DEGREE - 1, -1, -1):
+                value = value * y + _TAPS[d, t]
+            sort_buffer.row_weights[t, m] = value
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def deposit_pair_by_direction(
+    cells: NDArray[np.complex64], first_time: float, cell_rate: float, i: int, j: int, gain_row: int, count: int,
+    buffer: ArrivalBuffer, transmit_legs: TransmitLegs, receive_legs: ReceiveLegs, receive_beams: ReceiveBeams, transmit_cosine: Floats, right_cosine: Floats, rows: DirectionRows, sort_buffer: RowSortBuffer,
+    slowness: float, sound_speed_gradient: float, attenuation: float, is_refracted: bool, pulse_middle: float, frequency: float, doppler_node_count: Floats,
+) -> None:  # fmt: skip
+    """Echoes of some scatterers by one pair of legs, added to the cells of the rows about their directions.
+
+    Args:
+        cells: Grids of pressure, shape (rows, groups, cells, shapes of a group): see `group_layout`.
+        first_time: As of `_echo_kernel.deposit_pair`.
+        cell_rate: As of `_echo_kernel.deposit_pair`.
+        i: Row of the leg out.
+        j: Row of the leg back.
+        gain_row: Row of the gain.
+        count: How many scatterers have an echo.
+        buffer: Which these are, and what they make of the pair.
+        transmit_legs: The legs out.
+        receive_legs: The legs back; the gain is that which all beams have in common.
+        receive_beams: The one place that hears.
+        transmit_cosine: Direction cosines to the array's right in which sound leaves, (part,); wanted if transmit beams are
+            steered.
+        right_cosine: Direction cosines to the array's right from which echoes come, (part,).
+        rows: The grid of directions.
+        sort_buffer: Room for the echoes in order.
+        slowness: As of `_echo_kernel.deposit_pair`.
+        sound_speed_gradient: As of `_echo_kernel.deposit_pair`.
+        attenuation: As of `_echo_kernel.deposit_pair`.
+        is_refracted: As of `_echo_kernel.deposit_pair`.
+        pulse_middle: As of `_echo_kernel.deposit_pair`.
+        frequency: As of `_echo_kernel.deposit_pair`.
+        doppler_node_count: As of `_echo_kernel.deposit_pair`.
+    """
+    last, which, shaped = cells.shape[2] - CELLS_PER_SPIKE, buffer.scatterer, buffer.basis
+    tau, curve, away, behind, u, v, w, r, when, doppler = buffer.column
+    inside, tuned, fade, x = buffer.single
+    late, later, bend, following, towards = (
+        transmit_legs.delay[i], receive_legs.delay[j], receive_legs.vertical_curvature[j], transmit_legs.transmit_doppler[i], receive_legs.direction[j]
+    )  # fmt: skip
+    gain = receive_legs.gain[gain_row, 0]
+    for k in range(count):
+        n = np.uintp(which[k])
+        tau[k], curve[k], behind[k], tuned[k] = late[n] + later[n], bend[n], following[n], gain[n]
+        u[k], v[k], w[k], r[k] = towards[n, 0], towards[n, 1], towards[n, 2], 1 / bend[n]
+    place, velocity, acceleration = receive_beams.position[0], receive_beams.velocity[0], receive_beams.acceleration[0]
+    if is_refracted:
+        for k in range(count):
+            away[k] = receive_legs.horizontal_distance[j, np.uintp(which[k])]
+        for t in range(buffer.expansion.shape[0]):
+            for k in range(count):
+                buffer.expansion[t, k] = receive_legs.expansion[j, t, np.uintp(which[k])]
+        arrival_refracted(tau[:count], curve, away, u, v, w, behind, buffer.expansion, place, velocity, acceleration, slowness,
+                    sound_speed_gradient, attenuation, pulse_middle, when, fade, doppler)  # fmt: skip
+    elif pulse_middle == 0.0:
+        arrival_stationary(tau[:count], r, u, v, w, place, slowness, attenuation, when, fade)
+    else:
+        arrival_moving(tau[:count], r, u, v, w, behind, place, velocity, acceleration, slowness, attenuation, pulse_middle, when,
+                      fade, doppler)  # fmt: skip
+    _locate(when[:count], first_time, cell_rate, last, buffer.first_cell, inside)
+    if doppler_node_count.size > 1:
+        basis_coordinate(doppler[:count], shaped, x)
+    if rows.transmit_pattern.shape[0]:
+        # a wide pattern out, read at the direction of the way back: exact on the axis of each beam, and for equal legs
+        for k in range(count):
+            n = np.uintp(which[k])
+            tuned[k] *= np.float32(
+                interpolate_pattern(
+                    rows.transmit_pattern, rows.transmit_rows_per_unit, transmit_cosine[n] - right_cosine[n]
+                )
+            )
+    _fill_weights(
+        transmit_legs.weight[0, i], receive_legs.weight[j], buffer.strength, which, count, buffer.source_weight
+    )
+    _turn(when[:count], fade, buffer.source_weight, tuned, frequency, buffer.carrier_weight)
+    _by_row(right_cosine, which, count, rows, cells.shape[0], sort_buffer)
+    for m in range(count):
+        k = int(sort_buffer.order[m])
+        sort_buffer.first_cell[m], sort_buffer.single[0, m], sort_buffer.single[1, m] = (
+            buffer.first_cell[k],
+            inside[k],
+            x[k],
+        )
+        sort_buffer.weight[2 * m], sort_buffer.weight[2 * m + 1] = (
+            buffer.carrier_weight[2 * k],
+            buffer.carrier_weight[2 * k + 1],
+        )
+    _deposit_rows(cells, sort_buffer, buffer)
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def _deposit_rows(cells: NDArray[np.complex64], sort_buffer: RowSortBuffer, buffer: ArrivalBuffer) -> None:
+    """Lay echoes in order down on the rows that each counts for, row by row."""
+    starts, shaped = sort_buffer.starts, buffer.basis
+    for row in range(cells.shape[0]):
+        begin, end = starts[max(row - WIDTH + 1, 0)], starts[row + 1]
+        if begin == end:
+            continue
+        for first in range(max(row - WIDTH + 1, 0), row + 1):  # echoes whose first row this is
+            tap = sort_buffer.row_weights[row - first]
+            for m in range(starts[first], starts[first + 1]):
+                sort_buffer.row_part[2 * (m - begin)] = sort_buffer.weight[2 * m] * tap[m]
+                sort_buffer.row_part[2 * (m - begin) + 1] = sort_buffer.weight[2 * m + 1] * tap[m]
+        x = sort_buffer.single[1, begin:end]
+        if cells.shape[1] > 1:
+            basis_weights(x, shaped.node_coordinate, shaped.node_scale, buffer.basis_weights)
+        deposit_waveforms(cells, row, 1, 1, sort_buffer.first_cell[begin:end], sort_buffer.single[0, begin:end], sort_buffer.row_part, x, shaped,
+                     buffer.basis_weights, end - begin)  # fmt: skip
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def combine_rows(rows_in: Singles, weights: Singles, beams: Singles) -> None:
+    """Sums of rows, each row weighted: a product of matrices.
+
+    Args:
+        rows_in: Rows of the grid, (rows, n); rows are a multiple of 4.
+        weights: What each row counts for in each beam, (beams, rows).
+        beams: Result, (beams, n).
+    """
+    for begin in range(0, rows_in.shape[1], _CELLS):
+        end = min(begin + _CELLS, rows_in.shape[1])
+        for beam in range(weights.shape[0]):
+            told = beams[beam, begin:end]
+            told[:] = 0
+            for r in range(0, weights.shape[1], 4):
+                a, b, c, d = weights[beam, r], weights[beam, r + 1], weights[beam, r + 2], weights[beam, r + 3]
+                of_a, of_b = rows_in[r, begin:end], rows_in[r + 1, begin:end]
+                of_c, of_d = rows_in[r + 2, begin:end], rows_in[r + 3, begin:end]
+                for k in range(end - begin):
+                    told[k] += a * of_a[k] + b * of_b[k] + c * of_c[k] + d * of_d[k]

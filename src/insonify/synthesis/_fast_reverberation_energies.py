@@ -1,0 +1,226 @@
+"""Energies of a swath: every pair of legs of every point, and how pairs closer than the pulse interfere."""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.fast_sincos import sincos_cycles
+from insonify.jit import njit
+from insonify.sonar.beam_kernels import element_gain
+from insonify.synthesis._gridding import deposit_energy
+
+Floats = NDArray[np.float64]
+
+BLOCK = 512
+"""Energies that are worked out before they are laid down: few enough for the nearest cache."""
+
+
+@njit(cache=True, nogil=True, inline="always", error_model="numpy", fastmath={"contract"})
+def _swept(axes: Floats, row: int, t: float, x: float, y: float, z: float) -> float:
+    """A direction along one of the axes, as they are swept by then [1]."""
+    north = axes[0, row, 0] + t * (axes[1, row, 0] + t * axes[2, row, 0])
+    east = axes[0, row, 1] + t * (axes[1, row, 1] + t * axes[2, row, 1])
+    down = axes[0, row, 2] + t * (axes[1, row, 2] + t * axes[2, row, 2])
+    return x * north + y * east + z * down
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+def leg_amplitudes(
+    departure: NDArray[np.float32], amplitude: NDArray[np.complex64], delay: Floats, axes: Floats, displacement: Floats,
+    is_moving: bool, steer: Floats, scale: Floats, tables: tuple[Floats, ...], per_unit: Floats, element: int,
+    out: NDArray[np.float32],
+) -> None:  # fmt: skip
+    """Magnitude of all legs of a swath times the gain of one beam, as `_beam_kernels.gains`, into out of shape (f, n).
+
+    Args:
+        departure: Unit vectors in the world [1], (f, 3, n).
+        amplitude: Of the legs, 0 where there is none [1], (f, n).
+        delay: One way, of the legs [s], (f, n).
+        axes: As of `Beams`, and how they sweep over the world with delay and with its square, (3, 3, 3).
+        displacement: By what the array moves on, part of the way; and for each second of delay, (2, 3).
+        is_moving: Whether it sweeps or moves at all.
+        steer: Of its one beam, (1, 2).
+        scale: Likewise, (1,).
+        tables: As of `Beams`.
+        per_unit: Likewise.
+        element: Likewise.
+        out: Result, with its sign [1], (f, n).
+    """
+    across, down, piston_across, piston_down = tables
+    ahead, right, below, gain = np.empty((4, BLOCK))
+    for f in range(departure.shape[0]):
+        for begin in range(0, departure.shape[2], BLOCK):
+            m = min(BLOCK, departure.shape[2] - begin)
+            leg, own = amplitude[f, begin : begin + m], out[f, begin : begin + m]
+            north, east = departure[f, 0, begin : begin + m], departure[f, 1, begin : begin + m]
+            depth = departure[f, 2, begin : begin + m]
+            for k in range(0 if is_moving else m):
+                x, y, z = np.float64(north[k]), np.float64(east[k]), np.float64(depth[k])
+                ahead[k] = x * axes[0, 0, 0] + y * axes[0, 0, 1] + z * axes[0, 0, 2]
+                right[k] = x * axes[0, 1, 0] + y * axes[0, 1, 1] + z * axes[0, 1, 2]
+                below[k] = x * axes[0, 2, 0] + y * axes[0, 2, 1] + z * axes[0, 2, 2]
+            for k in range(m if is_moving else 0):
+                t = delay[f, begin + k]
+                x = np.float64(north[k]) - displacement[0, 0] - t * displacement[1, 0]
+                y = np.float64(east[k]) - displacement[0, 1] - t * displacement[1, 1]
+                z = np.float64(depth[k]) - displacement[0, 2] - t * displacement[1, 2]
+                a, r, b = _swept(axes, 0, t, x, y, z), _swept(axes, 1, t, x, y, z), _swept(axes, 2, t, x, y, z)
+                size = 1 / math.sqrt(a * a + r * r + b * b)
+                ahead[k], right[k], below[k] = a * size, r * size, b * size
+            for k in range(m):
+                size = math.sqrt(leg[k].real * leg[k].real + leg[k].imag * leg[k].imag)
+                gain[k] = size * scale[0] * element_gain(element, ahead[k])
+            _times_pattern(across, per_unit[0], steer[0, 0], right[:m], gain)
+            _times_pattern(down, per_unit[1], steer[0, 1], below[:m], gain)
+            _times_pattern(piston_across, per_unit[2], 0.0, right[:m], gain)
+            _times_pattern(piston_down, per_unit[3], 0.0, below[:m], gain)
+            for k in range(m):
+                own[k] = gain[k]
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+def _times_pattern(table: Floats, per_unit: float, axis: float, cosine: Floats, gain: Floats) -> None:
+    """Multiply gains by a pattern at some direction cosines, as `_beam_kernels.look_up` from its axis."""
+    if table.shape[0] == 0:
+        return
+    cubics, last = table.reshape(table.size), np.uint32(table.shape[0] - 1)
+    one, two, three = np.uint64(1), np.uint64(2), np.uint64(3)
+    for k in range(cosine.size):
+        place = abs(cosine[k] - axis) * per_unit
+        row = min(np.uint32(place), last)
+        t, at = place - np.float64(row), np.uint64(4) * np.uint64(row)
+        gain[k] *= cubics[at] + t * (cubics[at + one] + t * (cubics[at + two] + t * cubics[at + three]))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def deposit_pair_energies(
+    delay: Floats, transmit_weights: NDArray[np.float32], receive_weights: NDArray[np.float32], pair: NDArray[np.int64],
+    count: NDArray[np.int64], rows: NDArray[np.int32], cross_section: NDArray[Any], source_pressure: float, interference_factor: float, independent_energy: float,
+    cells: Floats, first_time: float, rate: float,
+) -> None:  # fmt: skip
+    """Energies of all that a swath sends back, added to cells; a pair and its reverse arrive together, as one.
+
+    Args:
+        delay: One way, of each leg [s], (f, n).
+        transmit_weights: Size of each leg times the gain of the transmit beam [1], (f, n).
+        receive_weights: Of the receive beam [1], (f, n).
+        pair: Rows of two legs, the first never after the second, (p, 2).
+        count: Points of each pair, (p,).
+        rows: Which they are, (p, any).
+        cross_section: Cross section times area [m^2], (p, any).
+        source_pressure: Pressure of the source at 1 m [uPa].
+        interference_factor: Part of interference that jitter leaves [1].
+        independent_energy: Energy of each replica that does not interfere [1].
+        cells: As of `deposit_energy`.
+        first_time: Likewise.
+        rate: Likewise.
+    """
+    late, energy = np.empty((2, BLOCK))
+    square = source_pressure * source_pressure
+    for p in range(pair.shape[0]):
+        i, j = pair[p, 0], pair[p, 1]
+        other = 0.0 if i == j else 1.0
+        for begin in range(0, count[p], BLOCK):
+            m = min(BLOCK, count[p] - begin)
+            some, ground = rows[p, begin : begin + m], cross_section[p, begin : begin + m]
+            for k in range(m):
+                n = some[k]
+                there = np.float64(transmit_weights[i, n]) * receive_weights[j, n]
+                back = other * np.float64(transmit_weights[j, n]) * receive_weights[i, n]
+                late[k] = delay[i, n] + delay[j, n]
+                energy[k] = interference_factor * (there + back) * (there + back) + independent_energy * (
+                    there * there + back * back
+                )
+                energy[k] *= square * ground[k]
+            deposit_energy(cells, first_time, rate, late[:m], energy[:m])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def deposit_interference(
+    delay: Floats, transmit_weights: NDArray[np.float32], receive_weights: NDArray[np.float32], pair: NDArray[np.int64],
+    count: NDArray[np.int64], rows: NDArray[np.int32], cross_section: NDArray[Any], amplitude: NDArray[np.complex64],
+    interfering_ranges: NDArray[np.int64], source_pressure: float, interference_factor: float, frequency: float, autocorrelation: NDArray[np.complex64],
+    lag_rate: float, cells: Floats, first_time: float, rate: float,
+) -> None:  # fmt: skip
+    """What pairs of legs that arrive within one pulse have in common, added to cells; it may be less than nothing.
+
+    Two arrivals closer than the pulse add twice the real part of their product, laid down half way between them with
+    the energy that their overlap has.
+
+    Args:
+        delay: As of `deposit_pair_energies`.
+        transmit_weights: Likewise.
+        receive_weights: Likewise.
+        pair: Likewise.
+        count: Likewise.
+        rows: Likewise, increasing.
+        cross_section: Likewise.
+        amplitude: Of each leg, for its phase [1], (f, n).
+        interfering_ranges: First point and after the last of the ranges where pairs may interfere, increasing, (any, 2).
+        source_pressure: As of `deposit_pair_energies`.
+        interference_factor: Likewise.
+        frequency: Of the carrier [Hz].
+        autocorrelation: Autocorrelation of the pulse at lags from 0 on, 1 at 0 [1], (lags,).
+        lag_rate: Lags per second [Hz].
+        cells: As of `deposit_energy`.
+        first_time: Likewise.
+        rate: Likewise.
+    """
+    pairs = pair.shape[0]
+    tau, real, imag = np.empty((3, pairs))
+    late, energy = np.empty((2, BLOCK + pairs * pairs))
+    at = np.zeros(pairs, np.int64)
+    reach, found = (autocorrelation.size - 1) / lag_rate, 0
+    for r in range(interfering_ranges.shape[0]):
+        for p in range(pairs):
+            at[p] += np.searchsorted(rows[p, at[p] : count[p]], interfering_ranges[r, 0])
+        for n in range(interfering_ranges[r, 0], interfering_ranges[r, 1]):
+            m = 0
+            for p in range(pairs):
+                if at[p] == count[p] or rows[p, at[p]] != n:
+                    continue
+                i, j = pair[p, 0], pair[p, 1]
+                gain = np.float64(transmit_weights[i, n]) * receive_weights[j, n] + (
+                    np.float64(transmit_weights[j, n]) * receive_weights[i, n] if i != j else 0.0
+                )
+                both = amplitude[i, n] * amplitude[j, n]
+                root = source_pressure * math.sqrt(cross_section[p, at[p]]) * gain / max(abs(both), 1e-30)
+                tau[m], real[m], imag[m] = delay[i, n] + delay[j, n], root * both.real, root * both.imag
+                at[p] += 1
+                m += 1
+            for p in range(m):
+                for q in range(p):
+                    lag = tau[q] - tau[p]
+                    if abs(lag) < reach:
+                        late[found] = 0.5 * (tau[p] + tau[q])
+                        energy[found] = (
+                            2
+                            * interference_factor
+                            * _overlap(real, imag, p, q, lag, autocorrelation, lag_rate, frequency)
+                        )
+                        found += 1
+            if found >= BLOCK:
+                deposit_energy(cells, first_time, rate, late[:found], energy[:found])
+                found = 0
+    deposit_energy(cells, first_time, rate, late[:found], energy[:found])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _overlap(
+    real: Floats, imag: Floats, p: int, q: int, lag: float, autocorrelation: NDArray[np.complex64], rate: float,
+    frequency: float,
+) -> float:  # fmt: skip
+    """Real part of what arrivals p and q, q by a lag [s] the later, have in common; arguments as of `deposit_interference`."""
+    if lag < 0:
+        p, q, lag = q, p, -lag
+    place = lag * rate
+    cell = min(int(place), autocorrelation.size - 2)
+    part = place - cell
+    low, high = autocorrelation[cell], autocorrelation[cell + 1]
+    a, b = low.real + part * (high.real - low.real), low.imag + part * (high.imag - low.imag)
+    sine, cosine = sincos_cycles(frequency * lag)
+    turned_real, turned_imag = a * cosine - b * sine, a * sine + b * cosine
+    c, d = real[p] * real[q] + imag[p] * imag[q], imag[p] * real[q] - real[p] * imag[q]
+    return c * turned_real - d * turned_imag

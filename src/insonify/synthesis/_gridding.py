@@ -1,0 +1,183 @@
+"""Spikes laid down on a fine time grid: the innermost loops of the simulator.
+
+Each block of spikes is gone through twice. First, for all of them: which cell, where between cells, which complex
+weight; plain arithmetic that the compiler runs several spikes at a time. Then, one spike after the other, the
+kernel's cells. The kernels release the interpreter lock; whoever gives each chunk of spikes cells of its own, and adds
+those in a fixed order, gets the same bits for any number of threads.
+
+Spikes without room for all their cells on the grid, or without a number for a delay, are dropped.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.fast_sincos import sincos_cycles
+from insonify.jit import njit
+from insonify.synthesis._gridding_kernel import CELLS_PER_SPIKE, WIDTH
+from insonify.synthesis._simd_gridding import add_complex_spike, add_real_spike
+
+_BLOCK = 512
+_SHIFT = WIDTH / 2 - 1
+_FAST = {"contract", "reassoc", "nsz", "arcp"}  # not "nnan": a delay that is no number must be seen
+
+
+@njit(inline="always")
+def _locate(
+    delay: NDArray[np.float64],
+    first_time: float,
+    cell_rate: float,
+    last: int,
+    first_cell: NDArray[np.int32],
+    fraction: NDArray[np.float32],
+) -> None:
+    """First cell of each spike of a block, -1 where not all its cells are on the grid, and its place between cells."""
+    for i in range(delay.size):
+        position = (delay[i] - first_time) * cell_rate - _SHIFT
+        inside = (position >= 0.0) & (position < last)
+        position = position if inside else 0.0
+        cell = np.floor(position)
+        first_cell[i] = np.int32(cell) if inside else np.int32(-1)
+        fraction[i] = np.float32(position - cell - 0.5)
+
+
+@njit(inline="always")
+def _deposit(
+    cells: NDArray[np.float32],
+    first_cell: NDArray[np.int32],
+    fraction: NDArray[np.float32],
+    weight: NDArray[np.float32],
+    count: int,
+) -> None:
+    """The spikes of a block, one after the other; those off the grid or without weight are passed over."""
+    for i in range(count):
+        if first_cell[i] >= 0 and (weight[2 * i] != 0 or weight[2 * i + 1] != 0):
+            add_complex_spike(cells, np.intp(first_cell[i]), fraction[i], weight, i)
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def deposit_pressure(
+    cells: NDArray[np.complex64],
+    first_time: float,
+    cell_rate: float,
+    delay: NDArray[np.float64],
+    weight: NDArray[np.complex64],
+) -> None:
+    """Echoes whose weights already carry the phase of the carrier, added to the cells.
+
+    Args:
+        cells: Grid of one channel, added to in place, shape (cell_count,).
+        first_time: Time of the first cell [s].
+        cell_rate: Cells per second [Hz].
+        delay: Delay of each echo [s], shape (n,).
+        weight: Complex weight of each echo, carrier phase included, shape (n,).
+    """
+    last = cells.size - CELLS_PER_SPIKE
+    flat = cells.view(np.float32)
+    at, place = np.empty(_BLOCK, np.int32), np.empty(_BLOCK, np.float32)
+    for begin in range(0, delay.size, _BLOCK):
+        # Slices, not begin + i: an index that starts at zero lets the compiler run several spikes at a time.
+        tau, source = delay[begin : begin + _BLOCK], weight[begin : begin + _BLOCK]
+        _locate(tau, first_time, cell_rate, last, at, place)
+        _deposit(flat, at, place, source.view(np.float32), tau.size)
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def deposit_carrier(
+    cells: NDArray[np.complex64],
+    first_time: float,
+    cell_rate: float,
+    delay: NDArray[np.float64],
+    amplitude: NDArray[np.complex64],
+    frequency: float,
+) -> None:
+    """Echoes of a carrier: each amplitude turns by exp(-j 2 pi frequency delay) and is added to the cells.
+
+    Args:
+        cells: Grid of one channel, added to in place, shape (cell_count,).
+        first_time: Time of the first cell [s].
+        cell_rate: Cells per second [Hz].
+        delay: Delay of each echo [s], shape (n,).
+        amplitude: Complex amplitude of each echo, without the carrier's phase, shape (n,).
+        frequency: Carrier [Hz].
+    """
+    last = cells.size - CELLS_PER_SPIKE
+    flat = cells.view(np.float32)
+    at, place = np.empty(_BLOCK, np.int32), np.empty(_BLOCK, np.float32)
+    turned = np.empty(2 * _BLOCK, np.float32)
+    for begin in range(0, delay.size, _BLOCK):
+        tau, source = delay[begin : begin + _BLOCK], amplitude[begin : begin + _BLOCK].view(np.float32)
+        _locate(tau, first_time, cell_rate, last, at, place)
+        for i in range(tau.size):
+            sine, cosine = sincos_cycles(frequency * tau[i])
+            turned[2 * i] = source[2 * i] * cosine + source[2 * i + 1] * sine
+            turned[2 * i + 1] = source[2 * i + 1] * cosine - source[2 * i] * sine
+        _deposit(flat, at, place, turned, tau.size)
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def deposit_leg_pairs(
+    cells: NDArray[np.complex64],
+    first_time: float,
+    cell_rate: float,
+    delay_out: NDArray[np.float64],
+    delay_back: NDArray[np.float64],
+    weight_out: NDArray[np.complex64],
+    weight_back: NDArray[np.complex64],
+    strength: NDArray[Any],
+) -> None:
+    """Echoes as pairs of legs: delays add, weights multiply; pairs of no weight are passed over.
+
+    Args:
+        cells: Grid of one channel, added to in place, shape (cell_count,).
+        first_time: Time of the first cell [s].
+        cell_rate: Cells per second [Hz].
+        delay_out: Delay of the leg from the transmitter [s], shape (n,).
+        delay_back: Delay of the leg to the receiver [s], shape (n,).
+        weight_out: Weight of the leg out, its carrier phase included, shape (n,).
+        weight_back: Weight of the leg back, its carrier phase included, shape (n,).
+        strength: What the scatterer makes of it, float32 or complex64, shape (n,).
+    """
+    last = cells.size - CELLS_PER_SPIKE
+    flat = cells.view(np.float32)
+    at, place = np.empty(_BLOCK, np.int32), np.empty(_BLOCK, np.float32)
+    turned = np.empty(2 * _BLOCK, np.float32)
+    both = np.empty(_BLOCK)
+    for begin in range(0, delay_out.size, _BLOCK):
+        there, here = delay_out[begin : begin + _BLOCK], delay_back[begin : begin + _BLOCK]
+        out, back = weight_out[begin : begin + _BLOCK], weight_back[begin : begin + _BLOCK]
+        scatterer, tau = strength[begin : begin + _BLOCK], both[: there.size]
+        for i in range(tau.size):
+            tau[i] = there[i] + here[i]
+            weight = out[i] * back[i] * scatterer[i]
+            turned[2 * i], turned[2 * i + 1] = weight.real, weight.imag
+        _locate(tau, first_time, cell_rate, last, at, place)
+        _deposit(flat, at, place, turned, tau.size)
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def deposit_energy(
+    cells: NDArray[np.float64],
+    first_time: float,
+    cell_rate: float,
+    delay: NDArray[np.float64],
+    energy: NDArray[np.float64],
+) -> None:
+    """Energies of echoes that do not interfere, added to the cells of the energy grid.
+
+    Args:
+        cells: Energy grid of one channel, added to in place, shape (cell_count,).
+        first_time: Time of the first cell [s].
+        cell_rate: Cells per second of the energy grid [Hz].
+        delay: Delay of each echo [s], shape (n,).
+        energy: Mean-square weight of each echo, shape (n,).
+    """
+    last = cells.size - CELLS_PER_SPIKE
+    at, place = np.empty(_BLOCK, np.int32), np.empty(_BLOCK, np.float32)
+    for begin in range(0, delay.size, _BLOCK):
+        tau, weight = delay[begin : begin + _BLOCK], energy[begin : begin + _BLOCK]
+        _locate(tau, first_time, cell_rate, last, at, place)
+        for i in range(tau.size):
+            if at[i] >= 0 and weight[i] != 0:
+                add_real_spike(cells, np.intp(at[i]), np.float64(place[i]), weight[i])

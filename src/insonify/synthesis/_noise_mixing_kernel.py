@@ -1,0 +1,46 @@
+"""Independent noises made into noises that belong together: a lower triangle times rows of samples.
+
+Sums run in the same order whatever the threads: a product of matrices by a library may not.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.jit import njit
+
+Reals = NDArray[np.float32]
+
+BLOCK = 1024
+"""Samples that are worked on together: a row of them stays in the first cache."""
+
+
+@njit(cache=True, nogil=True)
+def mix_noise(
+    lower_real: Reals, lower_imag: Reals, white_real: Reals, white_imag: Reals, out_real: Reals, out_imag: Reals
+) -> None:
+    """Product of a complex lower triangle and complex rows, given as real and imaginary parts.
+
+    Args:
+        lower_real: Real part of the triangle, shape (n, n).
+        lower_imag: Its imaginary part, shape (n, n).
+        white_real: Real part of the rows, shape (n, count).
+        white_imag: Their imaginary part, shape (n, count).
+        out_real: Result, real part, zeros before, shape (n, count).
+        out_imag: Result, imaginary part, zeros before, shape (n, count).
+    """
+    channels, count = white_real.shape
+    for begin in range(0, count, BLOCK):
+        stop = min(begin + BLOCK, count)
+        for m in range(channels):
+            for n in range(m + 1):
+                a, b = lower_real[m, n], lower_imag[m, n]
+                if a == 0 and b == 0:
+                    continue
+                if b == 0:
+                    for t in range(begin, stop):
+                        out_real[m, t] += a * white_real[n, t]
+                        out_imag[m, t] += a * white_imag[n, t]
+                else:
+                    for t in range(begin, stop):
+                        out_real[m, t] += a * white_real[n, t] - b * white_imag[n, t]
+                        out_imag[m, t] += a * white_imag[n, t] + b * white_real[n, t]

@@ -1,0 +1,106 @@
+"""Many echoes in the same cell, gathered as moments before they are laid on the grid.
+
+The cells that a spike adds are polynomials of its place between cells (`_taps`). So of all spikes that start in one
+cell it is enough to know the sums of their weights times the powers of their places: a few numbers to add for each,
+side by side, and the polynomials once for all. That pays where echoes come in the order of their delays, some tens to
+a cell: a window that moves along the grid holds the moments of the cells of all elements, and whatever comes
+outside of it is laid down by itself. Plain numbers and arrays.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.jit import njit
+from insonify.synthesis._simd_gridding import (
+    add_complex_spike,
+    add_spike_of_2,
+    add_spike_of_4,
+    deposit_cell_of_1,
+    deposit_cell_of_2,
+    deposit_cell_of_4,
+    gather_spike_of_1,
+    gather_spike_of_2,
+    gather_spike_of_4,
+    moment_vectors,
+)
+from insonify.synthesis._waveform_basis_kernel import BasisWeights
+
+Singles = NDArray[np.float32]
+WINDOW = 96
+"""Cells of which moments are held at a time."""
+MARGIN = 16
+"""How many of them lie before the cell that has just come to the array's centre."""
+_VECTORS = 0, moment_vectors(1), moment_vectors(2), 0, moment_vectors(4)
+"""Vectors of 8 numbers in the moments of a cell, by its shapes."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def empty_window(elements: int, lanes: int) -> Singles:
+    """Room for the moments of the cells of all elements, nothing in it."""
+    return np.zeros(elements * WINDOW * 8 * _VECTORS[lanes], np.float32)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def gather_moments(
+    cells: NDArray[np.complex64], moments: Singles, window_start: int, first_element: int, elements: int, channel_stride: int,
+    first_cell: NDArray[np.int32], fraction: Singles, weight: Singles, x: Singles, basis: BasisWeights, count: int,
+) -> None:  # fmt: skip
+    """Spikes of some echoes at each element, added to the moments, or to the grids where they are off the window.
+
+    Args:
+        cells: Grids of pressure, (elements or more, 1, cells, shapes).
+        moments: Of `empty_window`.
+        window_start: First cell of the window.
+        first_element: The first that hears these spikes.
+        elements: How many do, from there on.
+        channel_stride: Spikes from one element to the next, `count` or more.
+        first_cell: As of `deposit_waveforms`.
+        fraction: Likewise.
+        weight: Likewise.
+        x: Likewise.
+        basis: Likewise.
+        count: Likewise.
+    """
+    flat, curve, row, lanes = cells.reshape(-1).view(np.float32), basis.coefficients, cells.shape[2], cells.shape[3]
+    for i in range(count):
+        for e in range(elements):
+            k = np.uintp(e * channel_stride + i)
+            cell = np.intp(first_cell[k]) - window_start
+            if cell >= 0 and cell < WINDOW:
+                cell += (first_element + e) * WINDOW
+                if lanes == 4:
+                    gather_spike_of_4(moments, cell, fraction[k], weight, x[k], curve, np.intp(k))
+                elif lanes == 2:
+                    gather_spike_of_2(moments, cell, fraction[k], weight, x[k], curve, np.intp(k))
+                else:
+                    gather_spike_of_1(moments, cell, fraction[k], weight, x[k], curve, np.intp(k))
+            elif first_cell[k] >= 0:
+                first = np.intp((first_element + e) * row + first_cell[k])
+                if lanes == 4:
+                    add_spike_of_4(flat, first, fraction[k], weight, x[k], curve, np.intp(k))
+                elif lanes == 2:
+                    add_spike_of_2(flat, first, fraction[k], weight, x[k], curve, np.intp(k))
+                else:
+                    add_complex_spike(flat, first, fraction[k], weight, np.intp(k))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def deposit_moments(cells: NDArray[np.complex64], moments: Singles, window_start: int, elements: int) -> None:
+    """What has been gathered in a window, laid on the grids; the window is empty then.
+
+    Args:
+        cells: Grids of pressure, (elements or more, 1, cells, shapes).
+        moments: Of `empty_window`.
+        window_start: First cell of the window.
+        elements: How many there are.
+    """
+    flat, row, lanes = cells.reshape(-1).view(np.float32), cells.shape[2], cells.shape[3]
+    for e in range(elements):
+        for c in range(WINDOW):
+            first, cell = np.intp(e * row + window_start + c), np.intp(e * WINDOW + c)
+            if lanes == 4:
+                deposit_cell_of_4(flat, first, moments, cell)
+            elif lanes == 2:
+                deposit_cell_of_2(flat, first, moments, cell)
+            else:
+                deposit_cell_of_1(flat, first, moments, cell)

@@ -1,0 +1,76 @@
+"""What a few places along an array heard from a narrow sector, told to all its elements: a product of matrices.
+
+The bow that all wavefronts of one time have in common is taken out before and put in again after. Plain numbers and
+arrays.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.fast_sincos import sincos_cycles
+from insonify.jit import njit
+
+Floats = NDArray[np.float64]
+Singles = NDArray[np.float32]
+_FAST = {"contract", "reassoc", "nsz", "arcp"}
+_CELLS = 64
+"""Cells that are worked on together: what all places heard there stays in the first cache."""
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def _wavefront_corrected(heard: Singles, lanes: int, curvature_phase: Floats, far: float, turned: Singles) -> None:
+    """Some cells, each turned by a phase: the bow at the array's ends [cycles], times the square of a place, `far`."""
+    cosine, sine = np.empty(_CELLS, np.float32), np.empty(_CELLS, np.float32)
+    for c in range(curvature_phase.size):
+        s, k = sincos_cycles(curvature_phase[c] * far)
+        cosine[c], sine[c] = k, s
+    for c in range(curvature_phase.size):
+        for k in range(2 * lanes * c, 2 * lanes * (c + 1), 2):
+            turned[k] = heard[k] * cosine[c] - heard[k + 1] * sine[c]
+            turned[k + 1] = heard[k] * sine[c] + heard[k + 1] * cosine[c]
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def interpolate_to_elements(
+    cells: NDArray[np.complex64], first_time: float, cell_rate: float, curvature_phase: float, point_position: Floats, element: Floats,
+    weights: Singles,
+) -> None:  # fmt: skip
+    """Add what the places heard to what the elements heard; the places have heard nothing then.
+
+    Args:
+        cells: Grids of pressure, of elements and then of places, (e + p, groups, cells, shapes of a group).
+        first_time: Time of the first cell, from the pulse's middle on [s].
+        cell_rate: Cells per second [Hz].
+        curvature_phase: Of `ArraySector` [rad s].
+        point_position: Of the places along the array, -1..1, (p,).
+        element: Of its elements, (e,).
+        weights: What each place counts for at each element, (e, p); p is a multiple of 4.
+    """
+    elements, places = weights.shape
+    count, lanes = cells.shape[2], cells.shape[3]
+    flat, stride = cells.reshape(cells.shape[0], -1).view(np.float32), 2 * lanes
+    known, bent = np.empty((places, stride * _CELLS), np.float32), np.empty(_CELLS)
+    told, back = np.empty(stride * _CELLS, np.float32), np.empty(stride * _CELLS, np.float32)
+    for begin in range(0, cells.shape[1] * count, _CELLS):
+        stop = min(begin + _CELLS, cells.shape[1] * count)
+        for k in range(begin, stop):
+            bent[k - begin] = curvature_phase / (2 * math.pi) / max(first_time + (k % count) / cell_rate, 1 / cell_rate)
+        here, size = slice(stride * begin, stride * stop), stride * (stop - begin)
+        for p in range(places):
+            _wavefront_corrected(
+                flat[elements + p, here], lanes, bent[: stop - begin], point_position[p] * point_position[p], known[p]
+            )
+        flat[elements:, here] = 0
+        for e in range(elements):
+            told[:size] = 0
+            for p in range(0, places, 4):
+                a, b, c, d = weights[e, p], weights[e, p + 1], weights[e, p + 2], weights[e, p + 3]
+                of_a, of_b, of_c, of_d = known[p], known[p + 1], known[p + 2], known[p + 3]
+                for k in range(size):
+                    told[k] += a * of_a[k] + b * of_b[k] + c * of_c[k] + d * of_d[k]
+            _wavefront_corrected(told, lanes, bent[: stop - begin], -element[e] * element[e], back)
+            out = flat[e, here]
+            for k in range(size):
+                out[k] += back[k]

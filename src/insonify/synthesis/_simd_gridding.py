@@ -1,0 +1,330 @@
+"""All cells of one spike in a few vector instructions.
+
+Compilers do not find this loop by themselves: the kernel's polynomials have a lane per cell, and the complex weight
+alternates along the cells. So the instructions are written out here, in the compiler's portable vector
+language: it turns them into whatever the processor has.
+"""
+
+from typing import Any
+
+from insonify.jit import deferred, intrinsic
+from insonify.synthesis._gridding_kernel import CELLS_PER_SPIKE, DEGREE, WIDTH, tap_coefficients
+
+ir = deferred("llvmlite.ir")
+types = deferred("numba.core.types")
+cgutils = deferred("numba.core.cgutils")
+errors = deferred("numba.core.errors")
+
+# Constants of the compiled kernels, which are cached on disk by the date of _spread.py alone: after a change here or in
+# _taps.py or cycles.py, touch that file. (The accuracy tests fail on a stale cache.)
+_TAPS = tap_coefficients()
+
+
+def _vector(scalar: Any, lanes: int) -> Any:
+    return ir.VectorType(scalar, lanes)
+
+
+def _load(builder: Any, pointer: Any, vector: Any, align: int) -> Any:
+    return builder.load(builder.bitcast(pointer, vector.as_pointer()), align=align)
+
+
+def _add_to(builder: Any, pointer: Any, vector: Any, addend: Any, align: int) -> None:
+    place = builder.bitcast(pointer, vector.as_pointer())
+    builder.store(builder.fadd(builder.load(place, align=align), addend, flags=("contract",)), place, align=align)
+
+
+def _pick(builder: Any, source: Any, lanes: list[int]) -> Any:
+    mask = ir.Constant(_vector(ir.IntType(32), len(lanes)), lanes)
+    return builder.shuffle_vector(source, ir.Constant(source.type, ir.Undefined), mask)
+
+
+def _splat(builder: Any, scalar: Any, lanes: int) -> Any:
+    one = builder.insert_element(
+        ir.Constant(_vector(scalar.type, lanes), ir.Undefined), scalar, ir.Constant(ir.IntType(32), 0)
+    )
+    return _pick(builder, one, [0] * lanes)
+
+
+def _kernel_cells(builder: Any, fraction: Any) -> Any:
+    """The kernel on all its cells at once, by Horner's rule on a vector with one lane per cell."""
+    vector = _vector(fraction.type, CELLS_PER_SPIKE)
+    y = _splat(builder, fraction, CELLS_PER_SPIKE)
+    rows = [ir.Constant(vector, [float(c) for c in row]) for row in _TAPS]
+    value = rows[DEGREE]
+    for row in reversed(rows[:DEGREE]):
+        value = builder.fadd(builder.fmul(value, y, flags=("contract",)), row, flags=("contract",))
+    return value
+
+
+def _require_contiguous(cells: Any) -> None:
+    if cells.layout != "C":
+        raise errors.TypingError("cells must lie side by side in memory; pass one channel's row, not a column")
+
+
+def _weight_at(builder: Any, data: Any, i: Any) -> Any:
+    """The complex weight of spike i, real and imaginary in turn, four times."""
+    pair = _load(builder, builder.gep(data, [builder.mul(i, ir.Constant(i.type, 2))]), _vector(ir.FloatType(), 2), 4)
+    return _pick(builder, pair, [0, 1] * 4)
+
+
+def _add_kernel(builder: Any, first: Any, kernel: Any, weights: Any, lanes: int) -> None:
+    """Cells of so many shapes side by side, from the first on: the kernel on each cell, times the weights of shapes."""
+    for begin in range(0, WIDTH, 4 // lanes):
+        height = _pick(builder, kernel, [begin + k // (2 * lanes) for k in range(8)])
+        pointer = builder.gep(first, [ir.Constant(ir.IntType(64), 2 * lanes * begin)])
+        _add_to(builder, pointer, height.type, builder.fmul(height, weights, flags=("contract",)), 4)
+
+
+@intrinsic
+def add_complex_spike(typingctx: Any, cells: Any, first_cell: Any, fraction: Any, weights: Any, i: Any) -> Any:
+    """cells[2 at ...] += kernel(place) * weights[2 i], weights[2 i + 1]; all float32, real and imaginary in turn."""
+
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        cells, first_cell, fraction, weights, i = args
+        data = cgutils.create_struct_proxy(signature.args[0])(context, builder, cells).data
+        weight_data = cgutils.create_struct_proxy(signature.args[3])(context, builder, weights).data
+        weight = _weight_at(builder, weight_data, i)
+        first = builder.gep(data, [builder.mul(first_cell, ir.Constant(first_cell.type, 2))])
+        _add_kernel(builder, first, _kernel_cells(builder, fraction), weight, 1)
+        return context.get_dummy_value()
+
+    _require_contiguous(cells)
+    return types.void(cells, types.intp, types.float32, weights, types.intp), codegen
+
+
+def _shared_weight(builder: Any, lanes: int, data: tuple[Any, Any], x: Any, i: Any) -> Any:
+    """The weights of spike i for so many shapes, real and imaginary in turn, over and over: 8 numbers."""
+    weight_data, curve_data = data
+    weight = _weight_at(builder, weight_data, i)
+    if lanes == 1:
+        return weight
+    vector, each = _vector(ir.FloatType(), 8), _splat(builder, x, 8)
+    rows = [_load(builder, builder.gep(curve_data, [ir.Constant(i.type, 8 * row)]), vector, 4) for row in range(lanes)]
+    share = rows[-1]
+    for row in reversed(rows[:-1]):
+        share = builder.fadd(builder.fmul(share, each, flags=("contract",)), row, flags=("contract",))
+    return builder.fmul(share, weight)
+
+
+def _curved_spike(lanes: int) -> Any:
+    """Adds spikes to as many shapes, 2 or 4, whose shares are polynomials of where an echo lies among them."""
+
+    @intrinsic
+    def add(
+        typingctx: Any, cells: Any, at: Any, place: Any, weights: Any, x: Any, curve: Any, i: Any
+    ) -> Any:  # fmt: skip
+        """Cell j, shape s: cells[2 lanes (at + j) + 2 s ...] += kernel(place)[j] * share[s] * weights[2 i ...].
+
+        With share[s] = curve[0, 2 s] + x curve[1, 2 s] + ..., each written twice; all float32.
+        """
+
+        def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+            at, place, x, i = args[1], args[2], args[4], args[6]
+            data, weight_data, curve_data = (
+                cgutils.create_struct_proxy(signature.args[k])(context, builder, args[k]).data for k in (0, 3, 5)
+            )
+            weight = _shared_weight(builder, lanes, (weight_data, curve_data), x, i)
+            first = builder.gep(data, [builder.mul(at, ir.Constant(at.type, 2 * lanes))])
+            _add_kernel(builder, first, _kernel_cells(builder, place), weight, lanes)
+            return context.get_dummy_value()
+
+        _require_contiguous(cells)
+        whole, single = types.intp, types.float32
+        return types.void(cells, whole, single, weights, single, curve, whole), codegen
+
+    return add
+
+
+add_spike_of_2 = _curved_spike(2)
+add_spike_of_4 = _curved_spike(4)
+
+
+def moment_vectors(lanes: int) -> int:
+    """Vectors of 8 numbers that hold the moments of one cell of so many shapes."""
+    return -(-(DEGREE + 1) * lanes // 4)
+
+
+def _gathered_spike(lanes: int) -> Any:
+    """Adds spikes to the moments of a cell of 1, 2 or 4 shapes."""
+
+    @intrinsic
+    def add(
+        typingctx: Any, moments: Any, cell: Any, place: Any, weights: Any, x: Any, curve: Any, i: Any
+    ) -> Any:  # fmt: skip
+        """Power p, shape s: moments[8 vectors cell + 2 lanes p + 2 s ...] += place^p * share[s] * weights[2 i ...]."""
+
+        def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+            cell, place, x, i = args[1], args[2], args[4], args[6]
+            data, weight_data, curve_data = (
+                cgutils.create_struct_proxy(signature.args[k])(context, builder, args[k]).data for k in (0, 3, 5)
+            )
+            part = _shared_weight(builder, lanes, (weight_data, curve_data), x, i)
+            powers = [ir.Constant(place.type, 1.0)]
+            for _ in range(4 // lanes):
+                powers.append(builder.fmul(powers[-1], place))
+            step = _splat(builder, powers.pop(), 8)
+            if lanes < 4:
+                first = ir.Constant(part.type, ir.Undefined)
+                for k in range(8):
+                    first = builder.insert_element(first, powers[k // (2 * lanes)], ir.Constant(ir.IntType(32), k))
+                part = builder.fmul(part, first)
+            count = moment_vectors(lanes)
+            begin = builder.gep(data, [builder.mul(cell, ir.Constant(cell.type, 8 * count))])
+            for row in range(count):
+                _add_to(builder, builder.gep(begin, [ir.Constant(cell.type, 8 * row)]), part.type, part, 4)
+                part = builder.fmul(part, step)
+            return context.get_dummy_value()
+
+        _require_contiguous(moments)
+        whole, single = types.intp, types.float32
+        return types.void(moments, whole, single, weights, single, curve, whole), codegen
+
+    return add
+
+
+gather_spike_of_1 = _gathered_spike(1)
+gather_spike_of_2 = _gathered_spike(2)
+gather_spike_of_4 = _gathered_spike(4)
+
+
+def _gathered_cell(lanes: int) -> Any:
+    """Turns the moments of a cell of 1, 2 or 4 shapes into cells."""
+
+    @intrinsic
+    def add(typingctx: Any, cells: Any, at: Any, moments: Any, cell: Any) -> Any:
+        """What `add_spike_of_4` and the like would have added at cell `at` for each spike; the moments are then 0."""
+
+        def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+            at, cell = args[1], args[3]
+            data, moment_data = (
+                cgutils.create_struct_proxy(signature.args[k])(context, builder, args[k]).data for k in (0, 2)
+            )
+            vector, count = _vector(ir.FloatType(), 8), moment_vectors(lanes)
+            begin = builder.gep(moment_data, [builder.mul(cell, ir.Constant(cell.type, 8 * count))])
+            places = [builder.gep(begin, [ir.Constant(cell.type, 8 * row)]) for row in range(count)]
+            rows = [_load(builder, place, vector, 4) for place in places]
+            bits = ir.IntType(256)
+            some = builder.bitcast(rows[0], bits)
+            for row in rows[1:]:
+                some = builder.or_(some, builder.bitcast(row, bits))
+            with builder.if_then(builder.icmp_unsigned("!=", some, ir.Constant(bits, 0))):
+                per, width = 4 // lanes, 2 * lanes
+                moment = [
+                    _pick(builder, rows[p // per], [width * (p % per) + k % width for k in range(8)])
+                    for p in range(DEGREE + 1)
+                ]
+                first = builder.gep(data, [builder.mul(at, ir.Constant(at.type, width))])
+                for j in range(0, WIDTH, per):
+                    total = ir.Constant(vector, [0.0] * 8)
+                    for p in range(DEGREE + 1):
+                        taps = ir.Constant(vector, [float(_TAPS[p, j + k // width]) for k in range(8)])
+                        total = builder.fadd(total, builder.fmul(moment[p], taps, flags=("contract",)), ("contract",))
+                    _add_to(builder, builder.gep(first, [ir.Constant(at.type, width * j)]), vector, total, 4)
+                for place in places:
+                    empty = ir.Constant(vector, [0.0] * 8)
+                    builder.store(empty, builder.bitcast(place, vector.as_pointer()), align=4)
+            return context.get_dummy_value()
+
+        _require_contiguous(cells)
+        _require_contiguous(moments)
+        return types.void(cells, types.intp, moments, types.intp), codegen
+
+    return add
+
+
+deposit_cell_of_1 = _gathered_cell(1)
+deposit_cell_of_2 = _gathered_cell(2)
+deposit_cell_of_4 = _gathered_cell(4)
+
+
+@intrinsic
+def add_shaped_spike(
+    typingctx: Any, cells: Any, group_stride: Any, first_cell: Any, fraction: Any, weights: Any, shares: Any, stride: Any, groups: Any,
+    i: Any,
+) -> Any:  # fmt: skip
+    """The same for groups of 4 shapes, `group_stride` numbers apart; shape s has shares[s stride + i] of the weight."""
+
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        group_stride, first_cell, fraction = args[1:4]
+        stride, groups, i = args[6:]
+        data, weight_data, share_data = (
+            cgutils.create_struct_proxy(signature.args[k])(context, builder, args[k]).data for k in (0, 4, 5)
+        )
+        kernel, weight = _kernel_cells(builder, fraction), _weight_at(builder, weight_data, i)
+        first = builder.gep(data, [builder.mul(first_cell, ir.Constant(first_cell.type, 8))])
+        with cgutils.for_range(builder, groups) as loop:
+            share = ir.Constant(weight.type, ir.Undefined)
+            for k in range(4):
+                row = builder.add(builder.mul(loop.index, ir.Constant(i.type, 4)), ir.Constant(i.type, k))
+                one = builder.load(builder.gep(share_data, [builder.add(builder.mul(row, stride), i)]))
+                for lane in (2 * k, 2 * k + 1):
+                    share = builder.insert_element(share, one, ir.Constant(ir.IntType(32), lane))
+            grid = builder.gep(first, [builder.mul(loop.index, group_stride)])
+            _add_kernel(builder, grid, kernel, builder.fmul(share, weight), 4)
+        return context.get_dummy_value()
+
+    _require_contiguous(cells)
+    whole = types.intp
+    return types.void(cells, whole, whole, types.float32, weights, shares, whole, whole, whole), codegen
+
+
+@intrinsic
+def mix_nodes(
+    typingctx: Any, weights: Any, single: Any, delay: Any, others: Any, shape: Any, e: Any, begin: Any, delays: Any,
+    mixed: Any,
+) -> Any:  # fmt: skip
+    """What is known of echoes at k nodes, told at element e, from place `begin` of the results on.
+
+    delays[begin + i] = sum over k of mix[e, k] * delay[k, i] for i from `first` to `stop`; and in float32, by the same
+    numbers in `single`, for the columns of `others`, (3, k, tile), into `mixed`, (3, wide). Up to 15 more are touched;
+    shape: k, tile, first, stop, wide.
+    """
+
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        e, begin = args[5:7]
+        weights, single, delay, others, delays, mixed = (
+            cgutils.create_struct_proxy(signature.args[k])(context, builder, args[k]).data for k in (0, 1, 2, 3, 7, 8)
+        )
+        nodes, tile, start, stop, wide = cgutils.unpack_tuple(builder, args[4], 5)
+        none, lanes = ir.Constant(e.type, 0), ir.Constant(e.type, 16)
+        ways = [(weights, delay, delays, none, none)] + [
+            (single, others, mixed, builder.mul(ir.Constant(e.type, c), builder.mul(nodes, tile)),
+             builder.mul(ir.Constant(e.type, c), wide)) for c in range(3)
+        ]  # fmt: skip
+        vectors = [_vector(source.type.pointee, 16) for _, source, *_ in ways]
+        totals = [cgutils.alloca_once(builder, vector) for vector in vectors]
+        with cgutils.for_range_slice(builder, start, stop, lanes) as (i, _):
+            for total, vector in zip(totals, vectors, strict=True):
+                builder.store(ir.Constant(vector, [0.0] * 16), total)
+            with cgutils.for_range(builder, nodes) as loop:
+                part = builder.add(builder.mul(e, nodes), loop.index)
+                row = builder.add(builder.mul(loop.index, tile), i)
+                for (numbers, source, _, first, _), total, vector in zip(ways, totals, vectors, strict=True):
+                    one = _splat(builder, builder.load(builder.gep(numbers, [part])), 16)
+                    known = _load(builder, builder.gep(source, [builder.add(first, row)]), vector, 4)
+                    known = builder.fmul(known, one, flags=("contract",))
+                    builder.store(builder.fadd(builder.load(total), known, flags=("contract",)), total)
+            for (_, _, out, _, first), total, vector in zip(ways, totals, vectors, strict=True):
+                place = builder.gep(out, [builder.add(builder.add(first, begin), i)])
+                builder.store(builder.load(total), builder.bitcast(place, vector.as_pointer()), align=4)
+        return context.get_dummy_value()
+
+    for rows in (weights, single, delay, others, delays, mixed):
+        _require_contiguous(rows)
+    return types.void(weights, single, delay, others, shape, types.intp, types.intp, delays, mixed), codegen
+
+
+@intrinsic
+def add_real_spike(typingctx: Any, cells: Any, first_cell: Any, fraction: Any, weight: Any) -> Any:
+    """cells[at ...] += kernel(place) * weight; all float64."""
+
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        cells, first_cell, fraction, weight = args
+        data = cgutils.create_struct_proxy(signature.args[0])(context, builder, cells).data
+        kernel = _kernel_cells(builder, fraction)
+        addend = builder.fmul(kernel, _splat(builder, weight, CELLS_PER_SPIKE), flags=("contract",))
+        _add_to(builder, builder.gep(data, [first_cell]), kernel.type, addend, 8)
+        return context.get_dummy_value()
+
+    _require_contiguous(cells)
+    return types.void(cells, types.intp, types.float64, types.float64), codegen

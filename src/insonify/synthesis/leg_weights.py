@@ -1,0 +1,58 @@
+"""What a leg weighs in each channel: its amplitude, the beam it passes, and the phase of its carrier."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.fast_sincos import sincos_cycles
+from insonify.jit import njit
+from insonify.records.legs import Legs
+from insonify.sonar.beam import Beams
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+
+def leg_weights(legs: Legs, beams: Beams, frequency: float, scale: float = 1.0) -> Complexes:
+    """Complex weight of every leg in every beam.
+
+    Args:
+        legs: Legs between one end and n points, by f families.
+        beams: Beams of that end.
+        frequency: Carrier [Hz].
+        scale: Factor on all of them, such as the source's pressure [uPa at 1 m].
+
+    Returns:
+        Amplitude times beam times exp(-j 2 pi frequency delay), shape (beams, f, n).
+    """
+    return weights_from_gain(beams.gain(legs.departure), legs, frequency, scale)
+
+
+def weights_from_gain(gain: Floats, legs: Legs, frequency: float, scale: float = 1.0) -> Complexes:
+    """Complex weight of every leg, of which the gain in every beam is known.
+
+    Args:
+        gain: Of the beams towards the legs [1], shape (beams, f, n).
+        legs: As of `leg_weights`.
+        frequency: Carrier [Hz].
+        scale: As of `leg_weights`.
+
+    Returns:
+        As `leg_weights`.
+    """
+    weight = np.empty(gain.shape, complex)
+    _fill_weights(gain, legs.amplitude, legs.delay, frequency, scale, weight)
+    return weight
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _fill_weights(
+    gain: Floats, amplitude: Complexes, delay: Floats, frequency: float, scale: float, weight: Complexes
+) -> None:
+    """Fill `weight`; the carrier's cycles are counted in float64, for there are thousands of them."""
+    for f in range(delay.shape[0]):
+        for n in range(delay.shape[1]):
+            cycles = -frequency * delay[f, n]
+            sine, cosine = sincos_cycles(cycles - np.rint(cycles))
+            carried = scale * amplitude[f, n] * complex(cosine, sine)
+            for c in range(gain.shape[0]):
+                weight[c, f, n] = gain[c, f, n] * carried

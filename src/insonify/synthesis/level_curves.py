@@ -1,0 +1,122 @@
+"""Levels by contribution and by family pair: the sonar equation as curves over time.
+
+The same incoherent reading, taken apart: for each contribution (seabed, surface, target) and each unordered pair
+of families, and once more for all pairs of a contribution together, where pairs that overlap in time interfere.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.propagation.families import DIRECT
+from insonify.records.pairs import Pairs
+from insonify.synthesis.incoherent import IncoherentAccumulator, IntensityBuffer
+from insonify.synthesis.time_grid import TimeGrid
+from insonify.units import level_db
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+CONTRIBUTION_COLOURS = ("seabed", "surface", "target")
+WATER = "water"
+"""The contribution that has curves only where the water answers."""
+ALL = "all"
+
+
+def pair_name(transmit_family: str, receive_family: str) -> str:
+    """Name of an unordered pair of families, such as D-S: the one with fewer bounces first."""
+    return "-".join(
+        sorted(
+            (transmit_family, receive_family), key=lambda name: (name != DIRECT, len(name), not name.startswith("S"))
+        )
+    )
+
+
+class LevelBuffers(dict[tuple[str, str], IntensityBuffer]):
+    """Energies by (contribution, pair)."""
+
+    def __iadd__(self, other: LevelBuffers) -> LevelBuffers:
+        """Add what another has heard, curve by curve."""
+        for key, energies in other.items():
+            if key in self:
+                self[key] += energies
+            else:
+                self[key] = energies
+        return self
+
+
+@dataclass(frozen=True, slots=True)
+class LevelAccumulator:
+    """Hears expected intensity apart, by contribution and by pair [uPa^2]."""
+
+    accumulator: IncoherentAccumulator
+
+    @property
+    def wants_quadrature(self) -> bool:
+        """Whether it wants evenly laid points, for an expectation."""
+        return True
+
+    def empty(self) -> LevelBuffers:
+        """Nothing heard yet."""
+        return LevelBuffers()
+
+    def add(self, curves: LevelBuffers, pairs: Pairs) -> None:
+        """Add the mean intensity of one block of scatterers to its curves."""
+        contribution = pairs.scatterers.boundary
+        names = [pair_name(out, back) for out, back in pairs.names()]
+        parts = {name: pairs.select(np.flatnonzero(np.array(names) == name)) for name in dict.fromkeys(names)}
+        sent, heard = self.accumulator.weights(pairs)
+        for name, part in (parts | {ALL: pairs}).items():
+            if (contribution, name) not in curves:
+                curves[contribution, name] = self.accumulator.empty()
+            self.accumulator.add_weighted(curves[contribution, name], part, sent, heard)
+
+    def time_series(self, curves: LevelBuffers) -> dict[tuple[str, str], NDArray[np.float64]]:
+        """Expected intensity of each curve [uPa^2], shape (channels, samples)."""
+        return {key: self.accumulator.time_series(energies) for key, energies in curves.items()}
+
+
+def level_curves(
+    intensity: dict[tuple[str, str], NDArray[np.float64]], noise: float, grid: TimeGrid, channel: int
+) -> xr.Dataset:
+    """The curves of one channel as a labelled dataset.
+
+    Args:
+        intensity: Expected intensity by (contribution, pair) [uPa^2], each of shape (channels, samples).
+        noise: Mean-square noise pressure [uPa^2].
+        grid: Times of the samples.
+        channel: Channel wanted.
+
+    Returns:
+        `level_db` over (contribution, pair, time) [dB re 1 uPa]: contributions seabed, surface, target, water (if it
+        answers), noise, total; pairs of families, and "all". Minus infinity where nothing is heard.
+    """
+    import xarray as xr
+
+    names = sorted({pair for _, pair in intensity if pair != ALL}, key=lambda p: (len(p), p))
+    pairs = [ALL, *names]
+    water = [WATER] if any(contribution == WATER for contribution, _ in intensity) else []
+    contributions = [*CONTRIBUTION_COLOURS, *water, "noise", "total"]
+    power = np.zeros((len(contributions), len(pairs), grid.sample_count))
+    for (contribution, pair), series in intensity.items():
+        power[contributions.index(contribution), pairs.index(pair)] += series[channel]
+    power[contributions.index("noise"), 0] = noise
+    power[-1] = power[:-1].sum(axis=0)
+    return xr.Dataset(
+        {
+            "level_db": (
+                ("contribution", "pair", "time"),
+                level_db(power),
+                {"units": "dB re 1 uPa", "long_name": "level of the expected pressure"},
+            )
+        },
+        coords={
+            "contribution": ("contribution", contributions, {"units": "1", "long_name": "what echoes"}),
+            "pair": ("pair", pairs, {"units": "1", "long_name": "families out and back, in either order"}),
+            "time": ("time", grid.time, {"units": "s", "long_name": "time after the start of transmission"}),
+        },
+    )

@@ -1,0 +1,179 @@
+"""What the channels of an array hear alike of a noise that comes from many directions at once.
+
+Each direction sends a plane wave of its own, independent of all others. So the covariance of two channels is the
+mean over directions of one pattern times the other, turned by the phase between their places: the sine of k d over
+k d for hydrophones in noise from everywhere, one over the directivity factor on the diagonal.
+
+Wavelengths are those of the centre of the band.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.ocean.sea_noise import Directionality
+from insonify.sonar.beam import POINTS_PER_LOBE, Beams
+from insonify.sonar.beam_kernels import BAFFLED, OMNI
+from insonify.sonar.ping_geometry import PingGeometry
+from insonify.synthesis.element_arrivals import rotated_beams
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+FLAT = 1e-9
+"""Depth of an array along boresight, in wavelengths, below which it is flat [1]."""
+AT_ONCE = 4_000_000
+"""Channels times directions that are worked on together."""
+MIN_AZIMUTHS = 720
+"""Directions around an array whose elements face different ways: its baffles' edges lie between them."""
+DIAGONAL_LOADING = 1e-9
+"""Share of power that is added to the diagonal, so that channels that hear the very same can be told apart [1]."""
+
+
+def noise_covariance(ping_geometry: PingGeometry, directionality: Directionality) -> Complexes:
+    """Covariance of the channels' noise, for unit power at a hydrophone without directivity [1].
+
+    Args:
+        ping_geometry: The sonar at one ping; beams and elements at rest.
+        directionality: Where the noise comes from.
+
+    Returns:
+        Shape (channels, channels), Hermitian. Channels that share one receive beam are taken as if each had a
+        ping of its own, and are independent; elements are without their errors of gain and phase.
+
+    Source: Cox (1973), J. Acoust. Soc. Am. 54(5), 1289-1301 (plane waves of any directional density); Cron & Sherman
+    (1962), J. Acoust. Soc. Am. 34(11), 1732-1736 (everywhere: sin kd / kd; surface dipoles: density cos / pi of the
+    angle from the zenith, 2 J1(kd) / kd side by side). The closed forms follow from the mean over directions; the
+    papers themselves were not opened.
+    Valid: plane waves; a surface without bottom bounces, at depths where absorption has not yet bared the zenith.
+    """
+    if ping_geometry.elements is None and ping_geometry.receive_beams.channel_count < ping_geometry.channel_count:
+        alone = _direction_average(ping_geometry, directionality)
+        return alone[0, 0] * np.eye(ping_geometry.channel_count)
+    plain = _closed_form(ping_geometry) if directionality == "isotropic" else None
+    return _direction_average(ping_geometry, directionality) if plain is None else plain.astype(complex)
+
+
+def covariance_factor(covariance: Complexes) -> Complexes:
+    """Lower triangle whose product with its conjugate transpose is a covariance.
+
+    Args:
+        covariance: Hermitian, positive or nearly so, shape (n, n).
+    """
+    load = DIAGONAL_LOADING * max(float(np.trace(covariance).real) / len(covariance), np.finfo(float).tiny)
+    return np.asarray(np.linalg.cholesky(covariance + load * np.eye(len(covariance))))
+
+
+def _closed_form(ping_geometry: PingGeometry) -> Floats | None:
+    """Noise from everywhere in small elements that are all round, or that face one way from a flat array; else None."""
+    from scipy.special import spherical_jn
+
+    elements, pattern = ping_geometry.elements, ping_geometry.receive_beams
+    if elements is None or any(len(table) for table in pattern.tables):
+        return None
+    wavelength = ping_geometry.receive_sound_speed / ping_geometry.frequency
+    apart = 2 * np.pi / wavelength * _distances(elements.positions)
+    if pattern.element == OMNI:
+        return np.sinc(apart / np.pi)
+    flat = np.ptp(elements.positions[:, 0]) < FLAT * wavelength
+    if not flat or np.any(elements.orientations != 0):
+        return None
+    # by symmetry the front half of all directions has half of what both halves have
+    if pattern.element == BAFFLED:
+        return np.asarray(np.sinc(apart / np.pi) / 2)
+    far = np.where(apart > 1e-4, apart, 1.0)
+    return np.asarray(np.where(apart > 1e-4, spherical_jn(1, far) / far, 1 / 3) / 2)
+
+
+def _distances(position: Floats) -> Floats:
+    return np.asarray(np.sqrt(sum((axis[:, None] - axis) ** 2 for axis in position.T)))
+
+
+def _direction_average(ping_geometry: PingGeometry, directionality: Directionality) -> Complexes:
+    """The covariance by a sum over directions that is fine enough for all patterns and distances."""
+    ears = ping_geometry.receive_beams
+    place, facing = np.zeros((1, 3)), np.zeros(1)
+    if ping_geometry.elements is not None:
+        place, facing = ping_geometry.elements.positions, ping_geometry.elements.orientations
+    wavelength = ping_geometry.receive_sound_speed / ping_geometry.frequency
+    channels = ears.channel_count if ping_geometry.elements is None else len(place)
+    found = np.zeros((channels, channels), complex)
+    level = directionality == "isotropic" and np.ptp(place[:, 2]) == 0
+    parts = _directions(ears, place / wavelength, facing, max(1, AT_ONCE // channels), mirrored=level)
+    for direction, weight in parts:
+        outward = direction @ ears.axes
+        density = np.full(len(weight), 1 / (4 * np.pi)) if directionality == "isotropic" else _surface_dipole_density(outward)
+        heard = _patterns(ears, facing, outward) * np.exp(2j * np.pi / wavelength * (place @ direction.T))
+        found += (heard * (weight * density)) @ heard.conj().T
+    return np.asarray((found + found.conj().T) / 2, complex)
+
+
+def _surface_dipole_density(outward: Floats) -> Floats:
+    """Density of noise from surface dipoles over directions in north, east, down [1/sr], shape (n,)."""
+    return np.maximum(-outward[:, 2], 0.0) / np.pi
+
+
+def _patterns(patterns: Beams, orientation: Floats, outward: Floats) -> Floats:
+    """Amplitude of each channel towards directions in the world [1], shape (channels or 1, n)."""
+    if not orientation.any():
+        return patterns.gain(outward)
+    ways, row = np.unique(orientation, return_inverse=True)
+    return np.concatenate([rotated_beams(patterns, float(way)).gain(outward) for way in ways])[row]
+
+
+def _directions(
+    patterns: Beams, position: Floats, orientation: Floats, max_directions: int, *, mirrored: bool
+) -> Iterator[tuple[Floats, Floats]]:
+    """Directions in the array's frame and their solid angles [sr], in parts of no more than so many.
+
+    Args:
+        patterns: Patterns of the channels.
+        position: Of the channels in the array's frame [wavelengths], shape (m, 3).
+        orientation: Of the elements [rad], shape (m,).
+        max_directions: Directions in a part.
+        mirrored: Whether what elements hear from above and from below the array's plane is the same.
+    """
+    # the tables have so many rows to each wavelength of aperture
+    across, down, piston_across, piston_down = patterns.per_unit / POINTS_PER_LOBE
+    ahead, right, below = np.ptp(position, axis=0)
+    wide, high = right + across + piston_across, below + down + piston_down
+    whole = 2 * np.pi * float(np.linalg.norm([wide, high, ahead]))
+    if np.ptp(orientation) == 0:
+        # pole to the right: the edge of a baffle, and the horizon of an array that is not tilted, are meridians
+        quarters = np.arange(-2, 3) * np.pi / 2 - np.pi / 2
+        along = _gauss(np.array([-1.0, 1.0]), whole)
+        around = _gauss(quarters, 2 * np.pi * np.hypot(high, ahead))
+        frame = [1, 0, 2]
+    else:
+        along = _gauss(np.array([0.0, 1.0]) if mirrored else np.array([-1.0, 0.0, 1.0]), whole)
+        count = max(MIN_AZIMUTHS, _enough(2 * np.pi * np.hypot(wide, ahead)) * 2)
+        around = (np.arange(count) + 0.5) * 2 * np.pi / count, np.full(count, 2 * np.pi / count)
+        frame = [2, 0, 1]
+        along = (along[0], 2 * along[1]) if mirrored else along
+    rows = max(1, max_directions // len(around[0]))
+    for first in range(0, len(along[0]), rows):
+        pole, turn = (grid.ravel() for grid in np.meshgrid(along[0][first : first + rows], around[0], indexing="ij"))
+        ring = np.sqrt(1 - pole**2)
+        direction = np.empty((len(pole), 3))
+        for axis, values in zip(frame, (pole, ring * np.cos(turn), ring * np.sin(turn)), strict=True):
+            direction[:, axis] = values
+        yield direction, np.outer(along[1][first : first + rows], around[1]).ravel()
+
+
+def _gauss(edges: Floats, cycles: float) -> tuple[Floats, Floats]:
+    """Nodes and weights over neighbouring intervals, for waves of so many radians to each unit.
+
+    Source: Gauss-Legendre quadrature; a wave exp(j K x) over -1 to 1 needs a little over K / 2 nodes.
+    """
+    from scipy.special import roots_legendre
+
+    half = np.diff(edges)[0] / 2
+    node, weight = roots_legendre(_enough(cycles * half))
+    middles = (edges[:-1] + edges[1:]) / 2
+    return (middles[:, None] + half * node).ravel(), np.tile(half * weight, len(middles))
+
+
+def _enough(waves: float) -> int:
+    """Nodes for a wave of so many radians over half an interval."""
+    return int(np.ceil(waves / 2 + 6 * np.cbrt(waves) + 12))

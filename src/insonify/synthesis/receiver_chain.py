@@ -1,0 +1,182 @@
+"""What the electronics make of the sound and noise in the channels: leaks, deafness, clipping, rounding.
+
+In this order: what leaks in from the transmitter and from neighbours; blanking, which silences that too; gain; full
+scale; the converter. Then the gain is divided out, so that the recording stays in uPa.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.ocean.water import Water
+from insonify.sonar.hydrophones import element_layout
+from insonify.sonar.received_pulse import ReceivedPulse
+from insonify.sonar.receiver import Receiver
+from insonify.sonar.sonar import Sonar
+from insonify.synthesis.time_grid import TimeGrid
+from insonify.units import amplitude_ratio
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+NEIGHBOUR = 1.2
+"""Distance up to which elements are neighbours, in distances to their nearest [1]."""
+COARSE = 1.5
+"""Standard deviation below which rounding is summed step by step [steps]; above, it adds a twelfth (1e-18 off)."""
+STEPS = 16
+"""Steps that are summed."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReceiverChain:
+    """The chain behind the hydrophones, ready for the pings of one sonar."""
+
+    feedthrough: Complexes
+    """What every channel hears of the transmission at once [uPa], shape (samples,); empty for nothing."""
+    neighbour_coupling: csr_array | None
+    """Part of each channel that gets into each other one [1], shape (channels, channels); None for nothing."""
+    blanked: NDArray[np.bool_]
+    """At which samples it hears nothing, shape (samples,)."""
+    gain: Floats
+    """Gain before the converter, as a ratio of pressures [1], shape (samples,)."""
+    full_scale: float
+    """Largest rms pressure of a tone that the converter takes [uPa]; infinite: any."""
+    quantisation_step: float
+    """Of the converter [uPa]; 0: it does not round."""
+
+    def pressures(self, received: NDArray[np.complex64]) -> NDArray[np.complex64]:
+        """What is recorded of pressures [uPa], shape (channels, samples).
+
+        A band-pass signal that clips keeps its phase, and its harmonics fall outside the band: so the envelope is what
+        is limited. Its two quadratures are what is rounded, the middle of a step being 0.
+        """
+        sound = received.astype(complex)
+        if self.neighbour_coupling is not None:
+            sound += self.neighbour_coupling @ sound
+        if self.feedthrough.size:
+            sound += self.feedthrough
+        if self.full_scale < np.inf:
+            sound = self._converted(np.asarray(sound * self.gain, complex)) / self.gain
+        return np.where(self.blanked, 0, sound).astype(np.complex64)
+
+    def _converted(self, amplified: Complexes) -> Complexes:
+        size = np.abs(amplified)
+        # what fits is left as it is: a quotient by silence would overflow
+        held = amplified * (self.full_scale / np.maximum(size, self.full_scale))
+        if self.quantisation_step == 0:
+            return held
+        top = self.full_scale / self.quantisation_step  # codes go from -top to top - 1
+        rounded = _code(held.real / self.quantisation_step, top) + 1j * _code(held.imag / self.quantisation_step, top)
+        return np.asarray(self.quantisation_step * rounded, complex)
+
+    def intensities(self, received: Floats) -> Floats:
+        """What is recorded, in the mean, of expected intensities [uPa^2], shape (channels, samples).
+
+        As of circular Gaussian pressures, which those of many scatterers and of noise are: clipped, their power is
+        I (1 - exp(-F / I)), for powers are exponential and F is that of full scale; rounded, it is a sum over steps.
+        """
+        if self.feedthrough.size:
+            received = received + np.abs(self.feedthrough) ** 2
+        if self.full_scale < np.inf:
+            amplified = received * self.gain**2
+            # exp(-700) is nothing: a quotient by silence would overflow
+            held = amplified * -np.expm1(-(self.full_scale**2) / np.maximum(amplified, self.full_scale**2 / 700))
+            received = self._quantised_power(held) / self.gain**2
+        return np.where(self.blanked, 0.0, received)
+
+    def _quantised_power(self, power: Floats) -> Floats:
+        """Mean power of rounded circular Gaussian numbers of so much power: a twelfth of a squared step more in each.
+
+        Source: Widrow's statistical theory of quantisation (the twelfth); the sum over steps is the mean of the
+        squared code, term by term.
+        """
+        from scipy.special import erfc
+
+        if self.quantisation_step == 0:
+            return power
+        deviation = np.sqrt(power / 2) / self.quantisation_step
+        rounded = power + self.quantisation_step**2 / 6
+        fine = deviation < COARSE
+        edges = np.arange(STEPS) + 0.5
+        beyond = erfc(edges / (np.sqrt(2) * np.maximum(deviation[fine], 1e-12)[:, None]))
+        rounded[fine] = 2 * self.quantisation_step**2 * (beyond @ (2 * np.arange(STEPS) + 1.0))
+        return rounded
+
+
+def _code(value: Floats, top: float) -> Floats:
+    return np.asarray(np.clip(np.round(value), -top, top - 1))
+
+
+def receiver_chain(sonar: Sonar, water: Water, pulse: ReceivedPulse, grid: TimeGrid) -> ReceiverChain | None:
+    """The chain behind the hydrophones; None where it changes nothing.
+
+    Args:
+        sonar: The sonar, with all its sides.
+        water: Gain takes ranges with its sound speed, and makes up for its absorption.
+        pulse: The sonar's heard pulse.
+        grid: Samples of a ping.
+    """
+    from scipy.sparse import csr_array
+
+    receiver = sonar.receiver
+    if not receiver.stages:
+        return None
+    leak, neighbours = np.empty(0, complex), None
+    if receiver.crosstalk is not None and receiver.crosstalk.feedthrough_db is not None:
+        level = sonar.source_level_db + receiver.crosstalk.feedthrough_db
+        leak = amplitude_ratio(level) * pulse.samples(grid.time)
+    if receiver.crosstalk is not None and receiver.crosstalk.neighbours_db is not None:
+        neighbours = csr_array(float(amplitude_ratio(receiver.crosstalk.neighbours_db)) * neighbour_matrix(sonar))
+    deaf = np.zeros(grid.sample_count, bool)
+    if receiver.blanking is not None:
+        deaf = grid.time < pulse.pulse.duration + receiver.blanking
+    full_scale, step = _scale(receiver)
+    return ReceiverChain(leak, neighbours, deaf, receiver_gain(sonar, water, grid.time), full_scale, step)
+
+
+def _scale(receiver: Receiver) -> tuple[float, float]:
+    """Full scale, and the converter's step [uPa]."""
+    converter = receiver.adc
+    if converter is None:
+        return np.inf, 0.0
+    full_scale = float(amplitude_ratio(converter.full_scale_db))
+    return full_scale, 0.0 if converter.bits is None else full_scale * 2.0 ** (1 - converter.bits)
+
+
+def receiver_gain(sonar: Sonar, water: Water, time: Floats) -> Floats:
+    """Gain before the converter, as a ratio of pressures [1], shape of `time`.
+
+    Args:
+        sonar: The sonar.
+        water: Its mean sound speed, and its absorption at the centre frequency.
+        time: After the start of transmission [s], any shape.
+    """
+    if sonar.receiver.gain is None:
+        return np.ones(np.shape(time))
+    loss = float(water.absorption(sonar.pulse.frequency))
+    return amplitude_ratio(sonar.receiver.gain.db(time, water.sound_speed, loss))
+
+
+def neighbour_matrix(sonar: Sonar) -> Floats:
+    """Which channels are neighbours: 1 where they are, else 0, shape (channels, channels).
+
+    Args:
+        sonar: The sonar, with all its sides; elements are neighbours on their own side, as drawn.
+    """
+    from scipy.sparse import block_diag
+
+    sides = []
+    for side in sonar.side_sonars:
+        place = element_layout(side.receive)[0]
+        apart = np.linalg.norm(place[:, None] - place, axis=-1)
+        np.fill_diagonal(apart, np.inf)
+        nearest = apart.min(axis=1)
+        sides.append((apart <= NEIGHBOUR * np.maximum(nearest[:, None], nearest)).astype(float))
+    return np.asarray(block_diag(sides).toarray())

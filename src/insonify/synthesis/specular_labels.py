@@ -1,0 +1,83 @@
+"""Energy and places of echoes of smooth targets: facets within one bin of delay are added in phase, then squared.
+
+A large target comes in parts, whose echoes interfere like those of one part: pressures are kept until all have come.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.records.pairs import Pairs
+from insonify.sonar.ping_geometry import PingGeometry
+from insonify.synthesis._label_kernel import MOMENTS
+from insonify.synthesis.leg_weights import leg_weights
+from insonify.units import amplitude_ratio
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Flashes:
+    """Pressures of one smooth target by one pair of families, in bins of delay."""
+
+    pressure: NDArray[np.complex128]
+    """Sum of the pressures [uPa], shape (channels, bins)."""
+    apart: Floats
+    """Sum of their squared magnitudes [uPa^2], and of these times each column of places, (channels, bins, MOMENTS)."""
+
+    @classmethod
+    def empty(cls, channels: int, bins: int) -> "Flashes":
+        """Return sums of nothing."""
+        return cls(np.zeros((channels, bins), complex), np.zeros((channels, bins, MOMENTS)))
+
+    def __iadd__(self, other: "Flashes") -> "Flashes":
+        """Add other parts of the same target, in phase."""
+        self.pressure[...] += other.pressure
+        self.apart[...] += other.apart
+        return self
+
+    @property
+    def bins(self) -> Floats:
+        """Energy, and energy times place, of all parts together, shape (channels, bins, MOMENTS).
+
+        Facets cancel one another but for the flash: the energy of a bin is that of their sum, its place the mean of
+        theirs weighted by what each sends back. Bins do not interfere with one another.
+        """
+        energy, weight = np.abs(self.pressure) ** 2, self.apart[..., :1]
+        means = np.divide(self.apart, weight, out=np.zeros_like(self.apart), where=weight > 0)
+        return np.asarray(energy[..., None] * means)
+
+
+def deposit_specular_labels(
+    sums: Flashes, start: float, rate: float, pairs: Pairs, ping_geometry: PingGeometry
+) -> None:
+    """Add facets that interfere to the bins of their delays.
+
+    Args:
+        sums: Added to in place.
+        start: Delay of the first bin [s].
+        rate: Bins per second [Hz].
+        pairs: Facets of one target, or of a part of it, and their pairs of legs.
+        ping_geometry: The sonar at that ping.
+    """
+    i, j = pairs.pair.T
+    count = sums.pressure.shape[1]
+    bin_of = np.rint((pairs.out.delay[i] + pairs.back.delay[j] - start) * rate)
+    level = float(amplitude_ratio(ping_geometry.source_level_db))
+    sent = leg_weights(pairs.out, ping_geometry.transmit_beams, ping_geometry.frequency, level)
+    heard = leg_weights(pairs.back, ping_geometry.receive_beams, ping_geometry.frequency)
+    place = pairs.scatterers.position
+    distance = np.linalg.norm(place - ping_geometry.receive_position, axis=1)
+    grazing = (np.abs(pairs.out.grazing[i]) + np.abs(pairs.back.grazing[j])) / 2
+    columns = [*np.broadcast_to(np.column_stack([place, distance]).T[:, None], (4, *bin_of.shape)), grazing]
+    for channel, (pressure, apart) in enumerate(zip(sums.pressure, sums.apart, strict=True)):
+        weight = sent[channel % len(sent)][i] * heard[channel % len(heard)][j] * pairs.strength
+        rows = (weight != 0) & (bin_of >= 0) & (bin_of < count)
+        which, some = bin_of[rows].astype(np.int64), weight[rows]
+        pressure.real += np.bincount(which, some.real, count)
+        pressure.imag += np.bincount(which, some.imag, count)
+        energy = np.abs(some) ** 2
+        apart[:, 0] += np.bincount(which, energy, count)
+        for moment, column in zip(apart[:, 1:].T, columns, strict=True):
+            moment += np.bincount(which, energy * column[rows], count)

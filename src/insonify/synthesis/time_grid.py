@@ -1,0 +1,242 @@
+"""The fine time grid on which echoes are laid down before the pulse is put on them.
+
+An echo is a spike in time: no sample has its delay. So each is spread over a few cells of a grid
+twice as fine as the recording, with a smooth kernel; one Fourier transform then gives the sum of all
+the echoes' spectra, the kernel is divided out, the pulse multiplied in, and a second transform
+returns to time. The cost does not depend on how long the pulse lasts.
+
+Method: Greengard & Lee (2004), SIAM Review 46(3), section 2 (non-uniform FFT of type 1).
+"""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from insonify.fourier import fast_length
+from insonify.synthesis._gridding_kernel import CELLS_PER_SPIKE, kernel_transform
+
+OVERSAMPLING = 2
+"""Cells per output sample of the grid of pressures; the grid of energies has twice as many."""
+
+_LINE = 8
+
+
+@dataclass(frozen=True, slots=True)
+class TimeGrid:
+    """The recorded window, and the longer periodic stretch of time that it is cut from."""
+
+    start: float
+    """Time of the first output sample [s]."""
+    sample_rate: float
+    """Output samples per second of the complex envelope [Hz]."""
+    sample_count: int
+    """Output samples in the window."""
+    lead_samples: int
+    """Samples before the window, where echoes begin that are still heard in it."""
+    padded_samples: int
+    """Samples of the periodic stretch: late echoes do not wrap into the window, and the FFT is quick."""
+
+    @property
+    def first_time(self) -> float:
+        """Time of the first cell [s]."""
+        return self.start - self.lead_samples / self.sample_rate
+
+    @property
+    def cell_rate(self) -> float:
+        """Cells of the pressure grid per second [Hz]."""
+        return OVERSAMPLING * self.sample_rate
+
+    @property
+    def energy_rate(self) -> float:
+        """Cells of the energy grid per second [Hz]: a squared envelope has twice the band."""
+        return 2 * OVERSAMPLING * self.sample_rate
+
+    @property
+    def energy_padded(self) -> int:
+        """Samples of the periodic stretch of energies: a little more, for a transform of real numbers to be quick."""
+        return fast_length(self.padded_samples, real=True)
+
+    @property
+    def time(self) -> NDArray[np.float64]:
+        """Times of the output samples [s], shape (count,)."""
+        return self.start + np.arange(self.sample_count) / self.sample_rate
+
+    @property
+    def frequencies(self) -> NDArray[np.float64]:
+        """Offsets from the carrier at which the pulse spectrum is wanted [Hz], shape (padded,), in DFT order."""
+        return np.asarray(np.fft.fftfreq(self.padded_samples, 1 / self.sample_rate))
+
+    def cells(self, channels: int = 1) -> NDArray[np.complex64]:
+        """An empty grid of pressures, shape (channels, OVERSAMPLING * padded); it starts where a cache line does."""
+        count = channels * OVERSAMPLING * self.padded_samples
+        room = np.zeros(count + _LINE, np.complex64)
+        begin = -room.ctypes.data // room.itemsize % _LINE
+        return room[begin : begin + count].reshape(channels, -1)
+
+    def energy_cells(self, channels: int = 1) -> NDArray[np.float64]:
+        """An empty grid of energies, shape (channels, 2 * OVERSAMPLING * energy_padded)."""
+        return np.zeros((channels, 2 * OVERSAMPLING * self.energy_padded))
+
+
+def time_grid(start: float, stop: float, sample_rate: float, pulse_start: float, pulse_stop: float) -> TimeGrid:
+    """The grid for a window, wide enough for every echo that is heard in it.
+
+    An arrival at delay tau is heard from tau + pulse_start to tau + pulse_stop, so the delays that
+    matter lie between start - pulse_stop and stop - pulse_start. The spreading kernels drop what has no
+    cells on the grid; the few cells of margin that are kept beyond those bounds are silent in the window.
+
+    Args:
+        start: First time of the window [s].
+        stop: End of the window [s], after start.
+        sample_rate: Output samples per second [Hz].
+        pulse_start: First time at which the pulse, as received, is not negligible [s]; negative when compressed.
+        pulse_stop: Last such time [s].
+
+    Returns:
+        A window of round((stop - start) * sample_rate) samples, at least one.
+    """
+    count = max(1, round((stop - start) * sample_rate))
+    lead = max(0, math.ceil(pulse_stop * sample_rate)) + CELLS_PER_SPIKE
+    tail = max(0, math.ceil(-pulse_start * sample_rate)) + CELLS_PER_SPIKE
+    padded = 2 * fast_length(math.ceil((lead + count + tail) / 2))
+    return TimeGrid(start=start, sample_rate=sample_rate, sample_count=count, lead_samples=lead, padded_samples=padded)
+
+
+def convolve_pulse(
+    cells: NDArray[np.complex64], grid: TimeGrid, spectrum: NDArray[np.complex128]
+) -> NDArray[np.complex64]:
+    """What is heard: the sum over arrivals of weight times p(t - delay), from cells filled by spreading.
+
+    Args:
+        cells: Grid of pressures, shape (channels, OVERSAMPLING * padded).
+        grid: The grid the cells belong to.
+        spectrum: Continuous Fourier transform of the received pulse p at grid.frequencies [s], shape (padded,).
+
+    Returns:
+        Complex envelope at grid.time, in the units of the weights, shape (channels, count).
+    """
+    half = grid.padded_samples // 2
+    kernel = _kernel_of_bins(half, OVERSAMPLING * grid.padded_samples)
+    shape = grid.sample_rate * spectrum / np.concatenate([kernel[:half], kernel[:0:-1]])
+    window = slice(grid.lead_samples, grid.lead_samples + grid.sample_count)
+    heard = np.empty((len(cells), grid.sample_count), np.complex64)
+    for channel, row in enumerate(cells):
+        # float64: a float32 transform smears 1e-7 of the loudest echo over the whole record.
+        transform = scipy.fft.fft(row.astype(np.complex128), overwrite_x=True)
+        heard[channel] = scipy.fft.ifft(_central(transform, grid.padded_samples) * shape, overwrite_x=True)[window]
+    return heard
+
+
+def convolve_waveforms(
+    cells: NDArray[np.complex64], grid: TimeGrid, spectra: NDArray[np.complex128]
+) -> NDArray[np.complex64]:  # fmt: skip
+    """What is heard of echoes that are sums of several shapes.
+
+    Args:
+        cells: Grids of pressure, shape (bands, channels, groups, OVERSAMPLING * padded, dopplers of a group).
+        grid: The grid the cells belong to.
+        spectra: Of each shape, as of `convolve_pulse`, shape (bands, dopplers, padded).
+
+    Returns:
+        Complex envelope at grid.time, in the units of the weights, shape (channels, count).
+    """
+    half = grid.padded_samples // 2
+    kernel = _kernel_of_bins(half, OVERSAMPLING * grid.padded_samples)
+    bare = grid.sample_rate * spectra / np.concatenate([kernel[:half], kernel[:0:-1]])
+    heard = np.empty((cells.shape[1], grid.sample_count), np.complex64)
+    for channel in range(len(heard)):
+        total = np.zeros(grid.padded_samples, complex)
+        for band, group in np.ndindex(cells.shape[0], cells.shape[2]):
+            # float64: as in `convolve_pulse`; all shapes of a group at once, which takes less time than one after the other
+            rows = scipy.fft.fft(cells[band, channel, group].astype(np.complex128), axis=0, overwrite_x=True)
+            shapes = bare[band, group * rows.shape[1] :]  # the last group may have room for more
+            for row, shape in zip(rows.T, shapes, strict=False):
+                total[:half] += row[:half] * shape[:half]
+                total[half:] += row[half - grid.padded_samples :] * shape[half:]
+        heard[channel] = scipy.fft.ifft(total, overwrite_x=True)[
+            grid.lead_samples : grid.lead_samples + grid.sample_count
+        ]
+    return heard
+
+
+def convolve_energy(
+    cells: NDArray[np.float64], grid: TimeGrid, spectrum: NDArray[np.complex128]
+) -> NDArray[np.float64]:
+    """The expected intensity: the sum over arrivals of energy times |p(t - delay)|^2.
+
+    Args:
+        cells: Grid of energies, shape (channels, 2 * OVERSAMPLING * energy_padded).
+        grid: The grid the cells belong to.
+        spectrum: Continuous Fourier transform of the received pulse p at grid.frequencies [s], shape (padded,).
+
+    Returns:
+        Intensity at grid.time, not negative, in the units of the energies, shape (channels, count).
+    """
+    return convolve_energy_spectrum(cells, grid, energy_spectrum_factors(grid, spectrum))
+
+
+def convolve_energy_spectrum(
+    cells: NDArray[np.float64], grid: TimeGrid, shape: NDArray[np.complex128]
+) -> NDArray[np.float64]:
+    """The expected intensity, for many pings of one pulse: as `convolve_energy`, with what it makes of the spectrum.
+
+    Args:
+        cells: Grid of energies, shape (channels, 2 * OVERSAMPLING * energy_padded).
+        grid: The grid the cells belong to.
+        shape: Of `energy_spectrum_factors`.
+
+    Returns:
+        Intensity at grid.time, shape (channels, count).
+    """
+    heard = np.empty((len(cells), grid.sample_count))
+    for channel, row in enumerate(cells):
+        # Every fourth cell is a series at the output's own rate: four short transforms, each with a filter of its own.
+        parts = scipy.fft.rfft(row.reshape(-1, 2 * OVERSAMPLING), axis=0)
+        whole = scipy.fft.irfft(np.einsum("jr,jr->j", parts, shape), grid.energy_padded)
+        heard[channel] = whole[grid.lead_samples : grid.lead_samples + grid.sample_count]
+    return np.maximum(heard, 0.0, out=heard)
+
+
+def energy_spectrum_factors(grid: TimeGrid, spectrum: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """What turns the transform of the energy grid into that of the intensity: |p|^2 over the spreading kernel.
+
+    Args:
+        grid: The grid.
+        spectrum: Of the received pulse at grid.frequencies [s], shape (padded,).
+
+    Returns:
+        Factors [1] of the transforms of every fourth cell, from the first, the second, the third and the fourth one on;
+        shape (energy_padded // 2 + 1, 4).
+    """
+    # |p|^2 in samples at twice the output rate, over one period: exact, for p has no more than the output band.
+    spread = np.zeros(2 * grid.padded_samples, np.complex128)
+    half, period = grid.padded_samples // 2, grid.energy_padded
+    spread[:half] = spectrum[:half]
+    spread[-half:] = spectrum[-half:]
+    power = np.abs(scipy.fft.ifft(spread) * 2 * grid.sample_rate) ** 2
+    # The period of energies is longer: by silence, between what rings after the pulse and what rings before it.
+    silent = 2 * grid.lead_samples + grid.sample_count
+    power = np.insert(power, silent, np.zeros(2 * (period - grid.padded_samples)))
+    shape = scipy.fft.rfft(power) / _kernel_of_bins(period, 2 * OVERSAMPLING * period) / 2
+    # Every second sample of it is wanted: the upper half of the band is folded onto the lower.
+    low, part = np.arange(period // 2 + 1)[:, None], np.arange(2 * OVERSAMPLING)
+    turn = -2j * np.pi / (2 * OVERSAMPLING * period)
+    high = period - low
+    return np.asarray(shape[low] * np.exp(turn * low * part) + np.conj(shape[high] * np.exp(turn * high * part)))
+
+
+def _central(transform: NDArray[np.complex128], count: int) -> NDArray[np.complex128]:
+    half = count // 2
+    return np.concatenate([transform[:half], transform[-half:]])
+
+
+@lru_cache(maxsize=16)
+def _kernel_of_bins(last: int, cells: int) -> NDArray[np.float64]:
+    """Transform of the spreading kernel at bins 0..last of a grid of so many cells, shape (last + 1,)."""
+    transform = kernel_transform(np.arange(last + 1) / cells)
+    transform.flags.writeable = False  # shared by all pings
+    return transform

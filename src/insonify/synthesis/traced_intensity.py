@@ -1,0 +1,90 @@
+"""What traced rays sound like: their energies laid down over time, all together or by contribution and pair of families."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.records.echo_energies import EchoEnergies
+from insonify.sonar.ping_geometry import PingGeometry
+from insonify.synthesis._gridding import deposit_energy
+from insonify.synthesis.level_curves import ALL, pair_name
+from insonify.synthesis.replica_jitter import ReplicaJitter
+from insonify.synthesis.time_grid import TimeGrid, convolve_energy
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class TracedAccumulator:
+    """Hears the echoes of rays: expected intensity [uPa^2]."""
+
+    ping_geometry: PingGeometry
+    grid: TimeGrid
+    replica_jitter: ReplicaJitter
+
+    @property
+    def wants_quadrature(self) -> bool:
+        """Whether it wants an expectation: rays know nothing else."""
+        return True
+
+    def empty(self) -> Floats:
+        """Nothing heard yet: energies on the energy grid, shape (channels, cells)."""
+        return self.grid.energy_cells(self.ping_geometry.channel_count)
+
+    def add(self, cells: Floats, traced_echoes: list[EchoEnergies]) -> None:
+        """Add what one block of rays brings back."""
+        for echoes in traced_echoes:
+            self.deposit(cells, echoes)
+
+    def deposit(self, cells: Floats, echoes: EchoEnergies) -> None:
+        """Add the energies of some echoes, with their share of interference."""
+        share = self.replica_jitter.mean_energy + self.replica_jitter.interference_factor * echoes.reciprocal
+        for channel, energy in enumerate(echoes.energy):
+            weight = np.asarray(energy * share)
+            deposit_energy(cells[channel], self.grid.first_time, self.grid.energy_rate, echoes.delay, weight)
+
+    def time_series(self, cells: Floats) -> Floats:
+        """Expected intensity at the grid's times [uPa^2], shape (channels, samples)."""
+        return convolve_energy(cells, self.grid, self.ping_geometry.pulse.spectrum(self.grid.frequencies))
+
+
+class TracedLevelBuffers(dict[tuple[str, str], Floats]):
+    """Energies by (contribution, pair)."""
+
+    def __iadd__(self, other: "TracedLevelBuffers") -> "TracedLevelBuffers":
+        """Add what another has heard, curve by curve."""
+        for key, cells in other.items():
+            self[key] = self[key] + cells if key in self else cells
+        return self
+
+
+@dataclass(frozen=True, slots=True)
+class TracedLevelAccumulator:
+    """Hears the echoes of rays apart, by contribution and by pair [uPa^2]."""
+
+    accumulator: TracedAccumulator
+
+    @property
+    def wants_quadrature(self) -> bool:
+        """Whether it wants an expectation: rays know nothing else."""
+        return True
+
+    def empty(self) -> TracedLevelBuffers:
+        """Nothing heard yet."""
+        return TracedLevelBuffers()
+
+    def add(self, curves: TracedLevelBuffers, traced_echoes: list[EchoEnergies]) -> None:
+        """Add what one block of rays brings back to its curves."""
+        for echoes in traced_echoes:
+            for key in (
+                (echoes.contribution, pair_name(echoes.transmit_chain, echoes.receive_chain)),
+                (echoes.contribution, ALL),
+            ):
+                if key not in curves:
+                    curves[key] = self.accumulator.empty()
+                self.accumulator.deposit(curves[key], echoes)
+
+    def time_series(self, curves: TracedLevelBuffers) -> dict[tuple[str, str], Floats]:
+        """Expected intensity of each curve [uPa^2], shape (channels, samples)."""
+        return {key: self.accumulator.time_series(cells) for key, cells in curves.items()}

@@ -1,0 +1,217 @@
+"""The shapes in which echoes of one pulse come back to a sonar under way: quicker or slower than it was sent.
+
+An echo from ahead is the pulse in fast motion. Instead of a waveform for every echo there are a few, at Chebyshev's
+nodes over the range of Doppler factors that the beams hear, and every echo is a sum of these: as many as hold the
+error of the sum. Each is stretched about its middle, where its phase is that of the pulse that was sent: so the phase
+that has to be met is that of half a pulse only.
+
+Source: interpolation at Chebyshev nodes, error of exp(j phi x) on -1..1 at most 2 (phi / 2)^n / n!; Trefethen (2013),
+Approximation Theory and Approximation Practice, ch. 8 (bound for entire functions, from memory).
+"""
+
+import math
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from insonify.sonar.beam import Beams
+from insonify.sonar.ping_geometry import PingGeometry
+from insonify.sonar.pulse import Pulse
+from insonify.sonar.received_pulse import ReceivedPulse
+from insonify.sonar.sub_bands import half_bandwidth, lagrange_weights
+
+Floats = NDArray[np.float64]
+
+ERROR = 1e-6
+"""Of the sum of shapes, relative to the pulse's peak [1]."""
+MOST = 48
+"""Shapes at most [1]."""
+FAINT = 10 ** (-45 / 20)
+"""Two-way gain below which a direction's Doppler need not be met exactly, relative to the loudest [1]."""
+_AZIMUTHS, _ELEVATIONS = 720, 37
+
+
+@dataclass(frozen=True, slots=True)
+class WaveformBasis:
+    """Waveforms of which every echo is a sum: one for each node of Doppler, at each node of frequency."""
+
+    doppler: Floats
+    """Doppler factor less one of each node, increasing [1], shape (dopplers,)."""
+    band: Floats = field(default_factory=lambda: np.zeros(1))
+    """Offset of each node from the carrier, increasing [Hz], shape (bands,)."""
+    band_edge: float = np.inf
+    """Offset from the carrier beyond which what an echo loses changes no more [Hz]."""
+
+    def spectra(self, pulse: ReceivedPulse, frequencies: Floats) -> NDArray[np.complex128]:
+        """Spectrum of each shape at offsets from the carrier [s], shape (bands, dopplers, frequencies).
+
+        Those of the last few sonars are kept: one that keeps its speed and attitude asks for the same at every ping.
+        """
+        key = (id(pulse), self.doppler.tobytes(), self.band.tobytes(), self.band_edge, hash(frequencies.tobytes()))
+        held = _SPECTRUM_CACHE.get(key)
+        if held is None:
+            if len(_SPECTRUM_CACHE) >= _MAX_CACHE_BYTES:
+                _SPECTRUM_CACHE.clear()
+            # the pulse is kept, so that no other can take its number
+            held = _SPECTRUM_CACHE[key] = self._spectra(pulse, frequencies), pulse
+        return held[0]
+
+    def _spectra(self, pulse: ReceivedPulse, frequencies: Floats) -> NDArray[np.complex128]:
+        """The same, made anew."""
+        moved = [
+            pulse.spectrum(frequencies, float(factor)) * _stretch_about_middle(pulse, float(factor), frequencies)
+            for factor in self.doppler
+        ]
+        return np.asarray(
+            lagrange_weights(self.band, frequencies, -self.band_edge, self.band_edge)[:, None] * np.array(moved) + 0j
+        )
+
+    def _part(self, pulse: ReceivedPulse, band: int, row: int, offset: Floats) -> NDArray[np.complex128]:
+        """What one shape makes of a stretched pulse's spectrum at offsets from the carrier [Hz]."""
+        centred = _stretch_about_middle(pulse, float(self.doppler[row]), offset)
+        return np.asarray(lagrange_weights(self.band, offset, -self.band_edge, self.band_edge)[band] * centred)
+
+    def weights(self, doppler: Floats) -> Floats:
+        """What each node of Doppler contributes to some echoes [1], shape (dopplers, n).
+
+        Args:
+            doppler: Their Doppler factors less one [1], shape (n,).
+        """
+        middle, half = (self.doppler[0] + self.doppler[-1]) / 2, (self.doppler[-1] - self.doppler[0]) / 2
+        half = half / math.cos(math.pi / 2 / len(self.doppler)) if half > 0 else 0.0
+        return lagrange_weights(self.doppler, doppler, middle - half, middle + half)
+
+    def samples(self, pulse: ReceivedPulse, time: Floats, doppler: Floats) -> NDArray[np.complex128]:
+        """Waveforms of some echoes of unit pressure in each band [1], shape (bands, n); their sum is heard.
+
+        Args:
+            pulse: As the receiver hears it.
+            time: Since each echo's delay [s], shape (n,).
+            doppler: Their Doppler factors less one [1], shape (n,).
+        """
+        if len(self.band) == 1 and len(self.doppler) == 1:
+            return pulse.samples(time)[None]
+        parts, heard = self.weights(doppler), np.zeros((len(self.band), len(time)), complex)
+        sooner = start_delay(pulse, doppler)
+        for band, row in np.ndindex(heard.shape[0], len(parts)):
+            tables = pulse.doppler_filtered(float(self.doppler[row]), partial(self._part, pulse, band, row))
+            heard[band] += parts[row] * tables.samples(time + sooner)
+        return heard * np.exp(2j * np.pi * pulse.pulse.frequency * sooner)
+
+
+def start_delay(pulse: ReceivedPulse, doppler: ArrayLike) -> Floats:
+    """How much later an echo starts than an unstretched pulse would that has the same middle [s], shape of doppler.
+
+    Args:
+        pulse: What was sent, as heard.
+        doppler: Doppler factors less one [1], any shape.
+    """
+    d = np.asarray(doppler, float)
+    return np.asarray(pulse.pulse.duration / 2 * d / (1 + d))
+
+
+def _stretch_about_middle(pulse: ReceivedPulse, doppler: float, offset: Floats) -> NDArray[np.complex128]:
+    """What shifts a pulse stretched about its start to one stretched about its middle, where it keeps its phase."""
+    return np.asarray(np.exp(-2j * np.pi * (pulse.pulse.frequency + offset) * start_delay(pulse, doppler)))
+
+
+def waveform_basis(ping_geometry: PingGeometry, error: float = ERROR) -> WaveformBasis:
+    """The shapes that one ping takes.
+
+    Args:
+        ping_geometry: The sonar, which may be under way.
+        error: What the sum may be wrong by, relative to the pulse's peak [1].
+    """
+    band, edge = np.array([0.0]), np.inf
+    if ping_geometry.sub_bands:
+        band, edge = np.array([sub.offset for sub in ping_geometry.sub_bands]), half_bandwidth(ping_geometry.pulse)
+    if ping_geometry.is_static:
+        return WaveformBasis(np.zeros(1), band, edge)
+    low, high = doppler_range(ping_geometry)
+    count = doppler_node_count(ping_geometry.pulse.pulse, high - low, error)
+    node = -np.cos((np.arange(count) + 0.5) * np.pi / count)
+    return WaveformBasis((low + high) / 2 + (high - low) / 2 * node, band, edge)
+
+
+def doppler_node_count(pulse: Pulse, width: float, error: float = ERROR) -> int:
+    """How many shapes a range of Doppler factors takes; `MOST` where that is not enough.
+
+    Args:
+        pulse: What was sent.
+        width: Greatest less least Doppler factor [1].
+        error: What the sum may be wrong by, relative to the pulse's peak [1].
+    """
+    turn = math.pi * (pulse.frequency + pulse.bandwidth / 2) * pulse.duration * width / 2
+    count = 1
+    while count < MOST and 2 * (turn / 2) ** count / math.factorial(count) > error:
+        count += 1
+    return count
+
+
+def doppler_range(ping_geometry: PingGeometry) -> tuple[float, float]:
+    """Least and greatest Doppler factor less one of what the beams hear during one ping [1].
+
+    On one platform both legs go the same way; between two any way that the one sends meets any that the other hears.
+
+    Args:
+        ping_geometry: The sonar under way.
+    """
+    assert ping_geometry.receive_motion is not None
+    apart = ping_geometry.receive_track_extent is not None
+    alike = ping_geometry.elements is None or not np.any(ping_geometry.elements.orientations)
+    sent_to, heard_from = _insonified_directions(
+        ping_geometry.transmit_beams, ping_geometry.receive_beams if alike else None, is_bistatic=apart
+    )
+    _, first, growth = (row[0] for row in ping_geometry.receive_motion.kinematics(ping_geometry.lever_arms[1:]))
+    sent = ping_geometry.transmit_velocity
+    heard = [first, first + growth * ping_geometry.receive_motion.window]
+    leaving = 1 - sent_to @ sent / ping_geometry.sound_speed
+    coming = [1 + heard_from @ velocity / ping_geometry.receive_sound_speed for velocity in heard]
+    if apart:
+        leaving, coming = _ends(leaving)[:, None], [_ends(part) for part in coming]
+    factor = np.concatenate([(part / leaving - 1).ravel() for part in coming])
+    margin = 0.02 * float(max(np.linalg.norm(sent), *(np.linalg.norm(v) for v in heard))) / ping_geometry.sound_speed
+    return float(factor.min()) - margin, float(factor.max()) + margin
+
+
+_DIRECTION_CACHE: dict[Any, tuple[Floats, Floats, list[Beams]]] = {}
+_SPECTRUM_CACHE: dict[Any, tuple[NDArray[np.complex128], ReceivedPulse]] = {}
+_MAX_CACHE_BYTES = 8
+
+
+def _insonified_directions(
+    transmit_beams: Beams, receive_beams: Beams | None, *, is_bistatic: bool
+) -> tuple[Floats, Floats]:
+    """Directions that beams send to and hear from, of some all around, each (any, 3); kept for the same beams.
+
+    Args:
+        transmit_beams: Transmit beams.
+        receive_beams: Receive beams; None: they hear all around.
+        is_bistatic: Whether they are on two platforms, or else what counts is heard both ways.
+    """
+    ends = [beams for beams in (transmit_beams, receive_beams) if beams is not None]
+    key = (is_bistatic, *((beams.axes.tobytes(), beams.pattern_key) for beams in ends))
+    held = _DIRECTION_CACHE.get(key)
+    if held is None:
+        azimuth, down = np.meshgrid(
+            np.linspace(-np.pi, np.pi, _AZIMUTHS, endpoint=False), np.linspace(-np.pi / 2, np.pi / 2, _ELEVATIONS)
+        )
+        level = np.cos(down)
+        way = np.stack([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(down)], axis=-1).reshape(-1, 3)
+        out = np.abs(transmit_beams.gain(way)).max(axis=0)
+        back = np.ones(len(way)) if receive_beams is None else np.abs(receive_beams.gain(way)).max(axis=0)
+        gains = (out, back) if is_bistatic else (out * back, out * back)
+        one, other = (way[gain >= FAINT * gain.max()] for gain in gains)
+        if len(_DIRECTION_CACHE) >= _MAX_CACHE_BYTES:
+            _DIRECTION_CACHE.clear()
+        # the beams are kept, so that no others can take their tables' numbers
+        held = _DIRECTION_CACHE[key] = one, other, ends
+    return held[:2]
+
+
+def _ends(values: Floats) -> Floats:
+    """The least and the greatest of some values, shape (2,)."""
+    return np.array([values.min(), values.max()])

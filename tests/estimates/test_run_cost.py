@@ -1,0 +1,282 @@
+"""Claims about the cost of a run: right to a factor of two before anything is drawn, and said before it is too much."""
+
+from importlib import import_module
+
+import numpy as np
+import pytest
+
+from insonify.cli import main
+from insonify.engines import volume
+from insonify.engines.parts import parts_of
+from insonify.engines.ping_scatterers import ping_scatterers
+from insonify.engines.targets import target_count
+from insonify.estimates import compile_time, unit_costs
+from insonify.estimates.compile_time import FeatureKernels
+from insonify.estimates.run_cost import RunCost, estimate_cost, size_refusal
+from insonify.simulator import build_simulator
+from oracles.arrays import heard_by_elements, line_of
+from oracles.scenes import nominal
+
+SIDES = {"sides": ["port", "starboard"]}
+CHEAP = {"max_reflections": 0, "contributions": ["seabed"]}
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"track": {"window": (0.02, 0.1)}},
+        {"track": {"window": (0.02, 0.1)}, "sonar": SIDES},
+        {"track": {"window": (0.1, 0.12)}, "line": {"length": 0.5}},
+        {"track": {"window": (0.1, 0.12)}, "paths": {**CHEAP, "scatterers_per_cell": 1}},
+    ],
+)
+def test_scatterers_are_counted_to_a_factor_of_two(changes):
+    """As many as one ping then draws."""
+    scenario = nominal(**{"paths": CHEAP} | changes)
+    simulator = build_simulator(scenario)
+    drawn = sum(len(block()) for side in simulator.ping_geometries(0) for block in simulator.engine.blocks(side))
+    assert 0.5 < estimate_cost(scenario).scatterers / drawn < 2
+
+
+BODIES = [
+    {"shape": "box", "size": (2, 1, 1)},
+    {"shape": "plate", "length": 3, "width": 2},
+    {"shape": "cylinder", "length": 60, "diameter": 30, "burial": 0.4},  # of no more points than a solid may have
+    {"shape": "library", "name": "rock"},
+]
+
+
+@pytest.mark.parametrize("body", BODIES, ids=lambda body: body["shape"])
+def test_points_on_targets_are_counted_before_they_are_drawn(body):
+    """All of them, and those that face the sonar, to a fifth: of upright, flat, half-buried and uneven bodies."""
+    told = {"contributions": ["target"], "max_reflections": 0}
+    scenario = nominal(targets=[{**body, "position": (0, 40)}], track={"window": (0.02, 0.1)}, paths=told)
+    simulator = build_simulator(scenario)
+    here = simulator.ping_geometry(0)
+    blocks = [block() for block in simulator.engine.blocks(here)]
+    drawn = sum(len(block) for block in blocks)
+    towards = [np.sum((here.transmit_position - block.position) * block.normal, axis=1) > 0 for block in blocks]
+    facing = sum(int(one.sum()) for one in towards)
+    slant = ping_scatterers(scenario.scene, scenario.paths, 1, here, simulator.engine.rays).resolution.slant_resolution
+    resolution = ping_scatterers(scenario.scene, scenario.paths, 1, here, simulator.engine.rays).resolution
+    found = target_count(scenario.scene, scenario.paths, here, slant, simulator.engine.rays, resolution)
+    assert drawn > 500 and found == pytest.approx((drawn, facing), rel=0.2)
+    assert estimate_cost(scenario).scatterers == pytest.approx(drawn, rel=0.2)
+
+
+@pytest.mark.parametrize(("east", "heard"), [(-50.0, False), (50.0, True), (400.0, False)])
+def test_targets_out_of_beams_and_window_cost_nothing(east, heard):
+    """A cylinder behind the baffle of a sonar that looks east, before it, and beyond the window."""
+    body = {"shape": "cylinder", "length": 2, "diameter": 1, "position": (0, east)}
+    told = nominal(
+        targets=[body], track={"window": (0.02, 0.1)}, paths={"contributions": ["target"], "max_reflections": 0}
+    )
+    assert (estimate_cost(told).scatterers > 0) == heard
+
+
+def test_cost_grows_with_pings_and_sides():
+    """Ten pings take ten times as long and as much disk; both sides twice as much."""
+    one, ten = (estimate_cost(nominal(track={"window": (0.02, 0.1), "pings": pings})) for pings in (1, 10))
+    both = estimate_cost(nominal(track={"window": (0.02, 0.1)}, sonar=SIDES))
+    start, files = unit_costs.START_SECONDS, unit_costs.FILE_BYTES
+    assert ten.seconds - start == pytest.approx(10 * (one.seconds - start))
+    assert both.seconds - start == pytest.approx(2 * (one.seconds - start), rel=0.1)
+    assert ten.disk - files == pytest.approx(10 * (one.disk - files), rel=0.5)
+    assert both.disk - files == pytest.approx(2 * (one.disk - files), rel=0.5)
+
+
+def test_ground_heard_the_quick_way_is_counted_as_it_is_walked():
+    """A relief's expected intensity takes milliseconds, its drawn scatterers several times as long."""
+    rough = {"relief": {"kind": "power-law", "hurst": 0.8, "rms": 0.05}}
+    told = {"seabed": rough, "track": {"window": (0.02, 0.2)}, "paths": CHEAP, "sonar": SIDES}
+    quick, drawn = (estimate_cost(nominal(field=field, **told)) for field in ("incoherent", "coherent"))
+    start = unit_costs.START_SECONDS
+    assert quick.seconds - start < 0.15 and quick.seconds - start < (drawn.seconds - start) / 2
+
+
+def test_the_program_itself_takes_memory():
+    """Even a run of nothing holds Python, its libraries and the compiled kernels: hundreds of megabytes."""
+    assert 200e6 < estimate_cost(nominal(track={"window": (0.02, 0.03)})).memory < 1e9
+
+
+def test_what_a_machine_cannot_hold_is_refused_with_what_to_change():
+    """Memory wanted, memory there, and the keys that matter."""
+    big = RunCost(pings=1, scatterers=2e11, seconds=1e5, memory=150e9, disk=1e9)
+    said = size_refusal(big, memory=16e9)
+    assert "about 150 GB of memory, and the machine has 16 GB" in said and "shorten track.window" in said
+    assert size_refusal(big, memory=1e12) == ""
+    assert "200 G scatterers: about 28 hours of processor time" in big.summary()
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_check_and_run_refuse_a_run_that_is_too_big(tmp_path, capsys):
+    """100 s of recording at 100 kHz: refused at once, by name, exit code 2; a long run is told its cost."""
+    end = "{kind: line, length: 1 m}"
+    text = (
+        "sonar: {source_level_db: 200, pulse: {kind: cw, frequency: 100 kHz, duration: 0.1 ms}, "
+        f"transmit: {end}, receive: {end}}}\n"
+        "track: {kind: static, position: [0, 0, 9 m], interval: 100 s, window: [0 s, WINDOW]}\n"
+    )
+    file = tmp_path / "big.yaml"
+    file.write_text(text.replace("WINDOW", "100 s"))
+    assert main(["check", str(file)]) == 2
+    assert "big.yaml: this needs about" in capsys.readouterr().err
+    assert main(["run", str(file), "-o", str(tmp_path / "big.zarr")]) == 2
+    assert not (tmp_path / "big.zarr").exists()
+    file.write_text(text.replace("WINDOW", "50 ms"))
+    assert main(["check", str(file)]) == 0
+    assert capsys.readouterr().out.startswith(f"{file}: nothing wrong\n")
+    file.write_text(text.replace("WINDOW]", "50 ms], pings: 100000"))
+    assert main(["check", str(file)]) == 0
+    assert "\n100000 pings, about " in capsys.readouterr().out
+
+
+def test_a_large_array_is_held_in_fewer_parts():
+    """Parts of a ping each hold the sound of all elements: 16 where 64 MiB hold them all, or fewer, down to two."""
+    assert parts_of(1_000_000) == 16 and parts_of(8 << 20) == 8 and parts_of(1 << 32) == 2
+    few, many = (
+        estimate_cost(heard_by_elements([(0, 20, 5)], receive=line_of(count, 1.0), track={"window": (0.0, 1.0)}))
+        for count in (8, 400)
+    )
+    assert few.memory < 2e9 and 4e9 < many.memory < 40e9
+    assert "number of beams or elements" in size_refusal(many, memory=1e9)
+
+
+@pytest.mark.parametrize("field", ["coherent", "incoherent"])
+def test_points_in_the_water_are_counted(field):
+    """As many as one ping then draws, to a twentieth: those under the ground are the difference."""
+    murky = nominal(water={"noise_level_db": None, "volume_strength_db": -70}, field=field,
+                    paths={"max_reflections": 0, "contributions": ["water"]}, track={"window": (0.03, 0.05)})  # fmt: skip
+    simulator = build_simulator(murky)
+    blocks = simulator.engine.blocks(simulator.ping_geometry(0), quadrature=field == "incoherent")
+    drawn = sum(len(block()) for block in blocks)
+    assert estimate_cost(murky).scatterers == pytest.approx(drawn, rel=0.05)
+
+
+@pytest.mark.parametrize(("field", "limit"), [("coherent", "MAX_CUBES"), ("incoherent", "MAX_TILES")])
+def test_water_that_would_take_forever_is_refused_with_what_to_change(monkeypatch, field, limit):
+    """More blocks than anybody waits for, here a hundred: named before anything is drawn, and if nobody asked, then."""
+    monkeypatch.setattr(volume, limit, 100)
+    endless = nominal(water={"noise_level_db": None, "volume_strength_db": -70}, field=field,
+                      track={"window": (0.0, 0.2)}, paths={"max_reflections": 0, "contributions": ["water"]})  # fmt: skip
+    said = size_refusal(estimate_cost(endless), memory=1e12)
+    assert "water.volume_strength_db" in said and "Shorten track.window" in said
+    simulator = build_simulator(endless)
+    with pytest.raises(ValueError, match="leave clear water clear"):
+        simulator.engine.blocks(simulator.ping_geometry(0), quadrature=field == "incoherent")
+
+
+ROUGH = {"relief": {"kind": "power-law", "hurst": 0.8, "rms": 0.05}}
+DRAWN = {"max_reflections": 2, "contributions": ["seabed"]}
+
+
+def test_faint_pairs_are_counted_as_they_are_met():
+    """Rough ground with up to four bounces takes less than twice its direct paths: most pairs are met at few places."""
+    few, many = (
+        estimate_cost(
+            nominal(seabed=ROUGH, track={"window": (0.02, 0.1)}, paths={**DRAWN, "max_reflections": order})
+        ).seconds
+        for order in (2, 4)
+    )
+    assert few < many and many - unit_costs.START_SECONDS < 1.5 * (few - unit_costs.START_SECONDS)
+    flat, uneven = (
+        estimate_cost(nominal(seabed=seabed, track={"window": (0.02, 0.1)}, paths={**DRAWN, "max_reflections": 4}))
+        for seabed in ({}, ROUGH)
+    )
+    assert uneven.scatterers == pytest.approx(flat.scatterers, rel=0.3)
+    assert uneven.seconds < 3 * flat.seconds
+
+
+def test_targets_below_the_floor_of_the_beams_cost_nothing():
+    """A cylinder 60 degrees aside of a beam 0.6 degrees wide: nothing is drawn, and nothing is told."""
+    body = {"shape": "cylinder", "length": 2, "diameter": 1, "position": (45, 25)}
+    told = [
+        nominal(targets=[body], track={"window": (0.02, 0.1)},
+                paths={"contributions": ["target"], "max_reflections": 0, "beam_cutoff_db": floor})
+        for floor in (-30, -120)
+    ]  # fmt: skip
+    assert [estimate_cost(scenario).scatterers > 0 for scenario in told] == [False, True]
+    for scenario in told:
+        simulator = build_simulator(scenario)
+        drawn = sum(len(block()) for block in simulator.engine.blocks(simulator.ping_geometry(0)))
+        assert (drawn > 0) == (estimate_cost(scenario).scatterers > 0)
+
+
+@pytest.mark.parametrize(
+    "moves", [{"reflection": "statistical", "wind_speed": 3.0}, {"reflection": "explicit", "wind_speed": 3.0}]
+)
+def test_a_surface_that_moves_costs_more_than_a_mirror(moves):
+    """Glints are found for every leg off it; legs that keep away from it cost what they did."""
+    for order, dearer in ((0, False), (1, True)):
+        still, moving = (
+            estimate_cost(
+                nominal(surface=surface, track={"window": (0.02, 0.1)}, paths={**DRAWN, "max_reflections": order})
+            )
+            for surface in ({}, moves)
+        )
+        start = unit_costs.START_SECONDS
+        assert (moving.seconds - start > 1.2 * (still.seconds - start)) == dearer
+
+
+def test_bent_rays_cost_more_than_straight_ones():
+    """The same scene in layered water: as many scatterers to a fifth, and more time for their legs."""
+    layers = {"noise_level_db": None, "profile": [(0, 1500), (10, 1495), (20, 1490)]}
+    straight, bent = (
+        estimate_cost(nominal(water=water, track={"window": (0.02, 0.1)}, paths=CHEAP))
+        for water in ({"noise_level_db": None}, layers)
+    )
+    assert bent.scatterers == pytest.approx(straight.scatterers, rel=0.2) and bent.seconds > straight.seconds
+
+
+def test_labels_are_part_of_the_estimate():
+    """Asked for on the command line or in the file: the same, more time, memory and disk, and the line says so."""
+    plain, asked, written = (
+        estimate_cost(nominal(track={"window": (0.02, 0.1)}, paths=CHEAP, output={"labels": inside}), labels=outside)
+        for inside, outside in ((False, False), (False, True), (True, False))
+    )
+    assert asked == written and asked.seconds > plain.seconds and asked.disk > 1.5 * plain.disk
+    assert "labels included" in asked.summary() and "labels" not in plain.summary()
+
+
+def test_labels_of_pressures_in_sub_bands_are_part_of_the_estimate():
+    """Labels are made by an expectation, which has no sub-bands: their work is counted all the same."""
+    bands = {"receiver": {"sub_bands": 3}}
+    plain, labelled = (
+        estimate_cost(nominal(track={"window": (0.02, 0.1)}, paths=CHEAP, sonar=bands), labels=labels)
+        for labels in (False, True)
+    )
+    assert labelled.seconds > plain.seconds
+
+
+def test_kernels_that_no_cache_holds_are_told(monkeypatch):
+    """All kernels of a feature stand or fall with one of them: with it, nothing; without it, the time to compile."""
+    monkeypatch.setattr(compile_time, "_kept", lambda feature: True)
+    warm = estimate_cost(nominal(track={"window": (0.02, 0.1)}, paths=CHEAP))
+    monkeypatch.setattr(compile_time, "_kept", lambda feature: feature is not compile_time.COHERENT)
+    cold = estimate_cost(nominal(track={"window": (0.02, 0.1)}, paths=CHEAP))
+    assert warm.compiling == 0 and "compile" not in warm.summary()
+    assert cold.compiling == compile_time.COHERENT.seconds and cold.seconds == warm.seconds
+    assert "; plus about 35 seconds to compile, once" in cold.summary()
+
+
+@pytest.mark.parametrize(
+    "feature", [value for value in vars(compile_time).values() if isinstance(value, FeatureKernels)]
+)
+def test_each_feature_names_a_kernel_with_a_cache(feature):
+    """A misspelt kernel would count as compiled for ever."""
+    kernel = getattr(import_module(f"insonify.{feature.module}"), feature.kernel)
+    assert kernel._cache._cache_file._index_path
+
+
+def test_a_slice_and_rays_have_a_price():
+    """One line of points is not free, and ten times as many rays take ten times as long."""
+    slim = estimate_cost(nominal(track={"window": (0.02, 0.1)}, paths={**CHEAP, "geometry": "slice"}))
+    assert slim.scatterers > 100
+    start = unit_costs.START_SECONDS
+    few, many = (
+        estimate_cost(
+            nominal(field="incoherent", track={"window": (0.02, 0.1)}, paths={"engine": "tracer", "rays": rays})
+        )
+        for rays in (100_000, 1_000_000)
+    )
+    assert many.seconds - start == pytest.approx(10 * (few.seconds - start), rel=0.1)

@@ -1,0 +1,59 @@
+"""Claims about sub-bands: the error that is foretold is the one that is made."""
+
+import numpy as np
+import pytest
+
+from insonify.cli import main
+from insonify.estimates.sub_band_error import estimate_sub_band_error
+from insonify.simulator import simulate
+from oracles.arrays import HEADING, START, heard_by_elements
+
+SWEEP = {"kind": "lfm", "frequency": 100e3, "bandwidth": 20e3, "duration": 2e-3}
+LINE = {"kind": "line", "length": 1.5}
+
+
+def wide(count, targets=((0.0, 20.0, 5.0),)):
+    """A sidescan's 1.5 m arrays over a band of 20 kHz."""
+    return heard_by_elements(
+        targets, pulse=SWEEP, transmit=LINE, receive=LINE, track={"speed": 0.0},
+        receiver={"record": "beams", "bandwidth": 20e3, "sub_bands": count}, paths={"max_reflections": 0, "contributions": ["target"]},
+    )  # fmt: skip
+
+
+def test_the_error_foretold_is_the_error_made():
+    """48 targets of all phases, evenly across main lobe and first side lobes, one node against nine: 1.5 dB."""
+    bearing = HEADING + np.pi / 2 + np.linspace(-0.02, 0.02, 48)
+    away = 30 + 8 * np.random.default_rng(1).random(48)
+    places = START + away[:, None] * np.stack([np.cos(bearing), np.sin(bearing), 0 * bearing], axis=1)
+    one, nine = (simulate(wide(count, places)).pressure.values for count in (1, 9))
+    made = 20 * np.log10(np.linalg.norm(one - nine) / np.linalg.norm(nine))
+    assert estimate_sub_band_error(wide(1)).error_db == pytest.approx(made, abs=1.5)
+
+
+def test_the_number_that_would_do_does():
+    """One is -26 dB off and names a number; that number is within -40 dB, and needs no more words."""
+    one = estimate_sub_band_error(wide(1))
+    assert -29 < one.error_db < -23 and one.enough is not None
+    told = estimate_sub_band_error(wide(one.enough))
+    assert (
+        told.error_db <= -40 and told.summary() == "" and estimate_sub_band_error(wide(one.enough - 1)).error_db > -40
+    )
+
+
+def test_a_narrow_band_needs_no_more_than_one():
+    """Omnidirectional ends in water that takes nothing: no error at all."""
+    assert estimate_sub_band_error(heard_by_elements([(0, 20, 5)], track={"speed": 0.0})).error_db < -100
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_check_says_how_many_would_do(tmp_path, capsys):
+    """A line about sub_bands where one is not enough."""
+    end = "{kind: line, length: 1.5 m}"
+    path = tmp_path / "wide.yaml"
+    path.write_text(
+        "sonar: {source_level_db: 200, pulse: {kind: lfm, frequency: 100 kHz, bandwidth: 20 kHz, duration: 2 ms}, "
+        f"transmit: {end}, receive: {end}}}\n"
+        "track: {kind: static, position: [0, 0, 9 m], window: [0 s, 50 ms]}\n"
+    )
+    assert main(["check", str(path)]) == 0
+    assert "sonar.receiver.sub_bands: 2 would reach -40 dB" in capsys.readouterr().out

@@ -1,0 +1,61 @@
+"""The map of a scenario's seabed shows the ground that its echoes come from."""
+
+import numpy as np
+import pytest
+
+from insonify.plotting import style
+from insonify.plotting.seabed_map import depths, draw_seabed_map, plot_seabed
+from oracles.scenes import nominal, point
+
+FRACTAL = {"kind": "power-law", "hurst": 0.8, "rms": 0.05}
+
+
+def drawn(scenario):
+    """The axes of a map."""
+    axes = style.new_figure().add_subplot()
+    draw_seabed_map(axes, scenario)
+    return axes
+
+
+def test_the_map_shows_the_ground_as_far_as_it_is_heard():
+    """180 m each way for a window of 240 ms, north up, each pixel the ground's depth at its middle."""
+    scenario = nominal(seabed={"relief": FRACTAL}, track={"window": (0.0, 0.24)}, targets=[point(20.0, 50.0, 19.0)])
+    axes = drawn(scenario)
+    image = axes.images[0]
+    np.testing.assert_allclose(image.get_extent(), (-180, 180, -180, 180))
+    shown = np.asarray(image.get_array())
+    ground = scenario.scene.seabed
+    assert shown[400, 100] == pytest.approx(ground.depth_at(-180 + 400.5 * 0.6, -180 + 100.5 * 0.6), abs=1e-9)
+    assert [text.get_text() for text in axes.texts] == ["point"]
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("east [m]", "north [m]")
+
+
+def test_a_target_whose_middle_is_outside_is_named_where_it_is_seen():
+    """A quay 400 m long whose middle lies 100 m north of the map: named on its outline, inside the frame."""
+    quay = {"shape": "box", "label": "quay", "position": (280.0, 60.0), "size": (400.0, 4.0, 3.0)}
+    scenario = nominal(targets=[quay], track={"window": (0.0, 0.24)})
+    axes = drawn(scenario)
+    (name,) = (text for text in axes.texts if text.get_text() == "quay")
+    east, north = name.xy
+    assert axes.get_ylim()[0] <= north <= axes.get_ylim()[1] and north > 150
+    assert east == pytest.approx(60.0, abs=2.01)
+
+
+def test_ground_that_was_not_surveyed_is_left_grey(tmp_path):
+    """Holes are NaN on the map, and the title says what the file is."""
+    axis = np.arange(-200.0, 201.0, 2.0)
+    depth = 20 + 0.005 * axis[:, None] + 0 * axis
+    depth[:, axis > 100] = np.nan
+    np.savez(tmp_path / "survey.npz", depth=depth, north=axis, east=axis)
+    relief = {"kind": "grid", "file": str(tmp_path / "survey.npz"), "origin": (0.0, 0.0)}
+    scenario = nominal(seabed={"relief": relief}, track={"window": (0.0, 0.24)})
+    shown = np.ma.filled(drawn(scenario).images[0].get_array().astype(float), np.nan)
+    assert np.isnan(shown[:, -100:]).all() and np.isfinite(shown[:, :400]).all()
+    assert "depths, positive down" in drawn(scenario).get_title()
+
+
+def test_a_flat_bed_has_one_depth_and_the_picture_is_written(tmp_path):
+    """No relief: 20 m everywhere."""
+    scenario = nominal()
+    assert (depths(scenario, np.arange(3.0), np.arange(4.0)) == 20.0).all()
+    assert plot_seabed(scenario, tmp_path / "bed.png").stat().st_size > 1000

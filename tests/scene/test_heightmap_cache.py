@@ -1,0 +1,71 @@
+"""Claims about the pages of a map that kernels read: what is missing is drawn once, and nobody reads another's page."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+from insonify.scene.heightmap_cache import CELLS, NODES, HeightmapCache
+
+SIDE = 0.5 * CELLS
+
+
+def piece(along, across):
+    """A page that says at each node where it lies."""
+    nodes = np.arange(NODES, dtype=np.float32)
+    return (along * CELLS + nodes[:, None]) * 1000 + across * CELLS + nodes
+
+
+def read(paged, places, drawn=None):
+    """What the map says at nodes, asked page by page as a kernel would: one missing page at a time."""
+    found, done = np.zeros(len(places)), np.zeros(len(places), bool)
+
+    def draw(a, b):
+        if drawn is not None:
+            drawn.append((a, b))
+        return piece(a, b)
+
+    def ask(pages, wanted):
+        for n in np.flatnonzero(~done):
+            i, j = places[n] - np.array([pages.corner_a, pages.corner_b]) * CELLS
+            row, column = i // CELLS, j // CELLS
+            if not (0 < row < wanted.shape[0] - 1 and 0 < column < wanted.shape[1] - 1):
+                wanted[0, 0] = True
+                return False
+            at = pages.row_of[row * wanted.shape[1] + column]
+            if at < 0:
+                wanted[row, column] = True
+                return False
+            found[n], done[n] = pages.heights[(at * NODES + i % CELLS) * NODES + j % CELLS], True
+        return True
+
+    paged.strength(0.5, np.zeros(2), np.zeros(2), draw, ask)
+    return found
+
+
+@pytest.mark.parametrize("most", [1 << 30, 40 * NODES**2])
+def test_a_map_read_by_pages_is_the_map(most):
+    """Nodes far from where the question began, many times: right, whether pages are forgotten between or not."""
+    paged, rng = HeightmapCache(most), np.random.default_rng(1)
+    for _ in range(5):
+        places = rng.integers(-600, 600, (40, 2))
+        np.testing.assert_array_equal(read(paged, places), places @ [1000, 1])
+
+
+def test_a_page_is_drawn_once():
+    """The same nodes again ask for nothing."""
+    paged, places, drawn = HeightmapCache(), np.random.default_rng(2).integers(-300, 300, (50, 2)), []
+    read(paged, places, drawn)
+    first = len(drawn)
+    read(paged, places, drawn)
+    assert first == len(set(drawn)) == len(drawn)
+
+
+def test_threads_share_pages():
+    """Eight readers of one small store, which forgets: each is told the map."""
+    paged, rng = HeightmapCache(60 * NODES**2), np.random.default_rng(3)
+    wanted = [rng.integers(-400, 400, (20, 2)) for _ in range(40)]
+    with ThreadPoolExecutor(8) as pool:
+        found = list(pool.map(lambda places: read(paged, places), wanted))
+    for places, told in zip(wanted, found, strict=True):
+        np.testing.assert_array_equal(told, places @ [1000, 1])

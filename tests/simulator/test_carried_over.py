@@ -1,0 +1,31 @@
+"""A scenario made ready to ping can be carried to another process, and sounds the same there."""
+
+import pickle
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+from insonify.simulator import accumulate_ping, build_simulator
+from oracles.scenes import nominal
+
+RELIEF = {"relief": {"kind": "power-law", "hurst": 0.8, "rms": 0.03}}
+WATER = {"profile": [[0.0, 1500.0], [20.0, 1490.0]], "noise_level_db": None}
+
+
+@pytest.mark.parametrize("told", [{}, {"seabed": RELIEF}, {"seabed": RELIEF, "water": WATER}])
+def test_what_is_carried_over_hears_the_same_bits(told):
+    """Flat bed, relief, relief under layered water: pickled before its first ping, and after it."""
+    simulator = build_simulator(nominal(track={"window": (0.06, 0.062)}, paths={"max_reflections": 0}, **told))
+
+    def ping(here):
+        with ThreadPoolExecutor(1) as pool:
+            (side,) = here.ping_geometries(0)
+            return accumulate_ping(here, here.coherent_accumulator(side), side, pool)
+
+    early = pickle.loads(pickle.dumps(simulator))
+    heard = ping(simulator)
+    late = pickle.loads(pickle.dumps(simulator))
+    assert np.abs(heard).max() > 0
+    for other in (early, late):
+        np.testing.assert_array_equal(ping(other), heard)

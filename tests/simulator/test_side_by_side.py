@@ -1,0 +1,107 @@
+"""A survey of quick pings, several at a time: the same as one after the other, in order, and safe to break off."""
+
+import threading
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from insonify import simulator as simulator_module
+from insonify.formats.zarr_store import open_recording, recorded_pings
+from insonify.scenario.scenario import Scenario
+from insonify.simulator import QUEUED_PINGS, Simulator, build_simulator, record, simulate, simulate_pings
+
+PINGS = 12
+SURVEY: dict[str, Any] = {
+    "seed": 3,
+    "field": "incoherent",
+    "water": {"noise_level_db": 60.0},
+    "seabed": {"depth": 10.0, "relief": {"kind": "power-law", "hurst": 0.8, "rms": "3 cm"}},
+    "targets": [{"shape": "library", "name": "tyre", "position": [2.0, 15.0]}],
+    "sonar": {
+        "source_level_db": 220,
+        "pulse": {"kind": "cw", "frequency": "100 kHz", "duration": "0.2 ms"},
+        "transmit": {"kind": "planar", "width": 0.3, "height": 0.02},
+        "receive": {"kind": "planar", "width": 0.3, "height": 0.02},
+        "mounting": {"bearing": "90 deg", "tilt": "20 deg"},
+        "sides": ["port", "starboard"],
+    },
+    "track": {
+        "kind": "line", "start": [0.0, 0.0, 4.0], "heading": 0.0, "speed": "3 m/s", "pings": PINGS, "interval": 0.1,
+        "window": [0.0, "30 ms"], "motion": {"roll": {"rms": "2 deg", "period": 4.0}},
+    },
+    "paths": {"max_reflections": 0},
+}  # fmt: skip
+
+
+def survey(**changes: Any) -> Scenario:
+    """Twelve pings past a tyre on fractal ground, rolling."""
+    return Scenario.model_validate({**SURVEY, **changes})
+
+
+@pytest.mark.parametrize("field", ["incoherent", "coherent"])
+def test_any_number_of_threads_gives_the_same_bits(field: str) -> None:
+    """One, two, five and sixteen threads, together and ping by ping, forwards and backwards: not one bit differs."""
+    simulator = build_simulator(survey(field=field))
+    pings = list(range(PINGS))
+    assert simulator_module._pings_fit_concurrently(simulator, 0)
+    first = dict(simulate_pings(simulator, pings, 1))
+    assert list(first) == pings
+    for order, threads in ((pings, 2), (pings[::-1], 5), (pings, 16), ([7], 1), ([3, 3, 9, 0], 2)):
+        again = list(simulate_pings(build_simulator(survey(field=field)), order, threads))
+        assert [ping for ping, _ in again] == order
+        for ping, series in again:
+            np.testing.assert_array_equal(series, first[ping])
+
+
+def test_only_a_few_pings_are_begun_before_they_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Memory does not grow with the survey: pings begun less pings told never exceed threads and the few ahead."""
+    begun, heard, lock = [0], simulator._record_ping, threading.Lock()
+
+    def counted(*asked: Any) -> Any:
+        with lock:
+            begun[0] += 1
+        return heard(*asked)
+
+    monkeypatch.setattr(simulator, "_heard", counted)
+    for told, _ in enumerate(simulate_pings(build_simulator(survey()), range(PINGS), 2), start=1):
+        assert begun[0] - told < 2 + QUEUED_PINGS
+    assert begun[0] == PINGS
+
+
+def test_a_ping_that_fails_stops_the_survey_at_its_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those before it are told, the error is its own, and most of those after it are never begun."""
+    begun, heard = [], simulator._record_ping
+
+    def failing(simulator: Simulator, ping: int, pool: Any) -> Any:
+        begun.append(ping)
+        if ping == 4:
+            raise ZeroDivisionError("the fifth")
+        return heard(simulator, ping, pool)
+
+    monkeypatch.setattr(simulator, "_heard", failing)
+    found = []
+    with pytest.raises(ZeroDivisionError, match="the fifth"):
+        for ping, _ in simulate_pings(build_simulator(survey()), range(PINGS), 2):
+            found.append(ping)
+    assert found == [0, 1, 2, 3]
+    assert max(begun) <= 4 + 2 + QUEUED_PINGS
+
+
+def test_a_survey_broken_off_goes_on_with_the_same_bits(tmp_path: Path) -> None:
+    """Stopped when five pings were told: five are there, and no more; the rest follows, and all is as in one go."""
+    path, heard_of = tmp_path / "line.zarr", []
+
+    def stop(done: int, wanted: int) -> None:
+        assert wanted == PINGS
+        if done == 5:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        record(survey(), path, threads=3, on_ping=stop)
+    np.testing.assert_array_equal(np.flatnonzero(recorded_pings(path)), range(5))
+    record(survey(), path, threads=2, on_ping=lambda *n: heard_of.append(n))
+    assert heard_of == [(n, PINGS) for n in range(5, PINGS + 1)]
+    np.testing.assert_array_equal(open_recording(path).intensity.values, simulate(survey(), threads=1).intensity)
+    assert not any(thread.name.startswith("ThreadPoolExecutor") for thread in threading.enumerate())

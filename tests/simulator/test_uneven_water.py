@@ -1,0 +1,164 @@
+"""Claims about recordings in uneven water: what it blurs, what shares it, what an expectation makes of it."""
+
+import numpy as np
+import pytest
+from simulator.test_two_platforms import GOES, LISTENS, SAND, STAYS, told
+
+from insonify.ocean.inhomogeneity import delay_variance
+from insonify.propagation.delay_field import DelayField
+from insonify.scenario.load import parse_model
+from insonify.scenario.scenario import Scenario
+from insonify.scenario.write import to_yaml
+from insonify.simulator import arrivals, levels, simulate
+from insonify.validity import PhysicsWarning
+from synthesis.oracle import relative_rms
+
+CALM = {"sound_speed": 1500.0, "absorption_db_per_m": 0.0, "noise_level_db": None}
+FAR = (40.0, 10.0, 15.0)
+ONE = {"shape": "point", "label": "p", "target_strength_db": 0.0, "position": FAR}
+WAY = float(np.linalg.norm(np.subtract(FAR, (0.0, 0.0, 11.0))))
+
+
+def uneven(rms=1e-4, length=2.0, *, families=("D",), targets=(ONE,), **top):
+    """Point targets in uneven water, one platform unless told otherwise."""
+    top.setdefault("receiver_track", None)
+    top.setdefault("paths", {"contributions": ["target"], "families": list(families)})
+    patches = {"rms_index": rms, "correlation_length": length, **top.pop("patches", {})}
+    return told(water={**CALM, "inhomogeneity": patches}, targets=list(targets), **top)
+
+
+def phase_variance(scenario, way=WAY):
+    """Of one leg at the carrier [rad^2]."""
+    return (2 * np.pi * 1e5) ** 2 * float(delay_variance(way, 1500.0, scenario.water.inhomogeneity))
+
+
+def test_water_without_changes_is_even_to_the_bit():
+    """rms_index 0 gives the bits of no inhomogeneity; a seed gives the same bits again; another other delays."""
+    plain = simulate(told(targets=[ONE], receiver_track=None, water=CALM)).pressure.values
+    np.testing.assert_array_equal(simulate(uneven(0.0, families=("D", "S"))).pressure.values, plain)
+    scenario = uneven(families=("D", "S"))
+    once, again = simulate(scenario, threads=1).pressure.values, simulate(scenario, threads=2).pressure.values
+    np.testing.assert_array_equal(once, again)
+    assert relative_rms(once[0], plain[0]) > 0.1
+    assert parse_model(Scenario, to_yaml(scenario)) == scenario
+
+
+def test_pings_through_changing_water_lose_coherence():
+    """500 pings, water of 1 s correlation_time: the sum's energy is exp(-4 Phi^2) of full coherence, out and back alike.
+
+    Monostatic delays are the same both ways, so the phase is twice that of a leg: 4 Phi^2 is its variance. Standard
+    error of |mean| by the ratio estimate, sqrt((1 - exp(-2 V)) / 2 N) at most: 0.032; the bar is three of them.
+    """
+    scenario = uneven(patches={"correlation_time": 1.0}, track={**STAYS, "pings": 500, "interval": 3.0})
+    heard = simulate(scenario).pressure.values[:, 0]
+    sample = heard[:, np.argmax(np.abs(heard[0]))]
+    variance = 4 * phase_variance(scenario)
+    assert np.abs(sample.mean()) / np.abs(sample).mean() == pytest.approx(np.exp(-variance / 2), abs=0.095)
+    turned = np.angle(sample / sample.mean())
+    assert np.var(turned) == pytest.approx(variance, rel=3 * np.sqrt(2 / 500) + 0.06)  # some turn past half a circle
+
+
+def test_pings_near_each_other_share_the_water():
+    """A track through frozen patches of 2 m: the phase's structure function is 8 Phi^2 (1 - rho), rho as of the field.
+
+    Mean over 40 seeds of pings 0.4 m apart, rho = mean over s of exp(-((1 - s) 0.4 / 2)^2) = 0.987.
+    """
+    step, s = 0.4, (np.arange(100) + 0.5) / 100
+    alike = np.exp(-(((1 - s) * step / 2) ** 2)).mean()
+    square = []
+    for seed in range(1, 41):
+        line = {"kind": "line", "start": (0.0, -40.0, 11.0), "heading": np.pi / 2, "speed": 4.0, "pings": 200,
+                "interval": 0.1, "window": (0.0, 0.08), "stop_and_hop": True}  # fmt: skip
+        scenario = uneven(seed=seed, track=line)
+        late = np.array([_delay(scenario, ping) for ping in (50, 51)])
+        square.append((2 * np.pi * 1e5 * (late[1] - late[0])) ** 2)
+    scenario = uneven(track=line)
+    way = np.linalg.norm(np.subtract(FAR, (0.0, -20.0, 11.0)))
+    expected = 8 * phase_variance(scenario, way) * (1 - alike)
+    assert np.mean(square) == pytest.approx(expected, rel=3 * np.sqrt(2 / 40))
+
+
+def _delay(scenario, ping):
+    """What uneven water adds, out and back [s]."""
+    even = scenario.model_copy(update={"water": scenario.water.model_copy(update={"inhomogeneity": None})})
+    return float(arrivals(scenario, ping).delay[0] - arrivals(even, ping).delay[0])
+
+
+def test_elements_share_the_delays_of_their_centre():
+    """A metre of elements in patches of 5 m: phases between elements as in even water, to 1e-4 rad."""
+    line = {"kind": "line", "length": 1.0, "elements": 5, "element": "omni"}
+    sonar = {"receive": line, "receiver": {"bandwidth": 20e3, "record": "elements"}}
+    one, other = (simulate(uneven(rms, 5.0, sonar=sonar)).pressure.values[0] for rms in (0.0, 1e-4))
+    at = np.argmax(np.abs(one[0]))
+    turned = np.angle(other[:, at] / one[:, at])
+    assert np.abs(turned[0]) > 0.05
+    np.testing.assert_allclose(turned, turned[0], atol=1e-4 + 0.02 * np.ptp(turned))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("receiver_track", [None, LISTENS], ids=["one platform", "two"])
+def test_expectations_keep_the_mean_of_what_paths_make_together(receiver_track):
+    """Paths D and S to a point near the sea, mean energy over 200 seeds: the expectation's, 3 standard errors.
+
+    Patches of 0.8 m, which the paths share only in part; in even water the energy is another.
+    """
+    near = {**ONE, "position": (40.0, 10.0, 1.0)}
+    common = {"targets": [near], "families": ("D", "S"), "receiver_track": receiver_track,
+              "track": {**STAYS, "position": (0.0, 0.0, 1.5)}}  # fmt: skip
+    scenario = uneven(4e-4, 0.8, **common)
+    drawn = (simulate(scenario.model_copy(update={"seed": seed})) for seed in range(1, 201))
+    energy = [np.sum(np.abs(heard.pressure.values) ** 2) for heard in drawn]
+    expected, even = (
+        np.sum(simulate(uneven(strength, 0.8, field="incoherent", **common)).intensity.values)
+        for strength in (4e-4, 0.0)
+    )
+    error = np.std(energy) / np.sqrt(len(energy))
+    assert np.mean(energy) == pytest.approx(expected, abs=3 * error + 1e-3 * expected)
+    assert abs(expected - even) > 4 * error
+
+
+def test_ends_may_be_exchanged_in_uneven_water():
+    """Two platforms exchanged over sand, through the same patches: the same series, relative rms 1e-4."""
+    clock = {"window": (0.035, 0.045)}
+    common = {
+        "paths": {"contributions": ["seabed", "target"], "max_reflections": 1, "scatterers_per_cell": 1},
+        "seabed": SAND,
+    }
+    one = uneven(track={**STAYS, **clock}, receiver_track=LISTENS, **common)
+    back = {"kind": "static", "position": STAYS["position"]}
+    other = uneven(track={**LISTENS, **clock}, receiver_track=back, **common)
+    assert relative_rms(simulate(other).pressure.values[0], simulate(one).pressure.values[0]) < 1e-4
+
+
+def test_levels_of_a_coherent_scenario_are_means():
+    """Level curves do not follow one draw of the water: two seeds have the same, to 1e-9 of a dB."""
+    curves = [levels(uneven(seed=seed, families=("D", "S"))).level_db.values for seed in (1, 2)]
+    np.testing.assert_allclose(*curves, atol=1e-9)
+
+
+def test_small_patches_and_long_arrays_are_said():
+    """4 R / (k l^2) above 1, and an array longer than half a patch, are cautions with the way out."""
+    with pytest.warns(PhysicsWarning, match="4 R / .k l.2. is .* Give patches of"):
+        uneven(length=0.3)
+    line = {"kind": "line", "length": 1.5, "elements": 5, "element": "omni"}
+    with pytest.warns(PhysicsWarning, match="the receive array is 1.2 m long, and all its elements share"):
+        uneven(sonar={"receive": line, "receiver": {"bandwidth": 20e3, "record": "elements"}})
+
+
+def test_under_way_the_water_stays_where_it_is():
+    """A moving sonar in uneven water hears arrivals that make up its recording: delays are in both, to 1e-9 s."""
+    still, moving = (uneven(track={**GOES, "stop_and_hop": hop}) for hop in (True, False))
+    assert _delay(still, 0) == pytest.approx(_delay(moving, 0), abs=1e-9)
+
+
+def test_a_moving_surface_over_uneven_water_takes_work_in_proportion_to_its_pairs(monkeypatch):
+    """Each group of pairs that interfere follows its own legs through the water, not those of all glints."""
+    followed, groups = [], []
+    way, covariance = DelayField._path_points, DelayField.covariance
+    monkeypatch.setattr(DelayField, "_way", lambda *asked: followed.append(1) or way(*asked))
+    monkeypatch.setattr(DelayField, "covariance", lambda *asked: groups.append(1) or covariance(*asked))
+    simulate(uneven(families=("D", "S", "B", "BS", "SB"), surface={"reflection": "statistical", "wind_speed": 5.0},
+                    targets=[{**ONE, "position": (10.0, 5.0, 15.0)}], field="incoherent",
+                    paths={"contributions": ["target"], "max_reflections": 3}))  # fmt: skip
+    assert len(groups) > 20
+    assert len(followed) <= 8 * len(groups)

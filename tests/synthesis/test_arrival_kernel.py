@@ -1,0 +1,92 @@
+"""Claims about the meeting of legs: every pair, every channel, and nothing for those that have no echo."""
+
+import numpy as np
+import pytest
+
+from insonify.synthesis._arrival_kernel import ReceiveBeams, ReceiveLegs, TransmitLegs
+from insonify.synthesis._arrival_time_kernel import arrival_moving
+from insonify.synthesis._gridding import deposit_pressure
+from insonify.synthesis._waveform_basis_kernel import group_layout
+from insonify.synthesis.waveform_basis import WaveformBasis
+from oracles.echoes import spread_echoes
+
+CARRIER, RATE, COUNT = 100e3, 40e3, 1300
+
+
+def legs(rng, rows):
+    """Complex weights of some legs, a third of them nothing."""
+    weight = rng.normal(size=(rows, COUNT)) + 1j * rng.normal(size=(rows, COUNT))
+    return (weight * (rng.uniform(size=weight.shape) > 1 / 3)).astype(np.complex64)
+
+
+@pytest.mark.parametrize(("beams", "patterns"), [(1, 3), (3, 3), (3, 1)])
+def test_beams_hear_the_sum_over_pairs(beams, patterns):
+    """Two legs out, three back, at rest: cells as of each pair's echoes, weighed and turned one by one, to 1e-6."""
+    rng = np.random.default_rng(beams + 7 * patterns)
+    sent, heard = legs(rng, 2), legs(rng, 3)
+    out, back = rng.uniform(0.005, 0.02, (2, COUNT)), rng.uniform(0.005, 0.02, (3, COUNT))
+    shading, gain = rng.normal(size=(beams, 2, COUNT)), rng.normal(size=(3, patterns, COUNT)).astype(np.float32)
+    pair = np.array([[i, j, j] for i in range(2) for j in range(3)])
+    strength, centre = rng.uniform(0.5, 1, (6, COUNT)), np.zeros((1, 3))
+    way = np.tile([1.0, 0, 0], (3, COUNT, 1))
+    channel = np.arange(3)
+    ears = ReceiveBeams(centre, centre, centre, np.array([[0, 3]]), channel % beams, channel % patterns)
+    cells = np.zeros((3, 1, 4000, 1), np.complex64)
+    spread_echoes(
+        cells, 0.0, RATE, pair, TransmitLegs(out, np.ones_like(out), (sent * shading).astype(np.complex64)),
+        ReceiveLegs(back, 1 / (1500 * back), back, np.empty((3, 0, COUNT)), way, heard, gain), strength, ears, 1 / 1500, 0.0,
+        0.0, False, 0.0, CARRIER, np.zeros(1),
+    )  # fmt: skip
+    expected = np.zeros((3, 4000), np.complex64)
+    for row, (i, j, _) in enumerate(pair):
+        delay = out[i] + back[j]
+        turned = sent[i] * heard[j] * strength[row] * np.exp(-2j * np.pi * CARRIER * delay)
+        for c in range(3):
+            weight = turned * shading[c % beams, i] * gain[j, c % patterns]
+            deposit_pressure(expected[c], 0.0, RATE, delay, weight.astype(np.complex64))
+    assert np.linalg.norm(cells[:, 0, :, 0] - expected) < 1e-6 * np.linalg.norm(expected)
+
+
+def test_deaf_channels_stay_silent():
+    """An element of no pattern hears nothing, the one beside it what is there."""
+    one, place = np.ones((1, 5)), np.zeros((2, 3))
+    own = np.array([[0, 1], [1, 2]])
+    ears = ReceiveBeams(place, place, place, own, np.zeros(2, int), np.array([-1, 0]))
+    cells = np.zeros((2, 1, 4000, 1), np.complex64)
+    single = one.astype(np.complex64)
+    heard = ReceiveLegs(
+        0.01 * one, one, one, np.empty((1, 0, 5)), np.ones((1, 5, 3)), single, np.ones((1, 1, 5), np.float32)
+    )
+    pair = np.zeros((1, 3), np.int64)
+    spread_echoes(cells, 0.0, RATE, pair, TransmitLegs(0.01 * one, one, single[None]), heard, one, ears, 1 / 1500, 0.0, 0.0,
+                  False, 0.0, CARRIER, np.zeros(1))  # fmt: skip
+    assert not cells[0].any() and cells[1].any()
+
+
+@pytest.mark.parametrize("shapes", [2, 3, 4, 5])
+def test_an_echo_under_way_is_shared_among_its_shapes(shapes):
+    """Two elements at 3 m/s: each grid holds the echo times Lagrange's polynomial of its Doppler factor, to 2e-5."""
+    rng = np.random.default_rng(shapes)
+    made = WaveformBasis(3e-3 * -np.cos((np.arange(shapes) + 0.5) * np.pi / shapes))
+    weight, away = legs(rng, 1), rng.uniform(10, 25, (1, COUNT))
+    way = rng.normal(size=(1, COUNT, 3))
+    way /= np.linalg.norm(way, axis=-1, keepdims=True)
+    place, velocity = np.array([[0.2, 0, 0], [-0.2, 0.1, 0]]), np.tile([3.0, 0.5, 0], (2, 1))
+    one, still, number = np.ones((1, COUNT)), np.zeros((2, 3)), np.arange(2)
+    ears = ReceiveBeams(place, velocity, still, np.stack([number, number + 1], axis=1), 0 * number, 0 * number)
+    none = np.empty((1, 0, COUNT))
+    heard = ReceiveLegs(away / 1500, 1 / away, away, none, way, one.astype(np.complex64), one[None].astype(np.float32))
+    groups, together = group_layout(shapes)
+    cells, middle = np.zeros((2, groups, 4000, together), np.complex64), 1e-3
+    spread_echoes(cells, 0.0, RATE, np.zeros((1, 3), np.int64), TransmitLegs(away / 1500, one, weight[None]), heard, one, ears,
+                  1 / 1500, 0.0, 0.0, False, middle, CARRIER, made.doppler)  # fmt: skip
+    for e in range(2):
+        when, fade, doppler = np.empty(COUNT), np.empty(COUNT, np.float32), np.empty(COUNT)
+        arrival_moving(2 * away[0] / 1500, away[0], *np.ascontiguousarray(way[0].T), one[0], place[e], velocity[e],
+                      still[e], 1 / 1500, 0.0, middle, when, fade, doppler)  # fmt: skip
+        turned = weight[0] * fade * np.exp(-2j * np.pi * CARRIER * when)
+        grids = np.moveaxis(cells[e], 2, 1).reshape(-1, 4000)
+        for grid, part in zip(grids, made.weights(doppler), strict=False):
+            expected = np.zeros(4000, np.complex64)
+            deposit_pressure(expected, 0.0, RATE, when, (turned * part).astype(np.complex64))
+            assert np.linalg.norm(grid - expected) < 2e-5 * np.linalg.norm(expected)

@@ -1,0 +1,64 @@
+"""The paper's jitter and amplitude perturbation, drawn for each ordered replica."""
+
+import numpy as np
+import pytest
+
+from insonify.propagation.families import families_up_to
+from insonify.propagation.path_settings import PathSettings
+from insonify.synthesis.replica_jitter import replica_jitter
+
+PLACES = np.arange(40_000, dtype=np.uint64) + np.uint64(1 << 59)
+
+
+def shaken(jitter=0.0, amplitude=0.0, seed=1, ping=0):
+    """One ping's perturbation."""
+    return replica_jitter(seed, ping, PathSettings(jitter=jitter, amplitude_perturbation=amplitude))
+
+
+@pytest.mark.parametrize("jitter", [0.1, 0.25, 0.5, 1.0])
+def test_the_mean_phasor_of_a_uniform_delay_is_a_sinc(jitter):
+    """E exp(-j 2 pi J u) = sinc(J) exp(-j pi J); its square magnitude is the interference kept. N = 40 000: 0.015."""
+    factor = shaken(jitter).factor(PLACES, "D", "S")
+    expected = np.sinc(jitter) * np.exp(-1j * np.pi * jitter)
+    assert abs(factor.mean() - expected) < 0.015
+    assert shaken(jitter).interference_factor == pytest.approx(np.sinc(jitter) ** 2)
+    np.testing.assert_allclose(np.abs(factor), 1, rtol=1e-12)
+    turned = -np.angle(factor) / (2 * np.pi) % 1
+    assert turned.max() <= jitter
+
+
+def test_a_uniform_change_of_amplitude_adds_a_third_of_its_square():
+    """E (1 + e (2u - 1))^2 = 1 + e^2 / 3; N = 40 000: 0.01."""
+    factor = shaken(amplitude=0.6).factor(PLACES, "D", "D")
+    assert np.mean(np.abs(factor) ** 2) == pytest.approx(1.12, abs=0.01)
+    assert shaken(amplitude=0.6).mean_energy == pytest.approx(1.12)
+    assert np.abs(factor.imag).max() == 0
+    assert factor.real.min() >= 0.4 and factor.real.max() <= 1.6
+
+
+def test_every_ordered_replica_has_a_draw_of_its_own():
+    """Out by one family and back by another is another replica than the reverse.
+
+    So is the next ping, another seed, another place: correlations below 5 / sqrt(40 000).
+    """
+    one = shaken(1.0).factor(PLACES, "D", "S")
+    others = [shaken(1.0).factor(PLACES, out, back) for out in families_up_to(3) for back in families_up_to(3)
+              if (out, back) != ("D", "S")]  # fmt: skip
+    others += [shaken(1.0, ping=1).factor(PLACES, "D", "S"), shaken(1.0, seed=2).factor(PLACES, "D", "S"),
+               np.roll(one, 1)]  # fmt: skip
+    for other in others:
+        assert abs(np.vdot(one, other)) / len(one) < 0.025
+
+
+def test_a_draw_belongs_to_its_place_not_to_its_company():
+    """Asked alone or among others, a place has the same factor."""
+    every = shaken(0.4, 0.3).factor(PLACES, "S", "BS")
+    np.testing.assert_array_equal(shaken(0.4, 0.3).factor(PLACES[17:18], "S", "BS"), every[17:18])
+
+
+def test_no_jitter_is_no_change():
+    """Still water leaves the factor one, and says so."""
+    assert shaken().is_zero
+    assert not shaken(jitter=0.1).is_zero
+    assert not shaken(amplitude=0.1).is_zero
+    np.testing.assert_array_equal(shaken().factor(PLACES[:5], "D", "D"), np.ones(5))
