@@ -21,9 +21,10 @@ import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
 from pydantic_core import PydanticCustomError
 
+from insonify.former_names import former_key, former_value
 from insonify.units import decibels, si, unit_warning
 from insonify.validity import PhysicsWarning
 
@@ -76,6 +77,14 @@ class Model(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
+    @model_validator(mode="before")
+    @classmethod
+    def _refuse_former_names(cls, values: Any) -> Any:
+        """Answer a key or value that was renamed with its new name."""
+        if isinstance(values, dict):
+            raise_errors(_former_names(cls, values))
+        return values
+
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
         """A copy with some fields changed, checked as a new one is.
 
@@ -100,7 +109,13 @@ class Model(BaseModel):
 
         Args:
             changes: New values by the names of their fields, in SI.
+
+        Raises:
+            AttributeError: A name is no field of this model; the nearest one is named.
         """
+        for name in changes:
+            if name not in type(self).model_fields:
+                raise AttributeError(_no_field(type(self), name))
         return super().model_copy(update=changes)
 
     def explicit_values(self) -> dict[str, Any]:
@@ -112,8 +127,21 @@ class Model(BaseModel):
         }
 
 
+def _former_names(model: type[BaseModel], values: Mapping[Any, Any]) -> Iterable[PydanticCustomError]:
+    """An error for each key and value that was renamed."""
+    for name, value in values.items():
+        new = "" if name in model.model_fields else former_key(model, str(name))
+        if new:
+            yield field_error(str(name), None, f"is called {new}. Write {new} instead.")
+        new = former_value(model, str(name), value)
+        if new:
+            yield field_error(str(name), str(value), f"is called {new}. Write {name}: {new}.")
+
+
 def _no_field(model: type[BaseModel], name: str) -> str:
     """Message about a name that is no field of a model."""
+    if former_key(model, name):
+        return f"{model.__name__}.{name} is called {model.__name__}.{former_key(model, name)}"
     known = list(model.model_fields)
     near = difflib.get_close_matches(name.lower(), known, n=1, cutoff=0.6)
     hint = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(known)}"

@@ -37,7 +37,7 @@ def scenario(**changes: Any) -> Any:
 def beams(count: int, **changes: Any) -> xr.Dataset:
     """The target alone, in three dimensions, heard by some beams."""
     steer = np.radians(np.linspace(-3, 3, count)).tolist()
-    return simulate(scenario(paths__geometry="3d", paths__causes=["target"], sonar__receive__steer=steer, **changes))
+    return simulate(scenario(paths__geometry="3d", paths__contributions=["target"], sonar__receive__steer=steer, **changes))
 
 
 def ascan_figure() -> Figure:

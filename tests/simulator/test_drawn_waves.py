@@ -93,7 +93,7 @@ def test_the_mean_of_coherent_pings_is_the_incoherent_reading(surface):
 
 def test_waves_refuse_what_they_cannot_follow():
     """Layered water, and legs with two surface bounces: each with the way out."""
-    with pytest.raises(ValueError, match=r"needs straight rays.*bounce: statistical"):
+    with pytest.raises(ValueError, match=r"needs straight rays.*reflection: statistical"):
         nominal(surface=WINDY, water={"profile": {"depth": [0.0, 20.0], "speed": [1500.0, 1490.0]}})
     with pytest.raises(ValueError, match=r"SBS has more.*families: \[D, S, B, SB, BS"):
         nominal(surface=WINDY, paths={"max_reflections": 3})

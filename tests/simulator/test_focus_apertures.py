@@ -47,7 +47,7 @@ def test_a_point_is_the_exact_sum_of_its_echoes(still, widest_deg):
     for north, east, axis in ((NORTH, np.array([GROUND]), NORTH), (np.zeros(1), EAST, EAST)):
         pixels = np.stack([np.repeat(north, east.size), np.tile(east, north.size), np.full(axis.size, 20.0)], axis=-1)
         truth = aperture.image(pixels, TARGET, sent, heard, widest=widest) * SLANT**2
-        found = cut(still, north, east, widest=widest)
+        found = cut(still, north, east, max_angle=widest)
         assert np.abs(found - truth).max() < 0.005 * np.abs(truth).max()
         assert aperture.width(axis, found) == pytest.approx(aperture.width(axis, truth), rel=0.03)
         assert aperture.side_lobe(found) == pytest.approx(aperture.side_lobe(truth), abs=0.3)

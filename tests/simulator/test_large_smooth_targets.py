@@ -116,8 +116,8 @@ def test_points_out_of_reach_are_dropped_and_no_echo_with_them(shape, monkeypatc
     simulator = build_simulator(scenario)
     counts, made = [], []
     for few in (1_000, 10**9):
-        monkeypatch.setattr(targets, "FEW", few)
-        monkeypatch.setattr(target_culling, "FEW", few)
+        monkeypatch.setattr(targets, "MAX_UNCULLED", few)
+        monkeypatch.setattr(target_culling, "MAX_UNCULLED", few)
         blocks = simulator.engine.blocks(simulator.ping_geometry(0))
         counts.append(sum(len(block()) for block in blocks))
         made.append(simulate(scenario, threads=1).pressure.values)

@@ -74,7 +74,7 @@ def test_spikes_written_out_sound_like_the_ping():
 
 def test_half_the_reflection_is_a_quarter_of_the_energy_and_soft_is_as_loud_as_rigid():
     """Energy goes with the square of the coefficient, whatever its sign."""
-    whole, half, soft = (intensity(scene(face_reflection_coefficient=smooth)).sum() for smooth in (1.0, 0.5, -1.0))
+    whole, half, soft = (intensity(scene(smooth=smooth)).sum() for smooth in (1.0, 0.5, -1.0))
     assert half == pytest.approx(whole / 4, rel=1e-6)
     assert soft == pytest.approx(whole, rel=1e-6)
 
@@ -83,7 +83,7 @@ def test_rough_and_smooth_parts_add_as_energies():
     """Both parts of one box at once: the sum of each by itself; without `smooth` it sounds as if none were known."""
     rough = {"law": "lambert", "strength_db": -10}
     both, alone, flash = (
-        intensity(scene(face_reflection_coefficient=smooth, scattering=law)) for smooth, law in ((0.01, rough), (None, rough), (0.01, ROUGH))
+        intensity(scene(smooth=smooth, scattering=law)) for smooth, law in ((0.01, rough), (None, rough), (0.01, ROUGH))
     )
     np.testing.assert_allclose(both, alone + flash, rtol=1e-6)
     assert flash.sum() > 0.01 * alone.sum()
@@ -98,7 +98,7 @@ def test_the_label_of_a_flash_is_the_target_and_its_ghost_is_the_corners():
     flash, ghost = np.argmax(np.where(time < 0.2015, heard, 0)), np.argmax(np.where(time > 0.2035, heard, 0))
     assert bool(told.highlight.values[0, flash]) and bool(told.ghost.values[0, ghost])
     assert time[ghost] - time[flash] == pytest.approx(3.91e-3, abs=0.15e-3)
-    assert told.place.values[0, flash, 1] == pytest.approx(150.0, abs=0.05)
+    assert told.position.values[0, flash, 1] == pytest.approx(150.0, abs=0.05)
     pairs = [str(told.pair.values[told.strongest_pair.values[0, when]]) for when in (flash, ghost)]
     assert pairs == ["D-B", "S-SB"]
 

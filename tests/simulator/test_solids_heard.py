@@ -11,7 +11,7 @@ from oracles.scenes import nominal
 from oracles.sonar_equation import pulse_energy
 
 WATER = {"noise_level_db": None, "absorption_db_per_m": 0.03}
-PULSE_ENERGY = {"duration": 0.2e-3, "fraction": 0.2, "bandwidth": 20e3}
+PULSE_ENERGY = {"duration": 0.2e-3, "fraction": 0.2, "band": 20e3}
 
 
 def seen(*targets: dict[str, object], window: tuple[float, float] = (0.1975, 0.2135), **paths: object) -> Scenario:

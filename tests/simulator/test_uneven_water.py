@@ -155,7 +155,7 @@ def test_a_moving_surface_over_uneven_water_takes_work_in_proportion_to_its_pair
     """Each group of pairs that interfere follows its own legs through the water, not those of all glints."""
     followed, groups = [], []
     way, covariance = DelayField._path_points, DelayField.covariance
-    monkeypatch.setattr(DelayField, "_way", lambda *asked: followed.append(1) or way(*asked))
+    monkeypatch.setattr(DelayField, "_path_points", lambda *asked: followed.append(1) or way(*asked))
     monkeypatch.setattr(DelayField, "covariance", lambda *asked: groups.append(1) or covariance(*asked))
     simulate(uneven(families=("D", "S", "B", "BS", "SB"), surface={"reflection": "statistical", "wind_speed": 5.0},
                     targets=[{**ONE, "position": (10.0, 5.0, 15.0)}], field="incoherent",

@@ -176,7 +176,7 @@ def test_the_water_has_a_name_in_arrivals_levels_and_labels():
     water = told.level_db.sel(contribution="water", pair="all").values
     np.testing.assert_allclose(10 ** (water / 10), intensity(murk), rtol=1e-6)
     named = labels(murk)
-    assert list(named.owner.values) == ["seabed", "surface", "water", "school"]
+    assert list(named.object.values) == ["seabed", "surface", "water", "school"]
     mine = named.object_intensity.sel(object=["water", "school"]).sum("object").values
     np.testing.assert_allclose(mine, named.expected_intensity.values, rtol=1e-5)
     assert named.highlight.values.any()

@@ -53,7 +53,7 @@ def _receive_gain() -> None:
     """Have the compiler tell the process's progress of each kernel."""
     from numba.core import event
 
-    class Lines(event.ReceivingArray):  # type: ignore[misc]
+    class Lines(event.Listener):  # type: ignore[misc]
         def on_start(self, event: Any) -> None:
             _PROGRESS[0].begin()
 

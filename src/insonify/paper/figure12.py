@@ -57,7 +57,7 @@ def shadow_scene(reflections: int, length: float) -> Scenario:
         length: Length of the box along the track [m]; 0 for none.
     """
     targets = [box(length)] if length else []
-    return scene(reflections, field="incoherent", targets=targets, paths__causes=["seabed"])
+    return scene(reflections, field="incoherent", targets=targets, paths__contributions=["seabed"])
 
 
 @lru_cache(maxsize=16)
