@@ -12,9 +12,10 @@ from pathlib import Path
 QUESTION = re.compile(r"(Which|What|Whether|How|Who|Whose|Where|When|Why)\b")
 """First words of a docstring that say that a value is meant without naming it."""
 REPLACED = (
-    "hear", "hears", "heard", "hearing", "listen", "listens", "listening", "deaf", "told", "tell", "tells", "ask", "asks",
-    "asked", "answer", "answers", "answered", "meets", "met", "drowned", "stance", "mouth", "ears", "nobody", "somebody",
-    "whoever", "laid", "whence", "noun", "nouns", "owner", "loud", "louder", "loudest", "loudness", "audible", "guilty",
+    "hear", "hears", "heard", "hearing", "listen", "listens", "listening", "deaf", "told", "tell", "tells", "ask",
+    "asks", "asked", "answer", "answers", "answered", "meets", "met", "drowned", "stance", "mouth", "ears",
+    "nobody", "somebody", "whoever", "laid", "whence", "noun", "nouns", "owner", "loud", "louder", "loudest",
+    "loudness", "audible", "guilty",
 )  # fmt: skip
 """Words that `docs/glossary.md` replaces, in identifiers (between underscores), docstrings, comments and messages."""
 BARS = {"class names used twice": 0, "docstrings that open with a question": 0, "replaced words": 0}
