@@ -62,7 +62,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     gc.set_threshold(YOUNG)
     command = typer.main.get_command(app)
     words = None if arguments is None else list(arguments)
-    _schema_extra.clear()
+    _shown_warnings.clear()
     with warnings.catch_warnings():
         warnings.showwarning = _warn
         try:
@@ -76,15 +76,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return result if isinstance(result, int) else DONE
 
 
-_schema_extra: set[str] = set()  # Python forgets what it has warned of whenever a module changes the filters
+_shown_warnings: set[str] = set()  # Python forgets what it has warned of whenever a module changes the filters
 
 
 def _warn(message: Warning | str, *_: Any, **__: Any) -> None:
     """A warning as a person reads it: one line, once in a run, without the place in our code."""
     line = " ".join(str(message).split())
-    if line not in _schema_extra:
+    if line not in _shown_warnings:
         typer.echo(f"warning: {line}", err=True)
-    _schema_extra.add(line)
+    _shown_warnings.add(line)
 
 
 def _verdict(error: Exception) -> int:
