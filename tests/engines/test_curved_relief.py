@@ -42,7 +42,7 @@ class Ridge(Relief):
     crest: float
     height: float
 
-    def survey(self, north, east):
+    def sample(self, north, east):
         """Height and slope; the slope is not asked for."""
         north, _ = np.broadcast_arrays(np.asarray(north, float), east)
         height = self.height * np.maximum(0.0, 1 - np.abs(north - self.crest) / self.height)

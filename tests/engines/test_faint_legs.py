@@ -60,7 +60,7 @@ def test_legs_left_out_are_seventy_decibels_down(monkeypatch):
     points = np.stack([distance * np.cos(azimuth), distance * np.sin(azimuth), rng.uniform(12, 18, 400)], axis=1)
     families = ["D", "BS", "SBS", "BSBS"]
     kept = amplitudes(ROUGH, points, families)
-    monkeypatch.setattr(relief_reflections, "FAINT", 0.0)
+    monkeypatch.setattr(relief_reflections, "NEGLIGIBLE_PRESSURE", 0.0)
     every = amplitudes(ROUGH, points, families)
     left_out = (kept == 0) & (every > 0)
     assert 0.2 < left_out[1:].mean() < 0.9 and not left_out[0].any()

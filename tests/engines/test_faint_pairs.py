@@ -94,7 +94,7 @@ def test_faint_pairs_keep_their_energy(monkeypatch):
         scenario = scene(seed=seed)
         thinned = simulate(scenario, threads=1).pressure.values[0]
         with monkeypatch.context() as patch:
-            patch.setattr(pair_importance, "LOUD", 1e-12)
+            patch.setattr(pair_importance, "FULL_SAMPLING_FRACTION", 1e-12)
             whole = dict(simulate_pings(build_simulator(scenario), [0], 1))[0]
             direct = simulate(scenario.model_copy(update={"paths": scenario.paths.model_copy(
                 update={"families": ("D", "S")})}), threads=1).pressure.values[0]  # fmt: skip

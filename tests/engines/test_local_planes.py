@@ -147,7 +147,7 @@ def test_what_a_bounce_loses_is_the_roughness_between_its_zone_and_the_sound(tmp
     rms = np.array([ground.roughness_rms(2 * np.pi / (2 * one), k) for one in half / np.sqrt(sine)])
     exponent = 2 * (k * rms * sine) ** 2
     clear = legs.status[0] == LegStatus.CLEAR
-    lost = -np.log(np.abs(legs.boundary[0]) / 0.35)
+    lost = -np.log(np.abs(legs.reflection_coefficient[0]) / 0.35)
     assert np.mean(lost[clear] / exponent[clear]) == pytest.approx(1.25, abs=0.15)
     assert np.ptp(exponent[clear]) > 1 and clear.sum() > 100
 

@@ -83,7 +83,7 @@ def test_the_records_say_what_happened():
     strings = [(a + b).replace("D", "") for a, b in zip(found.transmit_family, found.receive_family, strict=True)]
     assert list(found.bounces) == [len(string) for string in strings]
     assert set(found.object) == {"point"}
-    product = found.spreading * found.absorption * found.scattering_amplitude * np.abs(found.boundary)
+    product = found.spreading * found.absorption * found.scattering_amplitude * np.abs(found.reflection_coefficient)
     np.testing.assert_allclose(np.abs(found.amplitude[:, 0]), product, rtol=1e-6)
     np.testing.assert_allclose(np.linalg.norm(found.departure, axis=1), 1)
     page = repr(found)

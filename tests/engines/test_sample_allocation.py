@@ -35,7 +35,7 @@ def whole(monkeypatch):
         forget()
         thin = listen()
         with monkeypatch.context() as all_of_it:
-            all_of_it.setattr(sample_allocation, "FEWEST", sample_allocation.FULL_PROBABILITY)
+            all_of_it.setattr(sample_allocation, "MIN_PROBABILITY_STEPS", sample_allocation.FULL_PROBABILITY)
             all_of_it.setattr(sample_allocation, "NEGLIGIBLE", 0.0)
             forget()
             full = listen()

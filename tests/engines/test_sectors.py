@@ -31,7 +31,7 @@ def test_every_point_lies_in_the_slice_that_passes_it(count, heard):
     """Each point once, by a line at most half a slice aside, or half of four slices where next to nothing is heard."""
     terrain_occlusion = skylines_of(1e-3, heard=heard)
     rng = np.random.default_rng(count)
-    place, heading = np.array([0.0, 0.0, 10.0]), terrain_occlusion.bed.relief.resolved.lattice.heading
+    place, heading = np.array([0.0, 0.0, 10.0]), terrain_occlusion.bed.relief.resolved.scatterer_grid.heading
     position = np.concatenate([rng.uniform(-15, 15, (count, 2)), np.full((count, 1), 20.0)], axis=1)
     seen, cut = locate_points(terrain_occlusion, place, position), terrain_occlusion.profiles
     azimuth = np.arctan2(position[:, 1], position[:, 0])
@@ -82,7 +82,7 @@ def test_the_ground_along_a_line_is_that_of_the_place():
         terrain_occlusion.profiles.counts[zone],
         terrain_occlusion.profiles.edges[zone - 1],
     )  # nearer ground is that of wider slices
-    heading = terrain_occlusion.bed.relief.resolved.lattice.heading
+    heading = terrain_occlusion.bed.relief.resolved.scatterer_grid.heading
     azimuth = heading + 2 * np.pi * (np.array([100, 900]) + 0.5) / count  # middles of slices
     groups = terrain_occlusion.profile_groups(azimuth, np.full(2, 40.0))
     assert sum(len(points) for _, points, _ in groups) == 2

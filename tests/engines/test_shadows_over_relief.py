@@ -99,7 +99,7 @@ def test_more_points_a_cell_bring_the_fast_path_nearer() -> None:
 
 def test_soft_edges_of_targets_converge_too() -> None:
     """Edges by Fresnel on the axis: default and eight times as many points within 0.35 dB any 2 ms."""
-    few, many = (means(scene(0.03, edges="knife-edge", scatterers_per_cell=n), quickly) for n in (5.0, 40.0))
+    few, many = (means(scene(0.03, edge_diffraction="knife-edge", scatterers_per_cell=n), quickly) for n in (5.0, 40.0))
     assert np.abs(few - many).max() < 0.35
 
 

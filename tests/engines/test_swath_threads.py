@@ -13,8 +13,8 @@ def test_threads_make_room_side_by_side(monkeypatch):
     """Eight threads that each ask for 6000 ping_geometries of their own, of which few are kept: none is disturbed."""
     simulator = build_simulator(nominal(field="incoherent"))
     scenario, here, rays = simulator.scenario, simulator.ping_geometry(0), simulator.engine.rays
-    monkeypatch.setattr(fast_reverberation, "_known", lambda *_: None)
-    monkeypatch.setattr(fast_reverberation, "_LAST", {})
+    monkeypatch.setattr(fast_reverberation, "_prepare", lambda *_: None)
+    monkeypatch.setattr(fast_reverberation, "_CACHE", {})
     often = sys.getswitchinterval()
 
     def ask(thread):

@@ -44,7 +44,7 @@ def test_a_face_has_three_cells_to_a_resolution_cell_at_least(slant):
 
 def test_however_finely_drawn_a_target_keeps_its_surface(monkeypatch):
     """Area of the points is that of the body, for all resolutions, before those out of reach are dropped: to 0.5 %."""
-    monkeypatch.setattr(target_engine, "FEW", 10**9)
+    monkeypatch.setattr(target_engine, "MAX_UNCULLED", 10**9)
     for slant in (0.03, 0.1, 1.0):
         found = drawn(*TRIO, slant=slant)
         assert found["box"].area.sum() == pytest.approx(2 * 3 * 1 + 2)

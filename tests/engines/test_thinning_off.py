@@ -72,7 +72,7 @@ def test_all_pairs_are_met_everywhere():
         assert (pairs.strength[there & (pairs.back.grazing[j] != 0)] > 0).all()
 
 
-@pytest.mark.parametrize("thinning", [True, False])
+@pytest.mark.parametrize("importance_sampling", [True, False])
 def test_elements_and_beams_have_one_ground(importance_sampling):
     """Within 11 degrees a line recorded by its elements draws the places that its beam does; with importance_sampling, others."""
     lobes = {"transmit": {"kind": "point", "length": None, "elements": None, "element": "omni"}}
@@ -111,5 +111,5 @@ def test_the_choice_is_written_and_read():
     off = nominal(paths={"importance_sampling": False})
     assert "importance_sampling: false" in to_yaml(off)
     assert parse_model(Scenario, to_yaml(off)) == off
-    with pytest.raises(ScenarioError, match="thinning"):
-        parse_model(Scenario, to_yaml(off).replace("importance_sampling: false", "thinning: seldom"))
+    with pytest.raises(ScenarioError, match="importance_sampling"):
+        parse_model(Scenario, to_yaml(off).replace("importance_sampling: false", "importance_sampling: seldom"))

@@ -14,7 +14,7 @@ BACK = {"scatterer_grid": {"origin": (800.0, -600.0), "heading": 1.0}}
 
 def assert_agree(tolerance_db, faint_db=90.0, whole=True, **changes):
     """Both engines on one scene: every pair of families within a tolerance in the mean over the window."""
-    ours, theirs = curves(scene("tracer", **changes)), curves(scene("paths", **changes))
+    ours, theirs = curves(scene("tracer", **changes)), curves(scene("eigenrays", **changes))
     loudest = max(power.mean() for power in theirs.values())
     wanted = {key for key, power in theirs.items() if power.mean() > loudest * 10 ** (-faint_db / 10)}
     wanted -= set() if whole else {key for key in wanted if key[1] == "all"}
@@ -64,7 +64,7 @@ def test_a_shadow_is_as_deep_and_as_long():
     paths = {"families": ["D"], "contributions": ["seabed"], "beam_cutoff_db": -80.0}
     changes = {"window": (0.1035, 0.112), "paths": paths}
     free, shaded = (curves(scene("tracer", targets=t, **changes))["seabed", "D-D"] for t in ([], [wide]))
-    theirs = curves(scene("paths", targets=[wide], **changes))["seabed", "D-D"]
+    theirs = curves(scene("eigenrays", targets=[wide], **changes))["seabed", "D-D"]
     assert apart_db(shaded, free) < -40
     assert apart_db(shaded, theirs) == pytest.approx(0, abs=0.3)
 
@@ -119,7 +119,7 @@ def test_ends_that_stand_apart_lose_the_gain_of_reciprocal_ways():
     together, apart = (
         curves(scene("tracer", receive={"offset": (0.0, 0.0, z)}))["seabed", "D-S"] for z in (0.0, -0.05)
     )
-    theirs = curves(scene("paths", receive={"offset": (0.0, 0.0, -0.05)}))["seabed", "D-S"]
+    theirs = curves(scene("eigenrays", receive={"offset": (0.0, 0.0, -0.05)}))["seabed", "D-S"]
     assert abs(apart_db(apart, together)) > 0.3
     assert apart_db(apart, theirs) == pytest.approx(0, abs=0.02)
 

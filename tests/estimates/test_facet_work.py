@@ -7,7 +7,7 @@ from insonify.engines.facet_count import facet_count
 from insonify.engines.facet_subdivision import smooth_facets
 from insonify.engines.patch_subdivision import Patches
 from insonify.engines.ping_scatterers import ping_scatterers
-from insonify.estimates import ping_work
+from insonify.estimates import ping_work as work_module
 from insonify.estimates.ping_work import ping_work
 from insonify.estimates.run_cost import estimate_cost
 from insonify.simulator import build_simulator
@@ -93,9 +93,9 @@ def test_a_pipeline_of_200_m_is_not_told_to_need_70_gb():
 def test_many_targets_are_counted_at_few_pings(monkeypatch):
     """A hundred targets over a hundred pings: some hundred counts of single targets, and none is cut into its cells."""
     counts = []
-    counted = ping_work.target_count
+    counted = work_module.target_count
     monkeypatch.setattr(
-        ping_work, "target_count", lambda scene, *more: counts.append(len(scene.targets)) or counted(scene, *more)
+        work_module, "target_count", lambda scene, *more: counts.append(len(scene.targets)) or counted(scene, *more)
     )
     monkeypatch.setattr(targets, "solid_scatterers", None)
     drums = [{"shape": "drum", "label": f"drum {n}", "position": (n % 10, 10 + n // 10)} for n in range(100)]

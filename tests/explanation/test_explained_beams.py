@@ -86,7 +86,7 @@ def test_a_page_of_the_tracer_names_causes_and_pairs(tmp_path, capsys):
     time = 0.1107
     page = explain_sample(traced, 0, time)
     assert lines_of(page, "  target") and lines_of(page, "  seabed") and "engine: eigenrays" in page
-    total, recorded = (float(lines_of(page, name)[0].split()[-5]) for name in ("all causes", "recorded"))
+    total, recorded = (float(lines_of(page, name)[0].split()[-5]) for name in ("all contributions", "recorded"))
     assert total == pytest.approx(recorded, abs=0.1)
     (tmp_path / "traced.yaml").write_text(to_yaml(scenario))
     folder = str(tmp_path / "traced.zarr")

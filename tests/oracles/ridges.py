@@ -20,7 +20,7 @@ class Ridge(Relief):
     height: float
     half_width: float = 1.0
 
-    def survey(self, north, east):
+    def sample(self, north, east):
         """Height and slope."""
         north, _ = np.broadcast_arrays(np.asarray(north, float), east)
         away = (north - self.crest) / self.half_width
@@ -42,7 +42,7 @@ class Corduroy(Relief):
     wavelength: float
     height: float
 
-    def survey(self, north, east):
+    def sample(self, north, east):
         """Height and slope."""
         north, _ = np.broadcast_arrays(np.asarray(north, float), east)
         phase = 2 * np.pi * north / self.wavelength

@@ -51,11 +51,11 @@ def hear_blocks(scenario, blocks, ping=0, field="coherent"):
     """What one ping sounds like if the scene offered these scatterers and no others."""
     simulator = build_simulator(scenario)
     here = simulator.ping_geometry(ping)
-    reading = getattr(simulator, field)(here)
-    heard = reading.silence()
+    accumulator = getattr(simulator, f"{field}_accumulator")(here)
+    total = accumulator.empty()
     for block in blocks:
-        reading.add(heard, simulator.engine.path_pairs(here, block))
-    return reading.time_series(heard)
+        accumulator.add(total, simulator.engine.path_pairs(here, block))
+    return accumulator.time_series(total)
 
 
 def each_ping(scenarios, work, threads=2):

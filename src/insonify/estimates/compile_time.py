@@ -25,17 +25,17 @@ class FeatureKernels(NamedTuple):
     """Processor time that all of them take to compile [s]."""
 
 
-COHERENT = FeatureKernels("engines._kept_kernel", "keep", 35.0)
-BEAMS = FeatureKernels("synthesis._block_kernel", "deposit_block", 34.0)
-FAST = FeatureKernels("engines._swath_kernel", "walk", 30.0)
-EXPECTED = FeatureKernels("synthesis._spread", "deposit_energy", 12.0)
+COHERENT = FeatureKernels("engines._draw_kernel", "draw_and_keep", 35.0)
+BEAMS = FeatureKernels("synthesis._beam_arrivals_kernel", "deposit_block", 34.0)
+FAST = FeatureKernels("engines._fast_reverberation_kernel", "walk_radials", 30.0)
+EXPECTED = FeatureKernels("synthesis._gridding", "deposit_energy", 12.0)
 LABELS = FeatureKernels("synthesis._label_kernel", "deposit_label_positions", 8.0)
-ELEMENTS = FeatureKernels("synthesis._aperture_kernel", "deposit_on_elements", 12.0)
-RELIEF = FeatureKernels("engines._skyline_kernel", "horizon_at", 25.0)
-REFRACTION = FeatureKernels("propagation._table_kernel", "interpolate_cells", 25.0)
+ELEMENTS = FeatureKernels("synthesis._element_arrivals_kernel", "deposit_on_elements", 12.0)
+RELIEF = FeatureKernels("engines._terrain_occlusion_kernel", "horizon_at", 25.0)
+REFRACTION = FeatureKernels("propagation._eigenray_table_kernel", "interpolate_cells", 25.0)
 GLINTS = FeatureKernels("propagation._glint_kernel", "sample_glint", 8.0)
-WAVES = FeatureKernels("propagation._stationary_kernel", "search", 20.0)
-SOLIDS = FeatureKernels("propagation._solid_kernel", "occlude_legs", 12.0)
+WAVES = FeatureKernels("propagation._stationary_point_kernel", "search_bounce_points", 20.0)
+SOLIDS = FeatureKernels("propagation._triangle_tree_kernel", "occlude_legs", 12.0)
 TRACER = FeatureKernels("engines.tracer._trace_kernel", "first_hits", 20.0)
 
 
