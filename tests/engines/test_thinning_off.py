@@ -63,7 +63,7 @@ def test_all_pairs_are_met_everywhere():
     """Rough ground, 9 pairs: no shares, no number; each pair answers at each place whose two legs are there."""
     simulator = ground(importance_sampling=False, paths={"max_reflections": 2})
     here = simulator.ping_geometry(0)
-    assert simulator.engine.met(here, np.array([50.0])) is None
+    assert simulator.engine.family_keep_probabilities(here, np.array([50.0])) is None
     for block in simulator.engine.blocks(here):
         pairs = simulator.engine.pairs(here, block, include_negligible=False)
         assert isinstance(pairs.strength, SeparableStrengths) and pairs.strength.sampling is None
