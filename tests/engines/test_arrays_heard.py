@@ -4,10 +4,10 @@ import warnings
 
 import numpy as np
 import pytest
-from oracles.listening import heard, pulse_spectrum, relative_rms
 
 from insonify.simulator import build_simulator, simulate
 from oracles import beams
+from oracles.listening import heard, pulse_spectrum, relative_rms
 from oracles.scenes import nominal, point
 from oracles.water import fold
 

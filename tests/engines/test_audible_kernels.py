@@ -128,7 +128,9 @@ def sonar(sent=0.0, heard=0.0, **more):
 def parts(simulator, here, families):
     """Of `pair_energy_fractions`."""
     seabed = simulator.engine.scene.seabed
-    return pair_energy_fractions(simulator.engine.scene, seabed.terrain, here, families, seabed.law(here.frequency, 1500.0))
+    return pair_energy_fractions(
+        simulator.engine.scene, seabed.terrain, here, families, seabed.law(here.frequency, 1500.0)
+    )
 
 
 @pytest.mark.parametrize(("sent", "heard"), [(0.0, 0.0), (-6.0, 5.0), (7.0, -9.0)])

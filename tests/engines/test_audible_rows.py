@@ -60,7 +60,9 @@ def test_all_pairs_in_their_order_are_the_table_itself():
     heard = known()
     out, back = (tuple(NAMES[k] for k in np.indices((4, 4))[axis].ravel()) for axis in (0, 1))
     assert np.shares_memory(heard.sampling_of(out, back).keep_probability, heard.sampling.keep_probability)
-    assert not np.shares_memory(heard.sampling_of(out[::-1], back[::-1]).keep_probability, heard.sampling.keep_probability)
+    assert not np.shares_memory(
+        heard.sampling_of(out[::-1], back[::-1]).keep_probability, heard.sampling.keep_probability
+    )
 
 
 def test_glints_of_one_family_share_its_row():

@@ -1,7 +1,6 @@
 """Claims that a ping in layered water is the sum over its rays: rays that were shot, in a sum over frequencies."""
 
 import numpy as np
-from oracles.listening import heard, pulse_spectrum, relative_rms, row
 
 from insonify.scattering.lambert import Lambert
 from insonify.scattering.point_target import PointTargetLaw
@@ -9,6 +8,7 @@ from insonify.scattering.sediments import Sediment
 from insonify.scene.scatterers import Scatterers
 from insonify.simulator import build_simulator
 from oracles import layered
+from oracles.listening import heard, pulse_spectrum, relative_rms, row
 from oracles.scenes import hear_blocks, nominal
 
 DEPTH, CARRIER, LEVEL = 20.0, 100e3, 220.0

@@ -162,7 +162,8 @@ def test_the_mean_ground_kept_is_the_ground():
     total = told.sum(axis=1)
     assert total.mean() == pytest.approx(ground.sum(), abs=3 * total.std(ddof=1) / np.sqrt(len(told)))
     assert (
-        loud.keep_probabilities(tiles, bounds).is_peaked.any() and loud.keep_probabilities(tiles, bounds).max_probability.min() < 0.01
+        loud.keep_probabilities(tiles, bounds).is_peaked.any()
+        and loud.keep_probabilities(tiles, bounds).max_probability.min() < 0.01
     )
 
 

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from oracles.listening import relative_rms
 
 from insonify.engines import pair_importance
 from insonify.engines._pair_importance_kernel import assign_priorities, mark_sampled_families
@@ -10,6 +9,7 @@ from insonify.engines.pair_importance import MIN_KEEP_PROBABILITY, RANGE_BINS, _
 from insonify.records.pairs import PairSampling
 from insonify.simulator import arrivals, build_simulator, simulate, simulate_pings
 from insonify.synthesis.coherent import coherent_from_arrivals
+from oracles.listening import relative_rms
 from oracles.scenes import nominal
 
 ROUGH = {"depth": 20.0, "relief": {"kind": "power-law", "hurst": 0.8, "rms": 0.05}}

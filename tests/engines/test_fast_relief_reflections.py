@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from engines.test_fast_reverberation import SIDESCAN, made, quickly, thoroughly
 
+from engines.test_fast_reverberation import SIDESCAN, made, quickly, thoroughly
 from engines.test_shadows_over_relief import means, scene
 from insonify.engines import fast_reverberation
 from insonify.engines.fast_relief_reflections import bounce_off_relief

@@ -5,7 +5,6 @@ from functools import cache
 import finufft
 import numpy as np
 import pytest
-from oracles.listening import heard, pulse_spectrum, relative_rms, row
 
 from insonify.records.arrivals import concatenate_arrivals, expand_arrivals
 from insonify.scattering.lambert import Lambert
@@ -14,6 +13,7 @@ from insonify.scattering.sediments import Sediment
 from insonify.scene.scatterers import Scatterers
 from insonify.simulator import arrivals, build_simulator, simulate
 from insonify.synthesis.coherent import coherent_from_arrivals
+from oracles.listening import heard, pulse_spectrum, relative_rms, row
 from oracles.scenes import hear_blocks, nominal, point
 from oracles.water import Block, cut, fold, letters
 
@@ -203,7 +203,9 @@ def test_a_non_uniform_transform_of_the_arrivals_agrees():
     rows = []
     for block in blocks:
         pairs = simulator.engine.path_pairs(here, block)
-        rows.append(expand_arrivals(pairs, 0, {names: moved.factor(block.scatterer_id, *names) for names in pairs.names()}))
+        rows.append(
+            expand_arrivals(pairs, 0, {names: moved.factor(block.scatterer_id, *names) for names in pairs.names()})
+        )
     found = concatenate_arrivals(rows)
     fast = hear_blocks(told, blocks)
     assert relative_rms(coherent_from_arrivals(found, here, simulator.grid), fast) < 1e-5

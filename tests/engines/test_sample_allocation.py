@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from engines.test_fast_reverberation import SIDESCAN, made, quickly, thoroughly
 
+from engines.test_fast_reverberation import SIDESCAN, made, quickly, thoroughly
 from insonify.engines import _radial_legs_kernel as kernel
 from insonify.engines import (
     _radial_samples_kernel,

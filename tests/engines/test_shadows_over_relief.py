@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from engines.test_fast_reverberation import quickly, thoroughly
 from numpy.typing import NDArray
 
+from engines.test_fast_reverberation import quickly, thoroughly
 from insonify.engines.radial_window import radials_past_targets
 from insonify.engines.shadow_radials import STRIPS, ShadowRun, _parts_of_strips, _probed, _split_radials, shadow_radials
 from insonify.engines.target_shadows import shadow_sector

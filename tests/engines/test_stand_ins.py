@@ -110,7 +110,17 @@ def test_loudness_agrees_with_and_without_a_moving_surface(surface):
     out, back = one._ends
     far = loud._nodes(45.0)
     sectors = np.arange(loud.SECTORS) * 2 * np.pi / loud.SECTORS
-    told = out, back, out is back, far, ping_geometry.midpoint, np.array(one._axes), sectors, loud.HALVINGS, loud.FIRST_NODE
+    told = (
+        out,
+        back,
+        out is back,
+        far,
+        ping_geometry.midpoint,
+        np.array(one._axes),
+        sectors,
+        loud.HALVINGS,
+        loud.FIRST_NODE,
+    )
     kernel, plain = np.empty((2, len(far)))
     max_two_way_gain.dispatcher(*told, kernel)
     max_two_way_gain._stand_in(*told, plain)

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from engines.test_fast_reverberation import CRATE, GROUND, SIDESCAN, made, quickly, thoroughly
 
+from engines.test_fast_reverberation import CRATE, GROUND, SIDESCAN, made, quickly, thoroughly
 from insonify.simulator import build_simulator
 
 DEPTH, SONAR, SPEED, WAVE = 10.0, 4.0, 1500.0, 0.015

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from engines.test_fast_reverberation import quickly, thoroughly
 
+from engines.test_fast_reverberation import quickly, thoroughly
 from insonify.engines.terrain_cover import MOST_HIDDEN, hidden_part
 from insonify.records.legs import LegStatus
 from insonify.simulator import build_simulator, simulate

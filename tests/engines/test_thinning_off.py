@@ -50,7 +50,8 @@ def test_those_left_are_some_of_all(seabed):
 def test_areas_of_those_left_come_to_the_whole():
     """Each stands for others: the sum of areas is that of all, within 4 standard errors, which are below 4 %."""
     few, all_of_them = (
-        drawn(ground(importance_sampling=on, seabed={"depth": 20.0}, paths={"scatterers_per_cell": 30.0})) for on in (True, False)
+        drawn(ground(importance_sampling=on, seabed={"depth": 20.0}, paths={"scatterers_per_cell": 30.0}))
+        for on in (True, False)
     )
     found = np.searchsorted(all_of_them[0], few[0])
     own = all_of_them[1][found]
@@ -66,7 +67,7 @@ def test_all_pairs_are_met_everywhere():
     assert simulator.engine.family_keep_probabilities(here, np.array([50.0])) is None
     for block in simulator.engine.blocks(here):
         pairs = simulator.engine.pairs(here, block, include_negligible=False)
-        assert isinstance(pairs.strength, SeparableStrengths) and pairs.strength.sampling is None
+        assert isinstance(pairs.stored_strengths, SeparableStrengths) and pairs.stored_strengths.sampling is None
         i, j = pairs.pair.T
         there = (pairs.out.amplitude[i] != 0) & (pairs.back.amplitude[j] != 0) & (pairs.out.grazing[i] != 0)
         assert (pairs.strength[there & (pairs.back.grazing[j] != 0)] > 0).all()
@@ -77,7 +78,13 @@ def test_elements_and_beams_have_one_ground(importance_sampling):
     """Within 11 degrees a line recorded by its elements draws the places that its beam does; with importance_sampling, others."""
     lobes = {"transmit": {"kind": "point", "length": None, "elements": None, "element": "omni"}}
     one, other = (
-        drawn(ground(importance_sampling=importance_sampling, sonar={"receiver": {"bandwidth": 20e3, "record": record}}, **lobes))
+        drawn(
+            ground(
+                importance_sampling=importance_sampling,
+                sonar={"receiver": {"bandwidth": 20e3, "record": record}},
+                **lobes,
+            )
+        )
         for record in ("beams", "elements")
     )
     inner = [set(key[np.hypot(place[:, 0], place[:, 1] - 60.5) < 12].tolist()) for key, _, place in (one, other)]

@@ -3,7 +3,13 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines._gain_envelope_kernel import BeamArguments, EnvelopeArguments, EnvelopeEnd, gain_re_threshold, max_two_way_gain
+from insonify.engines._gain_envelope_kernel import (
+    BeamArguments,
+    EnvelopeArguments,
+    EnvelopeEnd,
+    gain_re_threshold,
+    max_two_way_gain,
+)
 from insonify.engines._glint_spread_kernel import MIN_SPREAD_ROWS, ROWS_PER_SPREAD_ROW
 from insonify.sonar._beam_arrays import distance_to_span, element_gains, spans
 
@@ -88,7 +94,10 @@ class _Neighbourhoods:
 
 
 def _gain(
-    beam: BeamArguments, seen: list[tuple[Floats, Floats]], spread: tuple[Floats, Floats] | None, patterns: tuple[Floats, ...]
+    beam: BeamArguments,
+    seen: list[tuple[Floats, Floats]],
+    spread: tuple[Floats, Floats] | None,
+    patterns: tuple[Floats, ...],
 ) -> Floats:
     """Envelope of the loudest of some beams where cosines lie in spans [1], in the fourth mean over glints if any."""
     _, steer, scale, majorants, per_unit, element = beam

@@ -308,7 +308,9 @@ class EigenrayEngine:
             wavelength = self._wavelength(ping_geometry, place)
             heard = None
             if isinstance(self.rays, StraightRays) and self.choice.importance_sampling:
-                heard = straight_gain_bound(ping_geometry, bed.depth, families_reaching("seabed", self.choice.followed_families))
+                heard = straight_gain_bound(
+                    ping_geometry, bed.depth, families_reaching("seabed", self.choice.followed_families)
+                )
             return TerrainOcclusion(
                 bed,
                 place,

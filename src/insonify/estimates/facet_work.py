@@ -30,7 +30,9 @@ def facet_work(simulator: Simulator, ping_geometry: PingGeometry) -> tuple[float
         Facets [1], processor time [s], memory [bytes].
     """
     scenario, scene = simulator.scenario, simulator.engine.scene
-    smooth = [one for one in scene.targets if not isinstance(one, PointTarget) and one.face_reflection_coefficient is not None]
+    smooth = [
+        one for one in scene.targets if not isinstance(one, PointTarget) and one.face_reflection_coefficient is not None
+    ]
     if not smooth or "target" not in scenario.paths.contributions:
         return 0.0, 0.0, 0.0
     seen = ping_scatterers(scene, scenario.paths, scenario.seed, ping_geometry, simulator.engine.rays)

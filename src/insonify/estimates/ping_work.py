@@ -19,6 +19,7 @@ from insonify.engines.resolution import Resolution, max_path_length, receivable_
 from insonify.engines.targets import solid_pieces, target_count
 from insonify.engines.volume import VolumeScatterers
 from insonify.estimates import unit_costs
+from insonify.estimates.facet_work import facet_work
 from insonify.propagation.families import bounce_sequence, families_reaching
 from insonify.propagation.image_sources import StraightRays
 from insonify.propagation.propagation_model import PropagationModel
@@ -28,7 +29,6 @@ from insonify.scene.scatterer_grid import BASE_PITCH, FINEST_LEVEL, TILE
 from insonify.scene.scatterers import Boundary
 from insonify.simulator import Simulator
 from insonify.sonar.ping_geometry import PingGeometry
-from insonify.estimates.facet_work import facet_work
 from insonify.synthesis.label_accumulator import POINTS
 from insonify.synthesis.waveform_basis import waveform_basis
 from insonify.units import amplitude_ratio

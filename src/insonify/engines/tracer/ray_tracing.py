@@ -91,7 +91,11 @@ def _face_specular_fraction(ping: TracedPing, body: Solid) -> float:
     The law of the face is its rough part's alone, so that nothing of a mirror's lobe is scattered as well. Where the
     scenario says how smooth the face is, its coefficient is the mirror's.
     """
-    asked = ping.choice.target_specular_fraction if body.face_reflection_coefficient is None else body.face_reflection_coefficient**2
+    asked = (
+        ping.choice.target_specular_fraction
+        if body.face_reflection_coefficient is None
+        else body.face_reflection_coefficient**2
+    )
     least = specular_fraction(body.scattering)
     return least if asked is None else min(asked, least)
 
