@@ -26,6 +26,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.command("new")(scenarios.new)
+app.command("schema")(scenarios.schema)
 for _computes in (
     scenarios.check, recordings.run, recordings.show, recordings.explain, paper_and_demo.paper, paper_and_demo.demo
 ):  # fmt: skip

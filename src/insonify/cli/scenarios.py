@@ -1,4 +1,4 @@
-"""Commands about scenario files: new, check."""
+"""Commands about scenario files: new, check, schema."""
 
 import warnings
 from pathlib import Path
@@ -7,6 +7,11 @@ from typing import Annotated, Any
 import typer
 
 from insonify.cli.arguments import InputError
+
+SCHEMA_FILE = "insonify.schema.json"
+"""File that `schema` writes and that the first line of a new scenario names."""
+MODELINE = f"# yaml-language-server: $schema={SCHEMA_FILE}\n"
+"""First line of a new scenario, by which editors with a YAML language server find the schema."""
 
 
 def new(
@@ -30,12 +35,33 @@ def new(
     text = _renamed(_template(template), template, target)
     try:
         with target.open("x", encoding="utf-8") as file:
-            file.write(text)
+            file.write(MODELINE + text)
     except FileExistsError:
         raise InputError(f"{target} exists already. Choose another name, or delete it first") from None
     except OSError as error:
         raise InputError(f"{target} cannot be written: {error.strerror}") from None
     typer.echo(target)
+
+
+def schema(
+    out: Annotated[
+        Path, typer.Option("-o", "--out", metavar="PATH", help="File to write; the name that new scenarios refer to.")
+    ] = Path(SCHEMA_FILE),
+) -> None:
+    """Write the JSON schema of scenario files: editors then complete and explain every key.
+
+    Example: insonify schema
+    """
+    import json
+
+    from insonify.scenario.schema import json_schema
+
+    text = json.dumps(json_schema(), indent=1) + "\n"
+    try:
+        out.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{out} cannot be written: {error.strerror}") from None
+    typer.echo(out)
 
 
 def check(
