@@ -1,4 +1,4 @@
-"""What flows from stage to stage: legs, pairs, arrivals, recording."""
+"""Records passed from stage to stage: legs, pairs, arrivals, recordings."""
 
 from insonify.records.arrivals import Arrivals
 from insonify.records.legs import Legs

@@ -13,31 +13,31 @@ Singles = NDArray[np.float32]
 def amplitude_weights(
     priority: Singles, range_bin: NDArray[np.uint8], keep_probability: Singles, weight: Singles
 ) -> None:
-    """By what the answer of each scatterer to each pair is louder for standing for others.
+    """Amplitude weights of sampled pairs: one over the root of the keep probability, 0 where a pair is not kept.
 
     Args:
-        priority: Of each scatterer's place, 0 to 1, (n,).
-        range_bin: Of distance that each lies in, (n,).
-        keep_probability: Part of the scatterers at which each pair is met, (p, stretches).
-        weight: Result, one over the root of the share where the number lies below it, else 0, (p, n).
+        priority: Priority of each scatterer, 0 to 1, (n,).
+        range_bin: Range bin of each scatterer, (n,).
+        keep_probability: Probability with which each pair is kept in each range bin, (p, bins).
+        weight: Result, one over the root of the keep probability where the priority lies below it, else 0, (p, n).
     """
     for p in range(keep_probability.shape[0]):
-        least, root = keep_probability[p], (1 / np.sqrt(keep_probability[p])).astype(np.float32)
+        threshold, root = keep_probability[p], (1 / np.sqrt(keep_probability[p])).astype(np.float32)
         for n in range(priority.size):
-            weight[p, n] = root[range_bin[n]] if priority[n] < least[range_bin[n]] else np.float32(0)
+            weight[p, n] = root[range_bin[n]] if priority[n] < threshold[range_bin[n]] else np.float32(0)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def separable_strengths(
     transmit_factor: Floats, receive_factor: Floats, pair: NDArray[np.int64], weight: Singles, strengths: Floats
 ) -> None:
-    """Strengths that are products of what each leg contributes.
+    """Strengths that are products of one factor for each leg.
 
     Args:
-        transmit_factor: Of legs out, (f, n).
-        receive_factor: Of legs back, (g, n).
-        pair: Rows of each ordered pair, (p, 2).
-        weight: What strengths are multiplied by, (p, n); or (0, n) for one.
+        transmit_factor: Factor of each transmit leg, (f, n).
+        receive_factor: Factor of each receive leg, (g, n).
+        pair: Rows of the transmit and the receive leg of each ordered pair, (p, 2).
+        weight: Amplitude weight of each pair, (p, n); or (0, n) for 1.
         strengths: Result, (p, n).
     """
     for p in range(pair.shape[0]):

@@ -1,4 +1,4 @@
-"""Echoes: energies that come back to the sonar one ray at a time, with no phase to speak of."""
+"""Echo energies: expected energies of two-way paths, without phases."""
 
 from dataclasses import dataclass
 
@@ -10,30 +10,32 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class EchoEnergies:
-    """Expected energies of n ways out and back, of one contribution and one pair of families."""
+    """Expected energies of n two-way paths, of one contribution and one pair of families."""
 
     contribution: str
-    """What echoed: "seabed", "surface" or "target"."""
+    """Kind of scatterer: "seabed", "surface" or "target"."""
     object: str
-    """Who: "seabed", "surface" or a target's label."""
+    """Object that returns the echo: "seabed", "surface" or a target's label."""
     transmit_chain: str
-    """Mirrors of the way out, from the sonar outwards: letters S, B and T (a target's face); D for none."""
+    """Specular bounces of the transmit leg, from the sonar outwards: letters S, B and T (a target's face); D for
+    none."""
     receive_chain: str
-    """Mirrors of the way back, likewise from the sonar outwards."""
+    """Specular bounces of the receive leg, from the sonar outwards; letters as in `transmit_chain`."""
     delay: Floats
     """Two-way travel time [s], shape (n,)."""
     energy: Floats
-    """Mean-square pressure that the way brings by itself [uPa^2], shape (channels, n)."""
+    """Mean-square pressure of each path alone [uPa^2], shape (channels, n)."""
     reciprocal: Floats
-    """Mean-square pressure added by interference with the same way travelled backwards, as a part of it [1], (n,)."""
+    """Mean-square pressure added by interference with the path travelled backwards, as a fraction of `energy` [1],
+    shape (n,)."""
 
     def __post_init__(self) -> None:
         """Refuse columns of unequal length."""
         for name in ("energy", "reciprocal"):
             rows = getattr(self, name).shape[-1]
             if rows != len(self.delay):
-                raise ValueError(f"Echoes.{name} has {rows} rows; delay has {len(self.delay)}")
+                raise ValueError(f"EchoEnergies.{name} has {rows} rows; delay has {len(self.delay)}")
 
     def __len__(self) -> int:
-        """Number of ways."""
+        """Number of paths."""
         return len(self.delay)

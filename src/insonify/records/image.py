@@ -1,4 +1,4 @@
-"""Image: levels over pings and distances across the track, as a labelled dataset."""
+"""Image: levels over pings and across-track distances, as a labelled dataset."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Geometry = Literal["slant", "ground"]
 
 LONG_NAMES = {
     "slant": "slant range of a direct echo, port negative",
-    "ground": "distance across the track on a level bed, port negative",
+    "ground": "distance across the track on a flat seabed, port negative",
 }
 
 
@@ -23,17 +23,17 @@ def image_dataset(
     level: Floats, across: Floats, along: Floats, *, geometry: Geometry, gain: str, altitude: Floats,
     pings: NDArray[np.int64], attributes: dict[str, Any] | None = None,
 ) -> xr.Dataset:  # fmt: skip
-    """A sidescan image.
+    """A sidescan image as a labelled dataset.
 
     Args:
-        level: Level [dB], shape (ping, across); -inf where it is silent, NaN where nothing was heard.
+        level: Level [dB], shape (ping, across); -inf where the intensity is zero, NaN where nothing was recorded.
         across: Distance of each column from the track, port negative [m], shape (across,).
         along: Distance run at each ping by the logged navigation [m], shape (ping,).
         geometry: Whether `across` is slant range or distance on the ground.
         gain: Name of the gain that was applied.
-        altitude: Height above the seabed that the geometry took at each ping [m], shape (ping,).
+        altitude: Height above the seabed that the slant-range correction used at each ping [m], shape (ping,).
         pings: Number of each ping, shape (ping,).
-        attributes: What else describes the image as a whole.
+        attributes: Further attributes of the dataset.
 
     Returns:
         `level_db` over (ping, across) [dB], with `along` and `altitude` beside it.

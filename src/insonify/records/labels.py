@@ -1,7 +1,7 @@
-"""Labels: what each sample of a recording really is, known only because it was simulated.
+"""Labels: ground truth of each sample of a recording, known from the simulation.
 
-An arrival knows its owner and its path, and a leg that was cut knows by whom; so every sample has an expected
-intensity by owner and by pair of families, and from these its masks: highlight, shadow, ghost.
+Each arrival carries its object and its path, and each occluded leg its occluder. So every sample has an expected
+intensity by object and by pair of families, and masks that follow from them: highlight, shadow, ghost.
 """
 
 from __future__ import annotations
@@ -17,47 +17,48 @@ if TYPE_CHECKING:
     import xarray as xr
 
 NO_ROW = 255
-"""Row of the owner, or of the pair, where nothing is heard, or nothing hides."""
+"""Row of the object, or of the pair, where nothing is received or nothing is occluded."""
 
 PER_SAMPLE = ("ping", "channel", "time")
 COLUMNS: dict[str, tuple[tuple[str, ...], type, str, str]] = {
     "expected_intensity": (PER_SAMPLE, np.float32, "uPa^2", "expected mean-square pressure, free of noise and speckle"),
-    "object_intensity": (("ping", "channel", "object", "time"), np.float32, "uPa^2", "the part of it from each owner"),
+    "object_intensity": (("ping", "channel", "object", "time"), np.float32, "uPa^2", "contribution of each object"),
     "pair_intensity": (
         ("ping", "channel", "pair", "time"), np.float32, "uPa^2",
-        "by each pair of families alone, of all owners: what they make together may interfere",
+        "by each pair of families alone, of all objects; interference between pairs is not included",
     ),
-    "strongest_object": (PER_SAMPLE, np.uint8, "1", "row of the owner that is loudest, 255 where nothing is heard"),
-    "strongest_pair": (PER_SAMPLE, np.uint8, "1", "row of the pair of families that is loudest, 255 for none"),
+    "strongest_object": (PER_SAMPLE, np.uint8, "1", "row of the strongest object, 255 where nothing is received"),
+    "strongest_pair": (PER_SAMPLE, np.uint8, "1", "row of the strongest pair of families, 255 for none"),
     "highlight": (
-        PER_SAMPLE, np.bool_, "1", "targets, by paths without the surface, make most of what is heard, no less than is cut"
+        PER_SAMPLE, np.bool_, "1",
+        "most of the intensity is from targets by paths without the surface, no less than is occluded",
     ),
-    "shadow": (PER_SAMPLE, np.bool_, "1", "most of the seabed's direct echo is cut, and no highlight is there instead"),
-    "ghost": (PER_SAMPLE, np.bool_, "1", "targets, by paths that met the surface, make most of what is heard"),
-    "shadowing_object": (PER_SAMPLE, np.uint8, "1", "row of the owner that cuts most of a shadow's echo, 255 outside shadows"),
+    "shadow": (PER_SAMPLE, np.bool_, "1", "most of the seabed's direct echo is occluded, and no highlight replaces it"),
+    "ghost": (PER_SAMPLE, np.bool_, "1", "most of the intensity is from targets by paths that reflect off the surface"),
+    "shadowing_object": (PER_SAMPLE, np.uint8, "1", "row of the object that occludes most of a shadow's echo"),
     "position": (
         ("ping", "channel", "time", "axis"), np.float64, "m",
-        "north, east, depth of what is heard, the strongest owner by its strongest pair; in a shadow, of what is not",
+        "north, east, depth of the strongest object's echo by its strongest pair; in a shadow, of the occluded echo",
     ),
-    "distance": (PER_SAMPLE, np.float32, "m", "from the receiver straight to that place"),
-    "grazing": (PER_SAMPLE, np.float32, "rad", "grazing angle there, mean of both legs; 0 on a point target"),
+    "distance": (PER_SAMPLE, np.float32, "m", "straight distance from the receiver to that position"),
+    "grazing": (PER_SAMPLE, np.float32, "rad", "grazing angle at that position, mean of both legs; 0 on a point"),
 }  # fmt: skip
-"""Dimensions, type, units and long name of what labels hold."""
+"""Dimensions, type, units and long name of the variables of a label dataset."""
 
 
 @dataclass(frozen=True, slots=True)
 class LabelNames:
-    """The axes of labels that are not those of the recording."""
+    """Object and pair axes of a label dataset."""
 
     objects: tuple[str, ...]
-    """Seabed, surface, the water and its patches where they answer, and every target's label."""
+    """Seabed, surface, the water and its patches where they scatter, and every target's label."""
     pairs: tuple[str, ...]
     """Pairs of families, in either order, such as D-S."""
 
 
 @dataclass(frozen=True, slots=True)
 class Labels:
-    """Labels of one ping, as `COLUMNS` says, without the ping's axis."""
+    """Labels of one ping: the variables of `COLUMNS` without the ping axis."""
 
     expected_intensity: NDArray[np.floating[Any]]
     object_intensity: NDArray[np.floating[Any]]
@@ -73,29 +74,29 @@ class Labels:
     grazing: NDArray[np.floating[Any]]
 
     def __post_init__(self) -> None:
-        """Refuse columns that do not go together."""
+        """Refuse columns of inconsistent shape."""
         channels, count = self.expected_intensity.shape
         for name, (dims, *_) in COLUMNS.items():
             shape = getattr(self, name).shape
-            told = {"channel": shape[0], "time": shape[dims.index("time") - 1]}
-            if len(shape) != len(dims) - 1 or told != {"channel": channels, "time": count}:
+            sizes = {"channel": shape[0], "time": shape[dims.index("time") - 1]}
+            if len(shape) != len(dims) - 1 or sizes != {"channel": channels, "time": count}:
                 raise ValueError(f"Labels.{name} has shape {shape}; there are {channels} channels, {count} samples")
 
 
 def concatenate_channels(parts: Sequence[Labels]) -> Labels:
-    """The labels of several sides of a sonar as those of all their channels."""
+    """Labels of several sides of a sonar, joined along the channel axis."""
     return Labels(*(np.concatenate([getattr(part, column.name) for part in parts]) for column in fields(Labels)))
 
 
 def label_dataset(
     parts: Sequence[Labels], names: LabelNames, time: NDArray[np.float64], pings: NDArray[np.int64]
 ) -> xr.Dataset:
-    """Labels of some pings, with the names of their owners and pairs.
+    """Labels of some pings, with the names of their objects and pairs.
 
     Args:
         parts: Labels of each ping.
-        names: Owners and pairs.
-        time: Of the samples after the start of transmission [s], shape (time,).
+        names: Objects and pairs.
+        time: Time of each sample after the start of transmission [s], shape (time,).
         pings: Numbers of the pings.
 
     Returns:
@@ -103,7 +104,7 @@ def label_dataset(
     """
     import xarray as xr
 
-    held = xr.Dataset(
+    dataset = xr.Dataset(
         {
             name: (
                 dims,
@@ -117,13 +118,13 @@ def label_dataset(
             "time": ("time", time, {"units": "s", "long_name": "time after the start of transmission"}),
         },
     )
-    return with_names(held, names)
+    return with_names(dataset, names)
 
 
-def with_names(held: xr.Dataset, names: LabelNames) -> xr.Dataset:
-    """A dataset of labels with the names of its owners and pairs beside it."""
-    return held.assign_coords(
-        object=("object", list(names.objects), {"units": "1", "long_name": "whose echoes"}),
+def with_names(dataset: xr.Dataset, names: LabelNames) -> xr.Dataset:
+    """A dataset of labels with the names of its objects and pairs as coordinates."""
+    return dataset.assign_coords(
+        object=("object", list(names.objects), {"units": "1", "long_name": "object that returns the echo"}),
         pair=("pair", list(names.pairs), {"units": "1", "long_name": "families out and back, in either order"}),
         axis=("axis", ["north", "east", "depth"], {"units": "1", "long_name": "axes of the world"}),
     )

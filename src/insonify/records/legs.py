@@ -8,53 +8,55 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 _COLUMNS = (
-    "delay", "length", "spreading", "absorption", "reflection_coefficient", "caustics", "visibility", "grazing", "status", "occluder",
+    "delay", "length", "spreading", "absorption", "reflection_coefficient", "caustics", "visibility", "grazing",
+    "status", "occluder",
 )  # fmt: skip
 
 
 class LegStatus(IntEnum):
-    """Why a leg is there, or is not."""
+    """Reason for the presence or absence of a leg."""
 
     CLEAR = 0
     FACING_AWAY = 1
     OCCLUDED = 2
     SHADOW = 3
-    """No ray of the family gets there: refraction bends them all away."""
+    """No ray of the family reaches the point: it lies in a refractive shadow zone."""
     TURNED = 4
-    """The rays of the family turn before they have met all their boundaries, or that depth."""
+    """The rays of the family turn before they have reached all their boundaries, or the point's depth."""
     BEYOND_CRITICAL = 5
-    """Between rays that pass a layer and rays that turn in it, none arrives."""
+    """The point lies between the rays that cross a layer and those that turn in it; no ray arrives."""
 
 
 SEABED_OCCLUDER = -2
-"""Occluder of a leg that the ground itself cuts."""
+"""Occluder of a leg that the seabed itself occludes."""
 
 
 @dataclass(frozen=True, slots=True)
 class GlintPhasors:
-    """What is random about legs off a moving surface: rows as in `Legs`, n points."""
+    """Random phasors of legs reflected by a moving surface: rows as in `Legs`, n points."""
 
     bounce_id: tuple[int, ...]
-    """Which random bounce each row has met: rows out and back of one label meet the same; -1 for none."""
+    """Label of each row's random bounce; transmit and receive rows with one label share it; -1 for none."""
     phasor: NDArray[np.complex128]
-    """Phasor of the bounce at its own time, of unit modulus; 1 where nothing is random [1], shape (f, n)."""
+    """Phasor of the bounce at its own time, of unit modulus; 1 where the bounce is not random [1], shape (f, n)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Legs:
-    """Paths between one end (transmitter or receiver) and n points, by f families; columns of shape (f, n).
+    """One-way paths between one end (transmitter or receiver) and n points, by f families; columns of shape (f, n).
 
-    A family of which several rays reach some point has a row for each: the rays to a point are numbered by launch
-    angle, from the steepest up to the steepest down, and a point with fewer of them has no path in the last rows.
-    What is not there has visibility 0 and its reason in `status`; its other numbers mean nothing. Only behind soft
-    edges a leg that is cut is not quite silent.
-    Every column is as seen when going away from the sonar; by reciprocity the leg back is the same path.
+    A family with several rays to some point has a row for each ray. Rays to a point are numbered by launch angle, from
+    the steepest up to the steepest down; a point with fewer rays has no path in the last rows.
+    A missing path has visibility 0 and its reason in `status`; its other columns are undefined. With edge diffraction
+    an
+    occluded leg keeps a small visibility.
+    Every column refers to travel away from the sonar; by reciprocity the receive leg is the same path.
     """
 
     families: tuple[str, ...]
     """Name of each row's family: D direct, S surface, B bottom, SB surface then bottom, ..."""
     branch: tuple[int, ...]
-    """Which of the family's rays each row holds, from 0."""
+    """Number of each row's ray within its family, from 0."""
     delay: Floats
     """One-way travel time [s]."""
     length: Floats
@@ -66,9 +68,9 @@ class Legs:
     reflection_coefficient: NDArray[np.complex128]
     """Product of the reflection coefficients of all bounces [1]."""
     caustics: NDArray[np.uint8]
-    """Caustics touched on the way."""
+    """Number of caustics touched along the path."""
     visibility: Floats | NDArray[np.complex128]
-    """Pressure ratio by occlusion: 1 clear, 0 shadow; complex where edges are soft [1]."""
+    """Pressure ratio by occlusion: 1 clear, 0 shadow; complex with edge diffraction [1]."""
     departure: Floats
     """Unit vector of travel at the sonar, away from it, in the world, shape (f, n, 3)."""
     arrival: Floats
@@ -76,16 +78,16 @@ class Legs:
     grazing: Floats
     """Angle between the arriving ray and the point's interface [rad]; negative from behind."""
     status: NDArray[np.uint8]
-    """One of `LegStatus`."""
+    """Value of `LegStatus`."""
     occluder: NDArray[np.int16]
-    """Row of the target that cuts the leg among the scene's occluders, -1 for none, -2 (`SEABED_OCCLUDER`) for the ground."""
+    """Row of the occluding target among the scene's occluders; -1 for none, -2 (`SEABED_OCCLUDER`) for the seabed."""
     caustic: NDArray[np.complex128] | None = None
-    """Phasor of unit modulus: +90 degrees for each caustic, and how rays merge near one; None for ones throughout."""
+    """Phasor of unit modulus: +90 degrees for each caustic, with the transition near one; None: 1 throughout."""
     glints: GlintPhasors | None = None
-    """What a moving surface makes of some rows; None where nothing is random."""
+    """Random phasors of some rows, by a moving surface; None where nothing is random."""
     aperture_expansion: Floats | None = None
-    """What elements about the centre hear beyond a sphere, see `insonify.propagation.aperture_expansion`, (f, terms, n); None: that
-    is all they hear."""
+    """Delay and log-pressure about the array's centre beyond the spherical wavefront, see
+    `insonify.propagation.aperture_expansion`, shape (f, terms, n); None: spherical wavefronts."""
 
     def __post_init__(self) -> None:
         """Refuse columns whose shape is not (families, points)."""
@@ -100,20 +102,20 @@ class Legs:
 
     @property
     def ray_names(self) -> tuple[str, ...]:
-        """Name of each row: its family, and for further rays of it their number, as in D, D2, D3."""
+        """Name of each row: its family, with a number for the second and later rays, as in D, D2, D3."""
         return tuple(ray_name(family, branch) for family, branch in zip(self.families, self.branch, strict=True))
 
     def first_rows(self, rows: int) -> "Legs":
-        """The first few rows, in columns that are shared."""
+        """The first few rows, as views of the columns."""
         columns = {name: getattr(self, name)[:rows] for name in (*_COLUMNS, "departure", "arrival")}
         caustic = None if self.caustic is None else self.caustic[:rows]
-        beside = None if self.aperture_expansion is None else self.aperture_expansion[:rows]
+        expansion = None if self.aperture_expansion is None else self.aperture_expansion[:rows]
         return replace(
             self,
             families=self.families[:rows],
             branch=self.branch[:rows],
             caustic=caustic,
-            aperture_expansion=beside,
+            aperture_expansion=expansion,
             **columns,
         )
 

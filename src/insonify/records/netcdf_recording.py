@@ -1,6 +1,6 @@
-"""Recordings that xarray's own `to_netcdf` can write: complex pressure as two variables of real numbers.
+"""Recordings that xarray's own `to_netcdf` can write: complex pressure as two real variables.
 
-NetCDF has no complex type. Lists among the attributes become text of one line an entry, which netCDF 3 holds too.
+NetCDF has no complex type. Lists among the attributes become text, one entry a line, which netCDF 3 can store too.
 """
 
 from collections.abc import Hashable, Mapping
@@ -23,7 +23,7 @@ class Recording(xr.Dataset):
     def to_netcdf(self, *args: Any, **options: Any) -> Any:
         """Write to a netCDF file, complex variables as two real ones such as `pressure_real` and `pressure_imag`.
 
-        `insonify.read_netcdf` reads the recording back, bit by bit.
+        `insonify.read_netcdf` reads the recording back, bit-identical.
 
         Args:
             *args: Arguments of `xarray.Dataset.to_netcdf`.
@@ -37,10 +37,10 @@ class Recording(xr.Dataset):
         return xr.Dataset.to_netcdf(split_complex(self), *args, **options)
 
     def _encoding_of_parts(self, encoding: Mapping[Hashable, Any]) -> dict[Hashable, Any]:
-        """Encodings in which both parts of a complex variable have that of the whole."""
+        """Encodings in which both parts of a complex variable have the encoding of the variable."""
         return {
-            part: how
-            for name, how in encoding.items()
+            part: settings
+            for name, settings in encoding.items()
             for part in (real_imaginary_names(str(name)) if name in self and np.iscomplexobj(self[name]) else (name,))
         }
 
@@ -64,15 +64,15 @@ def real_imaginary_names(name: str) -> tuple[str, str]:
 
 
 def split_complex(recording: xr.Dataset) -> xr.Dataset:
-    """The dataset with complex variables in two parts, and without lists among the attributes.
+    """The dataset with each complex variable as two real ones and each list attribute as text.
 
     Args:
         recording: Any dataset.
 
     Raises:
-        ValueError: A variable bears the name of another one's part.
+        ValueError: A variable has the name of another variable's real or imaginary part.
     """
-    held = recording.copy()
+    parts = recording.copy()
     for name, variable in recording.variables.items():
         if not np.issubdtype(variable.dtype, np.complexfloating):
             continue
@@ -82,31 +82,31 @@ def split_complex(recording: xr.Dataset) -> xr.Dataset:
         ):
             if part in recording.variables:
                 raise ValueError(f"the recording has {name} and {part}. Rename the second one.")
-            about = dict(variable.attrs)
-            if "long_name" in about:
-                about["long_name"] = f"{about['long_name']}, {meaning} part"
-            held[part] = (variable.dims, np.ascontiguousarray(numbers), about)
-        held = held.drop_vars(str(name))
+            attributes = dict(variable.attrs)
+            if "long_name" in attributes:
+                attributes["long_name"] = f"{attributes['long_name']}, {meaning} part"
+            parts[part] = (variable.dims, np.ascontiguousarray(numbers), attributes)
+        parts = parts.drop_vars(str(name))
     lists = [str(name) for name, value in recording.attrs.items() if isinstance(value, list | tuple)]
     texts = {name: "\n".join(map(str, recording.attrs[name])) for name in lists}
-    return held.assign_attrs(texts | ({LISTED: " ".join(lists)} if lists else {}))
+    return parts.assign_attrs(texts | ({LISTED: " ".join(lists)} if lists else {}))
 
 
-def join_complex(held: xr.Dataset) -> xr.Dataset:
-    """What `split_complex` split, as it was.
+def join_complex(dataset: xr.Dataset) -> xr.Dataset:
+    """Inverse of `split_complex`: complex variables and list attributes restored.
 
     Args:
-        held: A dataset as `split_complex` returns it.
+        dataset: A dataset as `split_complex` returns it.
     """
-    for name in [str(name) for name in held.variables]:
+    for name in [str(name) for name in dataset.variables]:
         base = name.removesuffix(REAL)
         real, imaginary = real_imaginary_names(base)
-        if name != real or imaginary not in held.variables:
+        if name != real or imaginary not in dataset.variables:
             continue
-        about = {key: text.removesuffix(", real part") if isinstance(text, str) else text
-                 for key, text in held[real].attrs.items()}  # fmt: skip
-        values = np.empty(held[real].shape, np.result_type(held[real].dtype, np.complex64))
-        values.real, values.imag = held[real].values, held[imaginary].values
-        held = held.assign({base: (held[real].dims, values, about)}).drop_vars([real, imaginary])
-    lists = str(held.attrs.pop(LISTED, "")).split()
-    return held.assign_attrs({name: str(held.attrs[name]).split("\n") for name in lists})
+        attributes = {key: text.removesuffix(", real part") if isinstance(text, str) else text
+                 for key, text in dataset[real].attrs.items()}  # fmt: skip
+        values = np.empty(dataset[real].shape, np.result_type(dataset[real].dtype, np.complex64))
+        values.real, values.imag = dataset[real].values, dataset[imaginary].values
+        dataset = dataset.assign({base: (dataset[real].dims, values, attributes)}).drop_vars([real, imaginary])
+    lists = str(dataset.attrs.pop(LISTED, "")).split()
+    return dataset.assign_attrs({name: str(dataset.attrs[name]).split("\n") for name in lists})

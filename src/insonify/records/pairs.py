@@ -1,8 +1,8 @@
-"""Pairs: what a block of scatterers makes of every leg out and every leg back, before it is heard.
+"""Pairs: strengths of every transmit leg combined with every receive leg at a block of scatterers.
 
-The fast path goes from here straight to the recording; `records.arrivals` writes the same
-content out row by row, for people and for tests. Under most laws that are quick the strength of a pair is a product of
-what its legs contribute; then it is written out only for those who ask for it.
+Accumulators turn pairs into a recording directly; `records.arrivals` writes the same content out row by row, for
+inspection and for tests. Under most compiled laws the strength of a pair is a product of one factor for each leg; it is
+then written out only on request.
 """
 
 from dataclasses import dataclass, replace
@@ -21,94 +21,96 @@ Strengths = NDArray[np.float64] | NDArray[np.complex128]
 
 @dataclass(frozen=True, slots=True)
 class PairSampling:
-    """At which of n scatterers each of p pairs is met: those whose number lies below the pair's share of them."""
+    """Sampling of p pairs at n scatterers: a pair is kept where the priority lies below its keep probability."""
 
     priority: NDArray[np.float32]
-    """Of each scatterer's place, 0 to 1, shape (n,)."""
+    """Priority of each scatterer, 0 to 1, shape (n,)."""
     range_bin: NDArray[np.uint8]
-    """Of distance that each lies in, shape (n,)."""
+    """Range bin of each scatterer, shape (n,)."""
     keep_probability: NDArray[np.float32]
-    """Part of the scatterers of each stretch at which each pair is met, shape (p, stretches)."""
+    """Probability with which each pair is kept in each range bin, shape (p, bins)."""
 
     @property
     def amplitude_weight(self) -> NDArray[np.float32]:
-        """By what answers are louder for standing for others, 0 where a pair is not met [1], shape (p, n)."""
-        amplitude_weight = np.empty((len(self.keep_probability), len(self.priority)), np.float32)
-        amplitude_weights(self.priority, self.range_bin, self.keep_probability, amplitude_weight)
-        return amplitude_weight
+        """Amplitude weight of the kept pairs, 0 where a pair is not kept [1], shape (p, n)."""
+        weight = np.empty((len(self.keep_probability), len(self.priority)), np.float32)
+        amplitude_weights(self.priority, self.range_bin, self.keep_probability, weight)
+        return weight
 
 
 @dataclass(frozen=True)
 class SeparableStrengths:
-    """Strengths of p pairs at n scatterers whose cross section is one factor for each of two directions."""
+    """Strengths of p pairs at n scatterers whose cross section is a product of one factor for each direction."""
 
     out: Legs
-    """As of `Pairs`."""
+    """Legs from the transmitter to the scatterers."""
     back: Legs
-    """As of `Pairs`."""
+    """Legs from the receiver to the scatterers, travelled the other way."""
     pair: NDArray[np.int64]
-    """As of `Pairs`, shape (p, 2)."""
+    """Row of the transmit leg and of the receive leg of each ordered pair, shape (p, 2)."""
     direction_factor: Floats
-    """What one direction contributes to the cross section, at even sines of its grazing angle from 0 to 1 [1]; lines
-    between. Shape (2 or more,)."""
+    """Factor of one direction in the cross section, at evenly spaced sines of its grazing angle from 0 to 1 [1]; linear
+    between them. Shape (2 or more,)."""
     root_area: Floats
-    """Of the area that each point stands for [m], shape (n,)."""
+    """Root of the area that each point stands for [m], shape (n,)."""
     weight: Floats
-    """What each pair counts for besides [1], shape (p,)."""
+    """Further weight of each pair [1], shape (p,)."""
     sampling: PairSampling | None
-    """Where each pair is met; None: everywhere."""
+    """Random subset of the scatterers for each pair; None: all scatterers."""
 
     @cached_property
     def strengths(self) -> Floats:
-        """The strengths, written out [m], shape (p, n)."""
-        one = self._of(self.out)
-        other = (one if self.back is self.out else self._of(self.back)) * self.root_area
-        made = np.empty((len(self.pair), len(self.root_area)))
+        """Strengths, written out [m], shape (p, n)."""
+        transmit_factor = self._direction_factors(self.out)
+        receive_factor = (
+            transmit_factor if self.back is self.out else self._direction_factors(self.back)
+        ) * self.root_area
+        strengths = np.empty((len(self.pair), len(self.root_area)))
         amplitude_weight = (
             np.empty((0, len(self.root_area)), np.float32) if self.sampling is None else self.sampling.amplitude_weight
         )
-        separable_strengths(one, other, self.pair, amplitude_weight, made)
+        separable_strengths(transmit_factor, receive_factor, self.pair, amplitude_weight, strengths)
         if (self.weight != 1).any():
-            made *= self.weight[:, None]
-        return made
+            strengths *= self.weight[:, None]
+        return strengths
 
     def select(self, rows: NDArray[np.int64]) -> "SeparableStrengths":
-        """Those of some pairs, given by their rows."""
+        """Strengths of some pairs, given by their rows."""
         sampling = self.sampling
-        some = (
+        kept = (
             None
             if sampling is None
             else replace(sampling, keep_probability=np.ascontiguousarray(sampling.keep_probability[rows]))
         )
-        return replace(self, pair=self.pair[rows], weight=self.weight[rows], sampling=some)
+        return replace(self, pair=self.pair[rows], weight=self.weight[rows], sampling=kept)
 
-    def _of(self, legs: Legs) -> Floats:
-        """Root of what each leg contributes to the cross section [1], shape (f, n)."""
+    def _direction_factors(self, legs: Legs) -> Floats:
+        """Root of each leg's factor in the cross section [1], shape (f, n)."""
         sine = np.sin(np.abs(legs.grazing))
-        if len(self.direction_factor) == 2:  # a line, several times as quick as a table
+        if len(self.direction_factor) == 2:  # a line, several times faster than a table
             return np.sqrt(self.direction_factor[0] + (self.direction_factor[1] - self.direction_factor[0]) * sine)
         return np.sqrt(np.interp(sine, np.linspace(0, 1, len(self.direction_factor)), self.direction_factor))
 
 
 @dataclass(frozen=True, slots=True)
 class Pairs:
-    """Legs out and legs back of n scatterers, and how strongly each ordered pair of them scatters."""
+    """Transmit and receive legs of n scatterers, and the scattering strength of each ordered pair of them."""
 
     scatterers: Scatterers
     out: Legs
-    """From the transmitter to the scatterers."""
+    """Legs from the transmitter to the scatterers."""
     back: Legs
-    """From the receiver to the scatterers, travelled the other way."""
+    """Legs from the receiver to the scatterers, travelled the other way."""
     pair: NDArray[np.int64]
-    """Row of the leg out and of the leg back of each ordered pair, shape (p, 2)."""
+    """Row of the transmit leg and of the receive leg of each ordered pair, shape (p, 2)."""
     stored_strengths: Strengths | SeparableStrengths
-    """Their strengths, or how these are made."""
+    """Strengths of the pairs, or the factors of which they are products."""
 
     @property
     def strength(self) -> Strengths:
         """Pressure scattered to 1 m re incident pressure [m], shape (p, n).
 
-        The root of cross section times area, or what a smooth facet sends back, which turns the phase.
+        The root of cross section times area, or the complex scattering amplitude of a specular facet.
         """
         return (
             self.stored_strengths.strengths
@@ -118,23 +120,23 @@ class Pairs:
 
     @property
     def interferes(self) -> bool:
-        """Whether all arrivals of the block interfere, those of different points too: facets of one target do."""
+        """True if all arrivals of the block interfere, between points too, as those of one target's facets do."""
         return not self.scatterers.has_random_phase and self.scatterers.corners is not None
 
     def names(self) -> list[tuple[str, str]]:
-        """Families out and back of each ordered pair."""
+        """Transmit and receive family of each ordered pair."""
         return [(self.out.families[i], self.back.families[j]) for i, j in self.pair]
 
     def rays(self) -> list[tuple[str, str]]:
-        """Rays out and back of each ordered pair: their families, and numbers where a family has several."""
+        """Transmit and receive ray of each ordered pair: its family, with a number where a family has several rays."""
         out, back = self.out.ray_names, self.back.ray_names
         return [(out[i], back[j]) for i, j in self.pair]
 
     def select(self, pairs: NDArray[np.int64]) -> "Pairs":
-        """The same block with some of its ordered pairs, given by their rows."""
-        some = (
+        """The same block with strengths of its ordered pairs, given by their rows."""
+        strengths = (
             self.stored_strengths.select(pairs)
             if isinstance(self.stored_strengths, SeparableStrengths)
             else self.stored_strengths[pairs]
         )
-        return Pairs(self.scatterers, self.out, self.back, self.pair[pairs], some)
+        return Pairs(self.scatterers, self.out, self.back, self.pair[pairs], strengths)

@@ -1,4 +1,4 @@
-"""Recording: what the sonar writes down, over ping, channel and time, as a labelled dataset."""
+"""Recording: received pressure or expected intensity over ping, channel and time, as a labelled dataset."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ FIELDS: dict[str, tuple[type, str, str]] = {
     "pressure": (np.complex64, "uPa", "received pressure, complex envelope, rms scale"),
     "intensity": (np.float64, "uPa^2", "expected mean-square pressure"),
 }
-"""Type, units and long name of what is recorded."""
+"""Type, units and long name of the recorded quantities."""
 
 COLUMNS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "time": (("time",), "s", "time after the start of transmission"),
@@ -27,14 +27,14 @@ COLUMNS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "element_position": (
         ("channel", "axis"),
         "m",
-        "place of the channel on its platform: forward, starboard, down",
+        "position of the channel on its platform: forward, starboard, down",
     ),
     "position": (("ping", "axis"), "m", "platform position: north, east, down"),
     "attitude": (("ping", "axis"), "rad", "platform heading, pitch, roll"),
     "logged_position": (("ping", "axis"), "m", "platform position as its navigation system logged it"),
     "logged_attitude": (("ping", "axis"), "rad", "platform heading, pitch, roll as its navigation system logged them"),
 }
-"""Dimensions, units and long name of what stands beside it."""
+"""Dimensions, units and long name of the columns that accompany a recording."""
 BISTATIC_COLUMNS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "receiver_position": (("ping", "axis"), "m", "receiver's platform: north, east, down"),
     "receiver_attitude": (("ping", "axis"), "rad", "receiver's platform: heading, pitch, roll"),
@@ -45,20 +45,21 @@ BISTATIC_COLUMNS: dict[str, tuple[tuple[str, ...], str, str]] = {
         "heading, pitch, roll of the receiver's platform as its navigation system logged them",
     ),
 }
-"""Likewise, where the receiver has a platform of its own; `element_position` is then a place on that one."""
+"""Further columns where the receiver has a platform of its own; `element_position` then refers to that platform."""
 RANGE_COLUMNS: dict[str, tuple[tuple[str, ...], str, str]] = {
-    "slant_range": (("time",), "m", "slant range of a direct echo, half its way at the sound speed of the scenario"),
+    "slant_range": (("time",), "m", "slant range of a direct echo, half its path at the sound speed of the scenario"),
 }
-"""Ranges of the samples, where one platform carries both ends: between two, a time is an ellipse."""
+"""Column of monostatic sonars only: between two platforms, a travel time is an ellipse."""
 COORDINATES = ("ping_time", "slant_range", "steer", "side", "element_position")
-"""Columns that label pings and channels."""
+"""Columns that are coordinates of pings, channels and times."""
 OPTIONAL_COLUMNS = ("side", "element_position", "logged_position", "logged_attitude")
-"""Columns that recordings of earlier versions do not have: no side, no place, and a log that tells the truth."""
+"""Columns that recordings of earlier versions lack; their defaults: no side, element at the reference point, true
+poses."""
 
 
 @dataclass(frozen=True, slots=True)
 class RecordingLayout:
-    """What a recording will hold: everything but the sound."""
+    """Axes and platform data of a recording: everything but the recorded samples."""
 
     field: Literal["pressure", "intensity"]
     """Complex pressure [uPa] or expected intensity [uPa^2]."""
@@ -69,35 +70,38 @@ class RecordingLayout:
     steer: NDArray[np.float64]
     """Steering of each channel, to the right of boresight [rad], shape (channel,)."""
     position: NDArray[np.float64]
-    """True place of the platform at the start of each ping: north, east, down [m], shape (ping, 3)."""
+    """True position of the platform at the start of each ping: north, east, down [m], shape (ping, 3)."""
     attitude: NDArray[np.float64]
     """Platform's true heading, pitch, roll at the start of each ping [rad], shape (ping, 3)."""
     logged_position: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.empty(0))
-    """What the navigation system says of the position [m], shape (ping, 3); left out: the truth."""
+    """Position reported by the navigation system [m], shape (ping, 3); default: the true one."""
     logged_attitude: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.empty(0))
-    """What the navigation system says of the attitude [rad], shape (ping, 3); left out: the truth."""
+    """Heading, pitch, roll reported by the navigation system [rad], shape (ping, 3); default: the true ones."""
     side: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.empty(0))
-    """Side of each channel: -1 port, 1 starboard, 0 none [1], shape (channel,); left out: none."""
+    """Side of each channel: -1 port, 1 starboard, 0 none [1], shape (channel,); default: none."""
     element_position: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.empty(0))
-    """Where each channel hears: its element, or the centre of its array, from the platform's reference point: forward,
-    starboard, down [m], shape (channel, 3); left out: that point."""
+    """Position of each channel (its element, or the centre of its array) from the platform's reference point: forward,
+    starboard, down [m], shape (channel, 3); default: that point."""
     receiver_position: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.empty(0))
-    """True place of the receiver's own platform at the start of each ping: north, east, down [m], shape (ping, 3); this
-    and the three that follow are left out where one platform carries both ends."""
+    """True position of the receiver's own platform at the start of each ping: north, east, down [m], shape (ping, 3);
+    empty, as the next three columns, where one platform carries both ends."""
     receiver_attitude: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.empty(0))
-    """Its true heading, pitch, roll [rad], shape (ping, 3)."""
+    """True heading, pitch, roll of the receiver's own platform [rad], shape (ping, 3)."""
     logged_receiver_position: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.empty(0))
-    """What its navigation system says of the position [m], shape (ping, 3)."""
+    """Position of the receiver's platform reported by its navigation system [m], shape (ping, 3); default: the true
+    one."""
     logged_receiver_attitude: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.empty(0))
-    """What its navigation system says of the attitude [rad], shape (ping, 3); left out, as of the place: the truth."""
+    """Heading, pitch, roll of the receiver's platform reported by its navigation system [rad], shape (ping, 3);
+    default: the true ones."""
 
     slant_range: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.empty(0))
-    """Slant range of a direct echo at each time [m], shape (time,); left out: not known, or the receiver's platform is
-    another."""
+    """Slant range of a direct echo at each time [m], shape (time,); empty: not known, or a receiver on a platform of
+    its
+    own."""
 
     def __post_init__(self) -> None:
-        """Fill in what was left out; refuse columns of unequal length."""
-        plain = {
+        """Fill in defaults; refuse columns of unequal length."""
+        defaults = {
             "element_position": np.zeros((self.steer.size, 3)),
             "logged_position": self.position,
             "logged_attitude": self.attitude,
@@ -105,38 +109,38 @@ class RecordingLayout:
             "logged_receiver_attitude": self.receiver_attitude,
             "side": np.zeros(self.steer.shape),
         }
-        for name, values in plain.items():
+        for name, values in defaults.items():
             if not getattr(self, name).size:
                 object.__setattr__(self, name, values)
         rows, beams = (self.ping_time.size, 3), self.steer.shape
         bistatic = BISTATIC_COLUMNS if self.receiver_position.size else ()
-        wanted: dict[str, tuple[int, ...]] = {
+        expected: dict[str, tuple[int, ...]] = {
             name: rows for name in ("position", "attitude", "logged_position", "logged_attitude", *bistatic)
         }
-        places = (*beams, 3)
+        element_shape = (*beams, 3)
         if self.slant_range.size:
-            wanted["slant_range"] = self.time.shape
-        for name, shape in (wanted | {"side": beams, "element_position": places}).items():
-            found = getattr(self, name).shape
-            if found != shape:
-                raise ValueError(f"Layout.{name} has shape {found}; it should be {shape}")
+            expected["slant_range"] = self.time.shape
+        for name, shape in (expected | {"side": beams, "element_position": element_shape}).items():
+            actual = getattr(self, name).shape
+            if actual != shape:
+                raise ValueError(f"RecordingLayout.{name} has shape {actual}; it should be {shape}")
 
 
 def columns_of(layout: RecordingLayout) -> dict[str, tuple[tuple[str, ...], str, str]]:
-    """What stands beside the sound of a recording, as `COLUMNS`.
+    """Columns that accompany a recording, in the form of `COLUMNS`.
 
     Args:
-        layout: What it holds.
+        layout: Layout of the recording.
     """
-    held = COLUMNS | RANGE_COLUMNS if layout.slant_range.size else COLUMNS
-    return held | BISTATIC_COLUMNS if layout.receiver_position.size else held
+    columns = COLUMNS | RANGE_COLUMNS if layout.slant_range.size else COLUMNS
+    return columns | BISTATIC_COLUMNS if layout.receiver_position.size else columns
 
 
 def coordinates_of(layout: RecordingLayout) -> list[str]:
     """Names of the columns that label pings, channels and times of a recording, as `COORDINATES`.
 
     Args:
-        layout: What it holds.
+        layout: Layout of the recording.
     """
     return [name for name in COORDINATES if name in columns_of(layout)]
 
@@ -144,13 +148,13 @@ def coordinates_of(layout: RecordingLayout) -> list[str]:
 def recording_dataset(
     layout: RecordingLayout, attributes: Mapping[str, Any], data: NDArray[np.generic], pings: NDArray[np.int64]
 ) -> xr.Dataset:
-    """A recording in memory.
+    """A recording in memory, as a labelled dataset.
 
     Args:
-        layout: What it holds.
-        attributes: What describes it as a whole.
-        data: Pressure [uPa] or intensity [uPa^2], shape (pings wanted, channel, time).
-        pings: Numbers of the pings wanted.
+        layout: Layout of the recording.
+        attributes: Attributes of the dataset.
+        data: Pressure [uPa] or intensity [uPa^2], shape (selected pings, channel, time).
+        pings: Numbers of the selected pings.
 
     Returns:
         A dataset in which every variable has units and a long name.
@@ -158,10 +162,12 @@ def recording_dataset(
     from insonify.records.netcdf_recording import Recording
 
     dtype, units, long_name = FIELDS[layout.field]
-    about = {"units": units, "long_name": long_name}
-    variables: dict[str, Any] = {layout.field: (("ping", "channel", "time"), np.asarray(data, dtype), about)}
+    attrs = {"units": units, "long_name": long_name}
+    variables: dict[str, Any] = {layout.field: (("ping", "channel", "time"), np.asarray(data, dtype), attrs)}
     for name, (dims, unit, meaning) in columns_of(layout).items():
         values = getattr(layout, name)
         variables[name] = (dims, values[pings] if dims[0] == "ping" else values, {"units": unit, "long_name": meaning})
-    held = Recording(variables, coords={"ping": ("ping", pings, {"units": "1", "long_name": "number of the ping"})})
-    return held.set_coords(coordinates_of(layout)).assign_attrs(dict(attributes))
+    recording = Recording(
+        variables, coords={"ping": ("ping", pings, {"units": "1", "long_name": "number of the ping"})}
+    )
+    return recording.set_coords(coordinates_of(layout)).assign_attrs(dict(attributes))

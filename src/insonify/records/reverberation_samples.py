@@ -1,8 +1,8 @@
-"""A swath: all the ground that one ping hears, as lit points with a row for every family of legs.
+"""Reverberation samples: points of the seabed in view of one ping, with a row of legs for every family.
 
-Both ends of the sonar are at one place, so that legs out and back are the same. Unlike `records.pairs` it holds
-neither reasons nor what cannot be heard: only what an expected intensity asks for. Nor has every pair of legs all the
-points: what is faint is asked at some of them, that stand for the rest.
+Both ends of the sonar are at one position, so transmit and receive legs are the same. Unlike `records.pairs`, only the
+columns that an expected intensity needs are held: no reasons for missing legs, no points outside window and beams.
+Weak pairs of legs are evaluated at a subset of the points, which stands for the rest.
 """
 
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, slots=True)
 class Origins:
-    """Places of n points of a swath, and direct legs that something cuts, m of them: what labels ask for besides."""
+    """Positions of n reverberation samples and their m occluded direct legs: further columns that labels need."""
 
     families: tuple[str, ...]
     """Name of each row of legs."""
@@ -25,20 +25,20 @@ class Origins:
     direct: int
     """Row of the direct legs."""
     straight: int
-    """Row in `Swath.pair` of the direct leg out and back; -1 where there is none."""
+    """Row in `ReverberationSamples.pair` of the direct path, transmit and receive; -1 where there is none."""
     cut: NDArray[np.int64]
-    """Which of the points in its row of `Swath.rows` have a direct leg that is cut, shape (m,)."""
+    """Indices in its row of `ReverberationSamples.rows` of the points with an occluded direct leg, shape (m,)."""
     free: NDArray[np.complex64]
-    """Amplitude of these legs as if nothing cut them [1], shape (m,)."""
+    """Amplitude of these legs without occlusion [1], shape (m,)."""
     lost: NDArray[np.float64]
-    """Part of the energy out and back that is taken away [1], shape (m,)."""
+    """Fraction of the two-way energy that is occluded [1], shape (m,)."""
     occluder_row: NDArray[np.int16]
-    """What cuts each: row among the scene's occluders, or `SEABED`, shape (m,)."""
+    """Occluder of each: row among the scene's occluders, or `SEABED_OCCLUDER`, shape (m,)."""
 
 
 @dataclass(frozen=True, slots=True)
 class ReverberationSamples:
-    """Points of the ground, n of them, and their legs by f families."""
+    """Points of the seabed, n of them, and their legs by f families."""
 
     delay: NDArray[np.float64]
     """One-way travel time [s], shape (f, n)."""
@@ -49,15 +49,16 @@ class ReverberationSamples:
     pair: NDArray[np.int64]
     """Rows of two legs, in either order, shape (p, 2); the first never comes after the second."""
     count: NDArray[np.int64]
-    """Points that each pair is heard from, shape (p,)."""
+    """Number of points at which each pair is evaluated, shape (p,)."""
     rows: NDArray[np.int32]
-    """Which they are, increasing; so many in each row count, shape (p, any)."""
+    """Indices of these points, increasing; the first `count` of each row are used, shape (p, any)."""
     cross_section: NDArray[np.floating[Any]]
-    """Cross section of each pair times the area that such a point stands for, in either order [m^2], likewise."""
+    """Cross section of each pair, in either order, times the area that such a point stands for [m^2], shape (p,
+    any)."""
     interference_ranges: NDArray[np.int64]
-    """First point and after the last of ranges where pairs may arrive together and interfere, shape (any, 2).
+    """First and one past the last point of ranges where pairs may arrive together and interfere, shape (any, 2).
 
-    Pairs that do have the same points there.
+    Pairs that interfere have the same points in these ranges.
     """
     origins: Origins | None = None
-    """Where the points lie, and what is cut; None where nobody labels them."""
+    """Positions and occlusion of the points; None where no labels are wanted."""
