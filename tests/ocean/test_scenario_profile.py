@@ -92,7 +92,7 @@ def test_one_of_speed_and_profile_must_go():
         ([[0, 1500]], "1 depth(s) make no profile"),
         ([], "0 depth(s) make no profile"),
         (1500, "1500 is no sound-speed profile; write a table's name"),
-        (" ", "' ' is no file's name"),
+        (" ", "' ' is not a file name"),
         ([[0, 1500], [0, 1500]], "1.0: 0 m comes after 0 m"),
         ([[0, 1500], 1490], "1: 1490 is no row"),
         ([[0, 1500], [9]], "1: has 1 values"),
@@ -129,6 +129,6 @@ def test_a_table_that_is_missing_or_broken_is_told_by_name(tmp_path, monkeypatch
     monkeypatch.chdir(tmp_path)
     (tmp_path / "cast.csv").write_text("depth,speed\n0,1510\n8,fast\n")
     assert "cst.csv is not in the folder" in refused(profile="cst.csv")
-    assert "There: cast.csv." in refused(profile="cst.csv")
+    assert "Tables in it: cast.csv." in refused(profile="cst.csv")
     assert "cast.csv, line 3, column 2 (speed): 'fast' is not a number" in refused(profile="cast.csv")
     assert "cannot be read" in refused(profile=".")

@@ -49,7 +49,7 @@ def test_the_sea_is_as_high_as_asked(name):
 def test_every_sea_has_all_the_variance_of_its_band(name):
     """No draw is richer or poorer: the waves' energies add up to the spectrum down to the shortest, to 1e-4."""
     spectrum, spreading = SEAS[name]
-    wanted = height_variance(spectrum, shortest_wavelength=2 * math.pi / 0.3)
+    wanted = height_variance(spectrum, max_wavenumber=2 * math.pi / 0.3)
     for seed, bands, directions in ((0, 64, 16), (1, 20, 5)):
         sea = SeaSurface(spectrum, spreading, seed=seed, bands=bands, directions=directions)
         assert np.sum(sea.amplitude**2) / 2 == pytest.approx(wanted, rel=1e-4)
@@ -212,8 +212,8 @@ def test_the_quick_cosine_is_a_cosine(cycles):
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        ({"shortest": 500.0}, r"SeaSurface\.shortest is 500"),
-        ({"shortest": 0.0}, r"SeaSurface\.shortest is 0"),
+        ({"shortest": 500.0}, r"SeaSurface\.shortest_wavelength is 500"),
+        ({"shortest": 0.0}, r"SeaSurface\.shortest_wavelength is 0"),
         ({"water_depth": -5.0}, r"SeaSurface\.water_depth is -5"),
         ({"bands": 0}, "bands is 0"),
     ],

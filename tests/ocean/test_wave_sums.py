@@ -92,7 +92,9 @@ def test_an_old_sea_stays_as_rough_as_a_young_one():
     kept = 2 * np.pi / 2.0
     place = np.random.default_rng(2).uniform(-1e4, 1e4, (2, 40_000))
     for time in (0.0, 86_400.0):
-        assert np.var(SEA.elevation(*place, time)) == pytest.approx(height_variance(WIND, shortest_wavelength=kept), rel=0.05)
+        assert np.var(SEA.elevation(*place, time)) == pytest.approx(
+            height_variance(WIND, max_wavenumber=kept), rel=0.05
+        )
 
 
 def test_the_sea_heaves_and_leans_as_its_spectrum_says():
@@ -152,9 +154,9 @@ def test_bands_of_waves_add_up(spectrum):
     To 1e-5: JONSWAP's width changes at its peak, and an integral that steps over the change notices.
     """
     for cut in (2 * spectrum.peak, 1.0, 17.0):
-        parts = height_variance(spectrum, shortest_wavelength=cut) + height_variance(spectrum, longest_wavelength=cut)
+        parts = height_variance(spectrum, max_wavenumber=cut) + height_variance(spectrum, min_wavenumber=cut)
         assert parts == pytest.approx(height_variance(spectrum), rel=1e-5)
-        slopes = mean_square_slope(spectrum, cut) + mean_square_slope(spectrum, 300.0, longest_wavelength=cut)
+        slopes = mean_square_slope(spectrum, cut) + mean_square_slope(spectrum, 300.0, min_wavenumber=cut)
         assert slopes == pytest.approx(mean_square_slope(spectrum, 300.0), rel=1e-5)
 
 
@@ -163,7 +165,10 @@ def test_moments_are_the_integrals_they_claim(spectrum):
     """Two rules of integration: Gauss in the package, trapezes over a fine logarithmic grid here."""
     k = np.geomspace(spectrum.peak / 8, 50.0, 40_001)
     per_log = spectrum.density(k) * k
-    for power, found in ((1, height_variance(spectrum, shortest_wavelength=50.0)), (k**2, mean_square_slope(spectrum, 50.0))):
+    for power, found in (
+        (1, height_variance(spectrum, max_wavenumber=50.0)),
+        (k**2, mean_square_slope(spectrum, 50.0)),
+    ):
         assert np.trapezoid(per_log * power, np.log(k)) == pytest.approx(found, rel=1e-5)
     heave = np.trapezoid(per_log * angular_frequency(k, water_depth=9.0) ** 2, np.log(k)) ** 0.5
     assert vertical_speed_rms(spectrum, 50.0, water_depth=9.0) == pytest.approx(heave, rel=1e-5)
@@ -171,7 +176,7 @@ def test_moments_are_the_integrals_they_claim(spectrum):
 
 def test_a_band_without_waves_holds_nothing():
     """An empty band, and one below the longest wave, have neither height nor slope."""
-    assert height_variance(WIND, longest_wavelength=5.0, shortest_wavelength=5.0) == 0
+    assert height_variance(WIND, min_wavenumber=5.0, max_wavenumber=5.0) == 0
     assert mean_square_slope(WIND, WIND.peak / 10) == 0
 
 

@@ -82,9 +82,9 @@ def test_frequency_and_wavenumber_hold_the_same_sea(name):
 
 def test_slope_of_a_saturated_sea():
     """Far above the peak every octave holds alpha / 2 ln 2 of slope."""
-    octave = mean_square_slope(PiersonMoskowitz(10.0), 40.0, longest_wavelength=20.0)
+    octave = mean_square_slope(PiersonMoskowitz(10.0), 40.0, min_wavenumber=20.0)
     assert octave == pytest.approx(PHILLIPS / 2 * math.log(2), rel=1e-4)
-    assert mean_square_slope(PiersonMoskowitz(10.0), 20.0, longest_wavelength=20.0) == 0
+    assert mean_square_slope(PiersonMoskowitz(10.0), 20.0, min_wavenumber=20.0) == 0
 
 
 def test_heave_of_a_developed_sea():

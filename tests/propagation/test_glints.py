@@ -55,7 +55,7 @@ def test_the_coherent_leg_is_the_mirror_s_less_eckart_s_factor(wind, east):
     """Its pressure is exp(-2 Gamma^2) of the mirror's, by the height of the whole sea and the angle at the surface."""
     mirror, out, _ = off_the_surface(wind, east)
     grazing = np.arctan2(31.0, east)
-    rms = height_variance(Elfouhaily(wind), shortest_wavelength=SHORTEST) ** 0.5
+    rms = height_variance(Elfouhaily(wind), max_wavenumber=SHORTEST) ** 0.5
     wanted = -coherent_reflection(F, rms, grazing, sound_speed=C) * 10 ** (-bubble_loss_db(wind, F, grazing) / 20)
     assert out.glints.bounce_id[0] == -1
     np.testing.assert_allclose(np.abs(out.amplitude[0] / mirror.amplitude[0]), wanted, rtol=1e-3)
@@ -83,7 +83,7 @@ def test_glints_forget_their_phase_as_a_drawn_sea_does(wind, apart):
     mirror, now, _ = off_the_surface(wind, count=count)
     _, then, _ = off_the_surface(wind, count=count, time=apart)
     phase = 4 * np.pi * F / C * np.sin(np.arctan2(31.0, 150.0))
-    mean = phase**2 * height_variance(Elfouhaily(wind), shortest_wavelength=SHORTEST)
+    mean = phase**2 * height_variance(Elfouhaily(wind), max_wavenumber=SHORTEST)
     glint = np.mean(carried(now, mirror) * carried(then, mirror).conj())
     whole = np.exp(-mean) - np.expm1(-mean) * glint
     north, east = np.random.default_rng(3).uniform(-2000, 2000, (2, 3000))
@@ -137,7 +137,7 @@ def test_glints_forget_their_phase_over_the_surface_as_a_drawn_sea_does(towards,
     # The sea's height delays: its phasor is exp(-j q eta).
     glint = np.mean(carried(other, there) * carried(one, here).conj())
     phase = 4 * np.pi * F / C * np.sin(np.arctan2(31.0, 150.0))
-    mean = phase**2 * height_variance(Elfouhaily(wind), shortest_wavelength=SHORTEST)
+    mean = phase**2 * height_variance(Elfouhaily(wind), max_wavenumber=SHORTEST)
     north, east = np.random.default_rng(3).uniform(-2000, 2000, (2, 3000))
     wave, step = Elfouhaily(wind), 0.05 * 20 / 31
     waves = [

@@ -22,11 +22,13 @@ LONG = 30.0
 def test_the_tables_hold_the_moments_of_the_spectrum(wind):
     """Height, slope and vertical speed of all waves that sound sees: as integrated over the spectrum itself, 1 %."""
     sea, waves = Elfouhaily(wind), wind_waves(wind, SHORTEST)
-    assert waves.variance[-1] == pytest.approx(height_variance(sea, shortest_wavelength=SHORTEST), rel=0.01)
+    assert waves.variance[-1] == pytest.approx(height_variance(sea, max_wavenumber=SHORTEST), rel=0.01)
     assert waves.slope_moments[0, -1] + waves.slope_moments[1, -1] == pytest.approx(
-        float(mean_square_slope(sea, shortest_wavelength=SHORTEST)), rel=0.01
+        float(mean_square_slope(sea, max_wavenumber=SHORTEST)), rel=0.01
     )
-    assert waves.slope_moments[2, -1] == pytest.approx(float(vertical_speed_rms(sea, shortest_wavelength=SHORTEST)) ** 2, rel=0.02)
+    assert waves.slope_moments[2, -1] == pytest.approx(
+        float(vertical_speed_rms(sea, max_wavenumber=SHORTEST)) ** 2, rel=0.02
+    )
 
 
 @pytest.mark.parametrize("wind", WINDS)
@@ -51,7 +53,11 @@ def test_waves_run_alike_to_both_sides_of_the_wind(wind):
 def test_a_stronger_wind_raises_and_steepens_the_sea():
     """Height and slope grow with the wind; the longest waves that carry them grow longer."""
     seas = [wind_waves(wind, SHORTEST) for wind in WINDS]
-    for read in (lambda w: w.variance[-1], lambda w: w.slope_moments[0, -1] + w.slope_moments[1, -1], lambda w: 1 / w.wavenumber[0]):
+    for read in (
+        lambda w: w.variance[-1],
+        lambda w: w.slope_moments[0, -1] + w.slope_moments[1, -1],
+        lambda w: 1 / w.wavenumber[0],
+    ):
         values = [read(one) for one in seas]
         assert values[0] < values[1] < values[2]
 

@@ -57,7 +57,7 @@ MISTAKES = {
     "profile: yes": (0, "water.profile: yes means true in YAML; it should be a sound-speed profile"),
     "profile: [[0, 1500], [15, 1500]]": (0, "water.profile: ends at 15 m, above the seabed (20 m). Add a row for 20 m"),
     "profile: [[1, 1500], [25, 1500]]": (0, "water.profile: begins at 1 m"),
-    "profile: cast.csv\n  sound_speed: 1500": (0, "water.profile: sound_speed stands here as well"),
+    "profile: cast.csv\n  sound_speed: 1500": (0, "water.profile: sound_speed is given as well"),
     "profile: cast.csv\n  smoothing: 1 s": (1, "water.smoothing: 1 s is not a length"),
 }  # fmt: skip
 

@@ -1,8 +1,8 @@
-"""The water between the sonar and everything it can hear.
+"""Sea water between the sonar and its targets.
 
-Sound speed, absorption and pressure of sea water; profiles; noise; what scatters in the
-water; waves, and a surface that moves. Arguments broadcast. NaN and masked values are gaps in a
-measurement and stay gaps (NaN); what no water can have is refused, and a law used outside its range
+Sound speed, absorption and pressure of sea water; sound-speed profiles; ambient noise; volume scattering;
+wave spectra and a moving sea surface. Arguments broadcast. NaN and masked values are gaps in a
+measurement and stay gaps (NaN). Impossible values are refused, and a law used outside its range
 warns with `insonify.validity.PhysicsWarning`, which names law and range.
 """
 

@@ -1,8 +1,8 @@
 """Absorption of sound in sea water.
 
-Salt makes the sea deaf long before water does: boric acid relaxes below about 10 kHz,
-magnesium sulphate up to about 500 kHz; above that, water itself is viscous. Each
-published law of these three has a file of its own; this one asks the law by name.
+Two salts absorb sound by relaxation: boric acid below about 10 kHz, magnesium sulphate up to
+about 500 kHz; above that, the viscosity of water dominates. Each published law of these three
+contributions has a file of its own; this one selects the law by name.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ def absorption_db_per_m(
     ph: ArrayLike = 8.0,
     model: str = "francois-garrison",
 ) -> NDArray[np.float64]:
-    """Energy that sea water takes from the wave along each metre of its way [dB/m].
+    """Absorption coefficient of sea water [dB/m].
 
     Args:
         frequency: Frequency [Hz], any shape.
-        temperature: Temperature [degC], broadcast against frequency, as are the rest.
+        temperature: Temperature [degC]; all arguments broadcast.
         salinity: Salinity [g/kg].
         depth: Depth below the mean surface, positive down [m].
         ph: Acidity [1].
@@ -48,7 +48,7 @@ def absorption_db_per_m(
         One-way loss per metre [dB/m], broadcast shape of the arguments.
 
     Raises:
-        ValueError: There is no law of that name, or something is no number or no water has it.
+        ValueError: The model is unknown, or an argument is not a number or not possible in water.
     """
     if model not in MODELS:
         raise ValueError(f"model is {model!r}; the absorption laws available are: {', '.join(MODELS)}")
@@ -68,20 +68,19 @@ def absorption_filter(
     ph: ArrayLike = 8.0,
     model: str = "francois-garrison",
 ) -> NDArray[np.float64]:
-    """What a stretch of sea does to the spectrum of a pulse: the high notes die first [1].
+    """Frequency response of absorption over a path [1].
 
-    A chirp of 300 to 600 kHz over 100 m comes back with its upper end about 9 dB below its lower;
-    one number for the whole band would miss that.
+    A chirp of 300 to 600 kHz over 100 m returns with its upper end about 9 dB below its lower;
+    one absorption value for the whole band would miss that.
 
     Args:
         frequency: Frequency [Hz], any shape.
-        path_length: Length of the whole way through the water, out and back [m], broadcast
-            against frequency, as are the conditions below.
-        centre_frequency: Frequency at which the response is 1 [Hz], for use beside a loss already
-            charged there; None gives the whole loss.
+        path_length: Length of the two-way path through the water [m]; all arguments broadcast.
+        centre_frequency: Frequency at which the response is 1 [Hz], where the loss at that frequency is
+            applied separately; None gives the whole loss.
         temperature: Temperature [degC].
         salinity: Salinity [g/kg].
-        depth: Mean depth of the way [m].
+        depth: Mean depth of the path [m].
         ph: Acidity [1].
         model: Name of the law, one of `MODELS`.
 
@@ -89,10 +88,10 @@ def absorption_filter(
         Factor on the pressure spectrum, real and positive, broadcast shape of the arguments.
         No phase: the two relaxations also change the sound speed, by 0.03 m/s in all.
     """
-    way = require_numbers("path_length", path_length, "m", 0.0)
+    length = require_numbers("path_length", path_length, "m", 0.0)
     water = {"temperature": temperature, "salinity": salinity, "depth": depth, "ph": ph}
     loss = absorption_db_per_m(frequency, model=model, **water)
     if centre_frequency is not None:
         loss = loss - absorption_db_per_m(centre_frequency, model=model, **water)
-    with np.errstate(over="ignore"):  # far below the centre frequency the factor may have no bounds
-        return amplitude_ratio(-loss * way)
+    with np.errstate(over="ignore"):  # far below the centre frequency the factor may overflow
+        return amplitude_ratio(-loss * length)

@@ -1,6 +1,6 @@
-"""Absorption made simple: Ainslie and McColm's law of 1998.
+"""Simplified absorption of sea water: Ainslie and McColm's law of 1998.
 
-The data are Francois and Garrison's; the three causes are the same, each in its fewest terms.
+The data and the three contributions are Francois and Garrison's, each with the fewest terms.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ LAW = "Ainslie & McColm (1998) absorption"
 def ainslie_mccolm_db_per_km(
     frequency: ArrayLike, temperature: ArrayLike, salinity: ArrayLike, depth: ArrayLike, ph: ArrayLike
 ) -> NDArray[np.float64]:
-    """Absorption of sea water from its three causes, in few terms [dB/km].
+    """Absorption of boric acid, magnesium sulphate and pure water, in few terms [dB/km].
 
     Args:
         frequency: Frequency [Hz], any shape.
-        temperature: Temperature [degC], broadcast, as are the rest.
+        temperature: Temperature [degC]; all arguments broadcast.
         salinity: Salinity [g/kg].
         depth: Depth [m].
         ph: Acidity [1].
@@ -40,13 +40,13 @@ def ainslie_mccolm_db_per_km(
     f = np.asarray(frequency, dtype=float) / 1e3  # the paper's kHz
     z = np.asarray(depth, dtype=float) / 1e3  # the paper's km
     t, s, acidity = (np.asarray(a, dtype=float) for a in (temperature, salinity, ph))
-    boric = 0.106 * _relaxed(f, 0.78 * np.sqrt(s / 35) * np.exp(t / 26)) * np.exp((acidity - 8) / 0.56)
-    magnesium = 0.52 * (1 + t / 43) * (s / 35) * _relaxed(f, 42 * np.exp(t / 17)) * np.exp(-z / 6)
+    boric = 0.106 * _relaxation_term(f, 0.78 * np.sqrt(s / 35) * np.exp(t / 26)) * np.exp((acidity - 8) / 0.56)
+    magnesium = 0.52 * (1 + t / 43) * (s / 35) * _relaxation_term(f, 42 * np.exp(t / 17)) * np.exp(-z / 6)
     water = 0.00049 * f**2 * np.exp(-(t / 27 + z / 17))
     return np.asarray(boric + magnesium + water)
 
 
-def _relaxed(f: NDArray[np.float64], relaxation: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Share of an ion that still follows the wave, times f^2 [kHz]."""
+def _relaxation_term(f: NDArray[np.float64], relaxation: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Relaxation term f_r f^2 / (f_r^2 + f^2) [kHz]."""
     # Fresh water has no boric acid: both frequencies may be 0, and then so is the loss.
     return np.asarray(relaxation * f**2 / np.maximum(relaxation**2 + f**2, np.finfo(float).tiny))

@@ -1,8 +1,8 @@
-"""How loud the sea is by itself.
+"""Ambient noise of the sea.
 
-Turbulence and ships rule below a kilohertz, wind and rain up to about 100 kHz, the molecules
-of the water above. Each cause is a published fit; they add as powers. The sea strays from
-such curves by 5 to 10 dB, and shallow water strays most: where you have measured, say so.
+Turbulence and ships dominate below a kilohertz, wind and rain up to about 100 kHz, thermal noise
+above. Each source is a published fit; they add as powers. Measured levels differ from
+such curves by 5 to 10 dB, most in shallow water: give a measured spectrum where there is one.
 
 Levels are spectrum levels of mean-square pressure, dB re 1 uPa^2/Hz, at an omnidirectional
 hydrophone near the surface.
@@ -25,13 +25,13 @@ Floats = NDArray[np.float64]
 FIT_RANGE = (1.0, 100e3)
 """Frequencies at which the fits to Wenz's curves are in use [Hz]; his data end at 20 kHz."""
 RAIN_RANGE = (1e3, 50e3)
-"""Frequencies at which rain has been listened to widely enough [Hz]."""
+"""Frequencies at which rain noise has been measured widely [Hz]."""
 TURBULENT = (1.0, 100.0)
-"""Frequencies at which eddies are heard [Hz]."""
+"""Frequencies at which turbulence contributes [Hz]."""
 SHIPPING = (10.0, 1e3)
-"""Frequencies at which distant ships are heard [Hz]."""
-AUDIBLE = 0.1
-"""Share of the total power below which nobody needs to hear that a fit is outside its range [1]."""
+"""Frequencies at which distant ships contribute [Hz]."""
+SIGNIFICANT_SHARE = 0.1
+"""Share of the total power above which a fit outside its range is warned about [1]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,7 +44,7 @@ class NoiseSpectrum:
     """Level at each [dB re 1 uPa^2/Hz], shape (n,)."""
 
     def __post_init__(self) -> None:
-        """Refuses spectra that cannot be read."""
+        """Refuse columns of different length, and frequencies that do not increase."""
         for name in ("frequency", "spectrum_level_db"):
             column = require_numbers(f"NoiseSpectrum.{name}", getattr(self, name), "", allow_nan=False).copy()
             column.setflags(write=False)
@@ -70,7 +70,7 @@ class NoiseSpectrum:
         return f"NoiseSpectrum: {f.size} frequencies, {span}, {level.min():.1f} to {level.max():.1f} dB re 1 uPa^2/Hz"
 
     def level_db(self, frequency: ArrayLike) -> Floats:
-        """Measured level at frequencies [dB re 1 uPa^2/Hz]; outside the measured band, its end's, with a warning.
+        """Measured spectrum level [dB re 1 uPa^2/Hz]; outside the measured band the end value, with a warning.
 
         Args:
             frequency: Frequency [Hz], any shape.
@@ -81,20 +81,20 @@ class NoiseSpectrum:
 
 
 def thermal_noise_db(frequency: ArrayLike) -> Floats:
-    """Noise of the water's own molecules [dB re 1 uPa^2/Hz].
+    """Thermal noise [dB re 1 uPa^2/Hz].
 
     Args:
         frequency: Frequency [Hz], any shape.
 
     Source: Mellen (1952), J. Acoust. Soc. Am. 24(5), 478-480, as -15 + 20 log10 f[kHz]; equal to
     4 pi k_B T rho f^2 / c within 0.4 dB.
-    Valid: any frequency of sonar; a lossless hydrophone. It rules above 100 to 200 kHz.
+    Valid: any frequency of sonar; a lossless hydrophone. It dominates above 100 to 200 kHz.
     """
     return _log(frequency, -15.0, 20.0)
 
 
 def turbulence_noise_db(frequency: ArrayLike) -> Floats:
-    """Pressure of the eddies that pass the hydrophone [dB re 1 uPa^2/Hz].
+    """Turbulence noise: pressure of the eddies that pass the hydrophone [dB re 1 uPa^2/Hz].
 
     Args:
         frequency: Frequency [Hz], any shape.
@@ -116,10 +116,10 @@ def shipping_noise_db(frequency: ArrayLike, shipping: ArrayLike = 0.5) -> Floats
 
     Args:
         frequency: Frequency [Hz], any shape.
-        shipping: How busy the sea is, from 0 (remote) to 1 (heavy traffic) [1], broadcast.
+        shipping: Shipping activity, from 0 (remote) to 1 (heavy traffic) [1], broadcast.
 
     Source: Coates (1989), as `turbulence_noise_db`: 40 + 20 (s - 0.5) + 26 log10 f - 60 log10(f + 0.03), f in kHz.
-    Valid: 10 Hz to 1 kHz; s spans 20 dB, and a ship near by exceeds it.
+    Valid: 10 Hz to 1 kHz; s spans 20 dB, and a nearby ship exceeds it.
     """
     warn_outside("The fit of shipping noise", "frequency", _positive(frequency), *SHIPPING, "Hz")
     return _shipping_db(frequency, shipping)
@@ -139,7 +139,7 @@ def wind_noise_db(frequency: ArrayLike, wind_speed: ArrayLike = 5.0) -> Floats:
 
     Source: Coates (1989), as `turbulence_noise_db`: 50 + 7.5 sqrt(w) + 20 log10 f - 40 log10(f + 0.4), f in kHz.
     Valid: 0..20 m/s, 50 Hz to 20 kHz, extended at -20 dB a decade. Other fits to the same curves differ by 5 dB
-    from 10 to 50 kHz, and so do days. Above 10 m/s bubbles damp what this fit keeps beyond 20 kHz.
+    from 10 to 50 kHz, and so do days. Above 10 m/s bubbles reduce the noise beyond 20 kHz; this fit does not.
     """
     warn_outside("The fit of wind noise", "frequency", _positive(frequency), *FIT_RANGE, "Hz")
     return _wind_db(frequency, wind_speed)
@@ -152,16 +152,16 @@ def _wind_db(frequency: ArrayLike, wind_speed: ArrayLike) -> Floats:
 
 
 def rain_noise_db(frequency: ArrayLike, rain_rate: ArrayLike) -> Floats:
-    """Noise of drops and the bubbles that they trap [dB re 1 uPa^2/Hz].
+    """Rain noise: impact of drops and the bubbles that they trap [dB re 1 uPa^2/Hz].
 
     Args:
         frequency: Frequency [Hz], any shape.
-        rain_rate: Rainfall [mm/h], broadcast; 0 is silent (-inf).
+        rain_rate: Rainfall [mm/h], broadcast; 0 gives -inf.
 
     Source: level at 5 kHz after Ma & Nystuen (2005), J. Atmos. Oceanic Technol. 22(8), 1225-1248:
-    42.4 + 15.4 log10 R (coefficients quoted from memory, not checked against print). The shape is
-    ours: level up to 20 kHz, then -20 dB a decade. The peak of light rain at 13 to 25 kHz, 5 to 10 dB, is not in it.
-    Valid: 2 to 200 mm/h, 1 to 50 kHz, +-10 dB away from 5 kHz; rather give a measured spectrum.
+    42.4 + 15.4 log10 R (coefficients not verified against print). The shape is an assumption of this project:
+    constant up to 20 kHz, then -20 dB a decade, without the peak of light rain at 13 to 25 kHz (5 to 10 dB).
+    Valid: 2 to 200 mm/h, 1 to 50 kHz, +-10 dB at other frequencies than 5 kHz; prefer a measured spectrum.
     """
     warn_outside("The fit of rain noise", "frequency", _positive(frequency), *RAIN_RANGE, "Hz")
     return _rain_db(frequency, rain_rate)
@@ -182,19 +182,19 @@ def noise_components_db(
     rain_rate: ArrayLike = 0.0,
     spectrum: NoiseSpectrum | None = None,
 ) -> dict[str, Floats]:
-    """Each cause of the sea's noise by name [dB re 1 uPa^2/Hz].
+    """Spectrum level of each noise source by name [dB re 1 uPa^2/Hz].
 
     Args:
         frequency: Frequency [Hz], any shape.
-        wind_speed: Wind speed [m/s], broadcast, as are the rest.
-        shipping: How busy the sea is, 0 to 1 [1].
+        wind_speed: Wind speed [m/s]; all arguments broadcast.
+        shipping: Shipping activity, 0 to 1 [1].
         rain_rate: Rainfall [mm/h].
-        spectrum: A further measured cause (shrimps, a harbour, the own ship).
+        spectrum: A further, measured source (shrimps, a harbour, the own ship).
 
     Returns:
         Levels under "thermal", "turbulence", "shipping", "wind", "rain" and, where one was given, "measured".
     """
-    causes: dict[str, Callable[[], Floats]] = {
+    sources: dict[str, Callable[[], Floats]] = {
         "thermal": lambda: thermal_noise_db(frequency),
         "turbulence": lambda: _turbulence_db(frequency),
         "shipping": lambda: _shipping_db(frequency, shipping),
@@ -202,8 +202,8 @@ def noise_components_db(
         "rain": lambda: _rain_db(frequency, rain_rate),
     }
     if spectrum is not None:
-        causes["measured"] = lambda: spectrum.level_db(frequency)
-    return {name: level() for name, level in causes.items()}
+        sources["measured"] = lambda: spectrum.level_db(frequency)
+    return {name: level() for name, level in sources.items()}
 
 
 def noise_level_db(
@@ -214,18 +214,18 @@ def noise_level_db(
     rain_rate: ArrayLike = 0.0,
     spectrum: NoiseSpectrum | None = None,
 ) -> Floats:
-    """How loud the sea is in all [dB re 1 uPa^2/Hz]: the causes added as powers.
+    """Spectrum level of the ambient noise, its sources added as powers [dB re 1 uPa^2/Hz].
 
     Args:
         frequency: Frequency [Hz], any shape.
-        wind_speed: Wind speed [m/s], broadcast, as are the rest.
-        shipping: How busy the sea is, 0 to 1 [1].
+        wind_speed: Wind speed [m/s]; all arguments broadcast.
+        shipping: Shipping activity, 0 to 1 [1].
         rain_rate: Rainfall [mm/h].
-        spectrum: A further measured cause. Where everything was measured, ask its `level_db` instead.
+        spectrum: A further, measured source. Where the total was measured, use its `level_db` instead.
 
     Returns:
-        Spectrum level [dB re 1 uPa^2/Hz], broadcast shape of the arguments. Warned where a fit is
-        heard (a tenth of the power) outside its range.
+        Spectrum level [dB re 1 uPa^2/Hz], broadcast shape of the arguments. Warned where a fit contributes
+        more than `SIGNIFICANT_SHARE` of the power outside its range.
     """
     levels = noise_components_db(
         frequency, wind_speed=wind_speed, shipping=shipping, rain_rate=rain_rate, spectrum=spectrum
@@ -234,7 +234,9 @@ def noise_level_db(
     total = np.asarray(sum(powers.values()))
     f = np.broadcast_to(np.asarray(frequency, dtype=float), total.shape)
     for name, (low, high) in {"wind": FIT_RANGE, "rain": RAIN_RANGE}.items():
-        warn_outside(f"The fit of {name} noise", "frequency", f[powers[name] > AUDIBLE * total], low, high, "Hz")
+        warn_outside(
+            f"The fit of {name} noise", "frequency", f[powers[name] > SIGNIFICANT_SHARE * total], low, high, "Hz"
+        )
     return level_db(total)
 
 

@@ -1,7 +1,6 @@
 """Sound speed of the UNESCO algorithm: Chen and Millero's law of 1977, on today's temperature scale.
 
-A polynomial in temperature and pressure for pure water, and three more that say how much
-each power of salinity adds.
+A polynomial in temperature and pressure for pure water, and three more for the powers of salinity.
 """
 
 from __future__ import annotations
@@ -41,11 +40,11 @@ SALT_SQUARED = np.array([[1.727e-3, -7.9836e-6]])
 
 
 def chen_millero_speed(temperature: ArrayLike, salinity: ArrayLike, pressure_dbar: ArrayLike) -> Floats:
-    """Speed of sound where the pressure is known, by the international algorithm [m/s].
+    """Speed of sound at a pressure, by the international algorithm [m/s].
 
     Args:
         temperature: Temperature in situ, ITS-90 [degC], any shape.
-        salinity: Practical salinity [1], broadcast, as is the rest.
+        salinity: Practical salinity [1]; all arguments broadcast.
         pressure_dbar: Pressure above the atmosphere's [dbar].
 
     Returns:
@@ -75,7 +74,7 @@ def speed_from(
     Args:
         coefficients: Tables for salinity to the power 0, 1, 3/2 and 2, rows and columns as above.
         temperature: Temperature on the scale of the coefficients [degC], any shape.
-        salinity: Practical salinity [1], broadcast, as is the rest.
+        salinity: Practical salinity [1]; all arguments broadcast.
         pressure_dbar: Pressure above the atmosphere's [dbar].
 
     Returns:

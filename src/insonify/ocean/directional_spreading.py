@@ -1,8 +1,8 @@
-"""In which directions the waves of one length run.
+"""Directional spreading: distribution of the waves of one wavelength over directions.
 
-A photograph of the sea cannot tell a wave from its twin that runs the other way, and a
-spectrum measured on photographs is two-sided. A sea that moves needs one that is not:
-every wave goes somewhere, most of them downwind.
+A photograph of the sea does not distinguish a wave from the one that travels the opposite way, so that a
+spectrum from photographs is two-sided. A moving sea needs a one-sided distribution,
+in which most waves travel downwind.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from insonify.validity import require_number, require_numbers
 
 
 class DirectionalSpreading(Protocol):
-    """Shares the waves of one wavenumber among directions."""
+    """Distribution of the waves of one wavenumber over directions."""
 
     def density(self, angle: ArrayLike, wavenumber: ArrayLike) -> Floats:
         """Share of the variance per angle from the mean direction [1/rad].
 
         Args:
-            angle: Direction waves go to, from that of their mean, -pi to pi [rad], any shape.
+            angle: Direction of travel relative to the mean direction, -pi to pi [rad], any shape.
             wavenumber: Wavenumber [rad/m], broadcast.
 
         Returns:
@@ -38,7 +38,7 @@ class DirectionalSpreading(Protocol):
         """Angle below which a given share of the variance lies [rad].
 
         Args:
-            probability: Share, 0 to 1 [1], any shape.
+            probability: Share of the variance, 0 to 1 [1], any shape.
             wavenumber: Wavenumber [rad/m], broadcast.
 
         Returns:
@@ -49,21 +49,19 @@ class DirectionalSpreading(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class CosinePowerSpreading:
-    """The same fan of directions for every length: cos^(2s) of half the angle.
+    """Spreading cos^(2s) of half the angle, the same for every wavelength.
 
     Source: Longuet-Higgins, Cartwright & Smith (1963), Ocean Wave Spectra, 111-136, for the
     form; Mitsuyasu et al. (1975), J. Phys. Oceanogr. 5, 750, found s about 10 at the peak.
     """
 
     exponent: float = 10.0
-    """Sharpness s: 0 all around, 10 a wind sea's dominant waves, 100 a swell [1]."""
+    """Exponent s: 0 isotropic, 10 the dominant waves of a wind sea, 100 a swell [1]."""
 
     def __post_init__(self) -> None:
-        """Refuse a fan that cannot be."""
-        sharpness = require_number(
-            "CosinePowerSpreading.exponent", self.exponent, "", 0.0, example="10 (0 is all around)"
-        )
-        object.__setattr__(self, "exponent", sharpness)
+        """Refuse a negative exponent."""
+        exponent = require_number("CosinePowerSpreading.exponent", self.exponent, "", 0.0, example="10 (0: isotropic)")
+        object.__setattr__(self, "exponent", exponent)
 
     def density(self, angle: ArrayLike, wavenumber: ArrayLike) -> Floats:
         """Share of the variance per angle [1/rad], see `DirectionalSpreading`."""
@@ -78,18 +76,18 @@ class CosinePowerSpreading:
 
 @dataclass(frozen=True, slots=True)
 class ElfouhailySpreading:
-    """The fan of a wind sea: narrow at the peak, wide for short waves, narrow again for ripples.
+    """Spreading of a wind sea: narrow at the peak, wide for short waves, narrow again for ripples.
 
-    The published fan is two-sided, 1 + tanh(x) cos 2 phi. The travelling one here is
-    cos^(2s) of half the angle with s = 1 + 2 x / ln 2: seen on a photograph (its mean with its
-    twin) it has the published ratio of upwind to crosswind waves at every wavenumber.
+    The published spreading is two-sided, 1 + tanh(x) cos 2 phi. The one-sided spreading here is
+    cos^(2s) of half the angle with s = 1 + 2 x / ln 2: averaged with the opposite
+    direction it has the published ratio of upwind to crosswind waves at every wavenumber.
 
     Source: Elfouhaily et al. (1997), eq. 49 and the lines about it, x = ln2/4 + 4 (c/cp)^2.5 +
-    0.13 (u*/cm) (cm/c)^2.5 (from secondary sources); the travelling form is derived here.
+    0.13 (u*/cm) (cm/c)^2.5 (from secondary sources); the one-sided form is derived here.
     """
 
     sea: Elfouhaily
-    """The sea whose waves are spread."""
+    """Wave spectrum to which the spreading belongs."""
 
     def density(self, angle: ArrayLike, wavenumber: ArrayLike) -> Floats:
         """Share of the variance per angle [1/rad], see `DirectionalSpreading`."""
@@ -100,7 +98,7 @@ class ElfouhailySpreading:
         return _cosine_quantile(probability, self._exponent(wavenumber))
 
     def anisotropy(self, wavenumber: ArrayLike) -> Floats:
-        """Upwind minus crosswind waves, over their sum: the Delta of the published fan [1].
+        """Upwind minus crosswind waves, over their sum: the Delta of the published spreading [1].
 
         Args:
             wavenumber: Wavenumber [rad/m], any shape.
@@ -127,7 +125,7 @@ def _cosine_density(angle: ArrayLike, s: ArrayLike) -> Floats:
 
 
 def _cosine_quantile(probability: ArrayLike, s: ArrayLike) -> Floats:
-    """Angle with that share below it [rad]: sin^2(angle / 2) follows a beta law of 1/2 and s + 1/2."""
+    """Quantile of the angle [rad]: sin^2(angle / 2) has a beta distribution of 1/2 and s + 1/2."""
     from scipy.special import betaincinv
 
     signed = 2 * require_numbers("probability", probability, "", 0.0, 1.0) - 1

@@ -1,7 +1,7 @@
-"""A sea from its longest waves to its finest ripples: Elfouhaily's unified spectrum of 1997.
+"""Unified wave spectrum from the longest waves to ripples: Elfouhaily et al. (1997).
 
-Two populations share the surface. Long waves remember how far the wind has blown; short
-ones answer to the wind's grip on the water, and are the steeper.
+The spectrum is a sum of two parts: long waves, which depend on fetch, and short waves, which depend on
+the friction velocity and are the steeper.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from insonify.validity import require_number, require_numbers, warn_outside
 
 LAW = "Elfouhaily et al. (1997) wave spectrum"
 DEVELOPED = 0.84
-"""Inverse wave age of a sea that has had all the wind it can take [1]."""
+"""Inverse wave age of a fully developed sea [1]."""
 GROWN = 2.2e4
-"""Fetch, counted in U^2/g, over which a sea comes of age [1]."""
+"""Fetch in units of U^2/g over which a sea becomes fully developed [1]."""
 RIPPLE = 370.0
-"""Wavenumber of the slowest waves, where gravity hands over to surface tension [rad/m]."""
+"""Wavenumber of the slowest waves, at the transition from gravity to capillary waves [rad/m]."""
 SLOWEST = 0.23
 """Phase speed of those waves [m/s]."""
 
@@ -33,8 +33,8 @@ class Elfouhaily:
 
     Source: Elfouhaily, Chapron, Katsaros & Vandemark (1997), J. Geophys. Res. 102, 15781, with
     the short waves cut at the peak like the long ones (later erratum) and the drag
-    (0.8 + 0.065 U) 1e-3. Written from secondary sources and compared with public codes, which
-    differ in alpha_p = 0.006 Omega^0.5 (here) or Omega^0.55; the paper itself was not at hand.
+    (0.8 + 0.065 U) 1e-3. From secondary sources and compared with public codes, which
+    differ in alpha_p = 0.006 Omega^0.5 (here) or Omega^0.55; not verified against the paper.
     Valid: wind 3 to 21 m/s (the range the paper plots), inverse wave age 0.84 to 5.
     """
 
@@ -44,7 +44,7 @@ class Elfouhaily:
     """Wind over phase speed of the dominant waves, Omega: 0.84 developed, 5 very young [1]."""
 
     def __post_init__(self) -> None:
-        """Refuse what is no sea, and say where the law was not fitted."""
+        """Refuse impossible values, and warn outside the range of the fit."""
         object.__setattr__(self, "wind_speed", checked_wind("Elfouhaily", self.wind_speed))
         ages = "0.84 (developed) or 5 (very young)"
         age = require_number("Elfouhaily.inverse_age", self.inverse_age, "", 0.0, above=True, example=ages)
@@ -54,7 +54,7 @@ class Elfouhaily:
 
     @classmethod
     def from_fetch(cls, wind_speed: float, fetch: float) -> Elfouhaily:
-        """The sea at a given distance [m] from the upwind shore, for a wind [m/s].
+        """Sea at a given distance [m] from the upwind shore, for a wind speed [m/s].
 
         Source: Elfouhaily et al. (1997): Omega = 0.84 tanh((g X / (2.2e4 U^2))^0.4)^-0.75.
         """
@@ -71,7 +71,7 @@ class Elfouhaily:
 
     @property
     def friction_velocity(self) -> float:
-        """How hard the wind pulls at the water, u* [m/s]."""
+        """Friction velocity of the wind at the surface, u* [m/s]."""
         return math.sqrt((0.8 + 0.065 * self.wind_speed) * 1e-3) * self.wind_speed
 
     def density(self, wavenumber: ArrayLike) -> Floats:
@@ -80,24 +80,24 @@ class Elfouhaily:
         return np.asarray((self._long_waves(k) + self._short_waves(k)) * self._peak_shape(k) / k**3)
 
     def _long_waves(self, k: Floats) -> Floats:
-        """Saturation of the waves that remember the fetch [1]."""
+        """Curvature spectrum of the long waves, which depend on fetch [1]."""
         equilibrium = 0.006 * math.sqrt(self.inverse_age)
-        age = np.exp(-self.inverse_age / math.sqrt(10) * (np.sqrt(k / self.peak) - 1))
-        return np.asarray(0.5 * equilibrium * self._peak_speed / phase_speed(k) * age)
+        decay = np.exp(-self.inverse_age / math.sqrt(10) * (np.sqrt(k / self.peak) - 1))
+        return np.asarray(0.5 * equilibrium * self._peak_speed / phase_speed(k) * decay)
 
     def _short_waves(self, k: Floats) -> Floats:
-        """Saturation of the waves that answer to the wind's grip [1]."""
-        grip = math.log(self.friction_velocity / SLOWEST)
+        """Curvature spectrum of the short waves, which depend on the friction velocity [1]."""
+        log_ratio = math.log(self.friction_velocity / SLOWEST)
         # Below a wind of about 3 m/s the fit turns negative: there are no ripples then.
-        equilibrium = max(0.01 * (1 + (grip if grip < 0 else 3 * grip)), 0.0)
+        equilibrium = max(0.01 * (1 + (log_ratio if log_ratio < 0 else 3 * log_ratio)), 0.0)
         return np.asarray(0.5 * equilibrium * SLOWEST / phase_speed(k) * np.exp(-0.25 * (k / RIPPLE - 1) ** 2))
 
     def _peak_shape(self, k: Floats) -> Floats:
-        """Nothing below the peak, and a bunch at it [1]."""
+        """Low-frequency cut-off and enhancement of the peak [1]."""
         width = 0.08 * (1 + 4 * self.inverse_age**-3)
         enhancement = 1.7 + 6 * max(math.log10(self.inverse_age), 0.0)
-        bunched = enhancement ** np.exp(-((np.sqrt(k / self.peak) - 1) ** 2) / (2 * width**2))
-        return np.asarray(np.exp(-1.25 * (self.peak / k) ** 2) * bunched)
+        enhanced = enhancement ** np.exp(-((np.sqrt(k / self.peak) - 1) ** 2) / (2 * width**2))
+        return np.asarray(np.exp(-1.25 * (self.peak / k) ** 2) * enhanced)
 
     @property
     def _peak_speed(self) -> float:
@@ -105,6 +105,6 @@ class Elfouhaily:
 
 
 def phase_speed(wavenumber: ArrayLike) -> Floats:
-    """Speed of a wave's crests in deep water, as Elfouhaily writes it [m/s], at wavenumbers above 0 [rad/m]."""
+    """Phase speed of waves in deep water, as Elfouhaily writes it [m/s], at wavenumbers above 0 [rad/m]."""
     k = require_numbers("wavenumber", wavenumber, "rad/m", 0.0, exclude_low=True)
     return np.asarray(np.sqrt(GRAVITY / k * (1 + (k / RIPPLE) ** 2)))

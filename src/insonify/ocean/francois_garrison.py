@@ -1,7 +1,7 @@
-"""Absorption measured across the oceans: Francois and Garrison's law of 1982.
+"""Absorption of sea water: Francois and Garrison's law of 1982.
 
-The sum of three causes, each with its strength A, its pressure correction P and, for the
-two salts, the frequency at which the ion can no longer follow the wave.
+The sum of three contributions, each with its strength A, its pressure correction P and, for the
+two salts, the relaxation frequency.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ KELVIN = 273.0
 def francois_garrison_db_per_km(
     frequency: ArrayLike, temperature: ArrayLike, salinity: ArrayLike, depth: ArrayLike, ph: ArrayLike
 ) -> Floats:
-    """Absorption of sea water from its three causes [dB/km].
+    """Absorption of boric acid, magnesium sulphate and pure water [dB/km].
 
     Args:
         frequency: Frequency [Hz], any shape.
-        temperature: Temperature [degC], broadcast, as are the rest.
+        temperature: Temperature [degC]; all arguments broadcast.
         salinity: Salinity [g/kg].
         depth: Depth [m].
         ph: Acidity [1].
@@ -49,32 +49,32 @@ def francois_garrison_db_per_km(
 def _boric_acid(f: Floats, t: Floats, s: Floats, z: Floats, ph: Floats) -> Floats:
     strength = 8.86 / _sound_speed(t, s, z) * 10 ** (0.78 * ph - 5)
     relaxation = 2.8 * np.sqrt(s / 35) * 10 ** (4 - 1245 / (t + KELVIN))
-    return strength * _relaxed(f, relaxation)
+    return strength * _relaxation_term(f, relaxation)
 
 
 def _magnesium_sulphate(f: Floats, t: Floats, s: Floats, z: Floats) -> Floats:
     strength = 21.44 * s / _sound_speed(t, s, z) * (1 + 0.025 * t)
     pressure = 1 - 1.37e-4 * z + 6.2e-9 * z**2
     relaxation = 8.17 * 10 ** (8 - 1990 / (t + KELVIN)) / (1 + 0.0018 * (s - 35))
-    return strength * pressure * _relaxed(f, relaxation)
+    return strength * pressure * _relaxation_term(f, relaxation)
 
 
 def _pure_water(f: Floats, t: Floats, z: Floats) -> Floats:
-    # The paper fits two cubics; they meet at 20 degC to 0.05 %.
+    # The paper fits two cubics; they agree at 20 degC to 0.05 %.
     cold = 4.937e-4 - 2.59e-5 * t + 9.11e-7 * t**2 - 1.50e-8 * t**3
     warm = 3.964e-4 - 1.146e-5 * t + 1.45e-7 * t**2 - 6.5e-10 * t**3
     pressure = 1 - 3.83e-5 * z + 4.9e-10 * z**2
     return np.where(t <= 20, cold, warm) * pressure * f**2
 
 
-def _relaxed(f: Floats, relaxation: Floats) -> Floats:
-    """Share of an ion that still follows the wave, times f^2 [kHz]."""
+def _relaxation_term(f: Floats, relaxation: Floats) -> Floats:
+    """Relaxation term f_r f^2 / (f_r^2 + f^2) [kHz]."""
     # Fresh water has no boric acid: both frequencies may be 0, and then so is the loss.
     return relaxation * f**2 / np.maximum(relaxation**2 + f**2, np.finfo(float).tiny)
 
 
 def _sound_speed(t: Floats, s: Floats, z: Floats) -> Floats:
-    """Sound speed as the paper takes it, inside the absorption law only [m/s]."""
+    """Sound speed of the paper, for use inside the absorption law only [m/s]."""
     return 1412 + 3.21 * t + 1.19 * s + 0.0167 * z
 
 

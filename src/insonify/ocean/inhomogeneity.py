@@ -1,7 +1,7 @@
-"""Water that is not even: patches of warmer and colder water, and what they do to a travel time.
+"""Inhomogeneous water: random patches of warmer and colder water, and their effect on travel times.
 
 The relative change mu of sound speed is a Gaussian random field whose correlation falls with distance r as
-exp(-r^2 / l^2). A ray of length R gathers -(1 / c) times the integral of mu along it, a delay of variance
+exp(-r^2 / l^2). The delay of a ray of length R changes by -(1 / c) times the integral of mu along it, of variance
 
     <mu^2> / c^2 times the double integral of exp(-(s - s')^2 / l^2)
         = <mu^2> l^2 / c^2 (sqrt(pi) x erf x + exp(-x^2) - 1),    x = R / l.
@@ -26,9 +26,9 @@ class Inhomogeneity(Model):
     rms_index: Annotated[float, Field(ge=0, le=1e-2)]
     """Root mean square of the relative change of sound speed [1]: 1e-4 is 0.15 m/s, or 0.05 degC."""
     correlation_length: Annotated[Metres, Field(ge=0.1, le=1000)]
-    """Distance over which the changes' correlation falls to 1/e [m]."""
+    """Correlation length (1/e) of the relative change [m]."""
     correlation_time: Annotated[Seconds, Field(gt=0, le=1e6)] | None = None
-    """Time over which it falls to 1/e at one place [s]; None: the changes stay."""
+    """Correlation time (1/e) of the relative change at a fixed position [s]; None: constant in time."""
 
 
 def delay_variance(path_length: ArrayLike, sound_speed: ArrayLike, inhomogeneity: Inhomogeneity) -> Floats:
@@ -36,15 +36,16 @@ def delay_variance(path_length: ArrayLike, sound_speed: ArrayLike, inhomogeneity
 
     Args:
         path_length: Length of each ray [m], any shape.
-        sound_speed: Mean along it [m/s], broadcast.
-        inhomogeneity: The water.
+        sound_speed: Mean sound speed along each ray [m/s], broadcast.
+        inhomogeneity: Random field of the relative change of sound speed.
 
     Returns:
-        Variance, broadcast shape.
+        Variance [s^2], broadcast shape.
 
-    Source: the double integral above, which is exact for straight rays. Its limit for way >> length is the one that
-    Chernov (1960), Wave Propagation in a Random Medium, is quoted for (from memory: the book was not at hand). Valid
-    where rays do not diffract: wavelength << length, and `wave_parameter` below 1; beyond, about half of it is left.
+    Source: the double integral above, exact for straight rays. Its limit for path lengths >> correlation length is
+    attributed to Chernov (1960), Wave Propagation in a Random Medium. Source: not verified.
+    Valid: without diffraction, wavelength << correlation length, and `wave_parameter` below 1; beyond, about half of
+    the variance is left.
     """
     from scipy.special import erf
 
@@ -56,11 +57,11 @@ def delay_variance(path_length: ArrayLike, sound_speed: ArrayLike, inhomogeneity
 
 
 def wave_parameter(path_length: float, wavelength: float, inhomogeneity: Inhomogeneity) -> float:
-    """Size of the first Fresnel zone against a patch, 4 R / (k l^2) [1]: above 1 patches focus and scatter.
+    """Wave parameter 4 R / (k l^2), Fresnel zone over patch size [1]: above 1 patches focus and scatter.
 
     Args:
         path_length: Length of a ray [m].
-        wavelength: Of the sound [m].
-        inhomogeneity: The water.
+        wavelength: Acoustic wavelength [m].
+        inhomogeneity: Random field of the relative change of sound speed.
     """
     return 4 * path_length * wavelength / (2 * np.pi * inhomogeneity.correlation_length**2)

@@ -1,7 +1,7 @@
-"""A sea that is still growing: the JONSWAP spectrum of 1973.
+"""Wave spectrum of a fetch-limited sea: JONSWAP (1973).
 
-Near an upwind shore the waves are young: shorter than the wind could make them, and
-bunched around one length more sharply than in an old sea.
+Near an upwind shore the waves are young: shorter than those of a developed sea, with a sharper peak
+of the spectrum.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from insonify.validity import require_number, require_numbers, warn_outside
 
 LAW = "JONSWAP (1973) wave spectrum"
 YOUNGEST, OLDEST = 0.1, 2.2e4
-"""Fetches in units of U^2 / g: the shortest that was measured (from memory), and that of a fully grown sea [1]."""
+"""Fetches in units of U^2 / g: the shortest measured (not verified), and that of a fully developed sea [1]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Jonswap:
-    """A wind sea that grew over a given distance from the shore.
+    """Wind sea of a given distance from the upwind shore.
 
     Source: Hasselmann et al. (1973), Dtsch. Hydrogr. Z. Suppl. A 8(12); constants checked
-    against three public implementations, the paper itself was not at hand. The width on
+    against three public implementations, not verified against the paper. The width on
     either side of the peak is 0.07 and 0.09.
-    Valid: fetch-limited wind seas in deep water, 0.1 to 2.2e4 U^2/g from the shore (beyond, the sea is grown:
+    Valid: fetch-limited wind seas in deep water, 0.1 to 2.2e4 U^2/g from the shore (beyond, the sea is developed:
     `PiersonMoskowitz`); gravity waves, longer than some decimetres.
     """
 
@@ -39,7 +39,7 @@ class Jonswap:
     """Height of the peak over that of a developed sea, JONSWAP's gamma [1]."""
 
     def __post_init__(self) -> None:
-        """Refuse a wind, a shore or a peak that could not be."""
+        """Refuse an impossible wind speed, fetch or peak enhancement."""
         for name, value in (
             ("wind_speed", checked_wind("Jonswap", self.wind_speed)),
             (
@@ -68,8 +68,8 @@ class Jonswap:
         peak = self.peak_frequency
         strength = 0.076 * (self.wind_speed**2 / (self.fetch * GRAVITY)) ** 0.22
         width = np.where(omega <= peak, 0.07, 0.09)
-        bunched = self.enhancement ** np.exp(-((omega / peak - 1) ** 2) / (2 * width**2))
-        return np.asarray(strength * GRAVITY**2 / omega**5 * np.exp(-1.25 * (peak / omega) ** 4) * bunched)
+        enhanced = self.enhancement ** np.exp(-((omega / peak - 1) ** 2) / (2 * width**2))
+        return np.asarray(strength * GRAVITY**2 / omega**5 * np.exp(-1.25 * (peak / omega) ** 4) * enhanced)
 
     def density(self, wavenumber: ArrayLike) -> Floats:
         """Variance of the height per wavenumber [m^3], at wavenumbers above 0 [rad/m], any shape.

@@ -15,7 +15,7 @@ def medwin_speed(temperature: ArrayLike, salinity: ArrayLike, depth: ArrayLike) 
 
     Args:
         temperature: Temperature in situ [degC], any shape.
-        salinity: Salinity [g/kg], broadcast, as is the rest.
+        salinity: Salinity [g/kg]; all arguments broadcast.
         depth: Depth [m].
 
     Returns:

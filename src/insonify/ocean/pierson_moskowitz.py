@@ -1,7 +1,7 @@
-"""A sea that has had all the wind it can take: Pierson and Moskowitz's spectrum of 1964.
+"""Wave spectrum of a fully developed sea: Pierson and Moskowitz (1964).
 
-Wind that blows long enough over water wide enough builds waves that run as fast as it
-does, and no higher.
+The sea is fully developed where the wind has blown so long and over such a distance that the phase speed of the
+dominant waves has reached the wind speed.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ PHILLIPS = 8.1e-3
 SHAPE = 0.74
 """Pierson and Moskowitz's beta [1]."""
 MEASURED = (3.0, 20.0)
-"""Winds for which the spectrum is in use [m/s]; the data behind it have 10 to 20."""
+"""Wind speeds for which the spectrum is in use [m/s]; its data have 10 to 20."""
 MAST = 1.026
 """Wind at the weather ships' 19.5 m over wind at 10 m, for a drag coefficient of 1.3e-3 [1]."""
 
@@ -32,14 +32,14 @@ class PiersonMoskowitz:
 
     Source: Pierson & Moskowitz (1964), J. Geophys. Res. 69, 5181; constants as given, with the
     step from 10 m to 19.5 m, by Stewart (2008), Introduction to Physical Oceanography, eqs. 16.28-16.33.
-    Valid: wind 10 to 20 m/s in the data behind it, in use down to 3 m/s; gravity waves, longer than some decimetres.
+    Valid: wind 10 to 20 m/s in its data, in use down to 3 m/s; gravity waves, longer than some decimetres.
     """
 
     wind_speed: float
     """Wind 10 m above the sea [m/s]."""
 
     def __post_init__(self) -> None:
-        """Refuse a wind that could not raise a sea."""
+        """Refuse an impossible wind speed."""
         object.__setattr__(self, "wind_speed", checked_wind("PiersonMoskowitz", self.wind_speed))
         warn_outside(LAW, "wind speed", self.wind_speed, *MEASURED, "m/s")
 

@@ -1,7 +1,7 @@
-"""How pressure grows with depth, and depth with pressure.
+"""Pressure from depth, and depth from pressure.
 
-Instruments feel pressure, sonar lives at depths. Both directions are one formula, the
-second found by Newton's steps, so that a way there and back ends where it began.
+Both directions use one formula, the second by Newton's method, so that a conversion
+there and back returns the initial value.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ NEWTON_STEPS = 8
 
 
 def pressure_dbar(depth: ArrayLike, latitude: ArrayLike = 45.0) -> Floats:
-    """Weight of the water above, per area [dbar].
+    """Pressure of the standard ocean at a depth [dbar].
 
     Args:
         depth: Depth below the surface [m], any shape.
@@ -42,7 +42,7 @@ def pressure_dbar(depth: ArrayLike, latitude: ArrayLike = 45.0) -> Floats:
 
 
 def depth_from_pressure(pressure_dbar: ArrayLike, latitude: ArrayLike = 45.0) -> Floats:
-    """Depth at which the standard ocean weighs this much [m].
+    """Depth at which the standard ocean has a pressure [m].
 
     Args:
         pressure_dbar: Pressure above the atmosphere's [dbar], any shape.
@@ -59,7 +59,7 @@ def depth_from_pressure(pressure_dbar: ArrayLike, latitude: ArrayLike = 45.0) ->
     )
     z = pressure * 0.99
     for _ in range(NEWTON_STEPS):
-        # How gravity grows with depth changes the slope by less than 1/400: each step still gains two digits.
+        # The growth of gravity with depth changes the slope by less than 1/400: each step still gains two digits.
         slope = AT_45_DEG.deriv()(z) * _gravity_ratio(z, north) * DBAR_PER_MPA
         z = z - (_pressure(z, north) - pressure) / slope
     warn_outside(LAW, "depth", z, 0.0, 12e3, "m")

@@ -1,7 +1,7 @@
-"""Sound speed against depth, as a diver would meet it: knots joined by straight lines.
+"""Sound-speed profile: knots joined by straight lines.
 
-Straight lines in depth bend rays into arcs of circles, so what stands here is what the ray
-solvers take, without fitting anything in between.
+Sound speed that is linear in depth bends rays into arcs of circles, so that the ray solvers
+use the profile without a fit.
 """
 
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from insonify.ocean.sound_speed import sound_speed
 Floats = NDArray[np.float64]
 
 SLOWEST, FASTEST = 1300.0, 1700.0
-"""Sound speeds that some natural water has [m/s]."""
+"""Smallest and largest sound speed of natural water [m/s]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,7 +29,7 @@ class SoundSpeedProfile:
     """Sound speed at the knots [m/s], shape (n,)."""
 
     def __post_init__(self) -> None:
-        """Refuses what no water column can be."""
+        """Refuse depths that do not increase, and speeds that no natural water has."""
         for name in ("depth", "speed"):
             column = np.array(getattr(self, name), dtype=float)  # a copy: frozen means frozen
             column.setflags(write=False)
@@ -41,7 +41,7 @@ class SoundSpeedProfile:
     def from_temperature_salinity(
         cls, depth: ArrayLike, temperature: ArrayLike, salinity: ArrayLike, *, model: str = "teos10"
     ) -> Self:
-        """The profile behind what a lowered probe measured.
+        """Profile computed from measured temperature and salinity.
 
         Args:
             depth: Depths of the knots, increasing [m], shape (n,).
@@ -56,7 +56,7 @@ class SoundSpeedProfile:
         return cls(z, np.broadcast_to(sound_speed(temperature, salinity, z, model=model), z.shape))
 
     def at(self, depth: ArrayLike) -> Floats:
-        """Speed of sound at depths [m/s]; above the first and below the last knot, that knot's.
+        """Sound speed [m/s], constant above the first and below the last knot.
 
         Args:
             depth: Depth [m], any shape.
@@ -67,14 +67,14 @@ class SoundSpeedProfile:
         return np.asarray(np.interp(np.asarray(depth, dtype=float), self.depth, self.speed))
 
     def gradient(self, depth: ArrayLike) -> Floats:
-        """How sound speed grows with depth [1/s].
+        """Gradient of sound speed with depth [1/s].
 
         Args:
             depth: Depth [m], any shape.
 
         Returns:
-            Gradient of the layer that holds each depth [1/s], same shape. At a knot, of the layer
-            below; at the last knot, of the layer above; outside the profile, 0.
+            Gradient of the layer that contains each depth [1/s], same shape. At a knot, that of the layer
+            below; at the last knot, that of the layer above; outside the profile, 0.
         """
         z = np.asarray(depth, dtype=float)
         slopes = np.diff(self.speed) / np.diff(self.depth)
@@ -83,13 +83,13 @@ class SoundSpeedProfile:
         return np.where(inside, slopes[np.clip(layer, 0, slopes.size - 1)], 0.0)
 
     def covers(self, water_depth: float) -> None:
-        """Says whether the profile is known from the surface to the seabed.
+        """Refuse a profile that does not reach from the surface to the seabed.
 
         Args:
             water_depth: Deepest water of the scene [m].
 
         Raises:
-            ValueError: It begins below the surface or ends above the seabed; with the way out.
+            ValueError: The profile begins below the surface or ends above the seabed; the message gives the remedy.
         """
         advice = f"Measure the rest, or hold the end values with profile.extended({water_depth:g})."
         if self.depth[0] > 0:
@@ -100,7 +100,7 @@ class SoundSpeedProfile:
             )
 
     def extended(self, water_depth: float) -> Self:
-        """The same profile from the surface to the seabed, the end speeds held where nothing was measured.
+        """Extend the profile from the surface to the seabed, with the speeds of its ends.
 
         Args:
             water_depth: Deepest water of the scene [m].
@@ -116,7 +116,7 @@ class SoundSpeedProfile:
         return self if z.size == self.depth.size else type(self)(z, self.at(z))
 
     def smoothed(self, length: float) -> Self:
-        """The same water with its corners rounded, so that no ray meets a jump of the gradient.
+        """Round the corners of the profile, so that the gradient has no jumps.
 
         Each corner becomes a parabola, cut into thin layers; see `insonify.ocean.profile_smoothing.rounded`.
 
@@ -152,7 +152,7 @@ def _check_shapes(depth: Floats, speed: Floats) -> None:
         )
     if depth.size < 2:
         raise ValueError(
-            f"SoundSpeedProfile has {depth.size} knot(s); it takes two to know how speed changes. "
+            f"SoundSpeedProfile has {depth.size} knot(s); give at least two. "
             "For water of one speed, give that speed at the surface and at the seabed."
         )
 

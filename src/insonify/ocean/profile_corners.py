@@ -1,9 +1,9 @@
-"""Corners of a profile at which rays gather that real water would let pass.
+"""Corners of a sound-speed profile that cause artificial caustics.
 
-A ray that is level where it meets a corner, and bends back faster beyond it, comes down nearer than
-the rays that turn just before: range has a maximum there, and the ray tube closes to a caustic. With
-the gradient that jumps, the caustic stands at the corner's own ray, however weak the layers are; with
-a rounded corner it lies elsewhere, or nowhere.
+A ray that is horizontal at a corner, and is refracted back more strongly beyond it, returns at a shorter range than
+the rays that turn just before: range has a maximum there, and the ray tube closes to a caustic. Where
+the gradient jumps, the caustic lies at the ray that grazes the corner, however weak the layers are; with
+a rounded corner it lies elsewhere, or vanishes.
 """
 
 from collections.abc import Iterator
@@ -17,29 +17,29 @@ from insonify.ocean.profile import SoundSpeedProfile
 Floats = NDArray[np.float64]
 
 SHARP = 0.5
-"""Jump of the gradient below which a corner passes without a word [1/s]."""
+"""Jump of the gradient below which a corner is not reported [1/s]."""
 MAX_CORNERS = 8
-"""Corners on one side of a source that are looked into, the sharpest: a measured cast may have thousands."""
-_RAYS = 200  # that turn in the layer beyond a corner
+"""Largest number of corners examined on one side of a source, the sharpest: a measured cast may have thousands."""
+_RAYS = 200  # rays that turn in the layer beyond a corner
 
 
 @dataclass(frozen=True, slots=True)
 class ProfileCorner:
-    """One corner, and where its caustic begins."""
+    """Corner of a profile and the range of its caustic."""
 
     depth: float
     """Depth of the corner [m]."""
     gradient_jump: float
-    """How much more the gradient bends rays back beyond the corner [1/s]."""
+    """Increase of the gradient at the corner, positive where rays are refracted back more strongly [1/s]."""
     caustic_range: float
     """Horizontal distance from the source to the nearest ray that turns beyond the corner [m]."""
 
 
 def profile_corners(profile: SoundSpeedProfile, source_depth: float, max_range: float) -> Iterator[ProfileCorner]:
-    """Corners that make a caustic within reach of a source; of many on one side the sharpest `MAX_CORNERS`.
+    """Corners that cause a caustic within a range of a source, on each side the sharpest `MAX_CORNERS`.
 
     Args:
-        profile: Speed of sound against depth.
+        profile: Sound speed against depth.
         source_depth: Depth of the source, within the profile [m].
         max_range: Farthest horizontal distance of interest [m].
 
@@ -47,11 +47,11 @@ def profile_corners(profile: SoundSpeedProfile, source_depth: float, max_range: 
         The corners above the source, nearest first, then those below.
     """
     for sign in (-1.0, 1.0):
-        distance, speed = _away(profile, source_depth, sign)
+        distance, speed = _knots_from_source(profile, source_depth, sign)
         gradient = np.diff(speed) / np.diff(distance)
         jump = np.diff(gradient)
-        level = speed[1:-1] >= np.maximum.accumulate(speed)[1:-1]  # a ray may be level here, and bends back faster
-        sharp = 1 + np.flatnonzero(level & (jump > SHARP))
+        horizontal = speed[1:-1] >= np.maximum.accumulate(speed)[1:-1]  # a ray may be horizontal at the knot
+        sharp = 1 + np.flatnonzero(horizontal & (jump > SHARP))
         sharpest = np.sort(sharp[np.argsort(-jump[sharp - 1], kind="stable")[:MAX_CORNERS]])
         for i in sharpest:
             reach = _caustic_range(distance[: i + 2], speed[: i + 2])
@@ -59,8 +59,8 @@ def profile_corners(profile: SoundSpeedProfile, source_depth: float, max_range: 
                 yield ProfileCorner(source_depth + sign * float(distance[i]), float(jump[i - 1]), reach)
 
 
-def _away(profile: SoundSpeedProfile, source_depth: float, sign: float) -> tuple[Floats, Floats]:
-    """Distances from the source to itself and the knots on one side [m], and the speeds there [m/s]."""
+def _knots_from_source(profile: SoundSpeedProfile, source_depth: float, sign: float) -> tuple[Floats, Floats]:
+    """Vertical distances of the source (0) and of the knots on one side [m], and their sound speeds [m/s]."""
     distance = sign * (profile.depth - source_depth)
     ahead = np.unique(distance[distance > 0])  # knots within the last bits of each other are one
     distance = np.concatenate([[0.0], ahead])
@@ -68,7 +68,7 @@ def _away(profile: SoundSpeedProfile, source_depth: float, sign: float) -> tuple
 
 
 def _caustic_range(distance: Floats, speed: Floats) -> float:
-    """Smallest horizontal distance to the turn of a ray that turns in the last layer [m].
+    """Smallest horizontal distance to the turning point of rays that turn in the last layer [m].
 
     Arcs of circles: over a layer from speed c1 to c2 a ray of slowness p runs
     p (c1 + c2) dz / (s1 + s2), s the sine of its elevation (Snell's law).

@@ -1,7 +1,7 @@
-"""A sound-speed profile as people write it down: a table with a header.
+"""Sound-speed profile in a text table with a header.
 
 Depth and speed, or depth, temperature and salinity; commas, semicolons or tabs; a row of
-units or units in the header; lines that begin with # are comments. Every fault is answered with its place.
+units or units in the header; lines that begin with # are comments. Every error names line and column.
 """
 
 import csv
@@ -22,40 +22,40 @@ QUANTITIES: dict[str, tuple[dict[str, float], float, float]] = {
     "temperature": ({**UNITS["temperature"], "°C": 1.0, "deg C": 1.0}, -6.0, 45.0),
     "salinity": (SALINITY_UNITS, 0.0, 45.0),
 }
-"""Units that each column may have, and the smallest and largest value that some water has."""
+"""Units of each column, and the smallest and largest value of natural water."""
 SYNONYMS = {"sound_speed": "speed", "sound speed": "speed", "sound_velocity": "speed"}
 
 
 @dataclass(frozen=True, slots=True)
 class _ProfileColumn:
-    """One column of the table that we want."""
+    """Column of the table that is read: quantity, index and unit."""
 
     name: str
-    place: int
+    index: int
     unit: str
 
     def value(self, text: str, where: str) -> float:
         units, low, high = QUANTITIES[self.name]
-        spot = f"{where}, column {self.place + 1} ({self.name})"
+        cell = f"{where}, column {self.index + 1} ({self.name})"
         try:
             number = float(text)
         except ValueError:
             point = text.replace(",", ".")
             hint = f" The decimal mark is a point: {point}." if text.count(",") == 1 and _is_number(point) else ""
             advice = hint or " Write a plain number, such as 12.5."
-            raise ValueError(f"{spot}: {text!r} is not a number.{advice}") from None
+            raise ValueError(f"{cell}: {text!r} is not a number.{advice}") from None
         number *= units[self.unit]
         if not low <= number <= high:
-            raise ValueError(f"{spot}: {text} {self.unit} is not possible; natural water has {low:g} to {high:g}.")
+            raise ValueError(f"{cell}: {text} {self.unit} is not possible; natural water has {low:g} to {high:g}.")
         return number
 
 
 def read_profile(path: str | Path, *, model: str = "teos10") -> SoundSpeedProfile:
-    """The sound-speed profile in a table of comma-separated values.
+    """Read a sound-speed profile from a table of comma-separated values.
 
     Args:
         path: File with a header naming the columns: depth and speed, or depth, temperature and
-            salinity (where speed is given, it is taken; other columns are passed over). Units in
+            salinity (a column of speed is preferred; other columns are ignored). Units in
             the header, "depth [m]", or in a row of their own; else m, m/s, degC and g/kg.
         model: Law that turns temperature and salinity into speed, as in `insonify.ocean.sound_speed`.
 
@@ -63,7 +63,7 @@ def read_profile(path: str | Path, *, model: str = "teos10") -> SoundSpeedProfil
         The profile.
 
     Raises:
-        FileNotFoundError: There is no such file.
+        FileNotFoundError: The file does not exist.
         ValueError: The table cannot be read; the message names file, line and column.
     """
     rows = _rows(Path(path))
@@ -77,11 +77,12 @@ def read_profile(path: str | Path, *, model: str = "teos10") -> SoundSpeedProfil
         if not table and (units := _units_row(row, columns, where)) is not None:
             columns = units
             continue
-        table.append([column.value(row[column.place], where) for column in columns])
+        table.append([column.value(row[column.index], where) for column in columns])
         if len(table) > 1 and table[-1][0] <= table[-2][0]:
-            spot = f"{where}, column {columns[0].place + 1} (depth)"
+            cell = f"{where}, column {columns[0].index + 1} (depth)"
             raise ValueError(
-                f"{spot}: {table[-1][0]:g} m after {table[-2][0]:g} m; depths must increase. {_depth_order_advice(*table[-2:])}"
+                f"{cell}: {table[-1][0]:g} m after {table[-2][0]:g} m; depths must increase. "
+                f"{_depth_order_advice(*table[-2:])}"
             )
     if len(table) < 2:
         raise ValueError(f"{path}, line {line}: the file ends after {len(table)} row(s) of values; give at least two.")
@@ -92,7 +93,7 @@ def read_profile(path: str | Path, *, model: str = "teos10") -> SoundSpeedProfil
 
 
 def _depth_order_advice(before: list[float], row: list[float]) -> str:
-    """What to do about a depth that does not increase."""
+    """Remedy for a depth that does not increase, a sentence of the error message."""
     if row[0] == before[0]:
         return "Keep one row of each depth."
     if row[0] < 0:
@@ -103,37 +104,37 @@ def _depth_order_advice(before: list[float], row: list[float]) -> str:
 def _rows(path: Path) -> Iterator[tuple[int, list[str]]]:
     """Line number and cells of each row that is neither blank nor a comment."""
     lines = table_text(path).splitlines()
-    said = [(i, text) for i, text in enumerate(lines, 1) if text.strip(" \t,;") and not text.lstrip().startswith("#")]
-    if not said:
+    data = [(i, text) for i, text in enumerate(lines, 1) if text.strip(" \t,;") and not text.lstrip().startswith("#")]
+    if not data:
         raise ValueError(f"{path}, line 1: the file is empty. Write a header: depth,speed")
-    delimiter = next((mark for mark in ";\t" if mark in said[0][1]), ",")
-    for i, text in said:
+    delimiter = next((mark for mark in ";\t" if mark in data[0][1]), ",")
+    for i, text in data:
         try:
             yield i, [cell.strip() for cell in next(csv.reader([text], delimiter=delimiter))]
         except csv.Error as fault:
-            raise ValueError(f"{path}, line {i}: no row of a table ({fault}). Mend or delete the line.") from None
+            raise ValueError(f"{path}, line {i}: not a row of a table ({fault}). Correct or delete the line.") from None
 
 
 def _columns(header: list[str], where: str) -> list[_ProfileColumn]:
-    """The columns we want, in the order depth, speed or depth, temperature, salinity."""
-    found: dict[str, _ProfileColumn] = {}
-    for place, title in enumerate(header):
+    """Columns that are read, in the order depth, speed or depth, temperature, salinity."""
+    by_name: dict[str, _ProfileColumn] = {}
+    for index, title in enumerate(header):
         name, unit = _title(title)
         if name not in QUANTITIES:
             continue
-        if name in found:
-            raise ValueError(f"{where}, column {place + 1}: a second column of {name}. Keep one.")
-        found[name] = _ProfileColumn(
-            name, place, _known(name, unit, f"{where}, column {place + 1}") if unit else _si(name)
+        if name in by_name:
+            raise ValueError(f"{where}, column {index + 1}: a second column of {name}. Keep one.")
+        by_name[name] = _ProfileColumn(
+            name, index, _known_unit(name, unit, f"{where}, column {index + 1}") if unit else _default_unit(name)
         )
-    wanted = ["depth", "speed"] if "speed" in found else ["depth", "temperature", "salinity"]
-    if missing := [name for name in wanted if name not in found]:
+    required = ["depth", "speed"] if "speed" in by_name else ["depth", "temperature", "salinity"]
+    if missing := [name for name in required if name not in by_name]:
         wrong = next((i for i, title in enumerate(header) if _title(title)[0] not in QUANTITIES), 0)
         raise ValueError(
             f"{where}, column {wrong + 1}: the header is {', '.join(header)!r}; no column is named {missing[0]}. "
             "Begin the table with depth,speed or with depth,temperature,salinity."
         )
-    return [found[name] for name in wanted]
+    return [by_name[name] for name in required]
 
 
 def _title(title: str) -> tuple[str, str]:
@@ -144,18 +145,16 @@ def _title(title: str) -> tuple[str, str]:
 
 
 def _units_row(row: list[str], columns: list[_ProfileColumn], where: str) -> list[_ProfileColumn] | None:
-    """The columns in the units of this row; None if it is a row of values."""
-    if any(_is_number(row[column.place]) for column in columns if column.name != "salinity"):
+    """Columns with the units of this row; None if it is a row of values."""
+    if any(_is_number(row[column.index]) for column in columns if column.name != "salinity"):
         return None
-    if not any(row[column.place].strip("[]()") in QUANTITIES[column.name][0] for column in columns):
+    if not any(row[column.index].strip("[]()") in QUANTITIES[column.name][0] for column in columns):
         return None
-    return [
-        _ProfileColumn(c.name, c.place, _known(c.name, row[c.place].strip("[]()"), f"{where}, column {c.place + 1}"))
-        for c in columns
-    ]
+    units = [_known_unit(c.name, row[c.index].strip("[]()"), f"{where}, column {c.index + 1}") for c in columns]
+    return [_ProfileColumn(c.name, c.index, unit) for c, unit in zip(columns, units, strict=True)]
 
 
-def _known(name: str, unit: str, where: str) -> str:
+def _known_unit(name: str, unit: str, where: str) -> str:
     units = QUANTITIES[name][0]
     spelt = {known.lower(): known for known in units}
     if unit.lower() not in spelt:
@@ -163,7 +162,7 @@ def _known(name: str, unit: str, where: str) -> str:
     return spelt[unit.lower()]
 
 
-def _si(name: str) -> str:
+def _default_unit(name: str) -> str:
     return next(iter(QUANTITIES[name][0]))
 
 

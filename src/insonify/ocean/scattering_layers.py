@@ -1,4 +1,4 @@
-"""What hangs in the water and answers sound, as a scenario writes it: layers by depth, and patches such as a school."""
+"""Volume scattering in a scenario: scattering layers by depth, and patches such as a school of fish."""
 
 from itertools import pairwise
 from typing import Annotated, Literal
@@ -14,39 +14,39 @@ Floats = NDArray[np.float64]
 Strength = Annotated[Decibels, Field(ge=-150, le=0, json_schema_extra={"units": "dB re 1/m"})]
 Row = tuple[Annotated[Metres, Field(ge=0)], Strength | None]
 ScenarioLayers = Strength | tuple[Row, ...]
-"""One strength for all the water, or rows of a depth and the strength from there down to the next row; None: clear."""
+"""One strength for all the water, or rows of a depth and the strength from it down to the next row; None: clear."""
 
 
 class ScatteringPatch(Model):
-    """A school of fish, a wake, a plume: a part of the water that answers more than the rest, alike all round."""
+    """School of fish, wake or plume: a volume of water with isotropic scattering besides that of the layers."""
 
     label: Annotated[str, Field(min_length=1)] = "patch"
-    """Whose echoes these are, in labels and arrivals."""
+    """Name of the patch in labels and arrivals."""
     position: tuple[Metres, Metres, Annotated[Metres, Field(gt=0)]]
-    """North, east and depth of its middle [m]."""
+    """North, east and depth of its centre [m]."""
     size: tuple[
         Annotated[Metres, Field(gt=0, le=10_000)],
         Annotated[Metres, Field(gt=0, le=10_000)],
         Annotated[Metres, Field(gt=0, le=10_000)],
     ]
-    """Whole length along its heading, width across it, and height [m]."""
+    """Full length along its heading, width across it, and height [m]."""
     heading: Radians = 0.0
     """Compass heading of its length [rad]."""
     form: Literal["ellipsoid", "box"] = "ellipsoid"
-    """How it ends: round, or square."""
+    """Shape of the patch: ellipsoid or box."""
     volume_strength_db: Strength
-    """Volume scattering strength in it, besides that of the water around [dB re 1/m]."""
+    """Volume scattering strength in the patch, added to that of the water around [dB re 1/m]."""
 
 
 def require_increasing_depths(written: ScenarioLayers | None, path: str) -> None:
-    """Refuse layers whose depths do not grow.
+    """Refuse layers whose depths do not increase.
 
     Args:
-        written: The layers.
-        path: Where they stand.
+        written: Layers as in the scenario.
+        path: Field of the layers in the scenario.
 
     Raises:
-        PydanticCustomError: With every row that is wrong, for a validator to raise.
+        PydanticCustomError: Every wrong row, for a validator to raise.
     """
     rows = written if isinstance(written, tuple) else ()
     if isinstance(written, tuple) and not rows:
@@ -61,20 +61,20 @@ def require_increasing_depths(written: ScenarioLayers | None, path: str) -> None
 
 
 def layer_columns(written: ScenarioLayers | None, deepest: float) -> Floats:
-    """Layers of water that answer, from the surface to the bottom.
+    """Scattering layers from the surface to the seabed.
 
     Args:
-        written: As in the scenario.
-        deepest: Depth at which the water ends [m].
+        written: Layers as in the scenario.
+        deepest: Largest depth of the water [m].
 
     Returns:
         Upper side [m], lower side [m] and volume backscattering coefficient s_v [1/m] of each, shape (layers, 3).
     """
     rows: tuple[Row, ...] = written if isinstance(written, tuple) else ((0.0, written),)
     ends = [row[0] for row in rows[1:]] + [deepest]
-    found = [
+    layers = [
         (top, min(end, deepest), float(intensity_ratio(strength)))
         for (top, strength), end in zip(rows, ends, strict=True)
         if strength is not None and top < min(end, deepest)
     ]
-    return np.array(found).reshape(-1, 3)
+    return np.array(layers).reshape(-1, 3)

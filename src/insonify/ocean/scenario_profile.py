@@ -1,7 +1,7 @@
-"""A sound-speed profile as a scenario holds it: rows, columns, or the name of a table.
+"""Sound-speed profile in a scenario: rows, columns, or the name of a table.
 
-A table is read when the scenario is, and what it said stays in the scenario with the file's name and
-hash: a recording can be explained where the file has gone, and shows whether it has changed.
+A table is read together with the scenario, and its values stay in the scenario with the file's name and
+hash: a recording can be explained without the file, and shows whether the file has changed.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ FORMS = "write a table's name (cast.csv), rows of [depth, speed], or columns {de
 
 
 class ScenarioProfile(Model):
-    """Sound speed at increasing depths, and the table it was read from, if it was."""
+    """Sound speed at increasing depths, and the table that it was read from, if any."""
 
     depth: tuple[Metres, ...]
     """Depths of the knots, increasing [m]."""
     speed: tuple[Annotated[MetresPerSecond, Field(ge=1300, le=1700)], ...]
-    """Sound speed at the knots [m/s], as many."""
+    """Sound speed at the knots [m/s], as many as depths."""
     file: str | None = None
     """Name of the table, as it was written; relative to the scenario's file."""
     sha256: str | None = None
@@ -60,13 +60,13 @@ class ScenarioProfile(Model):
         return {key: value for key, value in values.items() if value is not None}
 
     def profile(self) -> SoundSpeedProfile:
-        """The profile that is written here."""
+        """Profile with the depths and speeds of the scenario."""
         return SoundSpeedProfile(np.array(self.depth), np.array(self.speed))
 
 
 @dataclass(frozen=True, slots=True)
 class _Cell:
-    """One value, and where it stands below the profile."""
+    """Value and its path below the profile's key."""
 
     path: str
     value: object
@@ -77,28 +77,28 @@ def _no_profile(value: object) -> object:
 
 
 def _from_file(name: object, folder: Path, path: str = "") -> dict[str, Any]:
-    """Columns and hash of a table, which lies beside the scenario's file."""
+    """Columns and hash of a table whose name is relative to the scenario's folder."""
     if not isinstance(name, str) or not name.strip():
-        raise field_error(path, repr(name), f"is no file's name; {FORMS}.")
-    place = folder / name
+        raise field_error(path, repr(name), f"is not a file name; {FORMS}.")
+    table = folder / name
     try:
-        content = place.read_bytes()
-        profile = read_profile(place)
+        content = table.read_bytes()
+        profile = read_profile(table)
     except FileNotFoundError:
-        near = sorted(found.name for found in folder.glob("*.csv"))[:5]
-        there = f" There: {', '.join(near)}." if near else ""
-        where = f"the folder {folder.resolve()}" if place.parent == folder else f"{place.parent}"
-        raise field_error(path, name, f"is not in {where}.{there} Names are relative to the scenario's file.") from None
+        tables = sorted(file.name for file in folder.glob("*.csv"))[:5]
+        hint = f" Tables in it: {', '.join(tables)}." if tables else ""
+        where = f"the folder {folder.resolve()}" if table.parent == folder else f"{table.parent}"
+        raise field_error(path, name, f"is not in {where}.{hint} Names are relative to the scenario's file.") from None
     except OSError as fault:
         raise field_error(path, name, f"cannot be read: {fault.strerror}. Give the name of a table (CSV).") from None
-    except ValueError as fault:  # it says file, line, column, value and way out
+    except ValueError as fault:  # its message names file, line, column, value and remedy
         raise field_error(path, None, str(fault)) from None
     hashed = hashlib.sha256(content).hexdigest()
     return {"depth": profile.depth.tolist(), "speed": profile.speed.tolist(), "file": name, "sha256": hashed}
 
 
 def _from_rows(rows: list[Any]) -> dict[str, Any]:
-    """Columns behind rows of depth and speed."""
+    """Columns of depth and speed from rows."""
     raise_errors(_malformed_rows(rows))
     cells = [[_Cell(f"{i}.{j}", row[j]) for i, row in enumerate(rows)] for j in (0, 1)]
     return _checked({"depth": cells[0], "speed": cells[1]}, "")
@@ -118,21 +118,21 @@ def _malformed_rows(rows: list[Any]) -> Iterator[PydanticCustomError]:
 
 
 def _from_columns(columns: Mapping[str, Any]) -> dict[str, Any]:
-    """Columns of numbers behind columns as they were written: depth and speed, or temperature and salinity."""
+    """Columns depth and speed from columns as written: depth and speed, or depth, temperature and salinity."""
     known = {"depth", "speed", "temperature", "salinity", "file", "sha256"}
     raise_errors(
         field_error(str(key), None, "is no column of a profile. Known here: depth, speed, temperature, salinity, file.")
         for key in columns if key not in known
     )  # fmt: skip
-    wanted = ["depth", "speed"] if "speed" in columns else ["depth", "temperature", "salinity"]
-    missing = [name for name in wanted if name not in columns]
+    required = ["depth", "speed"] if "speed" in columns else ["depth", "temperature", "salinity"]
+    missing = [name for name in required if name not in columns]
     if missing:
         need = "speed" if set(missing) == {"temperature", "salinity"} else missing[0]
         raise field_error(
             "", None, f"the column {need} is missing. Give depth and speed, or depth, temperature and salinity."
         )
-    raise_errors(_malformed_columns({name: columns[name] for name in wanted}))
-    cells = {name: [_Cell(f"{name}.{i}", value) for i, value in enumerate(columns[name])] for name in wanted}
+    raise_errors(_malformed_columns({name: columns[name] for name in required}))
+    cells = {name: [_Cell(f"{name}.{i}", value) for i, value in enumerate(columns[name])] for name in required}
     return _checked(cells, "depth") | {key: columns[key] for key in ("file", "sha256") if key in columns}
 
 
@@ -147,11 +147,11 @@ def _malformed_columns(columns: dict[str, Any]) -> Iterator[PydanticCustomError]
 
 
 def _checked(cells: dict[str, list[_Cell]], depths: str) -> dict[str, Any]:
-    """The columns depth and speed as SI numbers, or every fault at its place.
+    """Columns depth and speed as SI numbers, or every error with the path of its value.
 
     Args:
         cells: Columns by name, of equal length.
-        depths: Where the depths stand, for a word on all of them.
+        depths: Path of the depths, for an error that concerns all of them.
     """
     faults: list[PydanticCustomError] = []
     columns = {name: [_number(name, cell, faults) for cell in column] for name, column in cells.items()}
@@ -165,12 +165,12 @@ def _checked(cells: dict[str, list[_Cell]], depths: str) -> dict[str, Any]:
     raise_errors(_require_increasing_depths(cells["depth"], depth))
     if "speed" in columns:
         return {"depth": depth, "speed": columns["speed"]}
-    made = SoundSpeedProfile.from_temperature_salinity(depth, columns["temperature"], columns["salinity"])
-    return {"depth": depth, "speed": made.speed.tolist()}
+    profile = SoundSpeedProfile.from_temperature_salinity(depth, columns["temperature"], columns["salinity"])
+    return {"depth": depth, "speed": profile.speed.tolist()}
 
 
 def _number(name: str, cell: _Cell, faults: list[PydanticCustomError]) -> float:
-    """The SI number in a cell; NaN where it has a fault, which is noted."""
+    """SI number of a cell; NaN where it has a fault, which is appended to `faults`."""
     units, low, high = QUANTITIES[name]
     unit = next(iter(units))
     value = cell.value

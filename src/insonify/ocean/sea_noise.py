@@ -1,7 +1,7 @@
-"""Noise that comes through the water, as a hydrophone without directivity hears it.
+"""Ambient noise in the water, as an omnidirectional hydrophone receives it.
 
-Either its level has been measured, or its causes are named. Every array then hears its own part of
-it: directive channels less than a hydrophone does, channels near to each other much the same.
+Either its level has been measured, or its sources are given. Each receive channel records a part of it:
+directive channels record less than a hydrophone does, and neighbouring channels are correlated.
 """
 
 from typing import Annotated, Any, Literal, Self
@@ -17,50 +17,52 @@ from insonify.units import intensity_ratio
 
 Floats = NDArray[np.float64]
 Directionality = Literal["isotropic", "surface"]
-"""All directions alike; or the sea surface, of which each part radiates as a vertical dipole."""
+"""Angular distribution: the same in all directions, or from vertical dipoles at the sea surface."""
 
 
 class SeaNoise(Model):
-    """The sea's own noise: a measured level, or wind, ships, rain and the water's molecules."""
+    """Ambient noise: a measured level, or the sum of wind, shipping, rain and thermal noise."""
 
     level_db: Annotated[Decibels, Field(ge=-100, le=250)] | None = None
-    """Measured spectrum level, taken as the same over the band [dB re 1 uPa^2/Hz]; None: that of the causes below."""
+    """Measured spectrum level, constant over the band [dB re 1 uPa^2/Hz]; None: computed from the sources below."""
     wind_speed: Annotated[MetresPerSecond, Field(ge=0, le=STRONGEST)] | None = None
     """Wind at 10 m height [m/s]."""
     shipping: Annotated[float, Field(ge=0, le=1, json_schema_extra={"units": "1"})] = 0.5
-    """How busy the sea is, from 0 (remote) to 1 (heavy traffic); heard below some kilohertz only [1]."""
+    """Shipping activity, from 0 (remote) to 1 (heavy traffic); contributes below some kilohertz only [1]."""
     rain_rate: Annotated[float, Field(ge=0, le=500, json_schema_extra={"units": "mm/h"})] = 0.0
     """Rainfall [mm/h]."""
     directionality: Directionality = "isotropic"
-    """Where it comes from; thermal noise comes from everywhere in any case."""
+    """Angular distribution of the noise; thermal noise is isotropic in any case."""
 
     @model_validator(mode="after")
     def _one_of_both(self) -> Self:
         if self.level_db is None and self.wind_speed is None:
-            raise field_error("", None, "says nothing of its level. Give level_db, or wind_speed (0 m/s in a calm).")
+            raise field_error("", None, "has no level. Give level_db, or wind_speed (0 m/s in a calm).")
         if self.level_db is not None and (self.wind_speed is not None or self.rain_rate > 0):
-            raise field_error("level_db", f"{self.level_db:g} dB", "is the level of all causes together. Leave wind_speed "
-                          "and rain_rate out, or level_db.")  # fmt: skip
+            raise field_error(
+                "level_db", f"{self.level_db:g} dB",
+                "is the level of all sources together. Leave wind_speed and rain_rate out, or level_db.",
+            )  # fmt: skip
         return self
 
     def density(self, frequency: ArrayLike) -> dict[Directionality, Floats]:
-        """Power of the noise by where it comes from [uPa^2/Hz]; warned where a law is heard outside its range.
+        """Spectral density of the noise by directionality [uPa^2/Hz]; warned where a fit is used outside its range.
 
         Args:
             frequency: Frequency [Hz], any shape.
 
         Returns:
-            What a hydrophone without directivity hears from each, shape of `frequency`.
+            Spectral density at an omnidirectional hydrophone, shape of `frequency`, by directionality.
         """
         f = np.asarray(frequency, dtype=float)
         if self.level_db is not None:
             return {self.directionality: np.full(f.shape, float(intensity_ratio(self.level_db)))}
-        causes: dict[str, Any] = {
+        sources: dict[str, Any] = {
             "wind_speed": self.wind_speed, "shipping": self.shipping, "rain_rate": self.rain_rate,
         }  # fmt: skip
-        whole = intensity_ratio(noise_level_db(f, **causes))
+        total = intensity_ratio(noise_level_db(f, **sources))
         if self.directionality == "isotropic":
-            return {"isotropic": whole}
+            return {"isotropic": total}
         thermal = intensity_ratio(thermal_noise_db(f))
-        rest = [level for name, level in noise_components_db(f, **causes).items() if name != "thermal"]
+        rest = [level for name, level in noise_components_db(f, **sources).items() if name != "thermal"]
         return {"isotropic": thermal, "surface": np.asarray(sum(intensity_ratio(level) for level in rest))}

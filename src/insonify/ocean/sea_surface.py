@@ -1,11 +1,11 @@
-"""A sea that moves: waves drawn from a spectrum, each running at its own speed.
+"""Moving sea surface: a random sum of waves drawn from a spectrum, each with its own phase speed.
 
-The plane of wavenumbers is cut into cells (bands of length, sectors of direction) that
-carry equal shares of what matters. Each cell sends one wave: its energy is all of the
-cell's, its length and direction are drawn inside the cell in proportion to the spectrum,
-its phase at random. So every sea drawn has exactly the asked variance, and the mean over
-seeds has exactly the asked correlation in space and time. As the wavenumbers have no common
-divisor the sea never repeats: it has no period and no edge.
+The plane of wavenumbers is cut into cells (bands of wavenumber, sectors of direction) that
+carry equal shares of height and slope variance. Each cell gives one wave: its energy is the
+cell's, its wavenumber and direction are drawn inside the cell in proportion to the spectrum,
+its phase at random. Every realisation has exactly the variance of the spectrum, and the mean over
+seeds has exactly its correlation in space and time. The wavenumbers have no common
+divisor, so that the surface has no period and no edge.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ from insonify.validity import require_number, require_numbers
 MAX_WAVES = 1_000_000
 """Waves beyond which a sea would be a mistake, or the end of the memory [1]."""
 _GRID = 8192
-"""Wavenumbers of the table in which the shares are looked up [1]."""
+"""Wavenumbers of the table from which the bands are interpolated [1]."""
 
 
 @dataclass(frozen=True, slots=True)
 class SurfaceMotion:
-    """What the surface does at some places and times, as columns of one shape."""
+    """Elevation, slopes and vertical velocity of the surface at positions and times, arrays of one shape."""
 
     elevation: Floats
     """Height above the mean surface, up positive [m]; z, which is depth, is minus this."""
@@ -43,7 +43,7 @@ class SurfaceMotion:
 
     @property
     def depth(self) -> Floats:
-        """Where the surface is in the world's z, down positive [m]."""
+        """World z of the surface, down positive [m]."""
         return np.asarray(-self.elevation)
 
     @property
@@ -55,28 +55,28 @@ class SurfaceMotion:
 
 @dataclass(frozen=True, slots=True)
 class SeaSurface:
-    """The surface of the sea at any place and time, of unlimited extent.
+    """Sea surface at any position and time, of unlimited extent.
 
     Source: Longuet-Higgins (1957), Phil. Trans. R. Soc. A 249, 321, for the random sum;
     stratified drawing is this project's. Linear waves: crests are as round as troughs.
     """
 
     spectrum: WaveSpectrum
-    """How the variance of height is shared among wavenumbers."""
+    """Variance of the height per wavenumber."""
     directional_spreading: DirectionalSpreading = field(default_factory=CosinePowerSpreading)
-    """How the waves of one wavenumber are shared among directions."""
+    """Distribution of the waves of one wavenumber over directions."""
     wave_direction: float = 0.0
-    """Direction the waves go to, clockwise from north [rad]; pi/2 is east."""
+    """Direction towards which the waves travel, clockwise from north [rad]; pi/2 is east."""
     seed: int = 0
-    """Of the scenario; another seed is another sea of the same kind [1]."""
+    """Random seed of the scenario [1]."""
     shortest_wavelength: float = 0.3
-    """Length of the shortest waves drawn [m]; shorter ones stay in the scattering law, as slope and roughness."""
+    """Wavelength of the shortest waves drawn [m]; shorter ones stay in the scattering law, as slope and roughness."""
     water_depth: float = math.inf
     """Mean depth of the water, which slows long waves down [m]."""
     bands: int = 64
-    """Bands of wavenumber [1]; it is part of the draw, as is the next: another number is another sea."""
+    """Bands of wavenumber [1]; another number gives another realisation."""
     directions: int = 16
-    """Waves of different direction in each band [1]."""
+    """Waves of different direction in each band [1]; another number gives another realisation."""
     amplitude: Floats = field(init=False, repr=False, compare=False)
     """Amplitude of each wave [m], shape (bands * directions,)."""
     wavenumber: Floats = field(init=False, repr=False, compare=False)
@@ -85,7 +85,7 @@ class SeaSurface:
     """Phase of each wave at the origin at time 0 [cycles], shape (bands * directions,)."""
 
     def __post_init__(self) -> None:
-        """Check what was asked, then draw the waves."""
+        """Check the arguments, then draw the waves."""
         _check_counts(self.bands, self.directions, self.seed)
         object.__setattr__(
             self, "wave_direction", require_number("SeaSurface.wave_direction", self.wave_direction, "rad")
@@ -93,13 +93,12 @@ class SeaSurface:
         if not (isinstance(self.water_depth, float) and self.water_depth == math.inf):
             depth = require_number("SeaSurface.water_depth", self.water_depth, "m", 0.0, above=True)
             object.__setattr__(self, "water_depth", depth)
-        object.__setattr__(
-            self, "shortest_wavelength", require_number("SeaSurface.shortest_wavelength", self.shortest_wavelength, "m", 0.0, above=True)
-        )
-        longest = 2 * math.pi / self.spectrum.peak
-        if self.shortest_wavelength >= longest:
+        shortest = require_number("SeaSurface.shortest_wavelength", self.shortest_wavelength, "m", 0.0, above=True)
+        object.__setattr__(self, "shortest_wavelength", shortest)
+        dominant = 2 * math.pi / self.spectrum.peak
+        if shortest >= dominant:
             raise ValueError(
-                f"SeaSurface.shortest_wavelength is {self.shortest_wavelength} m; the dominant waves are {longest:.3g} m long. "
+                f"SeaSurface.shortest_wavelength is {shortest} m; the dominant waves are {dominant:.3g} m long. "
                 "Give a length well below that, such as a tenth of it"
             )
         self._draw()
@@ -107,7 +106,7 @@ class SeaSurface:
     def _draw(self) -> None:
         band, sector = (n.ravel() for n in np.mgrid[: self.bands, : self.directions])
         draws = uniforms(self.seed, SEA_SURFACE, band, sector)
-        k, variance = self._lengths(band, draws[:, 0])
+        k, variance = self._wavenumbers(band, draws[:, 0])
         angle = self.wave_direction + self.directional_spreading.quantile((sector + draws[:, 1]) / self.directions, k)
         for name, column in (
             ("amplitude", np.sqrt(2 * variance / self.directions)),
@@ -117,20 +116,20 @@ class SeaSurface:
             column.setflags(write=False)  # frozen means frozen
             object.__setattr__(self, name, column)
 
-    def _lengths(self, band: NDArray[np.int64], share: Floats) -> tuple[Floats, Floats]:
-        """A wavenumber for each draw, in proportion to the spectrum within its band, and the band's variance."""
+    def _wavenumbers(self, band: NDArray[np.int64], share: Floats) -> tuple[Floats, Floats]:
+        """Wavenumber of each draw, in proportion to the spectrum within its band, and the band's variance."""
         low, high = self.spectrum.peak / 8, 2 * math.pi / self.shortest_wavelength
         k = np.geomspace(low, high, _GRID)
-        below = _running(k, self.spectrum.density(k))
-        steepness = _running(k, k**2 * self.spectrum.density(k))
-        # Half of the bands follow height, which gathers at the peak, and half slope, which lives in every octave.
+        below = _cumulative_integral(k, self.spectrum.density(k))
+        steepness = _cumulative_integral(k, k**2 * self.spectrum.density(k))
+        # Half of the bands follow height, concentrated at the peak, and half slope, which every octave contributes to.
         merit = below / below[-1] + steepness / steepness[-1]
         edges = np.interp(np.linspace(0, 2, self.bands + 1), merit, below)
         variance = np.diff(edges)[band]
-        wanted = edges[band] + share * variance
-        # The far ends of the table hold no energy to speak of, and equal values would not be invertible.
+        cumulative = edges[band] + share * variance
+        # The ends of the table hold next to no energy, and equal values would not be invertible.
         rising = np.concatenate(([True], np.diff(below) > 0))
-        return np.interp(wanted, below[rising], k[rising]), variance
+        return np.interp(cumulative, below[rising], k[rising]), variance
 
     @property
     def frequency(self) -> Floats:
@@ -143,7 +142,7 @@ class SeaSurface:
         Args:
             north: World coordinate [m], any shape.
             east: World coordinate [m], broadcast.
-            time: Since the scenario's start [s], broadcast.
+            time: Time since the scenario's start [s], broadcast.
 
         Returns:
             Elevation [m], broadcast shape.
@@ -154,19 +153,19 @@ class SeaSurface:
         return height.reshape(shape)
 
     def depth(self, north: ArrayLike, east: ArrayLike, time: ArrayLike) -> Floats:
-        """Where the surface is in the world's z, down positive: minus the elevation [m], arguments likewise."""
+        """World z of the surface, down positive: minus `elevation` at the same arguments [m]."""
         return np.asarray(-self.elevation(north, east, time))
 
     def motion(self, north: ArrayLike, east: ArrayLike, time: ArrayLike) -> SurfaceMotion:
-        """Height, slopes and vertical speed of the surface together.
+        """Height, slopes and vertical velocity of the surface.
 
         Args:
             north: World coordinate [m], any shape.
             east: World coordinate [m], broadcast.
-            time: Since the scenario's start [s], broadcast.
+            time: Time since the scenario's start [s], broadcast.
 
         Returns:
-            Columns of the broadcast shape; slopes and speed are exact derivatives of the elevation.
+            Arrays of the broadcast shape; slopes and velocity are exact derivatives of the elevation.
         """
         positions, shape = _columns(north, east, time)
         columns = np.empty((4, positions.shape[1]))
@@ -174,7 +173,7 @@ class SeaSurface:
         return SurfaceMotion(*(c.reshape(shape) for c in columns))
 
     def _cycles(self) -> Floats:
-        """Each wave for the kernels: cycles per metre north and east, per second, and at the origin."""
+        """Waves as the kernels take them: cycles per metre north and east, per second, and at the origin."""
         return np.stack((*self.wavenumber, -self.frequency, 2 * math.pi * self.phase)) / (2 * math.pi)
 
 
@@ -186,13 +185,13 @@ def _check_counts(bands: int, directions: int, seed: int) -> None:
         raise ValueError(f"SeaSurface has {bands} bands of {directions} directions; give {MAX_WAVES} waves at most")
 
 
-def _running(k: Floats, density: Floats) -> Floats:
-    """Integral of a density over wavenumber up to each k; trapezes in log k follow power laws."""
+def _cumulative_integral(k: Floats, density: Floats) -> Floats:
+    """Integral of a density over wavenumber up to each k; trapezoidal in log k, which follows power laws."""
     per_log = density * k
     return np.concatenate(([0.0], np.cumsum((per_log[1:] + per_log[:-1]) / 2 * np.diff(np.log(k)))))
 
 
 def _columns(north: ArrayLike, east: ArrayLike, time: ArrayLike) -> tuple[Floats, tuple[int, ...]]:
-    asked = (("north", north, "m"), ("east", east, "m"), ("time", time, "s"))
-    columns = np.broadcast_arrays(*(require_numbers(name, value, unit) for name, value, unit in asked))
+    arguments = (("north", north, "m"), ("east", east, "m"), ("time", time, "s"))
+    columns = np.broadcast_arrays(*(require_numbers(name, value, unit) for name, value, unit in arguments))
     return np.stack([c.ravel() for c in columns]), columns[0].shape

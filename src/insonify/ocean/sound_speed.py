@@ -1,8 +1,8 @@
-"""How fast water carries sound, from what an oceanographer measures.
+"""Sound speed of water from temperature, salinity and depth or pressure.
 
-Warmth, salt and weight make it faster: about 4 m/s per degree (in cool water), 1.3 m/s
-per gram of salt, 1.6 m/s per hundred metres. Each published law has a file of its own;
-this one asks the law by name, and turns depth into pressure where the law wants it.
+Sound speed grows by about 4 m/s per degree (in cool water), 1.3 m/s per gram of salt
+and 1.6 m/s per hundred metres. Each published law has a file of its own;
+this one selects the law by name, and converts depth into pressure where the law needs it.
 """
 
 from __future__ import annotations
@@ -36,16 +36,16 @@ def sound_speed(
     Args:
         temperature: Temperature in situ, ITS-90 [degC], any shape.
         salinity: Salinity [g/kg]: absolute for "teos10", taken as practical by the others (in
-            the open sea 35 practical is 35.165 absolute: 0.2 m/s). Broadcast, as is the rest.
+            the open sea 35 practical is 35.165 absolute: 0.2 m/s). All arguments broadcast.
         depth: Depth [m].
         model: "teos10", "mackenzie", "chen-millero", "medwin" or "unesco"; its file states source and validity.
 
     Returns:
-        Sound speed [m/s], broadcast shape of the arguments. Laws that ask for pressure get that
-        of the standard ocean at 45 degrees latitude: elsewhere within 0.03 % of depth's share at 1 km.
+        Sound speed [m/s], broadcast shape of the arguments. Laws of pressure are given that
+        of the standard ocean at 45 degrees latitude: elsewhere within 0.03 % of the depth term at 1 km.
 
     Raises:
-        ValueError: There is no law of that name, or something is no number or no water has it.
+        ValueError: The model is unknown, or an argument is not a number or not possible in water.
     """
     (t, s), z = checked_temperature_and_salinity(temperature, salinity), checked_depth(depth)
     if model in DEPTH_MODELS:
@@ -59,12 +59,12 @@ def sound_speed(
 def sound_speed_at_pressure(
     temperature: ArrayLike, salinity: ArrayLike, pressure_dbar: ArrayLike, *, model: str = "teos10"
 ) -> NDArray[np.float64]:
-    """Speed of sound where the pressure is known, as on a lowered probe [m/s].
+    """Speed of sound at a measured pressure, as from a lowered probe [m/s].
 
     Args:
         temperature: Temperature in situ, ITS-90 [degC], any shape.
         salinity: Salinity [g/kg]: absolute for "teos10", practical for the others.
-            Broadcast, as is the rest.
+            All arguments broadcast.
         pressure_dbar: Pressure above the atmosphere's [dbar].
         model: "teos10", "chen-millero" or "unesco"; its file states source and validity.
 
@@ -72,8 +72,7 @@ def sound_speed_at_pressure(
         Sound speed [m/s], broadcast shape of the arguments.
 
     Raises:
-        ValueError: There is no law of that name that works from pressure, or something is no number or no
-            water has it.
+        ValueError: The model is no law of pressure, or an argument is not a number or not possible in water.
     """
     (t, s), p = checked_temperature_and_salinity(temperature, salinity), checked_pressure(pressure_dbar)
     if model in PRESSURE_MODELS:

@@ -1,7 +1,7 @@
 """Sound speed from the thermodynamics of sea water: TEOS-10, through the gsw toolbox.
 
-Sound speed is not fitted here by itself: it follows from how the volume of water answers
-pressure, in the equation of state that oceanographers share since 2010.
+Sound speed is not fitted by itself: it follows from the compressibility of sea water
+in the equation of state that is the oceanographic standard since 2010.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ def teos10_speed(temperature: ArrayLike, salinity: ArrayLike, pressure_dbar: Arr
 
     Args:
         temperature: Temperature in situ, ITS-90 [degC], any shape.
-        salinity: Absolute salinity [g/kg], broadcast, as is the rest.
+        salinity: Absolute salinity [g/kg]; all arguments broadcast.
         pressure_dbar: Pressure above the atmosphere's [dbar].
 
     Returns:

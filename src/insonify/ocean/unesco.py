@@ -1,4 +1,4 @@
-"""Sound speed as UNESCO printed it in 1983, on the temperature scale of its time.
+"""Sound speed of the UNESCO algorithm of 1983, on the temperature scale of its time.
 
 The same law as `chen_millero`, before its coefficients were refitted: for comparison with
 data and programs of that time. The two agree within 0.01 m/s.
@@ -41,11 +41,11 @@ SALT_SQUARED = np.array([[1.727e-3, -7.9836e-6]])
 
 
 def unesco_speed(temperature: ArrayLike, salinity: ArrayLike, pressure_dbar: ArrayLike) -> Floats:
-    """Speed of sound where the pressure is known, by the algorithm of 1983 [m/s].
+    """Speed of sound at a pressure, by the algorithm of 1983 [m/s].
 
     Args:
-        temperature: Temperature in situ, ITS-90 [degC], any shape; turned into IPTS-68 here.
-        salinity: Practical salinity [1], broadcast, as is the rest.
+        temperature: Temperature in situ, ITS-90 [degC], any shape; converted to IPTS-68 here.
+        salinity: Practical salinity [1]; all arguments broadcast.
         pressure_dbar: Pressure above the atmosphere's [dbar].
 
     Returns:

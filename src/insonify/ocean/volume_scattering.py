@@ -1,7 +1,7 @@
-"""What the water itself sends back: plankton, fish, and bubbles.
+"""Volume scattering of the water: plankton, fish, and bubbles.
 
-Life is patchy; a layer's strength is the mean over many patches, and a day's value may lie
-10 dB to either side. Strength of a volume is the backscattering cross section per unit
+Life is patchy; a layer's strength is the mean over many patches, and may change from day to day by
++-10 dB. Volume strength is the backscattering cross section per unit
 volume, s_v [1/m]; S_v = 10 log10 s_v [dB re 1/m].
 """
 
@@ -35,7 +35,7 @@ HEAT_RATIO = 1.4
 
 @dataclass(frozen=True, slots=True)
 class ScatteringLayer:
-    """A layer of water with as much in it everywhere."""
+    """Layer of water with constant volume scattering strength."""
 
     top: float
     """Depth of its upper side [m]."""
@@ -45,11 +45,11 @@ class ScatteringLayer:
     """Volume scattering strength [dB re 1/m]."""
 
     def __post_init__(self) -> None:
-        """Refuses layers that are upside down, and strengths that are none."""
+        """Refuse layers whose top is not above the bottom, and strengths that are not numbers."""
         object.__setattr__(self, "strength_db", require_number("ScatteringLayer.strength_db", self.strength_db, "dB"))
         for name in ("top", "bottom"):
             value = getattr(self, name)
-            if not (isinstance(value, float) and math.isinf(value)):  # a layer may go on for ever
+            if not (isinstance(value, float) and math.isinf(value)):  # a layer may be unlimited
                 object.__setattr__(self, name, require_number(f"ScatteringLayer.{name}", value, "m"))
         if not self.top < self.bottom:
             raise ValueError(
@@ -58,7 +58,7 @@ class ScatteringLayer:
 
     @classmethod
     def named(cls, name: str, top: float, bottom: float) -> Self:
-        """A layer of typical strength.
+        """Layer of typical strength.
 
         Args:
             name: One of `TYPICAL_STRENGTH_DB`.
@@ -66,7 +66,7 @@ class ScatteringLayer:
             bottom: Depth of its lower side [m].
 
         Raises:
-            ValueError: There is no such name; the nearest are listed.
+            ValueError: The name is unknown; the nearest names are listed.
         """
         if name not in TYPICAL_STRENGTH_DB:
             near = get_close_matches(name.lower(), TYPICAL_STRENGTH_DB, n=3, cutoff=0.5) or list(TYPICAL_STRENGTH_DB)
@@ -75,11 +75,11 @@ class ScatteringLayer:
 
 
 def volume_strength_db(depth: ArrayLike, layers: Iterable[ScatteringLayer] | ScatteringLayer) -> Floats:
-    """Volume scattering strength at depths, where several layers may overlap [dB re 1/m].
+    """Volume scattering strength at depths [dB re 1/m]; overlapping layers add as powers.
 
     Args:
         depth: Depth [m], any shape.
-        layers: Layers of the water, or one alone; each holds its top and not its bottom, and they add as powers.
+        layers: Layers of the water, or a single one; each includes its top and excludes its bottom.
 
     Returns:
         Strength [dB re 1/m], same shape; -inf in clear water, NaN where no depth was given.
@@ -92,12 +92,12 @@ def volume_strength_db(depth: ArrayLike, layers: Iterable[ScatteringLayer] | Sca
 
 
 def volume_backscattering_coefficient(density: ArrayLike, mean_backscatter: ArrayLike) -> Floats:
-    """Backscatter of a volume from what swims in it [1/m]: s_v = n <sigma_bs>.
+    """Volume backscattering coefficient of a number density of scatterers [1/m]: s_v = n <sigma_bs>.
 
     Args:
         density: Number of scatterers per volume [1/m^3], any shape.
-        mean_backscatter: Mean backscattering cross section of one [m^2], the ratio behind its target
-            strength: the mean of 10^(TS/10), not of TS. Broadcast.
+        mean_backscatter: Mean backscattering cross section of one scatterer [m^2]: the mean of
+            10^(TS/10), not of the target strength TS. Broadcast.
 
     Returns:
         Volume backscattering coefficient [1/m], broadcast shape of the arguments.
@@ -112,7 +112,7 @@ def volume_backscattering_coefficient(density: ArrayLike, mean_backscatter: Arra
 
 
 def bubble_resonance_frequency(radius: ArrayLike, depth: ArrayLike = 0.0, *, density: ArrayLike = 1025.0) -> Floats:
-    """Frequency at which a bubble of air rings [Hz].
+    """Resonance frequency of an air bubble [Hz].
 
     Args:
         radius: Radius of the bubble [m], any shape.
@@ -128,11 +128,11 @@ def bubble_resonance_frequency(radius: ArrayLike, depth: ArrayLike = 0.0, *, den
     """
     a = require_numbers("radius", radius, "m", 0.0, exclude_low=True)
     warn_outside("Minnaert (1933) resonance", "radius", a, 30e-6, 3e-3, "m")
-    return np.asarray(_ringing(depth, density) / a)
+    return np.asarray(_resonance_product(depth, density) / a)
 
 
 def resonant_bubble_radius(frequency: ArrayLike, depth: ArrayLike = 0.0, *, density: ArrayLike = 1025.0) -> Floats:
-    """Radius of the bubble that answers a sonar most loudly [m].
+    """Radius of the air bubble that is resonant at a frequency [m].
 
     Args:
         frequency: Frequency of the sonar [Hz], any shape.
@@ -142,12 +142,12 @@ def resonant_bubble_radius(frequency: ArrayLike, depth: ArrayLike = 0.0, *, dens
     Returns:
         Radius [m], broadcast shape of the arguments; source and validity as `bubble_resonance_frequency`.
     """
-    a = _ringing(depth, density) / require_numbers("frequency", frequency, "Hz", 0.0, exclude_low=True)
+    a = _resonance_product(depth, density) / require_numbers("frequency", frequency, "Hz", 0.0, exclude_low=True)
     warn_outside("Minnaert (1933) resonance", "radius", a, 30e-6, 3e-3, "m")
     return np.asarray(a)
 
 
-def _ringing(depth: ArrayLike, density: ArrayLike) -> Floats:
+def _resonance_product(depth: ArrayLike, density: ArrayLike) -> Floats:
     """Resonance frequency times radius [m/s]."""
     rho = require_numbers("density", density, "kg/m^3", 0.0, exclude_low=True)
     pressure = ATMOSPHERE + rho * 9.81 * require_numbers("depth", depth, "m", 0.0)

@@ -1,4 +1,4 @@
-"""The water itself: how fast it carries sound, how much it takes, how loud it is."""
+"""Water of a scenario: sound speed, absorption, noise and volume scattering."""
 
 from functools import lru_cache
 from typing import Annotated, Any, Self
@@ -19,7 +19,7 @@ from insonify.units import decibels
 
 
 def _loss_per_metre(value: object) -> object:
-    """Loss per metre [dB/m] behind 0.034, "0.034 dB/m" or "34 dB/km"."""
+    """Loss per metre [dB/m] from 0.034, "0.034 dB/m" or "34 dB/km"."""
     if not isinstance(value, str):
         return value
     number, slash, length = value.rpartition("/")
@@ -36,11 +36,11 @@ class Water(Model):
     """Sea water of one sound speed, or of a sound speed that changes with depth."""
 
     sound_speed: Annotated[MetresPerSecond, Field(ge=1300, le=1700)] = 1500.0
-    """Speed of sound [m/s]; where a profile is given, the mean speed of a vertical ray through all of it."""
+    """Speed of sound [m/s]; where a profile is given, the mean speed along a vertical ray through all of it."""
     profile: Annotated[ScenarioProfile | None, Field(json_schema_extra={"words": "a sound-speed profile"})] = None
     """Sound speed against depth, instead of `sound_speed`: a table's name, rows or columns."""
     inhomogeneity: Inhomogeneity | None = None
-    """Patches of warmer and colder water, which make travel times random; None: even water."""
+    """Patches of warmer and colder water, which make travel times random; None: homogeneous water."""
     smoothing: Annotated[Metres, Field(gt=0, le=LONGEST)] | None = None
     """Depth within which each corner of the profile is rounded [m]; None leaves straight lines."""
     temperature: Annotated[Celsius, Field(ge=-5, le=45)] = 10.0
@@ -48,19 +48,19 @@ class Water(Model):
     salinity: Annotated[float, Field(ge=0, le=45, json_schema_extra={"units": "g/kg"})] = 35.0
     """Salinity, for the absorption only [g/kg]."""
     ph: Annotated[float, Field(ge=7, le=9)] = 8.0
-    """Acidity; heard below about 10 kHz only [1]."""
+    """Acidity, for the absorption; it matters below about 10 kHz only [1]."""
     noise_level_db: Annotated[Decibels, Field(ge=-100, le=250)] | None = None
-    """Spectrum level of the noise in each channel as it is recorded, however directive: at the output of a beam,
-    independent between beams; at each element, from all directions alike [dB re 1 uPa^2/Hz]. None: see `noise`."""
+    """Spectrum level of the noise in each recorded channel, whatever its directivity: at the output of a beam,
+    independent between beams; at each element, from isotropic noise [dB re 1 uPa^2/Hz]. None: see `noise`."""
     noise: SeaNoise | None = None
-    """Noise in the water, of which each channel hears what its directivity lets in; None is silence."""
+    """Noise in the water, received through the directivity of each channel; None: no noise."""
     absorption_db_per_m: LossPerMetre | None = None
-    """Measured absorption, the same at every frequency [dB/m]; None asks Francois & Garrison."""
+    """Measured absorption, the same at every frequency [dB/m]; None: the law of Francois & Garrison."""
     volume_strength_db: ScenarioLayers | None = None
-    """What the water itself sends back, S_v [dB re 1/m]: one number, or rows of a depth and the strength from there
-    down to the next row, null where it is clear; None: clear throughout."""
+    """Volume scattering strength S_v [dB re 1/m]: one number, or rows of a depth and the strength from it down to the
+    next row, null where it is clear; None: clear throughout."""
     patches: tuple[ScatteringPatch, ...] = ()
-    """Schools, wakes and the like, each a part of the water that answers more."""
+    """Volumes of stronger scattering, such as schools and wakes."""
 
     @model_validator(mode="before")
     @classmethod
@@ -69,22 +69,22 @@ class Water(Model):
             return value
         if value.get("profile") is not None and value.get("sound_speed") is not None:
             raise field_error(
-                "profile", None, "sound_speed stands here as well, and one of the two must go. "
+                "profile", None, "sound_speed is given as well, and one of the two must go. "
                 "Delete the line 'sound_speed: ...' for layered water, or 'profile: ...' for water of one speed.",
             )  # fmt: skip
         if value.get("noise") is not None and value.get("noise_level_db") is not None:
-            raise field_error("noise_level_db", None, "says the noise in each channel, and noise that in the water. "
+            raise field_error("noise_level_db", None, "is the noise in each channel, and noise that in the water. "
                           "Delete one of them.")  # fmt: skip
         if value.get("smoothing") is not None and value.get("profile") is None:
             raise field_error("smoothing", None, "rounds the corners of a profile, and there is none. Delete the line.")
-        if value.get("profile") is not None:  # a speed of nothing is none
-            return {key: one for key, one in value.items() if key != "sound_speed"}
+        if value.get("profile") is not None:  # an empty sound_speed beside a profile is allowed
+            return {key: entry for key, entry in value.items() if key != "sound_speed"}
         return value
 
     @model_validator(mode="after")
     def _set_mean_sound_speed(self) -> Self:
         if self.profile is not None:
-            self.__dict__["sound_speed"] = _mean_speed(self.profile)  # frozen, and not yet out of the door
+            self.__dict__["sound_speed"] = _mean_speed(self.profile)  # frozen, but still under construction
         return self
 
     @model_validator(mode="after")
@@ -94,7 +94,7 @@ class Water(Model):
 
     @model_serializer(mode="wrap")
     def _as_written(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """What was written: a speed or a profile, never both."""
+        """Values as they were written: a speed or a profile, never both."""
         values: dict[str, Any] = dump(self)
         if self.profile is not None:
             values.pop("sound_speed", None)
@@ -102,16 +102,16 @@ class Water(Model):
 
     @property
     def layered(self) -> bool:
-        """Whether sound speed changes with depth, so that rays bend."""
+        """True where sound speed changes with depth, so that rays are refracted."""
         return self.profile is not None and min(self.profile.speed) < max(self.profile.speed)
 
     @property
     def scatters(self) -> bool:
-        """Whether anything in the water itself answers sound."""
+        """True where the water has volume scattering."""
         return self.volume_strength_db is not None or bool(self.patches)
 
     def layers(self, deepest: float) -> NDArray[np.float64]:
-        """Upper and lower side [m] and s_v [1/m] of the layers that answer, down to a depth [m], shape (layers, 3)."""
+        """Upper and lower side [m] and s_v [1/m] of the scattering layers above a depth [m], shape (layers, 3)."""
         return layer_columns(self.volume_strength_db, deepest)
 
     @property
@@ -125,22 +125,22 @@ class Water(Model):
         return self.sound_speed if self.profile is None else max(self.profile.speed)
 
     def profile_to_depth(self, water_depth: float) -> SoundSpeedProfile:
-        """Sound speed from the surface to the seabed, or deeper, its corners rounded if that is asked for.
+        """Sound-speed profile from the surface to the seabed, or deeper, rounded as `smoothing` requires.
 
         Args:
             water_depth: Deepest water of the scene [m].
 
         Raises:
-            ValueError: The profile begins below the surface or ends above the seabed; with the way out.
+            ValueError: The profile begins below the surface or ends above the seabed; the message gives the remedy.
         """
         if self.profile is None:
             return SoundSpeedProfile(np.array([0.0, water_depth]), np.full(2, self.sound_speed))
-        found = _profile(self.profile, self.smoothing)
-        found.covers(water_depth)
-        return found
+        profile = _profile(self.profile, self.smoothing)
+        profile.covers(water_depth)
+        return profile
 
     def sound_speed_at(self, depth: ArrayLike) -> NDArray[np.float64]:
-        """Speed of sound at depths [m/s]; above the first and below the last knot, that knot's.
+        """Sound speed [m/s], constant above the first and below the last knot.
 
         Args:
             depth: Depth [m], any shape.
@@ -153,12 +153,12 @@ class Water(Model):
         return _profile(self.profile, self.smoothing).at(depth)
 
     def absorption(self, frequency: ArrayLike, *, depth: ArrayLike = 0.0) -> NDArray[np.float64]:
-        """Energy that this water takes from the wave along each metre of its way [dB/m].
+        """Absorption coefficient of this water [dB/m].
 
         Args:
             frequency: Frequency [Hz], any shape.
-            depth: Depth at which the loss is asked for [m], broadcast against frequency. At
-                the surface by default: in 100 m of water the loss at the bottom is 1.4 % less at 100 kHz.
+            depth: Depth below the mean surface [m], broadcast against frequency. 0 by default:
+                at 100 m and 100 kHz the loss is 1.4 % less.
 
         Returns:
             One-way loss per metre [dB/m], broadcast shape of the arguments.
@@ -172,7 +172,7 @@ class Water(Model):
 
 @lru_cache(maxsize=64)
 def _profile(written: ScenarioProfile, smoothing: float | None) -> SoundSpeedProfile:
-    """The profile behind what was written, made once."""
+    """Profile of a scenario, rounded where `smoothing` is given; computed once."""
     profile = written.profile()
     return profile if smoothing is None else profile.smoothed(smoothing)
 

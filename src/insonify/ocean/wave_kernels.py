@@ -1,8 +1,7 @@
-"""Many waves added up at many places: arithmetic only.
+"""Sum of many waves at many positions: arithmetic only.
 
-The inner loop runs over places, so that a processor takes several at once, and every
-place adds its waves in the same order with plain rounding: the bits do not depend on which
-other places were asked for, nor on how the work was split.
+The inner loop runs over positions, so that it is vectorised, and every position adds its waves in the
+same order with plain rounding: the results are bit-identical however the positions are grouped or split.
 """
 
 import math
@@ -15,7 +14,7 @@ from insonify.jit import njit
 Floats = NDArray[np.float64]
 
 BLOCK = 256
-"""Places whose sums stay in the nearest cache while all waves pass by [1]."""
+"""Positions whose sums stay in the first-level cache during the loop over waves [1]."""
 
 # Taylor's series of sin(2 pi y) for |y| <= 1/4: the first term left out is 7e-10.
 _S = tuple((-1) ** n * (2 * math.pi) ** (2 * n + 1) / math.factorial(2 * n + 1) for n in range(7))
@@ -24,7 +23,7 @@ _S0, _S1, _S2, _S3, _S4, _S5, _S6 = _S
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def cosine_of_cycles(cycles: float) -> float:
-    """Cosine of a phase given in cycles [1], any number of them, to 1e-9."""
+    """Cosine of a phase in cycles [1], accurate to 1e-9 for any number of cycles."""
     # One minus the distance from a quarter of the nearest whole number is always within a quarter cycle of zero.
     y = 0.25 - abs(cycles - np.floor(cycles + 0.5))
     z = y * y
@@ -33,12 +32,12 @@ def cosine_of_cycles(cycles: float) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def add_heights(positions: Floats, waves: Floats, amplitude: Floats, height: Floats) -> None:
-    """Height of the surface, the sum of its waves.
+    """Compute the height of the surface, the sum of its waves.
 
     Args:
-        positions: North [m], east [m] and time [s] of each place, shape (3, n).
+        positions: North [m], east [m] and time [s] of each position, shape (3, n).
         waves: Cycles per metre north and east, per second (negative), and at the origin, shape (4, m).
-        amplitude: Of each wave [m], shape (m,).
+        amplitude: Amplitude of each wave [m], shape (m,).
         height: Filled with the height, up positive [m], shape (n,).
     """
     for start in range(0, height.size, BLOCK):
@@ -53,12 +52,12 @@ def add_heights(positions: Floats, waves: Floats, amplitude: Floats, height: Flo
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def add_motion(positions: Floats, waves: Floats, amplitude: Floats, motion: Floats) -> None:
-    """Height, slopes and vertical speed of the surface, the sums over its waves.
+    """Compute height, slopes and vertical speed of the surface, sums over its waves.
 
     Args:
-        positions: North [m], east [m] and time [s] of each place, shape (3, n).
+        positions: North [m], east [m] and time [s] of each position, shape (3, n).
         waves: Cycles per metre north and east, per second (negative), and at the origin, shape (4, m).
-        amplitude: Of each wave [m], shape (m,).
+        amplitude: Amplitude of each wave [m], shape (m,).
         motion: Filled with height [m], slope north [1], slope east [1] and upward speed [m/s], shape (4, n).
     """
     turn = 2 * math.pi

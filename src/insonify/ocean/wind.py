@@ -1,16 +1,16 @@
-"""The wind, checked before it raises a sea."""
+"""Check of a wind speed."""
 
 from insonify.validity import require_number
 
 STRONGEST = 120.0
-"""Wind that no storm exceeds [m/s]."""
+"""Largest wind speed of any storm [m/s]."""
 
 
-def checked_wind(owner: str, wind_speed: float) -> float:
-    """Refuse a wind that has no sea to it.
+def checked_wind(spectrum: str, wind_speed: float) -> float:
+    """Refuse a wind that raises no waves.
 
     Args:
-        owner: Name of the thing that was given the wind.
+        spectrum: Name of the wave spectrum, for the message.
         wind_speed: Wind 10 m above the sea [m/s].
 
     Returns:
@@ -20,4 +20,4 @@ def checked_wind(owner: str, wind_speed: float) -> float:
         ValueError: The wind is not a finite number above 0.
     """
     example = "7 (a flat sea needs no waves)"
-    return require_number(f"{owner}.wind_speed", wind_speed, "m/s", 0.0, STRONGEST, above=True, example=example)
+    return require_number(f"{spectrum}.wind_speed", wind_speed, "m/s", 0.0, STRONGEST, above=True, example=example)
