@@ -39,7 +39,7 @@ MOST_MEMORY = 8 << 30
 """Address space of a child [bytes]."""
 PATIENCE = 300.0
 """Processor time after which a child is ended [s]."""
-QUANTITIES = {"seconds": "time", "correlation_time": "memory", "disk": "disk"}
+QUANTITIES = {"seconds": "time", "memory": "memory", "disk": "disk"}
 """What is compared, and its name in the table."""
 
 
@@ -87,7 +87,7 @@ def _run(file: Path, out: Path, *, refused: bool) -> dict[str, Any]:
         agreed = refused and code == 2
         return {"outcome": "refused" if agreed else "failed", "code": code, "words": "" if agreed else said[-400:]}
     disk = sum(one.stat().st_size for one in out.rglob("*") if one.is_file())
-    taken = {"seconds": used.ru_utime + used.ru_stime, "correlation_time": used.ru_maxrss * 1024.0, "disk": float(disk)}
+    taken = {"seconds": used.ru_utime + used.ru_stime, "memory": used.ru_maxrss * 1024.0, "disk": float(disk)}
     broken = _broken(out)
     return {"outcome": "failed" if broken else "done", "taken": taken, "words": broken}
 

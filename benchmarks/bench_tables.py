@@ -58,8 +58,8 @@ def _reading(table: EigenrayTable, span: tuple[float, float]) -> tuple[object, i
                 paths,
             )
             interpolate_cells(
-                nodes, mean_speed, where.node_depths.size, where.node_ranges.size, where.cell_rows, 1 / where.step, speed,
-                plane.history, table.specification.bounces, 0, depth, ranges, cell, paths, rays,
+                nodes, mean_speed, where.node_depths.size, where.node_ranges.size, where.cell_rows, 1 / where.step,
+                speed, plane.history, table.specification.bounces, 0, depth, ranges, cell, paths, rays,
             )  # fmt: skip
 
     return run, held.size

@@ -267,5 +267,5 @@ def _paths(draw: _Draw, field: str) -> Description:
     if draw.chance(0.1):
         found["jitter"] = draw.between(0, 0.5)
     if draw.chance(0.1):
-        found["causes"] = draw.one((["seabed"], ["target"], ["seabed", "target"], ["surface"]))
+        found["contributions"] = draw.one((["seabed"], ["target"], ["seabed", "target"], ["surface"]))
     return found

@@ -93,7 +93,7 @@ def installed(tmp_path: Path) -> Path:
     """An installation with one kernel, which calls the kernel of another file."""
     package = tmp_path / "site" / "insonify"
     package.mkdir(parents=True)
-    (package / "stale_kernels.py").write_bytes(Path(kernel_cache.__file__).read_bytes())
+    (package / "kernel_cache.py").write_bytes(Path(kernel_cache.__file__).read_bytes())
     (package / "__init__.py").write_text(
         "from pathlib import Path\nfrom insonify.kernel_cache import delete_stale_kernels\n"
         "delete_stale_kernels(Path(__file__).parent)\n"
@@ -128,7 +128,7 @@ def test_an_upgraded_callee_is_compiled_anew_wherever_the_cache_lies(installed, 
     assert _answer(installed, settings) == (10.0, False)
     assert _answer(installed, settings) == (10.0, True)
     root = {"beside": installed, "named": tmp_path / "named", "read-only": tmp_path / "home"}[where]
-    assert list(root.rglob("caller.strength*.nbc"))
+    assert list(root.rglob("caller.answer*.nbc"))
     (installed / "callee.py").write_text(CALLEE.format(sign="-1.0"))
     assert _answer(installed, settings) == (-10.0, False)
 

@@ -43,19 +43,19 @@ def test_limits_belong_to_the_range_unless_they_are_told_apart(value):
     """0 or more; and above 0, where 0 itself means nothing."""
     for above in (False, True):
         if value > 0 or (value == 0 and not above):
-            assert require_number("depth", value, "m", 0.0, above=above) == value
+            assert require_number("depth", value, "m", 0.0, exclude_low=above) == value
         else:
             with pytest.raises(ValueError, match="depth is"):
-                require_number("depth", value, "m", 0.0, above=above)
+                require_number("depth", value, "m", 0.0, exclude_low=above)
 
 
 @pytest.mark.parametrize(
     ("limits", "said"),
     [
         ({"low": 0.0, "high": 40.0}, "give a finite number (g/kg), 0 to 40"),
-        ({"low": 0.0, "high": 40.0, "above": True}, "give a finite number (g/kg), above 0 to 40"),
+        ({"low": 0.0, "high": 40.0, "exclude_low": True}, "give a finite number (g/kg), above 0 to 40"),
         ({"low": 0.0}, "give a finite number (g/kg), 0 or more"),
-        ({"low": 0.0, "above": True}, "give a finite number (g/kg), above 0"),
+        ({"low": 0.0, "exclude_low": True}, "give a finite number (g/kg), above 0"),
         ({"example": "35"}, "give a finite number (g/kg), such as 35"),
     ],
 )

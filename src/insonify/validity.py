@@ -98,7 +98,7 @@ def require_number(
     low: float = -math.inf,
     high: float = math.inf,
     *,
-    above: bool = False,
+    exclude_low: bool = False,
     example: str = "",
 ) -> float:
     """One number, refused where it means nothing; arguments and errors as `require_numbers`, and a gap is refused too.
@@ -109,13 +109,15 @@ def require_number(
         unit: Unit of the number, "" for a ratio.
         low: Smallest number that means something, in `unit`.
         high: Largest, in `unit`.
-        above: Whether `low` itself means nothing.
+        exclude_low: True: `low` itself is refused.
         example: Example, for the advice.
     """
     given = as_floats(value)
     if given is None or given.ndim:
-        raise _range_error(name, _shortened_repr(value), unit, low, high, above, example)
-    return float(require_numbers(name, given, unit, low, high, exclude_low=above, allow_nan=False, example=example))
+        raise _range_error(name, _shortened_repr(value), unit, low, high, exclude_low, example)
+    return float(
+        require_numbers(name, given, unit, low, high, exclude_low=exclude_low, allow_nan=False, example=example)
+    )
 
 
 def require_grazing_angle(name: str, value: ArrayLike, *, gaps: bool = True) -> NDArray[np.float64]:

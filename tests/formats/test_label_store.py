@@ -40,7 +40,7 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_labels_come_back_as_they_went_in(stored: Path) -> None:
     """Every column of every ping: intensities and angles to 2^-13, places and distances to half a millimetre."""
     held = open_labels(stored)
-    assert labelled_pings(stored).all() and list(held.owner.values) == ["seabed", "surface", "box"]
+    assert labelled_pings(stored).all() and list(held.object.values) == ["seabed", "surface", "box"]
     for ping in range(PINGS):
         fresh = labels(survey(), ping)
         for name, (_, _, units, _) in COLUMNS.items():
@@ -85,7 +85,7 @@ def test_labels_of_a_run_that_was_replaced_are_not_in_the_new_recording(tmp_path
     assert labelled_pings(path).tolist() == [True, False, False]
     record(other, path, with_labels=True)
     held = open_labels(path)
-    assert list(held.owner.values) == ["seabed", "surface"]
+    assert list(held.object.values) == ["seabed", "surface"]
     for ping in range(PINGS):
         np.testing.assert_array_equal(held.strongest_object.values[ping], labels(other, ping).strongest_object.values)
 

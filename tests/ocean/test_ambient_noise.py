@@ -168,10 +168,10 @@ def test_arguments_broadcast():
 
 
 @pytest.mark.parametrize("contribution", [turbulence_noise_db, shipping_noise_db, wind_noise_db])
-def test_a_cause_asked_alone_names_its_range(cause):
+def test_a_contribution_evaluated_alone_names_its_range(contribution):
     """At 1 MHz none of the fits to Wenz's curves was measured; beside the others it is not heard, and silent."""
     with pytest.warns(PhysicsWarning, match=r"The fit of .* noise is trusted for frequency"):
-        cause(1e6)
+        contribution(1e6)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         noise_components_db(1e6)

@@ -37,7 +37,9 @@ def scenario(**changes: Any) -> Any:
 def beams(count: int, **changes: Any) -> xr.Dataset:
     """The target alone, in three dimensions, heard by some beams."""
     steer = np.radians(np.linspace(-3, 3, count)).tolist()
-    return simulate(scenario(paths__geometry="3d", paths__contributions=["target"], sonar__receive__steer=steer, **changes))
+    return simulate(
+        scenario(paths__geometry="3d", paths__contributions=["target"], sonar__receive__steer=steer, **changes)
+    )
 
 
 def ascan_figure() -> Figure:
@@ -138,7 +140,9 @@ def test_a_cause_has_one_colour_in_all_pictures() -> None:
     """Surface and bed of the geometry, and the target of the closer look, in the colours of their curves."""
     with style.plot_style():
         drawn = {str(line.get_label()): line.get_color() for line in levels_figure().axes[0].lines}
-        assert drawn == {cause: style.CONTRIBUTION_COLOURS[cause] for cause in ("seabed", "surface", "target", "noise", "total")}
+        assert drawn == {
+            cause: style.CONTRIBUTION_COLOURS[cause] for cause in ("seabed", "surface", "target", "noise", "total")
+        }
         flat = {tuple(np.unique(line.get_ydata())): line.get_color() for line in geometry_figure().axes[0].lines[:2]}
         assert flat == {(0.0,): style.CONTRIBUTION_COLOURS["surface"], (20.0,): style.CONTRIBUTION_COLOURS["seabed"]}
         near = ascan_figure().axes[1].lines[0]

@@ -196,7 +196,7 @@ def test_curves_of_levels_can_be_cut_and_break_at_silence():
 def caught(monkeypatch):
     """Figures that would be written."""
     kept = []
-    monkeypatch.setattr(style, "keep", lambda figure, path: kept.append(figure) or path)
+    monkeypatch.setattr(style, "save_figure", lambda figure, path: kept.append(figure) or path)
     return kept
 
 

@@ -101,7 +101,7 @@ def test_the_source_is_marked_on_the_profile() -> None:
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize(
     "how",
-    [{}, {"launch": [0.0]}, {"farthest": 60.0, "bounces": 0}, {"water_depth": 17.0, "launch": np.radians([-3, 3])},
+    [{}, {"launch": [0.0]}, {"max_range": 60.0, "bounces": 0}, {"water_depth": 17.0, "launch": np.radians([-3, 3])},
      {"source_depth": 0.0}, {"source_depth": 20.0, "bounces": 8}],
 )  # fmt: skip
 def test_every_picture_of_rays_is_written(tmp_path: Path, how: dict[str, object]) -> None:

@@ -98,4 +98,4 @@ def test_the_picture_is_written_for_relief_with_solids(tmp_path):
     drum = {"shape": "cylinder", "label": "drum", "position": (5.0, 10.0), "diameter": 0.6, "length": 0.9, "pitch": 0.3}
     relief = {"kind": "power-law", "hurst": 0.8, "rms": 0.05}
     told = sidescan(targets=[drum], seabed={"depth": 12.0, "relief": relief})
-    assert scene_view(told, tmp_path / "scene.png").stat().st_size > 10_000
+    assert scene_view.scene(told, tmp_path / "scene.png").stat().st_size > 10_000

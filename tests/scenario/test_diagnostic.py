@@ -32,7 +32,7 @@ class Harbour(Model):
     title: str = ""
     seabed: Bed
     targets: tuple[Annotated[Crate | Buoy, Field(discriminator="shape")], ...] = ()
-    band: Annotated[Hertz, Field(gt=0)] = 20e3
+    bandwidth: Annotated[Hertz, Field(gt=0)] = 20e3
     bearing: Annotated[Radians, Field(ge=-6.3, le=6.3)] = 0.0
     steer: Radians | tuple[Radians, ...] = 0.0
     window: tuple[Seconds, Seconds] = (0.0, 0.24)
@@ -105,7 +105,7 @@ MISTAKES = {
     GOOD + "pings: -1e30": "2: pings: -1e30 is out of range (1 or more).",
     GOOD + "targets: [x]": "2: targets.0: x where a group of keys (shape: one of box, point; and what belongs to it) "
     "should be.",
-    GOOD + "band: ''": "2: band: '' is not a frequency; use Hz, kHz, MHz.",
+    GOOD + "bandwidth: ''": "2: bandwidth: '' is not a frequency; use Hz, kHz, MHz.",
     GOOD + "pings: 1.5": "2: pings: 1.5 where a whole number should be.",
     GOOD + "compress: 3": "2: compress: 3 where true or false should be.",
     GOOD + "field: coherant": "2: field: 'coherant' is not known here (one of coherent, incoherent). "

@@ -28,7 +28,7 @@ def quiet(receive=None, *, water=None, frequency=100e3, **receiver):
     ("told", "said"),
     [
         ({"matched_filter": True, "blanking": 1e-3}, "compressed_recording"),
-        ({"matched_filter": True, "adc": {"full_scale_db": 150}}, "after converter"),
+        ({"matched_filter": True, "adc": {"full_scale_db": 150}}, "after adc"),
         ({"record": "beams", "crosstalk": {"neighbours_db": -30}}, "Write record: elements"),
         ({"blanking": "11.5 ms"}, "nothing is heard"),
         ({"self_noise": {"tones": [{"frequency": "50 kHz", "level_db": 60}]}}, "87.5 to 112.5 kHz"),

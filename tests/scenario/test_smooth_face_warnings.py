@@ -46,7 +46,7 @@ def test_the_tracer_hears_no_flash_and_says_so():
 @pytest.mark.parametrize("smooth", [1.1, -1.5])
 def test_no_face_mirrors_more_than_all(smooth):
     """From -1 to 1, as a reflection coefficient."""
-    with pytest.raises(ValidationError, match="smooth"):
+    with pytest.raises(ValidationError, match="face_reflection_coefficient"):
         Box(position=(0, 50), size=(1, 1, 1), face_reflection_coefficient=smooth)
     assert Sphere(position=(0, 50), diameter=1).face_reflection_coefficient is None
 

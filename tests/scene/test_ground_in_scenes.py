@@ -74,7 +74,9 @@ def test_the_split_is_the_scenes_or_the_sediments():
         nominal(seabed={"relief": FRACTAL, "cutoff_wavelength": None}).completed_seabed.cutoff_wavelength
         == RoughnessCutoff().wavelength
     )
-    assert nominal(seabed={"cutoff_wavelength": None}).completed_seabed.cutoff_wavelength is None  # a flat bed needs none
+    assert (
+        nominal(seabed={"cutoff_wavelength": None}).completed_seabed.cutoff_wavelength is None
+    )  # a flat bed needs none
 
 
 @pytest.mark.parametrize("per_cell", [1.0, 20.0])
@@ -82,8 +84,8 @@ def test_the_split_does_not_follow_the_sampling(per_cell):
     """Ground and map are the same however many points lie on it."""
     scenario = nominal(seabed={"relief": FRACTAL}, paths={"scatterers_per_cell": per_cell})
     bed = scenario.completed_seabed.terrain
-    assert bed.relief.cutoff_wavelength.wavelength == 0.5 and bed.heightmap_cell_size == 0.5 / 8
-    assert bed is nominal(seabed={"relief": FRACTAL}).completed_seabed.bed
+    assert bed.relief.cutoff.wavelength == 0.5 and bed.heightmap_cell_size == 0.5 / 8
+    assert bed is nominal(seabed={"relief": FRACTAL}).completed_seabed.terrain
 
 
 def test_a_box_stands_on_the_ground_under_it():

@@ -126,7 +126,7 @@ def ground(heading=0.0):
     return (
         Seabed(depth=20.0, relief=relief, seed=1, cutoff_wavelength=0.5, scatterer_grid=lattice)
         .completed(1, 100e3, 1500.0)
-        .resolved
+        .terrain
     )
 
 
@@ -144,7 +144,7 @@ def some_kept(tiles, share, lattice):
 def test_scatterers_on_held_ground_lie_where_the_ground_is(heading):
     """Pings that keep few, many, none and few again: each lies on the ground and faces as it does, by key the same."""
     bed = ground(heading)
-    lattice, seen = bed.relief.resolved.lattice, {}
+    lattice, seen = bed.relief.resolved.scatterer_grid, {}
     tiles = Tiles(np.array([3, 4, 3]), np.array([1, -2, 5]), np.array([0, 3, -7]))
     for share in ([0.02, 0.01, 0.0], [0.3, 0.2, 0.05], [0.0, 0.0, 0.0], [1.0, 0.01, 0.5], [0.02, 0.01, 0.0]):
         kept = some_kept(tiles, share, lattice)

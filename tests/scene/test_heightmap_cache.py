@@ -39,7 +39,7 @@ def read(paged, places, drawn=None):
             found[n], done[n] = pages.heights[(at * NODES + i % CELLS) * NODES + j % CELLS], True
         return True
 
-    paged.strength(0.5, np.zeros(2), np.zeros(2), draw, ask)
+    paged.serve_kernel(0.5, np.zeros(2), np.zeros(2), draw, ask)
     return found
 
 

@@ -100,7 +100,7 @@ def test_long_axes_may_point_either_way_and_a_mirror_turns_slopes_aside():
     other = ask._replace(b=-ask.b, s=-ask.s, **dict(zip(EllipsePatches._fields[6:], np.empty((4, 80)), strict=True)))
     for where, one in ((ground, ask), (ground, back), (mirrored, other)):
         fitted(where, one, LARGE[1])
-    for name, turned, aside in (("height", 1, 1), ("along", -1, 1), ("across", -1, -1), ("rest", 1, 1)):
+    for name, turned, aside in (("height", 1, 1), ("along", -1, 1), ("across", -1, -1), ("residual_variance", 1, 1)):
         scale = ask.width if name == "across" else 1.0
         np.testing.assert_allclose(getattr(back, name) * scale, turned * getattr(ask, name) * scale, atol=3e-5)
         np.testing.assert_allclose(getattr(other, name) * scale, aside * getattr(ask, name) * scale, atol=3e-5)

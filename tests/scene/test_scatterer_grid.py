@@ -34,7 +34,7 @@ def test_a_tile_is_the_same_alone_and_in_company():
     many = jittered_points(tiles((2, 3, 4), (1, -5, 6), (0, 0, 0)), 7, random_keys.SEABED)
     alone = jittered_points(tiles((1, -5, 6)), 7, random_keys.SEABED)
     middle = slice(TILE**2, 2 * TILE**2)
-    for name in ("along", "across", "area", "phase", "place", "priority", "rank"):
+    for name in ("along", "across", "area", "phase", "scatterer_id", "priority", "rank"):
         np.testing.assert_array_equal(getattr(many, name)[middle], getattr(alone, name))
     np.testing.assert_array_equal(many.tile, np.repeat([0, 1, 2], TILE**2))
 
@@ -76,7 +76,7 @@ def test_those_of_least_priority_are_drawn_alone_as_in_company():
     every, few = jittered_points(some, 7, random_keys.SEABED), jittered_points(some, 7, random_keys.SEABED, most)
     bound = most[every.tile, every.row % TILE // SIDE, every.column % TILE // SIDE]
     wanted = every.take(every.priority < bound)
-    for name in ("along", "across", "area", "phase", "place", "priority", "rank", "tile"):
+    for name in ("along", "across", "area", "phase", "scatterer_id", "priority", "rank", "tile"):
         np.testing.assert_array_equal(getattr(few, name), getattr(wanted, name))
 
 

@@ -63,7 +63,7 @@ def test_the_part_in_the_bed_is_left_out():
 def test_draws_and_even_points_lie_on_the_same_outline():
     """As many of both, at most a cell apart; drawn phases of unit modulus."""
     ball = Sphere(position=(0.0, 50.0), diameter=2.0, base_depth=19.0)
-    drawn, even = cut(ball, pitch=0.05), cut(ball, pitch=0.05, even=True)
+    drawn, even = cut(ball, pitch=0.05), cut(ball, pitch=0.05, quadrature=True)
     assert np.linalg.norm(drawn.position - even.position, axis=1).max() <= 0.07
     np.testing.assert_allclose(np.abs(drawn.phase), 1)
 

@@ -23,7 +23,7 @@ RIPPLES = {"kind": "ripples", "wavelength": 2.0, "height": 0.1}
 
 def bed(relief=FRACTAL, **more):
     """The ground of a seabed."""
-    return Seabed(depth=20.0, relief=relief, **more).completed(1, 100e3, 1500.0).resolved
+    return Seabed(depth=20.0, relief=relief, **more).completed(1, 100e3, 1500.0).terrain
 
 
 def small(monkeypatch, rows=4):

@@ -104,7 +104,7 @@ def test_elements_hear_before_them():
 
 
 @settings(max_examples=100, deadline=None)
-@given(angle=st.floats(0, np.pi), half_angle=st.floats(0, np.pi))
+@given(angle=st.floats(0, np.pi), margin=st.floats(0, np.pi))
 def test_a_cone_of_directions_spans_its_cosines(angle, margin):
     """Least and greatest cosine to an axis within a margin: of 2001 angles that are as near, to 1e-6 and 2e-3."""
     least, greatest = cosine_bounds(float(np.cos(angle)), float(np.cos(margin)), float(np.sin(margin)))

@@ -35,9 +35,9 @@ def test_one_platform_carries_both_ends():
     one = carried(line())
     assert not one.is_bistatic and one.max_separation == 0 and one.receiver_poses is one.transmitter_poses
     assert one.positions.shape == (5, 3)
-    first, other = one.track_motions(1, WINDOW)
+    first, other = one.ping_motions(1, WINDOW)
     assert first is other
-    np.testing.assert_allclose(first.of(np.zeros((1, 3)))[1], [[2.0, 0, 0]], atol=1e-9)
+    np.testing.assert_allclose(first.kinematics(np.zeros((1, 3)))[1], [[2.0, 0, 0]], atol=1e-9)
 
 
 @given(st.floats(0, 6), st.floats(0, 6), st.floats(-3, 3), st.floats(-3, 3))
@@ -55,16 +55,16 @@ def test_the_distance_is_the_greatest_at_any_ping(speed, other, heading, turn):
 def test_where_one_end_moves_both_have_a_course(speed, other):
     """A ship past a moored receiver, or the other way about: each goes on at its own speed."""
     pair = carried(line(speed=speed), line(speed=other))
-    for way, fast in zip(pair.track_motions(0, WINDOW), (speed, other), strict=True):
-        np.testing.assert_allclose(way.of(np.zeros((1, 3)))[1], [[fast, 0, 0]], atol=1e-9)
+    for way, fast in zip(pair.ping_motions(0, WINDOW), (speed, other), strict=True):
+        np.testing.assert_allclose(way.kinematics(np.zeros((1, 3)))[1], [[fast, 0, 0]], atol=1e-9)
 
 
 def test_where_none_moves_there_is_no_course():
     """Two moorings; and stop and hop, which has no later moments at all."""
     still = carried(line(speed=0.0), line(start=(3, 0, 5), speed=0.0))
-    assert still.track_motions(0, WINDOW) == (None, None)
+    assert still.ping_motions(0, WINDOW) == (None, None)
     hops = Platforms(true_poses(line()), true_poses(line(start=(3, 0, 5))))
-    assert hops.track_motions(0, WINDOW) == (None, None)
+    assert hops.ping_motions(0, WINDOW) == (None, None)
     assert [len(moments) for moments in hops.window_poses] == [1, 1]
 
 

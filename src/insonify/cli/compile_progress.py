@@ -46,11 +46,11 @@ def report_compiling() -> None:
         _PROGRESS[0] = Progress()  # the next command of the same process begins anew
         return
     _PROGRESS.append(Progress())
-    when_loaded(_receive_gain)
+    when_loaded(_report_to_progress)
 
 
-def _receive_gain() -> None:
-    """Have the compiler tell the process's progress of each kernel."""
+def _report_to_progress() -> None:
+    """Register a listener of numba that reports each compiled kernel."""
     from numba.core import event
 
     class Lines(event.Listener):  # type: ignore[misc]

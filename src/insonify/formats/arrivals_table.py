@@ -58,8 +58,9 @@ def arrivals_dataset(arrivals: Arrivals) -> xr.Dataset:
     p = arrivals.take(np.argsort(arrivals.delay, kind="stable"))
     amplitude = p.amplitude[:, 0]
     columns = (
-        p.delay, amplitude.real, amplitude.imag, p.spreading, p.absorption, p.reflection_coefficient.real, p.reflection_coefficient.imag,
-        p.scattering_amplitude, p.group, p.transmit_family, p.receive_family, p.transmit_branch, p.receive_branch, p.caustics, p.object,
+        p.delay, amplitude.real, amplitude.imag, p.spreading, p.absorption, p.reflection_coefficient.real,
+        p.reflection_coefficient.imag, p.scattering_amplitude, p.group, p.transmit_family, p.receive_family,
+        p.transmit_branch, p.receive_branch, p.caustics, p.object,
         *p.position.T, *p.departure.T, *p.arrival.T, p.transmit_grazing, p.receive_grazing,
     )  # fmt: skip
     return xr.Dataset(

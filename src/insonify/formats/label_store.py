@@ -18,7 +18,13 @@ from zarr.errors import ZarrUserWarning
 
 from insonify.formats.store_description import errors_as_store_errors, require_consistent_sizes
 from insonify.formats.zarr_store import (
-    IDENTITY, PACKED, StoreError, identity, put_chunk, recorded_pings, require_own_recording,
+    IDENTITY,
+    PACKED,
+    StoreError,
+    identity,
+    put_chunk,
+    recorded_pings,
+    require_own_recording,
 )  # fmt: skip
 from insonify.records.labels import COLUMNS, LabelNames, Labels, with_names
 from insonify.records.recording import RecordingLayout
@@ -35,7 +41,8 @@ _PACKER = Blosc("lz4", 5, Blosc.SHUFFLE)
 
 
 def create_labels(
-    path: str | Path, names: LabelNames, layout: RecordingLayout, attributes: Mapping[str, Any], *, into: str | None = None
+    path: str | Path, names: LabelNames, layout: RecordingLayout, attributes: Mapping[str, Any], *,
+    into: str | None = None
 ) -> None:  # fmt: skip
     """Make room for labels in a recording, or find what an earlier run began.
 

@@ -15,7 +15,7 @@ from insonify.records.netcdf_recording import as_recording, join_complex, split_
 from insonify.records.recording import FIELDS
 
 MAX_NUMBERS = 1 << 30
-"""Most numbers of a variable that is read into correlation_time: 8 GB of pressure [1]."""
+"""Most numbers of a variable that is read into memory: 8 GB of pressure [1]."""
 
 
 def write_netcdf(recording: xr.Dataset, path: str | Path) -> Path:

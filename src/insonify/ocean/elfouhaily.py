@@ -47,7 +47,7 @@ class Elfouhaily:
         """Refuse impossible values, and warn outside the range of the fit."""
         object.__setattr__(self, "wind_speed", checked_wind("Elfouhaily", self.wind_speed))
         ages = "0.84 (developed) or 5 (very young)"
-        age = require_number("Elfouhaily.inverse_age", self.inverse_age, "", 0.0, above=True, example=ages)
+        age = require_number("Elfouhaily.inverse_age", self.inverse_age, "", 0.0, exclude_low=True, example=ages)
         object.__setattr__(self, "inverse_age", age)
         warn_outside(LAW, "wind speed", self.wind_speed, 3.0, 21.0, "m/s")
         warn_outside(LAW, "inverse wave age", self.inverse_age, 0.83, 5.0, "")
@@ -60,7 +60,7 @@ class Elfouhaily:
         """
         wind_speed = checked_wind("Elfouhaily", wind_speed)
         if not (isinstance(fetch, float) and math.isinf(fetch) and fetch > 0):  # an open ocean has no shore
-            fetch = require_number("fetch", fetch, "m", 0.0, above=True, example="50e3 to the upwind shore")
+            fetch = require_number("fetch", fetch, "m", 0.0, exclude_low=True, example="50e3 to the upwind shore")
         grown = GRAVITY * fetch / wind_speed**2 / GROWN
         return cls(wind_speed, DEVELOPED * math.tanh(grown**0.4) ** -0.75)
 

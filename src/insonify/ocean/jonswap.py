@@ -44,7 +44,9 @@ class Jonswap:
             ("wind_speed", checked_wind("Jonswap", self.wind_speed)),
             (
                 "fetch",
-                require_number("Jonswap.fetch", self.fetch, "m", 0.0, above=True, example="50e3 to the upwind shore"),
+                require_number(
+                    "Jonswap.fetch", self.fetch, "m", 0.0, exclude_low=True, example="50e3 to the upwind shore"
+                ),
             ),
             ("enhancement", require_number("Jonswap.enhancement", self.enhancement, "", 1.0, 10.0, example="3.3")),
         ):

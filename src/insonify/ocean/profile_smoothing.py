@@ -50,7 +50,7 @@ def round_corners(depth: Floats, speed: Floats, length: float) -> tuple[Floats, 
     Raises:
         ValueError: The length is not a number above 0 and up to `LONGEST`.
     """
-    reach = require_number("smoothing", length, "m", 0.0, LONGEST, above=True, example="1") / 2
+    reach = require_number("smoothing", length, "m", 0.0, LONGEST, exclude_low=True, example="1") / 2
     gap = np.diff(depth)
     slope = np.diff(speed) / gap
     pieces = [np.array([[depth[0], speed[0]]])]

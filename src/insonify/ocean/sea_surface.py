@@ -91,9 +91,9 @@ class SeaSurface:
             self, "wave_direction", require_number("SeaSurface.wave_direction", self.wave_direction, "rad")
         )
         if not (isinstance(self.water_depth, float) and self.water_depth == math.inf):
-            depth = require_number("SeaSurface.water_depth", self.water_depth, "m", 0.0, above=True)
+            depth = require_number("SeaSurface.water_depth", self.water_depth, "m", 0.0, exclude_low=True)
             object.__setattr__(self, "water_depth", depth)
-        shortest = require_number("SeaSurface.shortest_wavelength", self.shortest_wavelength, "m", 0.0, above=True)
+        shortest = require_number("SeaSurface.shortest_wavelength", self.shortest_wavelength, "m", 0.0, exclude_low=True)
         object.__setattr__(self, "shortest_wavelength", shortest)
         dominant = 2 * math.pi / self.spectrum.peak
         if shortest >= dominant:

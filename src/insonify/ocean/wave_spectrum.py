@@ -141,7 +141,7 @@ def _band(spectrum: WaveSpectrum, min_wavenumber: float, max_wavenumber: float) 
     if isinstance(max_wavenumber, float) and max_wavenumber == np.inf:
         high = FINEST
     else:
-        high = min(require_number("max_wavenumber", max_wavenumber, "rad/m", 0.0, above=True), FINEST)
+        high = min(require_number("max_wavenumber", max_wavenumber, "rad/m", 0.0, exclude_low=True), FINEST)
     if not low < high:
         return np.ones(1), np.zeros(1)
     panels = int(np.ceil(6 * np.log(high / low)))

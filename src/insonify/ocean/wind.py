@@ -20,4 +20,4 @@ def checked_wind(spectrum: str, wind_speed: float) -> float:
         ValueError: The wind is not a finite number above 0.
     """
     example = "7 (a flat sea needs no waves)"
-    return require_number(f"{spectrum}.wind_speed", wind_speed, "m/s", 0.0, STRONGEST, above=True, example=example)
+    return require_number(f"{spectrum}.wind_speed", wind_speed, "m/s", 0.0, STRONGEST, exclude_low=True, example=example)

@@ -188,9 +188,7 @@ def mirror(magnitude: Axes, phase: Axes, bed: Sediment) -> None:
     magnitude.set_title("Mirrored by a flat bed")
     magnitude.set_ylabel("pressure reflected, |R| [1]")
     turned = np.degrees(np.unwrap(np.angle(coefficient)))
-    turned -= 360 * np.round(
-        turned[-1] / 360
-    )  # unwrap_to_reference from grazing 0, where -180 and 180 are the same turn
+    turned -= 360 * np.round(turned[-1] / 360)  # unwrapped from grazing 0, where -180 and 180 are the same turn
     phase.plot(np.degrees(angle), turned, color=style.CONTRIBUTION_COLOURS["seabed"], linewidth=1.6)
     phase.set_title("Turn of phase, exp(+j$\\omega$t)")
     phase.set_ylabel("phase of R [deg]")

@@ -76,4 +76,6 @@ def leg(family: str, source_depth: float, point_depth: float, distance: float,
 
 
 def _target(distance: float, top: float, water_depth: float) -> Rectangle:
-    return Rectangle((distance, top), distance * 0.008, max(water_depth - top, 0), color=style.CONTRIBUTION_COLOURS["target"])
+    return Rectangle(
+        (distance, top), distance * 0.008, max(water_depth - top, 0), color=style.CONTRIBUTION_COLOURS["target"]
+    )

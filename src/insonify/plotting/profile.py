@@ -64,7 +64,10 @@ def gradients(axes: Axes, column: SoundSpeedProfile) -> None:
         column: The profile.
     """
     slope = column.gradient((column.depth[1:] + column.depth[:-1]) / 2)
-    for bends, colour in ((slope > 0, style.CONTRIBUTION_COLOURS["surface"]), (slope < 0, style.CONTRIBUTION_COLOURS["seabed"])):
+    for bends, colour in (
+        (slope > 0, style.CONTRIBUTION_COLOURS["surface"]),
+        (slope < 0, style.CONTRIBUTION_COLOURS["seabed"]),
+    ):
         axes.stairs(
             np.where(bends, slope, 0.0), column.depth, orientation="horizontal", fill=True, color=colour, alpha=0.35
         )
@@ -72,7 +75,10 @@ def gradients(axes: Axes, column: SoundSpeedProfile) -> None:
     axes.axvline(0, color=style.QUIET, linewidth=0.8)
     widest = max(float(np.abs(slope).max()) * 1.1, 0.02)
     axes.set_xlim(-widest, widest)
-    words = (("left", 0.03, "bends down", style.CONTRIBUTION_COLOURS["seabed"]), ("right", 0.97, "bends up", style.CONTRIBUTION_COLOURS["surface"]))
+    words = (
+        ("left", 0.03, "bends down", style.CONTRIBUTION_COLOURS["seabed"]),
+        ("right", 0.97, "bends up", style.CONTRIBUTION_COLOURS["surface"]),
+    )
     for side, share, word, colour in words:
         axes.annotate(word, (share, 0.02), xycoords="axes fraction", ha=side, color=colour, fontsize=9)
     axes.set_title("Change with depth")

@@ -78,7 +78,9 @@ def speed(axes: Axes, depth: ArrayLike, speeds: ArrayLike, source_depth: float) 
     axes.plot(c, z, color=style.INK)
     if z.size <= 60:
         axes.plot(c, z, "o", color=style.INK, markersize=3.0)
-    axes.plot([np.interp(source_depth, z, c)], [source_depth], "o", color=style.CONTRIBUTION_COLOURS["target"], markersize=7)
+    axes.plot(
+        [np.interp(source_depth, z, c)], [source_depth], "o", color=style.CONTRIBUTION_COLOURS["target"], markersize=7
+    )
     margin = max(0.12 * float(np.ptp(c)), 0.5)
     axes.set_xlim(c.min() - margin, c.max() + margin)
     axes.set_xlabel("sound speed [m/s]")
@@ -138,7 +140,9 @@ def section(axes: Axes, traced: RayFan, water_depth: float, source_depth: float,
     axes.axhline(0, color=style.CONTRIBUTION_COLOURS["surface"], linewidth=2, zorder=3)
     axes.axhline(water_depth, color=style.CONTRIBUTION_COLOURS["seabed"], linewidth=2, zorder=3)
     axes.axhspan(water_depth, 1.06 * water_depth, color=style.CONTRIBUTION_COLOURS["seabed"], alpha=0.3, linewidth=0)
-    axes.plot([0], [source_depth], "o", color=style.CONTRIBUTION_COLOURS["target"], markersize=7, zorder=4, clip_on=False)
+    axes.plot(
+        [0], [source_depth], "o", color=style.CONTRIBUTION_COLOURS["target"], markersize=7, zorder=4, clip_on=False
+    )
     axes.set_xlim(0, float(traced.range.max()) if len(traced) else 1.0)
     axes.set_ylim(1.06 * water_depth, -0.06 * water_depth)
     axes.set_xlabel("horizontal range [m]")

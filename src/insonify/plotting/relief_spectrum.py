@@ -69,7 +69,9 @@ def ground_spectrum(axes: Axes, bed: Sediment, *, seed: int = 0, frequency: floa
     law, split = PowerLaw.of_sediment(bed), RoughnessCutoff()
     K = np.geomspace(0.05, 3000, 400)
     asked, share = law.spectrum(K), law.resolved_fraction(K, split)
-    axes.fill_between(K, asked, 1e-30, where=share > 0.5, color=style.CONTRIBUTION_COLOURS["seabed"], alpha=0.15, linewidth=0)
+    axes.fill_between(
+        K, asked, 1e-30, where=share > 0.5, color=style.CONTRIBUTION_COLOURS["seabed"], alpha=0.15, linewidth=0
+    )
     axes.plot(K, asked, color=style.INK, label="asked of the whole relief")
     drawn = np.where(share > 1e-4, share * asked, np.nan)
     axes.plot(K, drawn, color=style.CONTRIBUTION_COLOURS["seabed"], label="resolved as ground")

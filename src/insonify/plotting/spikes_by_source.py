@@ -34,7 +34,9 @@ def spikes_by_source(axes: Axes, arrivals: Arrivals, level: NDArray[np.float64],
     if own.any():
         axes.vlines(delay[own], floor, level[own], color=style.CONTRIBUTION_COLOURS["target"], linewidth=0.4, alpha=0.25,
                     rasterized=True)  # fmt: skip
-        axes.scatter(delay[own], level[own], s=3, color=style.CONTRIBUTION_COLOURS["target"], linewidths=0, rasterized=True)
+        axes.scatter(
+            delay[own], level[own], s=3, color=style.CONTRIBUTION_COLOURS["target"], linewidths=0, rasterized=True
+        )
         axes.plot([], [], "o", color=style.CONTRIBUTION_COLOURS["target"], markersize=4, label="target")
     axes.set_ylim(floor, top)
     axes.set_xlabel("delay [ms]")

@@ -132,7 +132,7 @@ def beamform_fft(
     first, rate = uniform_clock(time)
     series = element_series(pressure, np.size(time))
     frequency, speed = checked_carrier(centre_frequency, sound_speed)
-    pitch = require_number("spacing", spacing, "m", 0.0, above=True, example="0.0075")
+    pitch = require_number("spacing", spacing, "m", 0.0, exclude_low=True, example="0.0075")
     start, step, beams = _uniform_sines(sines)
     if focus not in ("far", "dynamic"):
         raise ValueError(f"focus is {focus!r}; choose far or dynamic, or use beamform_delay_sum for a range in metres")
@@ -275,4 +275,4 @@ def _focus(focus: str | float) -> float:
         return FAR
     if isinstance(focus, str):
         raise ValueError(f"focus is {focus!r}; choose dynamic, far, or a range in metres")
-    return require_number("focus", focus, "m", 0.0, above=True, example="10.0")
+    return require_number("focus", focus, "m", 0.0, exclude_low=True, example="10.0")

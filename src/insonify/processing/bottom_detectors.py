@@ -54,7 +54,7 @@ def amplitude_detection(
     """
     complexes, times = _beams("intensity", require_numbers("intensity", intensity, "", 0.0, allow_nan=False), time)
     power = complexes.real
-    depth = require_number("threshold_db", threshold_db, "dB", 0, above=True)
+    depth = require_number("threshold_db", threshold_db, "dB", 0, exclude_low=True)
     first, stop = _echoes(power, odd_looks(looks), 10 ** (-depth / 10))
     at = np.arange(times.size)
     inside = np.where((at >= first[:, None]) & (at < stop[:, None]), power, 0.0)

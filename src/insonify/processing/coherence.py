@@ -57,7 +57,7 @@ def coherence_by_delay(
         An echo that comes later by d in the second series has its peak at d.
     """
     a, b = _pair(first, second)
-    rate = require_number("sample_rate", sample_rate, "Hz", 0.0, above=True)
+    rate = require_number("sample_rate", sample_rate, "Hz", 0.0, exclude_low=True)
     most = int(require_number("farthest", max_delay, "s", 0.0) * rate)
     if most >= a.shape[-1]:
         raise ValueError(f"farthest is {max_delay:g} s; give less than the series' {a.shape[-1] / rate:g} s")

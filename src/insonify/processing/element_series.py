@@ -92,7 +92,7 @@ def checked_carrier(centre_frequency: float, sound_speed: float) -> tuple[float,
         centre_frequency: Of the complex baseband [Hz].
         sound_speed: Of the water [m/s].
     """
-    frequency = require_number("centre_frequency", centre_frequency, "Hz", 0.0, above=True, example="100e3")
+    frequency = require_number("centre_frequency", centre_frequency, "Hz", 0.0, exclude_low=True, example="100e3")
     return frequency, float(
         require_sound_speed("sound_speed", require_number("sound_speed", sound_speed, "m/s"), gaps=False)
     )

@@ -30,7 +30,7 @@ def phase_to_elevation(
     baseline a the angle off broadside is told smaller by (a / 4 R)^2 times the sine of its double.
     """
     frequency, speed = checked_carrier(centre_frequency, sound_speed)
-    length = require_number("baseline", baseline, "m", 0.0, above=True, example="0.05")
+    length = require_number("baseline", baseline, "m", 0.0, exclude_low=True, example="0.05")
     sine = -require_numbers("phase", phase, "rad") * speed / (2 * np.pi * frequency * length)
     inside = np.abs(sine) <= 1
     return np.where(inside, np.asarray(tilt) + np.arcsin(np.where(inside, sine, 0.0)), np.nan)
@@ -49,7 +49,7 @@ def elevation_to_phase(
         sound_speed: Of the water [m/s].
     """
     frequency, speed = checked_carrier(centre_frequency, sound_speed)
-    wave = 2 * np.pi * frequency * require_number("baseline", baseline, "m", 0.0, above=True) / speed
+    wave = 2 * np.pi * frequency * require_number("baseline", baseline, "m", 0.0, exclude_low=True) / speed
     return np.asarray(-wave * np.sin(np.asarray(elevation, float) - np.asarray(tilt)))
 
 

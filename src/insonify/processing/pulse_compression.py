@@ -41,7 +41,7 @@ def matched_filter(
     series = np.asarray(pressure)
     if series.dtype.kind != "c" or series.ndim < 1:
         raise ValueError(f"pressure is {series.dtype} of shape {series.shape}; give complex baseband, (..., time)")
-    rate = require_number("sample_rate", sample_rate, "Hz", 0.0, above=True, example="50e3")
+    rate = require_number("sample_rate", sample_rate, "Hz", 0.0, exclude_low=True, example="50e3")
     length = _samples(replica, rate)
     size = scipy.fft.next_fast_len(series.shape[-1] + 2 * length)
     sent, heard = _spectra(replica, rate, size, window)

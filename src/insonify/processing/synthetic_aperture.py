@@ -109,7 +109,7 @@ def along_track_resolution(half_angle: float, centre_frequency: float, sound_spe
     Source: width of a sinc, as in Hawkins (1996), ch. 4; from memory.
     """
     frequency, speed = checked_carrier(centre_frequency, sound_speed)
-    widest = require_number("half_angle", half_angle, "rad", 0.0, np.pi / 2, above=True, example="np.radians(10)")
+    widest = require_number("half_angle", half_angle, "rad", 0.0, np.pi / 2, exclude_low=True, example="np.radians(10)")
     return float(0.8859 * speed / (4 * frequency * np.sin(widest)))
 
 
@@ -156,7 +156,7 @@ def _angles(
         if shading != "uniform":
             raise ValueError(f"angle_shading is {shading!r} without a limit; give widest, the angle where it ends")
         return np.zeros((pings, 3)), 2.0, window
-    sine = np.sin(require_number("widest", max_angle, "rad", 0.0, np.pi / 2, above=True, example="np.radians(10)"))
+    sine = np.sin(require_number("widest", max_angle, "rad", 0.0, np.pi / 2, exclude_low=True, example="np.radians(10)"))
     if track_direction is None:
         raise ValueError("widest is given without along; give the unit vector along the track, (3,) or (ping, 3)")
     given = require_numbers("along", track_direction, "", allow_nan=False)

@@ -56,7 +56,7 @@ def eigenrays(
             cover the water; with the way out.
         insonify.propagation.eigenray_table.TableError: method="table", and a table failed its comparison with exact rays.
     """
-    depth = require_number("water_depth", water_depth, "m", 0.0, above=True, example="20")
+    depth = require_number("water_depth", water_depth, "m", 0.0, exclude_low=True, example="20")
     water = sound_speed_layers(profile, depth)
     source = require_number("source_depth", source_depth, "m", 0.0, depth, example=f"{depth / 2:g}")
     z = require_numbers("point_depth", point_depth, "m", 0.0, depth, allow_nan=False, example=f"{depth:g}")

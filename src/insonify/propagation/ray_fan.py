@@ -104,7 +104,7 @@ def trace_fan(
     ).ravel()
     bottom = float(column.depth[-1])
     source = require_number("source_depth", source_depth, "m", 0.0, bottom)
-    end = require_number("farthest", max_range, "m", 0.0, above=True, example="200")
+    end = require_number("farthest", max_range, "m", 0.0, exclude_low=True, example="200")
     if not 0 <= max_bounces <= MOST_BOUNCES:
         raise ValueError(f"bounces is {max_bounces}; give 0 to {MOST_BOUNCES}.")
     if not step > 0:

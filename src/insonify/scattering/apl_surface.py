@@ -78,7 +78,7 @@ class AplSurface:
     def __post_init__(self) -> None:
         """Check wind and frequency, and warn of them once."""
         wind = require_number("AplSurface.wind_speed", self.wind_speed, "m/s", 0.0, example="7")
-        tone = require_number("AplSurface.frequency", self.frequency, "Hz", 0.0, above=True, example="100e3")
+        tone = require_number("AplSurface.frequency", self.frequency, "Hz", 0.0, exclude_low=True, example="100e3")
         for name, value in (("wind_speed", wind), ("frequency", tone), ("bubbles", Bubbles(wind, tone))):
             object.__setattr__(self, name, value)
 

@@ -94,10 +94,10 @@ class Bubbles:
         object.__setattr__(
             self, "wind_speed", require_number("Bubbles.wind_speed", self.wind_speed, "m/s", 0.0, example="7")
         )
-        tone = require_number("Bubbles.frequency", self.frequency, "Hz", 0.0, above=True, example="100e3")
+        tone = require_number("Bubbles.frequency", self.frequency, "Hz", 0.0, exclude_low=True, example="100e3")
         object.__setattr__(self, "frequency", tone)
         object.__setattr__(
-            self, "cone", require_number("Bubbles.cone", self.cone, "rad", 0.0, above=True, example="0.02")
+            self, "cone", require_number("Bubbles.cone", self.cone, "rad", 0.0, exclude_low=True, example="0.02")
         )
         _checked(self.wind_speed, self.frequency, 0.0)
 

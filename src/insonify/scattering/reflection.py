@@ -92,7 +92,7 @@ class ElasticSolid:
         for field in ("density_ratio", "speed_ratio", "shear_ratio", "loss", "shear_loss"):
             above = not field.endswith("loss")
             object.__setattr__(
-                self, field, require_number(f"ElasticSolid.{field}", getattr(self, field), "", 0.0, above=above)
+                self, field, require_number(f"ElasticSolid.{field}", getattr(self, field), "", 0.0, exclude_low=above)
             )
         limit = math.sqrt(3) / 2 * self.speed_ratio
         if self.shear_ratio >= limit:

@@ -167,7 +167,7 @@ def check_sediment_law(law: SedimentScatteringLaw) -> float:
     """
     owner = type(law).__name__
     checked_sediment(law.sediment, f"{owner}.sediment")
-    frequency = require_number(f"{owner}.frequency", law.frequency, "Hz", 0.0, above=True, example="100e3")
+    frequency = require_number(f"{owner}.frequency", law.frequency, "Hz", 0.0, exclude_low=True, example="100e3")
     sound_speed = require_number(f"{owner}.sound_speed", law.sound_speed, "m/s", 300.0, 5000.0, example="1500")
     object.__setattr__(law, "frequency", frequency)
     object.__setattr__(law, "sound_speed", sound_speed)

@@ -1,6 +1,6 @@
 """What the seabed is made of, as far as sound can tell.
 
-One number, the mean grain size, predicts density, sound speed, loss, roughness and the volume_spectrum inside a
+One number, the mean grain size, predicts density, sound speed, loss, roughness and the volume spectrum inside a
 sediment well enough for most work. It is counted in phi = -log2(diameter in mm): gravel -1, clay 9. Rock and
 stones have no grain size; the handbook gives their numbers one by one.
 """
@@ -104,7 +104,7 @@ class Sediment:
         for field in ("density_ratio", "speed_ratio", "loss", "volume_parameter", "spectral_strength"):
             above = field not in ("loss", "volume_parameter")
             object.__setattr__(
-                self, field, require_number(f"Sediment.{field}", getattr(self, field), "", 0.0, above=above)
+                self, field, require_number(f"Sediment.{field}", getattr(self, field), "", 0.0, exclude_low=above)
             )
         exponent = require_number("Sediment.spectral_exponent", self.spectral_exponent, "", example="3.25")
         object.__setattr__(self, "spectral_exponent", exponent)

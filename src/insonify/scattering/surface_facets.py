@@ -95,13 +95,15 @@ class SurfaceFacets:
     def __post_init__(self) -> None:
         """Refuse slopes that are none."""
         for name in ("along", "across"):
-            value = require_number(f"SurfaceFacets.{name}", getattr(self, name), "", 0.0, above=True, example="0.02")
+            value = require_number(
+                f"SurfaceFacets.{name}", getattr(self, name), "", 0.0, exclude_low=True, example="0.02"
+            )
             object.__setattr__(self, name, value)
 
     @classmethod
     def isotropic(cls, mean_square_slope: float) -> "SurfaceFacets":
         """A sea without direction, from the variance of its slope in both directions together [1]."""
-        slopes = require_number("mean_square_slope", mean_square_slope, "", 0.0, above=True, example="0.02")
+        slopes = require_number("mean_square_slope", mean_square_slope, "", 0.0, exclude_low=True, example="0.02")
         return cls(slopes / 2, slopes / 2)
 
     def cross_section(

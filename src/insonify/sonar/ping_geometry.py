@@ -195,7 +195,7 @@ def ping_geometry(sonar: Sonar, platforms: Poses | Platforms, ping: int, *, wind
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _AttitudeBeams:
-    """What of a ping_geometry stays while the ends keep their attitude and the sound its speed there."""
+    """What of a ping geometry stays while the ends keep their attitude and the sound its speed there."""
 
     transmit_beams: Beams
     receive_beams: Beams

@@ -70,11 +70,11 @@ def product(recording: xr.Dataset, *, ping: int | None = None) -> tuple[Figure, 
         recording = recording.isel(ping=np.flatnonzero(recording["done"].values))
     if recording.sizes["ping"] == 0:
         raise ValueError("the recording holds no ping yet. Run the scenario to the end, or at least one ping of it.")
-    made: Callable[..., tuple[Figure, list[CheckedNumber]]]
-    made = import_module(f"{__name__}.{what.replace('-', '_')}").made
+    module = what.replace("-", "_")
+    make: Callable[..., tuple[Figure, list[CheckedNumber]]] = getattr(import_module(f"{__name__}.{module}"), module)
     if part := progress_note(recording.sizes["ping"], pings):
         scenario = scenario.model_copy(update={"title": ", ".join(filter(None, (scenario.title, part)))})
-    return made(recording.load(), scenario, ping)
+    return make(recording.load(), scenario, ping)
 
 
 def draw(recording: xr.Dataset, path: str | Path, *, ping: int | None = None) -> list[CheckedNumber]:

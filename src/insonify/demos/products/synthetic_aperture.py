@@ -140,8 +140,8 @@ def cells(scenario: Scenario) -> tuple[float, float]:
         scenario: What was simulated.
 
     Along the track the aperture is weighted with the patterns of transmitter and element, which makes it blunter than
-    `along_track_resolution` has it. Source: in range, the width of a sweep under a Hamming window; F. J. Harris (1978), Proc.
-    IEEE 66(1), 51-83.
+    `along_track_resolution` has it. Source: in range, the width of a sweep under a Hamming window; F. J. Harris (1978),
+    Proc. IEEE 66(1), 51-83.
     """
     pulse, speed = scenario.sonar.pulse, scenario.water.sound_speed
     wavelength, widest = speed / pulse.frequency, np.sin(half_angle(scenario))
