@@ -212,8 +212,8 @@ def test_the_quick_cosine_is_a_cosine(cycles):
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        ({"shortest": 500.0}, r"SeaSurface\.shortest_wavelength is 500"),
-        ({"shortest": 0.0}, r"SeaSurface\.shortest_wavelength is 0"),
+        ({"shortest_wavelength": 500.0}, r"SeaSurface\.shortest_wavelength is 500"),
+        ({"shortest_wavelength": 0.0}, r"SeaSurface\.shortest_wavelength is 0"),
         ({"water_depth": -5.0}, r"SeaSurface\.water_depth is -5"),
         ({"bands": 0}, "bands is 0"),
     ],
