@@ -93,9 +93,23 @@ def answer(told, p, i, j, n):
 def echoes(told, p):
     """Times, Doppler factors less one and weights by channel, (channels, n), of one pair's echoes that there are."""
     (i, j), out, back = told["pair"][p], told["out"], told["back"]
-    n = np.flatnonzero((out["visibility"][i] * out["reflection_coefficient"][i] * back["visibility"][j] * back["reflection_coefficient"][j]) != 0)
-    left = [end["visibility"][k, n] * end["reflection_coefficient"][k, n] * end["spreading"][k, n] * end["absorption"][k, n]
-            * np.exp(-told["taken"] * end["length"][k, n]) for k, end in ((i, out), (j, back))]  # fmt: skip
+    n = np.flatnonzero(
+        (
+            out["visibility"][i]
+            * out["reflection_coefficient"][i]
+            * back["visibility"][j]
+            * back["reflection_coefficient"][j]
+        )
+        != 0
+    )
+    left = [
+        end["visibility"][k, n]
+        * end["reflection_coefficient"][k, n]
+        * end["spreading"][k, n]
+        * end["absorption"][k, n]
+        * np.exp(-told["taken"] * end["length"][k, n])
+        for k, end in ((i, out), (j, back))
+    ]
     way, far = out["departure"][i, n], out["length"][i, n]
     line = far[:, None] * way - told["middle"] * told["sent"]
     gone = told["middle"] + (np.linalg.norm(line, axis=1) - far) / SPEED

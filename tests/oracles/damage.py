@@ -31,7 +31,7 @@ def tif(path: Path) -> None:
     from rasterio.transform import from_origin
 
     about = {"driver": "GTiff", "height": 12, "width": 9, "count": 1, "dtype": "float32", "nodata": -9999.0}
-    about |= {"crs": "EPSG:32632", "transform": from_origin(5e5, 6e6, 5.0, 6.0), "matched_filter": "deflate"}
+    about |= {"crs": "EPSG:32632", "transform": from_origin(5e5, 6e6, 5.0, 6.0), "compress": "deflate"}
     with rasterio.open(path, "w", **about) as file:
         file.write(-DEPTH[::-1].astype("f4"), 1)
 

@@ -22,10 +22,22 @@ from insonify.synthesis._arrival_kernel import (
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def spread_echoes(
-    cells: NDArray[np.complex64], first_time: float, cell_rate: float, pair: Integers, sent: TransmitLegs, heard: ReceiveLegs,
-    strength: NDArray[Any], ears: ReceiveBeams, slowness: float, gradient: float, loss: float, bent: bool, middle: float,
-    frequency: float, node: Floats,
-) -> None:  # fmt: skip
+    cells: NDArray[np.complex64],
+    first_time: float,
+    cell_rate: float,
+    pair: Integers,
+    sent: TransmitLegs,
+    heard: ReceiveLegs,
+    strength: NDArray[Any],
+    ears: ReceiveBeams,
+    slowness: float,
+    gradient: float,
+    loss: float,
+    bent: bool,
+    middle: float,
+    frequency: float,
+    node: Floats,
+) -> None:
     """Echoes of one block by all pairs of legs, for all channels, each ear asked by itself.
 
     Args:
@@ -62,5 +74,23 @@ def spread_echoes(
             for k in range(count):
                 room.strength[k] = strength[p, room.scatterer[k]]
             if count > 0:
-                deposit_pair(cells, first_time, cell_rate, i, j, row, count, room, sent, heard, ears, slowness, gradient,
-                         loss, bent, middle, frequency, node)  # fmt: skip
+                deposit_pair(
+                    cells,
+                    first_time,
+                    cell_rate,
+                    i,
+                    j,
+                    row,
+                    count,
+                    room,
+                    sent,
+                    heard,
+                    ears,
+                    slowness,
+                    gradient,
+                    loss,
+                    bent,
+                    middle,
+                    frequency,
+                    node,
+                )

@@ -33,15 +33,31 @@ def surveyed(baselines, pulse, band, window, *, pings, hop=2.0, paths=None, rece
         "water": {"sound_speed": SPEED, "absorption_db_per_m": 0.0, "noise_level_db": None},
         "seabed": {"depth": 20.0, "scattering": {"law": "lambert", "strength_db": -27.0}, "reflection": 0.35},
         "sonar": {
-            "source_level_db": 200, "pulse": {"frequency": CARRIER, **pulse}, "transmit": line,
+            "source_level_db": 200,
+            "pulse": {"frequency": CARRIER, **pulse},
+            "transmit": line,
             "receive": {"kind": "elements", "positions": places, "size": (LENGTH, 0.0)},
-            "receiver": {"bandwidth": band, "record": "elements", **(receiver or {})}, "mounting": {"tilt": TILT},
+            "receiver": {"bandwidth": band, "record": "elements", **(receiver or {})},
+            "mounting": {"tilt": TILT},
         },
-        "track": {"kind": "line", "start": (0.0, 0.0, 20.0 - ALTITUDE), "speed": hop, "interval": 1.0, "pings": pings,
-                  "window": window, "stop_and_hop": True},
-        "paths": {"max_reflections": 0, "contributions": ["seabed"], "edge_diffraction": "none", "beam_cutoff_db": -30, **(paths or {})},
+        "track": {
+            "kind": "line",
+            "start": (0.0, 0.0, 20.0 - ALTITUDE),
+            "speed": hop,
+            "interval": 1.0,
+            "pings": pings,
+            "window": window,
+            "stop_and_hop": True,
+        },
+        "paths": {
+            "max_reflections": 0,
+            "contributions": ["seabed"],
+            "edge_diffraction": "none",
+            "beam_cutoff_db": -30,
+            **(paths or {}),
+        },
         **top,
-    }  # fmt: skip
+    }
     return Scenario(**described)
 
 

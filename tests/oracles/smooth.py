@@ -62,9 +62,12 @@ def flashes(target, max_reflections=0, *, frequency=100e3, window=(0.0, 0.24), f
     told = {"face_reflection_coefficient": 1.0, "scattering": ROUGH, **target}
     pulse = {"kind": "cw", "frequency": frequency, "duration": 0.2e-3, "taper": "tukey", "taper_fraction": 0.2}
     fixed = {
-        "water": {"noise_level_db": None, "absorption_db_per_m": 0.0}, "track": {"window": window},
-        "sonar": {"pulse": pulse}, "line": {"length": 0.1}, "paths": {"contributions": ["target"], "max_reflections": max_reflections},
-    }  # fmt: skip
+        "water": {"noise_level_db": None, "absorption_db_per_m": 0.0},
+        "track": {"window": window},
+        "sonar": {"pulse": pulse},
+        "line": {"length": 0.1},
+        "paths": {"contributions": ["target"], "max_reflections": max_reflections},
+    }
     rows = arrivals(nominal(targets=[told], **{**fixed, **changes}))
     # rough points have random phases and are beneath notice
     rows = rows if facing is None else rows.take(facing(rows.position))

@@ -116,7 +116,7 @@ def test_what_does_not_fit_is_refused():
         complex_coherence(np.ones(4), np.ones(4))
     with pytest.raises(ValueError, match="looks is 4; give odd"):
         complex_coherence(noise(9), noise(9), 4)
-    with pytest.raises(ValueError, match="farthest is 1 s"):
+    with pytest.raises(ValueError, match="max_delay is 1 s"):
         coherence_by_delay(noise(9), noise(9), 10.0, max_delay=1.0)
     with pytest.raises(ValueError, match=r"give \(channel, channel\)"):
         dpca_displacement(np.ones((2, 3)), 0.1)

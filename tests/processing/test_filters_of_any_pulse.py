@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from oracles.listening import sent
 
 from insonify.processing import matched_filter
 from insonify.sonar.pulse import Pulse
+from oracles.listening import sent
 
 F, RATE, BINS = 100e3, 50e3, 1200
 OFFSET = (np.arange(BINS) / BINS - 0.5) * RATE

@@ -73,8 +73,18 @@ def test_a_limit_of_angles_leaves_out_what_lies_beyond_it(seed, widest):
     sine = np.abs(np.einsum("pxi,pi->px", seen, along)) / np.linalg.norm(seen, axis=-1)
     clear = np.all(np.abs(sine / np.sin(widest) - 1) > 1e-6, axis=0)
     some = clear & (sine <= np.sin(widest)).any(axis=0)
-    found = backproject(series, time, way[0], way[1], pixels, receive_velocity=way[2], track_direction=along, max_angle=widest,
-                        threads=1, **told)  # fmt: skip
+    found = backproject(
+        series,
+        time,
+        way[0],
+        way[1],
+        pixels,
+        receive_velocity=way[2],
+        track_direction=along,
+        max_angle=widest,
+        threads=1,
+        **told,
+    )
     np.testing.assert_array_equal(found[clear & ~some], 0)
     if some.any():
         inside = (sine <= np.sin(widest))[:, None, some]

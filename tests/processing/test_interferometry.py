@@ -149,7 +149,7 @@ def test_what_does_not_fit_is_refused():
     """The value, and what would fit."""
     about = {"altitude": 9.0, "baseline": 0.05, "tilt": TILT, "centre_frequency": F}
     series = np.zeros((3, 50), np.complex64)
-    with pytest.raises(ValueError, match=r"slant \(49,\); give"):
+    with pytest.raises(ValueError, match=r"slant_range \(49,\); give"):
         interferometric_depth(series, series, np.linspace(9, 20, 49), **about)
     with pytest.raises(ValueError, match="baseline is 0"):
         interferometric_depth(series, series, np.linspace(9, 20, 50), **about | {"baseline": 0.0})

@@ -99,7 +99,7 @@ def test_equal_weight_over_an_angle_has_the_resolution_of_a_sinc():
     sent, half = track(), np.radians(5)
     series, _ = pings(sent, sent, strength=np.ones(len(STEPS)))
     north = np.arange(-80, 81) * 1e-3
-    about = {"along": np.array([1.0, 0, 0]), "widest": half}
+    about = {"track_direction": np.array([1.0, 0, 0]), "max_angle": half}
     plain = focus(series, sent, patch(north, [GROUND]), **about)[:, 0]
     assert width(north, plain) == pytest.approx(along_track_resolution(half, F, C), rel=0.02)
     shaded = focus(series, sent, patch(north, [GROUND]), angle_shading="hann", **about)[:, 0]
@@ -210,7 +210,7 @@ def test_pixels_that_no_ping_reaches_are_zero():
     sent = track()
     series, _ = pings(sent, sent)
     assert focus(series, sent, np.array([[0.0, 500.0, 9.0]]))[0] == 0
-    narrow = {"along": np.array([1.0, 0, 0]), "widest": np.radians(5)}
+    narrow = {"track_direction": np.array([1.0, 0, 0]), "max_angle": np.radians(5)}
     assert focus(series, sent, np.array([[25.0, 15.0, 9.0]]), **narrow)[0] == 0
 
 
@@ -221,8 +221,8 @@ def test_pixels_that_no_ping_reaches_are_zero():
      ({"grid": np.zeros((5, 2))}, "three axes"),
      ({"pressure": np.zeros((3, 321), np.complex64)}, r"give \(ping, channel, time\)"),
      ({"shading": np.ones(4)}, r"give \(3,\) or \(3, 1\)"),
-     ({"widest": 0.1}, "without along"),
-     ({"widest": 0.1, "along": np.array([2.0, 0, 0])}, "unit vectors"),
+     ({"max_angle": 0.1}, "without track_direction"),
+     ({"max_angle": 0.1, "track_direction": np.array([2.0, 0, 0])}, "unit vectors"),
      ({"angle_shading": "hann"}, "without a limit"),
      ({"receive_velocity": np.zeros((2, 2))}, "broadcasts to"),
      ({"receive_velocity": 500.0}, "under a tenth")],

@@ -111,10 +111,10 @@ def test_points_have_their_ways_whoever_is_asked_with_them(family):
     every, mixed, few = ways(np.arange(150)), ways(order), ways(np.arange(140, 143))
     for one, other in zip(every, ways(np.arange(150), np.array([-60.0, 30.0, 0.0])), strict=True):
         np.testing.assert_array_equal(one, other)
-    for name in ("length", "departure", "arrival", "there"):
+    for name in ("length", "departure", "arrival", "is_valid"):
         np.testing.assert_array_equal(getattr(mixed, name), getattr(every, name)[order])
         np.testing.assert_array_equal(getattr(few, name), getattr(every, name)[140:143])
-    for name in ("bounce", "part", "sine", "left"):
+    for name in ("bounce_position", "fraction", "grazing_sine", "residual_variance"):
         np.testing.assert_array_equal(getattr(mixed, name), getattr(every, name)[:, order])
 
 

@@ -232,7 +232,9 @@ def test_no_path_is_told_from_no_table():
     rays, count, status = held.rays(11.0, np.full(4, 20.0), ranges)
     plane = held.plane_at(11.0)
     np.testing.assert_array_equal(count, [1, 1, 0, 0])
-    np.testing.assert_array_equal(plane.specification.grid.find(plane.path_count, np.full(4, 20.0), ranges)[1] == EXACT, False)
+    np.testing.assert_array_equal(
+        plane.specification.grid.find(plane.path_count, np.full(4, 20.0), ranges)[1] == EXACT, False
+    )
     assert status[0] == 0 and np.all(status[2:] > 0)
     assert rays.shape == (4, 1, COLUMNS)
 
@@ -268,8 +270,8 @@ def test_eigenrays_from_tables_are_the_same_record():
 @pytest.mark.parametrize(("wrong", "words"), [
     ({"sources": (12.0, 11.0)}, "source_depths is 12 to 11 m"),
     ({"points": (0.0, 21.0)}, "seabed at 20 m"),
-    ({"farthest": 0.0}, "farthest is 0 m"),
-    ({"farthest": float("nan")}, "farthest is nan m"),
+    ({"farthest": 0.0}, "max_range is 0 m"),
+    ({"farthest": float("nan")}, "max_range is nan m"),
 ])  # fmt: skip
 def test_impossible_spans_are_refused(wrong, words):
     """Spans that are upside down or leave the water, with the way out."""

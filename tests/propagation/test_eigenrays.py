@@ -147,7 +147,7 @@ def test_what_a_ray_knows_does_not_depend_on_who_asks_with_it():
     shuffle = rng.permutation(300)
     apart = found(CAUSTIC, 11.0, depth[shuffle], distance[shuffle])
     order = np.lexsort((apart.branch, [SEVEN.index(f) for f in apart.family], shuffle[apart.point]))
-    for name in ("delay", "launch", "amplitude", "path_length"):
+    for name in ("delay", "launch_angle", "amplitude", "path_length"):
         np.testing.assert_allclose(getattr(together, name), getattr(apart, name)[order], rtol=1e-7)
     for k in range(0, 300, 30):
         alone = found(CAUSTIC, 11.0, depth[k], distance[k])

@@ -34,7 +34,11 @@ SPEED = 1500.0
 
 def swell(height, length, wave_direction=np.pi / 2):
     """A scene under one long-crested wave."""
-    surface = {"reflection": "explicit", "swell": {"height": height, "length": length}, "wave_direction": wave_direction}
+    surface = {
+        "reflection": "explicit",
+        "swell": {"height": height, "length": length},
+        "wave_direction": wave_direction,
+    }
     return Scene(surface=surface)
 
 
@@ -113,8 +117,15 @@ def test_bounces_are_where_the_way_is_stationary():
     """Fermat, on a wind sea with the heights of `SeaSurface`: no way beside a bounce is shorter, to first order."""
     where, spectrum = windy(5.0), Elfouhaily(5.0)
     sea = SeaSurface(
-        spectrum, ElfouhailySpreading(spectrum), 0.4, 1, where.surface.shortest_explicit_wavelength, 20.0, BANDS, SECTORS
-    )  # fmt: skip
+        spectrum,
+        ElfouhailySpreading(spectrum),
+        0.4,
+        1,
+        where.surface.shortest_explicit_wavelength,
+        20.0,
+        BANDS,
+        SECTORS,
+    )
     time = 3.0
 
     def way(north, east):
@@ -157,7 +168,7 @@ def test_a_point_finds_the_same_bounces_alone_as_among_others():
 
 
 @pytest.mark.parametrize(
-    ("waves_to", "height", "length", "count"),
+    ("wave_direction", "height", "length", "count"),
     [(0.9, 0.2, 6.0, 1), (0.5, 0.15, 3.0, 5), (0.0, 0.15, 3.0, 6)],
 )
 def test_bounces_add_up_to_kirchhoffs_integral(wave_direction, height, length, count):

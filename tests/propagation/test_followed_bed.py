@@ -33,8 +33,13 @@ def followed(family, points, *, ground=None, frame=None, place=SONAR, moved=None
     """The ways of one family; those that are done already keep what they have."""
     is_seabed_bounce, count = np.array([letter == "B" for letter in family]), len(points)
     m = len(family)
-    made = ImagePaths(*(np.full(shape, np.nan) for shape in ((count,), (count, 3), (count, 3), (m, count, 3), (m, count),
-                                                         (m, count), (m, count))), np.zeros(count, bool))  # fmt: skip
+    made = ImagePaths(
+        *(
+            np.full(shape, np.nan)
+            for shape in ((count,), (count, 3), (count, 3), (m, count, 3), (m, count), (m, count), (m, count))
+        ),
+        np.zeros(count, bool),
+    )
     ground, done = ground or ground_of(), np.zeros(count, bool) if done is None else done
     moved = np.empty((m, 0, 2)) if moved is None else moved
     wanted = ground.none_wanted()
@@ -105,7 +110,7 @@ def test_ways_are_those_of_images_in_planes_of_least_squares(family):
         np.testing.assert_allclose(made.arrival[n], arrival, atol=1e-4)
         np.testing.assert_allclose(made.bounce_position[:, n], bounces, atol=2e-3)
         np.testing.assert_allclose(made.fraction[:, n], parts, atol=1e-4)
-        np.testing.assert_allclose(made.sine[:, n], sines, atol=1e-4)
+        np.testing.assert_allclose(made.grazing_sine[:, n], sines, atol=1e-4)
         np.testing.assert_allclose(made.residual_variance[:, n], left, rtol=1e-2, atol=1e-8)
     level = unfolded(SONAR, points[0], [(np.array([0, 0, DEPTH]), np.array([0, 0, -1.0]))])[0]
     assert family != "B" or abs(made.length[0] - level) > 1e-4  # rough ground does move it
@@ -118,9 +123,9 @@ def test_blocks_and_company_change_no_bit(count):
     every, *_ = followed("BS", points)
     some = np.random.default_rng(count).permutation(count)[: count // 3 + 1]
     few, *_ = followed("BS", points[some])
-    for name in ("length", "departure", "arrival", "there"):
+    for name in ("length", "departure", "arrival", "is_valid"):
         np.testing.assert_array_equal(getattr(few, name), getattr(every, name)[some])
-    for name in ("bounce", "part", "sine", "left"):
+    for name in ("bounce_position", "fraction", "grazing_sine", "residual_variance"):
         np.testing.assert_array_equal(getattr(few, name), getattr(every, name)[:, some])
 
 

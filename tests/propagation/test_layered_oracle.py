@@ -33,7 +33,7 @@ def test_the_oracle_runs_straight_where_sound_has_one_speed(family):
         assert ray.length == pytest.approx(path.length, rel=1e-14)
         assert ray.delay == pytest.approx(path.length / 1500, rel=1e-14)
         assert ray.amplitude == pytest.approx(1 / path.length, rel=1e-12)
-        assert abs(np.sin(ray.launch_angle)) == pytest.approx(path.sine, rel=1e-12)
+        assert abs(np.sin(ray.launch)) == pytest.approx(path.sine, rel=1e-12)
         assert ray.caustics == ray.turns == 0
 
 
@@ -81,7 +81,7 @@ def disagreements(make, seed):
 def paired(wanted, found, rows):
     """Rays of the oracle with rows of the solver, and words on those that have no partner."""
     if len(rows) == MOST < len(wanted):
-        kept = sorted({int(np.argmin([abs(ray.launch_angle - found.launch_angle[row]) for ray in wanted])) for row in rows})
+        kept = sorted({int(np.argmin([abs(ray.launch - found.launch_angle[row]) for ray in wanted])) for row in rows})
         left = [ray.turns for i, ray in enumerate(wanted) if i not in kept]
         if min(left) < max(wanted[i].turns for i in kept):
             return [], ["rays with more turns were given than some that were left out"]
@@ -98,8 +98,8 @@ def differences(ray, found, row):
     level = 20 * np.log10(found.amplitude[row] / ray.amplitude)
     off = {
         "delay": (found.delay[row] - ray.delay, 1e-11), "level": (level, 0.01),
-        "launch": (np.degrees(found.launch_angle[row] - ray.launch_angle), 1e-4),
-        "arrival": (np.degrees(found.arrival[row] - ray.arrival), 1e-4),
+        "launch": (np.degrees(found.launch_angle[row] - ray.launch), 1e-4),
+        "arrival": (np.degrees(found.arrival_angle[row] - ray.arrival), 1e-4),
         "length": (found.path_length[row] - ray.length, 1e-7),
         "caustics": (found.caustics[row] - ray.caustics, 0), "turns": (found.turning_points[row] - ray.turns, 0),
     }  # fmt: skip
@@ -139,10 +139,10 @@ def test_every_ray_that_is_shot_is_found(make):
             found, rows = solved(depth, speed, source, family, point, np.array([one.distance for one in fair]))
             for i, one in enumerate(fair):
                 mine = rows[(found.point[rows] == i) & (found.turning_points[rows] == one.turns)]
-                off = np.degrees(np.abs(found.launch_angle[mine] - one.launch_angle).min(initial=1))
+                off = np.degrees(np.abs(found.launch_angle[mine] - one.launch).min(initial=1))
                 crowded = np.sum(found.point[rows] == i) == MOST
                 assert off < 1e-5 or crowded, (
-                    f"seed {seed}, {family}, launch {np.degrees(one.launch_angle)!r} deg, {off:.3g} off"
+                    f"seed {seed}, {family}, launch {np.degrees(one.launch)!r} deg, {off:.3g} off"
                 )
             shot += len(fair)
     assert shot > 150
@@ -150,7 +150,7 @@ def test_every_ray_that_is_shot_is_found(make):
 
 def is_fair(shot):
     """Whether a shot neither comes down at the end of its branch nor turns so often that others may crowd it out."""
-    return shot.distance > NEAR_AN_EDGE and shot.band_edge > NEAR_AN_EDGE and shot.turns < MOST
+    return shot.distance > NEAR_AN_EDGE and shot.edge > NEAR_AN_EDGE and shot.turns < MOST
 
 
 @pytest.mark.validate

@@ -164,20 +164,20 @@ def test_pieces_have_the_family_of_what_was_met() -> None:
 @pytest.mark.parametrize(
     ("told", "advice"),
     [
-        ({"launch": 2.0}, "launch is 2 rad; give a finite number .rad., -1.5708 to 1.5708"),
-        ({"launch": np.nan}, "launch is nan"),
+        ({"launch_elevation": 2.0}, "launch_elevation is 2 rad; give a finite number .rad., -1.5708 to 1.5708"),
+        ({"launch_elevation": np.nan}, "launch_elevation is nan"),
         ({"source_depth": 21.0}, "source_depth is 21 m.* 0 to 20"),
-        ({"farthest": np.inf}, "farthest is inf m.*such as 200"),
-        ({"farthest": 0.0}, "farthest is 0 m"),
-        ({"bounces": -1}, "bounces is -1; give 0 to"),
+        ({"max_range": np.inf}, "max_range is inf m.*such as 200"),
+        ({"max_range": 0.0}, "max_range is 0 m"),
+        ({"max_bounces": -1}, "max_bounces is -1; give 0 to"),
         ({"step": 0.0}, "step is 0 m"),
     ],
 )
 def test_a_fan_that_means_nothing_is_refused(told: dict[str, float], advice: str) -> None:
     """Value, limits and the way out."""
-    given = {"source_depth": 11.0, "launch": 0.1, "farthest": 100.0, **told}
+    given = {"source_depth": 11.0, "launch_elevation": 0.1, "max_range": 100.0, **told}
     with pytest.raises(ValueError, match=advice):
-        trace_fan(sound_speed_layers(THERMO, 20.0), given.pop("source_depth"), given.pop("launch"), **given)
+        trace_fan(sound_speed_layers(THERMO, 20.0), given.pop("source_depth"), given.pop("launch_elevation"), **given)
 
 
 def test_a_fan_says_what_it_is() -> None:

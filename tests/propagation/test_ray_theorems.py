@@ -11,6 +11,7 @@ from oracles.columns import DEPTH, NAMED, SOURCE, random_column, random_distance
 from oracles.layered import FAMILIES
 from oracles.water import fold
 
+COLUMNS = ("point", "family", "delay", "amplitude", "path_length", "caustics", "turning_points")
 seeds = st.integers(0, 2**32 - 1)
 SIDES = {"D": "D", "S": "B", "B": "S", "SB": "BS", "BS": "SB", "SBS": "BSB", "BSB": "SBS"}
 
@@ -34,8 +35,8 @@ def rows(depth, speed, source, point, distance, families=FAMILIES):
         families=families,
     )  # fmt: skip
     there = found.status == "ok"
-    names = ("point", "family", "delay", "launch", "arrival", "amplitude", "path_length", "caustics", "turning_points")
-    return {name: getattr(found, name)[there] for name in names}
+    columns = {name: getattr(found, name)[there] for name in COLUMNS}
+    return columns | {"launch": found.launch_angle[there], "arrival": found.arrival_angle[there]}
 
 
 @settings(max_examples=60)

@@ -122,15 +122,19 @@ def test_the_nodes_of_a_tree_hold_their_triangles():
     nodes = np.arange(len(ROCKS.next_on_miss))
     assert np.all(ROCKS.next_on_miss > nodes) and ROCKS.next_on_miss[0] == len(nodes)
     leaf = ROCKS.first_triangle >= 0
-    held = np.concatenate([np.arange(f, f + n) for f, n in zip(ROCKS.first_triangle[leaf], ROCKS.triangle_count[leaf], strict=True)])
+    held = np.concatenate(
+        [np.arange(f, f + n) for f, n in zip(ROCKS.first_triangle[leaf], ROCKS.triangle_count[leaf], strict=True)]
+    )
     np.testing.assert_array_equal(np.sort(held), np.arange(len(WHOLE.faces)))
     np.testing.assert_array_equal(np.sort(ROCKS.original_row), np.arange(len(WHOLE.faces)))
-    a, b, c = np.moveaxis(ROCKS.corner.reshape(-1, 3, 3), 1, 0)
+    a, b, c = np.moveaxis(ROCKS.corner_and_sides.reshape(-1, 3, 3), 1, 0)
     corners = np.stack([a, a + b, a + c], axis=1)
     for node in nodes[:: max(1, len(nodes) // 200)]:
         below = np.arange(node, ROCKS.next_on_miss[node])
         below = below[leaf[below]]
-        rows = np.concatenate([np.arange(ROCKS.first_triangle[k], ROCKS.first_triangle[k] + ROCKS.triangle_count[k]) for k in below])
+        rows = np.concatenate(
+            [np.arange(ROCKS.first_triangle[k], ROCKS.first_triangle[k] + ROCKS.triangle_count[k]) for k in below]
+        )
         assert np.all(corners[rows].min(axis=(0, 1)) >= ROCKS.bounds[node, :3] - 1e-9)
         assert np.all(corners[rows].max(axis=(0, 1)) <= ROCKS.bounds[node, 3:] + 1e-9)
 

@@ -20,7 +20,9 @@ PERIOD = 2 * np.pi / np.sqrt(9.81 * K * np.tanh(K * DEPTH))
 def swell(wave_direction=1.1):
     """A scene under one long-crested wave."""
     wave = {"height": HEIGHT, "length": LENGTH}
-    return Scene(seabed={"depth": DEPTH}, surface={"reflection": "explicit", "swell": wave, "wave_direction": wave_direction})
+    return Scene(
+        seabed={"depth": DEPTH}, surface={"reflection": "explicit", "swell": wave, "wave_direction": wave_direction}
+    )
 
 
 def windy(origin=(0.0, 0.0), heading=0.0):

@@ -53,6 +53,17 @@ def test_a_leg_to_the_centre_tells_the_legs_beside_it(name, bar):
                 when, fade, doppler = np.empty(clear.size), np.empty(clear.size, np.float32), np.empty(clear.size)
                 way = np.ascontiguousarray(one.back.departure[row].T)
                 still = np.ones(clear.size), front.expansion, offset, np.zeros(3), np.zeros(3), 1 / here.sound_speed
-                arrival_refracted(one.back.delay[row], front.vertical_curvature, front.horizontal_distance, *way, *still, front.sound_speed_gradient, 0.0, 0.0, when,
-                            fade, doppler)  # fmt: skip
+                arrival_refracted(
+                    one.back.delay[row],
+                    front.vertical_curvature,
+                    front.horizontal_distance,
+                    *way,
+                    *still,
+                    front.sound_speed_gradient,
+                    0.0,
+                    0.0,
+                    when,
+                    fade,
+                    doppler,
+                )
                 np.testing.assert_allclose(when[clear], other.back.delay[row][clear], rtol=0, atol=bar)

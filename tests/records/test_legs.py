@@ -40,7 +40,9 @@ def test_a_family_is_named_once_and_its_further_rays_are_numbered():
 def test_amplitude_is_the_product_of_its_causes():
     """Spreading, absorption, boundary and visibility, each of which can be read by itself."""
     one = legs()
-    np.testing.assert_allclose(one.amplitude, one.spreading * one.absorption * one.reflection_coefficient * one.visibility)
+    np.testing.assert_allclose(
+        one.amplitude, one.spreading * one.absorption * one.reflection_coefficient * one.visibility
+    )
     dark = replace(one, visibility=np.zeros_like(one.visibility))
     assert np.all(dark.amplitude == 0)
 
@@ -60,7 +62,9 @@ def test_length_is_speed_times_delay_in_water_of_one_speed():
     np.testing.assert_allclose(one.spreading * one.length, 1.0, rtol=1e-12)
 
 
-@pytest.mark.parametrize("name", ["delay", "length", "spreading", "reflection_coefficient", "caustics", "status", "occluder"])
+@pytest.mark.parametrize(
+    "name", ["delay", "length", "spreading", "reflection_coefficient", "caustics", "status", "occluder"]
+)
 def test_a_column_of_another_shape_is_refused_by_name(name):
     """The record checks what it is given at the door."""
     one = legs()
@@ -94,7 +98,7 @@ def test_image_legs_have_one_ray_each():
 @pytest.mark.parametrize("name", ["position", "attitude", "logged_position", "logged_attitude", "side"])
 def test_a_layout_of_unequal_rows_is_refused_by_name(name):
     """Poses have a row per ping and three columns, sides one per channel."""
-    with pytest.raises(ValueError, match=f"Layout.{name} has shape"):
+    with pytest.raises(ValueError, match=f"RecordingLayout.{name} has shape"):
         layout(**{name: np.zeros((2, 2))})
 
 

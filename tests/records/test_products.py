@@ -46,11 +46,12 @@ def product(seed, *, outs=2, backs=3, count=50, rows=5, some=True, alike=False):
 def written(one):
     """Strengths of a product, number by number."""
     made = np.zeros((len(one.pair), len(one.root_area)))
-    sines = np.linspace(0, 1, len(one.factor))
+    sines = np.linspace(0, 1, len(one.direction_factor))
     for p, (i, j) in enumerate(one.pair):
         for n in range(len(one.root_area)):
             parts = [
-                np.interp(np.sin(abs(end.grazing[k, n])), sines, one.factor) for end, k in ((one.out, i), (one.back, j))
+                np.interp(np.sin(abs(end.grazing[k, n])), sines, one.direction_factor)
+                for end, k in ((one.out, i), (one.back, j))
             ]
             made[p, n] = np.sqrt(parts[0] * parts[1]) * one.root_area[n] * one.weight[p]
             if one.sampling is not None:
@@ -67,8 +68,8 @@ def written(one):
 def test_strengths_are_what_both_legs_contribute(seed, outs, backs, count, rows, some, alike):
     """Any legs, any table of what a direction contributes, thinned or not: float64, one by one, to 1e-6."""
     one = product(seed, outs=outs, backs=backs, count=count, rows=rows, some=some, alike=alike)
-    assert one.whole.shape == (len(one.pair), count)
-    np.testing.assert_allclose(one.whole, written(one), rtol=1e-6)
+    assert one.strengths.shape == (len(one.pair), count)
+    np.testing.assert_allclose(one.strengths, written(one), rtol=1e-6)
 
 
 @settings(max_examples=30, deadline=None)
@@ -76,9 +77,11 @@ def test_strengths_are_what_both_legs_contribute(seed, outs, backs, count, rows,
 def test_some_of_the_pairs_are_those_rows_of_all(seed, rows, some):
     """In any order, some more than once, none: the same bits; and so are what is left of those."""
     whole, chosen = product(seed, some=some), np.array(rows, np.int64)
-    part = whole.only(chosen)
-    np.testing.assert_array_equal(part.whole, whole.whole[chosen])
-    np.testing.assert_array_equal(part.only(np.arange(len(rows))[::-1].copy()).whole, whole.whole[chosen][::-1])
+    part = whole.select(chosen)
+    np.testing.assert_array_equal(part.strengths, whole.strengths[chosen])
+    np.testing.assert_array_equal(
+        part.select(np.arange(len(rows))[::-1].copy()).strengths, whole.strengths[chosen][::-1]
+    )
 
 
 @pytest.mark.parametrize("some", [True, False])
@@ -86,34 +89,34 @@ def test_out_and_back_of_a_product_may_be_exchanged(some):
     """A law of two factors is reciprocal: the pair turned round is as strong, to 1e-12."""
     one = product(1, some=some)
     other = replace(one, out=one.back, back=one.out, pair=np.ascontiguousarray(one.pair[:, ::-1]))
-    np.testing.assert_allclose(other.whole, one.whole, rtol=1e-12)
+    np.testing.assert_allclose(other.strengths, one.strengths, rtol=1e-12)
 
 
 def test_strengths_grow_with_areas_and_weights():
     """Linear in the root of the area, in the weight of the pair, and in the factor, the root of two: bit for bit."""
     one = product(2)
-    np.testing.assert_array_equal(replace(one, root=2 * one.root_area).whole, 2 * one.whole)
-    np.testing.assert_array_equal(replace(one, weight=2 * one.weight).whole, 2 * one.whole)
-    np.testing.assert_array_equal(replace(one, factor=4 * one.factor).whole, 4 * one.whole)
+    np.testing.assert_array_equal(replace(one, root_area=2 * one.root_area).strengths, 2 * one.strengths)
+    np.testing.assert_array_equal(replace(one, weight=2 * one.weight).strengths, 2 * one.strengths)
+    np.testing.assert_array_equal(replace(one, direction_factor=4 * one.direction_factor).strengths, 4 * one.strengths)
 
 
 def test_what_is_not_weighed_is_weighed_by_one():
     """Weights of one are passed over: the same strengths as by weights of one bit more, to 1e-15."""
     one = replace(product(3), weight=np.ones(6))
     nearly = replace(one, weight=np.nextafter(np.ones(6), 2))
-    np.testing.assert_allclose(nearly.whole, one.whole, rtol=1e-15)
+    np.testing.assert_allclose(nearly.strengths, one.strengths, rtol=1e-15)
 
 
-@pytest.mark.parametrize("share", [1 / 32, 0.3, 1.0])
+@pytest.mark.parametrize("keep_probability", [1 / 32, 0.3, 1.0])
 def test_the_mean_of_squares_over_all_numbers_is_that_of_all_scatterers(keep_probability):
     """Numbers k / 4096, each once: the sum of squares is as of no thinning; off by one number at most, and 1e-6."""
     count = 4096
-    one = replace(product(4, count=count, some=False), root=np.ones(count))
+    one = replace(product(4, count=count, some=False), root_area=np.ones(count))
     level = replace(one.out, grazing=np.full((2, count), 0.7)), replace(one.back, grazing=np.full((3, count), 0.4))
     one = replace(one, out=level[0], back=level[1])
     number = np.random.default_rng(1).permutation(count).astype(np.float32) / count
     some = PairSampling(number, np.zeros(count, np.uint8), np.full((6, 1), keep_probability, np.float32))
-    energy, whole = ((part.whole**2).sum(axis=1) for part in (replace(one, sampling=some), one))
+    energy, whole = ((part.strengths**2).sum(axis=1) for part in (replace(one, sampling=some), one))
     np.testing.assert_allclose(energy, whole, rtol=1e-6 + 1 / count / keep_probability)
 
 
@@ -148,11 +151,11 @@ def block(answer, one):
 def test_pairs_do_not_care_whether_their_strengths_are_written():
     """A product, or its strengths: the same names, strengths and parts."""
     one = product(5)
-    made, given_ = block(one, one), block(one.whole, one)
+    made, given_ = block(one, one), block(one.strengths, one)
     rows = np.array([4, 0])
-    assert made.names() == given_.names() and made.only(rows).rays() == given_.only(rows).rays() == [
+    assert made.names() == given_.names() and made.select(rows).rays() == given_.select(rows).rays() == [
         ("B", "B"),
         ("D", "D"),
     ]
     np.testing.assert_array_equal(made.strength, given_.strength)
-    np.testing.assert_array_equal(made.only(rows).strength, given_.only(rows).strength)
+    np.testing.assert_array_equal(made.select(rows).strength, given_.select(rows).strength)

@@ -2,6 +2,7 @@
 
 import numpy as np
 from numpy.typing import NDArray
+
 from oracles.listening import summed
 
 RATE = 25e3

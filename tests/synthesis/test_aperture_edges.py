@@ -117,7 +117,7 @@ def test_each_element_at_rest_hears_where_it_stands():
     ears, sent, heard, strength, _, _ = told
     grid = laid((ears, sent, heard, strength * [[1.0], [0.0]], 0.0, np.zeros(1)))[:, 0, :, 0]
     away = float(heard.horizontal_distance[0, 0])
-    there = np.linalg.norm(away * heard.towards[0, 0] - ears.position, axis=1)
+    there = np.linalg.norm(away * heard.direction[0, 0] - ears.position, axis=1)
     delay = float(sent.delay[0, 0]) + there / SPEED
     assert np.abs(np.abs(grid).argmax(axis=1) - delay * RATE).max() < 1
     peak = np.abs(grid).max(axis=1) * there / (1 - 1e-3 * (there - away))

@@ -33,10 +33,22 @@ def test_beams_hear_the_sum_over_pairs(beams, patterns):
     ears = ReceiveBeams(centre, centre, centre, np.array([[0, 3]]), channel % beams, channel % patterns)
     cells = np.zeros((3, 1, 4000, 1), np.complex64)
     spread_echoes(
-        cells, 0.0, RATE, pair, TransmitLegs(out, np.ones_like(out), (sent * shading).astype(np.complex64)),
-        ReceiveLegs(back, 1 / (1500 * back), back, np.empty((3, 0, COUNT)), way, heard, gain), strength, ears, 1 / 1500, 0.0,
-        0.0, False, 0.0, CARRIER, np.zeros(1),
-    )  # fmt: skip
+        cells,
+        0.0,
+        RATE,
+        pair,
+        TransmitLegs(out, np.ones_like(out), (sent * shading).astype(np.complex64)),
+        ReceiveLegs(back, 1 / (1500 * back), back, np.empty((3, 0, COUNT)), way, heard, gain),
+        strength,
+        ears,
+        1 / 1500,
+        0.0,
+        0.0,
+        False,
+        0.0,
+        CARRIER,
+        np.zeros(1),
+    )
     expected = np.zeros((3, 4000), np.complex64)
     for row, (i, j, _) in enumerate(pair):
         delay = out[i] + back[j]
@@ -58,8 +70,23 @@ def test_deaf_channels_stay_silent():
         0.01 * one, one, one, np.empty((1, 0, 5)), np.ones((1, 5, 3)), single, np.ones((1, 1, 5), np.float32)
     )
     pair = np.zeros((1, 3), np.int64)
-    spread_echoes(cells, 0.0, RATE, pair, TransmitLegs(0.01 * one, one, single[None]), heard, one, ears, 1 / 1500, 0.0, 0.0,
-                  False, 0.0, CARRIER, np.zeros(1))  # fmt: skip
+    spread_echoes(
+        cells,
+        0.0,
+        RATE,
+        pair,
+        TransmitLegs(0.01 * one, one, single[None]),
+        heard,
+        one,
+        ears,
+        1 / 1500,
+        0.0,
+        0.0,
+        False,
+        0.0,
+        CARRIER,
+        np.zeros(1),
+    )
     assert not cells[0].any() and cells[1].any()
 
 
@@ -78,8 +105,23 @@ def test_an_echo_under_way_is_shared_among_its_shapes(shapes):
     heard = ReceiveLegs(away / 1500, 1 / away, away, none, way, one.astype(np.complex64), one[None].astype(np.float32))
     groups, together = group_layout(shapes)
     cells, middle = np.zeros((2, groups, 4000, together), np.complex64), 1e-3
-    spread_echoes(cells, 0.0, RATE, np.zeros((1, 3), np.int64), TransmitLegs(away / 1500, one, weight[None]), heard, one, ears,
-                  1 / 1500, 0.0, 0.0, False, middle, CARRIER, made.doppler)  # fmt: skip
+    spread_echoes(
+        cells,
+        0.0,
+        RATE,
+        np.zeros((1, 3), np.int64),
+        TransmitLegs(away / 1500, one, weight[None]),
+        heard,
+        one,
+        ears,
+        1 / 1500,
+        0.0,
+        0.0,
+        False,
+        middle,
+        CARRIER,
+        made.doppler,
+    )
     for e in range(2):
         when, fade, doppler = np.empty(COUNT), np.empty(COUNT, np.float32), np.empty(COUNT)
         arrival_moving(2 * away[0] / 1500, away[0], *np.ascontiguousarray(way[0].T), one[0], place[e], velocity[e],

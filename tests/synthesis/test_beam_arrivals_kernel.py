@@ -56,11 +56,29 @@ def laid(told, *, both=None, fronts=FRONTS, cells=None):
     listener = ReceivingArray(told["middle"], told["has_parallax"], told["turns"], told["rate"], told["bend"], ear)
     away, home = (LegColumns(**told[end]) for end in ("out", "back"))
     deposit_block(
-        cells, 0.0, RATE, told["pair"], away, home, told["out"] is told["back"] if both is None else both,
-        told["taken"], told["phase"], answers(told),
-        Transmitter(told["level"], told["sent"], told["middle"], 1 / SPEED, sent), listener, fronts, ears, 1 / SPEED, 0.0,
-        told["loss"], fronts is not FRONTS, told["middle"], CARRIER, told["node"], NO_DIRECTION_GRID,
-    )  # fmt: skip
+        cells,
+        0.0,
+        RATE,
+        told["pair"],
+        away,
+        home,
+        told["out"] is told["back"] if both is None else both,
+        told["taken"],
+        told["phase"],
+        answers(told),
+        Transmitter(told["level"], told["sent"], told["middle"], 1 / SPEED, sent),
+        listener,
+        fronts,
+        ears,
+        1 / SPEED,
+        0.0,
+        told["loss"],
+        fronts is not FRONTS,
+        told["middle"],
+        CARRIER,
+        told["node"],
+        NO_DIRECTION_GRID,
+    )
     return cells
 
 

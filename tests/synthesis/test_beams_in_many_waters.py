@@ -50,9 +50,9 @@ def world(request):
 def test_strengths_may_be_written_out_first(world):
     """Products, or the strengths that they come to: the same cells, to 2e-6 of their rms."""
     reading, pairs = world
-    assert isinstance(pairs.strength, SeparableStrengths) and len(pairs.pair) > 1
+    assert isinstance(pairs.stored_strengths, SeparableStrengths) and len(pairs.pair) > 1
     whole = heard(reading, pairs)
-    assert relative_rms(heard(reading, replace(pairs, strength=pairs.strength)), whole) < 2e-6
+    assert relative_rms(heard(reading, replace(pairs, stored_strengths=pairs.strength)), whole) < 2e-6
 
 
 def test_pairs_add_up(world):

@@ -84,7 +84,9 @@ def test_levels_of_an_element_are_its_own():
     scenario = heard_by_elements(
         [ahead], receive={**HEAD, "arc_angle": "180 deg"}, paths={"contributions": ["target"], "max_reflections": 0}
     )
-    peaks = [levels(scenario, channel=row).level_db.sel(contribution="target", pair="all").max().item() for row in (0, 1, 4)]
+    peaks = [
+        levels(scenario, channel=row).level_db.sel(contribution="target", pair="all").max().item() for row in (0, 1, 4)
+    ]
     # boresight is 90 deg to the right of the target: the first element faces it, the second 45 deg aside
     assert peaks[1] - peaks[0] == pytest.approx(20 * np.log10(np.cos(np.radians(45))), abs=0.01) and peaks[2] == -np.inf
     with pytest.raises(ValueError, match="labels are those of beams"):

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from oracles.listening import heard, pulse_spectrum, relative_rms
 
 from insonify.simulator import arrivals, simulate
+from oracles.listening import heard, pulse_spectrum, relative_rms
 from oracles.scenes import PULSE, nominal, point
 
-TONE = {"duration": 0.2e-3, "fraction": 0.2, "bandwidth": 0.0, "bandwidth": 20e3, "matched_filter": False}
+TONE = {"duration": 0.2e-3, "fraction": 0.2, "bandwidth": 0.0, "band": 20e3, "matched_filter": False}
 
 
 def test_one_echo_is_the_source_level_less_twice_the_loss():

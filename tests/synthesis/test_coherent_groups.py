@@ -97,7 +97,7 @@ def test_random_phases_of_the_replicas():
     phase = np.exp(2j * np.pi * jitter * np.random.default_rng(6).uniform(size=(20_000, 3)))
     draws = np.abs((phase * weight) @ pulse(time - delay[:, None])) ** 2
     kept = np.sinc(jitter) ** 2
-    expected = intensity([0, 3], delay, weight, start, count, coherent_subsets=kept, independent=1 - kept)
+    expected = intensity([0, 3], delay, weight, start, count, interfering=kept, independent=1 - kept)
     assert np.abs(draws.mean(0) - expected).max() <= 0.03 * expected.max()
 
 

@@ -54,7 +54,7 @@ def one_by_one(scenario, monkeypatch):
     assert direction_grid(build_simulator(scenario).ping_geometry(0)) is not None
     by_grid = simulate(scenario, pings=[0], threads=1).pressure.values[0]
     with monkeypatch.context() as patched:
-        patched.setattr(coherent, "directions", lambda _: None)
+        patched.setattr(coherent, "direction_grid", lambda _: None)
         return by_grid, simulate(scenario, pings=[0], threads=1).pressure.values[0]
 
 

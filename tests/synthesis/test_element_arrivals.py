@@ -107,9 +107,12 @@ def test_doppler_passes_for_range_in_a_compressed_sweep(sweep, sign):
     ahead = START + 30 * np.array([np.cos(HEADING), np.sin(HEADING), 0])
     pulse = {"kind": "lfm", "frequency": CARRIER, "bandwidth": 8e3, "duration": 10e-3, "sweep": sweep}
     scenario = heard_by_elements(
-        [ahead], pulse=pulse, receive={"kind": "point", "element": "omni"}, receiver={"bandwidth": 20e3, "matched_filter": True},
+        [ahead],
+        pulse=pulse,
+        receive={"kind": "point", "element": "omni"},
+        receiver={"bandwidth": 20e3, "matched_filter": True},
         paths={"max_reflections": 0, "contributions": ["target"]},
-    )  # fmt: skip
+    )
     heard = np.abs(simulate(scenario).pressure.values[0, 0])
     k = int(np.argmax(heard))
     a, b, c = heard[k - 1 : k + 2]
@@ -146,9 +149,13 @@ def test_layered_water_bends_the_wavefronts_that_elements_hear():
 def _rays(scenario, place, target):
     """Delays and amplitudes of D and S from one place, by exact rays."""
     found = eigenrays(
-        scenario.water.profile_to_depth(20.0), water_depth=20.0, source_depth=float(place[2]), point_depth=float(target[2]),
-        range=float(np.hypot(*(target[:2] - place[:2]))), families=("D", "S"),
-    )  # fmt: skip
+        scenario.water.profile_to_depth(20.0),
+        water_depth=20.0,
+        source_depth=float(place[2]),
+        point_depth=float(target[2]),
+        range=float(np.hypot(*(target[:2] - place[:2]))),
+        families=("D", "S"),
+    )
     columns = zip(found.delay, found.amplitude, found.family, found.caustics, strict=True)
     turn = {"D": 1, "S": -1}
     return [(d, a * turn[str(f)] * 1j ** int(c)) for d, a, f, c in columns if np.isfinite(d)]

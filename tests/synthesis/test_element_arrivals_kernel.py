@@ -82,7 +82,7 @@ def test_elements_off_a_line_are_told_one_by_one():
     place = ears.position + np.outer(np.linspace(-1, 1, 12) ** 2, [0.0, 0.0, 0.01])
     nodes = aperture_nodes(place, *ears[1:3], NEAREST, 0.04, SPEED / CARRIER)
     assert isinstance(nodes, ApertureNodes) and len(nodes.position) == 12
-    begin = (*begin[:-1], ears._replace(place=place))
+    begin = (*begin[:-1], ears._replace(position=place))
     few, each = silence(12, 3), silence(12, 3)
     deposit_on_elements(few, *begin, nodes, NONE, *end)
     spread_echoes(each, *begin, *end)

@@ -34,7 +34,7 @@ def test_elements_go_where_the_platform_takes_them(track):
     if here.is_static:
         assert not ends.velocity.any() and not ends.acceleration.any()
         return
-    course, arm = here.course, here.lever_arms[1]
+    course, arm = here.receive_motion, here.lever_arms[1]
     start = course.position[0] + course.rotation[0] @ arm
     for moment in range(3):
         t, turn = moment * course.window / 2, course.rotation[moment]

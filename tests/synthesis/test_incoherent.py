@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import insonify.simulator as simulation
 from insonify.simulator import arrivals, build_simulator, simulate
 from oracles.scenes import PULSE, each_ping, nominal, point
 
@@ -83,7 +84,7 @@ def test_expected_power_is_the_sum_over_groups_written_out(monkeypatch):
         expected += np.abs(weight[rows] @ simulator.pulse.samples(simulator.grid.time - found.delay[rows, None])) ** 2
     heard = simulate(told).intensity.values[0, 0]
     assert np.abs(heard - expected).max() < 2e-4 * expected.mean()
-    plain, more = simulator.pulse_table, 2e-3
-    monkeypatch.setattr(simulator, "pulse_table", lambda p, a, b, rate: plain(p, a - more, b + more, rate))
+    plain, more = simulation.pulse_table, 2e-3
+    monkeypatch.setattr(simulation, "pulse_table", lambda p, a, b, rate: plain(p, a - more, b + more, rate))
     heard = simulate(told).intensity.values[0, 0]
     assert np.abs(heard - expected).max() < 1e-5 * expected.mean()

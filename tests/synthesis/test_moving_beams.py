@@ -41,8 +41,8 @@ def test_strengths_that_are_products_need_not_be_written_out(turning):
         (engine.pairs(here, one, include_negligible=False) for one in engine.blocks(here)),
         key=lambda p: len(p.scatterers),
     )
-    assert isinstance(block.strength, SeparableStrengths) and block.strength.sampling is not None
-    one, other = heard(reading, block), heard(reading, replace(block, strength=block.strength))
+    assert isinstance(block.stored_strengths, SeparableStrengths) and block.stored_strengths.sampling is not None
+    one, other = heard(reading, block), heard(reading, replace(block, stored_strengths=block.strength))
     assert np.linalg.norm(one - other) < 1e-6 * np.linalg.norm(other) > 0
 
 

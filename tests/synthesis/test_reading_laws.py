@@ -84,7 +84,9 @@ def test_pressure_adds_whatever_the_blocks(pairs, simulator):
     assert scale > 0
     for parts in permutations((odd, even)):
         np.testing.assert_allclose(heard(coherent, *parts), whole, atol=2e-6 * scale)
-    np.testing.assert_allclose(heard(coherent, replace(pairs, strength=2 * pairs.strength)), 2 * whole, atol=2e-6 * scale)
+    np.testing.assert_allclose(
+        heard(coherent, replace(pairs, stored_strengths=2 * pairs.strength)), 2 * whole, atol=2e-6 * scale
+    )
 
 
 def test_out_and_back_may_change_places(pairs, simulator):

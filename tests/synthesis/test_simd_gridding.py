@@ -80,8 +80,20 @@ def test_moments_are_what_each_spike_would_have_added(shapes):
     for k, begin in enumerate(range(0, CELLS - WINDOW, 60)):
         rows = np.array([e * 2000 + n for e in range(3) for n in range(k, 2000, 6)])
         part = len(rows) // 3
-        gather_moments(cells, window, begin, 0, 3, part, at[rows], place[rows], weight.reshape(-1, 2)[rows].ravel(), x[rows],
-               shaped, part)  # fmt: skip
+        gather_moments(
+            cells,
+            window,
+            begin,
+            0,
+            3,
+            part,
+            at[rows],
+            place[rows],
+            weight.reshape(-1, 2)[rows].ravel(),
+            x[rows],
+            shaped,
+            part,
+        )
         deposit_moments(cells, window, begin, 3)
         assert not window.any()
     expected = known(nodes(shapes), 3, 2000, at, place, weight, x)
@@ -122,7 +134,7 @@ def test_shares_of_all_shapes_add_to_one(shapes):
     np.testing.assert_allclose(share[:, :shapes], np.eye(shapes), atol=2e-5)
     np.testing.assert_allclose(share, polynomials(nodes(shapes), x.astype(float)), atol=2e-5)
     if shapes in (2, 4):
-        by_curve = np.polynomial.polynomial.polyval(x.astype(float), shaped.curve[:, : 2 * shapes : 2])
+        by_curve = np.polynomial.polynomial.polyval(x.astype(float), shaped.coefficients[:, : 2 * shapes : 2])
         np.testing.assert_allclose(by_curve, share, atol=2e-6)
 
 

@@ -2,7 +2,8 @@
 
 A band-limited series is known everywhere, not at its samples alone. `oversampled_cells` transforms it, divides by the
 transform of a short kernel, fills the spectrum up to four times the rate and transforms back; a value in between is
-then the kernel's sum over four cells. What is lost is the kernel's leakage beyond the bandwidth: 2e-4 (-74 dB) at the very
+then the kernel's sum over four cells. What is lost is the kernel's leakage beyond the bandwidth: 2e-4 (-74 dB) at the
+very
 edge of the band, less within.
 
 Source of the method: non-uniform FFT of type 2, Barnett, Magland & af Klinteberg (2019), SIAM J. Sci. Comput. 41(5).
@@ -86,7 +87,8 @@ def oversampled_cells(series: NDArray[np.complex64], *, workers: int = 1) -> NDA
 
 @njit(inline="always")
 def prepare_taps(
-    count: int, position: Doubles, cycles: Doubles, real_weight: Singles, last: int, at: NDArray[np.int32], tap_columns: Singles,
+    count: int, position: Doubles, cycles: Doubles, real_weight: Singles, last: int, at: NDArray[np.int32],
+    tap_columns: Singles,
     taps: Singles, turned: Singles,
 ) -> None:  # fmt: skip
     """Where a block of values is read, with which kernel and which turn.

@@ -37,7 +37,8 @@ def amplitude_detection(
 ) -> tuple[Detections, NDArray[np.int64]]:
     """Middle of each beam's echo: mean time weighted with intensity.
 
-    The echo is what lies about the loudest place and not `threshold_db` below it, power being smoothed over as much as a
+    The echo is what lies about the loudest place and not `threshold_db` below it, power being smoothed over as much as
+    a
     quarter of the echo: so the speckle of a long echo does not break it up, and a short one is not drawn out.
 
     Args:

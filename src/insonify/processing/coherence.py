@@ -58,9 +58,9 @@ def coherence_by_delay(
     """
     a, b = _pair(first, second)
     rate = require_number("sample_rate", sample_rate, "Hz", 0.0, exclude_low=True)
-    most = int(require_number("farthest", max_delay, "s", 0.0) * rate)
+    most = int(require_number("max_delay", max_delay, "s", 0.0) * rate)
     if most >= a.shape[-1]:
-        raise ValueError(f"farthest is {max_delay:g} s; give less than the series' {a.shape[-1] / rate:g} s")
+        raise ValueError(f"max_delay is {max_delay:g} s; give less than the series' {a.shape[-1] / rate:g} s")
     size = scipy.fft.next_fast_len(a.shape[-1] + most)
     cross = scipy.fft.ifft(np.conj(scipy.fft.fft(a, size)) * scipy.fft.fft(b, size))
     lag = np.arange(-most, most + 1)

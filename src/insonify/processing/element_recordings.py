@@ -70,9 +70,11 @@ def beam_recording(
     bearing = np.atleast_1d(np.asarray(bearings, float))
     down = np.broadcast_to(np.asarray(elevation, float), bearing.shape)
     formed = beamform_delay_sum(
-        recording["pressure"].transpose(..., "channel", "time").values, recorded_element_positions(recording), recording["time"].values,
+        recording["pressure"].transpose(..., "channel", "time").values, recorded_element_positions(recording),
+        recording["time"].values,
         direction(bearing, down), centre_frequency=centre_frequency(recording), sound_speed=sound_speed,
-        shading=shading, focus=focus, transmitter=recorded_transmitter_position(recording, transmitter_position), threads=threads,
+        shading=shading, focus=focus, transmitter=recorded_transmitter_position(recording, transmitter_position),
+        threads=threads,
     )  # fmt: skip
     kept = recording.drop_vars([name for name, held in recording.variables.items() if "channel" in held.dims])
     dims = ("ping", "beam", "time") if formed.ndim == 3 else ("beam", "time")

@@ -60,7 +60,7 @@ def flat_bed_elevation(slant_range: ArrayLike, altitude: ArrayLike) -> Floats:
         slant_range: Slant range [m], any shape.
         altitude: Height above the bed [m], broadcast against slant.
     """
-    far = np.maximum(require_numbers("slant", slant_range, "m"), 1e-9)
+    far = np.maximum(require_numbers("slant_range", slant_range, "m"), 1e-9)
     return np.asarray(np.arcsin(np.clip(require_numbers("altitude", altitude, "m", 0.0) / far, 0, 1)))
 
 
@@ -93,7 +93,8 @@ def phase_deviation(coherence: ArrayLike, looks: ArrayLike) -> Floats:
 
 
 def interferometric_depth(
-    upper: ArrayLike, lower: ArrayLike, slant_range: ArrayLike, *, altitude: ArrayLike, baseline: float, tilt: ArrayLike,
+    upper: ArrayLike, lower: ArrayLike, slant_range: ArrayLike, *, altitude: ArrayLike, baseline: float,
+    tilt: ArrayLike,
     centre_frequency: float, sound_speed: float = 1500.0, looks: int | tuple[int, int] = (1, 15),
 ) -> tuple[Floats, Floats, Floats]:  # fmt: skip
     """Where the bed is, from the phase between two receivers one above the other.
@@ -121,9 +122,9 @@ def interferometric_depth(
     baseline of a wavelengths, whole turns are settled while the bed lies within slant / (2 a cos) of what is expected.
     """
     a, b = np.asarray(upper), np.asarray(lower)
-    far = require_numbers("slant", slant_range, "m", allow_nan=False)
+    far = require_numbers("slant_range", slant_range, "m", allow_nan=False)
     if a.ndim != 2 or a.shape != b.shape or far.shape != a.shape[1:]:
-        raise ValueError(f"upper has shape {a.shape}, lower {b.shape}, slant {far.shape}; give (ping, time), the same, "
+        raise ValueError(f"upper has shape {a.shape}, lower {b.shape}, slant_range {far.shape}; give (ping, time), the same, "
                          "(time,)")  # fmt: skip
     height = np.broadcast_to(require_numbers("altitude", altitude, "m", 0.0, allow_nan=False), (len(a),))
     turned = np.broadcast_to(require_numbers("tilt", tilt, "rad", allow_nan=False), (len(a),))[:, None]

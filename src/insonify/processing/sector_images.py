@@ -35,13 +35,14 @@ def sector_image(
         raise ValueError(f"intensity has shape {power.shape}; bearings and ranges ask for (..., {angle.size}, "
                          f"{distance.size})")  # fmt: skip
     x, y = np.meshgrid(
-        require_numbers("first", first_axis, "m"), require_numbers("second", second_axis, "m"), indexing="ij"
+        require_numbers("first_axis", first_axis, "m"), require_numbers("second_axis", second_axis, "m"), indexing="ij"
     )
     middle = (angle[0] + angle[-1]) / 2
     towards = middle + (np.arctan2(y, x) - middle + np.pi) % (2 * np.pi) - np.pi
     beam, beam_share, inside = _between(towards, angle)
     sample, sample_share, reached = _between(np.hypot(x, y), distance)
-    rows = [power[..., beam + i, sample + j] * _interpolation_weight(beam_share, i) * _interpolation_weight(sample_share, j)
+    rows = [power[..., beam + i, sample + j] * _interpolation_weight(beam_share,
+                                                                     i) * _interpolation_weight(sample_share, j)
             for i in (0, 1) for j in (0, 1)]  # fmt: skip
     return np.where(inside & reached, sum(rows), np.nan)
 

@@ -21,7 +21,8 @@ GAINS = ("none", *LAWS, "lambert", "empirical")
 
 def sidescan(
     recording: xr.Dataset, *, geometry: Geometry = "slant", gain: str = "empirical", sound_speed: float = 1500.0,
-    absorption_db_per_m: float = 0.0, altitude: float | Floats | None = None, beam: int = 0, normalise_along_track: bool = False,
+    absorption_db_per_m: float = 0.0, altitude: float | Floats | None = None, beam: int = 0,
+    normalise_along_track: bool = False,
 ) -> xr.Dataset:  # fmt: skip
     """The image that a recording makes.
 

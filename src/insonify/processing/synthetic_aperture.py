@@ -154,12 +154,16 @@ def _angles(
     window = np.asarray(taper("angle_shading", shading, np.linspace(0, 0.5, 257)), np.float32)
     if max_angle is None:
         if shading != "uniform":
-            raise ValueError(f"angle_shading is {shading!r} without a limit; give widest, the angle where it ends")
+            raise ValueError(f"angle_shading is {shading!r} without a limit; give max_angle, the angle where it ends")
         return np.zeros((pings, 3)), 2.0, window
-    sine = np.sin(require_number("widest", max_angle, "rad", 0.0, np.pi / 2, exclude_low=True, example="np.radians(10)"))
+    sine = np.sin(
+        require_number("max_angle", max_angle, "rad", 0.0, np.pi / 2, exclude_low=True, example="np.radians(10)")
+    )
     if track_direction is None:
-        raise ValueError("widest is given without along; give the unit vector along the track, (3,) or (ping, 3)")
-    given = require_numbers("along", track_direction, "", allow_nan=False)
+        raise ValueError(
+            "max_angle is given without track_direction; give the unit vector along the track, (3,) or (ping, 3)"
+        )
+    given = require_numbers("track_direction", track_direction, "", allow_nan=False)
     if given.shape not in ((3,), (pings, 3)) or np.any(np.abs(np.linalg.norm(given, axis=-1) - 1) > 1e-6):
-        raise ValueError(f"along has shape {given.shape}; give unit vectors, (3,) or ({pings}, 3)")
+        raise ValueError(f"track_direction has shape {given.shape}; give unit vectors, (3,) or ({pings}, 3)")
     return np.array(np.broadcast_to(given, (pings, 3)), float, order="C"), float(sine), np.maximum(window, 0)

@@ -21,7 +21,8 @@ def points_behind_cylinder(
     Args:
         position: Where the ways begin [m], (3,).
         points: Where they end [m], (n, 3).
-        directions: Directions in which they get there, of any length, (f, n, 3); none: straight from `position`, (0, n, 3).
+        directions: Directions in which they get there, of any length, (f, n, 3); none: straight from `position`, (0, n,
+            3).
         cylinder: North, east, radius of the cylinder [m], and more, (3 or more,).
         clearance: How far beside it a way may pass [m].
         rows: Result, the points, increasing, (n,).

@@ -52,7 +52,8 @@ def bounce_offset(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def displaced_bounce_path(
-    horizontal_distance: float, vertical_travel: float, north: float, east: float, starts_upward: bool, reverses_vertically: bool, bounce_heights: Floats, slopes: Floats,
+    horizontal_distance: float, vertical_travel: float, north: float, east: float, starts_upward: bool,
+    reverses_vertically: bool, bounce_heights: Floats, slopes: Floats,
     change: Floats,
 ) -> None:  # fmt: skip
     """What corners change in one line.

@@ -153,7 +153,8 @@ class TablePlane:
         source_speed = float(np.interp(self.source_depth, task.layers.depth, task.layers.speed))
         for branch in range(most):
             interpolate_cells(
-                self.nodes.reshape(-1), self.mean_speed.reshape(-1), where.node_depths.size, where.node_ranges.size, where.cell_rows,
+                self.nodes.reshape(-1), self.mean_speed.reshape(-1), where.node_depths.size, where.node_ranges.size,
+                where.cell_rows,
                 1 / where.step, source_speed, self.history, task.bounces, branch, depth, ranges, cell, paths, rays,
             )  # fmt: skip
         return rays, cell, paths
@@ -171,7 +172,8 @@ def build_plane(task: TableSpecification, source_depth: float) -> TablePlane:
     nodes, mean_speed = np.zeros((BRANCHES, *shape, 8)), np.zeros((BRANCHES, *shape), np.float32)
     kind, count, status = np.zeros((BRANCHES, *shape), np.int64), np.zeros(shape, np.uint8), np.zeros(shape, np.uint8)
     solve_nodes(
-        water.depth, water.speed, water.reflecting_depth, source_depth, task.bounces, task.first_up, where.node_depths, where.node_ranges,
+        water.depth, water.speed, water.reflecting_depth, source_depth, task.bounces, task.first_up,
+        where.node_depths, where.node_ranges,
         nodes, mean_speed, kind, count, status,
     )  # fmt: skip
     state, why = np.empty(cells, np.uint8), np.empty(cells, np.uint8)
@@ -267,7 +269,8 @@ def compare(plane: TablePlane, depth: Floats, ranges: Floats) -> Floats:
     task, errors = plane.specification, np.empty((2, depth.size))
     rays, cell, paths = plane.read(depth, ranges)
     compare_points(
-        task.layers.depth, task.layers.speed, task.layers.reflecting_depth, plane.source_depth, task.bounces, task.first_up, depth,
+        task.layers.depth, task.layers.speed, task.layers.reflecting_depth, plane.source_depth, task.bounces,
+        task.first_up, depth,
         ranges, cell, paths, rays, LATE, LOUD, plane.path_count, errors,
     )  # fmt: skip
     return errors

@@ -58,7 +58,8 @@ def sine_cosine(angle: float) -> tuple[float, float]:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def sample_glint(
-    scatterer_id: np.uint64, code: int, k0: int, k1: int, phase: float, at_least_one: bool, wavenumber: Floats, variance: Floats,
+    scatterer_id: np.uint64, code: int, k0: int, k1: int, phase: float, at_least_one: bool, wavenumber: Floats,
+    variance: Floats,
     frequency: Floats, direction_quantiles: Floats, moment: Floats, guide: NDArray[np.int32],
 ) -> tuple[float, float, float, float]:  # fmt: skip
     """One glint of one place: wavenumber along and across the wind [rad/m], angular frequency [rad/s], phase [rad].
@@ -159,9 +160,12 @@ def _turned(direction_quantiles: Floats, length: float, chance: float) -> float:
 @njit(cache=True, nogil=True, error_model="numpy")
 def apply_glints_to_row(
     keys: NDArray[np.uint64], points: Floats, normal: Floats, code: int, k0: int, k1: int, phase: Floats,
-    wavenumber: Floats, variance: Floats, frequency: Floats, direction_quantiles: Floats, moment: Floats, guide: NDArray[np.int32],
-    axes: Floats, sonar_position: Floats, transmit_position: Floats, start: float, correlation_time: float, image_depth: float, starts_upward: bool,
-    reverses_vertically: bool, bounce_heights: Floats, sound_frequency: float, speed: float, loss: float, delay: Floats, length: Floats,
+    wavenumber: Floats, variance: Floats, frequency: Floats, direction_quantiles: Floats, moment: Floats,
+    guide: NDArray[np.int32],
+    axes: Floats, sonar_position: Floats, transmit_position: Floats, start: float, correlation_time: float,
+    image_depth: float, starts_upward: bool,
+    reverses_vertically: bool, bounce_heights: Floats, sound_frequency: float, speed: float, loss: float,
+    delay: Floats, length: Floats,
     absorption: Floats, departure: Floats, arrival: Floats, grazing: Floats, status: NDArray[np.uint8],
     facing_away: int, visibility: Any, phasor_out: NDArray[np.complex128], phasor_back: NDArray[np.complex128],
 ) -> None:  # fmt: skip
@@ -224,7 +228,8 @@ def apply_glints_to_row(
         for b in range(bounce_heights.size):
             # One bounce at least is not coherent; of several the first stands for it.
             along, across, omega, first = sample_glint(keys[n], living | b, k0, k1, phase[n], b == 0, wavenumber,
-                                                     variance, frequency, direction_quantiles, moment, guide)  # fmt: skip
+                                                     variance, frequency, direction_quantiles, moment,
+                                                     guide)  # fmt: skip
             k_north, k_east = along * axes[0, 0] + across * axes[1, 0], along * axes[0, 1] + across * axes[1, 1]
             part = min(bounce_heights[b] / climb, 1.0)
             reach = part * far

@@ -88,7 +88,8 @@ def first_occluder(
         enter, leave = footprint_crossing(source, dx, dy, boxes, b)
         if enter > leave:
             continue
-        if hits_in_depth(source[2], vertical_travel, bounces, first_up, water_depth, enter, leave, boxes[b, 6], boxes[b, 7],
+        if hits_in_depth(source[2], vertical_travel, bounces, first_up, water_depth, enter, leave, boxes[b, 6],
+                         boxes[b, 7],
                          b == own_box):  # fmt: skip
             return b
     return -1

@@ -12,7 +12,8 @@ Floats = NDArray[np.floating[Any]]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def interpolate_launch_slope(nodes: Floats, first_depth: float, row_spacing: float, column_spacing: float, distance: Floats, depth: Floats,
+def interpolate_launch_slope(nodes: Floats, first_depth: float, row_spacing: float, column_spacing: float,
+                             distance: Floats, depth: Floats,
                launch_slope: Floats) -> None:  # fmt: skip
     """Steepness of rays to places, linear between the nodes of a grid.
 

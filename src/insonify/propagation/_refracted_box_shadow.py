@@ -20,7 +20,8 @@ MAX_PIECES = 100_000
 @njit(cache=True, nogil=True, error_model="numpy")
 def ray_hits_box(
     knots: Floats, speeds: Floats, plane: float, source_depth: float, slowness: float, sine: float, bounces: int,
-    first_up: bool, horizontal_distance: float, point_depth: float, enter: float, leave: float, top: float, base: float, is_own_box: bool,
+    first_up: bool, horizontal_distance: float, point_depth: float, enter: float, leave: float, top: float,
+    base: float, is_own_box: bool,
 ) -> bool:  # fmt: skip
     """True where a ray is at a depth of the box while over its footprint.
 

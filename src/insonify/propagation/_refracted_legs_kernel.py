@@ -36,7 +36,8 @@ def horizontal_geometry(knots: Floats, speeds: Floats, position: Floats, points:
         speeds: Speeds there [m/s], (m,).
         position: North, east, depth of the sonar [m], (3,).
         points: Scatterers [m], (n, 3).
-        point_columns: Result, distance [m], depth [m], north and east of the unit vector towards it, speed [m/s], (5, n).
+        point_columns: Result, distance [m], depth [m], north and east of the unit vector towards it, speed [m/s], (5,
+            n).
     """
     layer = 0
     for n in range(points.shape[0]):
@@ -139,7 +140,8 @@ def occlude_row_by_boxes(
         for b in range(boxes.shape[0]):
             enter, leave = footprint_crossing(position, dx, dy, boxes, b)
             if enter <= leave and ray_hits_box(knots, speeds, plane, position[2], slowness[n], departure[n, 2], bounces,
-                                           first_up, away, point_columns[DEPTH, n], enter * away, leave * away, boxes[b, 6],
+                                           first_up, away, point_columns[DEPTH, n], enter * away, leave * away,
+                                           boxes[b, 6],
                                            boxes[b, 7], b == own_box):  # fmt: skip
                 status[n], occluder[n] = OCCLUDED, b
                 break

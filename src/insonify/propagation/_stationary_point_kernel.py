@@ -80,7 +80,8 @@ def surface_and_paths(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _transverse_stationary_point(
-    x: float, y: float, ahead_n: float, ahead_e: float, start: Floats, end: Floats, leg_timing: Floats, is_transmit_leg: bool,
+    x: float, y: float, ahead_n: float, ahead_e: float, start: Floats, end: Floats, leg_timing: Floats,
+    is_transmit_leg: bool,
     waves: Floats, step: float,
 ) -> tuple[float, float, float, float]:  # fmt: skip
     """Beside one point of the track, where the path is stationary across it.
@@ -187,7 +188,8 @@ def _rough_zeros(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def search_bounce_points(
-    start: Floats, end: Floats, leg_timing: Floats, is_transmit_leg: bool, waves: Floats, slope: float, step: float, size: float,
+    start: Floats, end: Floats, leg_timing: Floats, is_transmit_leg: bool, waves: Floats, slope: float, step: float,
+    size: float,
     wavenumber: float, seeds: Floats, folds: Floats,
 ) -> tuple[int, int]:  # fmt: skip
     """Rough bounce points of one path: zeros along a track whose every point is stationary across the track.
@@ -253,7 +255,8 @@ def search_bounce_points(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def refine_bounce_point(
-    north: float, east: float, start: Floats, end: Floats, leg_timing: Floats, is_transmit_leg: bool, waves: Floats, stride: float,
+    north: float, east: float, start: Floats, end: Floats, leg_timing: Floats, is_transmit_leg: bool, waves: Floats,
+    stride: float,
     wavenumber: float, fold: bool, point: Floats,
 ) -> int:  # fmt: skip
     """From a rough bounce point, or fold, to the exact one, by Newton's method.
@@ -353,7 +356,8 @@ def _bounce_strength(point: Floats) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def bounce_points(
-    start: Floats, ends: Floats, base: Floats, slowness: float, wavenumber: float, is_transmit_leg: bool, cell_first: Integers,
+    start: Floats, ends: Floats, base: Floats, slowness: float, wavenumber: float, is_transmit_leg: bool,
+    cell_first: Integers,
     order: Integers, cell_end: Floats, cell_base: Floats, waves: Floats, slope: float, step: float, size: float,
     count: Integers, stationary_points: Floats,
 ) -> None:  # fmt: skip
@@ -396,14 +400,16 @@ def bounce_points(
                 north = place[0] + part * (ends[n, 0] - middle[0])
                 east = place[1] + part * (ends[n, 1] - middle[1])
                 count[n] = _follow_bounce(
-                    north, east, start, ends[n], clock, is_transmit_leg, waves, step, wavenumber, seed >= many, point, stationary_points[n],
+                    north, east, start, ends[n], clock, is_transmit_leg, waves, step, wavenumber, seed >= many, point,
+                    stationary_points[n],
                     count[n],
                 )  # fmt: skip
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _follow_bounce(
-    north: float, east: float, start: Floats, end: Floats, leg_timing: Floats, is_transmit_leg: bool, waves: Floats, stride: float,
+    north: float, east: float, start: Floats, end: Floats, leg_timing: Floats, is_transmit_leg: bool, waves: Floats,
+    stride: float,
     wavenumber: float, fold: bool, point: Floats, stationary_points: Floats, count: int,
 ) -> int:  # fmt: skip
     """Put what a rough bounce point or fold leads to among those found; a bright fold leads to one on each side.

@@ -190,7 +190,8 @@ def triangle_hit(corner: Floats, x: float, y: float, z: float, dx: float, dy: fl
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def nearest_hits(
-    bounds: Floats, next_on_miss: Integers, first: Integers, count: Integers, corner: Floats, start: Floats, step: Floats,
+    bounds: Floats, next_on_miss: Integers, first: Integers, count: Integers, corner: Floats, start: Floats,
+    step: Floats,
     part: Floats, triangle: Integers,
 ) -> None:  # fmt: skip
     """First triangle that each way meets.
@@ -258,7 +259,8 @@ def misses_all_leaves(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def lowest_owner(
-    bounds: Floats, next_on_miss: Integers, first: Integers, count: Integers, node_owner: Integers, corner: Floats, owner: Integers,
+    bounds: Floats, next_on_miss: Integers, first: Integers, count: Integers, node_owner: Integers, corner: Floats,
+    owner: Integers,
     x: float, y: float, z: float, dx: float, dy: float, dz: float, owner_so_far: int,
 ) -> int:  # fmt: skip
     """Lowest owner of the triangles that a way meets, or `owner_so_far` where none is lower.
@@ -297,7 +299,8 @@ def lowest_owner(
 def occlude_legs(
     source: Floats, image_depths: Floats, bounces: Integers, first_up: NDArray[np.bool_], water_depth: float,
     rows: Integers, points: Floats, normals: Floats, bounds: Floats, next_on_miss: Integers, first: Integers,
-    count: Integers, node_owner: Integers, corner: Floats, owner: Integers, clear_status: int, occluded_status: int, status: Integers,
+    count: Integers, node_owner: Integers, corner: Floats, owner: Integers, clear_status: int, occluded_status: int,
+    status: Integers,
     occluder: Integers,
 ) -> None:  # fmt: skip
     """Mark the legs that solids cut; each segment between two bounces is tested on its own.
@@ -334,7 +337,8 @@ def occlude_legs(
         for f in range(image_depths.size):
             if status[f, n] != clear_status:
                 continue
-            found = lowest_owner_of_leg(source, x, y, z, image_depths[f], bounces[f], first_up[f], water_depth, bounds, next_on_miss, first,
+            found = lowest_owner_of_leg(source, x, y, z, image_depths[f], bounces[f], first_up[f], water_depth,
+                                        bounds, next_on_miss, first,
                            count, node_owner, corner, owner, none)  # fmt: skip
             if found != none:
                 status[f, n], occluder[f, n] = occluded_status, found
@@ -343,7 +347,8 @@ def occlude_legs(
 @njit(cache=True, nogil=True, error_model="numpy")
 def lowest_owner_of_leg(
     source: Floats, x: float, y: float, z: float, image_depth: float, bounces: int, first_up: bool, water_depth: float,
-    bounds: Floats, next_on_miss: Integers, first: Integers, count: Integers, node_owner: Integers, corner: Floats, owner: Integers,
+    bounds: Floats, next_on_miss: Integers, first: Integers, count: Integers, node_owner: Integers, corner: Floats,
+    owner: Integers,
     no_owner: int,
 ) -> int:  # fmt: skip
     """Lowest owner that a leg meets on any of its segments, or `no_owner`; arguments as `occlude_legs`."""
@@ -356,7 +361,8 @@ def lowest_owner_of_leg(
             end = water_depth if down else 0.0
             stop = part + abs(end - depth) / max(climb, 1e-12)
         found = lowest_owner(
-            bounds, next_on_miss, first, count, node_owner, corner, owner, source[0] + part * dx, source[1] + part * dy, depth,
+            bounds, next_on_miss, first, count, node_owner, corner, owner, source[0] + part * dx,
+            source[1] + part * dy, depth,
             (stop - part) * dx, (stop - part) * dy, end - depth, found,
         )  # fmt: skip
         part, depth, down = stop, end, not down
@@ -365,7 +371,8 @@ def lowest_owner_of_leg(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def owners_along(
-    polylines: Floats, bounds: Floats, next_on_miss: Integers, first: Integers, count: Integers, node_owner: Integers, corner: Floats,
+    polylines: Floats, bounds: Floats, next_on_miss: Integers, first: Integers, count: Integers, node_owner: Integers,
+    corner: Floats,
     owner: Integers, owners: Integers,
 ) -> None:  # fmt: skip
     """Lowest owner that each polyline meets, -1 for none.
@@ -386,6 +393,7 @@ def owners_along(
         known = none
         for k in range(polylines.shape[1] - 1):
             a, b = polylines[n, k], polylines[n, k + 1]
-            known = lowest_owner(bounds, next_on_miss, first, count, node_owner, corner, owner, a[0], a[1], a[2], b[0] - a[0],
+            known = lowest_owner(bounds, next_on_miss, first, count, node_owner, corner, owner, a[0], a[1], a[2],
+                                 b[0] - a[0],
                                  b[1] - a[1], b[2] - a[2], known)  # fmt: skip
         owners[n] = -1 if known == none else known

@@ -54,7 +54,8 @@ def eigenrays(
     Raises:
         ValueError: A depth outside the water, a range below 0, an unknown family or method, or a profile that does not
             cover the water; with the way out.
-        insonify.propagation.eigenray_table.TableError: method="table", and a table failed its comparison with exact rays.
+        insonify.propagation.eigenray_table.TableError: method="table", and a table failed its comparison with exact
+        rays.
     """
     depth = require_number("water_depth", water_depth, "m", 0.0, exclude_low=True, example="20")
     water = sound_speed_layers(profile, depth)

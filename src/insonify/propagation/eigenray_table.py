@@ -113,7 +113,8 @@ class EigenrayTable:
             ranges: Their horizontal distances [m], (n,).
 
         Returns:
-            What `solve_eigenrays` fills: rays of shape (n, most rays to one point, COLUMNS), by launch angle, of which the
+            What `solve_eigenrays` fills: rays of shape (n, most rays to one point, COLUMNS), by launch angle, of which
+            the
             first `count` rows are filled; their count, (n,); why there is none, (n,).
         """
         if not self.covers(source_depth):
@@ -240,4 +241,4 @@ def _check(
                 f"seabed at {water.water_depth:g} m."
             )
     if not (np.isfinite(max_range) and max_range > 0):
-        raise ValueError(f"farthest is {max_range:g} m; give the greatest range of a point, such as 200.")
+        raise ValueError(f"max_range is {max_range:g} m; give the greatest range of a point, such as 200.")

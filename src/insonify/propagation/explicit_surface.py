@@ -83,7 +83,8 @@ def explicit_waves(surface: Surface, seed: int, water_depth: float) -> ExplicitW
     if surface.wind_speed is not None:
         spectrum = Elfouhaily(surface.wind_speed)
         drawn = SeaSurface(
-            spectrum, ElfouhailySpreading(spectrum), surface.wave_direction, seed, surface.shortest_explicit_wavelength, water_depth, BANDS,
+            spectrum, ElfouhailySpreading(spectrum), surface.wave_direction, seed,
+            surface.shortest_explicit_wavelength, water_depth, BANDS,
             SECTORS,
         )  # fmt: skip
         cycles = np.stack([*drawn.wavenumber, -drawn.frequency]) / (2 * math.pi)
@@ -109,7 +110,8 @@ class SurfaceBouncePoints(NamedTuple):
 
 
 def find_bounce_points(
-    sea: ExplicitWaves, family: str, scatterers: Scatterers, sonar_end: SonarEnd, scene: Scene, frequency: float, *, is_transmit_leg: bool,
+    sea: ExplicitWaves, family: str, scatterers: Scatterers, sonar_end: SonarEnd, scene: Scene, frequency: float, *,
+    is_transmit_leg: bool,
     max_count: int = MOST,
 ) -> SurfaceBouncePoints:  # fmt: skip
     """All points of a surface that reflect the legs of a family with one surface bounce.
@@ -365,7 +367,8 @@ def _beyond(gradient: Floats, third: Floats, k: float) -> NDArray[np.complex128]
 
 
 def _with_rough_reflection(
-    legs: Legs, sines: Floats, bounced: GlintBouncePoints, scene: Scene, seed: int, scatterers: Scatterers, frequency: float,
+    legs: Legs, sines: Floats, bounced: GlintBouncePoints, scene: Scene, seed: int, scatterers: Scatterers,
+    frequency: float,
     sonar_end: SonarEnd,
 ) -> tuple[Legs, Legs]:  # fmt: skip
     """The legs as waves too short to be drawn leave them; of a swell alone, as they are."""

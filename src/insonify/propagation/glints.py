@@ -47,7 +47,8 @@ FAINT = 1e-3
 RAMP = STAGGER + 1
 """Fourth counter of the draw of how a glint's phase changes over the surface."""
 _ROWS = (
-    "delay", "length", "spreading", "absorption", "reflection_coefficient", "caustics", "visibility", "departure", "arrival",
+    "delay", "length", "spreading", "absorption", "reflection_coefficient", "caustics", "visibility", "departure",
+    "arrival",
     "grazing", "status", "occluder",
 )  # fmt: skip
 
@@ -223,7 +224,8 @@ class GlintSurface:
         return 4 * math.pi * self.frequency / at_surface * math.sqrt(max(1 - level**2, 1e-12))
 
     def _apply_glints(
-        self, legs: Legs, row: int, code: int, reflection: CoherentReflection, scatterers: Scatterers, sonar_end: SonarEnd,
+        self, legs: Legs, row: int, code: int, reflection: CoherentReflection, scatterers: Scatterers,
+        sonar_end: SonarEnd,
         phasor: NDArray[np.complex128],
     ) -> None:  # fmt: skip
         """Turn one row of mirrored legs into glints, in place."""
@@ -248,7 +250,8 @@ class GlintSurface:
             scatterers.scatterer_id, scatterers.position, scatterers.normal, code,
             *random_keys.stream_key(self.seed, random_keys.GLINT), phase, *waves, self.axes,
             sonar_end.position, sonar_end.transmit_position, sonar_end.ping_time, self.glint_lifetime,
-            image, string[0] == "S", len(string) % 2 == 1, np.array(vertical_travel_to_bounces(family, depth, bed)), self.frequency,
+            image, string[0] == "S", len(string) % 2 == 1, np.array(vertical_travel_to_bounces(family, depth, bed)),
+            self.frequency,
             float(self.scene.water.sound_speed_at(depth)), float(self.scene.water.absorption(self.frequency)),
             legs.delay[row], legs.length[row], legs.absorption[row], legs.departure[row], legs.arrival[row],
             legs.grazing[row], legs.status[row], int(LegStatus.FACING_AWAY), legs.visibility[row], phasor[0, row],

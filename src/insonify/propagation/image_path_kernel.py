@@ -252,7 +252,8 @@ def extent_on_grid(position: Floats, points: Floats, frame: TerrainFrame, span: 
 @njit(cache=True, nogil=True, error_model="numpy")
 def paths_off_local_planes(
     position: Floats, points: Floats, is_seabed_bounce: NDArray[np.bool_], bounce_shift: Floats, frame: TerrainFrame,
-    disc_samples: tuple[Singles, ...], heightmap: HeightmapTiles, wanted: NDArray[np.bool_], is_done: NDArray[np.bool_], paths: ImagePaths,
+    disc_samples: tuple[Singles, ...], heightmap: HeightmapTiles, wanted: NDArray[np.bool_],
+    is_done: NDArray[np.bool_], paths: ImagePaths,
 ) -> bool:  # fmt: skip
     """Ways off the planes fitted to the bed about each bounce, of those points that have none yet.
 
@@ -302,7 +303,8 @@ def paths_off_local_planes(
 def _zone_rows(workspace: Floats) -> EllipsePatches:
     """The rows of the room that tell where the ground is asked, and what is found."""
     return EllipsePatches(
-        workspace[_X : _X + _C], workspace[_Y : _Y + _C], workspace[_COSINE : _COSINE + _C], workspace[_TURN : _TURN + _C],
+        workspace[_X : _X + _C], workspace[_Y : _Y + _C], workspace[_COSINE : _COSINE + _C],
+        workspace[_TURN : _TURN + _C],
         workspace[_LONG : _LONG + _C], workspace[_WIDE : _WIDE + _C], workspace[_HEIGHT : _HEIGHT + _C],
         workspace[_ALONG : _ALONG + _C], workspace[_ACROSS : _ACROSS + _C], workspace[_LOST : _LOST + _C],
     )  # fmt: skip

@@ -125,7 +125,8 @@ def diffract_at_edges(
         bounced = np.array([bool(bounce_sequence(name)) for name in legs.families])
         diffract_around_boxes(
             union(boxed, len(scatterers)), position, scatterers.position, legs.arrival, legs.length, bounced,
-            scene.seabed.depth, wavelength, close_gap_above(scene.bodies, 6), beds, scatterers.occluder, infinitely_wide,
+            scene.seabed.depth, wavelength, close_gap_above(scene.bodies, 6), beds, scatterers.occluder,
+            infinitely_wide,
             edge_diffraction_table(), PER_UNIT, legs.status, legs.occluder, visibility,
         )  # fmt: skip
     for row, solid in enumerate(scene.solids, start=len(scene.boxes)):
@@ -194,7 +195,8 @@ def _near(
 
 def _around(
     legs: Legs, scatterers: Scatterers, rows: NDArray[np.int64], position: NDArray[np.float64], scene: Scene,
-    wavelength: float, solid: Solid, row: int, visibility: NDArray[np.complex128], *, infinitely_wide: bool, approximate: bool,
+    wavelength: float, solid: Solid, row: int, visibility: NDArray[np.complex128], *, infinitely_wide: bool,
+    approximate: bool,
 ) -> None:  # fmt: skip
     """Multiply what one solid leaves of all legs into their visibility."""
     bed = scene.seabed_depth_under(solid) - TOUCHING
@@ -206,6 +208,7 @@ def _around(
             diffract_around_solid(
                 rows, position, scatterers.position, legs.arrival[f], legs.length[f], bool(bounce_sequence(family)),
                 scene.seabed.depth, wavelength, seen.centre_bearing, seen.border_bearings, seen.border_ranges,
-                close_gap_above(seen.columns, 1), bed, row, infinitely_wide, far, edge_diffraction_table(), PER_UNIT, legs.status[f],
+                close_gap_above(seen.columns, 1), bed, row, infinitely_wide, far, edge_diffraction_table(), PER_UNIT,
+                legs.status[f],
                 legs.occluder[f], visibility[f],
             )  # fmt: skip

@@ -2,7 +2,8 @@
 
 An image of the sonar in one plane after the other gives the leg to a point exactly, as between level boundaries: only
 that each leg has its own planes. The bounce lies where the line from the image pierces the plane; the zone about it
-tells the plane. So planes are found twice: approximate about the bounce on the mean plane, and well about the bounce that
+tells the plane. So planes are found twice: approximate about the bounce on the mean plane, and well about the bounce
+that
 they lead to. On an even slope once would be enough.
 """
 
@@ -103,7 +104,8 @@ def local_plane_paths(
         points: The same of the points [m], shape (n, 3).
         terrain: The ground.
         wavelength: Of the sound [m].
-        terrain_bounce_ranges: Horizontal distance at which the rays really bounce off level ground, where refraction bends them [m],
+        terrain_bounce_ranges: Horizontal distance at which the rays really bounce off level ground, where refraction
+            bends them [m],
             shape (m, n): the planes are those of the ground there, moved under the bounces of straight rays.
 
     Returns:

@@ -79,8 +79,9 @@ class PathSettings(Model):
         longest = max(self.families, key=lambda name: len(bounce_sequence(name)))
         if len(bounce_sequence(longest)) > self.max_reflections:
             raise field_error(
-                "families", longest, f"has {len(bounce_sequence(longest))} bounces, but reflections is {self.max_reflections}. "
-                f"Write reflections: {len(bounce_sequence(longest))}, or leave the family out.",
+                "families", longest,
+                f"has {len(bounce_sequence(longest))} bounces, but max_reflections is {self.max_reflections}. "
+                f"Write max_reflections: {len(bounce_sequence(longest))}, or leave the family out.",
             )  # fmt: skip
         return self
 

@@ -100,13 +100,13 @@ def trace_fan(
         ValueError: The source lies outside the water, or a value means nothing; with what is allowed.
     """
     angles = np.atleast_1d(
-        require_numbers("launch", launch_elevation, "rad", -np.pi / 2, np.pi / 2, allow_nan=False)
+        require_numbers("launch_elevation", launch_elevation, "rad", -np.pi / 2, np.pi / 2, allow_nan=False)
     ).ravel()
     bottom = float(column.depth[-1])
     source = require_number("source_depth", source_depth, "m", 0.0, bottom)
-    end = require_number("farthest", max_range, "m", 0.0, exclude_low=True, example="200")
+    end = require_number("max_range", max_range, "m", 0.0, exclude_low=True, example="200")
     if not 0 <= max_bounces <= MOST_BOUNCES:
-        raise ValueError(f"bounces is {max_bounces}; give 0 to {MOST_BOUNCES}.")
+        raise ValueError(f"max_bounces is {max_bounces}; give 0 to {MOST_BOUNCES}.")
     if not step > 0:
         raise ValueError(f"step is {step:g} m; give a length above 0, such as 1.")
     first, vertices, met, turns = _traced(column, source, np.sin(angles), end, max_bounces)

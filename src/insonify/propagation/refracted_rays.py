@@ -178,14 +178,16 @@ class RefractedRays:
         water, speed = self.layers, float(np.interp(position[2], self.layers.depth, self.layers.speed))
         for row, (one, branch) in enumerate(rows):
             refracted_leg_row(
-                point_columns, scatterers.normal, position[2], speed, branch, one.rays, one.count, one.missing_status, delay[row],
+                point_columns, scatterers.normal, position[2], speed, branch, one.rays, one.count, one.missing_status,
+                delay[row],
                 length[row], spreading[row], caustics[row], slowness[row], departure[row], arrival[row], grazing[row],
                 status[row],
             )  # fmt: skip
             if len(self.boxes):
                 string = bounce_sequence(one.family)
                 occlude_row_by_boxes(
-                    water.depth, water.speed, water.reflecting_depth, position, scatterers.position, point_columns, len(string),
+                    water.depth, water.speed, water.reflecting_depth, position, scatterers.position, point_columns,
+                    len(string),
                     string.startswith("S"), slowness[row], departure[row], self.boxes, scatterers.occluder,
                     status[row], occluder[row],
                 )  # fmt: skip

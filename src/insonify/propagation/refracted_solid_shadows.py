@@ -33,7 +33,8 @@ def solid_bounds(scene: Scene) -> Floats:
 
 
 def occlude_refracted_row(
-    scene: Scene, water: SoundSpeedLayers, bounds: Floats, position: Floats, scatterers: Scatterers, point_columns: Floats, family: str,
+    scene: Scene, water: SoundSpeedLayers, bounds: Floats, position: Floats, scatterers: Scatterers,
+    point_columns: Floats, family: str,
     slowness: Floats, departure: Floats, status: NDArray[np.uint8], occluder: NDArray[np.int16],
 ) -> None:  # fmt: skip
     """Mark the clear legs of one row that solids cut.
@@ -75,14 +76,16 @@ def occlude_refracted_row(
 
 
 def _depths(
-    water: SoundSpeedLayers, position: Floats, leg_ends: Floats, ranges: Floats, family: str, slowness: Floats, departure: Floats,
+    water: SoundSpeedLayers, position: Floats, leg_ends: Floats, ranges: Floats, family: str, slowness: Floats,
+    departure: Floats,
     along: Floats,
 ) -> Floats:  # fmt: skip
     """Depths of rays at parts of their horizontal way [m], shape of `along`; 1 is exactly their end."""
     string = bounce_sequence(family)
     found = np.empty(along.shape)
     ray_depths_along_range(
-        water.depth, water.speed, water.reflecting_depth, float(position[2]), slowness, np.ascontiguousarray(departure[:, 2]),
+        water.depth, water.speed, water.reflecting_depth, float(position[2]), slowness,
+        np.ascontiguousarray(departure[:, 2]),
         len(string), string.startswith("S"), along[:, 0] * ranges, along[:, -1] * ranges, found,
     )  # fmt: skip
     level = np.hypot(departure[:, 0], departure[:, 1])

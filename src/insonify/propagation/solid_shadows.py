@@ -103,7 +103,8 @@ def occlude_by_solids(
         return
     tree = _scene_tree(solids, scene.seabed, len(scene.boxes))
     occlude_legs(
-        position, images, bounces, first_up, scene.seabed.depth, rows, scatterers.position, scatterers.normal, *tree[:7],
+        position, images, bounces, first_up, scene.seabed.depth, rows, scatterers.position, scatterers.normal,
+        *tree[:7],
         int(LegStatus.CLEAR), int(LegStatus.OCCLUDED), status, occluder,
     )  # fmt: skip
 

@@ -80,7 +80,8 @@ class ReceiveBeams(NamedTuple):
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
-def _turn(arrival_time: Floats, spreading_ratio: NDArray[Any], weight: NDArray[Any], gain: NDArray[Any], frequency: float,
+def _turn(arrival_time: Floats, spreading_ratio: NDArray[Any], weight: NDArray[Any], gain: NDArray[Any],
+          frequency: float,
           turned: NDArray[Any]) -> None:  # fmt: skip
     """Weights with the element's gain and the phase of the carrier, real and imaginary in turn."""
     for i in range(arrival_time.size):
@@ -170,7 +171,8 @@ def arrival_buffer(terms: int, groups: int, doppler_node_count: Floats) -> Arriv
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def deposit_pair(
     cells: NDArray[np.complex64], first_time: float, cell_rate: float, i: int, j: int, gain_row: int, count: int,
-    buffer: ArrivalBuffer, transmit_legs: TransmitLegs, receive_legs: ReceiveLegs, receive_beams: ReceiveBeams, slowness: float, sound_speed_gradient: float, attenuation: float, is_refracted: bool,
+    buffer: ArrivalBuffer, transmit_legs: TransmitLegs, receive_legs: ReceiveLegs, receive_beams: ReceiveBeams,
+    slowness: float, sound_speed_gradient: float, attenuation: float, is_refracted: bool,
     pulse_middle: float, frequency: float, doppler_node_count: Floats,
 ) -> None:  # fmt: skip
     """Echoes of some scatterers by one pair of legs, for all channels, added to their cells.
@@ -264,7 +266,8 @@ def deposit_pair(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _fill_weights(
-    transmit_legs: NDArray[np.complex64], receive_legs: NDArray[np.complex64], answer: NDArray[np.complex64], indices: NDArray[np.int32],
+    transmit_legs: NDArray[np.complex64], receive_legs: NDArray[np.complex64], answer: NDArray[np.complex64],
+    indices: NDArray[np.int32],
     count: int, source_weight: NDArray[np.float32],
 ) -> None:  # fmt: skip
     """Products of what legs bring, what scatterers make of it and what legs leave of that, as two numbers in turn."""

@@ -7,8 +7,10 @@ echo comes, the wavefront is a sphere about the leg's image source: the distance
     r' - r = (|d|^2 - 2 r u . d) / (|r u - d| + r)
 
 without a difference of two nearly equal numbers. It is exact in water of one sound speed. Where rays bend, the
-wavefront has a curvature of its own in the vertical plane, and the gradient at the array adds a term (`arrival_refracted`).
-Before that, `transmit_moving` tells what a transmitter that is under way makes of what it sends. Plain numbers and arrays.
+wavefront has a curvature of its own in the vertical plane, and the gradient at the array adds a term
+(`arrival_refracted`).
+Before that, `transmit_moving` tells what a transmitter that is under way makes of what it sends. Plain numbers and
+arrays.
 """
 
 import math
@@ -47,7 +49,8 @@ def transmitter_motion_of_leg(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def transmit_moving(
-    departure: Floats, wavefront_radius: Floats, velocity: Floats, pulse_middle: float, slowness: float, delay_change: Floats, transmitter_mach: Floats,
+    departure: Floats, wavefront_radius: Floats, velocity: Floats, pulse_middle: float, slowness: float,
+    delay_change: Floats, transmitter_mach: Floats,
     amplitude_factor: Floats,
 ) -> None:  # fmt: skip
     """What is later for the pulse's middle than for its start, for a transmitter under way, and what else its way does.
@@ -156,8 +159,10 @@ def arrival_stationary(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def arrival_moving(
-    delay: Floats, radius: Floats, north: Floats, east: Floats, down: Floats, transmit_doppler: Floats, element_position: Floats,
-    velocity: Floats, acceleration: Floats, slowness: float, attenuation: float, pulse_middle: float, arrival_time: Floats,
+    delay: Floats, radius: Floats, north: Floats, east: Floats, down: Floats, transmit_doppler: Floats,
+    element_position: Floats,
+    velocity: Floats, acceleration: Floats, slowness: float, attenuation: float, pulse_middle: float,
+    arrival_time: Floats,
     spreading_ratio: NDArray[Any], doppler: Floats,
 ) -> None:  # fmt: skip
     """The same for an element under way: its place is that of the moment when the pulse's middle comes.
@@ -171,7 +176,8 @@ def arrival_moving(
         north: Likewise.
         east: Likewise.
         down: Likewise.
-        transmit_doppler: One over one less the part of the speed of sound at which the transmitter follows what it sends
+        transmit_doppler: One over one less the part of the speed of sound at which the transmitter follows what it
+            sends
             [1], (n,).
         element_position: Of the element from the centre, at the start of the ping [m], (3,).
         velocity: Of the element at the start of the ping [m/s], (3,).
@@ -230,8 +236,10 @@ def _beyond(expansion: Floats, i: int, x: float, z: float) -> tuple[float, float
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def arrival_refracted(
-    delay: Floats, vertical_curvature: Floats, horizontal_distance: Floats, north: Floats, east: Floats, down: Floats, transmit_doppler: Floats,
-    expansion: Floats, element_position: Floats, velocity: Floats, acceleration: Floats, slowness: float, sound_speed_gradient: float,
+    delay: Floats, vertical_curvature: Floats, horizontal_distance: Floats, north: Floats, east: Floats, down: Floats,
+    transmit_doppler: Floats,
+    expansion: Floats, element_position: Floats, velocity: Floats, acceleration: Floats, slowness: float,
+    sound_speed_gradient: float,
     attenuation: float, pulse_middle: float, arrival_time: Floats, spreading_ratio: NDArray[Any], doppler: Floats,
 ) -> None:  # fmt: skip
     """The same where rays bend, for an element that may be under way; the expansion of `propagation.elements`.

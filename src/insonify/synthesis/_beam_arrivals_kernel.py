@@ -42,7 +42,7 @@ class LegColumns(NamedTuple):
     length: Floats
     spreading: Floats
     absorption: Floats
-    boundary: Complexes
+    reflection_coefficient: Complexes
     """With what caustics and glints turn."""
     visibility: Complexes
     departure: Floats
@@ -144,7 +144,7 @@ def _reached(
 ) -> int:
     """How many scatterers of a part a leg reaches; which, and what it is like there, goes into `leg`."""
     count = 0
-    visibility, boundary = legs.visibility[f, part_start:end], legs.boundary[f, part_start:end]
+    visibility, boundary = legs.visibility[f, part_start:end], legs.reflection_coefficient[f, part_start:end]
     for k in range(end - part_start):
         leg.scatterer[np.uintp(count)] = k
         count += (visibility[k] != 0) & (boundary[k] != 0)
@@ -191,7 +191,8 @@ def _contribution_roots(factor: Floats, side: Floats) -> None:
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _transmit_leg(
-    f: int, part_start: int, count: int, transmitter: Transmitter, phase: Complexes, delay: Floats, leg: _Leg, transmit_legs: TransmitLegs,
+    f: int, part_start: int, count: int, transmitter: Transmitter, phase: Complexes, delay: Floats, leg: _Leg,
+    transmit_legs: TransmitLegs,
     transmit_cosine: Floats,
 ) -> None:  # fmt: skip
     """What a leg out brings to the scatterers of a part that it reaches; and direction cosines, as of `_receive_gain`."""
@@ -257,7 +258,8 @@ def _turned(x: float, y: float, z: float, arrival_time: float, r: Floats, b: Flo
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _receive_gain(
-    row: int, count: int, receiving_array: ReceivingArray, receive_beams: ReceiveBeams, leg: _Leg, gain: Singles, right_cosine: Floats
+    row: int, count: int, receiving_array: ReceivingArray, receive_beams: ReceiveBeams, leg: _Leg, gain: Singles,
+    right_cosine: Floats
 ) -> None:  # fmt: skip
     """Gain of each pattern towards a leg's scatterers when their echoes come.
 
@@ -305,7 +307,8 @@ def _receive_gain(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _receive_leg(
-    j: int, part_start: int, end: int, count: int, legs: LegColumns, first: Floats, receiving_array: ReceivingArray, wavefronts: WavefrontColumns,
+    j: int, part_start: int, end: int, count: int, legs: LegColumns, first: Floats, receiving_array: ReceivingArray,
+    wavefronts: WavefrontColumns,
     receive_beams: ReceiveBeams, root_area: Floats, leg: _Leg, receive_legs: ReceiveLegs, right_cosine: Floats,
 ) -> None:  # fmt: skip
     """What a leg back takes from the scatterers of a part that it reaches.
@@ -440,7 +443,8 @@ def _echoes_of_pair(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _receive_gain_by_pair(
-    part_start: int, i: int, j: int, count: int, buffer: ArrivalBuffer, transmit_legs: TransmitLegs, receive_legs: ReceiveLegs, length: Floats, receiving_array: ReceivingArray,
+    part_start: int, i: int, j: int, count: int, buffer: ArrivalBuffer, transmit_legs: TransmitLegs,
+    receive_legs: ReceiveLegs, length: Floats, receiving_array: ReceivingArray,
     receive_beams: ReceiveBeams, leg: _Leg, right_cosine: Floats,
 ) -> None:  # fmt: skip
     """Gains for an array that turns, of one pair of legs: its echoes come at times of their own."""
@@ -456,9 +460,12 @@ def _receive_gain_by_pair(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def deposit_block(
-    cells: NDArray[np.complex64], first_time: float, cell_rate: float, pair: Integers, legs_out: LegColumns, legs_back: LegColumns,
-    same_legs: bool, extra_attenuation: float, phase: Complexes, strengths: ScatteringStrengths, transmitter: Transmitter, receiving_array: ReceivingArray, wavefronts: WavefrontColumns,
-    receive_beams: ReceiveBeams, slowness: float, sound_speed_gradient: float, attenuation: float, is_refracted: bool, pulse_middle: float, frequency: float,
+    cells: NDArray[np.complex64], first_time: float, cell_rate: float, pair: Integers, legs_out: LegColumns,
+    legs_back: LegColumns,
+    same_legs: bool, extra_attenuation: float, phase: Complexes, strengths: ScatteringStrengths,
+    transmitter: Transmitter, receiving_array: ReceivingArray, wavefronts: WavefrontColumns,
+    receive_beams: ReceiveBeams, slowness: float, sound_speed_gradient: float, attenuation: float, is_refracted: bool,
+    pulse_middle: float, frequency: float,
     doppler_node_count: Floats, grid: DirectionRows,
 ) -> None:  # fmt: skip
     """Echoes of one block by all pairs of legs, for all beams, added to their cells.
@@ -507,13 +514,15 @@ def deposit_block(
             _transmit_leg(i, begin, count, transmitter, phase, legs_out.delay[i], leg, sent, leaving)
             _note_reached(away, i, count, leg)
             if same_legs:
-                _receive_leg(i, begin, end, count, legs_back, legs_out.delay[0], receiving_array, wavefronts, receive_beams, strengths.root_area, leg,
+                _receive_leg(i, begin, end, count, legs_back, legs_out.delay[0], receiving_array, wavefronts,
+                             receive_beams, strengths.root_area, leg,
                            heard, across)  # fmt: skip
                 _note_reached(home, i, count, leg)
         if not same_legs:
             for j in range(g):
                 count = _reached(legs_back, j, begin, end, extra_attenuation, strengths, leg)
-                _receive_leg(j, begin, end, count, legs_back, legs_out.delay[0], receiving_array, wavefronts, receive_beams, strengths.root_area, leg,
+                _receive_leg(j, begin, end, count, legs_back, legs_out.delay[0], receiving_array, wavefronts,
+                             receive_beams, strengths.root_area, leg,
                            heard, across)  # fmt: skip
                 _note_reached(home, j, count, leg)
         for p in range(len(pair)):
@@ -527,9 +536,12 @@ def deposit_block(
                 )
             row = 0 if receiving_array.is_rotating else j
             if directed:
-                deposit_pair_by_direction(cells, first_time, cell_rate, i, j, row, count, room, sent, heard, receive_beams,
-                                      leaving[i], across[row], grid, there, slowness, sound_speed_gradient, attenuation, is_refracted, pulse_middle,
+                deposit_pair_by_direction(cells, first_time, cell_rate, i, j, row, count, room, sent, heard,
+                                          receive_beams,
+                                      leaving[i], across[row], grid, there, slowness, sound_speed_gradient,
+                                      attenuation, is_refracted, pulse_middle,
                                       frequency, doppler_node_count)  # fmt: skip
             else:
-                deposit_pair(cells, first_time, cell_rate, i, j, row, count, room, sent, heard, receive_beams, slowness, sound_speed_gradient,
+                deposit_pair(cells, first_time, cell_rate, i, j, row, count, room, sent, heard, receive_beams,
+                             slowness, sound_speed_gradient,
                          attenuation, is_refracted, pulse_middle, frequency, doppler_node_count)  # fmt: skip

@@ -127,8 +127,10 @@ def _by_row(
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def deposit_pair_by_direction(
     cells: NDArray[np.complex64], first_time: float, cell_rate: float, i: int, j: int, gain_row: int, count: int,
-    buffer: ArrivalBuffer, transmit_legs: TransmitLegs, receive_legs: ReceiveLegs, receive_beams: ReceiveBeams, transmit_cosine: Floats, right_cosine: Floats, rows: DirectionRows, sort_buffer: RowSortBuffer,
-    slowness: float, sound_speed_gradient: float, attenuation: float, is_refracted: bool, pulse_middle: float, frequency: float, doppler_node_count: Floats,
+    buffer: ArrivalBuffer, transmit_legs: TransmitLegs, receive_legs: ReceiveLegs, receive_beams: ReceiveBeams,
+    transmit_cosine: Floats, right_cosine: Floats, rows: DirectionRows, sort_buffer: RowSortBuffer,
+    slowness: float, sound_speed_gradient: float, attenuation: float, is_refracted: bool, pulse_middle: float,
+    frequency: float, doppler_node_count: Floats,
 ) -> None:  # fmt: skip
     """Echoes of some scatterers by one pair of legs, added to the cells of the rows about their directions.
 
@@ -144,7 +146,8 @@ def deposit_pair_by_direction(
         transmit_legs: The legs out.
         receive_legs: The legs back; the gain is that which all beams have in common.
         receive_beams: The one place that hears.
-        transmit_cosine: Direction cosines to the array's right in which sound leaves, (part,); wanted if transmit beams are
+        transmit_cosine: Direction cosines to the array's right in which sound leaves, (part,); wanted if transmit beams
+            are
             steered.
         right_cosine: Direction cosines to the array's right from which echoes come, (part,).
         rows: The grid of directions.
@@ -161,7 +164,8 @@ def deposit_pair_by_direction(
     tau, curve, away, behind, u, v, w, r, when, doppler = buffer.column
     inside, tuned, fade, x = buffer.single
     late, later, bend, following, towards = (
-        transmit_legs.delay[i], receive_legs.delay[j], receive_legs.vertical_curvature[j], transmit_legs.transmit_doppler[i], receive_legs.direction[j]
+        transmit_legs.delay[i], receive_legs.delay[j], receive_legs.vertical_curvature[j],
+        transmit_legs.transmit_doppler[i], receive_legs.direction[j]
     )  # fmt: skip
     gain = receive_legs.gain[gain_row, 0]
     for k in range(count):
@@ -175,12 +179,14 @@ def deposit_pair_by_direction(
         for t in range(buffer.expansion.shape[0]):
             for k in range(count):
                 buffer.expansion[t, k] = receive_legs.expansion[j, t, np.uintp(which[k])]
-        arrival_refracted(tau[:count], curve, away, u, v, w, behind, buffer.expansion, place, velocity, acceleration, slowness,
+        arrival_refracted(tau[:count], curve, away, u, v, w, behind, buffer.expansion, place, velocity, acceleration,
+                          slowness,
                     sound_speed_gradient, attenuation, pulse_middle, when, fade, doppler)  # fmt: skip
     elif pulse_middle == 0.0:
         arrival_stationary(tau[:count], r, u, v, w, place, slowness, attenuation, when, fade)
     else:
-        arrival_moving(tau[:count], r, u, v, w, behind, place, velocity, acceleration, slowness, attenuation, pulse_middle, when,
+        arrival_moving(tau[:count], r, u, v, w, behind, place, velocity, acceleration, slowness, attenuation,
+                       pulse_middle, when,
                       fade, doppler)  # fmt: skip
     _locate(when[:count], first_time, cell_rate, last, buffer.first_cell, inside)
     if doppler_node_count.size > 1:
@@ -229,7 +235,8 @@ def _deposit_rows(cells: NDArray[np.complex64], sort_buffer: RowSortBuffer, buff
         x = sort_buffer.single[1, begin:end]
         if cells.shape[1] > 1:
             basis_weights(x, shaped.node_coordinate, shaped.node_scale, buffer.basis_weights)
-        deposit_waveforms(cells, row, 1, 1, sort_buffer.first_cell[begin:end], sort_buffer.single[0, begin:end], sort_buffer.row_part, x, shaped,
+        deposit_waveforms(cells, row, 1, 1, sort_buffer.first_cell[begin:end], sort_buffer.single[0, begin:end],
+                          sort_buffer.row_part, x, shaped,
                      buffer.basis_weights, end - begin)  # fmt: skip
 
 

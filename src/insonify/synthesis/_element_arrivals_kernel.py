@@ -83,7 +83,8 @@ class _EchoOrder(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _in_order(
-    part_start: int, first_time: float, cell_rate: float, last: int, pair: Integers, transmit_legs: TransmitLegs, receive_legs: ReceiveLegs,
+    part_start: int, first_time: float, cell_rate: float, last: int, pair: Integers, transmit_legs: TransmitLegs,
+    receive_legs: ReceiveLegs,
     strength: NDArray[Any], flags: tuple[Flags, Flags, Flags], order: _EchoOrder,
 ) -> int:  # fmt: skip
     """How many echoes a part of the scatterers has; they are put into order, by counting how many come to each cell."""
@@ -134,7 +135,8 @@ def _fill_weights(arrival_time: Floats, real: Singles, imaginary: Singles, frequ
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _partition_by_sector(
-    arrival_time: Floats, count: int, centre_delay: Floats, frequency: float, sector: ArraySector, fractions: NDArray[np.int32]
+    arrival_time: Floats, count: int, centre_delay: Floats, frequency: float, sector: ArraySector,
+    fractions: NDArray[np.int32]
 ) -> int:  # fmt: skip
     """How many echoes come from the sector; these are put first, the others after them.
 
@@ -173,7 +175,8 @@ def _partition_by_sector(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _gather_echoes(
-    echo: NDArray[np.int32], part_start: int, pair: Integers, transmit_legs: TransmitLegs, receive_legs: ReceiveLegs, strength: NDArray[Any],
+    echo: NDArray[np.int32], part_start: int, pair: Integers, transmit_legs: TransmitLegs, receive_legs: ReceiveLegs,
+    strength: NDArray[Any],
     single_pattern: bool, columns: Floats, source_weight: Singles,
 ) -> None:  # fmt: skip
     """What is known of some echoes at the array's centre.
@@ -209,14 +212,17 @@ def _gather_echoes(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def deposit_on_elements(
-    cells: NDArray[np.complex64], first_time: float, cell_rate: float, pair: Integers, transmit_legs: TransmitLegs, receive_legs: ReceiveLegs,
-    strength: NDArray[Any], receive_beams: ReceiveBeams, nodes: ApertureNodes, sector: ArraySector, slowness: float, sound_speed_gradient: float, attenuation: float,
+    cells: NDArray[np.complex64], first_time: float, cell_rate: float, pair: Integers, transmit_legs: TransmitLegs,
+    receive_legs: ReceiveLegs,
+    strength: NDArray[Any], receive_beams: ReceiveBeams, nodes: ApertureNodes, sector: ArraySector, slowness: float,
+    sound_speed_gradient: float, attenuation: float,
     is_refracted: bool, pulse_middle: float, frequency: float, doppler_node_count: Floats,
 ) -> None:  # fmt: skip
     """Echoes of one block by all pairs of legs, for all elements of an array, added to their cells.
 
     Args:
-        cells: As of `_echo_kernel.deposit_pair`; element e is channel e, the places of a sector come after all elements.
+        cells: As of `_echo_kernel.deposit_pair`; element e is channel e, the places of a sector come after all
+            elements.
         first_time: Likewise.
         cell_rate: Likewise.
         pair: Row of the leg out, of the leg back and of the gain of each pair, (p, 3).
@@ -279,7 +285,8 @@ def deposit_on_elements(
                 here, velocity, acceleration = nodes.position[k], nodes.velocity[k], nodes.acceleration[k]
                 if is_refracted:
                     arrival_refracted(tau[:count], bend, away, u, v, w, behind, beside, here, velocity, acceleration,
-                                slowness, sound_speed_gradient, attenuation, pulse_middle, came[k], fade[k], doppler[k])  # fmt: skip
+                                slowness, sound_speed_gradient, attenuation, pulse_middle, came[k], fade[k],
+                                doppler[k])  # fmt: skip
                 elif still:
                     arrival_stationary(tau[:count], r, u, v, w, here, slowness, attenuation, came[k], fade[k])
                 else:
@@ -330,7 +337,8 @@ def deposit_on_elements(
                     deposit_waveforms(cells, e, side, _ROW, at[rest], place[rest], weight[2 * first :], x[rest], shaped,
                                  share, found)  # fmt: skip
                 else:
-                    gather_moments(cells, moments, window, e, side, _ROW, at[rest], place[rest], weight[2 * first :], x[rest],
+                    gather_moments(cells, moments, window, e, side, _ROW, at[rest], place[rest], weight[2 * first :],
+                                   x[rest],
                            shaped, found)  # fmt: skip
         if cells.shape[1] == 1:
             deposit_moments(cells, moments, window, elements + places)

@@ -97,7 +97,8 @@ def _times_pattern(table: Floats, per_unit: float, axis: float, cosine: Floats, 
 @njit(cache=True, nogil=True, error_model="numpy")
 def deposit_pair_energies(
     delay: Floats, transmit_weights: NDArray[np.float32], receive_weights: NDArray[np.float32], pair: NDArray[np.int64],
-    count: NDArray[np.int64], rows: NDArray[np.int32], cross_section: NDArray[Any], source_pressure: float, interference_factor: float, independent_energy: float,
+    count: NDArray[np.int64], rows: NDArray[np.int32], cross_section: NDArray[Any], source_pressure: float,
+    interference_factor: float, independent_energy: float,
     cells: Floats, first_time: float, rate: float,
 ) -> None:  # fmt: skip
     """Energies of all that a swath sends back, added to cells; a pair and its reverse arrive together, as one.
@@ -141,7 +142,8 @@ def deposit_pair_energies(
 def deposit_interference(
     delay: Floats, transmit_weights: NDArray[np.float32], receive_weights: NDArray[np.float32], pair: NDArray[np.int64],
     count: NDArray[np.int64], rows: NDArray[np.int32], cross_section: NDArray[Any], amplitude: NDArray[np.complex64],
-    interfering_ranges: NDArray[np.int64], source_pressure: float, interference_factor: float, frequency: float, autocorrelation: NDArray[np.complex64],
+    interfering_ranges: NDArray[np.int64], source_pressure: float, interference_factor: float, frequency: float,
+    autocorrelation: NDArray[np.complex64],
     lag_rate: float, cells: Floats, first_time: float, rate: float,
 ) -> None:  # fmt: skip
     """What pairs of legs that arrive within one pulse have in common, added to cells; it may be less than nothing.
@@ -158,7 +160,8 @@ def deposit_interference(
         rows: Likewise, increasing.
         cross_section: Likewise.
         amplitude: Of each leg, for its phase [1], (f, n).
-        interfering_ranges: First point and after the last of the ranges where pairs may interfere, increasing, (any, 2).
+        interfering_ranges: First point and after the last of the ranges where pairs may interfere, increasing, (any,
+            2).
         source_pressure: As of `deposit_pair_energies`.
         interference_factor: Likewise.
         frequency: Of the carrier [Hz].

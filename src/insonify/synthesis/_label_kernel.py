@@ -135,7 +135,8 @@ def _deposit_position(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def deposit_labels(
-    points: LabelledPoints, pair: NDArray[np.int64], support: float, grid: LabelGrid, receiver: Floats, shared_cells: Floats,
+    points: LabelledPoints, pair: NDArray[np.int64], support: float, grid: LabelGrid, receiver: Floats,
+    shared_cells: Floats,
     pair_cells: Floats, bins: Floats,
 ) -> tuple[NDArray[np.int64], Floats, Complexes]:  # fmt: skip
     """Energies and places of all pairs of legs of some points; a pair and its reverse arrive together, as one.

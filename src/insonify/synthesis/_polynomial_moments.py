@@ -42,7 +42,8 @@ def empty_window(elements: int, lanes: int) -> Singles:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def gather_moments(
-    cells: NDArray[np.complex64], moments: Singles, window_start: int, first_element: int, elements: int, channel_stride: int,
+    cells: NDArray[np.complex64], moments: Singles, window_start: int, first_element: int, elements: int,
+    channel_stride: int,
     first_cell: NDArray[np.int32], fraction: Singles, weight: Singles, x: Singles, basis: BasisWeights, count: int,
 ) -> None:  # fmt: skip
     """Spikes of some echoes at each element, added to the moments, or to the grids where they are off the window.

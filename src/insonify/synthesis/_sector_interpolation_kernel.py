@@ -34,7 +34,8 @@ def _wavefront_corrected(heard: Singles, lanes: int, curvature_phase: Floats, fa
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def interpolate_to_elements(
-    cells: NDArray[np.complex64], first_time: float, cell_rate: float, curvature_phase: float, point_position: Floats, element: Floats,
+    cells: NDArray[np.complex64], first_time: float, cell_rate: float, curvature_phase: float, point_position: Floats,
+    element: Floats,
     weights: Singles,
 ) -> None:  # fmt: skip
     """Add what the places heard to what the elements heard; the places have heard nothing then.

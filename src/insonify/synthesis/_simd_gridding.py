@@ -239,7 +239,8 @@ deposit_cell_of_4 = _gathered_cell(4)
 
 @intrinsic
 def add_shaped_spike(
-    typingctx: Any, cells: Any, group_stride: Any, first_cell: Any, fraction: Any, weights: Any, shares: Any, stride: Any, groups: Any,
+    typingctx: Any, cells: Any, group_stride: Any, first_cell: Any, fraction: Any, weights: Any, shares: Any,
+    stride: Any, groups: Any,
     i: Any,
 ) -> Any:  # fmt: skip
     """The same for groups of 4 shapes, `group_stride` numbers apart; shape s has shares[s stride + i] of the weight."""

@@ -105,14 +105,16 @@ def arrivals_at_channel(
     loss = absorption_np_per_m(water, ping_geometry.frequency)
     front, following = echoes.wavefront, 1 / (1 - echoes.transmitter_mach)
     if water.layered:
-        arrival_refracted(echoes.delay, front.vertical_curvature, front.horizontal_distance, *towards, following, front.expansion, *motion, slowness,
+        arrival_refracted(echoes.delay, front.vertical_curvature, front.horizontal_distance, *towards, following,
+                          front.expansion, *motion, slowness,
                     front.sound_speed_gradient, loss, middle, when, fade, doppler)  # fmt: skip
     elif ping_geometry.is_static:
         arrival_stationary(
             echoes.delay, 1 / front.vertical_curvature, *towards, receive_points.position[e], slowness, loss, when, fade
         )
     else:
-        arrival_moving(echoes.delay, 1 / front.vertical_curvature, *towards, following, *motion, slowness, loss, middle, when,
+        arrival_moving(echoes.delay, 1 / front.vertical_curvature, *towards, following, *motion, slowness, loss,
+                       middle, when,
                       fade, doppler)  # fmt: skip
     # the kernel tells where an unstretched pulse would start that has the same middle
     return when + middle * doppler / (1 + doppler), np.asarray(fade * echoes.amplitude_factor), doppler

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify import random_keys
-from insonify.ocean.sea_noise import SeaNoise, Directionality
+from insonify.ocean.sea_noise import Directionality, SeaNoise
 from insonify.ocean.water import Water
 from insonify.sonar.aperture import element_positions, shading_weight
 from insonify.sonar.array import LineArray, PlanarArray
@@ -162,7 +162,10 @@ class SeaNoiseSpectrum:
     def covariance(self, geometry: PingGeometry) -> Complexes:
         """What the channels hear of it at the centre frequency, for unit power at a hydrophone [1]."""
         middle = {directionality: float(part[len(self.offset) // 2]) for directionality, part in self.density.items()}
-        parts = [power / sum(middle.values()) * noise_covariance(geometry, directionality) for directionality, power in middle.items()]
+        parts = [
+            power / sum(middle.values()) * noise_covariance(geometry, directionality)
+            for directionality, power in middle.items()
+        ]
         return np.asarray(sum(parts))
 
 

@@ -26,7 +26,8 @@ FEWEST = 4
 
 
 def aperture_nodes(
-    position: Floats, velocity: Floats, acceleration: Floats, min_radius: float, latest_arrival: float, wavelength: float,
+    position: Floats, velocity: Floats, acceleration: Floats, min_radius: float, latest_arrival: float,
+    wavelength: float,
     extra_positions: Floats | None = None,
 ) -> ApertureNodes:  # fmt: skip
     """Where echoes are worked out: at a few nodes of a straight array, or at all elements.
@@ -38,7 +39,8 @@ def aperture_nodes(
         min_radius: Least radius of the wavefronts that come back [m].
         latest_arrival: When the last of them comes [s].
         wavelength: Of the carrier [m].
-        extra_positions: Other places along a straight array to be told of, -1..1, shape (p,); they are told by nodes alone.
+        extra_positions: Other places along a straight array to be told of, -1..1, shape (p,); they are told by nodes
+            alone.
     """
     along = straight_array(position, velocity, acceleration, latest_arrival)
     if along is not None:

@@ -103,7 +103,8 @@ def pair_echoes(pairs: Pairs, ping_geometry: PingGeometry, water: Water) -> Iter
 
 
 def deposit(
-    cells: Cells, pairs: Pairs, ping_geometry: PingGeometry, grid: TimeGrid, replica_jitter: ReplicaJitter, basis: WaveformBasis, receive_points: ReceivePoints,
+    cells: Cells, pairs: Pairs, ping_geometry: PingGeometry, grid: TimeGrid, replica_jitter: ReplicaJitter,
+    basis: WaveformBasis, receive_points: ReceivePoints,
     water: Water, attenuation: float, interpolation: SectorInterpolation | None = None,
 ) -> None:  # fmt: skip
     """Add the echoes of one block of scatterers to the cells of all elements.
@@ -133,7 +134,8 @@ def deposit(
     ears = _receive_beams(receive_points, ping_geometry.channel_count, len(seen))
     middle = 0.0 if ping_geometry.is_static else ping_geometry.pulse.pulse.duration / 2
     end = (
-        1 / ping_geometry.receive_sound_speed, gradient, attenuation, water.layered, middle, ping_geometry.frequency, basis.doppler,
+        1 / ping_geometry.receive_sound_speed, gradient, attenuation, water.layered, middle, ping_geometry.frequency,
+        basis.doppler,
     )  # fmt: skip
     nearest = 1 / float(np.fmax.reduce(np.abs(bend), axis=None, initial=1e-9))
     if water.layered:
@@ -264,7 +266,8 @@ def element_directions(
     seen = np.empty(direction.shape)
     turn_to_element(
         np.ascontiguousarray(direction).reshape(-1, 3), np.ascontiguousarray(path_length).ravel(),
-        np.ascontiguousarray(arrival_time).ravel(), receive_points.position[element], receive_points.velocity[element], receive_points.acceleration[element],
+        np.ascontiguousarray(arrival_time).ravel(), receive_points.position[element],
+        receive_points.velocity[element], receive_points.acceleration[element],
         seen.reshape(-1, 3),
     )  # fmt: skip
     return seen
@@ -348,8 +351,10 @@ def transmitter_motion(
     )
     if ping_geometry.receive_motion is not None:
         transmit_moving(
-            np.ascontiguousarray(departure).reshape(-1, 3), np.ascontiguousarray(wavefront_radius).ravel(), ping_geometry.transmit_velocity,
-            ping_geometry.pulse.pulse.duration / 2, 1 / ping_geometry.sound_speed, later.ravel(), leaving.ravel(), louder.ravel(),
+            np.ascontiguousarray(departure).reshape(-1, 3), np.ascontiguousarray(wavefront_radius).ravel(),
+            ping_geometry.transmit_velocity,
+            ping_geometry.pulse.pulse.duration / 2, 1 / ping_geometry.sound_speed, later.ravel(), leaving.ravel(),
+            louder.ravel(),
         )  # fmt: skip
     return later, leaving, louder
 
@@ -363,7 +368,8 @@ def element_gains(
         ping_geometry: The sonar at this ping.
         beams: Its receive beams, at one frequency.
         receive_points: Of `receive_points`.
-        directions: Directions, as of `directions_at_reception`, of shape (..., 3): of the whole array, or of each of its elements.
+        directions: Directions, as of `directions_at_reception`, of shape (..., 3): of the whole array, or of each of
+            its elements.
     """
     if len(directions) == 1:
         return np.asarray(

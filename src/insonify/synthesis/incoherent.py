@@ -129,7 +129,8 @@ class IncoherentAccumulator:
         rows = np.flatnonzero(pairs.pair[:, 0] <= pairs.pair[:, 1]) if mirrored else np.arange(len(pairs.pair))
         for channel in range(self.ping_geometry.channel_count):
             delay, energy, first, late, weight = _sort(
-                pairs.out.delay, pairs.back.delay, transmit_weights[channel % len(transmit_weights)], receive_weights[channel % len(receive_weights)],
+                pairs.out.delay, pairs.back.delay, transmit_weights[channel % len(transmit_weights)],
+                receive_weights[channel % len(receive_weights)],
                 pairs.pair, rows, mirrored, pairs.strength, support, kept, mean - kept,
             )  # fmt: skip
             deposit_energy(energies.cells[channel], self.grid.first_time, self.grid.energy_rate, delay, energy)
@@ -288,8 +289,10 @@ def contains_reversed_pairs(pair: NDArray[np.int64]) -> bool:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _sort(
-    delay_out: Floats, delay_back: Floats, transmit_weights: Complexes, receive_weights: Complexes, pair: NDArray[np.int64],
-    rows: NDArray[np.int64], mirrored: bool, strength: Floats, support: float, interference_factor: float, independent_energy: float,
+    delay_out: Floats, delay_back: Floats, transmit_weights: Complexes, receive_weights: Complexes,
+    pair: NDArray[np.int64],
+    rows: NDArray[np.int64], mirrored: bool, strength: Floats, support: float, interference_factor: float,
+    independent_energy: float,
 ) -> tuple[Floats, Floats, NDArray[np.int64], Floats, Complexes]:  # fmt: skip
     """Sort the replicas of every scatterer into those that stand alone in time and those that interfere.
 

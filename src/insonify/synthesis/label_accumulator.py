@@ -47,7 +47,11 @@ def label_names(targets: tuple[str, ...], followed: tuple[str, ...], *, water: t
     """
     targets = (*water, *targets)
     contributions: tuple[Boundary, ...] = ("seabed", "surface", "target")
-    buffer = [families_reaching(contribution, followed) for contribution in contributions if contribution != "target" or targets]
+    buffer = [
+        families_reaching(contribution, followed)
+        for contribution in contributions
+        if contribution != "target" or targets
+    ]
     found = {pair_name(out, back) for names in buffer for out in names for back in names}
     pairs = sorted(found, key=lambda name: (name.count("S") + name.count("B"), len(name), name))
     return LabelNames(("seabed", "surface", *targets), tuple(pairs))
@@ -151,11 +155,13 @@ class LabelAccumulator:
         times = LabelGrid(grid.first_time, grid.energy_rate, grid.start - lead / grid.sample_rate, grid.sample_rate)
         for channel in range(here.channel_count):
             points = LabelledPoints(
-                legs.delay, transmit_weights[channel % len(transmit_weights)], receive_weights[channel % len(receive_weights)], legs.grazing, strength,
+                legs.delay, transmit_weights[channel % len(transmit_weights)],
+                receive_weights[channel % len(receive_weights)], legs.grazing, strength,
                 pairs.scatterers.position,
             )  # fmt: skip
             told = deposit_labels(
-                points, pair, len(table.samples) / table.rate, times, here.receive_position, label_cells.pair_and_object[channel],
+                points, pair, len(table.samples) / table.rate, times, here.receive_position,
+                label_cells.pair_and_object[channel],
                 label_cells.pair_only[channel], label_cells.bins[channel],
             )  # fmt: skip
             if len(told[1]):

@@ -11,7 +11,7 @@ from insonify.sonar.received_pulse import ReceivedPulse
 from insonify.synthesis._label_kernel import MOMENTS
 from insonify.synthesis._place_kernel import smear, smear_places
 from insonify.synthesis.incoherent import IncoherentAccumulator, IntensityBuffer
-from insonify.synthesis.label_sums import ALL, HIDDEN, PAIR_ONLY, LabelBuffer, Key
+from insonify.synthesis.label_sums import ALL, HIDDEN, PAIR_ONLY, Key, LabelBuffer
 from insonify.synthesis.level_curves import LevelBuffers, pair_name
 
 Floats = NDArray[np.float64]

@@ -38,8 +38,10 @@ _NOTHING = np.empty((0, 0), np.float32)
 
 
 def deposit_beams(
-    cells: NDArray[np.complex64], pairs: Pairs, ping_geometry: PingGeometry, grid: TimeGrid, replica_jitter: ReplicaJitter,
-    basis: WaveformBasis, receive_points: ReceivePoints, water: Water, attenuation: float, direction_grid: DirectionGrid | None = None,
+    cells: NDArray[np.complex64], pairs: Pairs, ping_geometry: PingGeometry, grid: TimeGrid,
+    replica_jitter: ReplicaJitter,
+    basis: WaveformBasis, receive_points: ReceivePoints, water: Water, attenuation: float,
+    direction_grid: DirectionGrid | None = None,
 ) -> None:  # fmt: skip
     """Add the echoes of one block of scatterers to the cells of all beams.
 
@@ -85,8 +87,10 @@ def deposit_beams(
         listener = _receiving_array(ping_geometry, hears, middle, has_parallax=apart)
         deposit_block(
             cells[band], grid.first_time, grid.cell_rate, rows, away, home, back is out, taken, phase, answers,
-            _transmitter(ping_geometry, sends, middle), listener, fronts, ears, 1 / ping_geometry.receive_sound_speed, gradient, attenuation,
-            water.layered, middle, ping_geometry.frequency, basis.doppler, NO_DIRECTION_GRID if fan is None else fan.rows[band],
+            _transmitter(ping_geometry, sends, middle), listener, fronts, ears, 1 / ping_geometry.receive_sound_speed,
+            gradient, attenuation,
+            water.layered, middle, ping_geometry.frequency, basis.doppler,
+            NO_DIRECTION_GRID if fan is None else fan.rows[band],
         )  # fmt: skip
 
 

@@ -103,7 +103,9 @@ def _direction_average(ping_geometry: PingGeometry, directionality: Directionali
     parts = _directions(ears, place / wavelength, facing, max(1, AT_ONCE // channels), mirrored=level)
     for direction, weight in parts:
         outward = direction @ ears.axes
-        density = np.full(len(weight), 1 / (4 * np.pi)) if directionality == "isotropic" else _surface_dipole_density(outward)
+        density = (
+            np.full(len(weight), 1 / (4 * np.pi)) if directionality == "isotropic" else _surface_dipole_density(outward)
+        )
         heard = _patterns(ears, facing, outward) * np.exp(2j * np.pi / wavelength * (place @ direction.T))
         found += (heard * (weight * density)) @ heard.conj().T
     return np.asarray((found + found.conj().T) / 2, complex)

@@ -19,7 +19,9 @@ Singles = NDArray[np.float32]
 OWNER = "seabed"
 
 
-def add_swath(buffer: LabelBuffer, whole: IncoherentAccumulator, swath: ReverberationSamples, occluder_names: Mapping[int, str]) -> None:
+def add_swath(
+    buffer: LabelBuffer, whole: IncoherentAccumulator, swath: ReverberationSamples, occluder_names: Mapping[int, str]
+) -> None:
     """Add the ground of a part of a ping to what labels are made of.
 
     Args:
@@ -49,7 +51,8 @@ def add_swath(buffer: LabelBuffer, whole: IncoherentAccumulator, swath: Reverber
 
 
 def _add_places(
-    buffer: LabelBuffer, whole: IncoherentAccumulator, swath: ReverberationSamples, origins: Origins, sent: Singles, heard: Singles
+    buffer: LabelBuffer, whole: IncoherentAccumulator, swath: ReverberationSamples, origins: Origins, sent: Singles,
+    heard: Singles
 ) -> None:  # fmt: skip
     """Add energy and places of every pair to its bins."""
     grid, (lead, tail) = whole.grid, ringing(whole)
@@ -67,7 +70,8 @@ def _add_places(
 
 
 def _add_hidden(
-    buffer: LabelBuffer, whole: IncoherentAccumulator, swath: ReverberationSamples, origins: Origins, occluder_names: Mapping[int, str]
+    buffer: LabelBuffer, whole: IncoherentAccumulator, swath: ReverberationSamples, origins: Origins,
+    occluder_names: Mapping[int, str]
 ) -> None:  # fmt: skip
     """Add what the direct legs that something cuts would have brought, to the bins of what cuts them."""
     grid, (lead, tail), row = whole.grid, ringing(whole), slice(origins.direct, origins.direct + 1)

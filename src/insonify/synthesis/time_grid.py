@@ -151,7 +151,8 @@ def convolve_waveforms(
     for channel in range(len(heard)):
         total = np.zeros(grid.padded_samples, complex)
         for band, group in np.ndindex(cells.shape[0], cells.shape[2]):
-            # float64: as in `convolve_pulse`; all shapes of a group at once, which takes less time than one after the other
+            # float64: as in `convolve_pulse`; all shapes of a group at once, which takes less time than one after the
+            # other
             rows = scipy.fft.fft(cells[band, channel, group].astype(np.complex128), axis=0, overwrite_x=True)
             shapes = bare[band, group * rows.shape[1] :]  # the last group may have room for more
             for row, shape in zip(rows.T, shapes, strict=False):
