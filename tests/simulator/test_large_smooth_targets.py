@@ -17,6 +17,7 @@ BOX = {
     "face_reflection_coefficient": 0.9,
     "scattering": ROUGH,
 }
+SMALL = {**BOX, "size": (0.2, 0.2, 0.2)}
 ROUGH_SEA = {"reflection": "statistical", "wind_speed": 5.0}
 
 
@@ -33,21 +34,32 @@ def scene(**changes):
 
 CHANGES = {
     "still": {},
-    "moving sea": {"surface": ROUGH_SEA},
+    "moving sea": {"surface": ROUGH_SEA, "targets": [SMALL]},
     "jitter": {"field": "incoherent", "paths": {"contributions": ["target"], "max_reflections": 1, "jitter": 0.3}},
-    "expected moving sea": {"field": "incoherent", "surface": ROUGH_SEA},
+    "expected moving sea": {"field": "incoherent", "surface": ROUGH_SEA, "targets": [SMALL]},
+    "large, moving sea": {"surface": ROUGH_SEA},
+    "large, expected moving sea": {"field": "incoherent", "surface": ROUGH_SEA},
 }
+CASES = [
+    pytest.param(change, id=name, marks=[pytest.mark.validate] * name.startswith("large"))
+    for name, change in CHANGES.items()
+]
 
 
-@pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
+@pytest.mark.parametrize("change", CASES)
 def test_a_target_in_parts_echoes_as_the_whole(change, monkeypatch):
     """Legs and pairs of about 300 facets at a time, or of all: the same to 1e-5, moving sea, jitter and both fields."""
     scenario = scene(**change)
     name = "intensity" if scenario.field == "incoherent" else "pressure"
-    made = []
+    made, parts = [], []
     for budget in (1e12, 2e6):
         monkeypatch.setattr(memory_budget, "BYTES_AT_ONCE", budget)
         made.append(simulate(scenario, threads=1)[name].values)
+        simulator = build_simulator(scenario)
+        here = simulator.ping_geometry(0)
+        blocks = simulator.engine.blocks(here, quadrature=name == "intensity")
+        parts.append(sum(1 for block in blocks for _ in simulator.engine.pair_batches(here, block)))
+    assert parts[1] >= parts[0] + 3
     assert np.abs(made[0]).max() > 0
     np.testing.assert_allclose(made[1], made[0], rtol=0, atol=1e-5 * np.abs(made[0]).max())
 
