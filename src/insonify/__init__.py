@@ -10,11 +10,13 @@ if TYPE_CHECKING:
     from insonify.formats.netcdf_file import read_netcdf as read_netcdf
     from insonify.formats.netcdf_file import write_netcdf as write_netcdf
     from insonify.formats.zarr_store import open_recording as open_recording
+    from insonify.propagation.path_settings import PathSettings as PathSettings
     from insonify.scenario.load import load_scenario as load_scenario
     from insonify.scenario.scenario import Scenario as Scenario
     from insonify.simulator import arrivals as arrivals
     from insonify.simulator import labels as labels
     from insonify.simulator import levels as levels
+    from insonify.simulator import record as record
     from insonify.simulator import simulate as simulate
 
 delete_stale_kernels(Path(__file__).parent)  # before any of them can be loaded
@@ -27,6 +29,8 @@ _HOMES = {
     "arrivals": "insonify.simulator",
     "labels": "insonify.simulator",
     "levels": "insonify.simulator",
+    "record": "insonify.simulator",
+    "PathSettings": "insonify.propagation.path_settings",
     "open_recording": "insonify.formats.zarr_store",
     "read_netcdf": "insonify.formats.netcdf_file",
     "write_netcdf": "insonify.formats.netcdf_file",
@@ -37,8 +41,8 @@ _PACKAGES = (
 )  # fmt: skip
 
 __all__ = [
-    "Scenario", "arrivals", "labels", "levels", "load_scenario", "open_recording", "read_netcdf", "simulate",
-    "write_netcdf",
+    "PathSettings", "Scenario", "arrivals", "labels", "levels", "load_scenario", "open_recording", "read_netcdf",
+    "record", "simulate", "write_netcdf",
 ]  # fmt: skip
 
 

@@ -1,19 +1,19 @@
-"""What every noun of a scenario shares: complete, checked once at the door, then frozen.
+"""Base class of all models of a scenario: complete, validated once, then frozen.
 
-A noun is a thing a person would point at: a pulse, an array, a seabed. It holds plain
-values in SI and knows its own limits; it does nothing.
+A model is a thing of the scene or the sonar: a pulse, an array, a seabed. It holds plain
+values in SI with their limits, and has no behaviour.
 
 Where two fields contradict each other, a model validator raises ``field_error(...)``, so that
-a scenario file can point at the line of the guilty value::
+the error can name the line of the wrong value in a scenario file::
 
     @model_validator(mode="after")
-    def _targets_stand_in_the_water(self) -> Self:
+    def _check_target_depths(self) -> Self:
         if too_deep:
-            raise field_error("targets.0.position", "25 m", "is below the seabed (20 m). Write a depth of 20 m or less.")
+            raise field_error("targets.0.position", "25 m", "is below the seabed. Write a depth of 20 m or less.")
         return self
 
-Where several things can be wrong together, ``refuse([...])`` raises all of them at once.
-The path starts at the noun whose validator raises it.
+Where several values can be wrong together, ``raise_errors([...])`` raises all errors at once.
+The path starts at the model whose validator raises it.
 """
 
 import difflib
@@ -30,10 +30,10 @@ from insonify.validity import PhysicsWarning
 
 
 def field_error(path: str, value: object, advice: str) -> PydanticCustomError:
-    """The error to raise where one value of a noun is wrong in the light of the others.
+    """The error to raise where one value of a model is wrong in the light of the others.
 
     Args:
-        path: Where the value stands below this noun: field names and indices joined by dots.
+        path: Where the value stands below this model: field names and indices joined by dots.
         value: The value, as a person would write it; None where there is nothing to show.
         advice: What is wrong with it, its limit, and the way out; it reads on after the value.
 
@@ -44,30 +44,30 @@ def field_error(path: str, value: object, advice: str) -> PydanticCustomError:
     return _custom_error([(path, shown)])
 
 
-def field_errors(faults: Sequence[PydanticCustomError]) -> PydanticCustomError:
+def field_errors(errors: Sequence[PydanticCustomError]) -> PydanticCustomError:
     """Several errors of `field_error` as the one error that a validator can raise, one line each.
 
     Args:
-        faults: Errors of `field_error`, at least one.
+        errors: Errors of `field_error`, at least one.
     """
-    return _custom_error([pair for fault in faults for pair in (fault.context or {})["faults"]])
+    return _custom_error([pair for error in errors for pair in (error.context or {})["errors"]])
 
 
-def _custom_error(faults: list[tuple[str, str]]) -> PydanticCustomError:
-    said = "\n".join(f"{path}: {shown}" if path else shown for path, shown in faults)
-    return PydanticCustomError("field_error", "{said}", {"said": said, "faults": faults})
+def _custom_error(errors: list[tuple[str, str]]) -> PydanticCustomError:
+    said = "\n".join(f"{path}: {shown}" if path else shown for path, shown in errors)
+    return PydanticCustomError("field_error", "{said}", {"said": said, "errors": errors})
 
 
-def raise_errors(faults: Iterable[PydanticCustomError]) -> None:
-    """Raise all faults at once, so that nobody is corrected one word at a time; without a fault do nothing.
+def raise_errors(errors: Iterable[PydanticCustomError]) -> None:
+    """Raise all errors at once, in one message; without an error do nothing.
 
     Args:
-        faults: Errors of `field_error`.
+        errors: Errors of `field_error`.
 
     Raises:
         PydanticCustomError: All of them in one, for a validator to raise.
     """
-    found = list(faults)
+    found = list(errors)
     if found:
         raise field_errors(found)
 
@@ -84,6 +84,10 @@ class Model(BaseModel):
         if isinstance(values, dict):
             raise_errors(_former_names(cls, values))
         return values
+
+    def __repr_args__(self) -> Iterable[tuple[str | None, Any]]:
+        """Values for `repr`: those that were given or differ from their defaults."""
+        return self.explicit_values().items()
 
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
         """A copy with some fields changed, checked as a new one is.

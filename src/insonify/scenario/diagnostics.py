@@ -97,7 +97,7 @@ def _unfolded(item: Any) -> list[Any]:
     """A complaint that holds several field_error faults, as one complaint for each of them."""
     if item["type"] != "field_error":
         return [item]
-    return [item | {"ctx": {"path": path, "shown": shown}} for path, shown in item["ctx"]["faults"]]
+    return [item | {"ctx": {"path": path, "shown": shown}} for path, shown in item["ctx"]["errors"]]
 
 
 def _finding(item: Any, model: type[BaseModel], source: YamlSource) -> _Finding:

@@ -55,6 +55,15 @@ class Scenario(Model):
     def _copy_transmitter_timing(cls, value: Any, info: ValidationInfo) -> Any:
         return with_transmitter_clock(value, info.data.get("track"))
 
+    def _repr_html_(self) -> str:
+        """The scenario as its file, folded below its title, for notebooks."""
+        from html import escape
+
+        from insonify.scenario.write import to_yaml
+
+        title = escape(self.title or "Scenario")
+        return f"<details><summary><b>{title}</b></summary><pre>{escape(to_yaml(self))}</pre></details>"
+
     def with_(self, changes: str | Mapping[str, object] = "", *value: object, **by_name: object) -> Self:
         """A new scenario with some values changed, checked as a file is.
 

@@ -39,8 +39,8 @@ def json_schema() -> dict[str, Any]:
     """The schema of a scenario as plain values, for `json.dump`.
 
     Example:
-        >>> json_schema()["$defs"]["Seabed"]["properties"]["depth"]["description"]
-        'Depth of the bed, or of the mean plane of its relief [m], 0.1 to 12000 m; default 20 m.'
+        >>> json_schema()["$defs"]["Seabed"]["properties"]["depth"]["description"]  # doctest: +ELLIPSIS
+        'Depth of ... [m], 0.1 to 12000 m; default 20 m.'
     """
     schema = Scenario.model_json_schema()
     models = {model.__name__: model for model in _models(Scenario)}
