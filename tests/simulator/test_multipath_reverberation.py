@@ -37,25 +37,25 @@ def number(sine: np.ndarray) -> np.ndarray:
 MIRRORS = {"0.35": (0.35, number), "medium sand": ("medium sand", sand)}
 
 
-def curves(cause: str, reflection: object, **changes: object) -> xr.Dataset:
-    """Levels of one cause, pair by pair, of an otherwise empty world, over four beds."""
+def curves(contribution: str, reflection: object, **changes: object) -> xr.Dataset:
+    """Levels of one contribution, pair by pair, of an otherwise empty world, over four beds."""
     told = {
         "water": {"noise_level_db": None, "absorption_db_per_m": ALPHA},
         "seabed": {"depth": DEPTH, "reflection": reflection},
         "surface": {"scattering": {"strength_db": -30}},
         "track": {"window": WINDOW},
-        "paths": {"max_reflections": 2, "contributions": [cause], "beam_cutoff_db": -40},
+        "paths": {"max_reflections": 2, "contributions": [contribution], "beam_cutoff_db": -40},
         **changes,
     }
-    beds = [levels(nominal(seed=seed, **told)).level_db.sel(contribution=cause) for seed in (1, 2)]
+    beds = [levels(nominal(seed=seed, **told)).level_db.sel(contribution=contribution) for seed in (1, 2)]
     return 10 * np.log10(sum(10 ** (bed / 10) for bed in beds) / len(beds))
 
 
-def closed(cause: str, mirror: object) -> dict[str, object]:
+def closed(contribution: str, mirror: object) -> dict[str, object]:
     """What the closed form wants to know of the same world."""
     return {
-        "strength_db": -27.0 if cause == "seabed" else -30.0, "speed": SPEED, "arc_angle": (20.0, 200.0),
-        "target": DEPTH if cause == "seabed" else 0.0, "depth": DEPTH, "mirror": mirror, "absorption": ALPHA,
+        "strength_db": -27.0 if contribution == "seabed" else -30.0, "speed": SPEED, "span": (20.0, 200.0),
+        "target": DEPTH if contribution == "seabed" else 0.0, "depth": DEPTH, "mirror": mirror, "absorption": ALPHA,
     }  # fmt: skip
 
 
@@ -64,7 +64,7 @@ FAMILIES = {"seabed": ("D", "S", "BS"), "surface": ("D", "B", "SB")}
 
 @pytest.mark.parametrize("bed", MIRRORS)
 @pytest.mark.parametrize("contribution", FAMILIES)
-def test_every_pair_of_legs_brings_its_closed_sum(cause: str, bed: str) -> None:
+def test_every_pair_of_legs_brings_its_closed_sum(contribution: str, bed: str) -> None:
     """Six unordered pairs of either boundary, 4 |A|^2 for the mixed ones.
 
     mu sin sin' |R|^2n / (L L')^2, both absorptions, and a ring as deep as both clocks make it: every curve within
@@ -72,14 +72,14 @@ def test_every_pair_of_legs_brings_its_closed_sum(cause: str, bed: str) -> None:
     beam, -40 dB, which leaves out 0.03 dB of the side lobes.
     """
     reflection, mirror = MIRRORS[bed]
-    seen = curves(cause, reflection)
+    seen = curves(contribution, reflection)
     power = 10 ** (seen / 10)
     time = seen.time.values
-    for pair in combinations_with_replacement(FAMILIES[cause], 2):
-        told = pair_intensity(time, pair, SONAR, **closed(cause, mirror))
+    for pair in combinations_with_replacement(FAMILIES[contribution], 2):
+        told = pair_intensity(time, pair, SONAR, **closed(contribution, mirror))
         ratio = (power.sel(pair=pair_name(*pair)).values / told).mean()
         assert 10 * np.log10(ratio) == pytest.approx(0, abs=0.3), pair
-    whole = reverberation(time, FAMILIES[cause], SONAR, **closed(cause, mirror))
+    whole = reverberation(time, FAMILIES[contribution], SONAR, **closed(contribution, mirror))
     assert 10 * np.log10((power.sel(pair="all").values / whole).mean()) == pytest.approx(0, abs=0.15)
 
 
@@ -125,8 +125,8 @@ def test_a_rough_surface_is_as_loud_from_below_as_a_rough_bed_is_from_above() ->
         )
     )
     of = [
-        10 ** (seen.level_db.sel(contribution=cause, pair="all") / 10)
-        for seen, cause in ((above, "seabed"), (below, "surface"))
+        10 ** (seen.level_db.sel(contribution=contribution, pair="all") / 10)
+        for seen, contribution in ((above, "seabed"), (below, "surface"))
     ]
     assert 10 * np.log10(of[0].mean() / of[1].mean()) == pytest.approx(0, abs=0.2)
 
@@ -141,7 +141,7 @@ def test_near_the_sonar_the_closed_sum_holds_too(window: tuple[float, float]) ->
     scenario = nominal(**told, field="incoherent", paths={"max_reflections": 0, "beam_cutoff_db": -60})
     beds = [simulate(scenario.model_copy(update={"seed": seed})) for seed in range(1, 5)]
     time = beds[0].time.values
-    closed_near = {**closed("seabed", number), "arc_angle": (0.3, 60.0)}
+    closed_near = {**closed("seabed", number), "span": (0.3, 60.0)}
     ratio = np.mean([bed.intensity.values[0, 0] for bed in beds], axis=0)
     ratio = ratio / pair_intensity(time, ("D", "D"), SONAR, **closed_near)
     assert 10 * np.log10(ratio.mean()) == pytest.approx(0, abs=0.25)
@@ -149,14 +149,14 @@ def test_near_the_sonar_the_closed_sum_holds_too(window: tuple[float, float]) ->
 
 @pytest.mark.validate
 @pytest.mark.parametrize("contribution", FAMILIES)
-def test_the_mean_coherent_power_of_sand_and_surface_is_the_closed_sum(cause: str) -> None:
+def test_the_mean_coherent_power_of_sand_and_surface_is_the_closed_sum(contribution: str) -> None:
     """All nine ordered pairs over medium sand, 100 worlds of 190 cells, 0.05 dB standard error: within 0.2 dB."""
     scenario = nominal(
         water={"noise_level_db": None, "absorption_db_per_m": ALPHA}, track={"window": WINDOW},
         seabed={"depth": DEPTH, "reflection": "medium sand"}, surface={"scattering": {"strength_db": -30}},
-        paths={"max_reflections": 2, "contributions": [cause], "beam_cutoff_db": -40},
+        paths={"max_reflections": 2, "contributions": [contribution], "beam_cutoff_db": -40},
     )  # fmt: skip
     worlds = [scenario.model_copy(update={"seed": seed}) for seed in range(100)]
     heard = each_ping(worlds, lambda world: simulate(world, threads=1).pressure.values[0, 0])
-    whole = reverberation(build_simulator(scenario).grid.time, FAMILIES[cause], SONAR, **closed(cause, sand))
+    whole = reverberation(build_simulator(scenario).grid.time, FAMILIES[contribution], SONAR, **closed(contribution, sand))
     assert 10 * np.log10(np.mean(np.abs(heard) ** 2 / whole)) == pytest.approx(0, abs=0.2)

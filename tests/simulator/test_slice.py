@@ -19,27 +19,27 @@ def both(paths: dict[str, object] | None = None, **told: object) -> tuple[Scenar
     return flat, whole
 
 
-def mean_power(curves: xr.Dataset, cause: str, pair: str = "all", window: tuple[float, float] = (0, 1)) -> float:
+def mean_power(curves: xr.Dataset, contribution: str, pair: str = "all", window: tuple[float, float] = (0, 1)) -> float:
     """Mean of one curve over a part of its window [uPa^2]."""
-    level = curves.level_db.sel(contribution=cause, pair=pair).sel(time=slice(*window)).values
+    level = curves.level_db.sel(contribution=contribution, pair=pair).sel(time=slice(*window)).values
     return float(np.mean(10 ** (level / 10)))
 
 
 @pytest.mark.parametrize("contribution", ["seabed", "surface"])
-def test_each_pair_of_legs_is_as_loud_in_a_slice_as_in_the_whole(cause: str) -> None:
+def test_each_pair_of_legs_is_as_loud_in_a_slice_as_in_the_whole(contribution: str) -> None:
     """Six curves of a boundary: the footprint at the geometric mean of both legs, within 0.3 dB over 20 ms.
 
     The beam of the slice is as wide as the whole one's energy; what is left is the draw of places in two dimensions
     (0.15 dB) and the beam that differs between a steep and a flat leg of one pair.
     """
-    rough = {"surface": {"scattering": {"strength_db": -30}}} if cause == "surface" else {}
+    rough = {"surface": {"scattering": {"strength_db": -30}}} if contribution == "surface" else {}
     flat, whole = (
-        levels(told) for told in both({"contributions": [cause], "beam_cutoff_db": -40}, track=LATE, **rough)
+        levels(told) for told in both({"contributions": [contribution], "beam_cutoff_db": -40}, track=LATE, **rough)
     )
     pairs = [str(name) for name in whole.pair.values]
     assert len(pairs) == 7
     for pair in pairs:
-        ratio = mean_power(flat, cause, pair) / mean_power(whole, cause, pair)
+        ratio = mean_power(flat, contribution, pair) / mean_power(whole, contribution, pair)
         assert 10 * np.log10(ratio) == pytest.approx(0, abs=0.3), pair
 
 

@@ -104,7 +104,7 @@ def test_the_label_of_a_flash_is_the_target_and_its_ghost_is_the_corners():
 
 
 def test_one_facet_alone_has_its_label_too():
-    """Of a target of which a single facet is seen, each pair's energy and place are laid down as of any point."""
+    """Of a target of which a single facet is seen, each pair's energy and place are deposited as of any point."""
     ready = build_simulator(scene())
     here = ready.ping_geometry(0)
     (flat,) = (
@@ -116,7 +116,7 @@ def test_one_facet_alone_has_its_label_too():
     reading = ready.label_accumulator(here)
     kept = reading.empty()
     reading.add(kept, facet)
-    told, (i, j) = kept.bins["box", "D-D"].sum(axis=(0, 1)), facet.pair[0]
+    told, (i, j) = kept.flashes["box", "D-D"].bins.sum(axis=(0, 1)), facet.pair[0]
     sent, heard = reading.accumulator.weights(facet)
     assert told[0] == pytest.approx(abs(sent[0, i, 0] * heard[0, j, 0] * facet.strength[0, 0]) ** 2)
     np.testing.assert_allclose(told[1:4] / told[0], flat.position[0], atol=1e-9)
