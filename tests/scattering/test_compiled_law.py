@@ -142,5 +142,5 @@ def test_a_law_without_fast_form_says_so():
         def cross_section(self, grazing_in, grazing_out, azimuth):
             return np.zeros(1)
 
-    with pytest.raises(TypeError, match=r"Mine has no fast form.*Jackson"):
+    with pytest.raises(TypeError, match=r"Mine has no compiled form.*Jackson"):
         compile_law(Mine())

@@ -74,7 +74,7 @@ def test_equal_tables_are_equal():
     ("content", "said"),
     [
         (b"grazing_deg,strength_db\n1,-3\n\xff,-3\n", "line 3: not text"),
-        (b"grazing_deg,strength_db\n1\n2,-3\n", "line 2, column strength_db: nothing stands there"),
+        (b"grazing_deg,strength_db\n1\n2,-3\n", "line 2, column strength_db: the cell is empty"),
         (b"grazing_deg,strength_db\n5,-3\n1,-3\n", "line 3: column grazing: 1 deg does not exceed"),
         (b"grazing_deg,strength_db\n5,-inf\n6,-3\n", "line 2: column strength_db: not a finite"),
     ],

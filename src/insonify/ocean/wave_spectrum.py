@@ -61,7 +61,7 @@ def angular_frequency(wavenumber: ArrayLike, *, water_depth: ArrayLike = np.inf)
         Angular frequency [rad/s], broadcast shape.
 
     Source: Airy's linear theory with surface tension, omega^2 = (g k + T k^3) tanh(k D), as in
-    Lamb (1932), Hydrodynamics, ch. IX (chapter quoted from memory).
+    Lamb (1932), Hydrodynamics, ch. IX (chapter not verified).
     Valid: waves much lower than they are long, no current.
     """
     k = require_numbers("wavenumber", wavenumber, "rad/m", 0.0)

@@ -1,8 +1,8 @@
-"""How an interface answers sound: what it scatters, and what it reflects.
+"""Scattering and reflection by interfaces and simple bodies.
 
 `Sediment.named("medium sand")` or `Sediment.from_grain_size(1.5)`, then a law of it: `Jackson(sediment, 100e3)`
 is the default seabed. Every law has `cross_section(grazing_in, grazing_out, azimuth)`, radians from the plane of
-the interface, azimuth 0 forward and pi straight back; `insonify.units.level_db` of it is the scattering strength.
+the interface, azimuth 0 forward and pi in backscatter; `insonify.units.level_db` of it is the scattering strength.
 Arguments broadcast; a law used outside its range warns with `insonify.validity.PhysicsWarning`.
 """
 

@@ -1,11 +1,11 @@
-"""Cross sections from unit vectors, as arithmetic that compilers turn into vector code.
+"""Cross sections from unit vectors, as arithmetic that compilers vectorise.
 
-Everything is float32 and without branches or calls: powers go through polynomials of the logarithm, the one integral
-through a table of its logarithm. The scalar functions are the physics; the loops below them are only loops.
+Everything is float32 and without branches or calls: powers use polynomials of the logarithm, the Kirchhoff integral
+a table of its logarithm. The scalar functions are the physics; the loops below them are only loops.
 
-Compilers do not vectorise a loop that reads a table at places it has just computed and writes elsewhere. So a group
-of questions passes three loops: places in the table, the table, the rest. Nor do the numbers of a sediment hold
-arrays (counting references to them inside a loop would cost more than the physics), nor do loops start anywhere but
+Compilers do not vectorise a loop that reads a table at an index computed in the same iteration. So a group
+of evaluations passes three loops: indices into the table, table reads, cross sections. The parameters of a sediment
+contain no arrays (reference counting inside a loop would cost more than the physics), and all loops start
 at 0 (an index that might be negative is checked).
 """
 
@@ -27,14 +27,14 @@ LEAST_LOG2, LOG2_STEP = -24.0, 0.125
 
 
 class SedimentParameters(NamedTuple):
-    """A sediment under sound of one frequency, as its formulas want it."""
+    """Parameters of a sediment at one frequency."""
 
     density: np.float32
     """Density ratio [1]."""
     kappa2_minus_1_real: np.float32
     """Real part of kappa^2 - 1, square of the sediment's wavenumber over the water's, less one [1]."""
     kappa2_minus_1_imag: np.float32
-    """Its imaginary part [1]."""
+    """Imaginary part of kappa^2 - 1 [1]."""
     log2_q: np.float32
     """log2 of q at unit vertical and transverse change [1]."""
     alpha: np.float32
@@ -42,13 +42,13 @@ class SedimentParameters(NamedTuple):
     rough: np.float32
     """Weight of the surface: 1/(8 pi), or 0 without surface [1]."""
     isotropic: np.float32
-    """Weight of an inside that scatters the same in all directions: 8 rho^2 times its strength, or 0 without [1]."""
+    """Weight of isotropic volume scattering: 8 rho^2 times its strength, or 0 without [1]."""
     spectral: np.float32
-    """Weight of an inside with a power-law spectrum: 16 rho^2 nu times its strength, or 0 without [1]."""
+    """Weight of volume scattering with a power-law spectrum: 16 rho^2 nu times its strength, or 0 without [1]."""
 
 
 def _single(x: float) -> Any:
-    # Any: to a type checker a number of 32 bits is not a float, to compiled code it is the only kind here.
+    # Any: type checkers do not accept np.float32 as float; compiled code uses nothing else here.
     return np.float32(x)
 
 
@@ -80,21 +80,21 @@ def _log2(x: float) -> float:
 @njit(inline="always")
 def _exp2(x: float) -> float:
     """Power of 2 [1], within 1e-5."""
-    # Shifted to be positive, the number is rounded down by taking its integer part; that is its exponent, too.
+    # Shifted to be positive, the number is rounded down by conversion to an integer, which is also its exponent.
     shifted: Any = min(max(x, _LOWEST), _HIGHEST) + _BIAS
-    whole = np.int32(shifted)
-    y = shifted - np.float32(whole)
-    scale: Any = np.int32(whole << 23).view(np.float32)
+    exponent = np.int32(shifted)
+    y = shifted - np.float32(exponent)
+    scale: Any = np.int32(exponent << 23).view(np.float32)
     return scale * (_E0 + y * (_E1 + y * (_E2 + y * (_E3 + y * _E4))))
 
 
 @njit(inline="always")
-def _at(table: Singles, place: float) -> float:
-    """A table at a fractional index; beyond its ends, along its last step."""
-    # Held in range as an integer: a place that is not a number must not read elsewhere.
-    cell = min(max(np.int32(place), np.int32(0)), np.int32(table.size - 2))
+def _interpolate(table: Singles, index: float) -> float:
+    """Interpolate a table linearly at a fractional index; beyond its ends, extrapolate its last step."""
+    # Clipped as an integer: an index that is NaN must not read outside the table.
+    cell = min(max(np.int32(index), np.int32(0)), np.int32(table.size - 2))
     low: Any = table[cell]
-    return low + (place - np.float32(cell)) * (table[cell + 1] - low)
+    return low + (index - np.float32(cell)) * (table[cell + 1] - low)
 
 
 @njit(inline="always")
@@ -116,7 +116,7 @@ def half_direction_change_terms(
     sine_in = -(ix * nx + iy * ny + iz * nz)
     sine_out = ox * nx + oy * ny + oz * nz
     across = sine_in + sine_out
-    # The part in the plane is formed as a vector: its length would cancel near the mirror direction.
+    # The component in the plane is computed as a vector: its length would cancel near the specular direction.
     tx, ty, tz = dx - across * nx, dy - across * ny, dz - across * nz
     return sine_in, sine_out, _QUARTER * (tx * tx + ty * ty + tz * tz)
 
@@ -134,7 +134,7 @@ def integral_index(
     ny: float,
     nz: float,
 ) -> float:
-    """Fractional index of Kirchhoff's integral in its table, SedimentParameters n and unit vectors [1]."""
+    """Fractional index of Kirchhoff's integral in its table, from sediment parameters n and unit vectors [1]."""
     a, b, flat2 = half_direction_change_terms(ix, iy, iz, ox, oy, oz, nx, ny, nz)
     vertical = _HALF * (max(a, _LEAST_SINE) + max(b, _LEAST_SINE))
     log2_q = n.log2_q + _log2(vertical * vertical) - n.alpha * _log2(flat2 + _BLUR2)
@@ -155,29 +155,29 @@ def surface_cross_section(
     ny: float,
     nz: float,
 ) -> float:
-    """Cross section of a rough sediment and its inside, SedimentParameters n and unit vectors [1]."""
+    """Cross section of a sediment's surface and volume, from sediment parameters n and unit vectors [1]."""
     a, b, flat2 = half_direction_change_terms(ix, iy, iz, ox, oy, oz, nx, ny, nz)
-    lit = (a > _ZERO) & (b > _ZERO)
+    is_illuminated = (a > _ZERO) & (b > _ZERO)
     a, b = max(a, _LEAST_SINE), max(b, _LEAST_SINE)
     vertical = _HALF * (a + b)
     ar, ai = _root(n.kappa2_minus_1_real + a * a, n.kappa2_minus_1_imag)
     br, bi = _root(n.kappa2_minus_1_real + b * b, n.kappa2_minus_1_imag)
     da, db = n.density * a, n.density * b
-    entered = a * b
-    entered = entered * entered / (((da + ar) * (da + ar) + ai * ai) * ((db + br) * (db + br) + bi * bi))
-    # cos cos cos(azimuth) = 1 - slack: all of this is small at low grazing angles, so 1 is never carried along.
+    transmitted = a * b
+    transmitted = transmitted * transmitted / (((da + ar) * (da + ar) + ai * ai) * ((db + br) * (db + br) + bi * bi))
+    # cos cos cos(azimuth) = 1 - slack: the slack is small at low grazing angles, where adding it to 1 would round it.
     slack = _HALF * (a * a + b * b) + _TWO * flat2
     rest = n.density - _ONE
     real = n.density * (n.kappa2_minus_1_real - rest * slack) - rest * (ar * br - ai * bi)
     imag = n.density * n.kappa2_minus_1_imag - rest * (ar * bi + ai * br)
     shape = n.rough * _exp2(log2_integral) / ((flat2 + _BLUR2) * vertical * vertical)
-    surface = entered * (real * real + imag * imag) * shape
+    surface = transmitted * (real * real + imag * imag) * shape
     real = n.kappa2_minus_1_real + slack + (ar * br - ai * bi)
     imag = n.kappa2_minus_1_imag + ar * bi + ai * br
     change2 = _FOUR * (flat2 + _BLUR2) + (ar + br) * (ar + br) + _OUTER2
-    spectral = entered * n.spectral * (real * real + imag * imag) / ((ai + bi) * change2 * math.sqrt(change2))
-    inside = entered * n.isotropic / (ai + bi) + spectral / (_ONE + spectral * _OVER_STRONGEST)
-    return surface + inside if lit else _ZERO
+    spectral = transmitted * n.spectral * (real * real + imag * imag) / ((ai + bi) * change2 * math.sqrt(change2))
+    volume = transmitted * n.isotropic / (ai + bi) + spectral / (_ONE + spectral * _OVER_STRONGEST)
+    return surface + volume if is_illuminated else _ZERO
 
 
 @njit(inline="always")
@@ -194,21 +194,21 @@ def kirchhoff_cross_section(
     ny: float,
     nz: float,
 ) -> float:
-    """Cross section of Kirchhoff's mirrors, SedimentParameters n and unit vectors [1]."""
+    """Cross section in Kirchhoff's approximation, from sediment parameters n and unit vectors [1]."""
     a, b, flat2 = half_direction_change_terms(ix, iy, iz, ox, oy, oz, nx, ny, nz)
-    lit = (a > _ZERO) & (b > _ZERO)
+    is_illuminated = (a > _ZERO) & (b > _ZERO)
     vertical = _HALF * (max(a, _LEAST_SINE) + max(b, _LEAST_SINE))
     half2 = min(flat2 + _BLUR2 + vertical * vertical, _ONE)
     pr, pi = _root(n.kappa2_minus_1_real + half2, n.kappa2_minus_1_imag)
     load = n.density * math.sqrt(half2)
     facet = ((load - pr) * (load - pr) + pi * pi) / ((load + pr) * (load + pr) + pi * pi)
     section = n.rough * facet * half2 * half2 * _exp2(log2_integral) / ((flat2 + _BLUR2) * vertical * vertical)
-    return section if lit else _ZERO
+    return section if is_illuminated else _ZERO
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _places(n: SedimentParameters, into: Singles, out: Singles, up: Singles, section: Singles) -> None:
-    """Fills section with places in the table of the integral."""
+def _integral_indices(n: SedimentParameters, into: Singles, out: Singles, up: Singles, section: Singles) -> None:
+    """Fill section with indices into the table of the integral."""
     for i in range(section.size):
         section[i] = integral_index(
             n, into[0, i], into[1, i], into[2, i], out[0, i], out[1, i], out[2, i], up[0, i], up[1, i], up[2, i]
@@ -216,15 +216,15 @@ def _places(n: SedimentParameters, into: Singles, out: Singles, up: Singles, sec
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _read(table: Singles, section: Singles) -> None:
-    """Replaces places in a table by what stands there."""
+def _interpolate_all(table: Singles, section: Singles) -> None:
+    """Replace indices by the interpolated entries of a table."""
     for i in range(section.size):
-        section[i] = _at(table, section[i])
+        section[i] = _interpolate(table, section[i])
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def _finish_surface(n: SedimentParameters, into: Singles, out: Singles, up: Singles, section: Singles) -> None:
-    """Replaces log2 of the integral by the cross section of a rough sediment."""
+    """Replace log2 of the integral by the cross section of a rough sediment."""
     for i in range(section.size):
         section[i] = surface_cross_section(
             n, section[i],
@@ -234,7 +234,7 @@ def _finish_surface(n: SedimentParameters, into: Singles, out: Singles, up: Sing
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def _finish_kirchhoff(n: SedimentParameters, into: Singles, out: Singles, up: Singles, section: Singles) -> None:
-    """Replaces log2 of the integral by the cross section of Kirchhoff's mirrors."""
+    """Replace log2 of the integral by the cross section in Kirchhoff's approximation."""
     for i in range(section.size):
         section[i] = kirchhoff_cross_section(
             n, section[i],
@@ -246,9 +246,9 @@ def _finish_kirchhoff(n: SedimentParameters, into: Singles, out: Singles, up: Si
 def surface_cross_sections(
     n: SedimentParameters, integral: Singles, into: Singles, out: Singles, up: Singles, section: Singles
 ) -> None:
-    """Fills section, shape (count,), for columns of unit vectors of shape (3, count), all float32."""
-    _places(n, into, out, up, section)
-    _read(integral, section)
+    """Fill section, shape (count,), for unit vectors of shape (3, count), all float32."""
+    _integral_indices(n, into, out, up, section)
+    _interpolate_all(integral, section)
     _finish_surface(n, into, out, up, section)
 
 
@@ -256,9 +256,9 @@ def surface_cross_sections(
 def kirchhoff_cross_sections(
     n: SedimentParameters, integral: Singles, into: Singles, out: Singles, up: Singles, section: Singles
 ) -> None:
-    """Fills section, shape (count,), for columns of unit vectors of shape (3, count), all float32."""
-    _places(n, into, out, up, section)
-    _read(integral, section)
+    """Fill section, shape (count,), for unit vectors of shape (3, count), all float32."""
+    _integral_indices(n, into, out, up, section)
+    _interpolate_all(integral, section)
     _finish_kirchhoff(n, into, out, up, section)
 
 
@@ -273,22 +273,22 @@ def _sines(into: Singles, out: Singles, up: Singles, i: int) -> tuple[float, flo
 def product_cross_sections(
     n: SedimentParameters, direction_factor: Singles, into: Singles, out: Singles, up: Singles, section: Singles
 ) -> None:
-    """Fills section for a law of one factor for each direction; n is not read.
+    """Fill section for a law that is the product of one factor for each direction; n is unused.
 
-    share lies evenly spaced over sqrt(1 - sine of grazing), 0 to 1, in which a law is smooth at both ends.
+    direction_factor is evenly spaced over sqrt(1 - sine of grazing), 0 to 1, in which a law is smooth at both ends.
     """
     rate = np.float32(direction_factor.size - 1)
     for i in range(section.size):
         a, b = _sines(into, out, up, i)
-        place_in, place_out = math.sqrt(max(_ONE - a, _ZERO)), math.sqrt(max(_ONE - b, _ZERO))
-        product = _at(direction_factor, place_in * rate) * _at(direction_factor, place_out * rate)
+        root_in, root_out = math.sqrt(max(_ONE - a, _ZERO)), math.sqrt(max(_ONE - b, _ZERO))
+        product = _interpolate(direction_factor, root_in * rate) * _interpolate(direction_factor, root_out * rate)
         section[i] = product if (a > _ZERO) & (b > _ZERO) else _ZERO
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def apply_cap(cap: Singles, into: Singles, out: Singles, up: Singles, section: Singles) -> None:
-    """Lowers section by the smaller of two factors, cap over evenly spaced sines of the grazing angle."""
+    """Reduce section by the smaller of two factors of the cap, tabulated at evenly spaced sines of grazing angle."""
     rate = np.float32(cap.size - 1)
     for i in range(section.size):
         a, b = _sines(into, out, up, i)
-        section[i] = section[i] * min(_at(cap, max(a, _ZERO) * rate), _at(cap, max(b, _ZERO) * rate))
+        section[i] = section[i] * min(_interpolate(cap, max(a, _ZERO) * rate), _interpolate(cap, max(b, _ZERO) * rate))

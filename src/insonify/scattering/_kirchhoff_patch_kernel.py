@@ -16,7 +16,7 @@ PER_UNIT = 50
 LARGEST = 30.0
 """Argument beyond which the asymptotic series is used [1]."""
 SLOW = 7.0
-"""Largest slope of the phase that Gauss-Legendre's rule integrates [rad]."""
+"""Largest phase gradient that the Gauss-Legendre rule integrates [rad]."""
 FLAT = 0.01
 """Second-order phase below which its series is used, where the slope is large [rad]."""
 _NODE, _WEIGHT = (half[8:].copy() for half in np.polynomial.legendre.leggauss(16))
@@ -28,7 +28,7 @@ def fresnel_tail() -> Complexes:
 
     Source: Abramowitz & Stegun (1964) 7.3.22 with 7.1.3: it is (1 + j) / 2 times erfc of a complex argument.
     """
-    from scipy.special import wofz  # a sixth of a second to load, which a check need not wait for
+    from scipy.special import wofz  # loads in a sixth of a second, only where needed
 
     x = np.arange(int(LARGEST * PER_UNIT) + 4) / PER_UNIT
     return np.asarray((1 + 1j) / 2 * wofz(1j * np.sqrt(np.pi) / 2 * (1 - 1j) * x))
@@ -36,13 +36,13 @@ def fresnel_tail() -> Complexes:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _tail(x: float, table: Complexes) -> complex:
-    """The integral of `fresnel_tail` at a positive x."""
+    """Integral of `fresnel_tail` at a positive x."""
     if x >= LARGEST:
         square = 1 / (math.pi * x * x)
         return complex(square / (math.pi * x) * (1 - 15 * square**2), (1 - 3 * square**2) / (math.pi * x))
-    place = x * PER_UNIT
-    row = max(int(place), 1)
-    t = place - row
+    index = x * PER_UNIT
+    row = max(int(index), 1)
+    t = index - row
     a, b = -t * (t - 1) * (t - 2) / 6, (t + 1) * (t - 1) * (t - 2) / 2
     c, d = -(t + 1) * t * (t - 2) / 2, (t + 1) * t * (t - 1) / 6
     return a * table[row - 1] + b * table[row] + c * table[row + 1] + d * table[row + 2]
@@ -55,7 +55,7 @@ def moments(slope: float, bend: float, table: Complexes) -> tuple[complex, compl
     Args:
         slope: First-order phase [rad].
         bend: Second-order phase [rad].
-        table: Of `fresnel_tail`.
+        table: Table of `fresnel_tail`.
     """
     if bend < 0:
         mean, first, second = moments(-slope, -bend, table)
@@ -128,8 +128,8 @@ def patch_pressures(
             mean_u, first_u, second_u = moments(-k * turn[0], -k * bend_u, table)
             mean_v, first_v, second_v = moments(-k * turn[1], -k * bend_v, table)
             twist *= k
-            whole = mean_u * mean_v - 1j * twist * first_u * first_v - twist**2 / 2 * second_u * second_v
-            # the projected area is that of the middle, and grows along u and v
-            whole *= (sine_in + sine_out) / 2
-            whole -= (turn[5] * first_u * mean_v + turn[6] * mean_u * first_v) / 2
-            echo[p, n] = 1j * reflection * k / (2 * math.pi) * area[n] * whole
+            total = mean_u * mean_v - 1j * twist * first_u * first_v - twist**2 / 2 * second_u * second_v
+            # the projected area is that of the centre, and grows along u and v
+            total *= (sine_in + sine_out) / 2
+            total -= (turn[5] * first_u * mean_v + turn[6] * mean_u * first_v) / 2
+            echo[p, n] = 1j * reflection * k / (2 * math.pi) * area[n] * total

@@ -1,8 +1,8 @@
-"""What share of the sound that reaches a patch goes back into the water, all directions together.
+"""Albedo of a scattering law, the share of the incident energy that a patch scatters, and a cap that keeps it at 1.
 
-No passive interface sends out more than it receives, but an approximation may say so. Where a law does, it is
-lowered by the excess; by the same factor for both directions of a pair, so that swapping source and receiver still
-changes nothing.
+A passive interface scatters no more energy than it receives, but an approximation may. Where the albedo of a law
+exceeds 1, the cross section is divided by it, with one factor for both directions of a pair, so that
+reciprocity is kept.
 """
 
 from __future__ import annotations
@@ -17,20 +17,20 @@ from insonify.scattering.law import Floats, ScatteringLaw
 from insonify.validity import require_grazing_angle
 
 NEAREST_MIRROR = 1e-6
-"""Closest approach to the mirror direction in the integral [1]."""
+"""Closest approach to the specular direction in the integral [1]."""
 CAP_NODES = 65
-"""Sines of grazing angles, evenly spaced from 0 to 1, at which an excess is looked for."""
+"""Number of sines of the grazing angle, evenly spaced from 0 to 1, at which the albedo is computed."""
 MARGIN = 1.003
-"""Between nodes an excess is interpolated; this keeps the interpolation on the safe side [1]."""
+"""Safety factor on the albedo, for the interpolation between nodes [1]."""
 
 
 def albedo(law: ScatteringLaw, grazing_in: ArrayLike, *, points: int = 64) -> Floats:
     """Share of the incident energy that a patch scatters into the hemisphere above it.
 
     Args:
-        law: How the patch scatters.
-        grazing_in: Of the sound that arrives, above 0 to pi/2 [rad], any shape.
-        points: Of the quadrature, in each of two directions.
+        law: Scattering law of the patch.
+        grazing_in: Grazing angle of the incident sound, above 0 to pi/2 [rad], any shape.
+        points: Number of quadrature points in each of two dimensions.
 
     Returns:
         Integral of the cross section over the hemisphere, over the sine of the grazing angle [1], shape of grazing_in.
@@ -44,9 +44,9 @@ def albedo(law: ScatteringLaw, grazing_in: ArrayLike, *, points: int = 64) -> Fl
 
 
 def _albedo_at(law: ScatteringLaw, grazing: float, points: int) -> float:
-    # Polar coordinates around the mirror direction, the radius in equal ratios: the peak there may be very narrow.
+    # Polar coordinates around the specular direction, the radius in equal ratios: the peak there may be very narrow.
     nodes, weights = np.polynomial.legendre.leggauss(points)
-    around, around_weight = 0.5 * np.pi * (nodes + 1)[:, None], np.pi * weights[:, None]  # twice: left and right
+    around, around_weight = 0.5 * np.pi * (nodes + 1)[:, None], np.pi * weights[:, None]  # twice: both sides
     cosine = np.cos(grazing)
     rim = -cosine * np.cos(around) + np.sqrt(1 - (cosine * np.sin(around)) ** 2)
     span = np.log(np.maximum(rim, 2 * NEAREST_MIRROR) / NEAREST_MIRROR)
@@ -58,10 +58,10 @@ def _albedo_at(law: ScatteringLaw, grazing: float, points: int) -> float:
 
 
 def albedo_cap_nodes(law: ScatteringLaw) -> NDArray[np.float64]:
-    """Factors that bring a law's albedo down to 1, where it is above.
+    """Factors that reduce a law's albedo to 1 where it exceeds 1.
 
     Args:
-        law: A law without a cap; it must be hashable.
+        law: Hashable scattering law without a cap.
 
     Returns:
         Factor, at most 1, at sines of the grazing angle evenly spaced from 0 to 1 [1], shape (65,).
@@ -77,16 +77,16 @@ def _albedo_cap_nodes(law: Any) -> NDArray[np.float64]:
 
 
 def symmetric_cap(law: ScatteringLaw, sine_in: Floats, sine_out: Floats) -> Floats:
-    """Factor that keeps a law from sending out more than it receives.
+    """Reciprocal factor that keeps the albedo of a law at 1 or below.
 
     Args:
-        law: The law without its cap; it must be hashable.
-        sine_in: Sine of the grazing angle of the sound that arrives [1], any shape.
-        sine_out: Likewise of the sound that leaves [1], broadcast.
+        law: Hashable scattering law without its cap.
+        sine_in: Sine of the grazing angle of the incident sound [1], any shape.
+        sine_out: Sine of the grazing angle of the scattered sound [1], broadcast.
 
     Returns:
-        The smaller of the two directions' factors, at most 1 [1]; the same with both swapped. With it the albedo of
-        each direction is at most 1, since each part of the sum is lowered at least as much as that direction asks.
+        The smaller of the factors of both directions, at most 1 [1], broadcast shape; symmetric in the two. With it
+        the albedo of each direction is at most 1, since each term is reduced at least by the factor of that direction.
     """
     nodes = albedo_cap_nodes(law)
     if nodes.min() == 1:

@@ -1,9 +1,9 @@
-"""Backscatter of a flat seabed as the APL-UW handbook of 1994 has it.
+"""Backscatter of a flat seabed: the full model of the APL-UW handbook of 1994.
 
-Five formulas, each for where it holds: mirrors (Kirchhoff) near vertical incidence, gratings on long slopes
-(composite roughness) below, an empirical form where the bed is too rough for both, the inside of the sediment
-everywhere; and smooth steps between them. It knows backscatter only. On relief that the geometry resolves use
-Jackson instead: here slopes and shadows are already averaged in.
+Five formulas, each in its range of validity: Kirchhoff near vertical incidence, composite roughness at lower
+grazing angles, an empirical form where the seabed is too rough for both, scattering by the sediment volume
+at all angles; with smooth steps between them. The model gives backscatter only. On relief that the geometry resolves
+use Jackson instead: the average over slopes and shadows is part of this model.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from insonify.validity import require_grazing_angle, require_numbers, require_so
 LAW = "APL-UW TR 9407 (1994) bottom backscatter"
 LEAST_GRAZING = math.radians(1e-3)
 LEAST_KIRCHHOFF = math.radians(40)
-"""Below this grazing angle there are no mirrors [rad]."""
+"""Grazing angle below which the Kirchhoff term is 0 [rad]."""
 # Gauss-Hermite rule of three points for an average over slopes.
 SLOPE_NODES, SLOPE_WEIGHTS = (1.224745, 0.0, -1.224745), (0.295410, 1.181636, 0.295410)
 
@@ -37,16 +37,16 @@ def apl_bottom_strength_db(
     """Backscattering strength of a flat seabed, the full model of the APL-UW handbook [dB re 1 m^2 per m^2].
 
     Args:
-        sediment: What lies below the water.
+        sediment: Sediment below the water.
         frequency: Frequency [Hz], any shape.
         grazing: Grazing angle, 0 to pi/2 [rad], broadcast.
-        sound_speed: In the water [m/s], broadcast.
+        sound_speed: Sound speed in the water [m/s], broadcast.
 
     Returns:
         10 log10 of the backscattering cross section per unit area per unit solid angle [dB], broadcast shape.
 
     Raises:
-        ValueError: An angle is not a grazing angle, or the frequency or the sound speed are none.
+        ValueError: An angle is not a grazing angle, or the frequency or the sound speed is invalid.
 
     Source: APL-UW TR 9407 (1994), section IV, eqs. 35-66 (equation numbers from a public transcription), checked
     against its printed Table 3 to 0.15 dB. Built on Jackson, Winebrenner & Ishimaru (1986), J. Acoust. Soc. Am. 79,
@@ -61,14 +61,14 @@ def apl_bottom_strength_db(
     wavenumber, angle = np.broadcast_arrays(2 * math.pi * tone / speed, angle)
     section = np.empty(angle.shape)
     for k in np.unique(wavenumber):
-        bed, mine = _AplBottom(sediment, float(k)), wavenumber == k
-        section[mine] = bed.rough(angle[mine]) + bed.average(bed.volume, angle[mine])
+        seabed, same = _AplBottom(sediment, float(k)), wavenumber == k
+        section[same] = seabed.rough(angle[same]) + seabed.average(seabed.volume, angle[same])
     return level_db(section)
 
 
 @dataclass(frozen=True, slots=True)
 class _AplBottom:
-    """A sediment under sound of one wavenumber; every method takes grazing angles [rad] and gives cross sections."""
+    """Model at one wavenumber; every method takes grazing angles [rad] and returns cross sections [1]."""
 
     sediment: Sediment
     wavenumber: float
@@ -78,22 +78,22 @@ class _AplBottom:
         return rms_slope(self.sediment, self.wavenumber)
 
     @property
-    def mirror(self) -> float:
-        """Energy reflected at vertical incidence [1]."""
+    def normal_reflection(self) -> float:
+        """Energy reflection coefficient at vertical incidence [1]."""
         return float(np.abs(reflection_coefficient(self.sediment, math.pi / 2)) ** 2)
 
     def rough(self, grazing: Floats) -> Floats:
-        """All that the surface scatters, eqs. 57-64."""
+        """Surface scattering with its transitions, eqs. 57-64."""
         alpha, (a, _, qc) = hurst_exponent(self.sediment), self.kirchhoff_numbers()
         rough = 1000 ** (1 / (1 + alpha)) * (a * qc**2) ** (1 / alpha)
-        handover = (1 / rough + 4) ** -0.25
-        x = (np.cos(grazing) - handover) / 0.0125
+        transition = (1 / rough + 4) ** -0.25
+        x = (np.cos(grazing) - transition) / 0.0125
         moderate = _step(x) * self.kirchhoff(grazing) + _step(-x) * self.average(self.grating, grazing)
         y = (math.degrees(math.atan(self.slope)) - 7) / 0.5
         return np.asarray(_step(y) * moderate + _step(-y) * self.very_rough(grazing))
 
     def kirchhoff_numbers(self) -> tuple[float, float, float]:
-        """The constants a, b and q_c of the closed form of the Kirchhoff integral, eqs. 36-40."""
+        """Constants a, b and q_c of the closed form of the Kirchhoff integral, eqs. 36-40."""
         from scipy.special import gamma
 
         alpha = hurst_exponent(self.sediment)
@@ -104,32 +104,32 @@ class _AplBottom:
         return a, b, structure_constant(self.sediment) * 2 ** (1 - 2 * alpha) * self.wavenumber ** (2 * (1 - alpha))
 
     def kirchhoff(self, grazing: Floats) -> Floats:
-        """Mirrors that face the sonar, eq. 35."""
+        """Specular facets in Kirchhoff's approximation, eq. 35."""
         alpha, (a, b, qc) = hurst_exponent(self.sediment), self.kirchhoff_numbers()
-        spread = np.cos(grazing) ** (4 * alpha) + a * qc**2 * np.sin(grazing) ** 4
-        facing = b * qc * self.mirror / (8 * math.pi * spread ** ((1 + alpha) / (2 * alpha)))
+        denominator = np.cos(grazing) ** (4 * alpha) + a * qc**2 * np.sin(grazing) ** 4
+        facing = b * qc * self.normal_reflection / (8 * math.pi * denominator ** ((1 + alpha) / (2 * alpha)))
         return np.where(grazing >= LEAST_KIRCHHOFF - 1e-9, facing, 0.0)
 
     def grating(self, grazing: Floats) -> Floats:
-        """First-order perturbation straight back, eqs. 41-45."""
+        """First-order perturbation theory in backscatter, eqs. 41-45."""
         bed, sine, cosine2 = self.sediment, np.sin(grazing), np.cos(grazing) ** 2
         kappa2, rho = ((1 + 1j * bed.loss) / bed.speed_ratio) ** 2, bed.density_ratio
         contrast = (rho - 1) ** 2 * cosine2 + rho**2 - kappa2
         coupling = np.abs(contrast / (rho * sine + vertical_wavenumber(bed, sine)) ** 2) ** 2
-        # The tenth of k keeps the matching wave of vertical incidence from being infinitely long.
+        # The tenth of k keeps the Bragg wavenumber at vertical incidence above 0.
         wave = self.wavenumber * np.sqrt(4 * cosine2 + 0.01)
         return np.asarray(4 * self.wavenumber**4 * sine**4 * coupling * roughness_spectrum(bed, wave))
 
     def volume(self, grazing: Floats) -> Floats:
-        """The inside of a flat sediment, eq. 65."""
+        """Volume scattering of a flat sediment, eq. 65."""
         bed, sine = self.sediment, np.sin(grazing)
-        entered = np.abs(1 - reflection_coefficient(bed, grazing) ** 2) ** 2
+        transmitted = np.abs(1 - reflection_coefficient(bed, grazing) ** 2) ** 2
         p = vertical_wavenumber(bed, sine)
         strength = 5 * bed.loss * bed.volume_parameter / (bed.speed_ratio * math.log(10))
-        return np.asarray(strength * entered * sine**2 / (np.abs(p) ** 2 * p.imag))
+        return np.asarray(strength * transmitted * sine**2 / (np.abs(p) ** 2 * p.imag))
 
     def average(self, law: Callable[[Floats], Floats], grazing: Floats) -> Floats:
-        """A law on the long slopes of the bed, some of which hide others, eqs. 46-52."""
+        """Average of a law over the large-scale slopes of the seabed, with shadowing, eqs. 46-52."""
         total = np.zeros_like(grazing)
         for node, weight in zip(SLOPE_NODES, SLOPE_WEIGHTS, strict=True):
             tilted = np.minimum(grazing - self.slope * node, math.pi / 2)
@@ -137,16 +137,16 @@ class _AplBottom:
         return self.illuminated_fraction(grazing) * total / math.sqrt(math.pi)
 
     def illuminated_fraction(self, grazing: Floats) -> Floats:
-        """Share of the bed that is not in shadow [1], eqs. 50-52."""
+        """Illuminated share of the seabed [1], eqs. 50-52."""
         from scipy.special import erfc
 
         t = np.tan(grazing) / self.slope
         near = np.minimum(t, 2.0)
-        hidden = (np.exp(-(near**2)) / math.sqrt(math.pi) - near * erfc(near)) / (4 * near)
-        return np.where(t > 2, 1.0, -np.expm1(-2 * hidden) / (2 * hidden))
+        q = (np.exp(-(near**2)) / math.sqrt(math.pi) - near * erfc(near)) / (4 * near)
+        return np.where(t > 2, 1.0, -np.expm1(-2 * q) / (2 * q))
 
     def very_rough(self, grazing: Floats) -> Floats:
-        """The handbook's empirical form for rock and stones, eqs. 53-56; its angles are in degrees."""
+        """Empirical form of the handbook for rock and stones, eqs. 53-56; its angles are in degrees."""
         bed, s, degrees = self.sediment, self.slope, np.degrees(grazing)
         critical = math.degrees(math.acos(1 / bed.speed_ratio)) if bed.speed_ratio >= 1.001 else 2.5613
         power, slope_degrees = 0.7263 * s ** (-1 / 3), math.degrees(s)
@@ -154,7 +154,7 @@ class _AplBottom:
         low = 0.04682 * s**1.25 * bed.speed_ratio**3.25 * impedance**2 / (1 + 3.54 * slope_degrees / critical)
         bend = 1 + 0.81 * critical**2 / degrees**2
         steep = s**2 * (1 + (degrees - 90) ** 2 / (2.6 * slope_degrees**2)) ** 1.9 * bend
-        return np.asarray(low * np.sin(np.radians(180 / bend)) ** power + 0.0260 * self.mirror / steep)
+        return np.asarray(low * np.sin(np.radians(180 / bend)) ** power + 0.0260 * self.normal_reflection / steep)
 
 
 def _step(x: ArrayLike) -> Floats:
@@ -168,5 +168,5 @@ def _warn(sediment: Sediment, frequency: Floats) -> None:
     warn_outside(LAW, "speed ratio", sediment.speed_ratio, 0.8, 3.0, "")
     warn_outside(LAW, "loss", sediment.loss, 1e-9, 0.1, "")
     warn_outside(LAW, "spectral exponent", sediment.spectral_exponent, 2.4, 3.9, "")
-    one = sediment.spectral_strength / si_spectral_strength(1.0, sediment.spectral_exponent)
-    warn_outside(LAW, "spectral strength", one, 0.0, 1.0, "cm^4")
+    strength_cm4 = sediment.spectral_strength / si_spectral_strength(1.0, sediment.spectral_exponent)
+    warn_outside(LAW, "spectral strength", strength_cm4, 0.0, 1.0, "cm^4")

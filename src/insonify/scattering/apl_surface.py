@@ -1,8 +1,8 @@
-"""The echo of the sea surface as measured: APL-UW's model of 1994.
+"""Scattering by the sea surface: the APL-UW model of 1994.
 
-Near the vertical it is the glint of facets, in between the ripples, and low down the
-bubbles, which take from the other two. The report gives the echo straight back; the law
-here carries each of its terms over to any pair of directions.
+Specular facets dominate near the vertical, ripples at intermediate and bubbles at low grazing angles;
+bubbles also attenuate the other two. The report gives backscatter; the law
+here extends each of its terms to any pair of directions.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from insonify.units import level_db
 from insonify.validity import require_grazing_angle, require_number, require_numbers
 
 LOWEST = math.radians(0.5)
-"""Grazing angle below which the report draws a straight line in decibels [rad]."""
+"""Grazing angle below which the report extrapolates linearly in decibels [rad]."""
 STEEPEST_RIPPLES = math.radians(85.0)
-"""Grazing angle above which the report has no ripples [rad]."""
+"""Grazing angle above which the report has no scattering by ripples [rad]."""
 
 
 def apl_surface_strength_db(wind_speed: ArrayLike, frequency: ArrayLike, grazing: ArrayLike) -> Floats:
-    """Strength of the sea surface's echo, straight back [dB].
+    """Backscattering strength of the sea surface [dB].
 
     Args:
         wind_speed: Wind 10 m above the sea [m/s], any shape.
@@ -49,23 +49,23 @@ def apl_surface_strength_db(wind_speed: ArrayLike, frequency: ArrayLike, grazing
     winds, frequencies, angles = (c.ravel() for c in columns)
     strength = np.empty(angles.shape)
     for wind, tone in {(float(w), float(f)) for w, f in zip(winds, frequencies, strict=True)}:
-        mine = (winds == wind) & (frequencies == tone)
-        strength[mine] = AplSurface(wind, tone).strength_db(angles[mine])
+        same = (winds == wind) & (frequencies == tone)
+        strength[same] = AplSurface(wind, tone).strength_db(angles[same])
     return strength.reshape(columns[0].shape)
 
 
 @dataclass(frozen=True, slots=True)
 class AplSurface:
-    """The sea surface of a wind, at one frequency: facets, ripples and bubbles.
+    """Sea surface of a wind speed at one frequency: facets, ripples and bubbles.
 
-    Straight back, above 0.5 degrees, it is the report's strength to the last bit of rounding.
-    Elsewhere each term keeps its cause: facets need their slope, ripples scatter as the
-    first order of a spectrum K^-4 does, each way through the veil costs half its loss.
+    In backscatter above 0.5 degrees it is the report's strength to rounding.
+    In other directions each term follows its mechanism: facets need their slope, ripples scatter by
+    first-order perturbation of a spectrum K^-4, and each leg through the bubbles has half of their loss.
 
     Source: APL-UW TR 9407 (1994), section II, eqs. 1-16; the bistatic form is derived here.
-    Valid: 10 to 100 kHz, wind to about 20 m/s; forward, near the mirror direction, facets alone. The report fitted
-    its terms to backscatter one by one: at 10 kHz from 10 m/s on, seen steeply, they send out up to 7 % more than
-    arrives. There is no cap, which would change the printed strength.
+    Valid: 10 to 100 kHz, wind to about 20 m/s; forward, near the specular direction, facets alone. The report fitted
+    its terms to backscatter one by one: at 10 kHz from 10 m/s on, at steep angles, the albedo is up to 1.07.
+    There is no cap, which would change the printed strength.
     """
 
     wind_speed: float
@@ -73,10 +73,10 @@ class AplSurface:
     frequency: float
     """Frequency [Hz]."""
     bubbles: Bubbles = field(init=False, repr=False, compare=False)
-    """The veil under it."""
+    """Layer of bubbles under the surface."""
 
     def __post_init__(self) -> None:
-        """Check wind and frequency, and warn of them once."""
+        """Check wind and frequency, and warn about them once."""
         wind = require_number("AplSurface.wind_speed", self.wind_speed, "m/s", 0.0, example="7")
         tone = require_number("AplSurface.frequency", self.frequency, "Hz", 0.0, exclude_low=True, example="100e3")
         for name, value in (("wind_speed", wind), ("frequency", tone), ("bubbles", Bubbles(wind, tone))):
@@ -86,26 +86,26 @@ class AplSurface:
         """Bistatic cross section per unit area per unit solid angle [1].
 
         Args:
-            grazing_in: Of the sound that arrives, from the mean surface [rad], any shape.
-            grazing_out: Of the sound that leaves, likewise [rad], broadcast.
-            azimuth: Between the two: 0 forward, pi back [rad], broadcast.
+            grazing_in: Grazing angle of the incident sound, from the mean surface [rad], any shape.
+            grazing_out: Grazing angle of the scattered sound [rad], broadcast.
+            azimuth: Azimuth between the two directions, 0 forward, pi back [rad], broadcast.
 
         Returns:
-            Cross section [1], broadcast shape; 0 where either direction is behind the surface.
+            Cross section [1], broadcast shape; 0 where either direction lies behind the surface.
         """
         grazing_in, grazing_out, azimuth = checked_angles(grazing_in, grazing_out, azimuth)
         bubbles, slopes = self.bubbles, apl_slope_variance(self.wind_speed)
-        mirrors = SurfaceFacets.isotropic(slopes).cross_section(grazing_in, grazing_out, azimuth)
+        facets = SurfaceFacets.isotropic(slopes).cross_section(grazing_in, grazing_out, azimuth)
         across, along = half_direction_change(grazing_in, grazing_out, azimuth)
-        # The grazing angle at which the same facet would send the sound straight back: the report's own, there.
-        alike = np.arctan2(along, across)
-        glint = _facet_weight(alike, slopes)
-        rough = glint * mirrors + (1 - glint) * self._ripples(grazing_in, grazing_out, across, alike)
-        veil = bubbles.transmission(grazing_in) * bubbles.transmission(grazing_out)
-        return np.asarray(rough * veil + bubbles.cross_section(grazing_in, grazing_out, azimuth))
+        # Grazing angle at which the same facet has its backscatter: in backscatter, the report's own angle.
+        equivalent = np.arctan2(along, across)
+        weight = _facet_weight(equivalent, slopes)
+        rough = weight * facets + (1 - weight) * self._ripples(grazing_in, grazing_out, across, equivalent)
+        transmission = bubbles.transmission(grazing_in) * bubbles.transmission(grazing_out)
+        return np.asarray(rough * transmission + bubbles.cross_section(grazing_in, grazing_out, azimuth))
 
     def strength_db(self, grazing: ArrayLike) -> Floats:
-        """Strength of the echo straight back [dB] at grazing angles 0 to pi/2 [rad], any shape."""
+        """Backscattering strength [dB] at grazing angles 0 to pi/2 [rad], any shape."""
         angle = require_grazing_angle("grazing", grazing)
         low, high = (self._backscatter_db(np.asarray(a)) for a in (LOWEST, 2 * LOWEST))
         line = low + (high - low) * (angle / LOWEST - 1)
@@ -114,17 +114,17 @@ class AplSurface:
     def _backscatter_db(self, grazing: Floats) -> Floats:
         return level_db(self.cross_section(grazing, grazing, np.full_like(grazing, math.pi)))
 
-    def _ripples(self, grazing_in: Floats, grazing_out: Floats, across: Floats, alike: Floats) -> Floats:
-        """First-order echo of waves as long as the sound [1]."""
+    def _ripples(self, grazing_in: Floats, grazing_out: Floats, across: Floats, equivalent: Floats) -> Floats:
+        """First-order scattering by ripples whose length is of the order of the wavelength [1]."""
         sines = np.sin(grazing_in) * np.sin(grazing_out) / np.maximum(across, SHALLOWEST) ** 2
-        here = (alike <= STEEPEST_RIPPLES) * illumination(grazing_in, grazing_out)
-        return np.asarray(here * 1.3e-5 * self.wind_speed**2 * np.where(here > 0, sines, 0.0) ** 2)
+        valid = (equivalent <= STEEPEST_RIPPLES) * illumination(grazing_in, grazing_out)
+        return np.asarray(valid * 1.3e-5 * self.wind_speed**2 * np.where(valid > 0, sines, 0.0) ** 2)
 
 
-def _facet_weight(alike: Floats, slopes: float) -> Floats:
-    """Share of the facets in the join of facets and ripples, 1 near the vertical [1]."""
+def _facet_weight(equivalent: Floats, slopes: float) -> Floats:
+    """Weight of the facets in the transition from facets to ripples, 1 near the vertical [1]."""
     x = 1.5 * math.log(10) * slopes
     for _ in range(30):  # the square of the slope at which the glint is 15 dB below its peak; contracts by 2 slopes
         x = slopes * (1.5 * math.log(10) + 2 * math.log1p(x))
-    handover = 90.0 - math.degrees(math.atan(math.sqrt(x)))
-    return np.asarray(1 / (1 + np.exp(np.clip(0.524 * (handover - np.degrees(alike)), -700, 700))))
+    transition = 90.0 - math.degrees(math.atan(math.sqrt(x)))
+    return np.asarray(1 / (1 + np.exp(np.clip(0.524 * (transition - np.degrees(equivalent)), -700, 700))))

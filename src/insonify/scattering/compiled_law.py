@@ -1,7 +1,7 @@
-"""A law made ready for a hundred million questions a second.
+"""Compiled scattering laws: a hundred million cross sections per second.
 
-The engine asks a law about every pair of paths at every scatterer. Here a law is turned, once, into a few numbers and
-one-dimensional tables; a compiled loop then answers from unit vectors, without angles and without integrals.
+The engine evaluates a law for every pair of paths at every scatterer. Here a law is converted, once, into a few
+numbers and one-dimensional tables; a compiled loop then evaluates it from unit vectors, without angles and integrals.
 """
 
 from __future__ import annotations
@@ -37,9 +37,9 @@ Singles = NDArray[np.float32]
 HIGHEST_LOG2 = 40.0
 FACTOR_NODES = 4097
 GROUP = 8192
-"""Questions answered in one go: few enough for the cache."""
+"""Cross sections evaluated per call of the loop, few enough for the cache [1]."""
 NO_CAP = np.ones(1, np.float32)
-MIRRORS = 1 / (8 * np.pi)
+SURFACE_WEIGHT = 1 / (8 * np.pi)
 """Weight of Kirchhoff's integral in a cross section [1]."""
 SedimentLawKind = Kirchhoff | Perturbation | SmallSlope | SedimentVolume | Jackson
 NO_NUMBERS = kernels.SedimentParameters(*np.zeros(len(kernels.SedimentParameters._fields), np.float32))
@@ -47,16 +47,16 @@ NO_NUMBERS = kernels.SedimentParameters(*np.zeros(len(kernels.SedimentParameters
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CompiledLaw:
-    """A scattering law as numbers and tables, answered by a compiled loop."""
+    """Scattering law as parameters and tables, evaluated by a compiled loop."""
 
     loop: Callable[..., None]
-    """Answers into an array: loop(numbers, table, incoming, outgoing, normal, section)."""
+    """Kernel that fills an array: loop(numbers, table, incoming, outgoing, normal, section)."""
     numbers: kernels.SedimentParameters
-    """Numbers that the loop needs."""
+    """Parameters of the kernel."""
     table: Singles
-    """Table that the loop needs: of log2 of Kirchhoff's integral, or of one direction's factor."""
+    """Table of the kernel: log2 of Kirchhoff's integral, or the factor of one direction."""
     cap: Singles
-    """Factors that keep the albedo at 1, at evenly spaced sines of the grazing angle; one entry for none."""
+    """Factors that keep the albedo at 1, at evenly spaced sines of the grazing angle; a single entry for no cap."""
 
     def __repr__(self) -> str:
         kind = getattr(self.loop, "__name__", "loop").replace("_", " ")
@@ -64,10 +64,10 @@ class CompiledLaw:
 
     @property
     def factor(self) -> Singles | None:
-        """What one direction contributes to a law that is a product of two such factors, None for any other law.
+        """Table of the factor of one direction, for a law that is the product of two such factors; else None.
 
-        The cross section is the product of two entries [1]; they are evenly spaced over sqrt(1 - sine of grazing), 0 to
-        1, and count for directions in front of the interface only.
+        The cross section is the product of two entries [1], which are evenly spaced over sqrt(1 - sine of grazing),
+        0 to 1, and valid for directions in front of the interface only.
         """
         return self.table if self.loop is kernels.product_cross_sections and self.cap.size == 1 else None
 
@@ -76,34 +76,34 @@ class CompiledLaw:
 
         Args:
             incoming: Directions of travel towards the interface [1], shape (3, n): a row for each component.
-            outgoing: Directions of travel away from it [1], shape (3, n).
-            normal: Normals out of the interface into the water [1], shape (3, n) or (3, 1); (0, 0, -1) on a flat
+            outgoing: Directions of travel away from the interface [1], shape (3, n).
+            normal: Normals of the interface into the water [1], shape (3, n) or (3, 1); (0, 0, -1) on a flat
                 seabed with z down.
 
         Returns:
-            Cross section [1], float32, shape (n,); 0 where either direction is behind the interface. Within 0.05 dB
-            of the law's own wherever that exceeds -80 dB.
+            Cross section [1], float32, shape (n,); 0 where either direction lies behind the interface. Within 0.05 dB
+            of the law's `cross_section` wherever that exceeds -80 dB.
         """
         named = (("incoming", incoming), ("outgoing", outgoing), ("normal", normal))
         columns = [_three_rows(name, value) for name, value in named]
         count = np.broadcast_shapes(*(column.shape for column in columns))[1]
-        whole = [np.broadcast_to(column, (3, count)) for column in columns]
+        vectors = [np.broadcast_to(column, (3, count)) for column in columns]
         section = np.empty(count, np.float32)
         for start in range(0, count, GROUP):
             part = slice(start, start + GROUP)
-            # Copies: a read-only view of single precision would be a type of its own, compiled anew.
-            into, out, up = (np.array(column[:, part], dtype=np.float32, order="C") for column in whole)
+            # Copies: a read-only view of single precision would be another type, compiled separately.
+            into, out, up = (np.array(column[:, part], dtype=np.float32, order="C") for column in vectors)
             self.fill(into, out, up, section[part])
         return section
 
     def fill(self, incoming: Singles, outgoing: Singles, normal: Singles, section: Singles) -> None:
-        """Answers into an array that is already there, without any check; best for some thousand questions at a time.
+        """Fill an existing array with cross sections, without checks; best for some thousand at a time.
 
         Args:
             incoming: Directions of travel towards the interface [1], shape (3, n), contiguous.
-            outgoing: Directions of travel away from it [1], likewise.
-            normal: Normals out of the interface into the water [1], likewise.
-            section: Receives the cross sections [1], shape (n,), contiguous.
+            outgoing: Directions of travel away from the interface [1], shape (3, n), contiguous.
+            normal: Normals of the interface into the water [1], shape (3, n), contiguous.
+            section: Filled with the cross sections [1], shape (n,), contiguous.
         """
         self.loop(self.numbers, self.table, incoming, outgoing, normal, section)
         if self.cap.size > 1:
@@ -111,7 +111,7 @@ class CompiledLaw:
 
 
 def _three_rows(name: str, value: ArrayLike) -> NDArray[np.floating]:
-    """Vectors as three rows; their length is not looked at, for that would cost as much as the answer."""
+    """Vectors as three rows; their length is not checked, which would cost as much as the evaluation."""
     rows = np.asarray(value)
     if rows.ndim != 2 or rows.shape[0] != 3 or rows.dtype.kind not in "fiu":
         raise ValueError(f"{name} has shape {rows.shape}; give numbers of shape (3, n), a row for each component")
@@ -120,19 +120,19 @@ def _three_rows(name: str, value: ArrayLike) -> NDArray[np.floating]:
 
 @singledispatch
 def compile_law(law: ScatteringLaw) -> CompiledLaw:
-    """A law made ready for the engine; making it takes a fraction of a second, once per law.
+    """Compile a law for the engine, which takes a fraction of a second, once per law.
 
     Args:
-        law: One of the package's laws.
+        law: Scattering law of this package.
 
     Returns:
-        The same law, answered from unit vectors.
+        The same law, evaluated from unit vectors.
 
     Raises:
-        TypeError: The law has no fast form.
+        TypeError: The law has no compiled form.
     """
     known = ", ".join(kind.__name__ for kind in compile_law.registry if kind is not object)
-    raise TypeError(f"{type(law).__name__} has no fast form; use its cross_section, or one of {known}")
+    raise TypeError(f"{type(law).__name__} has no compiled form; use its cross_section, or one of {known}")
 
 
 @compile_law.register
@@ -147,20 +147,20 @@ def _(law: TableScatteringLaw) -> CompiledLaw:
 
 @compile_law.register
 def _(law: Kirchhoff) -> CompiledLaw:
-    numbers = _numbers(law, rough=MIRRORS)
+    numbers = _numbers(law, rough=SURFACE_WEIGHT)
     return CompiledLaw(kernels.kirchhoff_cross_sections, numbers, _log2_integral(law.sediment), NO_CAP)
 
 
 @compile_law.register
 def _(law: Perturbation) -> CompiledLaw:
     table = _log2_integral(law.sediment, grating=True)
-    return CompiledLaw(kernels.surface_cross_sections, _numbers(law, rough=MIRRORS), table, NO_CAP)
+    return CompiledLaw(kernels.surface_cross_sections, _numbers(law, rough=SURFACE_WEIGHT), table, NO_CAP)
 
 
 @compile_law.register
 def _(law: SmallSlope) -> CompiledLaw:
     free = UncappedSmallSlope(law.sediment, law.frequency, law.sound_speed)
-    return _surface(law, free, _numbers(law, rough=MIRRORS))
+    return _surface(law, free, _numbers(law, rough=SURFACE_WEIGHT))
 
 
 @compile_law.register
@@ -172,12 +172,12 @@ def _(law: SedimentVolume) -> CompiledLaw:
 @compile_law.register
 def _(law: Jackson) -> CompiledLaw:
     free = UncappedJackson(law.sediment, law.frequency, law.sound_speed, law.volume_spectrum)
-    return _surface(law, free, _numbers(law, rough=MIRRORS, volume_spectrum=law.volume_spectrum))
+    return _surface(law, free, _numbers(law, rough=SURFACE_WEIGHT, volume_spectrum=law.volume_spectrum))
 
 
-def _product(share: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> CompiledLaw:
+def _product(direction_factor: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> CompiledLaw:
     sine = 1 - np.linspace(0, 1, FACTOR_NODES) ** 2
-    return CompiledLaw(kernels.product_cross_sections, NO_NUMBERS, share(sine).astype(np.float32), NO_CAP)
+    return CompiledLaw(kernels.product_cross_sections, NO_NUMBERS, direction_factor(sine).astype(np.float32), NO_CAP)
 
 
 def _surface(law: SedimentLawKind, free: ScatteringLaw, numbers: kernels.SedimentParameters) -> CompiledLaw:
@@ -189,21 +189,21 @@ def _surface(law: SedimentLawKind, free: ScatteringLaw, numbers: kernels.Sedimen
 def _numbers(
     law: SedimentLawKind, *, rough: float = 0.0, volume_spectrum: VolumeSpectrum | None = None
 ) -> kernels.SedimentParameters:
-    """A sediment's numbers under sound of one frequency, as the compiled loops read them; None: no inside."""
+    """Parameters of a sediment at one frequency for the compiled loops; without a spectrum, no volume scattering."""
     sediment, rho = law.sediment, law.sediment.density_ratio
-    inside = ((1 + 1j * sediment.loss) / sediment.speed_ratio) ** 2 - 1
+    offset = ((1 + 1j * sediment.loss) / sediment.speed_ratio) ** 2 - 1
     step2, alpha = (4 * np.pi * law.frequency / law.sound_speed) ** 2, hurst_exponent(sediment)
     log2_q = np.log2(0.5 * structure_constant(sediment) * step2 ** (1 - alpha))
-    # A bed without any loss would divide by 0 at its critical angle.
+    # A lossless seabed would divide by 0 at its critical angle.
     volume = 8 * rho**2 * isotropic_strength(sediment)
     isotropic = volume if volume_spectrum == "isotropic" else 0.0
     spectral = 2 * sediment.speed_ratio * volume if volume_spectrum == "power-law" else 0.0
-    row = (rho, inside.real, max(inside.imag, 1e-7), log2_q, alpha, rough, isotropic, spectral)
+    row = (rho, offset.real, max(offset.imag, 1e-7), log2_q, alpha, rough, isotropic, spectral)
     return kernels.SedimentParameters(*np.array(row, np.float32))
 
 
 def _log2_integral(sediment: Sediment, *, grating: bool = False) -> Singles:
-    """log2 I over evenly spaced log2 q; for a grating alone, the straight line that I tends to for small q."""
+    """log2 I over evenly spaced log2 q; for a grating alone, the asymptote of I for small q."""
     from scipy.special import gamma
 
     alpha = hurst_exponent(sediment)

@@ -1,6 +1,6 @@
-"""Jackson's seabed: what the rough surface scatters and what the inside adds.
+"""Jackson's seabed: scattering by the rough surface plus scattering by the sediment volume.
 
-The default law of a seabed. Grain size alone can drive it; sand is mostly surface, mud mostly inside.
+The default law of a seabed. Grain size alone can drive it; the surface dominates in sand, the volume in mud.
 """
 
 from dataclasses import KW_ONLY, dataclass
@@ -21,17 +21,17 @@ class Jackson:
     """Scattering by a sediment: small-slope surface plus volume."""
 
     sediment: Sediment
-    """What lies below the water."""
+    """Sediment below the water."""
     frequency: Hertz
     """Frequency [Hz]."""
     _: KW_ONLY
     sound_speed: MetresPerSecond = 1500.0
-    """In the water [m/s]."""
+    """Sound speed in the water [m/s]."""
     volume_spectrum: VolumeSpectrum = "power-law"
-    """Spectrum of the inhomogeneities inside, as in SedimentVolume."""
+    """Spectrum of the inhomogeneities in the sediment, as in SedimentVolume."""
 
     def __post_init__(self) -> None:
-        """Refuse what its parts refuse; warn outside the measured band and of steep slopes."""
+        """Refuse invalid values; warn outside the measured band and of steep slopes."""
         warn_of_steep_slopes(self.sediment, check_sediment_law(self))
         check_sediment_volume("Jackson", self.sediment, self.volume_spectrum)
 
@@ -39,16 +39,16 @@ class Jackson:
         """Bistatic cross section per unit area per unit solid angle [1].
 
         Args:
-            grazing_in: Of the sound that arrives, from the plane of the interface [rad], any shape.
-            grazing_out: Of the sound that leaves, likewise [rad], broadcast.
-            azimuth: Between the two: 0 forward, pi back [rad], broadcast.
+            grazing_in: Grazing angle of the incident sound, from the plane of the interface [rad], any shape.
+            grazing_out: Grazing angle of the scattered sound [rad], broadcast.
+            azimuth: Azimuth between the two directions, 0 forward, pi back [rad], broadcast.
 
         Returns:
-            Cross section [1], broadcast shape; 0 where either direction is behind the interface. Where both parts
-            together would send out more than arrives, they are lowered symmetrically.
+            Cross section [1], broadcast shape; 0 where either direction lies behind the interface. Where the albedo
+            of both parts together would exceed 1, they are reduced by the symmetric cap.
 
         Source: the structure of Jackson (1993), APL-UW TR 9305 and Williams & Jackson (1998), J. Acoust. Soc. Am.
-        103, 169, with the surface as in SmallSlope and the inside as in SedimentVolume.
+        103, 169, with the surface as in SmallSlope and the volume as in SedimentVolume.
         Valid: as its two parts; the relief was measured for 10 to 100 kHz.
         """
         free = UncappedJackson(self.sediment, self.frequency, self.sound_speed, self.volume_spectrum)
@@ -59,21 +59,21 @@ class Jackson:
 
 @dataclass(frozen=True, slots=True)
 class UncappedJackson:
-    """Both formulas as they stand, without their cap."""
+    """Sum of surface and volume scattering without the cap."""
 
     sediment: Sediment
-    """What lies below the water."""
+    """Sediment below the water."""
     frequency: float
     """Frequency [Hz]."""
     sound_speed: float
-    """In the water [m/s]."""
+    """Sound speed in the water [m/s]."""
     volume_spectrum: VolumeSpectrum
-    """How the inside scatters."""
+    """Spectrum of the inhomogeneities in the sediment."""
 
     def cross_section(self, grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> Floats:
         """Bistatic cross section [1] of angles [rad], as :meth:`Jackson.cross_section`."""
         surface = UncappedSmallSlope(self.sediment, self.frequency, self.sound_speed)
-        inside = UncappedSedimentVolume(self.sediment, self.frequency, self.sound_speed, self.volume_spectrum)
-        return surface.cross_section(grazing_in, grazing_out, azimuth) + inside.cross_section(
+        volume = UncappedSedimentVolume(self.sediment, self.frequency, self.sound_speed, self.volume_spectrum)
+        return surface.cross_section(grazing_in, grazing_out, azimuth) + volume.cross_section(
             grazing_in, grazing_out, azimuth
         )

@@ -1,7 +1,7 @@
-"""Kirchhoff's approximation: a rough bed as a crowd of small mirrors.
+"""Kirchhoff's approximation: a rough seabed as specular facets.
 
-It holds near the mirror direction, where the sound that arrives in step comes from facets that happen to be turned
-the right way. Far from it there are no such facets, and far too much or too little is predicted.
+It holds near the specular direction, where the echo comes from facets whose tilt reflects one direction into the
+other. Far from the specular direction there are no such facets, and the prediction is far too high or too low.
 """
 
 from dataclasses import KW_ONLY, dataclass
@@ -23,39 +23,39 @@ from insonify.scattering.sediments import Sediment
 
 @dataclass(frozen=True, slots=True)
 class Kirchhoff:
-    """Scattering by mirrors turned at random, each with the sediment's reflection at its own angle.
+    """Scattering by randomly tilted facets, each with the sediment's reflection coefficient at its own angle.
 
     The integral over the relief is exact (within the approximation of high frequencies). Energy is not conserved:
-    at low grazing angles more may leave than arrived (1.45 times at 5 degrees, medium sand, 100 kHz), because
-    facets neither hide nor light one another. No cap is applied; use SmallSlope or Jackson where that matters.
+    at low grazing angles the albedo may exceed 1 (1.45 at 5 degrees, medium sand, 100 kHz), because
+    shadowing and multiple reflection are left out. No cap is applied; use SmallSlope or Jackson where that matters.
     """
 
     sediment: Sediment
-    """What lies below the water."""
+    """Sediment below the water."""
     frequency: Hertz
     """Frequency [Hz]."""
     _: KW_ONLY
     sound_speed: MetresPerSecond = 1500.0
-    """In the water [m/s]."""
+    """Sound speed in the water [m/s]."""
 
     def __post_init__(self) -> None:
-        """Refuse what is no sound; warn outside the band in which relief was measured."""
+        """Refuse invalid values; warn outside the band in which relief was measured."""
         check_sediment_law(self)
 
     def cross_section(self, grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> Floats:
         """Bistatic cross section per unit area per unit solid angle [1].
 
         Args:
-            grazing_in: Of the sound that arrives, from the plane of the interface [rad], any shape.
-            grazing_out: Of the sound that leaves, likewise [rad], broadcast.
-            azimuth: Between the two: 0 forward, pi back [rad], broadcast.
+            grazing_in: Grazing angle of the incident sound, from the plane of the interface [rad], any shape.
+            grazing_out: Grazing angle of the scattered sound [rad], broadcast.
+            azimuth: Azimuth between the two directions, 0 forward, pi back [rad], broadcast.
 
         Returns:
-            Cross section [1], broadcast shape; 0 where either direction is behind the interface.
+            Cross section [1], broadcast shape; 0 where either direction lies behind the interface.
 
         Source: Jackson, Winebrenner & Ishimaru (1986), J. Acoust. Soc. Am. 79, 1410, bistatic as in Jackson (1993),
         APL-UW TR 9305 and Williams & Jackson (1998), J. Acoust. Soc. Am. 103, 169 (equations from a public
-        implementation). Valid: within some 30 degrees of the mirror direction; relief of 10 to 100 kHz.
+        implementation). Valid: within some 30 degrees of the specular direction; relief of 10 to 100 kHz.
         """
         d = scattering_geometry(grazing_in, grazing_out, azimuth)
         facet = np.abs(reflection_coefficient(self.sediment, np.arcsin(d.facet_grazing_sine))) ** 2
@@ -67,12 +67,12 @@ class Kirchhoff:
 
 
 def kirchhoff_integral_of_pair(sediment: Sediment, wavenumber: float, d: ScatteringGeometry) -> Floats:
-    """I(q) of a pair of directions over a sediment's relief [1].
+    """Kirchhoff integral I(q) of a pair of directions over a sediment's relief [1].
 
     Args:
-        sediment: What lies below the water.
-        wavenumber: Of the sound in the water [rad/m].
-        d: The pair of directions.
+        sediment: Sediment below the water.
+        wavenumber: Acoustic wavenumber in the water [rad/m].
+        d: Geometry of the pair of directions.
 
     Source: as :meth:`Kirchhoff.cross_section`; q = C^2 (2 k vertical)^2 (2 k transverse)^(-2 alpha) / 2.
     """

@@ -1,11 +1,11 @@
-"""Smooth faces: what flat facets of a body send back, by Kirchhoff's integral in closed form.
+"""Scattering by smooth flat facets of a body: Kirchhoff's integral in closed form.
 
-On a smooth face the field is that of a mirror, as if the face had no edges: Kirchhoff's approximation. Over a facet so
-small that wavefronts are flat on it, the phase is linear and the integral is known. All of it is kept here per pair of
-directions: the flash of a mirror, its side lobes, and how facets of a bent body cancel all but the glints.
+On a smooth face the field is that of specular reflection, as if the face had no edges: Kirchhoff's approximation. Over
+a facet so small that wavefronts are flat on it, the phase is linear and the integral has a closed form. It
+includes the specular reflection, its side lobes, and the interference of the facets of a curved body.
 
-Nothing is known of waves that creep around a body, of diffraction at its edges beyond Kirchhoff's, or of sound inside
-it: right near the mirror's direction, and for bodies of many wavelengths.
+Valid: near the specular direction, for bodies of many wavelengths. Creeping waves, diffraction at edges beyond
+Kirchhoff's approximation, and sound inside the body are left out.
 """
 
 import math
@@ -18,37 +18,37 @@ from insonify.jit import njit
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
-NEAR = 0.5  # phases of the corners this close are summed as a series [rad]
-TERMS = 12  # of the series: the first one left out is below 1e-15
+NEAR = 0.5  # largest difference of the corners' phases for the series [rad]
+TERMS = 12  # of the series: the first omitted term is below 1e-15
 
 
 @dataclass(frozen=True, slots=True)
 class KirchhoffFacet:
-    """A face that mirrors: the coherent part of its answer."""
+    """Flat facet with specular reflection: the coherent part of its echo."""
 
     reflection: float = 1.0
-    """Pressure reflection coefficient [1]: 1 for a rigid body, -1 for one full of air."""
+    """Pressure reflection coefficient [1]: 1 for a rigid body, -1 for an air-filled one."""
 
     def echoes(
         self, corners: Floats, normal: Floats, arriving: Floats, leaving: Floats, wavenumber: Floats
     ) -> Complexes:
-        """Pressure at 1 m that facets send back of incident waves of unit pressure [m].
+        """Scattered pressure at 1 m of facets under incident waves of unit pressure [m].
 
-        The phase is that of the facet's middle: what comes out is multiplied by the phases of both ways to it.
+        The phase refers to the centre of the facet: multiply by the phases of both legs to it.
 
         Args:
-            corners: Corners of each triangle from its middle, the mean of them [m], shape (n, 3, 3).
+            corners: Corners of each triangle relative to its centroid [m], shape (n, 3, 3).
             normal: Unit normals into the water, shape (n, 3).
-            arriving: Directions of travel towards the facets on the way out, shape (p, n, 3).
-            leaving: Directions of travel towards the facets on the way back, from the receiver, shape (p, n, 3).
-            wavenumber: Of the sound at each facet [rad/m], shape (n,).
+            arriving: Directions of travel towards the facets from the transmitter, shape (p, n, 3).
+            leaving: Directions of travel towards the facets from the receiver, shape (p, n, 3).
+            wavenumber: Wavenumber at each facet [rad/m], shape (n,).
 
         Returns:
             (j / wavelength) R (sine_in + sine_out) / 2 times the integral of exp(-j k (arriving + leaving) . x) over
             the facet, shape (p, n); sines are of grazing angles. 0 where either direction is behind the facet.
 
-        Source: Kirchhoff's integral for a plane wave, as in Pierce (1989), Acoustics, ch. 5 (from memory); a mean of
-            both ends' cosines keeps it reciprocal. An endless plate gives R / (2 distance), the image source.
+        Source: Kirchhoff's integral for a plane wave, as in Pierce (1989), Acoustics, ch. 5 (not verified); the mean of
+            both ends' cosines keeps it reciprocal. An infinite plate gives R / (2 distance), the image source.
         """
         side = corners[:, 1:] - corners[:, :1]
         area = np.linalg.norm(np.cross(side[:, 0], side[:, 1]), axis=1) / 2
@@ -70,10 +70,10 @@ def triangle_transform(phase: Floats) -> Complexes:
         a sum over the edges of a polygon, is Gordon (1975), IEEE Trans. Antennas Propag. 23, 590.
     """
     flat = np.ascontiguousarray(phase, dtype=float).reshape(-1, 3)
-    found = np.empty(len(flat), complex)
+    mean = np.empty(len(flat), complex)
     for row, (a, b, c) in enumerate(flat):
-        found[row] = mean_phasor(a, b, c)
-    return found.reshape(np.shape(phase)[:-1])
+        mean[row] = mean_phasor(a, b, c)
+    return mean.reshape(np.shape(phase)[:-1])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -83,8 +83,8 @@ def mean_phasor(a: float, b: float, c: float) -> complex:
     middle = a + b + c - low - high
     if high - low < NEAR:
         return _series(a, b, c)
-    one, other = _difference(low, middle), _difference(middle, high)
-    return -2.0 * (other - one) / (high - low)
+    lower, upper = _difference(low, middle), _difference(middle, high)
+    return -2.0 * (upper - lower) / (high - low)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -98,7 +98,7 @@ def _difference(a: float, b: float) -> complex:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _series(a: float, b: float, c: float) -> complex:
-    """The mean as a series about the middle: 2 j^n h_n / (n + 2)!, h_n the complete symmetric polynomials."""
+    """Mean as a series about the central phase: 2 j^n h_n / (n + 2)!, h_n the complete symmetric polynomials."""
     middle = (a + b + c) / 3
     x, y, z = a - middle, b - middle, c - middle
     square, cube = (x * x + y * y + z * z) / 2, (x * x * x + y * y * y + z * z * z) / 3

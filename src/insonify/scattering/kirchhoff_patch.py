@@ -1,10 +1,10 @@
-"""Smooth patches: what curved pieces of a body send back, by Kirchhoff's integral with phases of second order.
+"""Scattering by smooth curved patches: Kirchhoff's integral with phases of second order.
 
 A patch is a piece of a surface over two parameters, u and v from -1 to 1. The phase of an echo over it is kept to
-second order in both: the curvature of the surface, and that of the wavefronts there and back. The integral is then a
-product of two Fresnel integrals; the mixed term u v, which must be small, is added to second order. So a patch may be
-as large as third-order terms allow, some Fresnel zones of a round body; and near a sonar a flat face needs no splitting
-for the sake of round wavefronts.
+second order in both: the curvature of the surface, and that of the wavefronts of both legs. The integral is then a
+product of two Fresnel integrals; the mixed term u v, which must be small, is added to second order. A patch may be
+as large as third-order terms allow, some Fresnel zones of a round body, and a flat face near a sonar needs no
+splitting to follow curved wavefronts.
 """
 
 from dataclasses import dataclass
@@ -17,29 +17,29 @@ from insonify.scattering._kirchhoff_patch_kernel import fresnel_tail, patch_pres
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 TERMS = 7
-"""Rows of a patch: terms of the place in u, v, u^2, v^2 and u v [m]; growth of the vector area along u and v [1]."""
+"""Rows of a patch: terms of the position in u, v, u^2, v^2 and u v [m]; growth of the vector area along u and v [1]."""
 
 
 @dataclass(frozen=True, slots=True)
 class KirchhoffPatch:
-    """A curved patch that reflects like a mirror: the coherent part of its echo."""
+    """Curved patch with specular reflection: the coherent part of its echo."""
 
     reflection: float = 1.0
-    """Pressure reflection coefficient [1]: 1 for a rigid body, -1 for one full of air."""
+    """Pressure reflection coefficient [1]: 1 for a rigid body, -1 for an air-filled one."""
 
     def echoes(
         self, terms: Floats, area: Floats, normal: Floats, arriving: Floats, leaving: Floats, length_in: Floats,
         length_out: Floats, wavenumber: Floats,
     ) -> Complexes:  # fmt: skip
-        """Pressure at 1 m that patches send back of incident waves of unit pressure [m].
+        """Scattered pressure at 1 m of patches under incident waves of unit pressure [m].
 
-        The phase is that of the patch's middle: multiply by the phases of both legs to it.
+        The phase refers to the centre of the patch: multiply by the phases of both legs to it.
 
         Args:
-            terms: Place minus middle is t0 u + t1 v + t2 u^2 + t3 v^2 + t4 u v [m]; vector area per u and v, re that at
-                the middle, is normal + t5 u + t6 v. Shape (n, 7, 3).
+            terms: Position minus centre is t0 u + t1 v + t2 u^2 + t3 v^2 + t4 u v [m]; vector area per u and v,
+                relative to that at the centre, is normal + t5 u + t6 v. Shape (n, 7, 3).
             area: Area of each patch [m^2], shape (n,).
-            normal: Unit normals at the middles, into the water, shape (n, 3).
+            normal: Unit normals at the centres, into the water, shape (n, 3).
             arriving: Directions of travel towards the patches from the transmitter, shape (p, n, 3).
             leaving: Directions of travel towards the patches from the receiver, shape (p, n, 3).
             length_in: Radii of curvature of the wavefronts from the transmitter [m], shape (p, n).

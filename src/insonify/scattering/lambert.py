@@ -1,4 +1,4 @@
-"""Lambert's law: an interface whose brightness does not depend on where you look from."""
+"""Lambert's law: an interface whose brightness does not depend on the direction of observation."""
 
 import math
 from dataclasses import dataclass
@@ -13,18 +13,18 @@ from insonify.units import intensity_ratio
 from insonify.validity import require_number
 
 STRONGEST_DB = 10 * math.log10(1 / math.pi)
-"""Strength of an interface that scatters all it receives [dB]."""
+"""Strength of an interface that scatters all the incident energy [dB]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Lambert:
-    """Scatters in proportion to the sines of both grazing angles, the same at every frequency.
+    """Cross section proportional to the sines of both grazing angles, the same at every frequency.
 
     Source: Lambert's cosine law as used for the seabed by Mackenzie (1961), J. Acoust. Soc.
-    Am. 33, 1498: -27 dB was found at 0.5 to 1 kHz; at higher frequencies fit the strength.
+    Am. 33, 1498: -27 dB at 0.5 to 1 kHz; at higher frequencies fit the strength.
     """
 
-    # A scenario may write the strength as "-27 dB" and may not misspell it.
+    # A scenario may write the strength as "-27 dB"; unknown keys are refused.
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid", allow_inf_nan=False)
 
     strength_db: Decibels = -27.0
@@ -33,7 +33,7 @@ class Lambert:
     """Name of the law in a scenario file."""
 
     def __post_init__(self) -> None:
-        """Refuse an interface that sends out more sound than it receives."""
+        """Refuse an interface that scatters more energy than it receives."""
         strength = require_number("Lambert.strength_db", self.strength_db, "dB", example="-27")
         object.__setattr__(self, "strength_db", strength)
         if self.strength_db > STRONGEST_DB + 1e-9:
@@ -46,15 +46,15 @@ class Lambert:
         """Bistatic cross section per unit area per unit solid angle, mu sin(in) sin(out) [1].
 
         Args:
-            grazing_in: Of the sound that arrives, from the plane of the interface [rad], any shape.
-            grazing_out: Of the sound that leaves, likewise [rad], broadcast.
-            azimuth: Any; Lambert's interface does not care [rad], broadcast.
+            grazing_in: Grazing angle of the incident sound, from the plane of the interface [rad], any shape.
+            grazing_out: Grazing angle of the scattered sound [rad], broadcast.
+            azimuth: Azimuth between the two directions, without effect [rad], broadcast.
 
         Returns:
-            Cross section [1], broadcast shape; 0 where either direction is behind the interface.
+            Cross section [1], broadcast shape; 0 where either direction lies behind the interface.
         """
         grazing_in, grazing_out, azimuth = checked_angles(grazing_in, grazing_out, azimuth)
         mu = intensity_ratio(self.strength_db)
-        # The azimuth counts for the shape only.
+        # The azimuth matters for the shape only.
         sines = np.maximum(np.sin(grazing_in), 0) * np.maximum(np.sin(grazing_out), 0) * np.ones_like(azimuth)
         return np.asarray(mu * sines)

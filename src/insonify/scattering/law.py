@@ -1,4 +1,4 @@
-"""What every scattering law has in common: one question."""
+"""Interface of all scattering laws: the bistatic cross section of a patch of interface."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ Floats = NDArray[np.float64]
 
 
 class ScatteringLaw(Protocol):
-    """Answers one question about a patch of interface."""
+    """Bistatic scattering cross section of a patch of interface."""
 
     def cross_section(self, grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> Floats:
         """Bistatic scattering cross section per unit area per unit solid angle [1].
 
         Args:
-            grazing_in: Of the sound that arrives, from the plane of the interface [rad], any shape.
-            grazing_out: Of the sound that leaves, likewise [rad], broadcast.
-            azimuth: Between the two: 0 forward, pi back [rad], broadcast.
+            grazing_in: Grazing angle of the incident sound, from the plane of the interface [rad], any shape.
+            grazing_out: Grazing angle of the scattered sound [rad], broadcast.
+            azimuth: Azimuth between the two directions, 0 forward, pi back [rad], broadcast.
 
         Returns:
             Scattered intensity at 1 m per unit incident intensity and unit area [1], broadcast shape.
@@ -30,20 +30,21 @@ class ScatteringLaw(Protocol):
 
 
 def checked_angles(grazing_in: ArrayLike, grazing_out: ArrayLike, azimuth: ArrayLike) -> tuple[Floats, Floats, Floats]:
-    """The three angles that a law is asked with, as numbers.
+    """Angles of a scattering law as checked numbers.
 
     Args:
-        grazing_in: From -pi/2 (behind the interface) to pi/2 [rad], any shape; NaN is a gap and stays one.
-        grazing_out: Likewise [rad], any shape.
-        azimuth: Any [rad], any shape.
+        grazing_in: Grazing angle of the incident sound, -pi/2 (behind the interface) to pi/2 [rad], any shape;
+            NaN is a gap and stays one.
+        grazing_out: Grazing angle of the scattered sound, -pi/2 to pi/2 [rad], any shape.
+        azimuth: Azimuth between the two directions, unlimited [rad], any shape.
 
     Returns:
-        The three, each in its own shape.
+        The three angles, each in its own shape.
 
     Raises:
-        ValueError: Something is no number or no angle; 20 degrees are np.radians(20).
+        ValueError: A value is not a number, or a grazing angle is out of range; 20 degrees are np.radians(20).
     """
-    right = np.pi / 2 + 1e-9  # angles come out of arcsines, rounded
+    right = np.pi / 2 + 1e-9  # rounding of arcsines
     into, out = (
         require_numbers(name, value, "rad", -right, right, example="np.radians(20)")
         for name, value in (("grazing_in", grazing_in), ("grazing_out", grazing_out))

@@ -1,7 +1,7 @@
-"""First-order perturbation: a rough bed as a sum of gratings.
+"""First-order perturbation theory: a rough seabed as a sum of gratings.
 
-Of all the waves in the relief, only the one with the right length turns sound from one direction into another
-(Bragg's condition). It holds far from the mirror direction, where that wave is short and low.
+Of all spectral components of the relief, only one scatters sound from a given direction into another
+(Bragg's condition). The theory holds far from the specular direction, where this component is short and low.
 """
 
 from dataclasses import KW_ONLY, dataclass
@@ -18,38 +18,38 @@ from insonify.scattering.sediments import Sediment
 
 @dataclass(frozen=True, slots=True)
 class Perturbation:
-    """Scattering by the one grating of the relief that matches both directions.
+    """Scattering by the spectral component of the relief that satisfies Bragg's condition.
 
-    Energy is not conserved: towards the mirror direction the matching wave becomes infinitely long, and a power-law
-    relief has infinite heights there. No cap is applied; use SmallSlope or Jackson where that matters.
+    Energy is not conserved: towards the specular direction the Bragg component becomes infinitely long, where a
+    power-law relief has infinite heights. No cap is applied; use SmallSlope or Jackson where that matters.
     """
 
     sediment: Sediment
-    """What lies below the water."""
+    """Sediment below the water."""
     frequency: Hertz
     """Frequency [Hz]."""
     _: KW_ONLY
     sound_speed: MetresPerSecond = 1500.0
-    """In the water [m/s]."""
+    """Sound speed in the water [m/s]."""
 
     def __post_init__(self) -> None:
-        """Refuse what is no sound; warn outside the band in which relief was measured."""
+        """Refuse invalid values; warn outside the band in which relief was measured."""
         check_sediment_law(self)
 
     def cross_section(self, grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> Floats:
         """Bistatic cross section per unit area per unit solid angle [1].
 
         Args:
-            grazing_in: Of the sound that arrives, from the plane of the interface [rad], any shape.
-            grazing_out: Of the sound that leaves, likewise [rad], broadcast.
-            azimuth: Between the two: 0 forward, pi back [rad], broadcast.
+            grazing_in: Grazing angle of the incident sound, from the plane of the interface [rad], any shape.
+            grazing_out: Grazing angle of the scattered sound [rad], broadcast.
+            azimuth: Azimuth between the two directions, 0 forward, pi back [rad], broadcast.
 
         Returns:
-            Cross section [1], broadcast shape; 0 where either direction is behind the interface.
+            Cross section [1], broadcast shape; 0 where either direction lies behind the interface.
 
         Source: k^4 |A|^2 W(K), Jackson (1993), APL-UW TR 9305; Williams & Jackson (1998), J. Acoust. Soc. Am. 103,
         169 (equations from a public implementation); in backscatter the perturbation term of APL-UW TR 9407 (1994),
-        eqs. 41-52. Valid: relief low against the wavelength, away from the mirror direction, 10 to 100 kHz.
+        eqs. 41-52. Valid: relief low against the wavelength, away from the specular direction, 10 to 100 kHz.
         """
         d = scattering_geometry(grazing_in, grazing_out, azimuth)
         k = 2 * np.pi * self.frequency / self.sound_speed
@@ -58,10 +58,10 @@ class Perturbation:
 
 
 def grating_strength(sediment: Sediment, d: ScatteringGeometry) -> Floats:
-    """How strongly a fluid sediment's corrugation couples two directions, |A|^2 [1].
+    """Coupling of two directions by the corrugation of a fluid sediment, |A|^2 [1].
 
     Args:
-        sediment: What lies below the water.
+        sediment: Sediment below the water.
         d: The pair of directions.
 
     Source: as :meth:`Perturbation.cross_section`, with both transmission coefficients multiplied out so that nothing
@@ -78,7 +78,7 @@ def transmission(sediment: Sediment, d: ScatteringGeometry) -> Floats:
     """Share of sound that enters the sediment on one way and returns on the other [1].
 
     Args:
-        sediment: What lies below the water.
+        sediment: Sediment below the water.
         d: The pair of directions.
 
     Returns:

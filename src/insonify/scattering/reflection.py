@@ -1,8 +1,8 @@
-"""What a flat seabed sends back like a mirror, and what roughness takes from the mirror image.
+"""Reflection coefficient of a flat seabed, and its reduction by roughness.
 
-Fast sediment (sand) reflects almost everything below its critical angle, but turns the
-wave's phase on the way: from a full reversal at grazing to nothing at the critical angle.
-Rock also carries shear, and may let sound in where its compressional wave alone would not.
+Fast sediment (sand) reflects almost everything below its critical angle, with a phase that changes from
+pi at grazing incidence to 0 at the critical angle. Rock also supports shear waves, and may transmit
+sound where its compressional wave alone would not.
 """
 
 from __future__ import annotations
@@ -18,20 +18,20 @@ from insonify.validity import require_grazing_angle, require_number, require_num
 
 Complexes = NDArray[np.complex128]
 LEAST_SINE = 1e-12
-"""Sine of a grazing angle below which the limit stands for 0 divided by 0 [1]."""
+"""Smallest sine of a grazing angle, which keeps the limit at 0 finite [1]."""
 _LEAST = 1e-150
 
 
 def reflection_coefficient(sediment: Sediment, grazing: ArrayLike) -> Complexes:
-    """Pressure that a flat, uniform sediment reflects, per unit incident pressure.
+    """Pressure reflection coefficient of a flat, uniform sediment [1].
 
     Args:
-        sediment: The medium below the water.
+        sediment: Sediment below the water.
         grazing: Angle from the plane of the seabed, 0 to pi/2 [rad], any shape.
 
     Returns:
         Complex ratio of pressures [1], shape of grazing, for the time factor
-        exp(+j 2 pi f t): -1 at grazing 0. It is the same at every frequency.
+        exp(+j 2 pi f t): -1 at grazing 0. It does not depend on frequency.
 
     Source: Rayleigh's coefficient of a lossy fluid, APL-UW TR 9407 (1994), eqs. 29-33,
     conjugated from the report's exp(-i omega t).
@@ -41,7 +41,7 @@ def reflection_coefficient(sediment: Sediment, grazing: ArrayLike) -> Complexes:
 
 
 def reflection_coefficient_at_sine(sediment: Sediment, sine: ArrayLike) -> Complexes:
-    """The same by the sine of the grazing angle [1], any shape, which nobody checks."""
+    """Pressure reflection coefficient from the sine of the grazing angle [1], any shape, unchecked."""
     sine = np.maximum(sine, LEAST_SINE)
     vertical = vertical_wavenumber(sediment, sine)
     from_above = sediment.density_ratio * sine
@@ -53,7 +53,7 @@ def vertical_wavenumber(sediment: Sediment, sine: ArrayLike) -> Complexes:
     """Vertical wavenumber in the sediment over the wavenumber in the water.
 
     Args:
-        sediment: The medium below the water.
+        sediment: Sediment below the water.
         sine: Sine of the grazing angle in the water [1], any shape.
 
     Returns:
@@ -74,7 +74,7 @@ def vertical_wavenumber(sediment: Sediment, sine: ArrayLike) -> Complexes:
 
 @dataclass(frozen=True, slots=True)
 class ElasticSolid:
-    """Rock, as a uniform solid that carries compressional and shear waves."""
+    """Rock as a uniform solid that supports compressional and shear waves."""
 
     density_ratio: float
     """Density over that of the water above [1]."""
@@ -88,7 +88,7 @@ class ElasticSolid:
     """Loss parameter of the shear wave [1]."""
 
     def __post_init__(self) -> None:
-        """Refuse a solid that would not keep its shape."""
+        """Refuse a solid without positive stiffness."""
         for field in ("density_ratio", "speed_ratio", "shear_ratio", "loss", "shear_loss"):
             above = not field.endswith("loss")
             object.__setattr__(
@@ -103,31 +103,31 @@ class ElasticSolid:
 
 
 def elastic_reflection_coefficient(solid: ElasticSolid, grazing: ArrayLike) -> Complexes:
-    """Pressure that flat rock reflects, per unit incident pressure.
+    """Pressure reflection coefficient of flat rock [1].
 
     Args:
-        solid: The rock below the water.
+        solid: Rock below the water.
         grazing: Angle from the plane of the seabed, 0 to pi/2 [rad], any shape.
 
     Returns:
         Complex ratio of pressures [1], shape of grazing, for the time factor exp(+j 2 pi f t).
 
     Source: plane waves at a fluid-solid boundary, Brekhovskikh & Lysanov (2003), Fundamentals of Ocean Acoustics,
-    section 4.2 (section number from memory), conjugated from exp(-i omega t). Checked against the boundary
+    section 4.2 (section number not verified), conjugated from exp(-i omega t). Checked against the boundary
     conditions themselves.
     Valid: a smooth half space without layers; the shear wave in sand and mud is slow enough to be left out.
     """
     if not isinstance(solid, ElasticSolid):
-        raise ValueError(f"solid is {solid!r}; give an ElasticSolid, or take reflection_coefficient for a sediment")
+        raise ValueError(f"solid is {solid!r}; give an ElasticSolid, or use reflection_coefficient for a sediment")
     sine = np.maximum(np.sin(require_grazing_angle("grazing", grazing)), LEAST_SINE)
     compression = solid.speed_ratio / (1 + 1j * solid.loss)
     shear = solid.shear_ratio / (1 + 1j * solid.shear_loss)
-    # 1 - cos^2 from the sine itself: a wave as fast as the water's would lose it at grazing 0.
+    # 1 - cos^2 from the sine itself: for a wave as fast as the water's it would cancel at grazing 0.
     compression_down = np.sqrt(compression**-2 - 1 + sine**2 + 0j)
     shear_down = np.sqrt(shear**-2 - 1 + sine**2 + 0j)
     into_compression = (2 * shear**2 * (1 - sine**2) - 1) ** 2
-    # Pressure and velocity share the work: cos^2 2t of it in compression, sin^2 2t in shear. Multiplied out, so
-    # that a wave that runs along the boundary divides by nothing.
+    # Impedances of the compressional wave, times cos^2 2t, and of the shear wave, times sin^2 2t. Multiplied out, so
+    # that a wave along the boundary causes no division by zero.
     load = solid.density_ratio * sine
     downwards = compression_down * shear_down
     impedance = load * (into_compression * shear_down + (1 - into_compression) * compression_down)
@@ -138,17 +138,17 @@ def elastic_reflection_coefficient(solid: ElasticSolid, grazing: ArrayLike) -> C
 def coherent_reflection_factor(
     frequency: ArrayLike, rms_height: ArrayLike, grazing: ArrayLike, *, sound_speed: ArrayLike = 1500.0
 ) -> NDArray[np.float64]:
-    """Share of the mirrored pressure that roughness leaves in step.
+    """Reduction of the coherent (specular) reflection by roughness [1].
 
     Args:
         frequency: Frequency [Hz], any shape.
-        rms_height: Height of the roughness that the geometry does not resolve, rms [m], broadcast.
+        rms_height: Rms height of the roughness that the geometry does not resolve [m], broadcast.
         grazing: Angle from the mean plane [rad], broadcast.
-        sound_speed: In the water [m/s], broadcast.
+        sound_speed: Sound speed in the water [m/s], broadcast.
 
     Returns:
-        Factor of the flat boundary's pressure reflection coefficient, 0 to 1 [1], broadcast shape. The energy left
-        over is scattered; a law that already holds it must not be added to the full reflection.
+        Factor of the flat boundary's pressure reflection coefficient, 0 to 1 [1], broadcast shape. The remaining
+        energy is scattered; a law that includes it must not be added to the full reflection.
 
     Source: Eckart (1953), J. Acoust. Soc. Am. 25, 566: exp(-2 k^2 h^2 sin^2) of Gaussian heights; equation number
     not checked. Valid: gentle slopes, no shadows (grazing above the slopes).

@@ -1,9 +1,9 @@
-"""The small relief of a seabed, as sound meets it.
+"""Roughness of a seabed: power-law spectrum, structure constant, rms slope and the Kirchhoff integral.
 
 Heights follow a power law: W(K) = w K^-gamma for every wavenumber K. Such a surface has no rms height of its own,
 but the difference of two heights has: its mean square grows as the distance to the power 2 alpha, with
-alpha = gamma/2 - 1. What such a surface scatters in the Kirchhoff and the small-slope approximation is one
-integral over that growth, a function of one number q; it is made once per alpha and then looked up.
+alpha = gamma/2 - 1. In the Kirchhoff and the small-slope approximation the scattering of such a surface is one
+integral over that growth, a function of one number q, which is tabulated once per alpha.
 """
 
 from __future__ import annotations
@@ -27,19 +27,19 @@ Floats = NDArray[np.float64]
 
 LOWEST_LOG_Q, HIGHEST_LOG_Q, LOG_Q_STEP = -16.0, 28.0, 0.05
 STEEPEST_SLOPE_DEG = 30.0
-"""Slope, rms, beyond which small-slope scattering was seen to fall far below the handbook's large-roughness form."""
+"""Rms slope [deg] above which small-slope scattering is far below the large-roughness form of the handbook."""
 
 
 def hurst_exponent(sediment: Sediment) -> float:
-    """Hurst exponent alpha of the relief, gamma/2 - 1: 0 (jagged) to 1 (smooth) [1]."""
+    """Hurst exponent alpha of the relief, gamma/2 - 1: 0 (rough) to 1 (smooth) [1]."""
     return sediment.spectral_exponent / 2 - 1
 
 
 def roughness_spectrum(sediment: Sediment, wavenumber: ArrayLike) -> Floats:
-    """Spectrum of the heights of a sediment's surface.
+    """Roughness spectrum of a sediment's surface.
 
     Args:
-        sediment: The sediment below the water.
+        sediment: Sediment below the water.
         wavenumber: Horizontal wavenumber of the relief, above 0 [rad/m], any shape.
 
     Returns:
@@ -55,7 +55,7 @@ def structure_constant(sediment: Sediment) -> float:
     """Mean-square difference of two heights 1 m apart, C^2 of <(h(x + r) - h(x))^2> = C^2 r^(2 alpha).
 
     Args:
-        sediment: The sediment below the water.
+        sediment: Sediment below the water.
 
     Returns:
         C^2 [m^(2 - 2 alpha)].
@@ -70,11 +70,11 @@ def structure_constant(sediment: Sediment) -> float:
 
 
 def rms_slope(sediment: Sediment, wavenumber: float) -> float:
-    """Slope, rms over both directions, of the relief that is large against the sound's wavelength [1].
+    """Rms slope, both directions together, of the relief that is large against the acoustic wavelength [1].
 
     Args:
-        sediment: The sediment below the water.
-        wavenumber: Of the sound in the water [rad/m].
+        sediment: Sediment below the water.
+        wavenumber: Acoustic wavenumber in the water [rad/m].
 
     Source: APL-UW TR 9407 (1994), composite roughness model, within eqs. 41-52.
     """
@@ -85,7 +85,7 @@ def rms_slope(sediment: Sediment, wavenumber: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class KirchhoffIntegral:
-    """The function I(q) of one alpha, ready to be looked up."""
+    """Tabulated Kirchhoff integral I(q) of one Hurst exponent."""
 
     alpha: float
     """Hurst exponent of the relief [1]."""
@@ -93,7 +93,7 @@ class KirchhoffIntegral:
     """log I over log q."""
 
     def __call__(self, q: ArrayLike) -> Floats:
-        """I(q) [1] for q above 0, any shape; beyond the table the two power laws that it tends to."""
+        """I(q) [1] for q above 0, any shape; beyond the table its two asymptotic power laws."""
         log_q = np.log(q)
         inside = np.clip(log_q, LOWEST_LOG_Q, HIGHEST_LOG_Q)
         beyond = np.where(log_q > 0, -1 / self.alpha, 1.0) * (log_q - inside)
@@ -102,13 +102,13 @@ class KirchhoffIntegral:
 
 @lru_cache(maxsize=64)
 def kirchhoff_integral(alpha: float) -> KirchhoffIntegral:
-    """The integral of J0(u) exp(-q u^(2 alpha)) u du from 0 to infinity, as a function of q.
+    """Tabulate the integral of J0(u) exp(-q u^(2 alpha)) u du from 0 to infinity, as a function of q.
 
     Args:
         alpha: Hurst exponent of the relief, 0 to 1 exclusive [1].
 
     Returns:
-        A function of q [1], any shape, relative error below 1e-6. It tends to q 2^(1 + 2 alpha) alpha
+        Function of q [1], any shape, relative error below 1e-6. It tends to q 2^(1 + 2 alpha) alpha
         Gamma(1 + alpha) / Gamma(1 - alpha) for small q and to Gamma(1/alpha) / (2 alpha) q^(-1/alpha) for large q.
 
     Source: Jackson, Winebrenner & Ishimaru (1986), J. Acoust. Soc. Am. 79, 1410 (the Kirchhoff integral).
@@ -121,25 +121,25 @@ def kirchhoff_integral(alpha: float) -> KirchhoffIntegral:
 
 
 def _integrals(alpha: float, q: Floats) -> Floats:
-    """I(q) along a path turned into the complex plane, where nothing oscillates for long [1]."""
+    """I(q) along a path rotated into the complex plane, where the integrand does not oscillate [1]."""
     from scipy.special import expm1, hankel1
 
-    # J0 = Re H0, and H0 decays above the real axis; the turn is small enough for exp(-q u^(2 alpha)) to decay too.
-    turn = min(math.pi / 2, math.pi / (6 * alpha))
+    # J0 = Re H0, and H0 decays above the real axis; the rotation is small enough for exp(-q u^(2 alpha)) to decay too.
+    rotation = min(math.pi / 2, math.pi / (6 * alpha))
     nearest = -16.0 - 0.5 / alpha * max(HIGHEST_LOG_Q, 0.0)
-    u = np.exp(np.arange(nearest, math.log(100.0), 0.05) + 1j * turn)
+    u = np.exp(np.arange(nearest, math.log(100.0), 0.05) + 1j * rotation)
     weight = 0.05 * hankel1(0, u) * u * u  # equal steps in log u: the trapezoid converges exponentially
     power = u ** (2 * alpha)
-    # H0 alone integrates to 0 and would drown a small I: it is taken off, exactly, where q is small.
+    # H0 alone integrates to 0 but dominates a small I numerically: it is subtracted exactly where q is small.
     return np.array([(weight * (expm1(-x * power) if x < 1 else np.exp(-x * power))).sum().real for x in q])
 
 
 class SedimentScatteringLaw(Protocol):
-    """A law of a seabed, at one frequency."""
+    """Scattering law of a sediment at one frequency."""
 
     @property
     def sediment(self) -> Sediment:
-        """What lies below the water."""
+        """Sediment below the water."""
         ...
 
     @property
@@ -149,26 +149,26 @@ class SedimentScatteringLaw(Protocol):
 
     @property
     def sound_speed(self) -> float:
-        """In the water [m/s]."""
+        """Sound speed in the water [m/s]."""
         ...
 
 
 def check_sediment_law(law: SedimentScatteringLaw) -> float:
-    """Checks a law's sediment, frequency and sound speed, with a warning where the seabed was not measured.
+    """Check a law's sediment, frequency and sound speed, and warn outside the measured frequencies.
 
     Args:
-        law: A frozen law that is being made; its two numbers become plain ones.
+        law: Frozen law under construction; its frequency and sound speed become plain floats.
 
     Returns:
-        Wavenumber of the sound in the water, 2 pi f / c [rad/m].
+        Acoustic wavenumber in the water, 2 pi f / c [rad/m].
 
     Raises:
-        ValueError: There is no such sediment or no such sound.
+        ValueError: The sediment, the frequency or the sound speed is invalid.
     """
-    owner = type(law).__name__
-    checked_sediment(law.sediment, f"{owner}.sediment")
-    frequency = require_number(f"{owner}.frequency", law.frequency, "Hz", 0.0, exclude_low=True, example="100e3")
-    sound_speed = require_number(f"{owner}.sound_speed", law.sound_speed, "m/s", 300.0, 5000.0, example="1500")
+    kind = type(law).__name__
+    checked_sediment(law.sediment, f"{kind}.sediment")
+    frequency = require_number(f"{kind}.frequency", law.frequency, "Hz", 0.0, exclude_low=True, example="100e3")
+    sound_speed = require_number(f"{kind}.sound_speed", law.sound_speed, "m/s", 300.0, 5000.0, example="1500")
     object.__setattr__(law, "frequency", frequency)
     object.__setattr__(law, "sound_speed", sound_speed)
     warn_of_frequency(frequency)
@@ -176,11 +176,11 @@ def check_sediment_law(law: SedimentScatteringLaw) -> float:
 
 
 def warn_of_steep_slopes(sediment: Sediment, wavenumber: float) -> None:
-    """Warns where a bed is too steep for a law of small slopes.
+    """Warn where a seabed is too steep for a small-slope law.
 
     Args:
-        sediment: What lies below the water.
-        wavenumber: Of the sound in the water [rad/m].
+        sediment: Sediment below the water.
+        wavenumber: Acoustic wavenumber in the water [rad/m].
     """
     slope = math.degrees(math.atan(rms_slope(sediment, wavenumber)))
     law = "First-order small-slope scattering (Gragg, Wurmser & Gauss 2001)"

@@ -1,7 +1,7 @@
-"""Two directions at a patch of interface, and what scattering wants to know of them.
+"""Bistatic geometry at a patch of interface.
 
-A law depends on the directions only through the change that the patch makes to the sound's wavenumber: how much of
-it lies in the plane (transverse) and how much across it (vertical). Jackson's formulas are written in these two.
+A law depends on the directions only through the change of the wave vector: its component in the plane of the
+interface (transverse) and along the normal (vertical). Jackson's formulas are written in these two.
 """
 
 from __future__ import annotations
@@ -17,70 +17,72 @@ from insonify.validity import require_numbers
 Floats = NDArray[np.float64]
 
 SPECULAR_BLUR2 = 1e-8
-"""Least square of the transverse change [1]: a power law's mirror direction would be infinitely bright."""
+"""Square added to that of the transverse change [1]: a power law would diverge in the specular direction."""
 _LEAST_SINE = 1e-12
 
 
 class ScatteringGeometry(NamedTuple):
-    """Geometry of a pair of directions; every column has the broadcast shape of the angles."""
+    """Geometry of a pair of directions; every array has the broadcast shape of the angles."""
 
     sine_in: Floats
-    """Sine of the grazing angle of the sound that arrives [1]."""
+    """Sine of the grazing angle of the incident sound [1]."""
     sine_out: Floats
-    """Likewise of the sound that leaves [1]."""
+    """Sine of the grazing angle of the scattered sound [1]."""
     along: Floats
-    """Cosine of in, cosine of out and cosine of the azimuth, multiplied [1]."""
+    """Product of the cosines of both grazing angles and of the azimuth [1]."""
     transverse2: Floats
-    """Square of half the change of unit vectors in the plane, blurred a little at the mirror direction [1]."""
+    """Square of half the change of unit vectors in the plane, plus `SPECULAR_BLUR2` [1]."""
     vertical: Floats
-    """Half the change across the plane [1]."""
+    """Half the change of unit vectors along the normal [1]."""
     is_illuminated: NDArray[np.bool_]
-    """Whether both directions are on the water's side."""
+    """True where both directions are on the water's side."""
 
     @property
     def facet_grazing_sine(self) -> Floats:
-        """Half the length of the change: sine of the grazing angle at a facet that would mirror one into the other."""
+        """Sine of the grazing angle at the facet that reflects one direction into the other [1]."""
         return np.minimum(np.sqrt(self.transverse2 + self.vertical**2), 1.0)
 
     def where_illuminated(self, cross_section: Floats) -> Floats:
-        """The cross section, and 0 where a direction lies behind the interface [1]."""
+        """Cross section, 0 where a direction lies behind the interface [1]."""
         return np.asarray(np.where(self.is_illuminated, cross_section, 0.0))
 
 
 def scattering_geometry(grazing_in: ArrayLike, grazing_out: ArrayLike, azimuth: ArrayLike) -> ScatteringGeometry:
-    """What two directions at a patch mean for scattering.
+    """Compute the bistatic geometry of two directions at a patch.
 
     Args:
-        grazing_in: Of the sound that arrives, from the plane of the interface [rad], any shape.
-        grazing_out: Of the sound that leaves, likewise [rad], broadcast.
-        azimuth: Between the two: 0 forward, pi back [rad], broadcast.
+        grazing_in: Grazing angle of the incident sound, from the plane of the interface [rad], any shape.
+        grazing_out: Grazing angle of the scattered sound [rad], broadcast.
+        azimuth: Azimuth between the two directions, 0 forward, pi back [rad], broadcast.
 
     Source: Jackson & Richardson (2007), High-Frequency Seafloor Acoustics; Williams & Jackson (1998), J. Acoust. Soc.
-    Am. 103, 169. Symmetric in the two grazing angles, to the bit.
+    Am. 103, 169. Symmetric in the two grazing angles, bit-identical.
     """
     a, b, azimuth = np.broadcast_arrays(*checked_angles(grazing_in, grazing_out, azimuth))
     sine_in, sine_out = np.maximum(np.sin(a), _LEAST_SINE), np.maximum(np.sin(b), _LEAST_SINE)
     both = np.cos(a) * np.cos(b)
-    # ((cos a - cos b)^2 + 4 cos a cos b sin^2(azimuth/2)) / 4: no cancellation near the mirror direction.
+    # ((cos a - cos b)^2 + 4 cos a cos b sin^2(azimuth/2)) / 4: no cancellation near the specular direction.
     transverse2 = 0.25 * (np.cos(a) - np.cos(b)) ** 2 + both * np.sin(azimuth / 2) ** 2
-    lit = ~((np.sin(a) <= 0) | (np.sin(b) <= 0))  # a gap stays one
+    is_illuminated = ~((np.sin(a) <= 0) | (np.sin(b) <= 0))  # NaN counts as illuminated: a gap stays a gap
     vertical = 0.5 * (sine_in + sine_out)
-    return ScatteringGeometry(sine_in, sine_out, both * np.cos(azimuth), transverse2 + SPECULAR_BLUR2, vertical, lit)
+    return ScatteringGeometry(
+        sine_in, sine_out, both * np.cos(azimuth), transverse2 + SPECULAR_BLUR2, vertical, is_illuminated
+    )
 
 
 def local_angles(incoming: ArrayLike, outgoing: ArrayLike, normal: ArrayLike) -> tuple[Floats, Floats, Floats]:
-    """Angles that a law asks for, of two directions at a facet that may be tilted.
+    """Grazing angles and azimuth of two directions at a tilted facet, as a scattering law takes them.
 
     Args:
         incoming: Unit vectors of travel towards the facet [1], shape (..., 3), any frame.
-        outgoing: Unit vectors of travel away from it [1], broadcast.
-        normal: Unit vectors out of the facet into the water [1], broadcast; (0, 0, -1) on a flat seabed, z down.
+        outgoing: Unit vectors of travel away from the facet [1], broadcast.
+        normal: Unit normals of the facet into the water [1], broadcast; (0, 0, -1) on a flat seabed, z down.
 
     Returns:
         Grazing in, grazing out (negative behind the facet) and azimuth, 0 forward to pi back [rad], shape (...).
 
     Raises:
-        ValueError: Something is no vector of three components, or not of unit length.
+        ValueError: A vector does not have three components, or is not of unit length.
     """
     named = (("incoming", incoming), ("outgoing", outgoing), ("normal", normal))
     into, out, up = np.broadcast_arrays(*(_unit_vectors(name, value) for name, value in named))
@@ -93,12 +95,12 @@ def local_angles(incoming: ArrayLike, outgoing: ArrayLike, normal: ArrayLike) ->
 
 
 def _unit_vectors(name: str, value: ArrayLike) -> Floats:
-    """Vectors of length 1, to a thousandth, or gaps."""
+    """Vectors of length 1 within a thousandth, or gaps."""
     vectors = require_numbers(name, value, "")
     if vectors.ndim == 0 or vectors.shape[-1] != 3:
         raise ValueError(f"{name} has shape {vectors.shape}; give vectors of 3 components along the last axis")
     length = np.linalg.norm(vectors, axis=-1)
-    strange = length[np.abs(length - 1) > 1e-3]
-    if strange.size:
-        raise ValueError(f"{name} has a vector of length {strange[0]:g}; give unit vectors")
+    wrong = length[np.abs(length - 1) > 1e-3]
+    if wrong.size:
+        raise ValueError(f"{name} has a vector of length {wrong[0]:g}; give unit vectors")
     return vectors

@@ -1,6 +1,6 @@
-"""What scatters inside the sediment: grains, shells and layers that the sound meets on its way down.
+"""Volume scattering in the sediment: grains, shells and layers below the seabed.
 
-In mud, where the surface is smooth and the sound enters easily, this is nearly all of the echo.
+In mud, where the surface is smooth and transmission is high, this is nearly all of the echo.
 """
 
 import math
@@ -20,30 +20,30 @@ from insonify.scattering.sediments import Sediment
 
 VolumeSpectrum = Literal["power-law", "isotropic"]
 OUTER_WAVENUMBER = 1e-3
-"""Wavenumber of the fluctuations at which their power law levels off, over that of the sound in the water [1]."""
+"""Outer scale of the power-law spectrum: its wavenumber over that of sound in the water [1]."""
 STRONGEST = 0.1
-"""Cross section that the power law approaches and never exceeds [1]: towards the mirror direction, below the critical
-angle, single scattering would send out more than arrives."""
+"""Upper limit of the cross section of the power law [1]: towards the specular direction, below the critical
+angle, single scattering would not conserve energy."""
 
 
 @dataclass(frozen=True, slots=True)
 class SedimentVolume:
-    """Scattering by the inside of a sediment, behind the refraction and loss on the way there and back."""
+    """Scattering by the volume of a sediment, with refraction and loss on both legs."""
 
     sediment: Sediment
-    """What lies below the water."""
+    """Sediment below the water."""
     frequency: Hertz
     """Frequency [Hz]."""
     _: KW_ONLY
     sound_speed: MetresPerSecond = 1500.0
-    """In the water [m/s]."""
+    """Sound speed in the water [m/s]."""
     volume_spectrum: VolumeSpectrum = "power-law"
     """Spectrum of the inhomogeneities: density that fluctuates with a power law of exponent 3 (Jackson), or a cross
     section per unit volume that is the same in all directions (TR 9407). Above the critical angle both have the same
     backscatter; below it the isotropic one is up to 2 dB higher in medium sand."""
 
     def __post_init__(self) -> None:
-        """Refuse what is no sound and a sediment that never ends; warn outside the measured band."""
+        """Refuse invalid values and a lossless sediment; warn outside the measured band."""
         check_sediment_law(self)
         check_sediment_volume("SedimentVolume", self.sediment, self.volume_spectrum)
 
@@ -51,19 +51,19 @@ class SedimentVolume:
         """Bistatic cross section per unit area per unit solid angle [1].
 
         Args:
-            grazing_in: Of the sound that arrives, from the plane of the interface [rad], any shape.
-            grazing_out: Of the sound that leaves, likewise [rad], broadcast.
-            azimuth: Between the two: 0 forward, pi back [rad], broadcast.
+            grazing_in: Grazing angle of the incident sound, from the plane of the interface [rad], any shape.
+            grazing_out: Grazing angle of the scattered sound [rad], broadcast.
+            azimuth: Azimuth between the two directions, 0 forward, pi back [rad], broadcast.
 
         Returns:
-            Cross section [1], broadcast shape; 0 where either direction is behind the interface. Where a volume
-            parameter is so large that more would leave than arrives, it is lowered symmetrically.
+            Cross section [1], broadcast shape; 0 where either direction lies behind the interface. Where a volume
+            parameter is so large that the albedo would exceed 1, it is reduced by the symmetric cap.
 
         Source: single scattering below a flat fluid boundary, Jackson (1993), APL-UW TR 9305; Williams & Jackson
         (1998), J. Acoust. Soc. Am. 103, 169; the power law's outer scale and its limit of 0.1 as in Jackson (2000),
         APL-UW TM 2-00 (equations from a public implementation). The isotropic form is in backscatter the volume term
         of APL-UW TR 9407 (1994), eqs. 65-66.
-        Valid: 10 to 100 kHz; the volume parameter was found to vary by a factor of 10 either way.
+        Valid: 10 to 100 kHz; the volume parameter varies by a factor of 10 in either direction.
         """
         free = UncappedSedimentVolume(self.sediment, self.frequency, self.sound_speed, self.volume_spectrum)
         grazing_in, grazing_out, azimuth = checked_angles(grazing_in, grazing_out, azimuth)
@@ -73,16 +73,16 @@ class SedimentVolume:
 
 @dataclass(frozen=True, slots=True)
 class UncappedSedimentVolume:
-    """The volume formula as it stands, without its cap."""
+    """Volume scattering without the cap."""
 
     sediment: Sediment
-    """What lies below the water."""
+    """Sediment below the water."""
     frequency: float
     """Frequency [Hz]."""
     sound_speed: float
-    """In the water [m/s]."""
+    """Sound speed in the water [m/s]."""
     volume_spectrum: VolumeSpectrum
-    """How the inside scatters."""
+    """Spectrum of the inhomogeneities in the sediment."""
 
     def cross_section(self, grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> Floats:
         """Bistatic cross section [1] of angles [rad], as :meth:`SedimentVolume.cross_section`."""
@@ -97,18 +97,18 @@ class UncappedSedimentVolume:
         kappa = (1 + 1j * self.sediment.loss) / self.sediment.speed_ratio
         contrast = np.abs(kappa**2 - d.along + p_in * p_out) ** 2  # of density, at constant sound speed
         change2 = 4 * d.transverse2 + (p_in + p_out).real ** 2 + OUTER_WAVENUMBER**2
-        # Scaled so that both kinds agree straight back above the critical angle, where the change is 2 |kappa|.
+        # Scaled so that both kinds agree in backscatter above the critical angle, where the change is 2 |kappa|.
         free = isotropic * 2 * self.sediment.speed_ratio * contrast / change2**1.5
         return d.where_illuminated(free / (1 + free / STRONGEST))
 
 
 def check_sediment_volume(law: str, sediment: Sediment, volume_spectrum: str) -> None:
-    """Refuses an inside that nobody described, and one from which sound would return for ever.
+    """Refuse an unknown spectrum of inhomogeneities, and a scattering sediment without loss.
 
     Args:
-        law: Who asks, for the error message.
-        sediment: What lies below the water.
-        volume_spectrum: How its inside scatters.
+        law: Name of the law, for the error message.
+        sediment: Sediment below the water.
+        volume_spectrum: Spectrum of the inhomogeneities in the sediment.
     """
     if volume_spectrum not in get_args(VolumeSpectrum):
         raise ValueError(f"{law}.volume_spectrum is {volume_spectrum!r}; give 'power-law' or 'isotropic'")
@@ -119,10 +119,10 @@ def check_sediment_volume(law: str, sediment: Sediment, volume_spectrum: str) ->
 
 
 def isotropic_strength(sediment: Sediment) -> float:
-    """Cross section of the sediment's inside, per wavenumber of the sound in the water.
+    """Volume scattering cross section of the sediment, over the wavenumber in the water.
 
     Args:
-        sediment: What lies below the water.
+        sediment: Sediment below the water.
 
     Returns:
         sigma_2 times the attenuation [dB/m], over k: per unit volume, solid angle and wavenumber [1].

@@ -1,8 +1,8 @@
-"""What the seabed is made of, as far as sound can tell.
+"""Acoustic properties of seabed sediments.
 
-One number, the mean grain size, predicts density, sound speed, loss, roughness and the volume spectrum inside a
-sediment well enough for most work. It is counted in phi = -log2(diameter in mm): gravel -1, clay 9. Rock and
-stones have no grain size; the handbook gives their numbers one by one.
+One number, the mean grain size, predicts density, sound speed, loss, roughness and volume scattering of a
+sediment well enough for most work. Its unit is phi = -log2(diameter in mm): gravel -1, clay 9. Rock and
+stones have no grain size; the handbook lists their properties separately.
 """
 
 import math
@@ -16,10 +16,10 @@ from insonify.validity import require_number, warn_outside
 
 LAW = "APL-UW TR 9407 (1994) grain-size regression"
 REFERENCE_SPEED = 1528.0
-"""Sound speed of the water in which TR 9407 turned attenuation into loss [m/s]."""
+"""Sound speed of the water for which TR 9407 converts attenuation into loss [m/s]."""
 
 LARGEST_GRAIN, SMALLEST_GRAIN = -8.0, 14.0
-"""Boulder and colloid, beyond which a grain size is surely a mistake [phi]."""
+"""Grain size of boulder and colloid, beyond which a value is a mistake [phi]."""
 
 GRAIN_SIZE: dict[str, float] = {
     "sandy gravel": -1.0,
@@ -57,15 +57,15 @@ STONES: dict[str, tuple[float, float, float]] = {
     "gravel": (2.5, 1.8, 0.0160),
     "pebble": (2.5, 1.8, 0.0160),
 }
-"""Density ratio [1], speed ratio [1] and spectral strength [cm^4] of beds without grain size; TR 9407, Table 2."""
+"""Density ratio [1], speed ratio [1] and spectral strength [cm^4] of rock and stones; TR 9407, Table 2."""
 STONE_LOSS = 0.01374
-"""Loss parameter of all of them [1]; TR 9407, Table 2."""
+"""Loss parameter of rock and stones [1]; TR 9407, Table 2."""
 SPECTRAL_EXPONENT = 3.25
 """Exponent of the handbook's roughness spectrum, for every sediment [1]."""
 
 
 def si_spectral_strength(strength_cm4: float, exponent: float = SPECTRAL_EXPONENT) -> float:
-    """Spectral strength in SI of one given as TR 9407 prints it.
+    """Convert a spectral strength of TR 9407 into SI units.
 
     Args:
         strength_cm4: The handbook's w2, for wavenumbers in units of 1/cm [cm^4].
@@ -79,9 +79,9 @@ def si_spectral_strength(strength_cm4: float, exponent: float = SPECTRAL_EXPONEN
 
 @dataclass(frozen=True, slots=True)
 class Sediment:
-    """A uniform sediment that carries sound as a fluid with loss, under a rough surface."""
+    """Uniform sediment, a fluid with loss under a rough surface."""
 
-    # A scenario may describe a sediment of its own, and may not misspell it.
+    # A scenario may describe a sediment; unknown keys are refused.
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid", allow_inf_nan=False)
 
     density_ratio: float
@@ -91,16 +91,16 @@ class Sediment:
     loss: float
     """Loss parameter, |Im k / Re k| of the wavenumber in the sediment [1]."""
     volume_parameter: float = 0.002
-    """Scattering cross section of the sediment's inside over its attenuation, (1/m) per (dB/m) [1/dB]."""
+    """Volume scattering cross section of the sediment over its attenuation, (1/m) per (dB/m) [1/dB]."""
     spectral_exponent: float = SPECTRAL_EXPONENT
     """Exponent gamma of the roughness spectrum W(K) = strength K^-gamma, 2 to 4 exclusive [1]."""
     spectral_strength: float = 1.406e-4
-    """Factor of the two-sided, two-dimensional roughness spectrum [m^(4 - gamma)]; a typical sand's, if not given."""
+    """Factor of the two-sided, two-dimensional roughness spectrum [m^(4 - gamma)]; by default that of sand."""
     name: str = ""
-    """What a geologist would call it."""
+    """Name of the sediment class."""
 
     def __post_init__(self) -> None:
-        """Refuse a medium that no sound could enter, or that would make sound, and relief that is none."""
+        """Refuse impossible ratios, a negative loss, and an exponent without finite roughness."""
         for field in ("density_ratio", "speed_ratio", "loss", "volume_parameter", "spectral_strength"):
             above = field not in ("loss", "volume_parameter")
             object.__setattr__(
@@ -123,16 +123,16 @@ class Sediment:
 
     @classmethod
     def named(cls, name: str) -> "Sediment":
-        """The sediment that goes by a name, such as "medium sand".
+        """Typical sediment of a name, such as "medium sand".
 
         Args:
             name: One of `GRAIN_SIZE` or `STONES`, in any case.
 
         Returns:
-            A typical sediment of that name.
+            Sediment with the properties of that name.
 
         Raises:
-            ValueError: The name is not known; the nearest ones are given.
+            ValueError: The name is unknown; the nearest names are listed.
 
         Source: APL-UW TR 9407 (1994), Table 2.
         """
@@ -154,20 +154,20 @@ class Sediment:
 
     @classmethod
     def from_grain_size(cls, phi: float) -> "Sediment":
-        """The typical sediment of a mean grain size.
+        """Typical sediment of a mean grain size.
 
         Args:
             phi: Mean grain size, -log2 of the diameter in mm [phi].
 
         Returns:
-            Its density, sound speed, loss, roughness and volume parameter.
+            Sediment with the density, sound speed, loss, roughness and volume parameter of that grain size.
 
         Raises:
-            ValueError: No grains are that large or that small.
+            ValueError: The grain size is outside -8 to 14 phi.
 
         Source: APL-UW TR 9407 (1994), section IV.A, eqs. 2-10; attenuation from Hamilton (1972),
         Geophysics 37, 620. Valid: -1 to 9 phi; sound speed and density are for 10 to 100 kHz.
-        Roughness and volume parameter are the least certain: a factor of 10 either way was observed.
+        Roughness and volume parameter are the least certain: they vary by a factor of 10 in either direction.
         """
         size = require_number("grain size", phi, "phi", example="1.5 for medium sand")
         return cls._of_grain_size(size, f"grain size {size:g} phi")
@@ -184,20 +184,20 @@ class Sediment:
         return cls(_density_ratio(phi), speed_ratio, loss, volume_parameter, SPECTRAL_EXPONENT, strength, name)
 
 
-def checked_sediment(sediment: Sediment, owner: str = "sediment") -> Sediment:
-    """The same sediment, if it is one.
+def checked_sediment(sediment: Sediment, field: str = "sediment") -> Sediment:
+    """Refuse a value that is not a sediment.
 
     Args:
-        sediment: What was given.
-        owner: What it was given for, for the error message.
+        sediment: Value to check, returned unchanged.
+        field: Name of the field or argument, for the error message.
 
     Raises:
-        ValueError: It is something else, such as a name.
+        ValueError: The value is of another type, such as the name of a sediment.
     """
     if isinstance(sediment, Sediment):
         return sediment
     name = sediment if isinstance(sediment, str) else "medium sand"
-    raise ValueError(f"{owner} is {sediment!r}; give a Sediment, such as Sediment.named({name!r})")
+    raise ValueError(f"{field} is {sediment!r}; give a Sediment, such as Sediment.named({name!r})")
 
 
 def _density_ratio(phi: float) -> float:
@@ -222,7 +222,7 @@ def _loss(phi: float, speed_ratio: float) -> float:
 
 
 def _relief_cm(phi: float) -> float:
-    """Height, rms, that roughens a bed of these grains over about 1 m [cm]."""
+    """Rms height of the relief over about 1 m for a grain size [cm]."""
     return (2.03846 - 0.26923 * phi) / (1 + 0.076923 * phi) if phi < 5 else 0.5
 
 

@@ -1,7 +1,7 @@
-"""The small-slope approximation: one formula from the mirror direction to the lowest grazing angle.
+"""The small-slope approximation: one formula from the specular direction to the lowest grazing angle.
 
-It tends to Kirchhoff's mirrors where the relief is high against the wavelength and to the gratings of perturbation
-theory where it is low, so nobody has to say where one ends and the other begins.
+It tends to Kirchhoff's approximation where the relief is high against the wavelength and to perturbation
+theory where it is low, without a choice between the two.
 """
 
 from dataclasses import KW_ONLY, dataclass
@@ -23,34 +23,34 @@ class SmallSlope:
     """Scattering by a sediment's rough surface, first order in its slopes."""
 
     sediment: Sediment
-    """What lies below the water."""
+    """Sediment below the water."""
     frequency: Hertz
     """Frequency [Hz]."""
     _: KW_ONLY
     sound_speed: MetresPerSecond = 1500.0
-    """In the water [m/s]."""
+    """Sound speed in the water [m/s]."""
 
     def __post_init__(self) -> None:
-        """Refuse what is no sound; warn outside the measured band and of steep slopes."""
+        """Refuse invalid values; warn outside the measured band and of steep slopes."""
         warn_of_steep_slopes(self.sediment, check_sediment_law(self))
 
     def cross_section(self, grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> Floats:
         """Bistatic cross section per unit area per unit solid angle [1].
 
         Args:
-            grazing_in: Of the sound that arrives, from the plane of the interface [rad], any shape.
-            grazing_out: Of the sound that leaves, likewise [rad], broadcast.
-            azimuth: Between the two: 0 forward, pi back [rad], broadcast.
+            grazing_in: Grazing angle of the incident sound, from the plane of the interface [rad], any shape.
+            grazing_out: Grazing angle of the scattered sound [rad], broadcast.
+            azimuth: Azimuth between the two directions, 0 forward, pi back [rad], broadcast.
 
         Returns:
-            Cross section [1], broadcast shape; 0 where either direction is behind the interface. Where the relief
-            is so rough that more would leave than arrives, it is lowered symmetrically.
+            Cross section [1], broadcast shape; 0 where either direction lies behind the interface. Where the relief
+            is so rough that the albedo would exceed 1, it is reduced by the symmetric cap.
 
         Source: Gragg, Wurmser & Gauss (2001), J. Acoust. Soc. Am. 110, 2878, for a fluid sediment with a power-law
         relief, in the notation of Jackson & Richardson (2007), High-Frequency Seafloor Acoustics.
         Valid: small slopes, no shadows (above about 5 degrees); relief of 10 to 100 kHz. Rough rock, and rock and
-        gravel above 100 kHz, are too steep for it: the strength comes out low above 20 degrees, by 10 dB and more
-        for rough rock. A warning says so; apl_bottom_strength_db knows better there, straight back.
+        gravel above 100 kHz, are too steep for it: the strength is too low above 20 degrees, by 10 dB and more
+        for rough rock. This is warned about; apl_bottom_strength_db is more accurate for them in backscatter.
         """
         free = UncappedSmallSlope(self.sediment, self.frequency, self.sound_speed)
         grazing_in, grazing_out, azimuth = checked_angles(grazing_in, grazing_out, azimuth)
@@ -60,14 +60,14 @@ class SmallSlope:
 
 @dataclass(frozen=True, slots=True)
 class UncappedSmallSlope:
-    """The small-slope formula as it stands, without its cap."""
+    """Small-slope formula without the cap."""
 
     sediment: Sediment
-    """What lies below the water."""
+    """Sediment below the water."""
     frequency: float
     """Frequency [Hz]."""
     sound_speed: float
-    """In the water [m/s]."""
+    """Sound speed in the water [m/s]."""
 
     def cross_section(self, grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> Floats:
         """Bistatic cross section [1] of angles [rad], as :meth:`SmallSlope.cross_section`."""

@@ -1,6 +1,6 @@
-"""What a rigid or a soft sphere scatters, exactly, at any size and in any direction.
+"""Exact bistatic scattering by a rigid or soft sphere of any size.
 
-The incident plane wave is a sum of spherical waves, and each is sent back by the sphere on its own.
+The incident plane wave is a sum of spherical waves, each of which the sphere scatters independently.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from insonify.validity import require_numbers, require_sound_speed, warn_outside
 Floats = NDArray[np.float64]
 Boundary = Literal["rigid", "soft"]
 LARGEST_KA = 5000.0
-"""Size up to which the series is summed [1]."""
+"""Wavenumber times radius up to which the series is summed [1]."""
 
 
 def sphere_series_strength_db(
@@ -32,9 +32,9 @@ def sphere_series_strength_db(
     Args:
         radius: Radius [m], any shape.
         frequency: Frequency [Hz], broadcast.
-        boundary: "rigid" (nothing moves) or "soft" (no pressure, such as a large bubble).
-        angle: Between the directions of incidence and scattering, 0 forward, pi back [rad], broadcast.
-        sound_speed: In the water [m/s], broadcast.
+        boundary: "rigid" (no normal velocity) or "soft" (no pressure, such as a large bubble).
+        angle: Angle between the directions of incidence and scattering, 0 forward, pi back [rad], broadcast.
+        sound_speed: Sound speed in the water [m/s], broadcast.
 
     Returns:
         20 log10 |F|, broadcast shape; F as in `sphere_amplitude`.
@@ -56,7 +56,7 @@ def sphere_amplitude(ka: float, angle: ArrayLike = np.pi, *, boundary: Boundary 
 
     Args:
         ka: Wavenumber times radius [1].
-        angle: Between incidence and scattering, 0 forward, pi back [rad], any shape.
+        angle: Angle between incidence and scattering, 0 forward, pi back [rad], any shape.
         boundary: "rigid" or "soft".
 
     Returns:
@@ -71,7 +71,7 @@ def sphere_amplitude(ka: float, angle: ArrayLike = np.pi, *, boundary: Boundary 
         raise ValueError(f"boundary is {boundary!r}; give 'rigid' or 'soft'")
     if not 0 < ka <= LARGEST_KA:
         raise ValueError(f"ka is {ka:g}; the series is summed for 0 < ka <= {LARGEST_KA:g}. "
-                         "For a larger sphere take sphere_strength_db.")  # fmt: skip
+                         "For a larger sphere use sphere_strength_db.")  # fmt: skip
     eta = partial_waves(ka, boundary)
     n = np.arange(eta.size)
     # eta is written for exp(-i omega t), where F = (i/k) sum: conjugated here.
@@ -80,7 +80,7 @@ def sphere_amplitude(ka: float, angle: ArrayLike = np.pi, *, boundary: Boundary 
 
 
 def partial_waves(ka: float, boundary: Boundary = "rigid") -> NDArray[np.complex128]:
-    """Share of each outgoing spherical wave in exp(-i omega t), eta_n [1], shape (orders,); enough of them."""
+    """Coefficients eta_n of the outgoing spherical waves in exp(-i omega t) [1], shape (orders,), until they vanish."""
     from scipy.special import spherical_jn, spherical_yn
 
     warn_outside("Partial waves of a sphere", "ka", ka, 1e-3, LARGEST_KA, "")
@@ -88,5 +88,5 @@ def partial_waves(ka: float, boundary: Boundary = "rigid") -> NDArray[np.complex
     n = np.arange(int(ka + 6 * ka ** (1 / 3) + 8))
     derivative = boundary == "rigid"
     j, y = spherical_jn(n, ka, derivative), spherical_yn(n, ka, derivative)
-    use = np.isfinite(y)
-    return np.where(use, j / (j + 1j * np.where(use, y, 1.0)), 0.0)
+    is_finite = np.isfinite(y)
+    return np.where(is_finite, j / (j + 1j * np.where(is_finite, y, 1.0)), 0.0)

@@ -1,8 +1,7 @@
-"""What a moving, rough sea leaves of a mirror's echo: how much, how late and how blurred.
+"""Coherent reflection of a rough, moving sea surface, and mean delay and Doppler spread of the incoherent part.
 
-The sea returns nearly all the sound it gets. What roughness takes is order: the part of the
-echo with a phase of its own shrinks, the rest comes from a patch around the mirror point,
-later and shifted in frequency.
+The sea surface reflects nearly all the incident energy. Roughness reduces the coherent part;
+the incoherent part comes from a patch around the specular point, later and shifted in frequency.
 """
 
 from __future__ import annotations
@@ -19,16 +18,16 @@ from insonify.validity import require_grazing_angle, require_numbers, require_so
 def rayleigh_parameter(
     frequency: ArrayLike, rms_height: ArrayLike, grazing: ArrayLike, *, sound_speed: ArrayLike = 1500.0
 ) -> Floats:
-    """Rms phase that the surface's height gives to the sound it mirrors, 2 k h sin(grazing) [rad].
+    """Rayleigh parameter, rms phase of specular reflection by a rough surface, 2 k h sin(grazing) [rad].
 
     Args:
         frequency: Frequency [Hz], any shape.
         rms_height: Rms height of the surface, a quarter of the significant height [m], broadcast.
         grazing: Grazing angle [rad], broadcast.
-        sound_speed: In the water at the surface [m/s], broadcast.
+        sound_speed: Sound speed in the water at the surface [m/s], broadcast.
 
     Returns:
-        Rayleigh's parameter [rad], broadcast shape: smooth well below 1, rough well above.
+        Rayleigh parameter [rad], broadcast shape: smooth well below 1, rough well above.
     """
     k = (
         2
@@ -43,18 +42,18 @@ def rayleigh_parameter(
 def coherent_reflection(
     frequency: ArrayLike, rms_height: ArrayLike, grazing: ArrayLike, *, sound_speed: ArrayLike = 1500.0
 ) -> Floats:
-    """Mean pressure that a rough sea mirrors, per unit incident pressure [1].
+    """Coherent (mean) pressure reflection coefficient of a rough sea surface [1].
 
     Args:
         frequency: Frequency [Hz], any shape.
         rms_height: Rms height of the surface [m], broadcast.
         grazing: Grazing angle [rad], broadcast.
-        sound_speed: In the water at the surface [m/s], broadcast.
+        sound_speed: Sound speed in the water at the surface [m/s], broadcast.
 
     Returns:
-        -exp(-P^2 / 2) with Rayleigh's parameter P [1], broadcast shape: -1 for a flat sea.
+        -exp(-P^2 / 2) with the Rayleigh parameter P [1], broadcast shape: -1 for a flat sea.
 
-    Source: Eckart (1953), J. Acoust. Soc. Am. 25, 566 (reference from memory): the mean of
+    Source: Eckart (1953), J. Acoust. Soc. Am. 25, 566 (not verified): the mean of
     exp(j P x) over Gaussian heights. Valid: no shadows, slopes small.
     """
     parameter = rayleigh_parameter(frequency, rms_height, grazing, sound_speed=sound_speed)
@@ -69,20 +68,20 @@ def mean_extra_delay(
     *,
     sound_speed: ArrayLike = 1500.0,
 ) -> Floats:
-    """How much later than the mirror's the echo of the glistening patch comes, on the mean [s].
+    """Mean delay of the incoherent reflection after the specular reflection [s].
 
     Args:
         mean_square_slope: Variance of the slope, both directions together [1], any shape.
-        grazing: Grazing angle at the mirror point [rad], broadcast.
-        range_in: Distance from the source to the mirror point [m], broadcast.
-        range_out: Distance from there to the receiver [m], broadcast.
-        sound_speed: In the water [m/s], broadcast.
+        grazing: Grazing angle at the specular point [rad], broadcast.
+        range_in: Distance from the source to the specular point [m], broadcast.
+        range_out: Distance from the specular point to the receiver [m], broadcast.
+        sound_speed: Sound speed in the water [m/s], broadcast.
 
     Returns:
-        s^2 (1 + sin^2 grazing) r1 r2 / ((r1 + r2) c) [s], broadcast shape. Where the patch is
-        far from round the delays spread about as much as their mean.
+        s^2 (1 + sin^2 grazing) r1 r2 / ((r1 + r2) c) [s], broadcast shape. For an
+        elongated patch the standard deviation of the delays is about their mean.
 
-    Source: derived here from the facet picture to second order in slope. Valid: rms slope well
+    Source: derived here for specular facets to second order in slope. Valid: rms slope well
     below the grazing angle, isotropic slopes.
     """
     r1, r2 = (
@@ -100,15 +99,15 @@ def mean_extra_delay(
 def doppler_spread(
     frequency: ArrayLike, vertical_speed_rms: ArrayLike, grazing: ArrayLike, *, sound_speed: ArrayLike = 1500.0
 ) -> Floats:
-    """Rms shift in frequency of the echo of a heaving sea, 2 f sin(grazing) w / c [Hz].
+    """Rms Doppler shift of sound reflected by a moving sea surface, 2 f sin(grazing) w / c [Hz].
 
     Args:
         frequency: Frequency [Hz], any shape.
         vertical_speed_rms: Rms speed at which the surface rises and falls [m/s], broadcast.
         grazing: Grazing angle [rad], broadcast.
-        sound_speed: In the water [m/s], broadcast.
+        sound_speed: Sound speed in the water [m/s], broadcast.
 
-    Source: Doppler's law for a mirror that moves along its normal. Valid: near the mirror direction.
+    Source: Doppler shift at a plane that moves along its normal. Valid: near the specular direction.
     """
     heave, angle = (
         require_numbers("vertical_speed_rms", vertical_speed_rms, "m/s", 0.0),

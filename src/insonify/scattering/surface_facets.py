@@ -1,8 +1,8 @@
-"""The sea as a mirror broken into facets: sound goes where a slope can send it.
+"""Scattering by specular facets of the sea surface.
 
-At high frequency the surface near the mirror direction, and seen from below near the
-vertical, is a crowd of small tilted mirrors. What is scattered from one direction into
-another is the share of the surface that has the one slope this takes.
+At high frequency the surface reflects as small tilted facets near the specular direction, which includes
+backscatter near the vertical. The cross section of a pair of directions is proportional to the probability density
+of the slope that reflects one into the other.
 """
 
 import math
@@ -16,18 +16,18 @@ from insonify.validity import require_number, require_numbers, warn_outside
 
 
 def cox_munk_slopes(wind_speed: float, *, slick: bool = False) -> tuple[float, float]:
-    """Variance of the sea's slope along the wind and across it, as the sun's glitter shows it.
+    """Variance of the sea's slope along the wind and across it, from sun glitter.
 
     Args:
         wind_speed: Wind 12.5 m above the sea [m/s].
-        slick: Whether a film of oil has smoothed the short waves.
+        slick: True where a film of oil has smoothed the short waves.
 
     Returns:
         Variance of slope upwind and crosswind [1].
 
     Source: Cox & Munk (1954), J. Opt. Soc. Am. 44, 838; coefficients from secondary sources.
-    With a slick the paper's total, 0.008 + 0.00156 U, is shared equally here.
-    Valid: 1 to 14 m/s. Light sees every ripple: sound below a few hundred kHz sees less slope.
+    With a slick the paper's total, 0.008 + 0.00156 U, is divided equally here.
+    Valid: 1 to 14 m/s. It includes the slopes of all ripples, more than sound below a few hundred kHz responds to.
     """
     wind_speed = require_number("wind_speed", wind_speed, "m/s", 0.0, example="7")
     warn_outside("Cox & Munk (1954) slopes", "wind speed", wind_speed, 1.0, 14.0, "m/s")
@@ -38,62 +38,64 @@ def cox_munk_slopes(wind_speed: float, *, slick: bool = False) -> tuple[float, f
 
 
 def apl_slope_variance(wind_speed: float) -> float:
-    """Variance of the sea's slope, both directions together, that sound of 10 to 100 kHz sees [1].
+    """Effective variance of the sea's slope for sound of 10 to 100 kHz, both directions together [1].
 
     Args:
         wind_speed: Wind 10 m above the sea [m/s].
 
     Source: APL-UW TR 9407 (1994), section II, 0.0046 ln(2.1 U^2); 0.0034 below 1 m/s, where the
-    two meet. One public version prints 0.034, which would not.
+    two agree. One public version prints 0.034, which would not be continuous.
     """
     return 4.6e-3 * math.log(2.1 * wind_speed**2) if wind_speed >= 1 else 0.0034
 
 
 def facet_shadowing_excess(grazing: Floats, slope_variance: Floats | float) -> Floats:
-    """By how much the facets that face the sound would catch more than arrives, were none in shadow.
+    """Smith's shadowing function Lambda: energy on the facing facets without shadowing over the incident, minus 1.
 
     Args:
         grazing: Grazing angle, above 0 to pi/2 [rad], any shape.
-        slope_variance: Of the slope along the sound's bearing [1], broadcast.
+        slope_variance: Variance of the slope along the sound's bearing [1], broadcast.
 
     Returns:
-        Smith's Lambda [1], broadcast shape; the share of that catch which is not in shadow is 1 / (1 + Lambda).
+        Lambda [1], broadcast shape; the illuminated share of the facing facets is 1 / (1 + Lambda).
 
-    Source: Smith (1967), IEEE Trans. Antennas Propag. 15, 668 (paper not at hand; derived here from the balance of
-    energy: what is lit must catch what arrives). Valid: Gaussian slopes. That the steepest
-    facets are in shadow as often as the flat ones is an approximation.
+    Source: Smith (1967), IEEE Trans. Antennas Propag. 15, 668 (not verified; derived here from conservation of
+    energy: the illuminated facets receive the incident energy). Valid: Gaussian slopes; the share in
+    shadow is assumed independent of the slope of a facet.
     """
     from scipy.special import erfcx
 
-    # Not the tangent, which rounding at the vertical may turn over.
+    # Not the tangent, whose sign rounding at the vertical may change.
     steepness = np.maximum(np.sin(grazing), SHALLOWEST) / np.maximum(np.abs(np.cos(grazing)), SHALLOWEST)
-    v = np.minimum(steepness / np.sqrt(2 * np.asarray(slope_variance, dtype=float)), 25.0)  # nothing is left beyond
+    v = np.minimum(
+        steepness / np.sqrt(2 * np.asarray(slope_variance, dtype=float)), 25.0
+    )  # the function vanishes beyond
     return np.asarray(0.5 * np.exp(-(v**2)) * (1 / (v * math.sqrt(math.pi)) - erfcx(v)))
 
 
 @dataclass(frozen=True, slots=True)
 class SurfaceFacets:
-    """A perfectly reflecting sea of Gaussian slopes, in the limit of high frequency.
+    """Perfectly reflecting sea surface of Gaussian slopes, in the limit of high frequency.
 
-    Facets in shadow from either side are left out. So it sends out all it receives while the surface is seen from
-    above a few times its rms slope, and less below that: there some sound meets the surface twice, and the second
-    bounce is not followed.
+    Facets in shadow in either direction are left out. All energy is scattered at grazing angles above a few times
+    the rms slope, and less below: there some sound is reflected twice by the surface, and the second
+    reflection is left out.
 
     Source: Kirchhoff's approximation at high frequency, sigma = (Delta / Delta_z)^4 p(slope) / 4,
     as used by Dahl (1999), J. Acoust. Soc. Am. 105, 2155 (derived independently; form of the
-    paper not checked), times the smaller of both directions' shares in Smith's `facet_shadowing_excess`: symmetric, exact
-    straight back, and no more energy leaves than arrives at any angle. In backscatter above twice the rms slope it
-    is the facet term of APL-UW TR 9407 (1994).
+    paper not checked), times the smaller of both directions' illuminated shares by Smith's `facet_shadowing_excess`:
+    symmetric, exact in backscatter, and with an albedo of at most 1 at any angle. In backscatter above twice the rms
+    slope it is the facet term of APL-UW TR 9407 (1994).
     Valid: 2 k times rms height times sin(grazing) well above 1, slopes below about 0.3.
     """
 
     along: float
     """Variance of slope in the wind's direction [1]."""
     across: float
-    """Variance of slope across the wind [1]; the same as `along` for a sea without direction."""
+    """Variance of slope across the wind [1]; equal to `along` for an isotropic sea."""
 
     def __post_init__(self) -> None:
-        """Refuse slopes that are none."""
+        """Refuse variances that are not above 0."""
         for name in ("along", "across"):
             value = require_number(
                 f"SurfaceFacets.{name}", getattr(self, name), "", 0.0, exclude_low=True, example="0.02"
@@ -102,7 +104,7 @@ class SurfaceFacets:
 
     @classmethod
     def isotropic(cls, mean_square_slope: float) -> "SurfaceFacets":
-        """A sea without direction, from the variance of its slope in both directions together [1]."""
+        """Isotropic sea surface of a given variance of slope, both directions together [1]."""
         slopes = require_number("mean_square_slope", mean_square_slope, "", 0.0, exclude_low=True, example="0.02")
         return cls(slopes / 2, slopes / 2)
 
@@ -112,36 +114,35 @@ class SurfaceFacets:
         """Bistatic cross section per unit area per unit solid angle [1].
 
         Args:
-            grazing_in: Of the sound that arrives, from the mean surface [rad], any shape.
-            grazing_out: Of the sound that leaves, likewise [rad], broadcast.
-            azimuth: Between the two: 0 forward, pi back [rad], broadcast.
-            heading: Direction in which the arriving sound travels, from that of the wind, on
-                the side on which azimuth counts [rad], broadcast; matters only where the two
-                variances differ.
+            grazing_in: Grazing angle of the incident sound, from the mean surface [rad], any shape.
+            grazing_out: Grazing angle of the scattered sound [rad], broadcast.
+            azimuth: Azimuth between the two directions, 0 forward, pi back [rad], broadcast.
+            heading: Direction of travel of the incident sound relative to the wind, positive in the
+                sense of the azimuth [rad], broadcast; it matters only where the two variances differ.
 
         Returns:
-            Cross section [1], broadcast shape; 0 where either direction is behind the surface.
+            Cross section [1], broadcast shape; 0 where either direction lies behind the surface.
         """
         grazing_in, grazing_out, azimuth = checked_angles(grazing_in, grazing_out, azimuth)
         heading = require_numbers("heading", heading, "rad")
         across, along = half_direction_change(grazing_in, grazing_out, azimuth)
-        # Grazing both ways no slope would do; the floor keeps the ratio finite there, and `illumination` makes it 0.
+        # Where both directions graze, no slope fits: the floor keeps the ratio finite, `illumination` makes it 0.
         tilt = across / np.maximum(along, SHALLOWEST)
         bearing = self._bearing(grazing_in, grazing_out, azimuth) + np.asarray(heading)
         exponent = tilt**2 * (np.cos(bearing) ** 2 / self.along + np.sin(bearing) ** 2 / self.across) / 2
         density = np.exp(-np.minimum(exponent, 700.0)) / (2 * math.pi * math.sqrt(self.along * self.across))
-        shadowed = np.maximum(
+        excess = np.maximum(
             self._excess(grazing_in, np.asarray(heading)), self._excess(grazing_out, np.asarray(heading) + azimuth)
         )
-        return np.asarray((1 + tilt**2) ** 2 / 4 * density * illumination(grazing_in, grazing_out) / (1 + shadowed))
+        return np.asarray((1 + tilt**2) ** 2 / 4 * density * illumination(grazing_in, grazing_out) / (1 + excess))
 
     def _excess(self, grazing: Floats, bearing: Floats) -> Floats:
-        """Smith's Lambda in a direction of travel, its bearing counted from the wind's [1]."""
+        """Smith's Lambda in a direction of travel, its bearing relative to the wind [1]."""
         variance = self.along * np.cos(bearing) ** 2 + self.across * np.sin(bearing) ** 2
         return facet_shadowing_excess(grazing, variance)
 
     @staticmethod
     def _bearing(grazing_in: Floats, grazing_out: Floats, azimuth: Floats) -> Floats:
-        """Direction of the change of direction in the plane, from the arriving sound's [rad]."""
+        """Bearing of the change of direction in the plane, relative to the incident sound [rad]."""
         forward = np.cos(grazing_out) * np.cos(azimuth) - np.cos(grazing_in)
         return np.asarray(np.arctan2(np.cos(grazing_out) * np.sin(azimuth), forward))

@@ -1,4 +1,4 @@
-"""The sea surface in any direction: facets seen through bubbles, and the bubbles' own echo."""
+"""Bistatic scattering by the sea surface: facets attenuated by bubbles, and the bubbles themselves."""
 
 from dataclasses import dataclass
 
@@ -12,23 +12,23 @@ from insonify.validity import require_number
 
 @dataclass(frozen=True, slots=True)
 class SurfaceScattering:
-    """Tilted mirrors of known slopes behind a veil of bubbles.
+    """Specular facets of given slopes above a layer of bubbles.
 
-    For slopes of one's own, from a wave spectrum or from the sun's glitter. The ripples that
-    rule at 20 to 60 degrees in light wind are left out; `AplSurface` has them.
+    For slopes from a wave spectrum or from measured sun glitter. Scattering by ripples, which
+    dominates at 20 to 60 degrees in light wind, is left out; `AplSurface` includes it.
 
-    Source: the sum of `SurfaceFacets` and `Bubbles`, the facets dimmed by half of
-    `bubble_loss_db` on each way.
+    Source: the sum of `SurfaceFacets` and `Bubbles`, the facets attenuated by half of
+    `bubble_loss_db` on each leg.
     """
 
     facets: SurfaceFacets
-    """The slopes."""
+    """Facets with the variance of their slopes."""
     bubbles: Bubbles
-    """The veil, which knows the wind and the frequency."""
+    """Layer of bubbles at a wind speed and a frequency."""
 
     @classmethod
     def at_wind(cls, wind_speed: float, frequency: float) -> "SurfaceScattering":
-        """The sea that a wind [m/s, at 10 m] raises, for sound of a frequency [Hz]."""
+        """Sea surface of a wind speed [m/s, at 10 m] at a frequency [Hz]."""
         wind_speed = require_number("wind_speed", wind_speed, "m/s", 0.0, example="7")
         return cls(SurfaceFacets.isotropic(apl_slope_variance(wind_speed)), Bubbles(wind_speed, frequency))
 
@@ -38,15 +38,15 @@ class SurfaceScattering:
         """Bistatic cross section per unit area per unit solid angle [1].
 
         Args:
-            grazing_in: Of the sound that arrives, from the mean surface [rad], any shape.
-            grazing_out: Of the sound that leaves, likewise [rad], broadcast.
-            azimuth: Between the two: 0 forward, pi back [rad], broadcast.
-            heading: Of the arriving sound, from the wind's [rad], broadcast, see `SurfaceFacets`.
+            grazing_in: Grazing angle of the incident sound, from the mean surface [rad], any shape.
+            grazing_out: Grazing angle of the scattered sound [rad], broadcast.
+            azimuth: Azimuth between the two directions, 0 forward, pi back [rad], broadcast.
+            heading: Direction of the incident sound relative to the wind [rad], broadcast, see `SurfaceFacets`.
 
         Returns:
-            Cross section [1], broadcast shape; 0 where either direction is behind the surface.
+            Cross section [1], broadcast shape; 0 where either direction lies behind the surface.
         """
         grazing_in, grazing_out, azimuth = checked_angles(grazing_in, grazing_out, azimuth)
-        mirrors = self.facets.cross_section(grazing_in, grazing_out, azimuth, heading)
-        veil = self.bubbles.transmission(grazing_in) * self.bubbles.transmission(grazing_out)
-        return np.asarray(mirrors * veil + self.bubbles.cross_section(grazing_in, grazing_out, azimuth))
+        facets = self.facets.cross_section(grazing_in, grazing_out, azimuth, heading)
+        transmission = self.bubbles.transmission(grazing_in) * self.bubbles.transmission(grazing_out)
+        return np.asarray(facets * transmission + self.bubbles.cross_section(grazing_in, grazing_out, azimuth))

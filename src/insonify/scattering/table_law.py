@@ -1,4 +1,4 @@
-"""A law that somebody measured: backscattering strength against grazing angle, as numbers."""
+"""Scattering law from a table of measured backscattering strength against grazing angle."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from insonify.validity import as_floats
 class TableScatteringLaw:
     """Backscattering strength against grazing angle, linear in between (dB over angle).
 
-    A table says how sound comes straight back; other directions need a rule. This one takes the geometric mean of
-    both directions' backscatter, whatever the azimuth: sigma(a, b) = sqrt(sigma(a, a) sigma(b, b)). It is symmetric,
-    exact for Lambert's law, and knows no mirror direction.
+    A table gives backscatter only. For other directions the geometric mean of both directions' backscatter
+    is used, for any azimuth: sigma(a, b) = sqrt(sigma(a, a) sigma(b, b)). It is symmetric,
+    exact for Lambert's law, and has no specular peak.
     """
 
     grazing: tuple[float, ...]
@@ -31,7 +31,7 @@ class TableScatteringLaw:
     """Backscattering strength at each, 10 log10 sigma [dB]."""
 
     def __init__(self, grazing: ArrayLike, strength_db: ArrayLike) -> None:
-        """Take the columns of the table and refuse what is none.
+        """Check the columns of the table and keep them.
 
         Args:
             grazing: Grazing angles, increasing within 0 to pi/2 [rad], shape (n,), n at least 2.
@@ -44,7 +44,7 @@ class TableScatteringLaw:
         for given, floats in zip((grazing, strength_db), columns, strict=True):
             if floats is None:
                 raise ValueError(
-                    f"TableScatteringLaw, row 1: {given!r} is no column of numbers; give lists of equal length"
+                    f"TableScatteringLaw, row 1: {given!r} is not a column of numbers; give lists of equal length"
                 )
         angles, strengths = (np.atleast_1d(np.asarray(column)) for column in columns)
         for row, problem in _problems(angles, strengths):
@@ -54,13 +54,13 @@ class TableScatteringLaw:
 
     @classmethod
     def from_csv(cls, path: str | Path) -> TableScatteringLaw:
-        """The law in a file of two columns, grazing_deg and strength_db, under a line with these names.
+        """Read a table of two columns, grazing_deg and strength_db, under a header line with these names.
 
         Args:
-            path: The file; other columns are passed over.
+            path: File of comma-separated values; other columns are ignored.
 
         Raises:
-            ValueError: Something in the file is not a table; file, line and column are named.
+            ValueError: The table cannot be read; the message names file, line and column.
         """
         columns: dict[str, list[float]] = {"grazing_deg": [], "strength_db": []}
         lines: list[int] = []
@@ -75,7 +75,7 @@ class TableScatteringLaw:
                 for name, values in columns.items():
                     values.append(_number(cells[name], f"{path}, line {reader.line_num}, column {name}"))
         except csv.Error as fault:
-            raise ValueError(f"{path}, line {reader.line_num + 1}: no row of a table ({fault})") from None
+            raise ValueError(f"{path}, line {reader.line_num + 1}: not a row of a table ({fault})") from None
         angles, strengths = np.radians(columns["grazing_deg"]), np.array(columns["strength_db"])
         for row, problem in _problems(angles, strengths):
             raise ValueError(f"{path}, line {lines[row - 1] if lines else 1}: {problem}")
@@ -85,20 +85,20 @@ class TableScatteringLaw:
         """Bistatic cross section per unit area per unit solid angle [1].
 
         Args:
-            grazing_in: Of the sound that arrives, from the plane of the interface [rad], any shape.
-            grazing_out: Of the sound that leaves, likewise [rad], broadcast.
-            azimuth: Any; the table does not know it [rad], broadcast.
+            grazing_in: Grazing angle of the incident sound, from the plane of the interface [rad], any shape.
+            grazing_out: Grazing angle of the scattered sound [rad], broadcast.
+            azimuth: Azimuth between the two directions, without effect [rad], broadcast.
 
         Returns:
-            Cross section [1], broadcast shape; 0 where either direction is behind the interface. Below the first
-            angle of the table it falls as Lambert's law does, above the last it stays.
+            Cross section [1], broadcast shape; 0 where either direction lies behind the interface. Below the first
+            angle of the table it follows Lambert's law, above the last it is constant.
         """
         a, b, _ = np.broadcast_arrays(*checked_angles(grazing_in, grazing_out, azimuth))
         return np.asarray(self.direction_factor(a) * self.direction_factor(b))
 
     def direction_factor(self, grazing: Floats) -> Floats:
-        """One direction's factor of the cross section, the root of its backscatter [1]; grazing [rad], any shape."""
-        # Counted from either side of the vertical: a table of more than 90 degrees would be its mirror image.
+        """Factor of one direction, square root of its backscattering cross section [1]; grazing [rad], any shape."""
+        # Folded at the vertical: a grazing angle above 90 degrees counts as 180 degrees minus it.
         angle = np.arcsin(np.clip(np.sin(grazing), 0, 1))
         within = np.interp(angle, self.grazing, 0.5 * np.asarray(self.strength_db))
         first = math.sin(max(self.grazing[0], 1e-9))
@@ -109,12 +109,12 @@ def _header(reader: csv.DictReader[str], path: str | Path) -> list[str]:
     try:
         return list(reader.fieldnames or [])
     except csv.Error as fault:
-        raise ValueError(f"{path}, line 1: no header of a table ({fault})") from None
+        raise ValueError(f"{path}, line 1: not a header of a table ({fault})") from None
 
 
 def _number(cell: str | None, where: str) -> float:
     if cell is None:
-        raise ValueError(f"{where}: nothing stands there. Is a value missing?")
+        raise ValueError(f"{where}: the cell is empty. Is a value missing?")
     try:
         return float(cell)
     except ValueError:
@@ -122,20 +122,20 @@ def _number(cell: str | None, where: str) -> float:
 
 
 def _problems(angles: Floats, strengths: Floats) -> list[tuple[int, str]]:
-    """What is wrong with a table, by row counted from 1."""
+    """Errors of a table: row, counted from 1, and message."""
     if angles.ndim != 1 or angles.shape != strengths.shape:
         return [(1, f"grazing has shape {angles.shape} and strength_db {strengths.shape}; give two equal columns")]
     if angles.size < 2:
         return [(1, "a table needs at least two rows")]
-    found = []
+    problems = []
     for row, (angle, strength) in enumerate(zip(angles, strengths, strict=True), start=1):
         if not (math.isfinite(angle) and math.isfinite(strength)):
             column = "strength_db" if math.isfinite(angle) else "grazing"
-            found.append((row, f"column {column}: not a finite number"))
+            problems.append((row, f"column {column}: not a finite number"))
         elif not 0 <= angle <= math.pi / 2 + 1e-9:
-            found.append(
+            problems.append(
                 (row, f"column grazing: {math.degrees(angle):g} deg; a grazing angle lies between 0 and 90 deg")
             )
         elif row > 1 and angle <= angles[row - 2]:
-            found.append((row, f"column grazing: {math.degrees(angle):g} deg does not exceed the one before"))
-    return found
+            problems.append((row, f"column grazing: {math.degrees(angle):g} deg does not exceed the one before"))
+    return problems

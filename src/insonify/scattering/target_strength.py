@@ -1,4 +1,4 @@
-"""How strongly simple bodies echo: closed forms, used as references.
+"""Target strength of simple bodies in closed form, used as references.
 
 Target strength is 10 log10 of the backscattered intensity at 1 m, referred to as if in the far field,
 over the incident intensity [dB re 1 m^2]. All bodies are rigid or soft (the magnitude is the same) and
@@ -23,7 +23,7 @@ SMALLEST_KA = 10.0
 
 
 def sphere_strength_db(radius: ArrayLike) -> Floats:
-    """Target strength of a large sphere, the same at every frequency [dB re 1 m^2].
+    """Target strength of a large sphere, independent of frequency [dB re 1 m^2].
 
     Args:
         radius: Radius [m], any shape.
@@ -32,17 +32,17 @@ def sphere_strength_db(radius: ArrayLike) -> Floats:
         20 log10(radius / 2).
 
     Source: geometrical optics (Urick 1983, Principles of Underwater Sound, table of simple forms).
-    Valid: ka > 10 (the echo of the rigid series stays within about 1 dB there).
+    Valid: ka > 10 (within about 1 dB of the exact series of a rigid sphere).
     """
     return curved_strength_db(radius, radius)
 
 
 def curved_strength_db(radius_one: ArrayLike, radius_two: ArrayLike) -> Floats:
-    """Target strength of a convex surface seen along its normal [dB re 1 m^2].
+    """Target strength of a convex surface at normal incidence [dB re 1 m^2].
 
     Args:
-        radius_one: One principal radius of curvature [m], any shape.
-        radius_two: The other [m], broadcast.
+        radius_one: First principal radius of curvature [m], any shape.
+        radius_two: Second principal radius of curvature [m], broadcast.
 
     Returns:
         20 log10(sqrt(R1 R2) / 2).
@@ -69,7 +69,7 @@ def cylinder_strength_db(
         length: Length [m], broadcast.
         frequency: Frequency [Hz], broadcast.
         tilt: Angle of the line of sight from broadside, towards an end, -pi/2 to pi/2 [rad], broadcast.
-        sound_speed: In the water [m/s], broadcast.
+        sound_speed: Sound speed in the water [m/s], broadcast.
 
     Returns:
         10 log10(a L^2 / (2 lambda) cos(tilt) [sin(x) / x]^2), x = k L sin(tilt); the ends are left out.
@@ -98,10 +98,10 @@ def plate_strength_db(
 
     Args:
         side: Side in the plane of the tilt [m], any shape.
-        other_side: Side across it [m], broadcast.
+        other_side: Side across the plane of the tilt [m], broadcast.
         frequency: Frequency [Hz], broadcast.
         tilt: Angle of the line of sight from the normal, -pi/2 to pi/2 [rad], broadcast.
-        sound_speed: In the water [m/s], broadcast.
+        sound_speed: Sound speed in the water [m/s], broadcast.
 
     Returns:
         20 log10(A / lambda cos(tilt) |sin(x) / x|), x = k side sin(tilt).
@@ -124,7 +124,7 @@ def disc_strength_db(
         radius: Radius [m], any shape.
         frequency: Frequency [Hz], broadcast.
         tilt: Angle of the line of sight from the normal, -pi/2 to pi/2 [rad], broadcast.
-        sound_speed: In the water [m/s], broadcast.
+        sound_speed: Sound speed in the water [m/s], broadcast.
 
     Returns:
         20 log10(pi a^2 / lambda cos(tilt) |2 J1(x) / x|), x = 2 k a sin(tilt).

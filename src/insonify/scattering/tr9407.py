@@ -1,6 +1,6 @@
-"""Frequencies of the APL-UW handbook: its bottom, surface and bubbles were measured at 10 to 100 kHz.
+"""Frequency range of the APL-UW handbook: its bottom, surface and bubbles were measured at 10 to 100 kHz.
 
-Scenes at other frequencies are warned of in one place and in one sentence, however many of its laws they use.
+All its laws share one warning about other frequencies.
 """
 
 import numpy as np
