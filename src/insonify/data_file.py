@@ -177,8 +177,8 @@ def _changed(file: str, sha256: str | None) -> PydanticCustomError | None:
         return None
     if found == sha256:
         return None
-    return field_error("sha256", f"{str(sha256)[:12]}...", f"is not the fingerprint of {file}: the file has changed since. "
-                   "Leave sha256 out to take the file as it is.")  # fmt: skip
+    return field_error("sha256", f"{str(sha256)[:12]}...", f"is not the fingerprint of {file}: the file has changed "
+                   "since. Leave sha256 out to take the file as it is.")  # fmt: skip
 
 
 def require_readable_hdf5(path: str | Path) -> None:

@@ -116,7 +116,7 @@ def test_apparent_target_strength_is_the_target_strength() -> None:
         ping({"targets": [point], "paths.contributions": ["target"], "sonar.pulse.duration": 2e-3})
     )
     row = int(np.argmin(np.abs(sound.time - 0.201)))
-    # 1 ms into the echo the range is read 0.75 m too far: 40 log10(150.75 / 150) = 0.09 dB, and 0.05 dB relative_absorption
+    # 1 ms into the echo the range is read 0.75 m too far: 40 log10(150.75 / 150) = 0.09 dB, and 0.05 dB absorption
     assert sound.strength()[0, 0, row] == pytest.approx(-10 + 0.14, abs=0.03)
 
 

@@ -25,8 +25,10 @@ def built(height, length, *, track=None, **more):
 @pytest.mark.parametrize(
     "more",
     [
-        {}, {"paths": {"max_reflections": 2, "families": ["S"]}}, {"paths": {"max_reflections": 4, "beam_cutoff_db": -30}},
-        {"targets": [point(0.0, 60.0, 4.0)], "paths": {"contributions": ["target"], "max_reflections": 2}}, {"track": LINE},
+        {}, {"paths": {"max_reflections": 2, "families": ["S"]}},
+        {"paths": {"max_reflections": 4, "beam_cutoff_db": -30}},
+        {"targets": [point(0.0, 60.0, 4.0)], "paths": {"contributions": ["target"], "max_reflections": 2}},
+        {"track": LINE},
     ],
 )  # fmt: skip
 def test_a_swell_that_focuses_is_refused_with_advice_that_works(more):

@@ -21,7 +21,8 @@ def survey(radius, **track):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         still = nominal(
-            field="incoherent", line={**ARRAY, "length": None}, paths={"max_reflections": 0, "contributions": ["seabed"]},
+            field="incoherent", line={**ARRAY, "length": None},
+            paths={"max_reflections": 0, "contributions": ["seabed"]},
             sonar={"sides": ["port", "starboard"], "mounting": {"bearing": np.pi / 2, "tilt": 0.3}},
         )  # fmt: skip
         return still.with_("track", path | track)

@@ -76,7 +76,8 @@ def test_water_is_written_back_as_it_was_read(told):
 
 @pytest.mark.parametrize(("water", "top", "source"), [
     ({"noise": {"level_db": 40}}, {}, FIELD), ({"noise_level_db": 40}, {}, FIELD),
-    ({"noise": {"wind_speed": 5}}, {}, NOISE), ({"noise": {"level_db": 40, "directionality": "surface"}}, {}, SURFACE_NOISE),
+    ({"noise": {"wind_speed": 5}}, {}, NOISE),
+    ({"noise": {"level_db": 40, "directionality": "surface"}}, {}, SURFACE_NOISE),
     ({"volume_strength_db": -70}, {}, SUSPENDED),
     ({}, {"seabed": {"depth": 20, "texture": {"k_shape": 2, "correlation_length": "1 m"}}}, PATCHY),
 ])  # fmt: skip

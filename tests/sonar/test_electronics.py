@@ -69,10 +69,13 @@ def test_the_waters_absorption_is_taken_where_gain_has_none_of_its_own(own, wate
 
 
 @pytest.mark.parametrize(("noun", "values", "word"), [
-    (AnalogToDigitalConverter, {"full_scale_db": 150, "bits": 1}, "bits"), (AnalogToDigitalConverter, {"full_scale_db": 150, "bits": 33}, "bits"),
-    (AnalogToDigitalConverter, {"full_scale_db": float("nan")}, "full_scale_db"), (AnalogToDigitalConverter, {}, "full_scale_db"),
-    (ReceiverGain, {"start": -1e-3}, "start"), (ReceiverGain, {"tvg_db_per_decade": -20}, "tvg_db_per_decade"), (ReceiverGain, {"stop": 0.0}, "stop"),
-    (Crosstalk, {"neighbours_db": 0.0}, "neighbours_db"), (Crosstalk, {"feedthrough_db": float("inf")}, "feedthrough_db"),
+    (AnalogToDigitalConverter, {"full_scale_db": 150, "bits": 1}, "bits"),
+    (AnalogToDigitalConverter, {"full_scale_db": 150, "bits": 33}, "bits"),
+    (AnalogToDigitalConverter, {"full_scale_db": float("nan")}, "full_scale_db"),
+    (AnalogToDigitalConverter, {}, "full_scale_db"), (ReceiverGain, {"start": -1e-3}, "start"),
+    (ReceiverGain, {"tvg_db_per_decade": -20}, "tvg_db_per_decade"), (ReceiverGain, {"stop": 0.0}, "stop"),
+    (Crosstalk, {"neighbours_db": 0.0}, "neighbours_db"),
+    (Crosstalk, {"feedthrough_db": float("inf")}, "feedthrough_db"),
     (SelfNoise, {"tones": [{"frequency": 0.0, "level_db": 60}]}, "frequency"),
     (SelfNoise, {"level_db": 1e3}, "level_db"),
 ])  # fmt: skip

@@ -33,7 +33,8 @@ FLAT = np.zeros(len(TIME))
 TRUE = Poses(TIME, np.column_stack([TIME, 2 * TIME, FLAT + 8]), FLAT + 0.4, FLAT + 0.01, FLAT - 0.02)
 EVERY = {
     "north": {"offset": 3.0, "noise": 0.5}, "east": {"drift": 0.02}, "depth": {"noise": 0.1, "correlation_time": 20.0},
-    "heading": {"offset": 0.01, "noise": 0.02}, "pitch": {"noise": 0.03, "correlation_time": 3.0}, "roll": {"drift": 1e-4},
+    "heading": {"offset": 0.01, "noise": 0.02}, "pitch": {"noise": 0.03, "correlation_time": 3.0},
+    "roll": {"drift": 1e-4},
 }  # fmt: skip
 
 

@@ -1,7 +1,7 @@
 """Figure 2: one ping about the target, direct paths only, over a fractal bed and over a flat one.
 
-The scenario is that of `sidescan_model`. A flat bed is smooth in the mean; a fractal one of a few centimetres rms, met at
-3.4 degrees, is not: it shadows itself. The box shows as the echo of its face and the shadow behind it. Under the
+The scenario is that of `sidescan_model`. A flat bed is smooth in the mean; a fractal one of a few centimetres rms, met
+at 3.4 degrees, is not: it shadows itself. The box shows as the echo of its face and the shadow behind it. Under the
 thermocline sound comes down on the bed at 9 degrees: the shadow is a third as long, the bed fluctuates less, and
 beyond 162 m no direct sound meets it.
 """

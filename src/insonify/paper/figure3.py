@@ -1,7 +1,7 @@
 """Figure 3: the sidescan image of the target on the fractal bed, direct paths only.
 
-The scenario is that of `sidescan_model`, on a track north past the box. The numbers are of a flat bed, where geometry says
-all of them: the face shows at its distance, the shadow ends where the ray over the far edge comes down, and along
+The scenario is that of `sidescan_model`, on a track north past the box. The numbers are of a flat bed, where geometry
+says all of them: the face shows at its distance, the shadow ends where the ray over the far edge comes down, and along
 the track it is as wide as the box and the beam together.
 """
 

@@ -1,9 +1,9 @@
 """Figure 4: one ping about the target with the seabed's own reflections: a larger peak, and smaller ones after it.
 
-The scenario is that of `sidescan_model`, with one reflection off the bed and none off the surface. Sound that meets the bed in
-front of the face, before the face or after it, comes back 0 to 80 us later (ac), before and after 0 to 160 us later
-(cc). Out one way and back the other, two paths of one length add as amplitudes: with a reflection coefficient R the
-face, which scatters by Lambert's law, echoes 1 + 4 R^2 + R^4 times as much energy. That is 1.8 dB with the paper's
+The scenario is that of `sidescan_model`, with one reflection off the bed and none off the surface. Sound that meets the
+bed in front of the face, before the face or after it, comes back 0 to 80 us later (ac), before and after 0 to 160 us
+later (cc). Out one way and back the other, two paths of one length add as amplitudes: with a reflection coefficient R
+the face, which scatters by Lambert's law, echoes 1 + 4 R^2 + R^4 times as much energy. That is 1.8 dB with the paper's
 0.35, and 7 dB with the Rayleigh coefficient of its sand, which at such grazing angles mirrors nearly everything.
 Elsewhere nothing changes: sound that bounces off the bed goes away from it.
 

@@ -1,10 +1,10 @@
 """Figure 5: one ping about the target with sea surface and bottom in it: ghosts of the target, and a filled shadow.
 
-The scenario is that of `sidescan_model`, with up to two reflections per leg off a flat surface and a flat bed. A leg by way of
-the surface comes down steeper and later: out or back by it (ab), the target shows once more 1.9 ms later, out and back
-(bb) 3.8 ms later. Out one way and back the other, two paths of one length add as amplitudes, so that the first ghost
-is louder than the target itself. The shadow is lit by the surface, which sees over the box. Over the fractal bed the
-legs that bounce steeply off it (e) are fainter: a mirror of a few millimetres of roughness loses there.
+The scenario is that of `sidescan_model`, with up to two reflections per leg off a flat surface and a flat bed. A leg by
+way of the surface comes down steeper and later: out or back by it (ab), the target shows once more 1.9 ms later, out
+and back (bb) 3.8 ms later. Out one way and back the other, two paths of one length add as amplitudes, so that the first
+ghost is louder than the target itself. The shadow is lit by the surface, which sees over the box. Over the fractal bed
+the legs that bounce steeply off it (e) are fainter: a mirror of a few millimetres of roughness loses there.
 """
 
 from functools import lru_cache

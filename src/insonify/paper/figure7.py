@@ -1,9 +1,9 @@
 """Figure 7: a moving sea surface makes what comes by way of it random from ping to ping.
 
-The scenario is that of `sidescan_model` with one reflection per leg. The images are made under a swell, 0.35 m high and 60 m
-long, that tilts the plane of each bounce as the wave stands where the ray meets it, at that time: the paper's way. The
-curves are of a sonar that stays where it is and pings every half second: how alike its coherent pings are, under the
-swell, under the wind sea of a breeze of 3 m/s (coherent part and glints), and without any path by the surface.
+The scenario is that of `sidescan_model` with one reflection per leg. The images are made under a swell, 0.35 m high and
+60 m long, that tilts the plane of each bounce as the wave stands where the ray meets it, at that time: the paper's way.
+The curves are of a sonar that stays where it is and pings every half second: how alike its coherent pings are, under
+the swell, under the wind sea of a breeze of 3 m/s (coherent part and glints), and without any path by the surface.
 """
 
 from functools import lru_cache

@@ -2,8 +2,8 @@
 
 The paper prints its profile as a picture only. Decided here: a summer thermocline, 1510 m/s down to 8 m and 1490 m/s
 from 14 m to the bed at 20 m, so that the sonar at 11 m swims in water of 1500 m/s. That is also the one speed of the
-water without a profile. Changed in the nominal scene besides: no reflections (`paths.max_reflections: 0`), a sea surface
-that echoes by Lambert's law at -30 dB, and an amplitude of each replica that varies by up to 30 % at random
+water without a profile. Changed in the nominal scene besides: no reflections (`paths.max_reflections: 0`), a sea
+surface that echoes by Lambert's law at -30 dB, and an amplitude of each replica that varies by up to 30 % at random
 (`paths.amplitude_perturbation`), the paper's "less than perfect surfaces".
 """
 

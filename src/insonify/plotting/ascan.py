@@ -78,7 +78,8 @@ def _causes(axes: Axes, sound: RecordingLevels, expected: xr.Dataset) -> None:
         level = whole.sel(contribution=contribution).values
         if np.isfinite(level).any() and level.max() > lowest:
             axes.plot(time, np.where(level > lowest, level, np.nan), color=style.CONTRIBUTION_COLOURS[str(contribution)], linewidth=1.2,
-                      linestyle="--" if contribution == "noise" else "-", alpha=0.9, label=str(contribution))  # fmt: skip
+                      linestyle="--" if contribution == "noise" else "-", alpha=0.9,
+                      label=str(contribution))  # fmt: skip
             shown += 1
     if shown:
         name = "expected by" if sound.expected else "this ping; expected by"

@@ -45,9 +45,10 @@ def curves(axes: Axes, dataset: xr.Dataset, window: tuple[float, float] | None =
         if np.isfinite(level).any():
             wide = 2.6 if contribution == "total" else 1.3
             axes.plot(
-                time[inside] * 1e3, np.where(np.isfinite(level), level, np.nan), label=str(contribution), linewidth=wide,
-                color=style.CONTRIBUTION_COLOURS[str(contribution)], alpha=0.35 if contribution == "total" else 1.0,
-                linestyle="--" if contribution == "noise" else "-", zorder=1 if contribution == "total" else 2,
+                time[inside] * 1e3, np.where(np.isfinite(level), level, np.nan), label=str(contribution),
+                linewidth=wide, color=style.CONTRIBUTION_COLOURS[str(contribution)],
+                alpha=0.35 if contribution == "total" else 1.0, linestyle="--" if contribution == "noise" else "-",
+                zorder=1 if contribution == "total" else 2,
             )  # fmt: skip
     top = whole[np.isfinite(whole)].max() if np.isfinite(whole).any() else 0.0
     axes.set_xlim(first * 1e3, last * 1e3)

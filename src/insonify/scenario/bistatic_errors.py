@@ -43,8 +43,8 @@ def clock_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
             yield field_error(f"receiver_track.{name}", None, f"differs from track.{name}, and the receiver keeps the "
                           "transmitter's time. Leave it out, or write the same.")  # fmt: skip
     if other.ping_count != track.ping_count:
-        yield field_error("receiver_track.pings", f"{other.ping_count}", f"pings, and the track has {track.ping_count}. "
-                      f"Leave `pings` out, or write {track.ping_count}.")  # fmt: skip
+        yield field_error("receiver_track.pings", f"{other.ping_count}", "pings, and the track has "
+                      f"{track.ping_count}. Leave `pings` out, or write {track.ping_count}.")  # fmt: skip
 
 
 def bistatic_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
@@ -64,8 +64,8 @@ def bistatic_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
                       "receiver_track gives the receiver another. Leave `sides` out and give one mounting, or leave "
                       "receiver_track out.")  # fmt: skip
     if scenario.paths.geometry == "slice":
-        yield field_error("paths.geometry", "slice", "is one vertical plane through one platform. Write geometry: 3d, or "
-                      "leave receiver_track out.")  # fmt: skip
+        yield field_error("paths.geometry", "slice", "is one vertical plane through one platform. Write geometry: 3d, "
+                      "or leave receiver_track out.")  # fmt: skip
     if scenario.paths.engine == "tracer":
-        yield field_error("paths.engine", "tracer", "sends and hears on one platform. Write engine: eigenrays, or leave "
-                      "receiver_track out.")  # fmt: skip
+        yield field_error("paths.engine", "tracer", "sends and hears on one platform. Write engine: eigenrays, or "
+                      "leave receiver_track out.")  # fmt: skip

@@ -68,8 +68,8 @@ def _out_of_water_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
             if wrong.any():
                 row = int(np.argmax(wrong))
                 where = "at or above the sea surface" if depth[row] <= 0 else f"at or below the seabed ({bed:g} m)"
-                yield field_error("sonar.receive", None, f"puts element {row} {where} at ping {ping}, at {depth[row]:.4g} "
-                              "m. Give a smaller array, or another depth.")  # fmt: skip
+                yield field_error("sonar.receive", None, f"puts element {row} {where} at ping {ping}, at "
+                              f"{depth[row]:.4g} m. Give a smaller array, or another depth.")  # fmt: skip
                 return
 
 
@@ -100,8 +100,8 @@ def _out_of_band_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
     if shifted < MIN_PASSED_ENERGY * still:
         least = _min_bandwidth(pulse, receiver, worst)
         yield field_error(
-            "sonar.receiver.bandwidth", f"{receiver.bandwidth / 1e3:g} kHz", f"keeps {100 * shifted:.0f} % of an echo that a "
-            f"platform at {speed.max():.3g} m/s hears shifted by {worst * pulse.frequency:+.0f} Hz, and "
+            "sonar.receiver.bandwidth", f"{receiver.bandwidth / 1e3:g} kHz", f"keeps {100 * shifted:.0f} % of an echo "
+            f"that a platform at {speed.max():.3g} m/s hears shifted by {worst * pulse.frequency:+.0f} Hz, and "
             f"{100 * still:.0f} % of one without Doppler. Give a band of {least / 1e3:.4g} kHz or more, or write "
             "track.stop_and_hop: true.",
         )  # fmt: skip

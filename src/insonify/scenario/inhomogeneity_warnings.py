@@ -30,16 +30,16 @@ def inhomogeneity_warnings(scenario: Scenario) -> list[str]:
     if (size := wave_parameter(way, wavelength, uneven)) > 1:
         least = float(np.sqrt(size)) * uneven.correlation_length
         said.append(
-            f"water.inhomogeneity.correlation_length: over {way:.4g} m patches of {uneven.correlation_length:g} m bend the sound as much as "
-            f"they delay it (4 R / (k l^2) is {size:.2g}, and 1 is the limit): amplitudes would flicker, and are left "
-            f"steady. Give patches of {least:.2g} m or more, or a shorter window."
+            f"water.inhomogeneity.correlation_length: over {way:.4g} m patches of {uneven.correlation_length:g} m bend "
+            f"the sound as much as they delay it (4 R / (k l^2) is {size:.2g}, and 1 is the limit): amplitudes would "
+            f"flicker, and are left steady. Give patches of {least:.2g} m or more, or a shorter window."
         )
     if sonar.receiver.record == "elements":
         extent = float(np.ptp(element_layout(sonar.receive)[0], axis=0).max())
         if extent > SHARED * uneven.correlation_length:
             said.append(
-                f"water.inhomogeneity.correlation_length: the receive array is {extent:.3g} m long, and all its elements share the "
-                f"delays of its centre, as in patches of {extent / SHARED:.3g} m; these are of {uneven.correlation_length:g} m. "
-                "Give larger ones, or a shorter array."
+                f"water.inhomogeneity.correlation_length: the receive array is {extent:.3g} m long, and all its "
+                f"elements share the delays of its centre, as in patches of {extent / SHARED:.3g} m; these are of "
+                f"{uneven.correlation_length:g} m. Give larger ones, or a shorter array."
             )
     return said

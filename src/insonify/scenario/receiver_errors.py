@@ -33,16 +33,16 @@ def receiver_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
     """
     sonar, track, receiver = scenario.sonar, scenario.track, scenario.sonar.receiver
     if receiver.matched_filter and receiver.stages:
-        yield field_error("sonar.receiver.matched_filter", "true", f"records what a matched filter makes of the sound after "
-                      f"{receiver.stages[-1]}. Write matched_filter: false, and compress the recording afterwards "
-                      "(insonify.processing.compressed_recording), or leave the part out.")  # fmt: skip
+        yield field_error("sonar.receiver.matched_filter", "true", "records what a matched filter makes of the sound "
+                      f"after {receiver.stages[-1]}. Write matched_filter: false, and compress the recording "
+                      "afterwards (insonify.processing.compressed_recording), or leave the part out.")  # fmt: skip
     leak = None if receiver.crosstalk is None else receiver.crosstalk.neighbours_db
     if leak is not None and receiver.record == "beams":
-        yield field_error("sonar.receiver.crosstalk.neighbours_db", f"{leak:g} dB", "is between elements, and beams are "
-                      "recorded. Write record: elements, or leave it out.")  # fmt: skip
+        yield field_error("sonar.receiver.crosstalk.neighbours_db", f"{leak:g} dB", "is between elements, and beams "
+                      "are recorded. Write record: elements, or leave it out.")  # fmt: skip
     if receiver.blanking is not None and sonar.pulse.duration + receiver.blanking >= track.window[1]:
-        yield field_error("sonar.receiver.blanking", f"{receiver.blanking * 1e3:g} ms", "after the pulse is as long as the "
-                      f"window, {track.window[1] * 1e3:g} ms: nothing is heard. Give less.")  # fmt: skip
+        yield field_error("sonar.receiver.blanking", f"{receiver.blanking * 1e3:g} ms", "after the pulse is as long as "
+                      f"the window, {track.window[1] * 1e3:g} ms: nothing is heard. Give less.")  # fmt: skip
     yield from _out_of_band_errors(scenario)
     yield from _too_many_elements_error(scenario)
 

@@ -74,8 +74,8 @@ def scenario_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
 def _explicit_sea_limits(scenario: Scenario) -> Iterator[PydanticCustomError]:
     """What bounce points on drawn waves are not looked for in."""
     if scenario.water.layered:
-        yield field_error("surface.reflection", "explicit", "needs straight rays, and water.profile bends them. Give the water "
-                      "one sound_speed, or write reflection: statistical.")  # fmt: skip
+        yield field_error("surface.reflection", "explicit", "needs straight rays, and water.profile bends them. Give "
+                      "the water one sound_speed, or write reflection: statistical.")  # fmt: skip
     twice = [name for name in scenario.paths.followed_families if bounce_sequence(name).count("S") > 1]
     if twice:
         once = [name for name in scenario.paths.followed_families if name not in twice]
@@ -89,8 +89,8 @@ def _volume_scattering_limits(scenario: Scenario, position: str) -> Iterator[Pyd
     """What hangs in the water, where nobody looks for it."""
     for name in ("volume_strength_db", "patches"):
         if getattr(scenario.water, name) not in (None, ()):
-            yield field_error(f"water.{name}", None, f"is not heard by {position}. Write geometry: 3d and engine: eigenrays under "
-                          "paths, or leave it out.")  # fmt: skip
+            yield field_error(f"water.{name}", None, f"is not heard by {position}. Write geometry: 3d and engine: "
+                          "eigenrays under paths, or leave it out.")  # fmt: skip
 
 
 def _tracer_limits(scenario: Scenario) -> Iterator[PydanticCustomError]:
@@ -100,14 +100,14 @@ def _tracer_limits(scenario: Scenario) -> Iterator[PydanticCustomError]:
         yield field_error("seabed.texture", None, "is not known to the tracer. Write engine: eigenrays under paths, or "
                       "leave it out.")  # fmt: skip
     if scenario.field == "coherent":
-        yield field_error("field", "coherent", "needs phases, and the tracer's rays have none. Write field: incoherent, or "
-                      "engine: eigenrays under paths.")  # fmt: skip
+        yield field_error("field", "coherent", "needs phases, and the tracer's rays have none. Write field: "
+                      "incoherent, or engine: eigenrays under paths.")  # fmt: skip
     if scenario.water.layered:
         yield field_error("water.profile", None, "bends rays, and those of the tracer are straight. Give the water one "
                       "sound_speed, or write engine: eigenrays under paths.")  # fmt: skip
     if scenario.surface.reflection != "flat":
-        yield field_error("surface.reflection", scenario.surface.reflection, "is not for the tracer, whose surface is a mirror. "
-                      "Write reflection: flat, or engine: eigenrays under paths.")  # fmt: skip
+        yield field_error("surface.reflection", scenario.surface.reflection, "is not for the tracer, whose surface is "
+                      "a mirror. Write reflection: flat, or engine: eigenrays under paths.")  # fmt: skip
 
 
 def _profile_depth_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:

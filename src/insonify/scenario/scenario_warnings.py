@@ -119,8 +119,8 @@ def _profile_corners(scenario: Scenario, sonar_depths: Floats) -> str:
     first = next(iter(found.values()))
     depths = " and ".join(f"{depth:g} m" for depth in found)
     return (
-        f"water.profile: the gradient jumps by {first.gradient_jump:.3g} 1/s at {depths}, which gathers rays to a caustic from "
-        f"{first.caustic_range:.0f} m on that smooth water would have elsewhere or not at all. "
+        f"water.profile: the gradient jumps by {first.gradient_jump:.3g} 1/s at {depths}, which gathers rays to a "
+        f"caustic from {first.caustic_range:.0f} m on that smooth water would have elsewhere or not at all. "
         "Give water.smoothing, such as 1 m, to round the corners, or a finer profile."
     )
 

@@ -110,8 +110,8 @@ def _advice(
     """What to say of a track that leaves the water at some of its pings."""
     several = "" if wrong.size == 1 else f", the first of {wrong.size} such pings"
     if bed <= 0:
-        return field_error(path, None, f"ping {wrong[0]}{several}, {what}: the ground rises out of the water there. Move "
-                       "the track, or lower the ground.")  # fmt: skip
+        return field_error(path, None, f"ping {wrong[0]}{several}, {what}: the ground rises out of the water there. "
+                       "Move the track, or lower the ground.")  # fmt: skip
     lies = np.array(list(depths.values()))
     return field_error(
         path, None, f"ping {wrong[0]}{several}, {what}. Depths are positive downwards, and the platform's own runs "

@@ -47,8 +47,8 @@ def inside_box(body: NDArray[np.float64], position: NDArray[np.float64]) -> bool
 
 
 def box_scatterers(
-    box: Box, seabed_depth: float, seed: int, pitch: float, occluder: int, *, rise: float = np.inf, quadrature: bool = False,
-    reaches: Reaches | None = None,
+    box: Box, seabed_depth: float, seed: int, pitch: float, occluder: int, *, rise: float = np.inf,
+    quadrature: bool = False, reaches: Reaches | None = None,
 ) -> Scatterers:  # fmt: skip
     """Points on the faces of a box that water can reach, one for each cell, jittered in it.
 

@@ -157,7 +157,8 @@ def jittered_points(tiles: Tiles, seed: int, stream: int, priority_limit: Floats
         tiles: Which tiles.
         seed: Seed of the scenario.
         stream: Stream of the interface, one of `insonify.random_keys`.
-        priority_limit: Priority below which scatterers of each part of each tile are wanted, shape (n, PARTS, PARTS); None: all.
+        priority_limit: Priority below which scatterers of each part of each tile are wanted, shape (n, PARTS, PARTS);
+            None: all.
 
     Returns:
         Tile by tile, part by part, by increasing priority.

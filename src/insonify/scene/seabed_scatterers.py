@@ -17,8 +17,8 @@ Integers = NDArray[np.int64]
 
 
 def seabed_scatterers(
-    depth: float, terrain_sample: TerrainSample, law: Law, horizontal_position: Floats, area: Floats, phase: NDArray[np.complex128],
-    scatterer_id: NDArray[np.uint64],
+    depth: float, terrain_sample: TerrainSample, law: Law, horizontal_position: Floats, area: Floats,
+    phase: NDArray[np.complex128], scatterer_id: NDArray[np.uint64],
 ) -> Scatterers:  # fmt: skip
     """The scatterers of some places of the seabed; none where the ground is not known, or stands out of the water.
 

@@ -96,7 +96,8 @@ class SeabedTerrain:
             across: Along its second axis [1].
 
         Returns:
-            Heights on nodes a `heightmap_cell_size` apart, shape (65, 65): the last row and column are the next piece's first.
+            Heights on nodes a `heightmap_cell_size` apart, shape (65, 65): the last row and column are the next piece's
+            first.
         """
         return self._maps.get((along, across), lambda: self._drawn(along, across))
 
@@ -131,13 +132,14 @@ class SeabedTerrain:
             sine: Sine of the grazing angle at the mean plane [1], any shape.
             wavelength: Of the sound [m].
             fresnel_length: Length of the Fresnel zone on the bed [m], shape of `sine`.
-            residual_variance: Mean square of the resolved ground about the plane fitted to it in the zone [m^2], shape of `sine`.
+            residual_variance: Mean square of the resolved ground about the plane fitted to it in the zone [m^2], shape
+                of `sine`.
 
         Returns:
             Pressure ratio [1]. h is the rms height of all waves of the relief, on either side of the split, between
             the zone's length and the sound's: longer ones tilt the mirror; shorter ones do not disturb it. Of ground
-            that is no sum of waves, such as a surveyed grid, `residual_variance` takes the place of the resolved ones; without it
-            such ground has no share.
+            that is no sum of waves, such as a surveyed grid, `residual_variance` takes the place of the resolved ones;
+            without it such ground has no share.
 
         Source: Rayleigh's roughness as in APL-UW TR 9407 (1994); the band so that no wave counts twice.
         """

@@ -257,13 +257,13 @@ def solid_errors(path: str, solid: Solid, seabed: Seabed) -> Iterator[PydanticCu
     if base is not None and not 0 < base <= bed + STANDING:
         where = f"below the seabed (depth {bed:g} m)" if base > 0 else "at or above the sea surface (0 m)"
         sink = f" To sink it into the bed write burial_depth: {base - bed:g} m instead." if base > bed else ""
-        yield field_error(f"{path}.base_depth", f"{base:g} m", f"is {where}. Depths are positive downwards; write a depth "
-                      f"above 0 m and up to {bed:g} m.{sink}")  # fmt: skip
+        yield field_error(f"{path}.base_depth", f"{base:g} m", f"is {where}. Depths are positive downwards; write a "
+                      f"depth above 0 m and up to {bed:g} m.{sink}")  # fmt: skip
         return
     if tall <= 0:
         yield field_error(path, f"{solid.label}", "has no height as it lies: it is flat. Give it some, or turn it.")
         return
     if solid.burial_depth >= tall:
-        yield field_error(f"{path}.burial_depth", f"{solid.burial_depth:g} m", f"buries all of it: it is {tall:.3g} m high "
-                      f"as it lies. Write less than {tall:.3g} m.")  # fmt: skip
+        yield field_error(f"{path}.burial_depth", f"{solid.burial_depth:g} m", f"buries all of it: it is {tall:.3g} m "
+                      f"high as it lies. Write less than {tall:.3g} m.")  # fmt: skip
         return

@@ -60,7 +60,8 @@ def solid_section(
     points = Scatterers(
         object=solid.label, boundary="target", law=solid.scattering, position=position, normal=normal[row],
         area=long * covered(width), phase=np.exp(2j * np.pi * u[:, 1]),
-        scatterer_id=target_scatterer_id(solid.label, SOLID_FACE, n // ROW, n % ROW), has_random_phase=True, occluder=occluder,
+        scatterer_id=target_scatterer_id(solid.label, SOLID_FACE, n // ROW, n % ROW), has_random_phase=True,
+        occluder=occluder,
     )  # fmt: skip
     return points.take(position[:, 2] < seabed_depth_at(seabed, position[:, :2]) - STANDING)
 

@@ -72,8 +72,8 @@ class Surface(Model):
                 raise field_error(name, "null", f"does not say what moves a {bounce} surface. Write {name}: {example}.")
             if there and self.reflection not in (bounce, "explicit"):
                 raise field_error(
-                    name, None, f"moves a {bounce} surface only, or waves. Write reflection: {bounce} or reflection: explicit, "
-                    f"or leave {name} out.",
+                    name, None, f"moves a {bounce} surface only, or waves. Write reflection: {bounce} or reflection: "
+                    f"explicit, or leave {name} out.",
                 )  # fmt: skip
         if self.reflection == "explicit" and self.wind_speed is None and self.swell is None:
             raise field_error(
@@ -95,8 +95,9 @@ class Surface(Model):
         longest = self.dominant_wavelength
         if self.cutoff_wavelength >= longest:
             raise field_error(
-                "cutoff_wavelength", f"{self.cutoff_wavelength:g} m", f"is longer than the dominant waves of this wind ({longest:.3g} m), so "
-                f"that none would be drawn. Write less, such as {longest / 2:.2g} m, or reflection: statistical.",
+                "cutoff_wavelength", f"{self.cutoff_wavelength:g} m", "is longer than the dominant waves of this wind "
+                f"({longest:.3g} m), so that none would be drawn. Write less, such as {longest / 2:.2g} m, or "
+                "reflection: statistical.",
             )  # fmt: skip
 
     @property

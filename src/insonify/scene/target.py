@@ -51,11 +51,11 @@ class _Body(Model):
     def _check_depth_or_burial(self) -> Self:
         if self.base_depth is not None and (self.burial or self.burial_depth):
             word = "burial" if self.burial else "burial_depth"
-            raise field_error(word, f"{getattr(self, word):g}", "is for a target on the seabed, but base_depth is given. "
-                          "Leave one of the two out.")  # fmt: skip
+            raise field_error(word, f"{getattr(self, word):g}", "is for a target on the seabed, but base_depth is "
+                          "given. Leave one of the two out.")  # fmt: skip
         if self.base_depth is not None and self.scour is not None:
-            raise field_error("scour", None, "is for a target on the seabed, but base_depth is given. Leave one of the two "
-                          "out.")  # fmt: skip
+            raise field_error("scour", None, "is for a target on the seabed, but base_depth is given. Leave one of the "
+                          "two out.")  # fmt: skip
         if self.burial and self.burial_depth:
             raise field_error("burial_depth", f"{self.burial_depth:g} m", "says again what burial says. Leave one out.")
         return self

@@ -1,7 +1,7 @@
 """The ground as a map that is drawn once and read by many pings: heights and slopes on square pieces, side by side.
 
-Pieces are made where a line first crosses them (`insonify.scene.heightmap_synthesis`), and forgotten when room is wanted, the oldest
-first.
+Pieces are made where a line first crosses them (`insonify.scene.heightmap_synthesis`), and forgotten when room is
+wanted, the oldest first.
 """
 
 from collections.abc import Callable, Iterable, Iterator

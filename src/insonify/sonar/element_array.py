@@ -62,8 +62,8 @@ class ElementArray(_Elements):
         together = cKDTree(self.positions).query_pairs(CLOSEST)
         if together:
             first, second = min(together)
-            raise field_error(f"places.{second}", f"{list(self.positions[second])} m", f"is that of element {first} as well. "
-                          "Give elements places of their own.")  # fmt: skip
+            raise field_error(f"positions.{second}", f"{list(self.positions[second])} m", f"is that of element {first} as "
+                          "well. Give elements positions of their own.")  # fmt: skip
         return self
 
     def mirrored(self) -> dict[str, Any]:
@@ -87,8 +87,8 @@ class ArcArray(_Elements):
     def _check_element_spacing(self) -> Self:
         pitch = self.radius * self.arc_angle / (self.elements - 1)
         if pitch < CLOSEST or (self.arc_angle > 2 * np.pi - CLOSEST / self.radius):
-            raise field_error("arc_angle", f"{np.degrees(self.arc_angle):g} deg", f"puts elements {pitch * 1e3:.3g} mm apart, or the "
-                          "last on the first. Give a smaller span, or fewer elements.")  # fmt: skip
+            raise field_error("arc_angle", f"{np.degrees(self.arc_angle):g} deg", f"puts elements {pitch * 1e3:.3g} mm "
+                          "apart, or the last on the first. Give a smaller arc_angle, or fewer elements.")  # fmt: skip
         return self
 
     @property

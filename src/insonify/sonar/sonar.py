@@ -51,8 +51,8 @@ class Sonar(Model):
         if self.sides is None:
             return self
         if not self.sides or len(set(self.sides)) < len(self.sides):
-            raise field_error("sides", None, f"[{', '.join(self.sides)}] is no choice of sides. Write [port, starboard], "
-                          "one of them, or null.")  # fmt: skip
+            raise field_error("sides", None, f"[{', '.join(self.sides)}] is no choice of sides. Write [port, "
+                          "starboard], one of them, or null.")  # fmt: skip
         if np.sin(self.mounting.bearing) <= SIDEWAYS:
             raise field_error(
                 "mounting.bearing", f"{np.degrees(self.mounting.bearing):g} deg",
@@ -88,8 +88,8 @@ class Sonar(Model):
                 "receiver.errors.dead", f"{beyond[0]}", f"is no element; there are 0 to {self.beam_count - 1}."
             )
         if self.receiver.record == "elements" and len(self.transmit.steers) > 1:
-            raise field_error("transmit.steer", f"{len(self.transmit.steers)} angles", "send several beams at once, but "
-                          "elements hear one transmission. Give one.")  # fmt: skip
+            raise field_error("transmit.steer", f"{len(self.transmit.steers)} angles", "send several beams at once, "
+                          "but elements hear one transmission. Give one.")  # fmt: skip
         return self
 
     @model_validator(mode="after")

@@ -129,8 +129,8 @@ class CompositeRelief(Relief):
 
 
 def build_terrain(
-    components: Sequence[Kind], *, seed: int, cutoff: RoughnessCutoff | None = None, scatterer_grid: ScattererGrid | None = None,
-    mean_depth: float = 0.0,
+    components: Sequence[Kind], *, seed: int, cutoff: RoughnessCutoff | None = None,
+    scatterer_grid: ScattererGrid | None = None, mean_depth: float = 0.0,
 ) -> CompositeRelief:  # fmt: skip
     """The ground that some reliefs make together.
 

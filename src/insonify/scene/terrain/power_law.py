@@ -62,9 +62,9 @@ class PowerLaw(Model):
             outer_scale: See the field [m]. Roughness measured at centimetres is too rough beyond
                 tens of metres.
 
-        Valid: with the split of `RoughnessCutoff.of_sediment`, and Jackson's law on the facets, the ground has the composite
-        level of APL-UW TR 9407 within 2 dB from 5 to 40 degrees, where rms slopes stay below some 20 degrees: every
-        sediment with a grain size up to 100 kHz, rock and stones up to 30 kHz. The full handbook turns from its
+        Valid: with the split of `RoughnessCutoff.of_sediment`, and Jackson's law on the facets, the ground has the
+        composite level of APL-UW TR 9407 within 2 dB from 5 to 40 degrees, where rms slopes stay below some 20 degrees:
+        every sediment with a grain size up to 100 kHz, rock and stones up to 30 kHz. The full handbook turns from its
         composite level to an empirical one beyond slopes of 7 degrees: there coarse sand and gravel come out up to
         6 dB above it, rock 6 dB and rough rock 10 to 15 dB below (docs/explanation/relief-and-roughness.md).
         """

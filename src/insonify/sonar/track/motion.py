@@ -52,8 +52,8 @@ class MotionSpectrum(Model):
             )
         for row, (frequency, density) in enumerate(rows):
             if frequency < 0 or (row and frequency <= rows[row - 1][0]):
-                raise field_error(f"spectrum.{row}.0", f"{frequency:g} Hz", "is not above the row before, or below 0 Hz. "
-                              "Sort the rows by frequency.")  # fmt: skip
+                raise field_error(f"spectrum.{row}.0", f"{frequency:g} Hz", "is not above the row before, or below 0 "
+                              "Hz. Sort the rows by frequency.")  # fmt: skip
             if density < 0:
                 raise field_error(f"spectrum.{row}.1", f"{density:g}", "is negative; no spectrum is. Write 0 or more.")
         if not any(density for _, density in rows):

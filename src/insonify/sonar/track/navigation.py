@@ -69,8 +69,8 @@ class NavigationTrack(PingSchedule):
                 )
             log = _read(self.file, digest, self.origin)
         except OSError as fault:
-            raise field_error("file", self.file, f"cannot be read: {fault.strerror or fault}. Give the log's path, as seen "
-                          "from the scenario file.") from None  # fmt: skip
+            raise field_error("file", self.file, f"cannot be read: {fault.strerror or fault}. Give the log's path, as "
+                          "seen from the scenario file.") from None  # fmt: skip
         except ValueError as fault:
             raise field_error("file", None, str(fault)) from None
         return log
