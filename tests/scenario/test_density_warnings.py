@@ -47,7 +47,7 @@ def test_a_density_beyond_the_finest_grid_is_warned_of_with_the_count_that_is_re
     scenario, (word,) = fine(per_cell)
     most = float(word.partition("Give ")[2].split()[0])
     assert smallest_count(scenario) == pytest.approx(most, rel=0.1)
-    assert f"{per_cell} are asked for" in word and "0.625 mm apart" in word and "seabed" in word
+    assert f"{per_cell} are requested" in word and "0.625 mm apart" in word and "seabed" in word
     again, words = fine(most)
     assert words == []
     assert smallest_count(again) == pytest.approx(most, rel=0.01)

@@ -30,7 +30,7 @@ def quiet(receive=None, *, water=None, frequency=100e3, **receiver):
         ({"matched_filter": True, "blanking": 1e-3}, "compressed_recording"),
         ({"matched_filter": True, "adc": {"full_scale_db": 150}}, "after adc"),
         ({"record": "beams", "crosstalk": {"neighbours_db": -30}}, "Write record: elements"),
-        ({"blanking": "11.5 ms"}, "nothing is heard"),
+        ({"blanking": "11.5 ms"}, "nothing is recorded"),
         ({"self_noise": {"tones": [{"frequency": "50 kHz", "level_db": 60}]}}, "87.5 to 112.5 kHz"),
         ({"gain": {"start": "5 ms", "stop": "4 ms"}}, "Give a later stop"),
         ({"adc": {"full_scale_db": 150, "bits": 1}}, "bits"),
@@ -96,7 +96,7 @@ def test_a_pulse_that_outlasts_the_window_is_told(duration, words):
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
         nominal(track={"window": (0.0, 0.012)}, sonar={"pulse": {**PULSE, "duration": duration}})
-    assert sum("no echo is heard whole" in str(word.message) for word in said) == words
+    assert sum("no echo is recorded whole" in str(word.message) for word in said) == words
 
 
 def test_a_receiver_that_fits_is_not_warned_of_and_is_written_back():

@@ -37,10 +37,10 @@ def test_a_face_that_sends_back_more_than_it_gets_is_told():
     )
 
 
-def test_the_tracer_hears_no_flash_and_says_so():
+def test_the_tracer_warns_that_it_simulates_no_flash():
     """Its rays go on from smooth faces."""
     (word,) = said({**BOX, "face_reflection_coefficient": 0.5}, paths={"engine": "tracer"}, field="incoherent")
-    assert "hears no flash" in word
+    assert "simulates no flash" in word
 
 
 @pytest.mark.parametrize("smooth", [1.1, -1.5])

@@ -37,7 +37,7 @@ def test_what_was_written_is_read_again(strength):
         ({"patches": [{**SCHOOL, "label": "water"}]}, {}, "is taken"),
         ({"patches": [{**SCHOOL, "label": ""}]}, {}, "at least 1 character"),
         ({"volume_strength_db": -70}, {"paths": {"geometry": "slice"}}, "a slice, which is one plane"),
-        ({"patches": [SCHOOL]}, {"paths": {"engine": "tracer"}, "field": "incoherent"}, "not heard by the tracer"),
+        ({"patches": [SCHOOL]}, {"paths": {"engine": "tracer"}, "field": "incoherent"}, "not simulated by the tracer"),
     ],
 )
 def test_slips_are_told_with_the_way_out(water, top, said):

@@ -279,7 +279,7 @@ def test_labels_know_the_ellipse():
     ("wrong", "advice"),
     [
         ({"paths": {"geometry": "slice"}}, "paths.geometry: slice is one vertical plane"),
-        ({"paths": {"engine": "tracer"}, "field": "incoherent"}, "paths.engine: tracer sends and hears on one"),
+        ({"paths": {"engine": "tracer"}, "field": "incoherent"}, "paths.engine: tracer transmits and receives on one"),
         (
             {"sonar": {"sides": ["port", "starboard"], "transmit": LINE, "receive": LINE}},
             "sonar.sides: .* one platform",
@@ -298,7 +298,7 @@ def test_what_two_platforms_cannot_do_is_said(wrong, advice):
 
 def test_a_receiver_out_of_reach_is_said():
     """A baseline longer than the window's whole way is a caution before anything is simulated."""
-    with pytest.warns(PhysicsWarning, match="receiver_track: it runs .* nothing is heard"):
+    with pytest.warns(PhysicsWarning, match="receiver_track: it runs .* nothing is received"):
         told(receiver_track={"kind": "static", "position": (500.0, 0.0, 5.0)})
 
 

@@ -26,7 +26,7 @@ def test_two_elements_at_one_place_are_refused():
 
 def test_elements_hardly_apart_are_found_whatever_lies_between_their_depths():
     """First and last 2 um apart in depth, with another one between them that lies far aside."""
-    with pytest.raises(ValidationError, match=r"places\.2.*is that of element 0 as well"):
+    with pytest.raises(ValidationError, match=r"positions\.2.*is that of element 0 as well"):
         ElementArray(positions=((0, 0, 0), (0, 0.1, 1e-6), (0, 0, 2e-6)))
     assert len(ElementArray(positions=((0, 0, 0), (0, 0.1, 1e-6), (0, 0, 2e-5))).positions) == 3
 
@@ -50,7 +50,7 @@ def test_an_arc_does_not_bite_its_tail():
          "has elements but no beams"),
         ({"transmit": {"kind": "arc", "radius": 0.2, "arc_angle": 1.0, "elements": 4}}, "is for receiving"),
         ({"receiver": {"record": "beams", "errors": {"gain_db": 1}}}, "are those of single elements"),
-        ({"transmit": {"kind": "line", "length": 0.1, "steer": [0.0, 0.1]}}, "elements hear one transmission"),
+        ({"transmit": {"kind": "line", "length": 0.1, "steer": [0.0, 0.1]}}, "elements receive one transmission"),
     ],
 )  # fmt: skip
 def test_what_elements_cannot_do_is_said(told, said):

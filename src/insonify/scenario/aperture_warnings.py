@@ -1,4 +1,4 @@
-"""Words on arrays that are not what they seem: beams out of focus, and elements that all hear the same."""
+"""Warnings on arrays that are not what they seem: beams out of focus, and elements that receive the same sound."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from insonify.scenario.scenario import Scenario
 
 CLOSEST = 0.02
-"""Distance between elements below which they hear the same but for their noise [wavelengths]."""
+"""Distance between elements below which they receive the same but for their noise [wavelengths]."""
 
 
 def aperture_warnings(scenario: Scenario, wavelength: float) -> Iterator[str]:
@@ -25,15 +25,15 @@ def aperture_warnings(scenario: Scenario, wavelength: float) -> Iterator[str]:
         wavelength: Of the sound at the sonar [m].
     """
     farthest = scenario.track.window[1] * scenario.water.max_sound_speed / 2
-    said: dict[str, list[str]] = {}
+    keys: dict[str, list[str]] = {}
     for end, array in zip(("transmit", "receive"), scenario.sonar.beam_arrays, strict=False):
-        said.setdefault(_near_field_warning(array, wavelength, farthest), []).append(f"sonar.{end}")
-    yield from (f"{' and '.join(ends)}: {words}" for words, ends in said.items() if words)
+        keys.setdefault(_near_field_warning(array, wavelength, farthest), []).append(f"sonar.{end}")
+    yield from (f"{' and '.join(ends)}: {words}" for words, ends in keys.items() if words)
     yield _crowded(scenario, wavelength)
 
 
 def _near_field_warning(array: LineArray | PlanarArray | PointTransducer, wavelength: float, farthest: float) -> str:
-    """A word on an array so long that all it hears lies in its near field, where its beam is no far-field pattern.
+    """Warning on an array so long that its whole range lies in its near field, where its beam is no far-field pattern.
 
     At a quarter of L^2 / wavelength the wavefront of a point is bent by half a wavelength over the array.
     """
@@ -69,5 +69,5 @@ def _crowded(scenario: Scenario, wavelength: float) -> str:
     row = int(np.argmin(apart))
     return (
         f"sonar.receive: element {row} is {1e3 * apart[row]:.3g} mm from another, {apart[row] / wavelength:.2g} "
-        "wavelengths: the two hear the same sound, and no beam is sharper for it. Give fewer elements, or a larger one."
+        "wavelengths: they receive the same sound, and no beam is sharper for it. Give fewer elements, or a larger one."
     )

@@ -1,4 +1,4 @@
-"""What describes a recording as a whole."""
+"""Attributes of a recording as a whole."""
 
 from importlib.metadata import version
 from typing import Any
@@ -10,7 +10,7 @@ from insonify.scenario.write import to_yaml
 
 
 def attributes(scenario: Scenario) -> dict[str, Any]:
-    """What describes a recording as a whole: the scenario itself, and what it rests on."""
+    """Attributes of a recording: the scenario itself, and the sources of what runs in it."""
     return {
         "title": scenario.title,
         "scenario": to_yaml(scenario),

@@ -1,4 +1,4 @@
-"""What a receiver on a platform of its own cannot be simulated with, or with what clock."""
+"""Errors of receivers on a platform of their own: combinations that cannot be simulated, and pings out of step."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from insonify.sonar.track import Track
 
 CLOCK = ("interval", "window", "stop_and_hop")
-"""What a receiver's track has from the transmitter's: when it listens, and how."""
+"""Fields of a receiver's track that are those of the transmitter's: times of pings and windows."""
 
 
 def with_transmitter_clock(written: Any, track: Track | None) -> Any:
@@ -30,7 +30,7 @@ def with_transmitter_clock(written: Any, track: Track | None) -> Any:
 
 
 def clock_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
-    """Where a receiver's track does not keep the transmitter's time: without that nothing else can be looked at.
+    """Errors of a receiver's track that does not keep the transmitter's times: no other check is possible before.
 
     Args:
         scenario: The scenario.
@@ -60,12 +60,12 @@ def bistatic_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
                           "receiver_track, or leave receive_mounting out.")  # fmt: skip
         return
     if sonar.sides is not None:
-        yield field_error("sonar.sides", f"[{', '.join(sonar.sides)}]", "hear each for itself on one platform, and "
+        yield field_error("sonar.sides", f"[{', '.join(sonar.sides)}]", "transmit and receive on one platform, and "
                       "receiver_track gives the receiver another. Leave `sides` out and give one mounting, or leave "
                       "receiver_track out.")  # fmt: skip
     if scenario.paths.geometry == "slice":
         yield field_error("paths.geometry", "slice", "is one vertical plane through one platform. Write geometry: 3d, "
                       "or leave receiver_track out.")  # fmt: skip
     if scenario.paths.engine == "tracer":
-        yield field_error("paths.engine", "tracer", "sends and hears on one platform. Write engine: eigenrays, or "
-                      "leave receiver_track out.")  # fmt: skip
+        yield field_error("paths.engine", "tracer", "transmits and receives on one platform. Write engine: eigenrays, "
+                      "or leave receiver_track out.")  # fmt: skip

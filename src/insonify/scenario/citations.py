@@ -1,4 +1,4 @@
-"""What a simulation rests on: the sources of what actually runs in a scenario."""
+"""Sources of the laws and methods that run in a scenario."""
 
 from pathlib import Path
 
@@ -24,7 +24,7 @@ SUSPENDED = "Urick (1983), Principles of Underwater Sound, ch. 8: volume reverbe
 NOISE = (
     "Wenz (1962), J. Acoust. Soc. Am. 34, 1936, as fitted by Coates (1989); Mellen (1952), 24, 478: noise of the sea"
 )
-FIELD = "Cox (1973), J. Acoust. Soc. Am. 54, 1289: what two receivers hear alike of noise from many directions"
+FIELD = "Cox (1973), J. Acoust. Soc. Am. 54, 1289: coherence between two receivers of noise from many directions"
 SURFACE_NOISE = "Cron & Sherman (1962), J. Acoust. Soc. Am. 34, 1732: noise that the surface makes"
 SEDIMENT = "APL-UW TR 9407 (1994): geoacoustics of sediments and their reflection"
 

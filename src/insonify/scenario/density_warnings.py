@@ -1,4 +1,4 @@
-"""Random scatterers asked for more densely than their finest grid holds."""
+"""Warnings on random scatterers denser than their finest grid holds."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ NARROWEST = 1e-4
 SHORTEST = 0.02
 """Length that no cell of slant range falls short of, over the height above the boundary, unless the pulse does [1]."""
 ENOUGH = 0.99
-"""Part of the density asked for that is no fault [1]: beam widths are computed to fewer digits."""
+"""Fraction of the requested density that gets no warning [1]: beam widths are computed to fewer digits."""
 
 
 def density_warnings(scenario: Scenario) -> list[str]:
-    """Warnings about resolution cells that the finest grid of scatterers leaves emptier than asked for.
+    """Warnings about resolution cells that the finest grid of scatterers leaves emptier than requested.
 
     Args:
         scenario: A scenario without faults.
@@ -56,7 +56,7 @@ def density_warnings(scenario: Scenario) -> list[str]:
     part, boundary = min(found)
     most = part * paths.scatterers_per_cell
     return [
-        f"paths.scatterers_per_cell: {paths.scatterers_per_cell:g} are asked for, but scatterers lie "
+        f"paths.scatterers_per_cell: {paths.scatterers_per_cell:g} are requested, but scatterers lie "
         f"{1e3 * np.sqrt(MIN_CELL_SIZE):.3g} mm apart at the closest: the smallest resolution cells of the {boundary} "
         f"hold {_rounded_down(most)}. Give {_rounded_down(most)} or fewer; 5 make speckle."
     ]
@@ -73,7 +73,7 @@ def _least_bound(scenario: Scenario, height: float) -> float:
 
 def _smallest_cell(scenario: Scenario, height: float) -> float:
     """Smallest area of one scatterer on a boundary at some height, within the first ping's window [m^2]."""
-    from insonify.engines.ping_scatterers import resolution_of  # kernels, which few scenarios ask for here
+    from insonify.engines.ping_scatterers import resolution_of  # kernels, which few scenarios need here
 
     carried, window = platforms(scenario), scenario.track.window
     here = ping_geometry(scenario.sonar.side_sonars[0], carried, 0, window=window, pulse=received_pulse(scenario.sonar),

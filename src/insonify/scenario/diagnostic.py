@@ -1,4 +1,4 @@
-"""What is wrong with a scenario file, said so that its author can put it right.
+"""Diagnostics of a scenario file: problem, place in the file, and fix.
 
 One line per fault: where it stands, what it says, what would be allowed, the way out.
 """
@@ -15,17 +15,17 @@ class Diagnostic:
     file: str
     """Name of the file, as the author gave it."""
     line: int
-    """Line of the guilty value, or of what it is missing from, counted from 1; 0 for a file without lines."""
+    """Line of the faulty value, or of the group that lacks it, counted from 1; 0 for a file without lines."""
     field: str
     """Keys and list indices joined by dots: targets.0.position; empty for the file as a whole."""
     problem: str
-    """What is wrong; begins with the value as it was typed, where there is one."""
+    """Problem; begins with the value as it was typed, where there is one."""
     allowed: str = ""
     """The allowed range or choices, where they are known."""
     fix: str = ""
-    """What to write instead, where that can be guessed."""
+    """Value to write instead, where it can be guessed."""
     label: str = ""
-    """What the author calls the thing that the field belongs to, such as a target's label."""
+    """Label in the file of the item that the field belongs to, such as a target's label."""
 
     def __str__(self) -> str:
         """The advice as it is printed, one line, like a compiler's."""

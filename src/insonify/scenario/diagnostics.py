@@ -30,14 +30,14 @@ class _Finding:
 
     kind: str
     path: Path
-    asked: tuple[ExpectedType, ...]
+    expected: tuple[ExpectedType, ...]
     value: Any
     context: dict[str, Any]
     message: str
 
     @property
     def is_about_kind(self) -> bool:
-        """Whether it only says that this alternative wanted another kind of value."""
+        """True: the error only states that this alternative wanted another kind of value."""
         return self.kind.endswith(("_type", "_parsing")) or self.kind == "int_from_float"
 
 
@@ -45,20 +45,20 @@ def validation_diagnostics(error: ValidationError, model: type[BaseModel], sourc
     """One advice per mistake that the validator found in a file.
 
     Args:
-        error: What the validator said.
-        model: The noun that the file describes.
+        error: Error of the validator.
+        model: Model that the file describes.
         source: The file.
     """
     items = [single for item in error.errors(include_url=False) for single in _unfolded(item)]
     findings = [_finding(item, model, source) for item in items]
-    said = {(fault.field, fault.line) for fault in source.faults}
+    reported = {(fault.field, fault.line) for fault in source.faults}
     advice = []
     for path in dict.fromkeys(finding.path for finding in findings):
         here = [finding for finding in findings if finding.path == path]
         is_said_below = any(other.path[: len(path)] == path and other.path != path for other in findings)
         if is_said_below and all(finding.is_about_kind for finding in here):
             continue
-        if (dotted(path), source.line(path)) not in said and not _is_misspelt_elsewhere(here, findings):
+        if (dotted(path), source.line(path)) not in reported and not _is_misspelt_elsewhere(here, findings):
             advice += _one_line(here, findings, source)
     return advice
 
@@ -66,11 +66,11 @@ def validation_diagnostics(error: ValidationError, model: type[BaseModel], sourc
 def yaml_boolean_errors(model: type[BaseModel], source: YamlSource) -> list[Diagnostic]:
     """Every yes, no, on or off that stands where a number or a word is wanted, and every .nan and .inf.
 
-    Python counts truths as 1 and 0, and some nouns hold text or laws of their own: the validator
+    Python counts truths as 1 and 0, and some models hold text or laws of their own: the validator
     alone would let them pass.
 
     Args:
-        model: The noun that the file describes.
+        model: Model that the file describes.
         source: The file.
     """
     advice = []
@@ -78,17 +78,17 @@ def yaml_boolean_errors(model: type[BaseModel], source: YamlSource) -> list[Diag
         value = source.value(path)
         if not isinstance(value, bool) and not (isinstance(value, float) and not math.isfinite(value)):
             continue
-        _, asked = find(model, source.values, path)
+        _, expected = find(model, source.values, path)
         _, about = find(model, source.values, path[:-1])
         if isinstance(path[-1], str) and all(path[-1] not in group.keys for group in about):
-            continue  # a key that nobody knows: that is said instead
+            continue  # an unknown key: that is reported instead
         if isinstance(value, float):
             problem = f"{source.written[path]} is not a finite number"
-            advice.append(_advice(path, source, problem, _allowed(asked)))
-        elif asked and all(choice.kind is not bool for choice in asked):
-            wanted = _either_of(asked)
+            advice.append(_advice(path, source, problem, _allowed(expected)))
+        elif expected and all(choice.kind is not bool for choice in expected):
+            wanted = _either_of(expected)
             problem = f"{source.written[path]} means {str(value).lower()} in YAML; it should be {wanted}"
-            fix = "Put quotes around it" if any(choice.kind is str for choice in asked) else ""
+            fix = "Put quotes around it" if any(choice.kind is str for choice in expected) else ""
             advice.append(_advice(path, source, problem, fix=fix))
     return advice
 
@@ -106,8 +106,8 @@ def _finding(item: Any, model: type[BaseModel], source: YamlSource) -> _Finding:
     if item["type"] == "field_error":
         steps = [int(step) if step.isdigit() else step for step in str(context["path"]).split(".") if step]
         loc = (*loc, *steps)
-    path, asked = find(model, source.values, loc)
-    return _Finding(item["type"], path, tuple(asked), item["input"], context, item["msg"])
+    path, expected = find(model, source.values, loc)
+    return _Finding(item["type"], path, tuple(expected), item["input"], context, item["msg"])
 
 
 def _is_misspelt_elsewhere(here: list[_Finding], findings: list[_Finding]) -> bool:
@@ -150,14 +150,14 @@ def _say(finding: _Finding, source: YamlSource) -> Diagnostic:
         return _missing(finding, source)
     if kind in _UNKNOWN:
         return _unknown_key(finding, source)
-    if kind in _RANGE or (kind == "int_parsing_size" and any(asked.limits for asked in finding.asked)):
+    if kind in _RANGE or (kind == "int_parsing_size" and any(expected.limits for expected in finding.expected)):
         return _out_of_range(finding, source)
     if kind in ("literal_error", "enum", "union_tag_invalid", "union_tag_not_found"):
         return _unknown_choice(finding, source)
     if kind == "finite_number":
-        return _advice(path, source, f"{typed} is not a finite number", _allowed(finding.asked))
+        return _advice(path, source, f"{typed} is not a finite number", _allowed(finding.expected))
     if kind in ("too_short", "too_long"):
-        fix = next((asked.fix for asked in finding.asked if asked.fix), "") if kind == "too_long" else ""
+        fix = next((expected.fix for expected in finding.expected if expected.fix), "") if kind == "too_long" else ""
         return _advice(path, source, f"{typed} has {len(finding.value)} values", _wanted([finding]), fix)
     if kind == "value_error":
         return _refused(finding, source)
@@ -173,7 +173,7 @@ def _missing(finding: _Finding, source: YamlSource) -> Diagnostic:
 
 def _unknown_key(finding: _Finding, source: YamlSource) -> Diagnostic:
     name = finding.path[-1]
-    known = list(dict.fromkeys(key for asked in finding.asked for key in asked.keys))
+    known = list(dict.fromkeys(key for expected in finding.expected for key in expected.keys))
     meant = nearest_word(str(name), known)
     if meant:
         return _advice(finding.path, source, f"unknown key '{name}'; did you mean '{meant}'?")
@@ -187,7 +187,7 @@ def _unknown_choice(finding: _Finding, source: YamlSource) -> Diagnostic:
     if "discriminator" in finding.context:
         key = finding.context["discriminator"].strip("'")
         path, typed = (*path, key), str(finding.context.get("tag", ""))
-        choices = choices or sorted({tag for asked in finding.asked for tag in asked.tags(key)})
+        choices = choices or sorted({tag for expected in finding.expected for tag in expected.tags(key)})
         if finding.kind == "union_tag_not_found":
             fix = f"Add a line '{key}: ...'"
             return _advice(path, source, "missing; it should be one of " + ", ".join(choices), fix=fix)
@@ -197,9 +197,9 @@ def _unknown_choice(finding: _Finding, source: YamlSource) -> Diagnostic:
 
 
 def _refused(finding: _Finding, source: YamlSource) -> Diagnostic:
-    """What a field's or a noun's own check said, or a better sentence where it was about a unit."""
+    """Message of a field's or a model's own check, or a better sentence where it was about a unit."""
     typed = source.show(finding.path, finding.value)
-    quantity = next((asked for asked in finding.asked if asked.dimension), None)
+    quantity = next((expected for expected in finding.expected if expected.dimension), None)
     if quantity is not None and isinstance(finding.value, str) and not _si(typed, quantity):
         units = list(UNITS[quantity.dimension])
         unit = re.sub(r"^[-+.\deE\s]*", "", typed)
@@ -207,9 +207,9 @@ def _refused(finding: _Finding, source: YamlSource) -> Diagnostic:
         fix = f"Did you mean {meant}?" if meant else ""
         problem = f"{typed} is not {quantity.description().split(' in ')[0]}; use {', '.join(units)}"
         return _advice(finding.path, source, problem, fix=fix)
-    said = str(finding.context.get("error", finding.message))
+    message = str(finding.context.get("error", finding.message))
     is_plain = finding.path in source.written
-    return _advice(finding.path, source, said if not is_plain or typed in said else f"{typed}: {said}")
+    return _advice(finding.path, source, message if not is_plain or typed in message else f"{typed}: {message}")
 
 
 def _type_error_message(here: list[_Finding], source: YamlSource) -> Diagnostic:
@@ -217,54 +217,54 @@ def _type_error_message(here: list[_Finding], source: YamlSource) -> Diagnostic:
     typed = source.show(first.path, first.value)
     if first.value is None:
         return _advice(first.path, source, f"has no value; it should be {_wanted(here)}")
-    if isinstance(first.value, int | float) and all(asked.kind is str for asked in first.asked):
+    if isinstance(first.value, int | float) and all(expected.kind is str for expected in first.expected):
         return _advice(first.path, source, f"{typed} is read as a number", fix=f'Write "{typed}", with quotes')
     where = "" if first.path else "the file holds "
     return _advice(first.path, source, f"{where}{typed} where {_wanted(here)} should be")
 
 
 def _wanted(findings: list[_Finding]) -> str:
-    asked = [choice for finding in findings for choice in finding.asked if choice.kind is not type(None)]
-    return _either_of(asked) or "something else"
+    expected = [choice for finding in findings for choice in finding.expected if choice.kind is not type(None)]
+    return _either_of(expected) or "something else"
 
 
-def _either_of(asked: Sequence[ExpectedType]) -> str:
+def _either_of(expected: Sequence[ExpectedType]) -> str:
     """Kinds of value in words; groups that one key tells apart by that key alone: all keys are a paragraph."""
-    groups = [choice for choice in asked if choice.keys]
+    groups = [choice for choice in expected if choice.keys]
     tag = next((key for key in groups[0].keys if all(one.tags(key) for one in groups)), "") if len(groups) > 1 else ""
     if not tag:
-        return " or ".join(dict.fromkeys(choice.description() for choice in asked))
+        return " or ".join(dict.fromkeys(choice.description() for choice in expected))
     known = ", ".join(dict.fromkeys(word for one in groups for word in sorted(one.tags(tag))))
-    others = [choice.description() for choice in asked if not choice.keys]
+    others = [choice.description() for choice in expected if not choice.keys]
     return " or ".join(dict.fromkeys([f"a group of keys ({tag}: one of {known}; and what belongs to it)", *others]))
 
 
-def _si(typed: str, asked: ExpectedType) -> float | None:
+def _si(typed: str, expected: ExpectedType) -> float | None:
     """The SI number behind what was typed, or None."""
     try:
-        value = si(typed, asked.dimension)
+        value = si(typed, expected.dimension)
     except ValueError:
         return None
     return value if isinstance(value, float) else None
 
 
 def _out_of_range(finding: _Finding, source: YamlSource) -> Diagnostic:
-    asked = next((choice for choice in finding.asked if choice.limits), ExpectedType(float))
+    expected = next((choice for choice in finding.expected if choice.limits), ExpectedType(float))
     typed = source.show(finding.path, finding.value).strip()
     match = _NUMBER_AND_UNIT.match(typed)
     if match is None:
-        return _advice(finding.path, source, f"{typed} is out of range", _range(asked.limits, asked.units))
+        return _advice(finding.path, source, f"{typed} is out of range", _range(expected.limits, expected.units))
     number, unit = match.groups()
-    shown = f"{number} {unit or asked.units}".strip()
-    size = UNITS.get(asked.dimension, {}).get(unit or asked.units, 1.0)
-    limits = {name: bound / size for name, bound in asked.limits.items()}
-    fix = _better(float(number), unit, limits, asked, finding.path)
-    return _advice(finding.path, source, f"{shown} is out of range", _range(limits, unit or asked.units), fix)
+    shown = f"{number} {unit or expected.units}".strip()
+    size = UNITS.get(expected.dimension, {}).get(unit or expected.units, 1.0)
+    limits = {name: bound / size for name, bound in expected.limits.items()}
+    fix = _better(float(number), unit, limits, expected, finding.path)
+    return _advice(finding.path, source, f"{shown} is out of range", _range(limits, unit or expected.units), fix)
 
 
-def _allowed(asked: Sequence[ExpectedType]) -> str:
+def _allowed(expected: Sequence[ExpectedType]) -> str:
     """The range of a number in its SI unit; empty where none is known."""
-    return next((_range(choice.limits, choice.units) for choice in asked if choice.limits), "")
+    return next((_range(choice.limits, choice.units) for choice in expected if choice.limits), "")
 
 
 def _range(limits: dict[str, float], unit: str) -> str:
@@ -288,14 +288,14 @@ def _fits(value: float, limits: dict[str, float]) -> bool:
     return above and value <= limits.get("le", value) and value < limits.get("lt", value + 1)
 
 
-def _better(number: float, unit: str, limits: dict[str, float], asked: ExpectedType, path: Path) -> str:
-    """What was probably meant: the other sign, or the same number with a unit."""
+def _better(number: float, unit: str, limits: dict[str, float], expected: ExpectedType, path: Path) -> str:
+    """Probable intention: the other sign, or the same number with a unit."""
     only_sign = limits.get("ge", limits.get("gt", -1)) >= 0 or limits.get("le", limits.get("lt", 1)) <= 0
     if only_sign and _fits(-number, limits):
         why = "Depths are positive downwards; write" if "depth" in str(path[-1:]) else "Did you mean"
-        return f"{why} {-number:g} {unit or asked.units}".strip() + ("" if why.endswith("write") else "?")
-    for guess, size in UNITS.get(asked.dimension, {}).items():
-        # nobody leaves out the km of 0.001 km
+        return f"{why} {-number:g} {unit or expected.units}".strip() + ("" if why.endswith("write") else "?")
+    for guess, size in UNITS.get(expected.dimension, {}).items():
+        # the km of 0.001 km is never left out
         is_handy = abs(number) >= (1.0 if size > 1 else 0.1)
         if not unit and is_handy and _fits(number * size, limits):
             return f"Did you mean {number:g} {guess}?"

@@ -1,4 +1,4 @@
-"""What recordings of elements, and of a sonar under way, cannot be made of."""
+"""Errors of recordings of elements, and of moving sonars, that cannot be simulated."""
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ MAX_POSES = 2000
 
 
 def element_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
-    """Everything that keeps elements from being recorded, and a sonar from being heard under way.
+    """Errors that keep elements from being recorded, or a moving sonar from being simulated.
 
     Args:
         scenario: The scenario.
     """
     receiver = scenario.sonar.receiver
     if receiver.record == "elements" and scenario.field == "incoherent":
-        yield field_error("sonar.receiver.record", "elements", "are heard as pressures, and field is incoherent. Write "
-                      "field: coherent, or sonar.receiver.record: beams.")  # fmt: skip
+        yield field_error("sonar.receiver.record", "elements", "are recorded as pressures, and field is incoherent. "
+                      "Write field: coherent, or sonar.receiver.record: beams.")  # fmt: skip
     if receiver.record == "elements" and scenario.output.labels:
         yield field_error("output.labels", "true", "is for beams, and sonar.receiver.record is elements. Write labels: "
                       "false; a run of the same scene with record: beams has them.")  # fmt: skip
@@ -101,7 +101,7 @@ def _out_of_band_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
         least = _min_bandwidth(pulse, receiver, worst)
         yield field_error(
             "sonar.receiver.bandwidth", f"{receiver.bandwidth / 1e3:g} kHz", f"keeps {100 * shifted:.0f} % of an echo "
-            f"that a platform at {speed.max():.3g} m/s hears shifted by {worst * pulse.frequency:+.0f} Hz, and "
+            f"that a platform at {speed.max():.3g} m/s receives shifted by {worst * pulse.frequency:+.0f} Hz, and "
             f"{100 * still:.0f} % of one without Doppler. Give a band of {least / 1e3:.4g} kHz or more, or write "
             "track.stop_and_hop: true.",
         )  # fmt: skip
@@ -125,7 +125,7 @@ def passed_energy_fraction(pulse: Pulse, receiver: Receiver, doppler: float) -> 
 
     Args:
         pulse: What was sent.
-        receiver: What hears it.
+        receiver: Receiver of the echo.
         doppler: Part by which the echo is quicker, d(emission) / d(arrival) - 1 [1].
     """
     edge = receiver.sample_rate / 2

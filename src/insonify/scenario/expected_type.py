@@ -1,6 +1,6 @@
-"""What a place in the scenario asks for: its units, its limits, its choices, its keys.
+"""Type that is expected at a position in the scenario: units, limits, choices, keys.
 
-Everything is read from the nouns themselves, so that a message can never disagree with
+Everything is read from the models themselves, so that a message can never disagree with
 the check that it explains.
 """
 
@@ -22,9 +22,9 @@ class ExpectedType:
     """One of the kinds of value that a place accepts."""
 
     kind: Any
-    """A plain type, a noun, or a generic such as tuple[float, ...]."""
+    """A plain type, a model, or a generic such as tuple[float, ...]."""
     notes: tuple[Any, ...] = ()
-    """What is said about it: units and limits."""
+    """Metadata of the type: units and limits."""
 
     @property
     def units(self) -> str:
@@ -33,7 +33,7 @@ class ExpectedType:
 
     @property
     def fix(self) -> str:
-        """What to write instead of a longer list; empty where its noun has no advice."""
+        """Advice on a list that is too long; empty where its model has none."""
         return self._schema_extra("fix")
 
     @property
@@ -50,7 +50,7 @@ class ExpectedType:
 
     @property
     def keys(self) -> "dict[str, list[ExpectedType]]":
-        """What each key of a noun asks for; empty where it is not a noun."""
+        """Expected types of each key of a model; empty for other types."""
         return _keys(self.kind) if isinstance(self.kind, type) else {}
 
     def _schema_extra(self, word: str) -> str:
@@ -58,7 +58,7 @@ class ExpectedType:
         return next((str(extra[word]) for extra in extras if isinstance(extra, dict) and word in extra), "")
 
     def item(self, index: int) -> list[Self]:
-        """What one place of a list asks for; empty where it is not a list."""
+        """Expected types of one item of a list; empty where it is not a list."""
         inner = get_args(self.kind)
         if get_origin(self.kind) not in (tuple, list) or not inner:
             return []
@@ -67,9 +67,11 @@ class ExpectedType:
         return list(self.unfold(inner[index])) if 0 <= index < len(inner) else []
 
     def tags(self, key: str = "") -> set[str]:
-        """The words by which a noun is told from its alternatives: its kind, shape or law."""
+        """Words that distinguish a model from its alternatives: its kind, shape or law."""
         keys = [self.keys.get(key, [])] if key else self.keys.values()
-        choices = [asked.kind for alternatives in keys for asked in alternatives if get_origin(asked.kind) is Literal]
+        choices = [
+            expected.kind for alternatives in keys for expected in alternatives if get_origin(expected.kind) is Literal
+        ]
         return {str(word) for choice in choices for word in get_args(choice)}
 
     @classmethod
@@ -115,15 +117,15 @@ def _keys(kind: type) -> dict[str, list[ExpectedType]]:
     return {}
 
 
-def _a(noun: str) -> str:
-    return f"an {noun}" if noun[0] in "aeiou" else f"a {noun}"
+def _a(name: str) -> str:
+    return f"an {name}" if name[0] in "aeiou" else f"a {name}"
 
 
 def find(model: type[BaseModel], values: Any, loc: Path) -> tuple[Path, list[ExpectedType]]:
-    """The place in a file that a validation error means, and what is asked for there.
+    """The position in a file that a validation error means, and the types expected there.
 
     Args:
-        model: The noun that the file describes.
+        model: Model that the file describes.
         values: The file's plain values.
         loc: Location as the validator gives it: besides keys and indices it names
             the alternative of a union that it had in mind.
@@ -132,29 +134,29 @@ def find(model: type[BaseModel], values: Any, loc: Path) -> tuple[Path, list[Exp
         Path of keys and indices only, and the alternatives of what may stand there.
     """
     path: Path = ()
-    asked = [ExpectedType(model)]
+    expected = [ExpectedType(model)]
     for step, ahead in zip(loc, (*loc[1:], None), strict=False):
-        nouns = [choice for choice in asked if choice.keys]
-        chosen = [choice for choice in nouns if step in choice.tags()]
-        # Where a word names an alternative and a key of it alike, the step after tells which is meant.
+        models = [choice for choice in expected if choice.keys]
+        chosen = [choice for choice in models if step in choice.tags()]
+        # Where a word names an alternative and a key of it alike, the next step decides.
         if any(step in choice.keys and ahead not in choice.keys for choice in chosen):
             chosen = []
         if isinstance(step, int):
-            asked = [inner for choice in asked for inner in choice.item(step)]
+            expected = [inner for choice in expected for inner in choice.item(step)]
             if not isinstance(values, list):  # one value, standing for a list of one
                 continue
-        elif len(nouns) > 1 and chosen:
-            asked = chosen
+        elif len(models) > 1 and chosen:
+            expected = chosen
             continue
-        elif any(step in choice.keys for choice in nouns):
-            asked = [inner for choice in nouns for inner in choice.keys.get(step, [])]
+        elif any(step in choice.keys for choice in models):
+            expected = [inner for choice in models for inner in choice.keys.get(step, [])]
         elif isinstance(values, dict) and step in values:
-            asked = nouns  # a key that none of them knows
+            expected = models  # a key that none of them has
         else:
             continue
         path = (*path, step)
         values = _inside(values, step)
-    return path, asked
+    return path, expected
 
 
 def _inside(values: Any, step: str | int) -> Any:

@@ -1,4 +1,4 @@
-"""Where uneven water is more than delays, and where an array is larger than what shares one."""
+"""Warnings where uneven water does more than delay, and where an array is larger than the patches of equal delay."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ def inhomogeneity_warnings(scenario: Scenario) -> list[str]:
     uneven, sonar = scenario.water.inhomogeneity, scenario.sonar
     if uneven is None or uneven.rms_index == 0:
         return []
-    said, way = [], scenario.water.max_sound_speed * scenario.track.window[1] / 2
+    found, way = [], scenario.water.max_sound_speed * scenario.track.window[1] / 2
     wavelength = scenario.water.sound_speed / sonar.pulse.frequency
     if (size := wave_parameter(way, wavelength, uneven)) > 1:
         least = float(np.sqrt(size)) * uneven.correlation_length
-        said.append(
+        found.append(
             f"water.inhomogeneity.correlation_length: over {way:.4g} m patches of {uneven.correlation_length:g} m bend "
             f"the sound as much as they delay it (4 R / (k l^2) is {size:.2g}, and 1 is the limit): amplitudes would "
             f"flicker, and are left steady. Give patches of {least:.2g} m or more, or a shorter window."
@@ -37,9 +37,9 @@ def inhomogeneity_warnings(scenario: Scenario) -> list[str]:
     if sonar.receiver.record == "elements":
         extent = float(np.ptp(element_layout(sonar.receive)[0], axis=0).max())
         if extent > SHARED * uneven.correlation_length:
-            said.append(
+            found.append(
                 f"water.inhomogeneity.correlation_length: the receive array is {extent:.3g} m long, and all its "
                 f"elements share the delays of its centre, as in patches of {extent / SHARED:.3g} m; these are of "
                 f"{uneven.correlation_length:g} m. Give larger ones, or a shorter array."
             )
-    return said
+    return found

@@ -1,4 +1,4 @@
-"""From a scenario file to the frozen nouns, or to advice on every line that is wrong."""
+"""Scenario files to frozen models, or to advice on every line that is wrong."""
 
 from __future__ import annotations
 
@@ -35,33 +35,33 @@ def load_scenario(path: str | Path) -> Scenario:
 
 
 def load(model: type[ModelT], path: str | Path) -> ModelT:
-    """A noun from the YAML file that describes it.
+    """Load a model from the YAML file that describes it.
 
     Args:
-        model: The noun's class.
+        model: Class of the model.
         path: The file.
 
     Raises:
         ScenarioError: Every fault found in the file, one line each.
     """
     source = read(_text(Path(path)), str(path))
-    noun = _parsed(model, source, Path(path).parent)
+    parsed = _parsed(model, source, Path(path).parent)
     for doubt in unit_warnings(model, source):
         warnings.warn(str(doubt), PhysicsWarning, stacklevel=3)
-    return noun
+    return parsed
 
 
 def parse_model(
     model: type[ModelT], text: str, *, name: str = "scenario", folder: str | Path = "", recorded: bool = False
 ) -> ModelT:
-    """A noun from a YAML text.
+    """Parse a model from a YAML text.
 
     Args:
-        model: The noun's class.
+        model: Class of the model.
         text: The YAML.
         name: What messages call the text.
         folder: Where the files stand that it names by relative paths; the working directory by default.
-        recorded: True: the text is that of a recording. It was simulated, so whether its parts fit is not asked again.
+        recorded: True: the text is that of a recording: its parts are not checked against each other again.
 
     Raises:
         ScenarioError: Every fault found in the text, one line each.
@@ -73,10 +73,10 @@ def _parsed(model: type[ModelT], source: YamlSource, folder: Path, *, recorded: 
     if source.values is None:
         raise ScenarioError(source.faults)
     source.faults += yaml_boolean_errors(model, source)
-    noun, faults = _validated(model, source, {"folder": folder, "recorded": recorded})
-    if noun is None or source.faults:
+    parsed, faults = _validated(model, source, {"folder": folder, "recorded": recorded})
+    if parsed is None or source.faults:
         raise ScenarioError([*source.faults, *faults])
-    return noun
+    return parsed
 
 
 def _validated(

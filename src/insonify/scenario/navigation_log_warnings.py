@@ -1,4 +1,4 @@
-"""What a navigation log says that no platform does: jumps from row to row, and pauses."""
+"""Warnings on navigation logs with motions that no platform makes: jumps from row to row, and pauses."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def gap_warning(scenario: Scenario) -> str:
 
 
 def _used(track: NavigationTrack) -> NDArray[np.bool_]:
-    """Which steps of the log from row to row lie between the track's first ping and its last, shape (rows - 1,)."""
+    """Mask of the log's steps from row to row between the track's first ping and its last, shape (rows - 1,)."""
     time = track.log().time
     ends = track.start, track.start + float(track.planned_poses().time[-1])
     return np.asarray((time[1:] >= ends[0]) & (time[:-1] <= ends[1]))

@@ -8,7 +8,7 @@ from insonify.scenario.scenario import Scenario
 
 
 def selected_pings(scenario: Scenario, pings: int | Iterable[int] | None) -> list[int]:
-    """The pings asked for, all by default.
+    """Return the selected pings, all by default.
 
     Raises:
         ValueError: The track has no such ping.

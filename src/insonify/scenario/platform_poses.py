@@ -1,4 +1,4 @@
-"""The platforms of a scenario: their true poses at every ping, and how they go on while the sonar listens."""
+"""The platforms of a scenario: their true poses at every ping, and their motion during the recording window."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Later = tuple[Poses, Poses] | None
 
 
 def platforms(scenario: Scenario) -> Platforms:
-    """What carries the sonar of a scenario; a receiver that keeps to the transmitter's poses rides the same platform.
+    """Platforms of a scenario; a receiver that keeps to the transmitter's poses rides the same platform.
 
     Args:
         scenario: The scenario.
@@ -44,7 +44,7 @@ class _Key(NamedTuple):
 
 _ONLY = "latest"
 _LATEST: dict[str, tuple[_Key, Platforms]] = {}
-"""Platforms of the scenario that was asked about last: its checks and its preparation need them ten times."""
+"""Platforms of the latest scenario: its checks and its preparation need them ten times."""
 
 
 def _platforms(scenario: Scenario) -> Platforms:

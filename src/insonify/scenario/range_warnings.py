@@ -1,4 +1,4 @@
-"""What lies so far from the whole track, or so deep, that no ping hears it: more often a slip of units than a wish."""
+"""Warnings on objects out of reach of every ping: more often a slip of units than a wish."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 BODY = 50.0
-"""Beyond this much more than the farthest range heard, even an end of a long target is out of reach [m]."""
+"""Distance beyond the maximum range at which even an end of a long target is out of reach [m]."""
 SLOPES = 2.0
 """Over relief the bed may come as much nearer to one side [1]."""
 
 
 def range_warnings(scenario: Scenario) -> list[str]:
-    """Words on a bed, on targets, patches or layers out of reach of every ping's window; none where all may be heard.
+    """Warnings on a seabed, targets, patches or layers out of reach of every ping's window.
 
     Args:
         scenario: A scenario without faults.
@@ -32,62 +32,62 @@ def range_warnings(scenario: Scenario) -> list[str]:
     ends = [place for name, place in array_positions(scenario).items() if name not in (PLATFORM, RECEIVER)]
     stop = scenario.track.window[1]
     farthest = float(scenario.water.max_sound_speed * stop / 2)
-    told = f"and echoes that come within track.window, up to {1e3 * stop:g} ms, are from {farthest:.3g} m at most"
-    said = [_receiver(scenario, told)]
-    said += [_bed(scenario, ends, farthest, told)] if "seabed" in scenario.paths.contributions else []
+    reach = f"and echoes that come within track.window, up to {1e3 * stop:g} ms, are from {farthest:.3g} m at most"
+    found = [_receiver(scenario, reach)]
+    found += [_bed(scenario, ends, farthest, reach)] if "seabed" in scenario.paths.contributions else []
     if "target" in scenario.paths.contributions and scenario.paths.geometry == "3d":
-        said += [_target(target.label, target.position, ends, farthest, told) for target in scenario.targets]
+        found += [_target(target.label, target.position, ends, farthest, reach) for target in scenario.targets]
     if "water" in scenario.paths.contributions:
-        said += [_patch(patch, ends, farthest, told) for patch in scenario.water.patches]
-        said += _layers(scenario)
-    return [word for word in said if word]
+        found += [_patch(patch, ends, farthest, reach) for patch in scenario.water.patches]
+        found += _layers(scenario)
+    return [word for word in found if word]
 
 
-def _receiver(scenario: Scenario, told: str) -> str:
-    """A word on a receiver so far from the transmitter that no window holds an echo; empty otherwise."""
+def _receiver(scenario: Scenario, reach: str) -> str:
+    """Warning on a receiver so far from the transmitter that no window holds an echo; empty otherwise."""
     carried = platforms(scenario)
     nearest = float(np.linalg.norm(carried.transmitter_poses.position - carried.receiver_poses.position, axis=1).min())
     if nearest <= scenario.water.max_sound_speed * scenario.track.window[1]:
         return ""
     return (
-        f"receiver_track: it runs {nearest:.4g} m or more from the transmitter's track, {told}, out and back: nothing "
-        "is heard. Bring them nearer, or give a longer window."
+        f"receiver_track: it runs {nearest:.4g} m or more from the transmitter's track, {reach}, out and back: nothing "
+        "is received. Bring them nearer, or give a longer window."
     )
 
 
-def _bed(scenario: Scenario, ends: list[Floats], farthest: float, told: str) -> str:
-    """A word on a bed below all that is heard; empty otherwise."""
+def _bed(scenario: Scenario, ends: list[Floats], farthest: float, reach: str) -> str:
+    """Warning on a seabed below the reach of every ping; empty otherwise."""
     if scenario.seabed.scattering is None:
         return ""
     nearest = float(min(np.nanmin(seabed_depth_below(scenario, place) - place[:, 2]) for place in ends))
     if nearest <= farthest * (SLOPES if scenario.seabed.relief else 1.0):
         return ""
     return (
-        f"seabed: it lies {nearest:.4g} m or more below the sonar, {told}: nothing of it is heard. Give a deeper track "
-        "or a longer window; of a surveyed grid, see whether its heights are in metres."
+        f"seabed: it lies {nearest:.4g} m or more below the sonar, {reach}: none of its echoes is received. Give a "
+        "deeper track or a longer window; of a surveyed grid, see whether its heights are in metres."
     )
 
 
-def _target(label: str, position: tuple[float, ...], ends: list[Floats], farthest: float, told: str) -> str:
-    """A word on a target that no ping comes near; empty otherwise."""
+def _target(label: str, position: tuple[float, ...], ends: list[Floats], farthest: float, reach: str) -> str:
+    """Warning on a target that no ping comes near; empty otherwise."""
     nearest = float(min(np.hypot(*(place[:, :2] - position[:2]).T).min() for place in ends))
     if nearest <= farthest + BODY:
         return ""
     return (
-        f"target {label}: it lies {nearest:.4g} m or more from the track, {told}: it is not heard. Move it "
+        f"target {label}: it lies {nearest:.4g} m or more from the track, {reach}: no echo of it is received. Move it "
         "(north, then east), or the track, or give a longer window."
     )
 
 
-def _patch(patch: ScatteringPatch, ends: list[Floats], farthest: float, told: str) -> str:
-    """A word on a patch of water that no ping comes near; empty otherwise."""
+def _patch(patch: ScatteringPatch, ends: list[Floats], farthest: float, reach: str) -> str:
+    """Warning on a patch of water that no ping comes near; empty otherwise."""
     away = min(np.linalg.norm(place - np.array(patch.position), axis=1).min() for place in ends)
     nearest = float(away - np.linalg.norm(patch.size) / 2)
     if nearest <= farthest:
         return ""
     return (
-        f"water.patches: {patch.label} lies {nearest:.4g} m or more from the track, {told}: it is not heard. Move it "
-        "(north, east, depth), or the track, or give a longer window."
+        f"water.patches: {patch.label} lies {nearest:.4g} m or more from the track, {reach}: no echo of it is "
+        "received. Move it (north, east, depth), or the track, or give a longer window."
     )
 
 
@@ -97,7 +97,7 @@ def _layers(scenario: Scenario) -> list[str]:
     rows = written if isinstance(written, tuple) else ()
     return [
         f"water.volume_strength_db: the layer from {depth:g} m down lies below the seabed, which is at {bed:.4g} m at "
-        "most: nothing of it is heard. Give a lesser depth, or leave the row out."
+        "most: no echo of it is received. Give a lesser depth, or leave the row out."
         for depth, strength in rows
         if strength is not None and depth >= bed
     ]

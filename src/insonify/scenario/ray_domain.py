@@ -29,11 +29,11 @@ def domain(scenario: Scenario, track: Poses | Platforms, pulse: ReceivedPulse) -
     Args:
         scenario: What is simulated.
         track: Poses of the platform, or the platforms.
-        pulse: The sonar's pulse as heard.
+        pulse: The sonar's pulse as received.
     """
     carried = Platforms(track) if isinstance(track, Poses) else track
     scene, stop = scenario.scene, scenario.track.window[1] - pulse.ringing_start
-    # Ends apart by this much can hear a little beyond half of the way.
+    # Separated ends receive a little beyond half of the path.
     apart = 2 * max(float(np.linalg.norm(array.offset)) for array in scenario.sonar.arrays)
     farthest = (
         scenario.water.max_sound_speed * max(stop, 0.0) / 2

@@ -1,4 +1,4 @@
-"""What a receiver cannot be asked, and what it may not be meant to do: noise, leaks, blanking, gain, converter."""
+"""Errors and warnings of the receiver: noise, feedthrough, blanking, gain, analog-to-digital conversion."""
 
 from __future__ import annotations
 
@@ -42,13 +42,13 @@ def receiver_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
                       "are recorded. Write record: elements, or leave it out.")  # fmt: skip
     if receiver.blanking is not None and sonar.pulse.duration + receiver.blanking >= track.window[1]:
         yield field_error("sonar.receiver.blanking", f"{receiver.blanking * 1e3:g} ms", "after the pulse is as long as "
-                      f"the window, {track.window[1] * 1e3:g} ms: nothing is heard. Give less.")  # fmt: skip
+                      f"the window, {track.window[1] * 1e3:g} ms: nothing is recorded. Give less.")  # fmt: skip
     yield from _out_of_band_errors(scenario)
     yield from _too_many_elements_error(scenario)
 
 
 def _out_of_band_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
-    """Tones that nobody would hear."""
+    """Errors of tones outside the receiver's band."""
     receiver, centre = scenario.sonar.receiver, scenario.sonar.pulse.frequency
     edge = ROLL_OFF / 2 * receiver.bandwidth
     for row, tone in enumerate(() if receiver.self_noise is None else receiver.self_noise.tones):
@@ -66,7 +66,7 @@ def _too_many_elements_error(scenario: Scenario) -> Iterator[PydanticCustomError
     noisy = water.noise is not None or water.noise_level_db is not None
     if noisy and sonar.receiver.record == "elements" and sonar.beam_count > MAX_ELEMENTS:
         field = "noise" if water.noise is not None else "noise_level_db"
-        yield field_error(f"water.{field}", None, f"is heard alike by neighbouring elements, and there are "
+        yield field_error(f"water.{field}", None, f"is correlated between neighbouring elements, and there are "
                       f"{sonar.beam_count}; record {MAX_ELEMENTS} or fewer, or give sonar.receiver.self_noise "
                       "instead, which is each element's own.")  # fmt: skip
 
@@ -81,10 +81,10 @@ def receiver_warnings(scenario: Scenario) -> Iterator[str]:
     receiver, stop = sonar.receiver, scenario.track.window[1]
     if sonar.pulse.duration > stop:
         yield (f"sonar.pulse.duration: {sonar.pulse.duration * 1e3:g} ms is longer than track.window, up to "
-               f"{stop * 1e3:g} ms: no echo is heard whole. Give a shorter pulse or a longer window.")  # fmt: skip
+               f"{stop * 1e3:g} ms: no echo is recorded whole. Give a shorter pulse or a longer window.")  # fmt: skip
     if receiver.record == "elements" and len(set(receiver.errors.dead)) == sonar.beam_count:
-        yield (f"sonar.receiver.errors.dead: all {sonar.beam_count} elements are among them: no echo is heard. Leave "
-               "some out.")  # fmt: skip
+        yield (f"sonar.receiver.errors.dead: all {sonar.beam_count} elements are among them: no echo is recorded. "
+               "Leave some out.")  # fmt: skip
     if receiver.adc is None:
         if receiver.gain is not None:
             yield ("sonar.receiver.gain: it is divided out again, and without a converter there is nothing between: "

@@ -23,14 +23,14 @@ from insonify.validity import PhysicsWarning
 
 
 class Output(Model):
-    """What a run leaves on disk beside the recording."""
+    """Files that a run leaves on disk beside the recording."""
 
     labels: bool = False
-    """Whether every sample is labelled: owner, paths, place, highlight, shadow, ghost; a run takes longer by it."""
+    """True: every sample is labelled with object, paths, position, highlight, shadow, ghost; a run takes longer."""
 
 
 class Scenario(Model):
-    """What is simulated: scene, sonar, track, paths and reading."""
+    """A scenario to simulate: scene, sonar, track, paths and field."""
 
     title: str = ""
     """One line about it."""

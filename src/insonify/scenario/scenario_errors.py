@@ -1,4 +1,4 @@
-"""What no part of a scenario can see by itself: whether scene, sonar, track and paths go together.
+"""Errors between the parts of a scenario: scene, sonar, track and paths that do not go together.
 
 Each check yields errors of `field_error`; the scenario raises them all at once.
 """
@@ -42,10 +42,10 @@ def scenario_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
     """Everything that keeps a scenario of valid parts from being simulated.
 
     Args:
-        scenario: The scenario; each of its nouns has passed its own checks.
+        scenario: The scenario; each of its models has passed its own checks.
 
     Yields:
-        Errors of `field_error`, each at the guilty value, with its limit and the way out.
+        Errors of `field_error`, each at the faulty value, with its limit and the way out.
     """
     if untimely := list(clock_errors(scenario)):
         yield from untimely
@@ -72,7 +72,7 @@ def scenario_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
 
 
 def _explicit_sea_limits(scenario: Scenario) -> Iterator[PydanticCustomError]:
-    """What bounce points on drawn waves are not looked for in."""
+    """Errors of settings for which bounce points on an explicit sea surface are not searched."""
     if scenario.water.layered:
         yield field_error("surface.reflection", "explicit", "needs straight rays, and water.profile bends them. Give "
                       "the water one sound_speed, or write reflection: statistical.")  # fmt: skip
@@ -86,15 +86,15 @@ def _explicit_sea_limits(scenario: Scenario) -> Iterator[PydanticCustomError]:
 
 
 def _volume_scattering_limits(scenario: Scenario, position: str) -> Iterator[PydanticCustomError]:
-    """What hangs in the water, where nobody looks for it."""
+    """Errors of volume scattering that an engine or a geometry does not simulate."""
     for name in ("volume_strength_db", "patches"):
         if getattr(scenario.water, name) not in (None, ()):
-            yield field_error(f"water.{name}", None, f"is not heard by {position}. Write geometry: 3d and engine: "
+            yield field_error(f"water.{name}", None, f"is not simulated by {position}. Write geometry: 3d and engine: "
                           "eigenrays under paths, or leave it out.")  # fmt: skip
 
 
 def _tracer_limits(scenario: Scenario) -> Iterator[PydanticCustomError]:
-    """What rays that are straight, and energies, cannot tell."""
+    """Errors of settings that straight rays of energy cannot represent."""
     yield from _volume_scattering_limits(scenario, "the tracer")
     if scenario.seabed.texture is not None:
         yield field_error("seabed.texture", None, "is not known to the tracer. Write engine: eigenrays under paths, or "

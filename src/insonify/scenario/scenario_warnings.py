@@ -1,4 +1,4 @@
-"""What can be simulated as it stands, but may not be what was meant: each said once, with its numbers."""
+"""Warnings on scenarios that can be simulated but may not be what was meant: each given once, with its numbers."""
 
 from __future__ import annotations
 
@@ -56,22 +56,23 @@ def scenario_warnings(scenario: Scenario) -> None:
     carried = platforms(scenario)
     depths = array_depths(sonar, carried)
     slowest = float(np.min(water.sound_speed_at(depths)))  # where waves are shortest, lobes are nearest
-    said = [
+    found = [
         *pulse_warnings(scenario),
         _narrow_receiver_warning(scenario),
         _profile_corners(scenario, np.linspace(depths[0], depths[-1], ASKED)),
     ]
     for end, array in zip(("transmit", "receive"), sonar.beam_arrays, strict=False):
-        said.append(_grating_lobes(end, array, sonar.pulse.frequency, slowest))
-    said += [terrain_gap_warning(scenario, carried.positions), _thin_layer_warning(scenario), jump_warning(scenario), gap_warning(scenario),
-             boundary_warning(scenario), *range_warnings(scenario), *smooth_face_warnings(scenario),
+        found.append(_grating_lobes(end, array, sonar.pulse.frequency, slowest))
+    found += [terrain_gap_warning(scenario, carried.positions), _thin_layer_warning(scenario), jump_warning(scenario),
+             gap_warning(scenario), boundary_warning(scenario), *range_warnings(scenario),
+             *smooth_face_warnings(scenario),
              *inhomogeneity_warnings(scenario), *expectation_warnings(scenario),
              *density_warnings(scenario), _unused_water_warning(scenario)]  # fmt: skip
-    said += [*receiver_warnings(scenario), *aperture_warnings(scenario, slowest / sonar.pulse.frequency),
+    found += [*receiver_warnings(scenario), *aperture_warnings(scenario, slowest / sonar.pulse.frequency),
              *turn_warnings(scenario, slowest / sonar.pulse.frequency)]  # fmt: skip
     if scenario.surface.reflection == "explicit":
-        said += wave_warnings(scenario, float(depths[0]))
-    for sentence in filter(None, said):
+        found += wave_warnings(scenario, float(depths[0]))
+    for sentence in filter(None, found):
         warnings.warn(sentence, PhysicsWarning, stacklevel=2)
 
 
@@ -83,10 +84,13 @@ def _bubbles(scenario: Scenario) -> None:
 
 
 def _unused_water_warning(scenario: Scenario) -> str:
-    """A word on water that answers where nobody listens to it; empty otherwise."""
+    """Warning on scattering water that is not among the contributions; empty otherwise."""
     if not scenario.water.scatters or "water" in scenario.paths.contributions:
         return ""
-    return "paths.contributions: water is not among them, and what it sends back is not heard. Add water, or leave causes out."
+    return (
+        "paths.contributions: water is not among them, and its backscatter is not received. Add water, or leave "
+        "contributions out."
+    )
 
 
 def _narrow_receiver_warning(scenario: Scenario) -> str:

@@ -92,13 +92,13 @@ def _models(model: type[BaseModel]) -> set[type[BaseModel]]:
 
 
 def _has_shorthand(model: type[BaseModel], key: str) -> bool:
-    """Whether a field of a model completes a shorthand before it is validated."""
+    """Return True if a field of a model completes a shorthand before it is validated."""
     notes = model.model_fields[key].metadata if key in model.model_fields else []
     return any(isinstance(note, BeforeValidator) for note in notes)
 
 
 def _is_title(key: str, value: Any) -> bool:
-    """Whether an entry is pydantic's title of a part, rather than a property of that name."""
+    """Return True if an entry is pydantic's title of a part, rather than a property of that name."""
     return key == "title" and isinstance(value, str)
 
 

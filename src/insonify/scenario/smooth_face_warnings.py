@@ -34,7 +34,7 @@ def smooth_face_warnings(scenario: Scenario) -> Iterator[str]:
             )
         if scenario.paths.engine == "tracer":
             yield (
-                f"{name}: the tracer lets rays go on from smooth faces, but hears no flash of theirs. For flashes "
+                f"{name}: the tracer lets rays go on from smooth faces, but simulates no flash of theirs. For flashes "
                 "write engine: eigenrays under paths."
             )
 

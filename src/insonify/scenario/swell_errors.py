@@ -42,7 +42,7 @@ def swell_errors(scenario: Scenario, array_positions: dict[str, Floats]) -> Iter
     length = _rounded(math.pi * math.sqrt(2 * swell.height * flatness), down=False)
     yield field_error(
         "surface.swell", f"{swell.height:g} m high and {swell.length:g} m long",
-        f"is so curved that a path {name} in the window meets it at several points, and one tilted plane cannot stand "
+        f"is so curved that a path {name} in the window reflects at several points, and one tilted plane cannot stand "
         f"for it. Give a height of at most {height:g} m, a length of at least {length:g} m, a shorter window, or "
         "reflection: explicit.",
     )  # fmt: skip

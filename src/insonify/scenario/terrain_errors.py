@@ -1,4 +1,4 @@
-"""Whether the sonar swims over ground that somebody knows, above the plane that mirrors its sound."""
+"""Errors of sonars over terrain: positions without terrain, and below the seabed's mean plane that reflects sound."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _PINGS, _BEARINGS, _DISTANCES = 20, 24, 16  # where a survey is tried
 
 
 def terrain_errors(scenario: Scenario, array_positions: dict[str, Floats]) -> Iterator[PydanticCustomError]:
-    """What keeps a sonar from being heard over a seabed with relief.
+    """Errors of a sonar over a seabed with relief.
 
     Args:
         scenario: The scenario.
@@ -49,12 +49,12 @@ def terrain_errors(scenario: Scenario, array_positions: dict[str, Floats]) -> It
     if deepest >= bed.depth:
         yield field_error(
             "seabed.depth", f"{bed.depth:g} m", f"is the plane that mirrors sound, and the sonar goes down to "
-            f"{deepest:.4g} m. Write the mean depth of the part that it hears, above {deepest:.4g} m.",
+            f"{deepest:.4g} m. Write the mean depth of the part in its range, above {deepest:.4g} m.",
         )  # fmt: skip
 
 
 def _land_error(scenario: Scenario, position: Floats) -> Iterator[PydanticCustomError]:
-    """Relief that nobody surveyed and that stands out of the water: a slip of units more often than an island."""
+    """Error of synthetic relief that stands out of the water: a slip of units more often than an island."""
     bed = scenario.completed_seabed.terrain
     if bed is None or bed.span[0] > 0:
         return

@@ -1,4 +1,4 @@
-"""Whether a track stays in the water, at every ping and with every array that it carries."""
+"""Errors of tracks that leave the water, at any ping and with any array of the platform."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ ENDS = ("transmit", "receive")
 
 
 def array_positions(scenario: Scenario) -> dict[str, Floats]:
-    """Where each platform and its arrays are at every ping: north, east, depth [m], each of shape (pings, 3).
+    """Positions of each platform and its arrays at every ping: north, east, depth [m], each of shape (pings, 3).
 
     Args:
         scenario: The scenario.
@@ -90,7 +90,7 @@ def seabed_depth_below(scenario: Scenario, position: Floats) -> Floats:
 def _constant_depth_advice(
     path: str, platform: Floats, depths: dict[str, Floats], what: str, wrong: NDArray[np.int64], bed: float
 ) -> PydanticCustomError:
-    """What to say of a track that is too deep or too shallow as a whole."""
+    """Error of a track that is too deep or too shallow as a whole."""
     if bed <= 0:
         return field_error(
             path, None, f"{what}: the ground rises out of the water there. Move the track, or lower the ground."
@@ -107,7 +107,7 @@ def _constant_depth_advice(
 def _advice(
     path: str, platform: Floats, depths: dict[str, Floats], what: str, wrong: NDArray[np.int64], bed: float
 ) -> PydanticCustomError:
-    """What to say of a track that leaves the water at some of its pings."""
+    """Error of a track that leaves the water at some of its pings."""
     several = "" if wrong.size == 1 else f", the first of {wrong.size} such pings"
     if bed <= 0:
         return field_error(path, None, f"ping {wrong[0]}{several}, {what}: the ground rises out of the water there. "

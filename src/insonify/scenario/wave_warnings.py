@@ -1,4 +1,4 @@
-"""What drawn waves may do to a scenario that was not meant: each said once, with its numbers."""
+"""Warnings on explicit sea surfaces that may do more than was meant: each given once, with its numbers."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def wave_warnings(scenario: Scenario, shallowest: float) -> Iterator[str]:
         scenario: A scenario whose surface is of waves.
         shallowest: Least depth of the sonar [m].
     """
-    from insonify.propagation.explicit_surface import MOST, explicit_waves  # kernels, which few scenarios ask for
+    from insonify.propagation.explicit_surface import MOST, explicit_waves  # kernels, which few scenarios need
 
     sea = explicit_waves(scenario.surface, scenario.seed, scenario.seabed.depth)
     high = 2 * math.sqrt(2) * float(np.linalg.norm(sea.waves[4]))  # four times the rms height
@@ -51,7 +51,7 @@ def wave_warnings(scenario: Scenario, shallowest: float) -> Iterator[str]:
 
 
 def wave_focusing(sea: ExplicitWaves, scenario: Scenario, shallowest: float) -> tuple[float, float]:
-    """How far waves are from one bounce a path: curvature across the path over that of its mirror; bounces along it.
+    """Margin of waves to one bounce a path: curvature across the path over that of its mirror; bounces along it.
 
     A surface of curvature c adds 2 c sin(g) to the curvature of a path's length, that of a mirror being 1/r1 + 1/r2
     across the path and sin^2(g) times as much along it. With h1, h2 the heights climbed before and after, both ratios

@@ -1,4 +1,4 @@
-"""From the frozen nouns back to a scenario file, losing nothing."""
+"""Frozen models back to a scenario file, losing nothing."""
 
 import yaml
 from pydantic import BaseModel
@@ -14,10 +14,10 @@ except ImportError:
 def to_yaml(scenario: BaseModel) -> str:
     """A scenario as YAML, every value in SI; reading it back gives an equal scenario.
 
-    Floats are written with all their digits. The order of keys is that of the nouns.
+    Floats are written with all their digits. The order of keys is that of the models.
 
     Args:
-        scenario: Any noun.
+        scenario: Any model.
     """
     values = scenario.model_dump(mode="json")
     return str(

@@ -38,7 +38,7 @@ class YamlSource:
     written: dict[Path, str] = field(default_factory=dict)
     """The text of each plain value, as it was typed."""
     faults: list[Diagnostic] = field(default_factory=list)
-    """What is wrong with the writing itself, before any value has a meaning."""
+    """Errors of the YAML text itself, before any value has a meaning."""
 
     def line(self, path: Path) -> int:
         """Line of a value, or of the nearest thing around it that the file does contain."""
@@ -143,7 +143,7 @@ def _scalar(node: yaml.ScalarNode) -> object:
 
 
 def plain_value(text: str) -> object:
-    """What a bare word of a scenario file means: a number, one of YAML's few words, or itself."""
+    """Meaning of a bare word of a scenario file: a number, one of YAML's few words, or itself."""
     if text.lower() in _WORDS:
         return _WORDS[text.lower()]
     if not _NUMBER.fullmatch(text):

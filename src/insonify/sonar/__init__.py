@@ -1,4 +1,4 @@
-"""Who calls and listens: the pulse, the arrays and their beams, the receiver, the sonar, its track."""
+"""The sonar: pulse, arrays and their beams, receiver, mounting, track."""
 
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
 from insonify.sonar.beam import Beams, beams, grating_lobes

@@ -1,4 +1,4 @@
-"""How far places are from a polyline of many runs."""
+"""Distances of positions from a polyline of many segments."""
 
 import math
 

@@ -1,7 +1,7 @@
 """Arrays of transducers: where they sit, how wide they are, where they look.
 
 An array has its own frame: boresight (the way it faces), right, down. A line array lies along
-`right` and hears all elevations alike; a planar array also spans `down`.
+`right` and receives all elevations alike; a planar array also spans `down`.
 """
 
 import math
@@ -59,7 +59,7 @@ class PointTransducer(Model):
 
     @property
     def steers(self) -> tuple[tuple[float, float], ...]:
-        """Where the beams look: angle to the right of boresight and angle down [rad], one pair per beam."""
+        """Steering directions: angle to the right of boresight and angle down [rad], one pair per beam."""
         return ((0.0, 0.0),)
 
     def steered(self, steers: tuple[tuple[float, float], ...]) -> Self:
@@ -86,7 +86,7 @@ class LineArray(Model):
 
     @property
     def steers(self) -> tuple[tuple[float, float], ...]:
-        """Where the beams look: angle to the right of boresight and angle down [rad], one pair per beam."""
+        """Steering directions: angle to the right of boresight and angle down [rad], one pair per beam."""
         return tuple((angle, 0.0) for angle in self.steer or (0.0,))
 
     def steered(self, steers: tuple[tuple[float, float], ...]) -> Self:
@@ -121,7 +121,7 @@ class PlanarArray(Model):
 
     @property
     def steers(self) -> tuple[tuple[float, float], ...]:
-        """Where the beams look: angle to the right of boresight and angle down [rad], one pair per beam."""
+        """Steering directions: angle to the right of boresight and angle down [rad], one pair per beam."""
         return tuple((angle, self.steer_down or 0.0) for angle in self.steer or (0.0,))
 
     def steered(self, steers: tuple[tuple[float, float], ...]) -> Self:

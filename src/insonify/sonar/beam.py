@@ -1,4 +1,4 @@
-"""All beams of one array at one attitude, ready to be asked in any direction.
+"""All beams of one array at one attitude, with gains in any direction.
 
 A beam is the far-field pattern of a focused aperture, seen from the array's centre: a real
 amplitude, the product of a pattern across, a pattern down and one element's directivity, with
@@ -38,7 +38,7 @@ class Beams:
     steer: Floats
     """Cosines to right and down of the steered axes [1], shape (channels, 2)."""
     scale: Floats
-    """What makes the gain one on the steered axis: one over the element's directivity there, shape (channels,)."""
+    """Scale of the gain to 1 on the steered axis: one over the element's directivity there, shape (channels,)."""
     element: int
     """Directivity of one element: a code of the kernels."""
     tables: Tables = field(repr=False)
@@ -55,7 +55,7 @@ class Beams:
 
     @property
     def pattern_key(self) -> tuple[Hashable, ...]:
-        """What tells these beams from others, but for their attitude, as long as their tables are kept."""
+        """Key that identifies these beams, but for their attitude, as long as their tables are kept."""
         return (self.steer.tobytes(), self.scale.tobytes(), self.element, *map(id, self.tables))
 
     @property
@@ -98,7 +98,7 @@ class Beams:
         return out.reshape(self.channel_count, *d.shape[:-1])
 
     def bound(self, direction: ArrayLike, margin: ArrayLike) -> Floats:
-        """Upper bound of all beams near each direction, to leave out what no beam can hear.
+        """Upper bound of all beams near each direction, to leave out scatterers outside every beam.
 
         Args:
             direction: Unit vectors from the sonar outwards in the world [1], shape (..., 3).
@@ -163,13 +163,13 @@ def _beams_in_array_frame(
         angle = np.degrees(array.steers[int(np.argmin(on_axis))][0])
         raise ValueError(
             f"a beam of the {array.kind} array is steered to {angle:g} deg, where its {array.element} elements "
-            "are deaf. Steer closer to boresight, or give the array smaller elements."
+            "are baffled. Steer closer to boresight, or give the array smaller elements."
         )
     return replace(bare, scale=1 / on_axis)
 
 
 def grating_lobes(array: LineArray | PlanarArray | PointTransducer, frequency: float, sound_speed: float) -> Floats:
-    """Directions other than the steered one in which a sparse array is as loud, or nearly so.
+    """Directions other than the steered one in which the gain of a sparse array is as high, or nearly so.
 
     Args:
         array: The array, with its steer angles filled in.
@@ -188,8 +188,8 @@ def grating_lobes(array: LineArray | PlanarArray | PointTransducer, frequency: f
         order = np.stack(np.meshgrid(*reach), axis=-1).reshape(-1, 2)
         replica = axis + order * np.asarray(period)
         replica = replica[np.any(order != 0, axis=1) & (np.sum(replica**2, axis=1) <= 1)]
-        loud = np.abs(all_beams.gain(_in_array_frame(replica))[channel]) > MIN_GRATING_LOBE
-        found.append(replica[loud])
+        high = np.abs(all_beams.gain(_in_array_frame(replica))[channel]) > MIN_GRATING_LOBE
+        found.append(replica[high])
     return np.concatenate(found)
 
 
@@ -266,7 +266,7 @@ def _table(extent: float, elements: int | None, shading: str, reach: float) -> t
 
 
 def _frozen(numbers: Floats) -> Floats:
-    """Numbers that nobody writes to: kernels take all tables for one kind."""
+    """Read-only numbers: kernels take all tables for one kind."""
     held = np.ascontiguousarray(numbers)
     held.setflags(write=False)
     return held

@@ -49,7 +49,7 @@ def element_gain(element: int, w: float) -> float:
 
 
 class BeamTables(NamedTuple):
-    """What kernels ask of beams: the columns of `Beams`, but for the majorants."""
+    """Arguments of beam kernels: the columns of `Beams`, but for the majorants."""
 
     axes: Floats
     steer: Floats

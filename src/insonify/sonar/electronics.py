@@ -35,12 +35,12 @@ class SelfNoise(Model):
 
 
 class Crosstalk(Model):
-    """What gets into a channel that does not belong there."""
+    """Signals that couple into a channel from the transmitter and from other channels."""
 
     feedthrough_db: Annotated[Decibels, Field(ge=-300, le=20)] | None = None
     """Level of the transmission in every channel, at once, re the source level [dB]; None: none."""
     neighbours_db: Annotated[Decibels, Field(ge=-200, le=-6)] | None = None
-    """What an element hears of each of its nearest neighbours, re what that one hears [dB]; None: nothing."""
+    """Level in an element of each nearest neighbour's signal, re that neighbour [dB]; None: nothing."""
 
 
 class ReceiverGain(Model):

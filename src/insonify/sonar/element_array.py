@@ -18,7 +18,7 @@ CLOSEST = 1e-5
 
 
 class _Elements(Model):
-    """What arrays of given elements share."""
+    """Fields and checks that arrays of given elements share."""
 
     size: Size = (0.0, 0.0)
     """Width and height of one element, a uniform aperture of its own [m]; 0 for a point."""
@@ -43,7 +43,7 @@ class _Elements(Model):
 
 
 class ElementArray(_Elements):
-    """Elements at any places."""
+    """Elements at any positions."""
 
     kind: Literal["elements"] = "elements"
     positions: Annotated[tuple[Offset, ...], Field(min_length=1, max_length=10_000)]
@@ -55,19 +55,21 @@ class ElementArray(_Elements):
     def _check_elements(self) -> Self:
         if self.orientations is not None and len(self.orientations) != len(self.positions):
             raise field_error(
-                "orientations", f"{len(self.orientations)} angles", f"for {len(self.positions)} places. Give one each."
+                "orientations",
+                f"{len(self.orientations)} angles",
+                f"for {len(self.positions)} positions. Give one each.",
             )
         from scipy.spatial import cKDTree  # a tenth of a second to load, which sonars of beams need not wait for
 
         together = cKDTree(self.positions).query_pairs(CLOSEST)
         if together:
             first, second = min(together)
-            raise field_error(f"positions.{second}", f"{list(self.positions[second])} m", f"is that of element {first} as "
-                          "well. Give elements positions of their own.")  # fmt: skip
+            raise field_error(f"positions.{second}", f"{list(self.positions[second])} m", f"is that of element {first} "
+                          "as well. Give elements positions of their own.")  # fmt: skip
         return self
 
     def mirrored(self) -> dict[str, Any]:
-        """What changes when the array is seen in a mirror that swaps right and left."""
+        """Fields that change when the array is seen in a mirror that swaps right and left."""
         turned = None if self.orientations is None else tuple(-angle for angle in self.orientations)
         return {"positions": tuple((a, -r, d) for a, r, d in self.positions), "orientations": turned}
 

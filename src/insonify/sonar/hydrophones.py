@@ -1,7 +1,7 @@
 """Hydrophones: the elements of a receiving array, when each is recorded as a channel of its own.
 
-An element hears a wavefront where it is, by its own small pattern, with the faults it has: an error of gain and phase,
-a place that is not quite the drawing's, or nothing at all.
+An element receives a wavefront at its own position, by its own small pattern, with its faults: an error of gain and
+phase, a position that is not quite the drawing's, or no signal at all.
 """
 
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ Steered = LineArray | PlanarArray | PointTransducer
 
 
 class ElementErrors(Model):
-    """What real elements have wrong, drawn once for a sonar."""
+    """Errors of real elements, drawn once for a sonar."""
 
     gain_db: Annotated[Decibels, Field(ge=0, le=40)] = 0.0
     """Root mean square error of the gain [dB]."""
@@ -32,7 +32,7 @@ class ElementErrors(Model):
     position: Annotated[Metres, Field(ge=0, le=1)] = 0.0
     """Root mean square error of the place, along each axis [m]."""
     dead: tuple[Annotated[int, Field(ge=0, lt=10_000)], ...] = ()
-    """Numbers of elements that hear nothing, from 0."""
+    """Numbers of elements without a signal, from 0."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +44,7 @@ class Hydrophones:
     orientations: Floats
     """Angle to the right of boresight that each faces [rad], shape (m,)."""
     response: NDArray[np.complex128]
-    """What each makes of the sound it hears: 1 but for errors, 0 if dead [1], shape (m,)."""
+    """Response of each element: 1 but for errors, 0 if dead [1], shape (m,)."""
 
     def __len__(self) -> int:
         """Number of elements."""

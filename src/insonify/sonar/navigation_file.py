@@ -2,7 +2,7 @@
 
 Time, a place (north and east, or latitude and longitude), depth and heading; pitch and roll where they are
 known. Commas, semicolons or tabs; units in the header, "heading [deg]"; comments behind #. Time counts in
-seconds, or is a date and time by ISO 8601. Every fault is answered with its file, line and column.
+seconds, or is a date and time by ISO 8601. Every error is reported with its file, line and column.
 """
 
 import csv
@@ -38,7 +38,7 @@ SYNONYMS = {"lat": "latitude", "lon": "longitude", "long": "longitude", "northin
 UNIT_NEEDED = ("heading", "pitch", "roll")
 """Columns that logs hold in degrees as often as not: their unit is never guessed."""
 FARTHEST = 100e3
-"""Distance from the origin up to which degrees are laid on a plane [m]."""
+"""Distance from the origin up to which degrees are projected onto a plane [m]."""
 SEMI_MAJOR, ECCENTRICITY_SQUARED = 6378137.0, 6.69437999014e-3
 
 
@@ -169,7 +169,7 @@ def _log(
         if far.size:
             raise ValueError(
                 f"{path}, line {lines[far[0]]}: {np.hypot(*level[far[0]]) / 1e3:.4g} km from the origin at "
-                f"{here[0]:g}, {here[1]:g} deg; degrees are laid on a plane up to {FARTHEST / 1e3:g} km. "
+                f"{here[0]:g}, {here[1]:g} deg; degrees are projected onto a plane up to {FARTHEST / 1e3:g} km. "
                 "Give an `origin` nearby, or mend the row."
             )
     still = np.zeros(len(time))

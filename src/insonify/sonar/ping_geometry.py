@@ -1,4 +1,4 @@
-"""The sonar as it stands at one ping: where its two ends are, how its beams point, what it hears and when.
+"""Geometry of one ping: positions of the sonar's two ends, beams, velocities and recording window.
 
 Places and attitudes are those at the start of the pulse; how they go on from there is its `course`. The receiver may
 ride a platform of its own.
@@ -62,19 +62,19 @@ class PingGeometry:
     elements: Hydrophones | None = None
     """The receiver's elements, where each is a channel; `receive_beams` is then the pattern of any one of them."""
     full_aperture_beams: Beams | None = None
-    """What can be made of the elements: decides how finely the scene is sampled; None: the receive beams."""
+    """Beams of the filled aperture of the elements: decide the sampling of the scene; None: the receive beams."""
     lever_arms: Floats = field(default_factory=lambda: np.zeros((2, 3)))
     """Places of transmitter and receiver on the platform: forward, starboard, down [m], shape (2, 3)."""
     sub_bands: tuple[SubBand, ...] = ()
     """Beams at several frequencies across the band; none: those at its centre serve throughout."""
     receive_motion: PlatformMotion | None = None
-    """How the receiver's platform goes on from the start of the ping; None: nothing moves until the window ends."""
+    """Motion of the receiver's platform from the start of the ping; None: nothing moves until the window ends."""
     transmit_motion: PlatformMotion | None = None
-    """How the transmitter's platform goes on: the same course where it is the same platform."""
+    """Motion of the transmitter's platform: the same as the receiver's where it is the same platform."""
     max_displacement: float = 0.0
-    """How far either end gets from where it stands before the window ends [m]."""
+    """Largest displacement of either end before the window ends [m]."""
     receive_track_extent: TrackExtent | None = None
-    """Where a receiver goes that has a platform of its own; None: both ends ride the same."""
+    """Track extent of a receiver on a platform of its own; None: both ends ride the same platform."""
 
     @property
     def is_static(self) -> bool:
@@ -116,13 +116,13 @@ class PingGeometry:
 
     @property
     def delay_margin(self) -> float:
-        """How much sooner or later than at the centre of a standing array an echo may come [s]."""
+        """Difference in delay of an echo from that at the centre of a stationary array, at most [s]."""
         size = 0.0 if self.elements is None else float(np.linalg.norm(self.elements.positions, axis=1).max())
         return (size + 2 * self.max_displacement) / min(self.sound_speed, self.receive_sound_speed)
 
     @property
     def track_extents(self) -> tuple[TrackExtent, ...]:
-        """Where each platform goes: the transmitter's, then the receiver's if it is another."""
+        """Track extent of each platform: the transmitter's, then the receiver's if it is another."""
         return (
             (self.track_extent,)
             if self.receive_track_extent is None
@@ -150,21 +150,21 @@ class PingGeometry:
     @property
     def same_beams(self) -> bool:
         """True where both ends have the same beams."""
-        sent, heard = self.transmit_beams, self.bounding_receive_beams
-        return sent is heard or (
-            np.array_equal(sent.axes, heard.axes) and np.array_equal(sent.steer, heard.steer)
-            and sent.element == heard.element and np.array_equal(sent.scale, heard.scale)
-            and all(a is b for a, b in zip(sent.tables, heard.tables, strict=True))
+        transmit, receive = self.transmit_beams, self.bounding_receive_beams
+        return transmit is receive or (
+            np.array_equal(transmit.axes, receive.axes) and np.array_equal(transmit.steer, receive.steer)
+            and transmit.element == receive.element and np.array_equal(transmit.scale, receive.scale)
+            and all(a is b for a, b in zip(transmit.tables, receive.tables, strict=True))
         )  # fmt: skip
 
     @property
     def bounding_receive_beams(self) -> Beams:
-        """The receive beams; where elements face aside, what hears all around as loudly as any of them at most."""
-        heard = self.receive_beams
+        """The receive beams; for elements turned aside an omnidirectional beam that bounds the gain of each."""
+        receive = self.receive_beams
         if self.elements is None or not np.any(self.elements.orientations):
-            return heard
+            return receive
         none, rows = np.empty(0), np.empty((0, 4))
-        return replace(heard, element=OMNI, tables=(rows,) * 4, majorants=(none,) * 4, steer=np.zeros((1, 2)),
+        return replace(receive, element=OMNI, tables=(rows,) * 4, majorants=(none,) * 4, steer=np.zeros((1, 2)),
                        scale=np.ones(1))  # fmt: skip
 
     @property
@@ -173,16 +173,18 @@ class PingGeometry:
         return bool(np.array_equal(self.transmit_position, self.receive_position))
 
 
-def ping_geometry(sonar: Sonar, platforms: Poses | Platforms, ping: int, *, window: tuple[float, float], pulse: ReceivedPulse,
-           water: Water, track_extents: tuple[TrackExtent, ...] = (), seed: int = 1) -> PingGeometry:  # fmt: skip
-    """The sonar as it stands at one ping.
+def ping_geometry(
+    sonar: Sonar, platforms: Poses | Platforms, ping: int, *, window: tuple[float, float], pulse: ReceivedPulse,
+    water: Water, track_extents: tuple[TrackExtent, ...] = (), seed: int = 1,
+) -> PingGeometry:  # fmt: skip
+    """Compute the geometry of one ping.
 
     Args:
         sonar: The sonar, of one side.
-        platforms: Poses of its one platform, which stops and hops; or its platforms, with how they go on.
+        platforms: Poses of its one platform, which stops and hops; or its platforms, with their motion.
         ping: Number of the ping.
         window: Start and stop of the recording [s].
-        pulse: The sonar's heard pulse, made once for all pings.
+        pulse: The received pulse, computed once for all pings.
         water: What the arrays stand in: a beam is as wide as the sound speed at its own array makes it.
         track_extents: The survey of all its pings, of each platform; none: they are made here.
         seed: Of the scenario: the elements' errors are drawn from it.
@@ -195,7 +197,7 @@ def ping_geometry(sonar: Sonar, platforms: Poses | Platforms, ping: int, *, wind
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _AttitudeBeams:
-    """What of a ping geometry stays while the ends keep their attitude and the sound its speed there."""
+    """Fields of a ping geometry that stay while the ends keep their attitude and the water its sound speed there."""
 
     transmit_beams: Beams
     receive_beams: Beams
@@ -207,7 +209,7 @@ class _AttitudeBeams:
 
 @dataclass(frozen=True, eq=False)
 class MountedSonar:
-    """A sonar of one side on its platforms, to be asked for any of its pings; arguments as of `ping_geometry`."""
+    """A sonar of one side on its platforms, with a geometry for each ping; arguments as of `ping_geometry`."""
 
     sonar: Sonar
     platforms: Platforms
@@ -269,27 +271,27 @@ class MountedSonar:
     def _turned(self, bodies: list[Floats], speeds: tuple[float, ...]) -> _AttitudeBeams:
         """The same, made anew."""
         sonar, frequency = self.sonar, self.sonar.pulse.frequency
-        rotation, ears_rotation = array_rotation(sonar, bodies[0]), receiver_rotation(sonar, bodies[1])
-        mouth, ears, resolving = sonar.beam_arrays[0], sonar.beam_arrays[-1], None
+        rotation, receive_rotation = array_rotation(sonar, bodies[0]), receiver_rotation(sonar, bodies[1])
+        transmit, receive, resolving = sonar.beam_arrays[0], sonar.beam_arrays[-1], None
         if self._elements is not None:
-            resolving = beams(filled_aperture(sonar.receive), frequency, speeds[1], ears_rotation)
-            ears = one_element(sonar.receive)
+            resolving = beams(filled_aperture(sonar.receive), frequency, speeds[1], receive_rotation)
+            receive = one_element(sonar.receive)
         bands: tuple[SubBand, ...] = ()
         if sonar.receiver.sub_bands > 1:
             bands = tuple(
                 SubBand(
                     float(offset),
-                    beams(mouth, frequency + offset, speeds[0], rotation),
-                    beams(ears, frequency + offset, speeds[1], ears_rotation),
+                    beams(transmit, frequency + offset, speeds[0], rotation),
+                    beams(receive, frequency + offset, speeds[1], receive_rotation),
                 )
                 for offset in band_nodes(self.pulse, sonar.receiver.sub_bands)
             )
         facing = rotation[0] * np.cos(sonar.steers[0]) + rotation[1] * np.sin(sonar.steers[0])
-        sent = beams(mouth, frequency, speeds[0], rotation)
-        alike = mouth == ears and speeds[0] == speeds[1] and np.array_equal(rotation, ears_rotation)
-        heard = sent if alike else beams(ears, frequency, speeds[1], ears_rotation)
+        transmit_beams = beams(transmit, frequency, speeds[0], rotation)
+        same_beams = transmit == receive and speeds[0] == speeds[1] and np.array_equal(rotation, receive_rotation)
+        receive_beams = transmit_beams if same_beams else beams(receive, frequency, speeds[1], receive_rotation)
         bearing = float(np.arctan2(facing[1], facing[0]))
-        return _AttitudeBeams(sent, heard, resolving, bands, rotation[0], bearing)
+        return _AttitudeBeams(transmit_beams, receive_beams, resolving, bands, rotation[0], bearing)
 
     @cached_property
     def _last(self) -> dict[tuple[object, ...], _AttitudeBeams]:
@@ -316,7 +318,7 @@ class MountedSonar:
 
     @cached_property
     def _moved(self) -> Floats | None:
-        """How far either end gets during each ping [m]; rounded, or one speed would be many."""
+        """Largest displacement of either end during each ping [m]; rounded, or one speed would be many."""
         if self.platforms.track_motions is None:
             return None
         ends = [way.max_displacement(arm) for way, arm in zip(self.platforms.track_motions, self._arms, strict=True)]
@@ -336,7 +338,7 @@ class MountedSonar:
 
 
 def track_extents_of(sonar: Sonar, platforms: Platforms) -> tuple[TrackExtent, ...]:
-    """Where each platform of a sonar goes: one survey, or the transmitter's and the receiver's.
+    """Track extent of each platform of a sonar: one, or the transmitter's and the receiver's.
 
     Args:
         sonar: The sonar, of one side or both.

@@ -1,4 +1,4 @@
-"""How a platform goes on from the start of a ping until its last echo has come.
+"""Motion of a platform from the start of a ping until its last echo has arrived.
 
 Place and attitude at the start, the middle and the end of the window; what is fixed to the platform runs on the
 parabola through its three places. A wave that takes six seconds bends a parabola of a quarter of a second by a
@@ -32,7 +32,7 @@ class PlatformMotion:
         return bool(np.ptp(self.position, axis=0).max() == 0 and np.ptp(self.rotation, axis=0).max() == 0)
 
     def kinematics(self, offset: Floats) -> tuple[Floats, Floats, Floats]:
-        """How things that are fixed to the platform go on.
+        """Position, velocity and acceleration of points that are fixed to the platform.
 
         Args:
             offset: Their places from the reference point: forward, starboard, down [m], shape (m, 3).
@@ -56,11 +56,11 @@ class PlatformMotion:
 
     @property
     def is_rotating(self) -> bool:
-        """Whether the platform's attitude changes."""
+        """True where the platform's attitude changes."""
         return bool((self.rotation[0] != self.rotation[1:]).any())
 
     def to_initial_attitude(self, direction: Floats, when: Floats) -> Floats:
-        """Directions as they would have to be at the start to be heard by the platform as it is turned later.
+        """Directions at the start of a ping that correspond to directions re the platform as it is turned later.
 
         Args:
             direction: Unit vectors in the world [1], shape (n, 3).
@@ -78,7 +78,7 @@ class PlatformMotion:
 
     @property
     def rotation_rates(self) -> tuple[Floats, Floats]:
-        """What `turned` adds to a direction, once for each second and once for its square [1/s, 1/s^2], (3, 3) each."""
+        """Changes of a direction by `turned`, for each second and for its square [1/s, 1/s^2], (3, 3) each."""
         first, middle, last = (turn.T for turn in self.rotation)  # world to body
         rate, bend = 4 * (middle - first) - (last - first), 2 * ((last - first) - 2 * (middle - first))
         return first.T @ rate / self.window, first.T @ bend / self.window**2
@@ -93,10 +93,10 @@ class TrackMotion:
     rotation: Floats
     """Likewise, shape (pings, 3, 3, 3)."""
     is_moving: NDArray[np.bool_]
-    """Whether the platform moves or turns during the ping, shape (pings,)."""
+    """True where the platform moves or turns during the ping, shape (pings,)."""
 
     def at(self, ping: int, window: float) -> PlatformMotion:
-        """How the platform goes on from one ping.
+        """Motion of the platform from the start of one ping.
 
         Args:
             ping: Number of the ping.
@@ -118,7 +118,7 @@ class TrackMotion:
 
 
 def track_motion(start_poses: Poses, window_poses: tuple[Poses, Poses]) -> TrackMotion:
-    """How the platform goes on from every ping.
+    """Motion of the platform from the start of every ping.
 
     Args:
         start_poses: Poses at the start of each ping.
@@ -132,7 +132,7 @@ def track_motion(start_poses: Poses, window_poses: tuple[Poses, Poses]) -> Track
 
 
 def ping_motion(start_poses: Poses, window_poses: tuple[Poses, Poses], ping: int, window: float) -> PlatformMotion:
-    """How the platform goes on from one ping.
+    """Motion of the platform from the start of one ping.
 
     Args:
         start_poses: Poses at the start of each ping.

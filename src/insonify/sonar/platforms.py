@@ -1,4 +1,4 @@
-"""What carries the two ends of a sonar: one platform for both, or one for each.
+"""Platforms of the two ends of a sonar: one for both, or one for each.
 
 A pair of platforms is bistatic: the receiver keeps the transmitter's clock, its poses are those of the same moments.
 """
@@ -17,7 +17,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Platforms:
-    """What carries transmitter and receiver, at every ping."""
+    """Platforms of transmitter and receiver, at every ping."""
 
     transmitter_poses: Poses
     """True poses of the transmitter's platform at the start of each ping."""
@@ -40,7 +40,7 @@ class Platforms:
 
     @property
     def end_poses(self) -> tuple[Poses, Poses]:
-        """What carries the transmitter, and what carries the receiver."""
+        """Poses of the transmitter's platform, and of the receiver's."""
         return self.transmitter_poses, self.receiver_poses
 
     @cached_property
@@ -65,7 +65,7 @@ class Platforms:
         )
 
     def ping_motions(self, ping: int, window: float) -> tuple[PlatformMotion | None, PlatformMotion | None]:
-        """How each carrier goes on from the start of a ping; None for both where neither moves.
+        """Motion of each platform from the start of a ping; None for both where neither moves.
 
         Args:
             ping: Number of the ping.
@@ -81,7 +81,7 @@ class Platforms:
 
     @cached_property
     def track_motions(self) -> tuple[TrackMotion, TrackMotion] | None:
-        """How each carrier goes on from every ping; None where they stop and hop."""
+        """Motion of each platform from the start of every ping; None where they stop and hop."""
         if self.transmitter_window_poses is None:
             return None
         first = track_motion(self.transmitter_poses, self.transmitter_window_poses)

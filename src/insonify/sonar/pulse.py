@@ -36,7 +36,7 @@ class Pulse(Model):
     sweep: Literal["up", "down"] = "up"
     """Direction of the sweep."""
     taper: Literal["none", "tukey", "hann"] = "tukey"
-    """How the ends rise and fall: at once, over part of the pulse, or over all of it."""
+    """Rise and fall of the ends: at once, over part of the pulse, or over all of it."""
     taper_fraction: float = Field(default=0.1, ge=1e-3, le=1)
     """Share of the duration in which a Tukey pulse rises or falls, both ends together [1]."""
 

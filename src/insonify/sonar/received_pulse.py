@@ -34,13 +34,13 @@ class ReceivedPulse:
     pulse: Pulse
     receiver: Receiver
     start: float
-    """Time before which nothing is heard, but for half a millionth of the energy [s]; negative when filtered."""
+    """Time before which the waveform has less than half a millionth of its energy [s]; negative when filtered."""
     stop: float
-    """Time after which nothing is heard, but for half a millionth of the energy [s]."""
+    """Time after which the waveform has less than half a millionth of its energy [s]."""
     ringing_start: float
-    """Time before which not even the filter's faint ringing is heard [s]."""
+    """Time before which not even the filter's weak ringing is left [s]."""
     ringing_stop: float
-    """Time after which not even the filter's faint ringing is heard [s]."""
+    """Time after which not even the filter's weak ringing is left [s]."""
     effective_duration: float
     """Integral of the squared magnitude [s]: mean reverberation is scattering strength times this."""
     out_of_band_energy: float
@@ -85,7 +85,7 @@ class ReceivedPulse:
         return np.asarray(np.where(inside, cubic, 0.0))
 
     def doppler_filtered(self, doppler: float, share: Callable[[NDArray[np.float64]], NDArray[Any]]) -> "ReceivedPulse":
-        """The waveform of an echo that comes quicker, and of a part of its spectrum; only `samples` are to be asked.
+        """The waveform of a Doppler-compressed echo, and of a part of its spectrum; only for `samples`.
 
         Args:
             doppler: Part by which it is quicker [1].
@@ -147,9 +147,9 @@ def receive_pulse(pulse: Pulse, receiver: Receiver) -> ReceivedPulse:
     first, period = _span(pulse, receiver)
     bins = int(receiver.sample_rate / 2 * period)
     offset = np.arange(-bins, bins + 1) / period
-    heard = _received_spectrum(pulse, receiver, offset)
+    spectrum = _received_spectrum(pulse, receiver, offset)
     passed = np.abs(pulse_spectrum(pulse, offset) * response(receiver, offset)) ** 2
-    table = _table(offset, heard, first, period)
+    table = _table(offset, spectrum, first, period)
     rate = len(table) / period
     magnitude = np.abs(table[:, 0])
     start, stop = _support(magnitude**2, TAIL_ENERGY)
@@ -161,7 +161,7 @@ def receive_pulse(pulse: Pulse, receiver: Receiver) -> ReceivedPulse:
         stop=first + stop / rate,
         ringing_start=first + ringing_start / rate,
         ringing_stop=first + ringing_stop / rate,
-        effective_duration=float(np.sum(np.abs(heard) ** 2) / period),
+        effective_duration=float(np.sum(np.abs(spectrum) ** 2) / period),
         out_of_band_energy=max(0.0, 1 - float(np.sum(passed)) / period / energy_duration(pulse)),
         peak=float(magnitude.max()),
         table_start=first,
@@ -187,12 +187,12 @@ def _span(pulse: Pulse, receiver: Receiver) -> tuple[float, float]:
     return first, pulse.duration + ringing - first
 
 
-def _table(offset: NDArray[np.float64], heard: Complexes, first: float, period: float) -> Complexes:
+def _table(offset: NDArray[np.float64], spectrum: Complexes, first: float, period: float) -> Complexes:
     """Waveform and slope on a fine grid: the inverse transform of a spectrum that ends at the band's edge."""
     rows = fast_length(OVERSAMPLING * len(offset))
     bins = np.round(offset * period).astype(np.int64)
     line = np.zeros((2, rows), dtype=complex)
-    line[0, bins] = heard * np.exp(2j * np.pi * offset * first) * rows / period
+    line[0, bins] = spectrum * np.exp(2j * np.pi * offset * first) * rows / period
     line[1, bins] = line[0, bins] * 2j * np.pi * offset * period / rows
     return np.ascontiguousarray(np.fft.ifft(line, axis=1).T)
 

@@ -19,34 +19,34 @@ ROLL_OFF = 1.25
 
 
 class Receiver(Model):
-    """What is kept of the sound that arrives: a band about the centre frequency, compressed or not."""
+    """The receiver chain: a band about the centre frequency, noise, gain, conversion, matched filter."""
 
     bandwidth: Hertz = Field(default=20e3, gt=0, le=10e6)
     """Flat two-sided band about the centre frequency [Hz]."""
     record: Literal["beams", "elements"] = "beams"
-    """What is a channel: each beam, or each element of the receive array, to be steered afterwards."""
+    """Channels of the recording: each beam, or each element of the receive array, to be steered afterwards."""
     errors: ElementErrors = ElementErrors()
-    """What the elements have wrong, where they are recorded."""
+    """Errors of the elements, where they are recorded."""
     synthetic_aperture: Annotated[Metres, Field(gt=0, le=1000)] | None = None
-    """Length of track that pings will be focused over [m]: the ground is sampled as finely as that asks; None: not."""
+    """Length of track that pings will be focused over [m]: decides the sampling of the seabed; None: not focused."""
     sub_bands: Annotated[int, Field(ge=1, le=32)] = 1
     """Frequencies across the band at which beams and absorption are taken, for pressures; 1: at its centre only."""
     matched_filter: bool = False
-    """Whether the recording is the matched filter's output: peaks at the echoes' delays."""
+    """True: the recording is the matched filter's output, with peaks at the echoes' delays."""
     self_noise: SelfNoise | None = None
     """Noise of the receiver itself; None: it has none."""
     crosstalk: Crosstalk | None = None
-    """What gets into channels from the transmitter and from each other; None: nothing."""
+    """Signals that couple into channels from the transmitter and from each other; None: nothing."""
     blanking: Annotated[Seconds, Field(ge=0, le=1e3)] | None = None
-    """Time after the end of transmission until which it is deaf [s]; None: it always hears."""
+    """Time after the end of transmission until which the receiver is blanked [s]; None: never blanked."""
     gain: ReceiverGain | None = None
     """Gain before the converter; None: 0 dB at all times."""
     adc: AnalogToDigitalConverter | None = None
-    """What clips and rounds; None: pressures are recorded as they are."""
+    """Analog-to-digital converter, which clips and rounds; None: pressures are recorded as they are."""
 
     @property
     def stages(self) -> tuple[str, ...]:
-        """Names of the parts behind the hydrophones that are there, in the order in which sound meets them.
+        """Names of the stages behind the hydrophones that are present, in the order in which a signal passes them.
 
         Gain alone is none of them: it is divided out again.
         """

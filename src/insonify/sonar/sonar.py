@@ -22,7 +22,7 @@ Side = Literal["port", "starboard"]
 
 
 class Mounting(Model):
-    """How the arrays face on the platform."""
+    """Orientation of the arrays on the platform."""
 
     bearing: Radians = Field(default=STARBOARD, ge=-2 * np.pi, le=2 * np.pi)
     """Direction of boresight, clockwise from the bow [rad]."""
@@ -41,10 +41,10 @@ class Sonar(Model):
     receiver: Receiver = Receiver()
     mounting: Mounting = Mounting()
     receive_mounting: Mounting | None = None
-    """How the receive array faces on a platform of its own; None: as the transmit array faces on its own."""
+    """Orientation of the receive array on a platform of its own; None: that of the transmit array."""
     sides: tuple[Side, ...] | None = None
     """A sidescan's sides, in the order of their channels: starboard as mounted, port its mirror image, each with
-    its own transmitter and receiver and deaf to the other; None: one sonar, as mounted."""
+    its own transmitter and receiver that receives nothing of the other; None: one sonar, as mounted."""
 
     @model_validator(mode="after")
     def _check_sides(self) -> Self:
@@ -89,19 +89,19 @@ class Sonar(Model):
             )
         if self.receiver.record == "elements" and len(self.transmit.steers) > 1:
             raise field_error("transmit.steer", f"{len(self.transmit.steers)} angles", "send several beams at once, "
-                          "but elements hear one transmission. Give one.")  # fmt: skip
+                          "but elements receive one transmission. Give one.")  # fmt: skip
         return self
 
     @model_validator(mode="after")
     def _check_beam_pairs(self) -> Self:
         if self.receiver.record == "elements":
             return self
-        sent, heard = len(self.transmit.steers), len(self.receive.steers)
-        if sent > 1 and heard > 1 and sent != heard:
+        transmit_count, receive_count = len(self.transmit.steers), len(self.receive.steers)
+        if transmit_count > 1 and receive_count > 1 and transmit_count != receive_count:
             raise field_error(
                 "transmit.steer",
-                f"{sent} angles",
-                f"and receive.steer has {heard}; beams pair up one to one. "
+                f"{transmit_count} angles",
+                f"and receive.steer has {receive_count}; beams pair up one to one. "
                 "Give both as many, or one of them a single angle, or leave transmit.steer out to follow.",
             )
         return self
@@ -156,7 +156,7 @@ class Sonar(Model):
 
     @property
     def channel_arrays(self) -> tuple[LineArray | PlanarArray | PointTransducer, ...]:
-        """What a channel sends and listens with: transmit array, and receive array or one element of it."""
+        """Arrays of a channel: transmit array, and receive array or one element of it."""
         if self.receiver.record == "elements":
             return *self.beam_arrays, one_element(self.receive)
         return self.beam_arrays
@@ -215,7 +215,7 @@ def receiver_rotation(sonar: Sonar, body: NDArray[np.float64]) -> NDArray[np.flo
 
 
 def receiver_mounting(sonar: Sonar) -> Mounting:
-    """How the receive array faces on its platform.
+    """Orientation of the receive array on its platform.
 
     Args:
         sonar: The sonar.
@@ -238,7 +238,7 @@ def array_position(array: AnyArray, position: NDArray[np.float64], body: NDArray
 
 
 def channel_positions(sonar: Sonar) -> NDArray[np.float64]:
-    """Where each channel hears on its platform: its element, or the centre of its array.
+    """Receive position of each channel on its platform: its element, or the centre of its array.
 
     Args:
         sonar: The sonar, with all its sides.

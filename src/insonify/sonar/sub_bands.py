@@ -19,7 +19,7 @@ from insonify.sonar.received_pulse import ReceivedPulse
 Floats = NDArray[np.float64]
 
 ENERGY = 1e-4
-"""Share of the heard pulse's energy that may lie outside the band that the nodes span [1]."""
+"""Share of the received pulse's energy that may lie outside the band that the nodes span [1]."""
 _POINTS = 4096
 
 
@@ -34,10 +34,10 @@ class SubBand:
 
 
 def half_bandwidth(pulse: ReceivedPulse) -> float:
-    """Half the width about the carrier that holds the heard pulse's energy, but for `ENERGY` of it [Hz].
+    """Half the width about the carrier that holds the received pulse's energy, but for `ENERGY` of it [Hz].
 
     Args:
-        pulse: As the receiver hears it.
+        pulse: Pulse as received.
     """
     edge = pulse.receiver.sample_rate / 2
     offset = (np.arange(_POINTS) + 0.5) / _POINTS * edge
@@ -50,7 +50,7 @@ def band_nodes(pulse: ReceivedPulse, count: int) -> Floats:
     """Offsets from the carrier at which the band is looked at [Hz], increasing, shape (count,).
 
     Args:
-        pulse: As the receiver hears it.
+        pulse: Pulse as received.
         count: Number of nodes; one is the carrier.
     """
     return -half_bandwidth(pulse) * np.cos((np.arange(count) + 0.5) * np.pi / count) if count > 1 else np.zeros(1)
@@ -66,11 +66,11 @@ def barycentric_weights(node: Floats) -> Floats:
 
 
 def lagrange_weights(node: Floats, offset: Floats, low: float = -np.inf, high: float = np.inf) -> Floats:
-    """What the value at each node counts for elsewhere: Lagrange's polynomials [1], shape (nodes, n).
+    """Weight of the value at each node elsewhere: Lagrange's polynomials [1], shape (nodes, n).
 
     Args:
         node: The nodes, shape (nodes,).
-        offset: Where it is asked, shape (n,).
+        offset: Frequency offsets of the weights [Hz], shape (n,).
         low: Below this the polynomials stay as they are there.
         high: Above this, likewise.
     """

@@ -24,7 +24,7 @@ ROUGHLY = 1.0
 
 @dataclass(frozen=True, slots=True)
 class TrackExtent:
-    """Where the sonar goes on its whole track."""
+    """Extent of the whole track of a sonar."""
 
     corners: Floats
     """North and east of the corners of a polyline that follows the track [m], shape (corners, 2), two at least."""
@@ -57,7 +57,7 @@ Ends = tuple[Literal["transmit", "receive"], ...]
 
 
 def track_extent(sonar: Sonar, poses: Poses, *, ends: Ends = ("transmit", "receive")) -> TrackExtent:
-    """Where the sonar goes on its whole track.
+    """Compute the extent of the whole track of a sonar.
 
     Args:
         sonar: The sonar, of one side or both.

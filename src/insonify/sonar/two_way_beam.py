@@ -1,4 +1,4 @@
-"""How wide a sonar's two-way beam is: as energy, and between half-power points.
+"""Widths of a sonar's two-way beam: as energy, and between half-power points.
 
 Both are taken in the array's plane of boresight and right, about the steered axis.
 """
@@ -22,7 +22,7 @@ def two_way_footprint(transmit: Beams, receive: Beams, *, within: float = np.pi)
     """Energy width of the two-way beams in azimuth, integral of |bt|^2 |br|^2 d(azimuth) [rad].
 
     The integral runs over the whole circle at zero elevation, or a part of it. At slant range R a beam that is narrow,
-    or far enough to graze the seabed, takes in R times this of the ring it meets. For equal uniform lines
+    or far enough to graze the seabed, covers R times this of a ring around the sonar. For equal uniform lines
     of length L facing ahead it is 2 / 3 wavelength / L; steered, it grows as one over the cosine of the steer.
 
     Args:
@@ -75,15 +75,15 @@ def _measured_height(transmit: Beams, receive: Beams) -> float:
     step, heights = 1e-3, []
     away = np.arange(0, WIDEST, step)
     for channel in range(max(transmit.channel_count, receive.channel_count)):
-        sent, heard = transmit.single_beam(channel).rotated(np.eye(3)), receive.single_beam(channel).rotated(np.eye(3))
-        right, down = max(sent, heard, key=lambda end: float(end.per_unit[1])).steer[0]
+        ends = [end.single_beam(channel).rotated(np.eye(3)) for end in (transmit, receive)]
+        right, down = max(ends, key=lambda end: float(end.per_unit[1])).steer[0]
         axis = float(np.arcsin(np.clip(down, -1, 1)))
         turn = float(np.arctan2(right, np.sqrt(max(1 - right**2 - down**2, 0.0))))
         found = 0.0
         for side in (-1, 1):
             up = axis + side * away
             way = np.stack([np.cos(up) * np.cos(turn), np.cos(up) * np.sin(turn), np.sin(up)], axis=-1)
-            found += _half_power(((sent.gain(way) * heard.gain(way)) ** 2)[0]) * step
+            found += _half_power(((ends[0].gain(way) * ends[1].gain(way)) ** 2)[0]) * step
         heights.append(min(found, WIDEST))
     return min(heights)
 

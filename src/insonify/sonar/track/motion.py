@@ -2,7 +2,7 @@
 
 Each freedom is a stationary random function with a spectrum: a sum of waves of equal energy, whose
 frequencies share out the spectrum evenly and whose phases are drawn. Its mean square over an ensemble of
-seeds is exactly the one asked for; that over one run comes near it as the run gets long. A wave
+seeds is exactly the one given; that over one run comes near it as the run gets long. A wave
 belongs to the seed, the freedom and its number, so a ping has the same pose in every run.
 
 The spectrum is a bell about one period, or a table of one's own. The bell is a convention of this
@@ -29,12 +29,12 @@ _SPAN = 30.0  # lowest and highest frequency of a bell, below and above its midd
 
 
 class MotionSpectrum(Model):
-    """How the energy of a random motion is shared out among frequencies."""
+    """Spectrum of a random motion: distribution of its energy over frequencies."""
 
     period: Seconds | None = Field(default=None, gt=0, le=1e5)
     """Period about which the platform moves: half of the energy is faster [s]; None: a `spectrum` is given."""
     bandwidth: Annotated[float, Field(gt=0, le=1)] = 0.15
-    """How wide the bell is, as a part of its frequency: about half of the energy lies within it [1]."""
+    """Width of the bell as a part of its frequency: about half of the energy lies within it [1]."""
     spectrum: tuple[tuple[Hertz, float], ...] | None = None
     """Rows of frequency [Hz] and relative spectral density [1], straight lines between them, nothing outside."""
 
@@ -98,7 +98,7 @@ class RandomRotation(MotionSpectrum):
 
 
 class Motion(Model):
-    """What is added to the true poses: nothing where left out."""
+    """Motion that is added to the true poses: none where left out."""
 
     surge: RandomTranslation = RandomTranslation()
     """Ahead along the heading [m]."""
@@ -127,7 +127,7 @@ def displacement(motion: Motion, time: Floats, seed: int) -> dict[str, Floats]:
     """The motion at some times.
 
     Args:
-        motion: What is asked for.
+        motion: Motion of the platform.
         time: Times since the first ping [s], shape (n,).
         seed: Of the scenario.
 

@@ -19,7 +19,7 @@ Memory = Annotated[Seconds, Field(ge=0, le=1e7)]
 
 
 class PositionError(Model):
-    """What one coordinate of the log has wrong."""
+    """Errors of one logged coordinate."""
 
     offset: Annotated[Metres, Field(ge=-1e5, le=1e5)] = 0.0
     """Constant error [m]."""
@@ -32,7 +32,7 @@ class PositionError(Model):
 
 
 class AngleError(Model):
-    """What one angle of the log has wrong."""
+    """Errors of one logged angle."""
 
     offset: Annotated[Radians, Field(ge=-7, le=7)] = 0.0
     """Constant error [rad]."""
@@ -45,7 +45,7 @@ class AngleError(Model):
 
 
 class NavigationErrors(Model):
-    """What the log has wrong: nothing where left out."""
+    """Errors of the navigation log: none where left out."""
 
     north: PositionError = PositionError()
     east: PositionError = PositionError()
@@ -60,7 +60,7 @@ COLUMNS = tuple(NavigationErrors.model_fields)
 
 
 def logged_poses(errors: NavigationErrors, true: Poses, seed: int) -> Poses:
-    """What the navigation system writes down.
+    """Poses that the navigation system logs.
 
     Args:
         errors: What it has wrong.

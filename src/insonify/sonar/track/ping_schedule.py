@@ -1,4 +1,4 @@
-"""What every track has: how often the sonar pings, how long it listens, how the platform moves about its path."""
+"""Fields of every track: ping interval, recording window, motion of the platform about its path."""
 
 import warnings
 from typing import Annotated, Any, Self
@@ -31,7 +31,7 @@ PingCount = Annotated[int, AfterValidator(_not_empty), Field(ge=1, le=MAX_PINGS)
 
 
 class PingSchedule(Model):
-    """What every track has: how often it pings, how long it listens, how it moves about its path."""
+    """Fields of every track: ping interval, recording window, motion of the platform about its path."""
 
     interval: Seconds = Field(default=0.3, gt=0, le=1e6)
     """Time from one ping to the next [s]."""
@@ -40,7 +40,7 @@ class PingSchedule(Model):
     motion: Motion = Motion()
     """Waves in the platform's true position and attitude, about the path."""
     navigation_errors: NavigationErrors = NavigationErrors()
-    """What the navigation that is written down has wrong."""
+    """Errors of the logged navigation."""
     stop_and_hop: bool = False
     """True: the platform stands still from each pulse to the end of its window. False: it moves on; pressures are
     shifted in frequency, and pressures and expected intensities alike are received by beams that have moved."""
@@ -79,14 +79,14 @@ class PingSchedule(Model):
 
 
 class FixedHeading(Model):
-    """How a platform faces that does not turn."""
+    """Heading of a platform that does not turn."""
 
     heading: Radians = Field(default=0.0, ge=-2 * np.pi, le=2 * np.pi)
     """Compass heading, clockwise from north [rad]."""
 
 
 class FixedTilt(Model):
-    """How a platform leans all the time; waves in it are its motion."""
+    """Constant pitch and roll of a platform; waves in them are its motion."""
 
     pitch: Radians = Field(default=0.0, ge=-np.pi / 2, le=np.pi / 2)
     """Bow up, positive [rad]."""
@@ -100,7 +100,7 @@ def ping_times(count: int, interval: float) -> Floats:
 
 
 def max_ping_count(longest: float, interval: float) -> int:
-    """How many pings fit into a time, the first at its start [1].
+    """Count the pings that fit into a time, the first at its start [1].
 
     Args:
         longest: The time [s].
@@ -114,9 +114,9 @@ def checked_ping_count(requested: int | None, fit: int, path: str, **words: Any)
     """The number of pings of a track that has an end.
 
     Args:
-        requested: Pings asked for; None: as many as fit.
+        requested: Number of pings requested; None: as many as fit.
         fit: Pings that fit.
-        path: Key of the noun that asks, for the message.
+        path: Key of the requested number, for the message.
         words: `end`: what the pings would run beyond.
 
     Raises:

@@ -13,7 +13,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Poses:
-    """Where the platform is and how it leans, one row per ping."""
+    """Positions and attitudes of the platform, one row per ping."""
 
     time: Floats
     """Time of transmission since the first ping [s], shape (pings,)."""
@@ -61,7 +61,7 @@ class Poses:
         return turned
 
     def offset_depths(self, offset: tuple[float, float, float]) -> Floats:
-        """How deep something that is fixed to the platform is at every ping [m], shape (pings,).
+        """Depth of a point that is fixed to the platform at every ping [m], shape (pings,).
 
         Args:
             offset: Its place from the reference point: forward, starboard, down [m].
@@ -72,7 +72,7 @@ class Poses:
         return np.asarray(self.position[:, 2] + down @ np.asarray(offset))
 
     def offset_positions(self, offset: tuple[float, float, float]) -> Floats:
-        """Where something that is fixed to the platform goes with it.
+        """Positions of a point that is fixed to the platform.
 
         Args:
             offset: Its place from the reference point: forward, starboard, down [m].

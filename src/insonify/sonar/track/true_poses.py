@@ -22,7 +22,7 @@ def true_poses(
         after: How long after the start of each ping [s]; a path goes straight on from its end.
 
     Returns:
-        One row per ping. Surge and sway are laid off level, along the planned heading.
+        One row per ping. Surge and sway are horizontal, along the planned heading.
     """
     plan = track.planned_poses(after)
     if track.motion.is_still:

@@ -65,7 +65,7 @@ class TurnRadiusError(ValueError):
     """A turn that does not fit between its neighbours."""
 
     def __init__(self, waypoint: int, angle: float, wanted: float, room: float) -> None:
-        """What does not fit.
+        """Errors of a path that does not fit its waypoints.
 
         Args:
             waypoint: Number of the waypoint at which the path turns, from 0.
