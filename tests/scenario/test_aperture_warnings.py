@@ -38,4 +38,4 @@ def test_elements_that_are_recorded_may_be_focused():
 def test_elements_at_one_place_are_said(elements, said):
     """Over 6 cm: 0.6 mm apart is a twenty-fifth of a wavelength, 15 um a thousandth."""
     told = {"receive": {"length": 0.06, "elements": elements}, "sonar": {"receiver": {"record": "elements"}}}
-    assert ("wavelengths: the two hear the same sound" in words(line={"length": 0.1}, **told, track=SHORT)) == said
+    assert ("wavelengths: they receive the same sound" in words(line={"length": 0.1}, **told, track=SHORT)) == said

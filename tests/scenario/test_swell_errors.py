@@ -33,13 +33,13 @@ def built(height, length, *, track=None, **more):
 )  # fmt: skip
 def test_a_swell_that_focuses_is_refused_with_advice_that_works(more):
     """Families, targets, a moving sonar: the height, or the length, that the message names passes check and run."""
-    with pytest.raises(ValueError, match="meets it at several points") as fault:
+    with pytest.raises(ValueError, match="reflects at several points") as fault:
         built(0.9, 20.0, **more)
     words = r"height of at most ([\d.e-]+) m, a length of at least ([\d.e+]+) m"
     height, length = (float(number) for number in re.search(words, str(fault.value)).groups())
     for one in (built(height, 20.0, **more), built(0.9, length, **more)):
         assert np.isfinite(simulate(one, pings=[0])["pressure"].values).all()
-    with pytest.raises(ValueError, match="meets it at several points"):
+    with pytest.raises(ValueError, match="reflects at several points"):
         built(1.15 * height, 20.0, **more)
 
 

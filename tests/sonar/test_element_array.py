@@ -33,7 +33,7 @@ def test_elements_hardly_apart_are_found_whatever_lies_between_their_depths():
 
 def test_every_element_has_one_facing():
     """Two places and three angles do not go together."""
-    with pytest.raises(ValidationError, match="3 angles for 2 places"):
+    with pytest.raises(ValidationError, match="3 angles for 2 positions"):
         ElementArray(positions=((0, 0, 0), (0, 0.1, 0)), orientations=(0.0, 0.1, 0.2))
 
 
