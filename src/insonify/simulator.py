@@ -1,4 +1,4 @@
-"""The wiring: describe, reach, scatter, hear, ping by ping."""
+"""Simulation of a scenario, ping by ping: scatterers, path pairs, sums over arrivals, receiver, recording."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial, reduce
 from operator import iadd
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +39,7 @@ from insonify.sonar.received_pulse import ReceivedPulse, received_pulse
 from insonify.sonar.sonar import channel_positions
 from insonify.sonar.track import Poses, logged_poses
 from insonify.sonar.track_extent import TrackExtent
+from insonify.synthesis.accumulator import Accumulator
 from insonify.synthesis.channel_arrivals import channel_arrivals
 from insonify.synthesis.channel_noise import ChannelNoise, channel_noise
 from insonify.synthesis.coherent import CoherentAccumulator
@@ -63,23 +64,6 @@ PINGS_JUDGED = 5
 """Pings of a track by which it is judged how much of the bed terrain hides."""
 QUEUED_PINGS = 2
 """Pings that are heard, or wait for a thread, beyond one for each thread."""
-
-
-class Accumulator(Protocol):
-    """How arrivals are heard: what it keeps while simulator, and what it makes of it."""
-
-    @property
-    def wants_quadrature(self) -> bool:
-        """Whether it wants points laid out evenly, or drawn scatterers."""
-
-    def empty(self) -> Any:
-        """Nothing heard yet."""
-
-    def add(self, heard: Any, pairs: Any) -> None:
-        """Add what the engine makes of one block."""
-
-    def time_series(self, heard: Any) -> Any:
-        """What was heard, over time."""
 
 
 @dataclass(frozen=True)
@@ -353,7 +337,7 @@ def _pings_fit_concurrently(simulator: Simulator, ping: int) -> bool:
 
 
 def _record_ping(
-    simulator: Simulator, ping: int, pool: WorkerPool, seabeds: Sequence[Seabed | None] | None = None
+    simulator: Simulator, ping: int, pool: WorkerPool, seabeds: Sequence[SeabedSums | None] | None = None
 ) -> NDArray[np.generic]:  # fmt: skip
     """All sides of one ping, with the noise, through the receiver, shape (channels, samples)."""
     sides, behind = simulator.ping_geometries(ping), simulator.electronics
@@ -371,7 +355,7 @@ def _record_ping(
     return sound if behind is None else behind.pressures(sound)
 
 
-class Seabed(NamedTuple):
+class SeabedSums(NamedTuple):
     """The seabed of one side of a ping by the fast path, with its expected energies."""
 
     ground: FastReverberation | None
@@ -379,7 +363,11 @@ class Seabed(NamedTuple):
 
 
 def accumulate_ping(
-    simulator: Simulator, accumulator: Accumulator, here: PingGeometry, pool: WorkerPool, seabed: Seabed | None = None
+    simulator: Simulator,
+    accumulator: Accumulator,
+    here: PingGeometry,
+    pool: WorkerPool,
+    seabed: SeabedSums | None = None,
 ) -> Any:
     """One ping, heard by one reading.
 
@@ -457,17 +445,17 @@ def label_ping(simulator: Simulator, ping: int, threads: int | None = None) -> L
         return _labels(simulator, ping, pool)[0]
 
 
-def _labels(simulator: Simulator, ping: int, pool: WorkerPool) -> tuple[Labels, list[Seabed | None]]:
+def _labels(simulator: Simulator, ping: int, pool: WorkerPool) -> tuple[Labels, list[SeabedSums | None]]:
     """Labels of one ping, and the seabed of each side as its expectation is recorded, where both are the same."""
     made: list[Labels] = []
-    seabeds: list[Seabed | None] = []
+    seabeds: list[SeabedSums | None] = []
     for here in simulator.ping_geometries(ping):
         reading = simulator.label_accumulator(here)
         ground = simulator.label_ground(here) if reading.accumulator.is_short_pulse else None
         sums = _sums(simulator, reading, here, pool, ground)
         made.append(reading.time_series(sums))
         shared = ground is not None and simulator.shares_ground
-        seabeds.append(Seabed(ground, sums.curves["seabed", ALL]) if shared else None)
+        seabeds.append(SeabedSums(ground, sums.curves["seabed", ALL]) if shared else None)
     return concatenate_channels(made), seabeds
 
 
