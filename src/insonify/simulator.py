@@ -39,14 +39,14 @@ from insonify.sonar.received_pulse import ReceivedPulse, received_pulse
 from insonify.sonar.sonar import channel_positions
 from insonify.sonar.track import Poses, logged_poses
 from insonify.sonar.track_extent import TrackExtent
-from insonify.synthesis.accumulator import Accumulator
+from insonify.synthesis.accumulator import Accumulator, Requirements
 from insonify.synthesis.channel_arrivals import channel_arrivals
 from insonify.synthesis.channel_noise import ChannelNoise, channel_noise
 from insonify.synthesis.coherent import CoherentAccumulator
 from insonify.synthesis.coherent_groups import PulseTable, pulse_table
 from insonify.synthesis.element_arrivals import element_as_beam
 from insonify.synthesis.incoherent import IncoherentAccumulator, IntensityBuffer
-from insonify.synthesis.label_accumulator import GROUND_POINTS, POINTS, LabelAccumulator, label_names
+from insonify.synthesis.label_accumulator import GROUND_POINTS, LabelAccumulator, label_names
 from insonify.synthesis.level_curves import ALL, LevelAccumulator, level_curves
 from insonify.synthesis.receiver_chain import ReceiverChain, receiver_chain
 from insonify.synthesis.replica_jitter import replica_jitter
@@ -58,17 +58,17 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MAX_CONCURRENT_PING_BYTES = 64 << 20
-"""Memory of a coherent ping's sound, of one side and part, up to which pings are heard side by side [bytes]."""
+"""Memory of a coherent ping's buffer, of one side and part, up to which pings are simulated concurrently [bytes]."""
 
 PINGS_JUDGED = 5
-"""Pings of a track by which it is judged how much of the bed terrain hides."""
+"""Pings of a track at which the part of the seabed hidden by terrain is measured."""
 QUEUED_PINGS = 2
-"""Pings that are heard, or wait for a thread, beyond one for each thread."""
+"""Pings that are simulated, or wait for a thread, beyond one for each thread."""
 
 
 @dataclass(frozen=True)
 class Simulator:
-    """A scenario made ready to ping: what does not change from ping to ping."""
+    """A scenario with all that its pings share: engine, poses, received pulse and time grid."""
 
     scenario: Scenario
     engine: EigenrayEngine
@@ -77,14 +77,14 @@ class Simulator:
     pulse: ReceivedPulse
     grid: TimeGrid
     tracer: Any = None
-    """The engine that is heard instead, where the scenario asks for it."""
+    """The tracer, where the scenario has it for its expected intensities."""
 
     def ping_geometry(self, ping: int, *, channel: int = 0) -> PingGeometry:
-        """The sonar as it stands at one ping: the side that a channel belongs to."""
+        """Geometry of one ping: of the side that a channel belongs to."""
         return self.ping_geometries(ping)[channel // self.scenario.sonar.beam_count]
 
     def ping_geometries(self, ping: int) -> list[PingGeometry]:
-        """The sonar's sides as they stand at one ping, in the order of their channels."""
+        """Geometry of one ping for each side, in the order of their channels."""
         return [side.at(ping) for side in self._sides]
 
     @property
@@ -93,23 +93,23 @@ class Simulator:
         return self.platforms.transmitter_poses
 
     def expectation_accumulator(self, here: PingGeometry) -> IncoherentAccumulator | TracedAccumulator:
-        """The incoherent reading of one ping, by the engine that the scenario asks for."""
+        """Accumulator of the expected intensity of one ping, by the scenario's engine."""
         if self.tracer is None:
             return self.incoherent_accumulator(here)
         return TracedAccumulator(here, self.grid, replica_jitter(self.scenario.seed, here.ping, self.scenario.paths))
 
     def incoherent_accumulator(self, here: PingGeometry) -> IncoherentAccumulator:
-        """The incoherent reading of one ping."""
+        """Accumulator of the expected intensity of one ping, by eigenrays."""
         scenario = self.scenario
         shaken = replica_jitter(scenario.seed, here.ping, scenario.paths)
         return IncoherentAccumulator(here, self.grid, shaken, self._table, delay_field(scenario))
 
     def fast_reverberation(self, here: PingGeometry) -> FastReverberation | None:
-        """The fast path to the seabed of one ping, where its expectation takes it."""
+        """Fast reverberation of one ping, where it applies."""
         return None if self.tracer is not None else self._ground(here, self.engine.choice)
 
     def label_ground(self, here: PingGeometry) -> FastReverberation | None:
-        """The fast path to the seabed of one ping for its labels, whatever engine is recorded."""
+        """Fast reverberation of one ping for its labels, whatever engine is recorded."""
         return self._ground(here, self._label_paths)
 
     def _ground(self, here: PingGeometry, choice: PathSettings) -> FastReverberation | None:
@@ -126,7 +126,7 @@ class Simulator:
 
     @cached_property
     def _label_paths(self) -> PathSettings:
-        """Paths of the labels' seabed: those of the sound where it may take the fast path, else at fewer points."""
+        """Path settings of the labels' seabed: those of the sound where they may be shared, else with fewer points."""
         choice = self.engine.choice
         if self.scenario.field == "incoherent" and self.tracer is None:
             return choice
@@ -134,7 +134,7 @@ class Simulator:
 
     @cached_property
     def _terrain_hides_much(self) -> bool:
-        """True: terrain hides so much of the bed on the whole track that the fast path to the seabed does not serve."""
+        """True: terrain hides too much of the seabed along the track for the fast reverberation."""
         bed = self.engine.scene.seabed.terrain
         last, parts = self.scenario.track.ping_count - 1, []
         for ping in sorted({round(last * part) for part in np.linspace(0, 1, PINGS_JUDGED)}):
@@ -142,7 +142,7 @@ class Simulator:
         return bool(parts) and float(np.mean(parts)) > MOST_HIDDEN
 
     def label_accumulator(self, here: PingGeometry) -> LabelAccumulator:
-        """The reading that labels one ping."""
+        """Accumulator of the labels of one ping."""
         floor = float(np.mean(self.noise.power))
         occluder_names = tuple(target.label for target in self.engine.scene.occluders)
         return LabelAccumulator(self.incoherent_accumulator(here), self.label_names, occluder_names, floor)
@@ -162,7 +162,7 @@ class Simulator:
 
     @cached_property
     def electronics(self) -> ReceiverChain | None:
-        """What is behind the hydrophones."""
+        """Receiver electronics behind the hydrophones; None: none."""
         return receiver_chain(self.scenario.sonar, self.scenario.water, self.pulse, self.grid)
 
     @cached_property
@@ -177,15 +177,15 @@ class Simulator:
         return pulse_table(self.pulse.samples, self.pulse.start - more, self.pulse.stop + more, self.grid.sample_rate)
 
     def coherent_accumulator(self, here: PingGeometry) -> CoherentAccumulator:
-        """The coherent reading of one ping."""
+        """Accumulator of the complex pressure of one ping."""
         shaken = replica_jitter(self.scenario.seed, here.ping, self.scenario.paths)
         return CoherentAccumulator(here, self.grid, shaken, waveform_basis(here), self.scenario.water)
 
 
 def build_simulator(scenario: Scenario) -> Simulator:
-    """Make a scenario ready to ping."""
+    """Prepare a scenario for the simulation of its pings."""
     pulse = received_pulse(scenario.sonar)
-    # The absorption is kept from ping to ping; here each run hears where it is not valid.
+    # The absorption is cached between runs; evaluated here, each run warns where it is not valid.
     scenario.water.absorption(scenario.sonar.pulse.frequency)
     rate = scenario.sonar.receiver.sample_rate
     grid = time_grid(*scenario.track.window, rate, *pulse.table_interval)
@@ -202,12 +202,12 @@ def build_simulator(scenario: Scenario) -> Simulator:
 
 
 def simulate(scenario: Scenario, *, pings: int | Iterable[int] | None = None, threads: int | None = None) -> xr.Dataset:
-    """What the sonar records.
+    """Simulate a recording.
 
     Args:
         scenario: What is simulated.
-        pings: Number of the ping wanted, or numbers of several; all by default.
-        threads: How many cores to use; all by default. The bits do not depend on it.
+        pings: Number of a ping, or numbers of several; all by default.
+        threads: Number of threads; all cores by default. The result does not depend on it, bit for bit.
 
     Returns:
         `pressure` complex64 [uPa] (coherent) or `intensity` [uPa^2] (incoherent) over (ping, channel, time).
@@ -223,16 +223,16 @@ def record(
     scenario: Scenario, path: str | Path, *, pings: int | Iterable[int] | None = None, threads: int | None = None,
     overwrite: bool = False, on_ping: Callable[[int, int], None] | None = None, with_labels: bool | None = None,
 ) -> Path:  # fmt: skip
-    """Simulate to disk, ping by ping; a run that was stopped goes on where it was.
+    """Simulate to disk, ping by ping; an interrupted run resumes.
 
     Args:
         scenario: What is simulated.
         path: Folder of the recording.
-        pings: Numbers of the pings wanted; all by default.
-        threads: How many cores to use.
-        overwrite: Whether to replace another recording that is there.
-        on_ping: Told the pings done and the pings wanted, before the first and after each.
-        with_labels: Whether labels are stored beside the sound; None: as the scenario's `output` says.
+        pings: Numbers of the pings; all by default.
+        threads: Number of threads; all cores by default.
+        overwrite: True: replace another recording at that path.
+        on_ping: Called with the numbers of pings done and of all pings, before the first and after each.
+        with_labels: True: store labels beside the pressures; None: by the scenario's `output`.
 
     Returns:
         The path.
@@ -265,7 +265,7 @@ def record(
 
 
 class Job(NamedTuple):
-    """One ping, and what is made of it."""
+    """Results wanted of one ping."""
 
     ping: int
     wants_sound: bool
@@ -290,8 +290,8 @@ def _simulate_jobs(
 ) -> Iterator[tuple[Job, NDArray[np.generic] | None, Labels | None]]:
     """Series and labels of some pings, one after the other.
 
-    Many pings are shared among the threads, a few of them ahead of the one that is asked for; few pings, and those that
-    take much memory, are heard one after the other, each by all threads.
+    Many pings are shared among the threads, a few of them ahead of the one that is yielded; few pings, and those that
+    take much memory, are simulated one after the other, each by all threads.
     """
     workers = threads or os.cpu_count() or 1
     keep_freed_memory()
@@ -317,7 +317,7 @@ def _simulate_jobs(
 def _simulate_ping(
     simulator: Simulator, job: Job, pool: WorkerPool
 ) -> tuple[NDArray[np.generic] | None, Labels | None]:
-    """Series and labels of one ping, as far as they are wanted: what the ground hides is worked out once for both."""
+    """Series and labels of one ping, as far as they are wanted; terrain occlusion is evaluated once for both."""
     if not job.wants_labels:
         return _record_ping(simulator, job.ping, pool), None
     labelling, seabeds = _labels(simulator, job.ping, pool)
@@ -325,7 +325,7 @@ def _simulate_ping(
 
 
 def _pings_fit_concurrently(simulator: Simulator, ping: int) -> bool:
-    """Whether pings are so quick that sharing one costs more than it saves, or so small that there is room for many."""
+    """True: pings are so fast that sharing one among threads does not pay, or small enough for one on each thread."""
     if simulator.tracer is not None:
         return False
     here = simulator.ping_geometries(ping)
@@ -339,7 +339,7 @@ def _pings_fit_concurrently(simulator: Simulator, ping: int) -> bool:
 def _record_ping(
     simulator: Simulator, ping: int, pool: WorkerPool, seabeds: Sequence[SeabedSums | None] | None = None
 ) -> NDArray[np.generic]:  # fmt: skip
-    """All sides of one ping, with the noise, through the receiver, shape (channels, samples)."""
+    """Series of all sides of one ping with noise and receiver electronics, shape (channels, samples)."""
     sides, behind = simulator.ping_geometries(ping), simulator.electronics
     if simulator.scenario.field == "incoherent":
         expected = [
@@ -356,87 +356,86 @@ def _record_ping(
 
 
 class SeabedSums(NamedTuple):
-    """The seabed of one side of a ping by the fast path, with its expected energies."""
+    """Fast reverberation of one side of a ping, with its expected energies."""
 
     ground: FastReverberation | None
     energies: IntensityBuffer
 
 
 def accumulate_ping(
-    simulator: Simulator,
-    accumulator: Accumulator,
-    here: PingGeometry,
-    pool: WorkerPool,
+    simulator: Simulator, accumulator: Accumulator, here: PingGeometry, pool: WorkerPool,
     seabed: SeabedSums | None = None,
-) -> Any:
-    """One ping, heard by one reading.
+) -> Any:  # fmt: skip
+    """Result of one ping in one accumulator, over time.
 
     Args:
         simulator: A prepared scenario.
-        accumulator: The reading.
+        accumulator: Sum over the path pairs.
         here: One side of the sonar at that ping.
-        pool: Does the parts of the ping.
-        seabed: Its seabed, where the fast path has evaluated it already; for an `IncoherentAccumulator` reading.
+        pool: Threads for the parts of the ping.
+        seabed: Its seabed by the fast reverberation, where it has been evaluated; for an `IncoherentAccumulator`.
     """
     if seabed is not None:
         return accumulator.time_series(_sums(simulator, accumulator, here, pool, *seabed))
-    quick = type(accumulator) is IncoherentAccumulator and accumulator.is_short_pulse
-    return accumulator.time_series(
-        _sums(simulator, accumulator, here, pool, simulator.fast_reverberation(here) if quick else None)
-    )
+    ground = simulator.fast_reverberation(here) if accumulator.requirements.fast_reverberation else None
+    return accumulator.time_series(_sums(simulator, accumulator, here, pool, ground))
 
 
 def _sums(
-    simulator: Simulator, reading: Accumulator, here: PingGeometry, pool: WorkerPool, ground: FastReverberation | None,
-    known: IntensityBuffer | None = None,
+    simulator: Simulator, accumulator: Accumulator, here: PingGeometry, pool: WorkerPool,
+    ground: FastReverberation | None, known: IntensityBuffer | None = None,
 ) -> Any:  # fmt: skip
-    """What one reading hears of a ping: blocks are shared into a fixed number of parts, added in a fixed order.
+    """Sum of one ping in one accumulator: blocks are shared into a fixed number of parts, added in a fixed order.
 
     Args:
         simulator: A prepared scenario.
-        reading: The reading.
+        accumulator: Sum over the path pairs.
         here: One side of the sonar at that ping.
-        pool: Does the parts of the ping.
-        ground: The fast path to its seabed; None: the seabed comes in blocks, as all else.
-        known: Energies of the seabed by the fast path; None: not yet evaluated.
+        pool: Threads for the parts of the ping.
+        ground: Fast reverberation of its seabed; None: the seabed comes in blocks, as all else.
+        known: Energies of the seabed by the fast reverberation; None: not yet evaluated.
     """
-    engine = simulator.tracer if isinstance(reading, TracedAccumulator | TracedLevelAccumulator) else simulator.engine
-    if isinstance(pool, SerialPool) and isinstance(engine, EigenrayEngine):
-        engine = replace(engine, terrain_occlusion=pool.terrain_occlusion)  # nobody else asks for this ping
-    if reading.wants_quadrature and isinstance(engine, EigenrayEngine):
-        engine = replace(engine, delay_field=None)  # an expectation takes the mean over them
-    if ground is not None:
-        engine = replace(engine, choice=ground.remaining_choice)
-    if isinstance(reading, LabelAccumulator):
-        fewer = min(simulator.scenario.paths.scatterers_per_cell, POINTS)
-        engine = replace(engine, choice=engine.choice.unchecked_copy(scatterers_per_cell=fewer))
-    met: Any = (
-        engine.pair_batches if isinstance(engine, EigenrayEngine) else lambda at, block: [engine.pairs(at, block)]
-    )
-    if isinstance(reading, CoherentAccumulator):
-        met = partial(met, include_negligible=False)
-    blocks = engine.blocks(here, quadrature=reading.wants_quadrature)
+    wants = accumulator.requirements
+    engine = simulator.tracer if wants.rays else _engine(simulator.engine, wants, pool, ground)
+    blocks = engine.blocks(here, quadrature=wants.quadrature)
 
-    def part(mine: list[Any]) -> Any:
-        heard = reading.empty()
-        for block in mine:
-            for pairs in met(here, block):
-                reading.add(heard, pairs)
-        return heard
+    def blocks_sum(some: list[Any]) -> Any:
+        buffer = accumulator.empty()
+        for block in some:
+            for pairs in engine.pair_batches(here, block, include_negligible=wants.negligible_pairs):
+                accumulator.add(buffer, pairs)
+        return buffer
 
-    def swathed(swath: ReverberationSamples) -> Any:
-        heard, wide = reading.empty(), cast(IncoherentAccumulator | LabelAccumulator, reading)
-        wide.add_fast_reverberation(heard, swath)
-        return heard
+    def samples_sum(samples: ReverberationSamples) -> Any:
+        buffer = accumulator.empty()
+        cast(IncoherentAccumulator | LabelAccumulator, accumulator).add_fast_reverberation(buffer, samples)
+        return buffer
 
-    count = min(parts_of(getattr(reading.empty(), "nbytes", 0)), len(blocks)) if blocks else 0
-    sums = list(pool.map(part, [blocks[k::count] for k in range(count)]))
-    found = [reduce(iadd, sums)] if sums else []
+    count = min(parts_of(getattr(accumulator.empty(), "nbytes", 0)), len(blocks)) if blocks else 0
+    sums = list(pool.map(blocks_sum, [blocks[k::count] for k in range(count)]))
+    buffers = [reduce(iadd, sums)] if sums else []
     if known is not None:
-        found.append(known)
+        buffers.append(known)
     elif ground is not None:
-        found.append(reduce(iadd, ground.accumulate(pool.map, swathed, labelled=isinstance(reading, LabelAccumulator))))
-    return reduce(iadd, found) if found else reading.empty()
+        buffers.append(reduce(iadd, ground.accumulate(pool.map, samples_sum, labelled=wants.origins)))
+    return reduce(iadd, buffers) if buffers else accumulator.empty()
+
+
+def _engine(
+    engine: EigenrayEngine, wants: Requirements, pool: WorkerPool, ground: FastReverberation | None
+) -> EigenrayEngine:
+    """The eigenray engine for one sum: its contributions, its density of scatterers, its caches."""
+    changes: dict[str, Any] = {}
+    if ground is not None:
+        changes["choice"] = ground.remaining_choice
+    choice = changes.get("choice", engine.choice)
+    if wants.max_scatterers_per_cell < choice.scatterers_per_cell:
+        changes["choice"] = choice.unchecked_copy(scatterers_per_cell=wants.max_scatterers_per_cell)
+    if wants.quadrature:
+        changes["delay_field"] = None  # an expectation is a mean over random delays
+    if isinstance(pool, SerialPool):
+        changes["terrain_occlusion"] = pool.terrain_occlusion  # of this ping alone
+    return replace(engine, **changes) if changes else engine
 
 
 def label_ping(simulator: Simulator, ping: int, threads: int | None = None) -> Labels:
@@ -446,26 +445,26 @@ def label_ping(simulator: Simulator, ping: int, threads: int | None = None) -> L
 
 
 def _labels(simulator: Simulator, ping: int, pool: WorkerPool) -> tuple[Labels, list[SeabedSums | None]]:
-    """Labels of one ping, and the seabed of each side as its expectation is recorded, where both are the same."""
+    """Labels of one ping, and the seabed of each side where the recorded expectation has the same points."""
     made: list[Labels] = []
     seabeds: list[SeabedSums | None] = []
     for here in simulator.ping_geometries(ping):
-        reading = simulator.label_accumulator(here)
-        ground = simulator.label_ground(here) if reading.accumulator.is_short_pulse else None
-        sums = _sums(simulator, reading, here, pool, ground)
-        made.append(reading.time_series(sums))
+        accumulator = simulator.label_accumulator(here)
+        ground = simulator.label_ground(here) if accumulator.accumulator.is_short_pulse else None
+        sums = _sums(simulator, accumulator, here, pool, ground)
+        made.append(accumulator.time_series(sums))
         shared = ground is not None and simulator.shares_ground
         seabeds.append(SeabedSums(ground, sums.curves["seabed", ALL]) if shared else None)
     return concatenate_channels(made), seabeds
 
 
 def labels(scenario: Scenario, ping: int = 0, *, threads: int | None = None) -> xr.Dataset:
-    """What each sample of one ping really is: whose echo, by which paths, from where; highlight, shadow or ghost.
+    """Labels of each sample of one ping: object, paths and position of the strongest echo; highlight, shadow, ghost.
 
     Args:
         scenario: What is simulated.
         ping: Number of the ping.
-        threads: How many cores to use.
+        threads: Number of threads; all cores by default.
 
     Returns:
         The variables of `insonify.records.labels.COLUMNS` for that ping, over (channel, time).
@@ -490,8 +489,8 @@ def arrivals(scenario: Scenario, ping: int = 0, *, window: DelayInterval | None 
         ping: Number of the ping.
         window: Earliest and latest delay wanted [s], or with units such as ("200 ms", "201 ms"); by default all that
             touch the recording.
-        channel: Which beam or element: of a sonar with two sides, the paths to and from the side that it belongs to.
-            Delays, amplitudes and Doppler factors are those that this channel hears, under way as well.
+        channel: Number of the beam or element; paths are those of its side, and delays, amplitudes and Doppler factors
+            those of this channel, on a moving platform as well.
 
     Raises:
         ValueError: The track has no such ping, the sonar no such channel, or the window lies beyond the recording.
@@ -536,8 +535,8 @@ def levels(scenario: Scenario, ping: int = 0, *, channel: int = 0, threads: int 
     Args:
         scenario: What is simulated.
         ping: Number of the ping.
-        channel: Which beam, or which element: heard at its array's centre, by its own pattern.
-        threads: How many cores to use.
+        channel: Number of the beam or element; an element is at its array's centre, with its own pattern.
+        threads: Number of threads; all cores by default.
 
     Returns:
         `level_db` over (contribution, pair, time) [dB re 1 uPa], see `insonify.synthesis.level_curves.level_curves`.
@@ -551,19 +550,15 @@ def levels(scenario: Scenario, ping: int = 0, *, channel: int = 0, threads: int 
     here = element_as_beam(simulator.ping_geometry(ping, channel=channel), channel % scenario.sonar.beam_count)
     with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
         whole = simulator.expectation_accumulator(here)
-        intensity = accumulate_ping(
-            simulator,
-            TracedLevelAccumulator(whole) if isinstance(whole, TracedAccumulator) else LevelAccumulator(whole),
-            here,
-            pool,
-        )
+        apart = TracedLevelAccumulator(whole) if isinstance(whole, TracedAccumulator) else LevelAccumulator(whole)
+        intensity = accumulate_ping(simulator, apart, here, pool)
     floor = float(simulator.noise.power[channel])
     curves = level_curves(intensity, floor, simulator.grid, channel % scenario.sonar.beam_count % here.channel_count)
     return curves.assign_attrs(**attributes(scenario), ping=ping, channel=channel)
 
 
 def _unchanged(points: Scatterers) -> Scatterers:
-    """A block of scatterers that is there already."""
+    """The given scatterers, as a block."""
     return points
 
 
@@ -573,7 +568,7 @@ def _require_channel(scenario: Scenario, channel: int) -> None:
 
 
 def recording_layout(simulator: Simulator) -> RecordingLayout:
-    """What a recording of this scenario holds, but for the sound."""
+    """All that a recording of this scenario holds besides its series."""
     scenario, true = simulator.scenario, simulator.poses
     logged = logged_poses(scenario.track.navigation_errors, true, scenario.seed)
     ears, other = simulator.platforms.own_receiver_poses, scenario.receiver_track

@@ -1,20 +1,40 @@
 """Interface of the sums over a ping's path pairs: pressures, intensities, labels or levels."""
 
+import math
+from dataclasses import dataclass
 from typing import Any, Protocol
+
+
+@dataclass(frozen=True, slots=True)
+class Requirements:
+    """Properties of the scatterers and path pairs that an accumulator sums."""
+
+    quadrature: bool = True
+    """True: quadrature points, for an expectation; false: random scatterers."""
+    negligible_pairs: bool = True
+    """True: every pair of legs; false: pairs that importance sampling keeps."""
+    rays: bool = False
+    """True: energies of traced rays instead of path pairs."""
+    fast_reverberation: bool = False
+    """True: samples of the seabed from the fast reverberation are accepted, where it applies."""
+    origins: bool = False
+    """True: such samples come with the positions and occluders that labels need."""
+    max_scatterers_per_cell: float = math.inf
+    """Points in a resolution cell beyond which further ones do not matter [1]."""
 
 
 class Accumulator(Protocol):
     """Sum over the path pairs of one ping; the buffer that it fills belongs to the caller, one for each thread."""
 
     @property
-    def wants_quadrature(self) -> bool:
-        """True: quadrature points, for an expectation; false: random scatterers."""
+    def requirements(self) -> Requirements:
+        """Properties of the path pairs that `add` expects."""
 
     def empty(self) -> Any:
         """A buffer without any arrival; buffers add with `+=`."""
 
-    def add(self, buffer: Any, pairs: Any) -> None:
+    def add(self, buffer: Any, pairs: Any, /) -> None:
         """Add the path pairs of one block of scatterers to a buffer."""
 
-    def time_series(self, buffer: Any) -> Any:
+    def time_series(self, buffer: Any, /) -> Any:
         """The result over time of all that a buffer holds."""

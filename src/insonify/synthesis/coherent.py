@@ -16,6 +16,7 @@ from insonify.records.pairs import Pairs
 from insonify.sonar.ping_geometry import PingGeometry
 from insonify.synthesis._gridding import deposit_pressure
 from insonify.synthesis._waveform_basis_kernel import group_layout
+from insonify.synthesis.accumulator import Requirements
 from insonify.synthesis.arrival_weights import arrival_weights
 from insonify.synthesis.direction_grid import DirectionGrid, direction_grid
 from insonify.synthesis.element_arrivals import ReceivePoints, absorption_np_per_m, deposit, receive_points
@@ -72,9 +73,9 @@ class CoherentAccumulator:
         return standing and self._fan is None
 
     @property
-    def wants_quadrature(self) -> bool:
-        """Whether it wants drawn scatterers, which belong to their places."""
-        return False
+    def requirements(self) -> Requirements:
+        """Properties of the path pairs that `add` expects."""
+        return Requirements(quadrature=False, negligible_pairs=False)
 
     def empty(self) -> Cells:
         """Cells with nothing in them, one row a channel."""

@@ -22,6 +22,7 @@ from insonify.sonar.ping_geometry import PingGeometry
 from insonify.sonar.received_pulse import ReceivedPulse
 from insonify.synthesis._fast_reverberation_energies import deposit_interference, deposit_pair_energies, leg_amplitudes
 from insonify.synthesis._gridding import deposit_energy
+from insonify.synthesis.accumulator import Requirements
 from insonify.synthesis.coherence_factors import split_by_coherence
 from insonify.synthesis.coherent_groups import PulseTable, add_groups
 from insonify.synthesis.coherent_subsets import coherent_subsets
@@ -78,9 +79,9 @@ class IncoherentAccumulator:
     """What uneven water adds to travel times; None: nothing."""
 
     @property
-    def wants_quadrature(self) -> bool:
-        """Whether it wants evenly laid points, for an expectation."""
-        return True
+    def requirements(self) -> Requirements:
+        """Quadrature points; of short pulses the seabed may come by the fast reverberation."""
+        return Requirements(fast_reverberation=self.is_short_pulse)
 
     def empty(self) -> IntensityBuffer:
         """Nothing heard yet."""

@@ -19,6 +19,7 @@ from insonify.records.reverberation_samples import ReverberationSamples
 from insonify.scene.scatterers import Boundary
 from insonify.sonar.beam import Beams
 from insonify.synthesis._label_kernel import MOMENTS, LabelGrid, LabelledPoints, deposit_label_positions, deposit_labels
+from insonify.synthesis.accumulator import Requirements
 from insonify.synthesis.coherent_groups import add_groups
 from insonify.synthesis.incoherent import IncoherentAccumulator, IntensityBuffer, contains_reversed_pairs
 from insonify.synthesis.label_series import STRAIGHT, labels_of, ringing
@@ -70,9 +71,9 @@ class LabelAccumulator:
     """Mean-square noise pressure, beside which a target has to be heard [uPa^2]."""
 
     @property
-    def wants_quadrature(self) -> bool:
-        """Whether it wants evenly laid points, for an expectation."""
-        return True
+    def requirements(self) -> Requirements:
+        """Properties of the path pairs that `add` expects."""
+        return Requirements(origins=True, max_scatterers_per_cell=POINTS)
 
     def empty(self) -> LabelBuffer:
         """Nothing heard yet."""

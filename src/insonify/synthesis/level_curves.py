@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from insonify.propagation.families import DIRECT
 from insonify.records.pairs import Pairs
+from insonify.synthesis.accumulator import Requirements
 from insonify.synthesis.incoherent import IncoherentAccumulator, IntensityBuffer
 from insonify.synthesis.time_grid import TimeGrid
 from insonify.units import level_db
@@ -56,9 +57,9 @@ class LevelAccumulator:
     accumulator: IncoherentAccumulator
 
     @property
-    def wants_quadrature(self) -> bool:
-        """Whether it wants evenly laid points, for an expectation."""
-        return True
+    def requirements(self) -> Requirements:
+        """Properties of the path pairs that `add` expects."""
+        return Requirements()
 
     def empty(self) -> LevelBuffers:
         """Nothing heard yet."""

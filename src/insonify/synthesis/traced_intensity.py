@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from insonify.records.echo_energies import EchoEnergies
 from insonify.sonar.ping_geometry import PingGeometry
 from insonify.synthesis._gridding import deposit_energy
+from insonify.synthesis.accumulator import Requirements
 from insonify.synthesis.level_curves import ALL, pair_name
 from insonify.synthesis.replica_jitter import ReplicaJitter
 from insonify.synthesis.time_grid import TimeGrid, convolve_energy
@@ -24,9 +25,9 @@ class TracedAccumulator:
     replica_jitter: ReplicaJitter
 
     @property
-    def wants_quadrature(self) -> bool:
-        """Whether it wants an expectation: rays know nothing else."""
-        return True
+    def requirements(self) -> Requirements:
+        """Properties of the path pairs that `add` expects."""
+        return Requirements(rays=True)
 
     def empty(self) -> Floats:
         """Nothing heard yet: energies on the energy grid, shape (channels, cells)."""
@@ -66,9 +67,9 @@ class TracedLevelAccumulator:
     accumulator: TracedAccumulator
 
     @property
-    def wants_quadrature(self) -> bool:
-        """Whether it wants an expectation: rays know nothing else."""
-        return True
+    def requirements(self) -> Requirements:
+        """Properties of the path pairs that `add` expects."""
+        return Requirements(rays=True)
 
     def empty(self) -> TracedLevelBuffers:
         """Nothing heard yet."""

@@ -77,14 +77,17 @@ class Tracer:
         ping = self.ping(ping_geometry)
         return [*(partial(self._trace, ping, part) for part in range(PARTS)), partial(self._points, ping)]
 
-    def pairs(self, ping_geometry: PingGeometry, block: Block) -> list[EchoEnergies]:
-        """What comes back of one block.
+    def pair_batches(
+        self, ping_geometry: PingGeometry, block: Block, *, include_negligible: bool = True
+    ) -> Iterator[list[EchoEnergies]]:
+        """Energies of the rays of one block, all at once.
 
         Args:
             ping_geometry: The sonar at this ping.
             block: One of `blocks(ping_geometry)`.
+            include_negligible: Without effect: every ray counts.
         """
-        return block()
+        yield block()
 
     def ping(self, ping_geometry: PingGeometry) -> TracedPing:
         """One ping in the lattice's frame.
