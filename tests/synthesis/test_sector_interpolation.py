@@ -7,7 +7,7 @@ from insonify.synthesis._arrival_kernel import ReceiveBeams, ReceiveLegs, Transm
 from insonify.synthesis._element_arrivals_kernel import deposit_on_elements
 from insonify.synthesis._waveform_basis_kernel import group_layout
 from insonify.synthesis.chebyshev_nodes import aperture_nodes
-from insonify.synthesis.sector_interpolation import FEWEST, LEFT, NONE, PLACES, TURN, sector_interpolation
+from insonify.synthesis.sector_interpolation import FEWEST, LEFT, NONE, POINT_COUNT, TURN, sector_interpolation
 from insonify.synthesis.time_grid import convolve_waveforms, time_grid
 from insonify.synthesis.waveform_basis import WaveformBasis
 from oracles.echoes import spread_echoes
@@ -59,7 +59,7 @@ def test_places_tell_what_each_element_hears(dopplers, spread):
     ears, begin, end = echoes(elements, dopplers, spread)
     few = sector_interpolation(*ears[:3], GRID, CARRIER, SPEED)
     nodes = aperture_nodes(*ears[:3], 8.0, 0.06, SPEED / CARRIER, few.point_position)
-    told, each = silence(elements + PLACES, dopplers), silence(elements, dopplers)
+    told, each = silence(elements + POINT_COUNT, dopplers), silence(elements, dopplers)
     deposit_on_elements(told, *begin, nodes, few.sector, *end)
     assert np.abs(told[elements:]).max() > 0.3
     assert spread > 0.03 or not told[:elements].any()
@@ -94,7 +94,7 @@ def test_a_dead_element_leaves_all_echoes_to_the_others():
     ears, begin, end = echoes(30, 2, 0.03, faults=1)
     few = sector_interpolation(*ears[:3], GRID, CARRIER, SPEED)
     nodes = aperture_nodes(*ears[:3], 8.0, 0.06, SPEED / CARRIER, few.point_position)
-    told, each = silence(30 + PLACES, 2), silence(30, 2)
+    told, each = silence(30 + POINT_COUNT, 2), silence(30, 2)
     deposit_on_elements(told, *begin, nodes, few.sector, *end)
     deposit_on_elements(each, *begin, nodes, NONE, *end)
     assert not told[0].any() and not told[30:].any() and np.array_equal(told[:30], each)

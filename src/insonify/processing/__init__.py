@@ -1,4 +1,4 @@
-"""From a recording to an image."""
+"""Processing of recordings: beams, detections, synthetic apertures, images."""
 
 import importlib
 from typing import TYPE_CHECKING, Any
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from insonify.processing.sector_images import sector_image
     from insonify.processing.synthetic_aperture import along_track_resolution, backproject
 
-# Kernels take a moment to import: those of coherent processing are loaded when they are asked for.
+# Kernels take a moment to import: those of coherent processing are loaded on first use.
 _HOME = {
     "dpca_displacement": "coherence",
     "coherence_by_delay": "coherence",
@@ -123,12 +123,12 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Load a public name when it is first used."""
+    """Load a public name on its first use."""
     if name in _HOME:
         return getattr(importlib.import_module(f"insonify.processing.{_HOME[name]}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:
-    """Every public name, loaded or not."""
+    """All public names, loaded or not."""
     return sorted(__all__)

@@ -1,4 +1,4 @@
-"""Elements' series summed along the delays of a place that moves outward: the loop of delay-and-sum."""
+"""Kernel of delay-and-sum: element series summed along the delays of a dynamic focus."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,31 +15,31 @@ def delay_and_sum(
     time: Doubles, element: Doubles, transmit: Doubles, direction: Doubles, weight: Doubles, focus: float,
     out: NDArray[np.float32],
 ) -> None:  # fmt: skip
-    """Add one ping's elements up to beams.
+    """Add one ping's elements to beams.
 
     Args:
         cells: Fine cells of the elements, shape (channels, cells).
         first_time: Time of the first cell [s].
         cell_rate: Cells per second [Hz].
         frequency: Carrier [Hz].
-        sound_speed: Of the water [m/s].
-        time: Of the beams' samples [s], shape (samples,).
-        element: Elements as seen from the array's centre [m], shape (channels, 3).
-        transmit: Transmitter as seen from there [m], shape (3,).
+        sound_speed: Sound speed of the water [m/s].
+        time: Sample times of the beams [s], shape (samples,).
+        element: Positions of the elements from the array's centre [m], shape (channels, 3).
+        transmit: Position of the transmitter from the array's centre [m], shape (3,).
         direction: Unit vectors, shape (beams, 3).
-        weight: Of the elements [1], shape (channels,).
-        focus: Range of the focus [m]: below zero it moves with the sound, beyond 1e9 it is far away.
-        out: Beams, real and imaginary in turn, added to, shape (beams, 2 samples).
+        weight: Weights of the elements [1], shape (channels,).
+        focus: Range of the focus [m]: negative for a dynamic focus, above 1e9 for infinity.
+        out: Beams, real and imaginary parts alternating, added to in place, shape (beams, 2 samples).
     """
     flat, last = cells.view(np.float32), cells.shape[1] - 4
-    at, taps, turned = np.empty(BLOCK, np.int32), np.empty(4 * BLOCK, np.float32), np.empty((2, BLOCK), np.float32)
+    at, taps, phasors = np.empty(BLOCK, np.int32), np.empty(4 * BLOCK, np.float32), np.empty((2, BLOCK), np.float32)
     loose = np.empty((4, BLOCK), np.float32)
-    away, position, cycles = np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK)
+    focus_range, position, cycles = np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK)
     share = np.empty(BLOCK, np.float32)
     for begin in range(0, time.size, BLOCK):
         now = time[begin : begin + BLOCK]
         for beam in range(direction.shape[0]):
-            _focus(now, sound_speed, transmit, direction[beam], focus, away)
+            _focus(now, sound_speed, transmit, direction[beam], focus, focus_range)
             sums = out[beam, 2 * begin : 2 * begin + 2 * now.size]
             for channel in range(cells.shape[0]):
                 ex, ey, ez = element[channel, 0], element[channel, 1], element[channel, 2]
@@ -48,21 +48,21 @@ def delay_and_sum(
                 part = np.float32(weight[channel])
                 for i in range(now.size):
                     # |r u - e| - r without the difference of two long ranges
-                    change = square - 2.0 * along * away[i]
-                    farther = change / (np.sqrt(away[i] * away[i] + change) + away[i])
-                    later = (-along if focus > 1e9 else farther) / sound_speed
-                    position[i] = (now[i] + later - first_time) * cell_rate
-                    cycles[i] = frequency * later
+                    change = square - 2.0 * along * focus_range[i]
+                    farther = change / (np.sqrt(focus_range[i] * focus_range[i] + change) + focus_range[i])
+                    delay = (-along if focus > 1e9 else farther) / sound_speed
+                    position[i] = (now[i] + delay - first_time) * cell_rate
+                    cycles[i] = frequency * delay
                     share[i] = part
-                prepare_taps(now.size, position, cycles, share, last, at, loose, taps, turned)
-                add_interpolated(now.size, flat[channel], at, taps, turned, sums)
+                prepare_taps(now.size, position, cycles, share, last, at, loose, taps, phasors)
+                add_interpolated(now.size, flat[channel], at, taps, phasors, sums)
 
 
 @njit(inline="always")
-def _focus(time: Doubles, c: float, transmit: Doubles, direction: Doubles, focus: float, away: Doubles) -> None:
+def _focus(time: Doubles, c: float, transmit: Doubles, direction: Doubles, focus: float, focus_range: Doubles) -> None:
     """Range from the array's centre at which each sample is in focus [m], shape (samples,).
 
-    An echo that is heard at t comes from the r for which |r u - d| + r = c t, d being the transmitter's place.
+    An echo received at t comes from the r for which |r u - d| + r = c t, with d the transmitter's position.
     """
     dx, dy, dz = transmit[0], transmit[1], transmit[2]
     along, square = dx * direction[0] + dy * direction[1] + dz * direction[2], dx * dx + dy * dy + dz * dz
@@ -70,4 +70,4 @@ def _focus(time: Doubles, c: float, transmit: Doubles, direction: Doubles, focus
         path = c * time[i]
         beyond = path > np.sqrt(square)
         moving = (path * path - square) / (2.0 * (path - along)) if beyond else 0.0
-        away[i] = max(moving if focus < 0 else focus, 1e-3)
+        focus_range[i] = max(moving if focus < 0 else focus, 1e-3)

@@ -1,7 +1,7 @@
-"""Four complex cells and their weights, multiplied and summed in a few vector instructions.
+"""Weighted sum of four complex cells in a few vector instructions.
 
-Compilers do not find this sum by themselves: real and imaginary parts alternate along the cells. So the instructions
-are written out in the compiler's portable vector language, which turns them into whatever the processor has.
+Compilers do not vectorise this sum: real and imaginary parts alternate along the cells. So the instructions
+are written out in the compiler's portable vector language, which maps them to those of the processor.
 """
 
 from typing import Any
@@ -31,7 +31,7 @@ def _pick(builder: Any, source: Any, lanes: list[int]) -> Any:
 def four_tap_sum(typingctx: Any, cells: Any, at: Any, weights: Any, first: Any) -> Any:
     """Real and imaginary part of the sum of four cells, cells[at], cells[at + 1] and so on, times their weights.
 
-    cells: float32, real and imaginary in turn; weights: float32, from `first` on, one a cell.
+    cells: float32, real and imaginary parts alternating; weights: float32, from `first` on, one per cell.
     """
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
@@ -42,8 +42,8 @@ def four_tap_sum(typingctx: Any, cells: Any, at: Any, weights: Any, first: Any) 
         for half in (4, 2):
             low, high = _pick(builder, product, list(range(half))), _pick(builder, product, list(range(half, 2 * half)))
             product = builder.fadd(low, high, flags=("contract",))
-        parts = [builder.extract_element(product, ir.Constant(_INDEX, k)) for k in (0, 1)]
-        return context.make_tuple(builder, signature.return_type, parts)
+        components = [builder.extract_element(product, ir.Constant(_INDEX, k)) for k in (0, 1)]
+        return context.make_tuple(builder, signature.return_type, components)
 
     if cells.layout != "C" or weights.layout != "C":
         raise errors.TypingError("cells and weights must lie side by side in memory")

@@ -1,9 +1,8 @@
-"""A recorded series read between its samples: the innermost loop of beamforming and back-projection.
+"""Interpolation of a recorded series between its samples: the innermost loop of beamforming and back-projection.
 
-A band-limited series is known everywhere, not at its samples alone. `oversampled_cells` transforms it, divides by the
-transform of a short kernel, fills the spectrum up to four times the rate and transforms back; a value in between is
-then the kernel's sum over four cells. What is lost is the kernel's leakage beyond the bandwidth: 2e-4 (-74 dB) at the
-very
+A band-limited series is determined between its samples. `oversampled_cells` transforms it, divides by the
+transform of a short kernel, pads the spectrum to four times the rate and transforms back; an interpolated value is
+then the kernel's sum over four cells. The error is the kernel's leakage beyond the bandwidth: 2e-4 (-74 dB) at the
 edge of the band, less within.
 
 Source of the method: non-uniform FFT of type 2, Barnett, Magland & af Klinteberg (2019), SIAM J. Sci. Comput. 41(5).
@@ -18,12 +17,12 @@ from insonify.jit import njit
 from insonify.processing._four_tap_sum import four_tap_sum
 
 FINER = 4
-"""Cells for each sample."""
+"""Cells per sample."""
 REACH = 8
-"""Samples before the first and after the last at which a series may still be read: its ringing."""
+"""Samples before the first and after the last at which a series may be evaluated: its ringing."""
 BLOCK = 256
-"""Values worked on at a time, so that all of them stay close to the processor."""
-FAST = {"contract", "reassoc", "nsz", "arcp"}  # not "nnan": a delay that is no number must be seen
+"""Values that are processed together: they fit in the first-level cache."""
+FAST = {"contract", "reassoc", "nsz", "arcp"}  # not "nnan": NaN delays must be detected
 _WIDTH = 4
 _SHAPE = 10.4  # least leakage for four cells and a band of a quarter of them
 
@@ -32,9 +31,9 @@ Doubles = NDArray[np.float64]
 
 
 def _tap_coefficients() -> NDArray[np.float32]:
-    """Cubics of the kernel's first two cells in the place y between cells, -1/2..1/2; the others mirror them.
+    """Cubics of the kernel's first two cells in the position y between cells, -1/2..1/2; the others are mirrored.
 
-    Cell j lies j - 3/2 - y cells after the value that is read. Shape (2, 4), constant term first.
+    Cell j lies j - 3/2 - y cells after the interpolated value. Shape (2, 4), constant term first.
     """
     nodes = np.cos(np.pi * (np.arange(24) + 0.5) / 24) / 2
     rows = []
@@ -62,11 +61,11 @@ def _kernel_transform(frequency: Doubles) -> Doubles:
 
 
 def oversampled_cells(series: NDArray[np.complex64], *, workers: int = 1) -> NDArray[np.complex64]:
-    """Series as cells that can be read between.
+    """Oversampled series for interpolation.
 
     Args:
         series: Complex baseband, shape (..., time).
-        workers: How many threads transform it.
+        workers: Number of threads of the transform.
 
     Returns:
         Cells, shape (..., cells), of which the first lies `REACH` samples before the first sample, `FINER` a sample.
@@ -78,33 +77,35 @@ def oversampled_cells(series: NDArray[np.complex64], *, workers: int = 1) -> NDA
     bins = scipy.fft.fft(padded, axis=-1, workers=workers)
     part = FINER / _kernel_transform(scipy.fft.fftfreq(size) / FINER)
     bins *= part.astype(np.float32)
-    wide = np.zeros((*series.shape[:-1], FINER * size), np.complex64)
+    padded_spectrum = np.zeros((*series.shape[:-1], FINER * size), np.complex64)
     above = (size + 1) // 2
-    wide[..., :above] = bins[..., :above]
-    wide[..., above - size :] = bins[..., above:]
-    return np.ascontiguousarray(scipy.fft.ifft(wide, axis=-1, workers=workers)[..., : FINER * (count + 2 * REACH)])
+    padded_spectrum[..., :above] = bins[..., :above]
+    padded_spectrum[..., above - size :] = bins[..., above:]
+    return np.ascontiguousarray(
+        scipy.fft.ifft(padded_spectrum, axis=-1, workers=workers)[..., : FINER * (count + 2 * REACH)]
+    )
 
 
 @njit(inline="always")
 def prepare_taps(
     count: int, position: Doubles, cycles: Doubles, real_weight: Singles, last: int, at: NDArray[np.int32],
     tap_columns: Singles,
-    taps: Singles, turned: Singles,
+    taps: Singles, phasors: Singles,
 ) -> None:  # fmt: skip
-    """Where a block of values is read, with which kernel and which turn.
+    """Cells, kernel weights and carrier phases of a block of interpolated values.
 
     Args:
-        count: How many values.
-        position: Place of each value, in cells after the first, shape (count,).
-        cycles: By how much each value is turned [cycles], shape (count,).
-        real_weight: Real weight of each value, shape (count,); it counts as zero where the series does not reach.
+        count: Number of values.
+        position: Position of each value, in cells after the first, shape (count,).
+        cycles: Phase of each value [cycles], shape (count,).
+        real_weight: Real weight of each value, shape (count,); zero is used outside the series.
         last: Number of cells less the kernel's width.
-        at: First cell of each value, written, shape (count,).
-        tap_columns: Room for the weights of the four cells, shape (4, BLOCK).
-        taps: The same, those of one value side by side, written, shape (4 BLOCK,).
-        turned: Cosine, then sine, times share, written, shape (2, BLOCK).
+        at: Result: first cell of each value, shape (count,).
+        tap_columns: Work array for the weights of the four cells, shape (4, BLOCK).
+        taps: Result: the same, contiguous for each value, shape (4 BLOCK,).
+        phasors: Result: cosine, then sine, times weight, shape (2, BLOCK).
     """
-    real, imaginary = turned[0], turned[1]
+    real, imaginary = phasors[0], phasors[1]
     first, second, third, fourth = tap_columns[0], tap_columns[1], tap_columns[2], tap_columns[3]
     for i in range(count):
         p = position[i] - 1.0
@@ -121,16 +122,16 @@ def prepare_taps(
         sine, cosine = sincos_cycles(cycles[i] if inside else 0.0)
         weight = real_weight[i] if inside else np.float32(0)
         real[i], imaginary[i] = weight * cosine, weight * sine
-    for i in range(count):  # apart from the loop above, which would no longer work on several values at a time
+    for i in range(count):  # separate from the loop above, which would not be vectorised otherwise
         taps[4 * i], taps[4 * i + 1], taps[4 * i + 2], taps[4 * i + 3] = first[i], second[i], third[i], fourth[i]
 
 
 @njit(inline="always")
 def add_interpolated(
-    count: int, cells: Singles, at: NDArray[np.int32], taps: Singles, turned: Singles, out: Singles
+    count: int, cells: Singles, at: NDArray[np.int32], taps: Singles, phasors: Singles, out: Singles
 ) -> None:
-    """Add a block of values, read as `prepare_taps` says, to `out`: real and imaginary in turn, shape (2 count,)."""
-    real, imaginary = turned[0], turned[1]
+    """Add a block of values prepared by `prepare_taps` to `out`: real and imaginary alternating, shape (2 count,)."""
+    real, imaginary = phasors[0], phasors[1]
     for i in range(count):
         x, y = four_tap_sum(cells, np.intp(2) * np.intp(at[i]), taps, 4 * i)
         cosine, sine = real[i], imaginary[i]

@@ -1,7 +1,7 @@
 """Beams from an array's elements: delay and sum in time, or all beams of a line at once in frequency.
 
-A beam hears what one element at the array's centre would hear if it were deaf to all other directions: an echo
-from where it looks keeps its level, its delay and its phase.
+A beam has the signal that one element at the array's centre would receive from the beam's direction alone: an echo
+from there keeps its level, its delay and its phase.
 """
 
 import os
@@ -29,9 +29,9 @@ Complexes = NDArray[np.complex64]
 Floats = NDArray[np.float64]
 
 BEAMS_AT_ONCE = 8
-"""Beams of one ping that a thread works on together."""
+"""Beams of one ping that a thread processes together."""
 LEFT = 0.05
-"""Phase at the ends of a line by which beams that share a focus may miss it [rad]."""
+"""Largest phase error at the ends of a line for beams that share a focus [rad]."""
 FAR = 1e12
 
 
@@ -41,34 +41,35 @@ def beamform_delay_sum(
     focus: str | float = "dynamic", transmitter: ArrayLike | None = None, centre: ArrayLike | None = None,
     threads: int | None = None,
 ) -> Complexes:  # fmt: skip
-    """Beams by delay and sum, with a focus that follows the sound outward.
+    """Beams by delay and sum, with dynamic or fixed focus.
 
-    Each element is read at the time at which an echo from the focus reaches it, between samples (error below -70 dB in
-    the band, see `_between`), and turned by the carrier's phase over the difference. No narrow-band, plane-wave or
-    Fresnel approximation; sonar and water stand still while a ping is heard.
+    Each element is interpolated to the time at which an echo from the focus reaches it (error below -70 dB in
+    the band, see `_fractional_delay`), and multiplied by the carrier's phase over the difference. No narrow-band,
+    plane-wave or Fresnel approximation; sonar and water are at rest during a ping.
 
     Args:
         pressure: Complex baseband, shape (..., channel, time).
-        element_positions: Of the receiving elements in any frame [m], shape (channel, 3).
-        time: Of the samples, evenly spaced, after the start of transmission [s], shape (time,).
+        element_positions: Positions of the receiving elements in any frame [m], shape (channel, 3).
+        time: Sample times after the start of transmission, evenly spaced [s], shape (time,).
         directions: Unit vectors of the beams in that frame, shape (beam, 3).
-        centre_frequency: Of the baseband [Hz].
-        sound_speed: Of the water [m/s].
-        shading: Of the elements: a name for elements on a line (uniform, cosine, hann, hamming, taylor), or weights.
-        focus: "dynamic": at the place whose echo is being heard; "far": at infinity; or a fixed range [m].
-        transmitter: Place of the transmitter [m], shape (3,); None: the centre.
-        centre: Place from which beams start [m], shape (3,); None: the mean of the elements.
-        threads: How many cores to use; all by default. The bits do not depend on it.
+        centre_frequency: Centre frequency of the baseband [Hz].
+        sound_speed: Sound speed of the water [m/s].
+        shading: Shading of the elements: a name for elements on a line (uniform, cosine, hann, hamming, taylor), or
+            weights of shape (channel,).
+        focus: "dynamic": at the position of the current echo; "far": at infinity; or a fixed range [m].
+        transmitter: Position of the transmitter [m], shape (3,); None: the centre.
+        centre: Position from which beams start [m], shape (3,); None: the mean of the elements.
+        threads: Number of cores; default: all. Results are bit-identical for any number.
 
     Returns:
-        Complex baseband, shape (..., beam, time), complex64, as heard at the centre. Echoes whose delays at some
-        elements lie beyond the series are the weaker for it.
+        Complex baseband, shape (..., beam, time), complex64, as received at the centre. Echoes whose delays at some
+        elements lie beyond the series are weaker.
 
     Raises:
         ValueError: Shapes that do not fit, directions that are no unit vectors, an unknown focus.
 
     Source: van Trees (2002), Optimum Array Processing, ch. 2 (delay-and-sum, array manifold); the focus for a
-    transmitter apart from the centre is the ellipsoid |r u - d| + r = c t.
+    transmitter away from the centre is the ellipsoid |r u - d| + r = c t.
     """
     first, rate = uniform_clock(time)
     element = checked_positions("element_positions", element_positions, (None, 3))
@@ -76,7 +77,9 @@ def beamform_delay_sum(
     frequency, speed = checked_carrier(centre_frequency, sound_speed)
     looks = _directions(directions)
     middle = element.mean(axis=0) if centre is None else checked_positions("centre", centre, (3,))
-    sent = np.zeros(3) if transmitter is None else checked_positions("transmitter", transmitter, (3,)) - middle
+    transmitter_offset = (
+        np.zeros(3) if transmitter is None else checked_positions("transmitter", transmitter, (3,)) - middle
+    )
     weight, at, range_ = element_weights(shading, element), np.array(time, float), _focus(focus)
     pings = series.reshape(-1, *series.shape[-2:])
     out = np.zeros((len(pings), len(looks), series.shape[-1]), np.complex64)
@@ -85,7 +88,7 @@ def beamform_delay_sum(
         ping, begin, cells = job
         beams = slice(begin, begin + BEAMS_AT_ONCE)
         delay_and_sum(
-            cells, first - REACH / rate, rate * FINER, frequency, speed, at, element - middle, sent,
+            cells, first - REACH / rate, rate * FINER, frequency, speed, at, element - middle, transmitter_offset,
             looks[beams], weight, range_, out[ping, beams].view(np.float32),
         )  # fmt: skip
 
@@ -100,27 +103,27 @@ def beamform_fft(
     pressure: ArrayLike, time: ArrayLike, sines: ArrayLike, *, spacing: float, centre_frequency: float,
     sound_speed: float = 1500.0, shading: str | ArrayLike = "uniform", focus: str = "far",
 ) -> Complexes:  # fmt: skip
-    """All beams of an evenly spaced line array at once, focused far away or at the range whose echo is heard.
+    """All beams of an evenly spaced line array at once, focused at infinity or dynamically.
 
     In each frequency of the band the beams are a chirp-z transform along the array at that frequency's own wavenumber:
     the delays are exact over the whole band. The cost for each frequency grows as n log n of elements and beams.
-    A focus near by is that of a few beams, each for those about it: what is left at the outermost elements, their
+    A dynamic focus is shared by a few neighbouring beams each: the remaining phase at the outermost elements, their
     distance from the middle squared over twice the range, times the difference of the sines' squares, is at most
-    `LEFT` of phase where the series begins, and less later.
+    `LEFT` where the series begins, and smaller later.
 
     Args:
         pressure: Complex baseband, shape (..., channel, time), the elements in order along the line.
-        time: Of the samples, evenly spaced, after the start of transmission [s], shape (time,).
-        sines: Of the beams' angles from broadside, towards the last element, evenly spaced [1], shape (beam,).
-        spacing: Of the elements [m].
-        centre_frequency: Of the baseband [Hz].
-        sound_speed: Of the water [m/s].
-        shading: Of the elements: uniform, cosine, hann, hamming, taylor, or weights of shape (channel,).
-        focus: "far", at infinity; or "dynamic", at the place whose echo is being heard, the transmitter being at the
+        time: Sample times after the start of transmission, evenly spaced [s], shape (time,).
+        sines: Sines of the beams' angles from broadside, towards the last element, evenly spaced [1], shape (beam,).
+        spacing: Spacing of the elements [m].
+        centre_frequency: Centre frequency of the baseband [Hz].
+        sound_speed: Sound speed of the water [m/s].
+        shading: Shading of the elements: uniform, cosine, hann, hamming, taylor, or weights of shape (channel,).
+        focus: "far": at infinity; or "dynamic": at the position of the current echo, for a transmitter at the
             array's middle.
 
     Returns:
-        Complex baseband, shape (..., beam, time), complex64, as heard at the array's middle.
+        Complex baseband, shape (..., beam, time), complex64, as received at the array's middle.
 
     Raises:
         ValueError: Shapes that do not fit, an unknown focus, or beams unevenly spaced in sine: use
@@ -150,17 +153,19 @@ def beamform_fft(
     times = np.array(time, float)
     for row, ping in zip(out, pings, strict=True):
         cells = oversampled_cells(ping) if focus == "dynamic" else ping
-        for some, sine in groups:
-            seen = ping if focus == "far" else _seen_from(sine, cells, line, times, (first, rate, frequency, speed))
-            begin, count = start + step * some.start - sine, some.stop - some.start
-            row[some] = _line_array_beams(seen * weight, pitch, frequency, speed, rate, (begin, step, count))
+        for beam_slice, sine in groups:
+            seen = (
+                ping if focus == "far" else _focused_elements(sine, cells, line, times, (first, rate, frequency, speed))
+            )
+            begin, count = start + step * beam_slice.start - sine, beam_slice.stop - beam_slice.start
+            row[beam_slice] = _line_array_beams(seen * weight, pitch, frequency, speed, rate, (begin, step, count))
     return out.reshape(*series.shape[:-2], beams, samples)
 
 
 def _line_array_beams(
     series: Complexes, pitch: float, frequency: float, speed: float, rate: float, sines: tuple[float, float, int]
 ) -> Complexes:
-    """Beams of one ping's weighed elements, (beams, samples), at some sines: the first, their step, how many."""
+    """Beams of one ping's weighted elements, (beams, samples), at evenly spaced sines (first, step, count)."""
     channels, samples = series.shape
     start, step, beams = sines
     reach = (channels - 1) / 2 * pitch * max(abs(start), abs(start + step * (beams - 1))) / speed
@@ -173,13 +178,13 @@ def _line_array_beams(
 
 
 def _beams_sharing_focus(sines: Floats, half: float, nearest: float, wavelength: float) -> list[tuple[slice, float]]:
-    """Beams that may share a focus, and the sine that it looks at: those whose sines have nearly equal squares.
+    """Groups of beams that share a focus, whose squared sines are nearly equal, with the sine of that focus.
 
     Args:
-        sines: Of the beams, evenly spaced [1].
+        sines: Sines of the beams, evenly spaced [1].
         half: Half the length of the array [m].
-        nearest: Range of the first sample [m]; less than half the array's length means as much.
-        wavelength: Of the carrier [m].
+        nearest: Range of the first sample [m]; at least half the array's length is used.
+        wavelength: Wavelength of the carrier [m].
     """
     width = 2 * LEFT * wavelength * max(nearest, half, 1e-9) / (np.pi * max(half, 1e-9) ** 2)
     level = np.sign(sines) * np.round(sines**2 / width)
@@ -188,17 +193,17 @@ def _beams_sharing_focus(sines: Floats, half: float, nearest: float, wavelength:
     return [(slice(a, b), float(looks[a])) for a, b in pairwise(edges)]
 
 
-def _seen_from(
+def _focused_elements(
     sine: float, cells: Complexes, line: Floats, time: Floats, clock: tuple[float, float, float, float]
 ) -> Complexes:
-    """Elements read when echoes from one direction reach them, from the place whose echo the middle hears.
+    """Elements interpolated to the times at which echoes from one direction reach them, focused dynamically.
 
     Args:
-        sine: Of the direction [1].
+        sine: Sine of the direction [1].
         cells: Fine cells of one ping, shape (channels, cells).
         line: Elements [m], shape (channels, 3).
-        time: Of the samples [s], shape (samples,).
-        clock: Time of the first sample [s], their rate [Hz], the carrier [Hz], and the speed of sound [m/s].
+        time: Sample times [s], shape (samples,).
+        clock: Time of the first sample [s], sample rate [Hz], carrier [Hz], and sound speed [m/s].
     """
     first, rate, frequency, speed = clock
     look, alone = np.array([[np.sqrt(max(1 - sine**2, 0.0)), sine, 0.0]]), np.ones(1)
@@ -224,7 +229,7 @@ class _ChirpZTransform:
 
     @classmethod
     def along(cls, wave: Floats, channels: int, start: float, step: float, beams: int) -> Self:
-        """Its factors, each of shape (elements or beams, bins)."""
+        """Prepare the factors, each of shape (elements or beams, bins)."""
         m = np.arange(channels)[:, None] - (channels - 1) / 2
         b = np.arange(beams)[:, None] - (beams - 1) / 2
         lag = np.arange(1 - channels, beams)[:, None] - (beams - channels) / 2
@@ -234,7 +239,7 @@ class _ChirpZTransform:
         return cls(_turned(before), chirp, _turned(after))
 
     def __call__(self, bins: Complexes) -> Complexes:
-        """Beams, shape (beams, bins), of elements, shape (elements, bins)."""
+        """Transform elements, shape (elements, bins), to beams, shape (beams, bins)."""
         channels, size = len(self.before), len(self.chirp)
         spread = scipy.fft.fft(bins * self.before, size, axis=0) * self.chirp
         both = scipy.fft.ifft(spread, axis=0)[channels - 1 : channels - 1 + len(self.after)]
@@ -242,7 +247,7 @@ class _ChirpZTransform:
 
 
 def _turned(cycles: Floats) -> Complexes:
-    # float64: hundreds of cycles are reduced before they are rounded
+    # float64: hundreds of cycles are reduced before rounding
     return np.exp(2j * np.pi * (cycles - np.round(cycles))).astype(np.complex64)
 
 

@@ -1,7 +1,7 @@
-"""What lies between edges of a row of samples, of which an edge may cut one in two.
+"""Sums of samples between edges, which may cut samples in two.
 
-Each sum is made of its own samples: the difference of two running sums would hold a faint echo only to a part in
-10^16 of all that was heard before it, and the first echo of a bed is louder than the last one by more than that.
+Each sum is formed from its own samples: the difference of two cumulative sums would resolve a weak echo only to 1e-16
+of all power before it, and the first bottom return is stronger than the last echo by more than that.
 """
 
 import numpy as np
@@ -11,20 +11,20 @@ Floats = NDArray[np.float64]
 
 
 def sums_between_edges(values: Floats, edges: Floats) -> Floats:
-    """Sums of samples between edges; a sample that an edge cuts counts by its parts.
+    """Sums of samples between edges; a sample cut by an edge counts in proportion.
 
     Args:
-        values: Samples, shape (..., samples); one that is NaN makes NaN of the sums that it is part of, and no others.
-        edges: Counted in samples, growing, shape (cells + 1,): sample k lies from k to k + 1. Those before the first
-            sample or after the last are taken to lie there.
+        values: Samples, shape (..., samples); a NaN sample makes NaN of the sums that contain it, and no others.
+        edges: Increasing edges in units of samples, shape (cells + 1,): sample k extends from k to k + 1. Those before
+                the first sample or after the last are moved there.
 
     Returns:
         Sums in the unit of the samples, shape (..., cells).
     """
-    held = np.concatenate([values, np.zeros((*values.shape[:-1], 1))], axis=-1)
+    padded = np.concatenate([values, np.zeros((*values.shape[:-1], 1))], axis=-1)
     inside = np.clip(edges, 0, values.shape[-1])
     first = np.asarray(np.floor(inside), int)
-    part = inside - first
-    whole = np.where(first[:-1] == first[1:], 0.0, np.add.reduceat(held, first, axis=-1)[..., :-1])
-    cut = np.where(part > 0, part * held[..., first], 0.0)
-    return np.asarray(whole - cut[..., :-1] + cut[..., 1:])
+    fraction = inside - first
+    complete = np.where(first[:-1] == first[1:], 0.0, np.add.reduceat(padded, first, axis=-1)[..., :-1])
+    cut = np.where(fraction > 0, fraction * padded[..., first], 0.0)
+    return np.asarray(complete - cut[..., :-1] + cut[..., 1:])

@@ -1,7 +1,7 @@
-"""Where each beam of a multibeam meets the bed: by the echo's amplitude, or by its phase.
+"""Bottom detection of multibeam sonars: travel time of each beam by amplitude or by phase.
 
-Steep beams hear a short, strong echo: its middle is the bed. Flat beams hear a long one, during which the bed sweeps
-through the beam: it is on the beam's axis when the two halves of the array hear it in phase.
+Steep beams receive a short, strong echo: its middle is the bottom. Oblique beams receive a long one, during which the
+footprint sweeps through the beam: it is on the beam's axis when both halves of the array are in phase.
 """
 
 from dataclasses import dataclass
@@ -15,43 +15,42 @@ from insonify.validity import require_number, require_numbers
 Floats = NDArray[np.float64]
 
 STRAIGHT = 1.0
-"""Phase up to which the sweep of the bed through a beam counts as a straight line [rad]."""
+"""Phase up to which the phase ramp of a beam counts as a straight line [rad]."""
 REFITS = 4
-"""How often the line is laid anew through what is near its zero."""
+"""Number of times that the line is refitted to the samples near its zero."""
 
 
 @dataclass(frozen=True, slots=True)
 class Detections:
-    """When each beam meets the bed, columns of equal length."""
+    """Bottom detection of each beam, columns of equal length."""
 
     time: Floats
-    """Two-way travel time to the bed on the beam's axis [s], shape (beam,); NaN where none was found."""
+    """Two-way travel time to the bottom on the beam's axis [s], shape (beam,); NaN where not detected."""
     standard_deviation: Floats
-    """Standard deviation of the time that the echo itself suggests [s], shape (beam,)."""
+    """Standard deviation of the time, estimated from the echo itself [s], shape (beam,)."""
     is_by_phase: NDArray[np.bool_]
-    """Whether the phase told, shape (beam,)."""
+    """True for detection by phase, shape (beam,)."""
 
 
 def amplitude_detection(
     intensity: ArrayLike, time: ArrayLike, *, looks: int = 5, threshold_db: float = 10.0
 ) -> tuple[Detections, NDArray[np.int64]]:
-    """Middle of each beam's echo: mean time weighted with intensity.
+    """Amplitude detection: mean time of each beam's echo, weighted with intensity.
 
-    The echo is what lies about the loudest place and not `threshold_db` below it, power being smoothed over as much as
-    a
-    quarter of the echo: so the speckle of a long echo does not break it up, and a short one is not drawn out.
+    The echo extends about its strongest sample down to `threshold_db` below it, with power smoothed over as much as a
+    quarter of the echo: the speckle of a long echo does not break it up, and a short one is not widened.
 
     Args:
-        intensity: Mean square of what each beam heard, shape (beam, time).
-        time: Of the samples, evenly spaced [s], shape (time,).
-        looks: Least number of samples smoothed over; odd.
-        threshold_db: How far below its peak the echo ends [dB].
+        intensity: Mean-square pressure of each beam, shape (beam, time).
+        time: Sample times, evenly spaced [s], shape (time,).
+        looks: Least number of samples to smooth over; odd.
+        threshold_db: Level at which the echo ends, below its peak [dB].
 
     Returns:
-        Detections, and first sample and sample after the last of each echo, shape (beam, 2).
+        Detections, and first and one past last sample of each echo, shape (beam, 2).
 
     Source: amplitude detection as in Lurton (2010), An Introduction to Underwater Acoustics, 2nd ed., sec. 8.3; from
-    memory. The deviation is the echo's spread over the root of the number of samples that carry it.
+    memory. The deviation is the echo's width over the root of the number of samples in it.
     """
     complexes, times = _beams("intensity", require_numbers("intensity", intensity, "", 0.0, allow_nan=False), time)
     power = complexes.real
@@ -60,30 +59,31 @@ def amplitude_detection(
     at = np.arange(times.size)
     inside = np.where((at >= first[:, None]) & (at < stop[:, None]), power, 0.0)
     total = inside.sum(axis=1)
-    heard = total > 0
-    safe = np.where(heard, total, 1.0)
+    has_energy = total > 0
+    safe = np.where(has_energy, total, 1.0)
     mean = inside @ (times - times[0]) / safe
     spread = np.sqrt((inside * (times - times[0] - mean[:, None]) ** 2).sum(axis=1) / safe)
     carrying = np.maximum(safe**2 / np.maximum((inside**2).sum(axis=1), 1e-300), 1.0)
-    found = Detections(np.where(heard, times[0] + mean, np.nan), np.where(heard, spread / np.sqrt(carrying), np.nan),
+    detections = Detections(np.where(has_energy, times[0] + mean, np.nan),
+                            np.where(has_energy, spread / np.sqrt(carrying), np.nan),
                        np.zeros(len(power), bool))  # fmt: skip
-    return found, np.stack([first, stop], axis=1)
+    return detections, np.stack([first, stop], axis=1)
 
 
 def phase_detection(
     fore: ArrayLike, aft: ArrayLike, time: ArrayLike, echo: NDArray[np.int64], *, looks: int = 5
 ) -> Detections:
-    """Time at which two halves of an array, steered alike, hear the bed in phase.
+    """Phase detection: time at which two halves of an array, steered alike, are in phase.
 
-    Through the phase of their product, smoothed over `looks`, goes a straight line, weighted with the product's power,
-    and again through what lies near its zero: that is where the bed crosses the beam's axis.
+    A straight line, weighted with power, is fitted to the phase of their product, smoothed over `looks`, and refitted
+    to the samples near its zero, where the bottom crosses the beam's axis.
 
     Args:
         fore: Beams of one half, complex, shape (beam, time). Both halves are formed about one centre.
         aft: Beams of the other half, shape (beam, time).
-        time: Of the samples, evenly spaced [s], shape (time,).
-        echo: First sample and sample after the last of each beam's echo, shape (beam, 2).
-        looks: Samples smoothed over; odd.
+        time: Sample times, evenly spaced [s], shape (time,).
+        echo: First and one past last sample of each beam's echo, shape (beam, 2).
+        looks: Number of samples to smooth over; odd.
 
     Returns:
         Detections; NaN where the echo has fewer than four samples or the line does not cross zero within it.
@@ -102,35 +102,35 @@ def phase_detection(
 def bottom_detection(
     full: ArrayLike, fore: ArrayLike, aft: ArrayLike, time: ArrayLike, *, looks: int = 5, threshold_db: float = 10.0
 ) -> Detections:
-    """When each beam meets the bed, by whichever of amplitude and phase is the surer.
+    """Bottom detection of each beam, by amplitude or phase, whichever has the smaller deviation.
 
     Args:
         full: Beams of the whole array, complex, shape (beam, time).
         fore: Beams of one half, steered alike and formed about the same centre, shape (beam, time).
         aft: Beams of the other half, shape (beam, time).
-        time: Of the samples, evenly spaced [s], shape (time,).
-        looks: Samples smoothed over; odd.
-        threshold_db: How far below its peak the echo ends [dB].
+        time: Sample times, evenly spaced [s], shape (time,).
+        looks: Number of samples to smooth over; odd.
+        threshold_db: Level at which the echo ends, below its peak [dB].
 
     Returns:
-        Detections, one a beam.
+        Detections, one per beam.
     """
     beams, times = _beams("full", full, time)
-    loud, echo = amplitude_detection(np.abs(beams) ** 2, times, looks=looks, threshold_db=threshold_db)
+    by_amplitude, echo = amplitude_detection(np.abs(beams) ** 2, times, looks=looks, threshold_db=threshold_db)
     steady = phase_detection(fore, aft, times, echo, looks=looks)
-    surer = np.where(np.isfinite(steady.time), steady.standard_deviation, np.inf) < loud.standard_deviation
+    surer = np.where(np.isfinite(steady.time), steady.standard_deviation, np.inf) < by_amplitude.standard_deviation
     return Detections(
-        np.where(surer, steady.time, loud.time),
-        np.where(surer, steady.standard_deviation, loud.standard_deviation),
+        np.where(surer, steady.time, by_amplitude.time),
+        np.where(surer, steady.standard_deviation, by_amplitude.standard_deviation),
         surer,
     )
 
 
 def odd_looks(looks: int) -> int:
-    """A number of looks, refused unless it is odd: so that smoothing shifts nothing.
+    """Number of looks, refused unless odd: an even number would shift the samples.
 
     Args:
-        looks: Samples smoothed over.
+        looks: Number of samples to smooth over.
     """
     if looks < 1 or looks % 2 == 0:
         raise ValueError(f"looks is {looks}; give an odd number, 1 or more")
@@ -138,7 +138,7 @@ def odd_looks(looks: int) -> int:
 
 
 def _echoes(power: Floats, looks: int, fraction: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """First sample and sample after the last of each beam's echo, shape (beam,) each."""
+    """First and one past last sample of each beam's echo, shape (beam,) each."""
     from scipy.ndimage import uniform_filter1d
 
     samples = power.shape[1]
@@ -150,16 +150,16 @@ def _echoes(power: Floats, looks: int, fraction: float) -> tuple[NDArray[np.int6
     for size in reversed(sizes):
         smooth = uniform_filter1d(power, size, axis=1, mode="constant")
         peak = np.argmax(smooth, axis=1)[:, None]
-        faint = smooth < fraction * np.take_along_axis(smooth, peak, axis=1)
-        begin = np.max(np.where(faint & (at < peak), at + 1, 0), axis=1)
-        end = np.min(np.where(faint & (at > peak), at, samples), axis=1)
-        taken = (stop == 0) & ((end - begin >= 4 * size) | (size == looks))
-        first, stop = np.where(taken, begin, first), np.where(taken, end, stop)
+        is_below = smooth < fraction * np.take_along_axis(smooth, peak, axis=1)
+        begin = np.max(np.where(is_below & (at < peak), at + 1, 0), axis=1)
+        end = np.min(np.where(is_below & (at > peak), at, samples), axis=1)
+        is_final = (stop == 0) & ((end - begin >= 4 * size) | (size == looks))
+        first, stop = np.where(is_final, begin, first), np.where(is_final, end, stop)
     return first, stop
 
 
 def _crossing(product: NDArray[np.complex128], times: Floats, looks: int) -> tuple[float, float]:
-    """Zero of the weighted line through the phase, and its standard deviation [s]; NaN if there is none."""
+    """Zero of the weighted line through the phase, and its standard deviation [s]; NaN if none."""
     if times.size < 4 or not np.any(product):
         return np.nan, np.nan
     middle = int(np.argmax(np.abs(product)))
@@ -167,13 +167,13 @@ def _crossing(product: NDArray[np.complex128], times: Floats, looks: int) -> tup
     phase -= 2 * np.pi * np.round(phase[middle] / (2 * np.pi))
     line = _PhaseLine.through(times, phase, np.abs(product))
     for _ in range(REFITS):
-        told = line.at(times)
-        near = np.abs(told) < STRAIGHT
-        if line.slope == 0 or near.sum() < 4:
+        line_phase = line.at(times)
+        is_linear = np.abs(line_phase) < STRAIGHT
+        if line.slope == 0 or is_linear.sum() < 4:
             return np.nan, np.nan
-        # turns are settled anew by the line that is there
-        phase = told + np.angle(product * np.exp(-1j * told))
-        line = _PhaseLine.through(times[near], phase[near], np.abs(product[near]))
+        # cycles are resolved again by the fitted line
+        phase = line_phase + np.angle(product * np.exp(-1j * line_phase))
+        line = _PhaseLine.through(times[is_linear], phase[is_linear], np.abs(product[is_linear]))
     if line.slope == 0 or not times[0] <= line.zero <= times[-1]:
         return np.nan, np.nan
     return line.zero, line.deviation(looks)
@@ -181,7 +181,7 @@ def _crossing(product: NDArray[np.complex128], times: Floats, looks: int) -> tup
 
 @dataclass(frozen=True, slots=True)
 class _PhaseLine:
-    """A weighted least-squares line through a phase over time."""
+    """Weighted least-squares line through a phase over time."""
 
     mean_time: float
     mean_phase: float
@@ -192,7 +192,7 @@ class _PhaseLine:
 
     @classmethod
     def through(cls, times: Floats, phase: Floats, weights: Floats) -> Self:
-        """The line; slope 0 where it has none."""
+        """Fit the line; slope 0 where it is undetermined."""
         weight = weights / weights.sum()
         middle, height = float(weight @ times), float(weight @ phase)
         t = times - middle
@@ -203,15 +203,15 @@ class _PhaseLine:
 
     @property
     def zero(self) -> float:
-        """Where it crosses zero [s]."""
+        """Time of its zero crossing [s]."""
         return self.mean_time - self.mean_phase / self.slope
 
     def at(self, times: Floats) -> Floats:
-        """Its phase [rad]."""
+        """Phase of the line [rad]."""
         return np.asarray(self.mean_phase + self.slope * (times - self.mean_time))
 
     def deviation(self, looks: int) -> float:
-        """Of the crossing [s]: of the line's height and of its slope, samples being alike over `looks`."""
+        """Standard deviation of the zero crossing [s]; samples are correlated over `looks`."""
         off = (self.zero - self.mean_time) ** 2 / self.width
         return float(np.sqrt(self.residual / max(self.effective / looks, 1.0) * (1 + off)) / abs(self.slope))
 
@@ -219,7 +219,9 @@ class _PhaseLine:
 def _smoothed(product: NDArray[np.complex128], looks: int) -> NDArray[np.complex128]:
     from scipy.ndimage import uniform_filter1d
 
-    real, imaginary = (uniform_filter1d(part, looks, axis=1, mode="constant") for part in (product.real, product.imag))
+    real, imaginary = (
+        uniform_filter1d(component, looks, axis=1, mode="constant") for component in (product.real, product.imag)
+    )
     return np.asarray(real + 1j * imaginary)
 
 

@@ -1,4 +1,4 @@
-"""How alike two recordings of one bed are: coherence, over looks, over delays, over channels."""
+"""Coherence of two recordings of one seabed: over looks, over delays, over channels."""
 
 import numpy as np
 import scipy
@@ -13,17 +13,17 @@ Floats = NDArray[np.float64]
 def complex_coherence(first: ArrayLike, second: ArrayLike, looks: int | tuple[int, int] | None = None) -> Complexes:
     """Normalised complex coherence of two complex series, sum of a b* over root of sum |a|^2 sum |b|^2 [1].
 
-    Its phase is that of the first re the second: positive where the first hears the echo earlier. Of N independent
-    looks at things that have nothing in common the modulus is 0.89 / sqrt(N) in the mean, not zero.
+    Its phase is that of the first re the second: positive where the echo reaches the first earlier. For N independent
+    looks at uncorrelated series the mean modulus is 0.89 / sqrt(N), not zero.
 
     Args:
         first: Complex baseband, shape (..., time) or (ping, time).
-        second: Of the same shape.
-        looks: Samples about each one that are summed over: along time, or (pings, samples) over the last two axes;
+        second: Complex baseband of the same shape.
+        looks: Samples to sum over about each one: along time, or (pings, samples) over the last two axes;
             None: all samples of the last axis, one value for each series.
 
     Returns:
-        Coherence, shape of the series, or without its last axis if `looks` is None; 0 where a series is silent.
+        Coherence, shape of the series, or without its last axis if `looks` is None; 0 where a series is zero.
 
     Raises:
         ValueError: Shapes that differ, or looks that do not fit.
@@ -37,47 +37,48 @@ def complex_coherence(first: ArrayLike, second: ArrayLike, looks: int | tuple[in
         size = _window(looks, a.ndim)
         sums = [_running(x, size) for x in (a * np.conj(b), np.abs(a) ** 2, np.abs(b) ** 2)]
     power = np.sqrt(np.maximum(sums[1].real, 0) * np.maximum(sums[2].real, 0))
-    heard = power > 1e-12 * np.max(power, initial=0.0)
-    return np.asarray(np.where(heard, sums[0] / np.where(heard, power, 1.0), 0), complex)
+    has_power = power > 1e-12 * np.max(power, initial=0.0)
+    return np.asarray(np.where(has_power, sums[0] / np.where(has_power, power, 1.0), 0), complex)
 
 
 def coherence_by_delay(
     first: ArrayLike, second: ArrayLike, sample_rate: float, *, max_delay: float
 ) -> tuple[Complexes, Floats]:
-    """Coherence of whole series when the second is read later by each of some delays.
+    """Coherence of whole series over a range of delays of the second.
 
     Args:
         first: Complex baseband, shape (..., time).
-        second: Of the same shape.
-        sample_rate: Of both [Hz].
-        max_delay: Longest delay, either way [s].
+        second: Complex baseband of the same shape.
+        sample_rate: Sample rate of both [Hz].
+        max_delay: Longest delay of either sign [s].
 
     Returns:
         Normalised cross-correlation [1], shape (..., delay), and the delays, of whole samples [s], shape (delay,).
-        An echo that comes later by d in the second series has its peak at d.
+        An echo that is later by d in the second series has its peak at d.
     """
     a, b = _pair(first, second)
     rate = require_number("sample_rate", sample_rate, "Hz", 0.0, exclude_low=True)
-    most = int(require_number("max_delay", max_delay, "s", 0.0) * rate)
-    if most >= a.shape[-1]:
+    max_lag = int(require_number("max_delay", max_delay, "s", 0.0) * rate)
+    if max_lag >= a.shape[-1]:
         raise ValueError(f"max_delay is {max_delay:g} s; give less than the series' {a.shape[-1] / rate:g} s")
-    size = scipy.fft.next_fast_len(a.shape[-1] + most)
+    size = scipy.fft.next_fast_len(a.shape[-1] + max_lag)
     cross = scipy.fft.ifft(np.conj(scipy.fft.fft(a, size)) * scipy.fft.fft(b, size))
-    lag = np.arange(-most, most + 1)
+    lag = np.arange(-max_lag, max_lag + 1)
     power = np.sqrt((np.abs(a) ** 2).sum(-1) * (np.abs(b) ** 2).sum(-1))[..., None]
     return np.asarray(np.conj(cross[..., lag]) / np.where(power > 0, power, 1.0)), lag / rate
 
 
 def parabolic_peak(samples: ArrayLike, spacing: float, start: float = 0.0) -> tuple[Floats, Floats]:
-    """Place and height of the highest point of a curve: the parabola through its highest sample and both neighbours.
+    """Position and height of the maximum of a curve: the parabola through its highest sample and both neighbours.
 
     Args:
         samples: Samples of the curve, real, shape (..., n).
         spacing: Distance between samples.
-        start: Place of the first one.
+        start: Position of the first sample.
 
     Returns:
-        Place, in the unit of `spacing`, and height, each of shape (...); the end sample itself where that is highest.
+        Position, in the unit of `spacing`, and height, each of shape (...); the end sample itself where that is
+        highest.
     """
     curve = np.asarray(samples, float)
     at = np.argmax(curve, axis=-1)
@@ -85,9 +86,9 @@ def parabolic_peak(samples: ArrayLike, spacing: float, start: float = 0.0) -> tu
     if curve.shape[-1] < 3:
         return start + spacing * at, curve.max(axis=-1)
     low, mid, high = (np.take_along_axis(curve, (inner + k)[..., None], -1)[..., 0] for k in (-1, 0, 1))
-    bend = low - 2 * mid + high
-    edge = (at != inner) | (bend >= 0)
-    shift = np.where(edge, 0.0, 0.5 * (low - high) / np.where(edge, 1.0, bend))
+    curvature = low - 2 * mid + high
+    edge = (at != inner) | (curvature >= 0)
+    shift = np.where(edge, 0.0, 0.5 * (low - high) / np.where(edge, 1.0, curvature))
     return start + spacing * (np.where(edge, at, inner) + shift), np.where(
         edge, curve.max(axis=-1), mid - 0.25 * (low - high) * shift
     )
@@ -96,16 +97,16 @@ def parabolic_peak(samples: ArrayLike, spacing: float, start: float = 0.0) -> tu
 def displaced_phase_centres(first: ArrayLike, second: ArrayLike) -> Floats:
     """Coherence of every channel of one ping with every channel of the next [1]: the redundant phase centres.
 
-    Where channel m of the first ping and channel n of the second have their phase centres (half way between
-    transmitter and receiver) in one place, they hear the same speckle. With spacing d, the ridge at m - n = k says
+    Where channel m of the first ping and channel n of the second have the same phase centre (half way between
+    transmitter and receiver), they receive the same speckle. With spacing d, a ridge at m - n = k means
     that the sonar moved by k d / 2.
 
     Args:
         first: Series of one ping, shape (channel, time), aligned in time.
-        second: Of the next, shape (channel, time).
+        second: Series of the next ping, shape (channel, time).
 
     Returns:
-        Modulus of the complex coherence, shape (channel, channel): first, second.
+        Modulus of the complex coherence, shape (channel of the first, channel of the second).
 
     Source: Bellettini & Pinto (2002), IEEE J. Oceanic Eng. 27(4), 780-789; from memory.
     """
@@ -118,25 +119,27 @@ def displaced_phase_centres(first: ArrayLike, second: ArrayLike) -> Floats:
 
 
 def dpca_displacement(coherence: ArrayLike, spacing: float) -> tuple[float, float]:
-    """How far a sonar moved along its array between two pings, from `displaced_phase_centres` [m].
+    """Displacement of a sonar along its array between two pings, from `displaced_phase_centres` [m].
 
     Args:
         coherence: Modulus, shape (channel, channel).
-        spacing: Of the channels along the track, in the order of the channels [m]: positive, the last is ahead.
+        spacing: Spacing of the channels along the track, in their order [m]: positive if the last is ahead.
 
     Returns:
-        Distance moved [m], and the coherence there [1]: both from a parabola through the means of |coherence| along
+        Displacement [m], and the coherence there [1]: both from a parabola through the means of |coherence| along
         the diagonals.
     """
     matrix = np.asarray(coherence, float)
     if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1]:
         raise ValueError(f"coherence has shape {matrix.shape}; give (channel, channel)")
-    # the outermost diagonals have too few channels to be believed
-    most = max(1, matrix.shape[0] - max(1, matrix.shape[0] // 8))
-    shifts = np.arange(1 - most, most)
+    # the outermost diagonals have too few channels for a reliable mean
+    diagonal_count = max(1, matrix.shape[0] - max(1, matrix.shape[0] // 8))
+    shifts = np.arange(1 - diagonal_count, diagonal_count)
     means = [float(np.mean(np.diagonal(matrix, -int(k)))) for k in shifts]
-    place, height = parabolic_peak(means, require_number("spacing", spacing, "m") / 2, float(shifts[0]) * spacing / 2)
-    return float(place), float(height)
+    position, height = parabolic_peak(
+        means, require_number("spacing", spacing, "m") / 2, float(shifts[0]) * spacing / 2
+    )
+    return float(position), float(height)
 
 
 def _pair(first: ArrayLike, second: ArrayLike) -> tuple[Complexes, Complexes]:
@@ -158,5 +161,7 @@ def _window(looks: int | tuple[int, int], axes: int) -> tuple[int, ...]:
 def _running(values: NDArray[np.generic], size: tuple[int, ...]) -> Complexes:
     from scipy.ndimage import uniform_filter
 
-    parts = [uniform_filter(np.ascontiguousarray(x, float), size, mode="constant") for x in (values.real, values.imag)]
-    return np.asarray(parts[0] + 1j * parts[1])
+    components = [
+        uniform_filter(np.ascontiguousarray(x, float), size, mode="constant") for x in (values.real, values.imag)
+    ]
+    return np.asarray(components[0] + 1j * components[1])

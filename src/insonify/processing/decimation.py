@@ -1,4 +1,4 @@
-"""What an instrument keeps of what it heard: looks averaged, samples thinned out by their mean or their peak."""
+"""Reduction of intensities: multilook averages, and decimation of time by mean or peak."""
 
 from typing import Literal, get_args
 
@@ -13,51 +13,51 @@ Keep = Literal["mean", "peak"]
 
 
 def multilook(intensity: ArrayLike, looks: tuple[int, int]) -> Floats:
-    """Mean over blocks of the last two axes that do not overlap: less speckle for less resolution.
+    """Mean over non-overlapping blocks of the last two axes: less speckle for less resolution.
 
     Args:
-        intensity: Mean square of what was heard, not in dB, shape (..., ping, time), or another picture.
+        intensity: Mean-square pressure, not in dB, shape (..., ping, time), or another image.
         looks: Pings and samples of each block.
 
     Returns:
-        Intensity, shape (..., ping // looks[0], time // looks[1]); what fills no block at the end is left out. Of
-        independent speckle the standard deviation falls with the root of the looks.
+        Intensity, shape (..., ping // looks[0], time // looks[1]); an incomplete block at the end is left out. For
+        independent speckle the standard deviation falls with the root of the number of looks.
 
     Raises:
-        ValueError: Blocks larger than the picture.
+        ValueError: Blocks larger than the image.
     """
     power = require_numbers("intensity", intensity, "")
     if power.ndim < 2 or any(not 1 <= n <= size for n, size in zip(looks, power.shape[-2:], strict=True)):
         raise ValueError(f"looks is {looks} for intensity of shape {power.shape}; give 1 up to the last two sizes")
     rows, columns = power.shape[-2] // looks[0], power.shape[-1] // looks[1]
-    whole = power[..., : rows * looks[0], : columns * looks[1]]
-    return np.asarray(whole.reshape(*power.shape[:-2], rows, looks[0], columns, looks[1]).mean(axis=(-3, -1)))
+    complete = power[..., : rows * looks[0], : columns * looks[1]]
+    return np.asarray(complete.reshape(*power.shape[:-2], rows, looks[0], columns, looks[1]).mean(axis=(-3, -1)))
 
 
 def decimate(intensity: ArrayLike, samples: int, *, keep: Keep = "mean") -> Floats:
-    """Series brought to the number of samples that an instrument writes.
+    """Series reduced to the number of samples of an instrument's record.
 
-    Each sample kept stands for its equal share of the record. The mean counts samples that lie across a border by
-    their parts, so energy is kept; the peak takes every sample that the share touches, so no echo is lost.
+    Each output sample stands for an equal interval of the record. The mean counts samples that an interval cuts in
+    proportion, so energy is conserved; the peak includes every sample that the interval touches, so no echo is lost.
 
     Args:
-        intensity: Mean square of what was heard, not in dB, shape (..., time); a peak of amplitudes is as good. NaN is
-            kept where it is: in the shares that touch it.
-        samples: How many are kept, at most as many as there are.
+        intensity: Mean-square pressure, not in dB, shape (..., time); a peak of amplitudes works as well. NaN stays
+                NaN in the intervals that touch it.
+        samples: Number of output samples, at most that of the series.
         keep: "mean" or "peak".
 
     Returns:
         Series, shape (..., samples).
 
     Raises:
-        ValueError: More samples wanted than there are, or another way of keeping them.
+        ValueError: More samples than the series has, or an unknown value of `keep`.
     """
     power = require_numbers("intensity", intensity, "")
     if keep not in get_args(Keep):
         raise ValueError(f"keep is {keep!r}; choose one of {', '.join(get_args(Keep))}")
     if power.ndim < 1 or not 1 <= samples <= power.shape[-1]:
         raise ValueError(f"samples is {samples} for series of shape {power.shape}; give 1 up to the length of time")
-    # whole numbers over `samples`: no border is misplaced by rounding
+    # integers over `samples`: no border is misplaced by rounding
     border = np.arange(samples + 1) * power.shape[-1]
     if keep == "peak":
         return _peaks(power, border[:-1] // samples, -(-border[1:] // samples))
@@ -65,17 +65,17 @@ def decimate(intensity: ArrayLike, samples: int, *, keep: Keep = "mean") -> Floa
 
 
 def _peaks(power: Floats, first: NDArray[np.int64], stop: NDArray[np.int64]) -> Floats:
-    """Largest of the samples from first to before stop, which overlap by one sample at most."""
+    """Largest sample of intervals from first to before stop, which overlap by one sample at most."""
     peaks = np.maximum.reduceat(power, first, axis=-1)
     return np.maximum(peaks, power[..., stop - 1])
 
 
 def decimated_time(time: ArrayLike, samples: int) -> Floats:
-    """Middle of the share of time that each sample kept by `decimate` stands for [s], shape (samples,).
+    """Middle of the time interval of each sample of `decimate` [s], shape (samples,).
 
     Args:
-        time: Of the samples, evenly spaced [s], shape (time,).
-        samples: How many are kept.
+        time: Sample times, evenly spaced [s], shape (time,).
+        samples: Number of output samples.
     """
     times = require_numbers("time", time, "s", allow_nan=False)
     step = (times[-1] - times[0]) / max(times.size - 1, 1)

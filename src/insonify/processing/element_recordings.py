@@ -1,4 +1,4 @@
-"""Recordings of elements, as labelled datasets, made into others: compressed, beams, fans, fewer samples."""
+"""Processing of recordings of elements, as datasets: matched filter, beams, sector images, decimation."""
 
 import numpy as np
 import xarray as xr
@@ -28,19 +28,19 @@ def compressed_recording(recording: xr.Dataset, replica: Pulse | ArrayLike, *, w
 
     Args:
         recording: `pressure` [uPa], complex, over any dimensions and time.
-        replica: The pulse that was sent, or its baseband at the recording's rate, shape (n,).
+        replica: The transmitted pulse, or its baseband at the recording's rate, shape (n,).
         window: Taper of the replica.
 
     Returns:
-        The recording with `pressure` compressed: an echo is a peak of its own level at its delay. The attribute
-        `pulse_duration` [s] tells how long the replica was.
+        The recording with `pressure` after the filter: an echo is a peak of its own level at its delay. The attribute
+        `pulse_duration` [s] holds the duration of the replica.
     """
     rate = uniform_clock(recording["time"].values)[1]
     series = recording["pressure"].transpose(..., "time")
     about = PRESSURE | {"long_name": "received pressure after the matched filter, complex envelope, rms scale"}
-    found = series.copy(data=matched_filter(series.values, replica, rate, window=window)).assign_attrs(about)
+    compressed = series.copy(data=matched_filter(series.values, replica, rate, window=window)).assign_attrs(about)
     duration = replica.duration if isinstance(replica, Pulse) else np.size(replica) / rate
-    return recording.assign(pressure=found).assign_attrs(matched_filter_window=window, pulse_duration=duration)
+    return recording.assign(pressure=compressed).assign_attrs(matched_filter_window=window, pulse_duration=duration)
 
 
 def beam_recording(
@@ -52,17 +52,17 @@ def beam_recording(
 
     Args:
         recording: `pressure` [uPa] over (ping, channel, time), `element_position` over (channel, axis).
-        bearings: Of the beams, clockwise from the bow [rad], shape (beam,).
-        elevation: Of the beams, down from the deck [rad], one number or shape (beam,).
-        sound_speed: Of the water [m/s].
-        shading: Of the elements: a name, or weights of shape (channel,).
+        bearings: Bearings of the beams, clockwise from the bow [rad], shape (beam,).
+        elevation: Elevation of the beams, down from the deck [rad], one number or shape (beam,).
+        sound_speed: Sound speed of the water [m/s].
+        shading: Shading of the elements: a name, or weights of shape (channel,).
         focus: "dynamic", "far", or a range [m].
-        transmitter_position: Forward, starboard, down [m], shape (3,); None: as the recording says, or the middle.
-        threads: How many cores to use.
+        transmitter_position: Forward, starboard, down [m], shape (3,); None: from the recording, or the array's middle.
+        threads: Number of cores.
 
     Returns:
-        `pressure` over (ping, beam, time) with coordinates `bearing`, `elevation` and `side`, and what else the
-        recording holds of pings and times. `sidescan` makes its image of beams abeam.
+        `pressure` over (ping, beam, time) with coordinates `bearing`, `elevation` and `side`, and the recording's other
+        variables of pings and times. `sidescan` makes its image of beams abeam.
     """
     if focus == "dynamic" and is_bistatic(recording):
         raise ValueError("focus is dynamic, which follows the range of one platform, and the recording has "
@@ -76,13 +76,15 @@ def beam_recording(
         shading=shading, focus=focus, transmitter=recorded_transmitter_position(recording, transmitter_position),
         threads=threads,
     )  # fmt: skip
-    kept = recording.drop_vars([name for name, held in recording.variables.items() if "channel" in held.dims])
+    template = recording.drop_vars(
+        [name for name, variable in recording.variables.items() if "channel" in variable.dims]
+    )
     dims = ("ping", "beam", "time") if formed.ndim == 3 else ("beam", "time")
     about = {"units": "rad", "long_name": "bearing of the beam, clockwise from the bow"}
     lower = {"units": "rad", "long_name": "elevation of the beam, down from the deck"}
     side = np.sign(np.round(np.sin(bearing), 9)).astype(int)
     where = {"units": "1", "long_name": "side of the platform: -1 port, 1 starboard, 0 along the keel"}
-    return kept.assign(pressure=(dims, formed, PRESSURE)).assign_coords(
+    return template.assign(pressure=(dims, formed, PRESSURE)).assign_coords(
         bearing=("beam", bearing, about), elevation=("beam", down, lower), side=("beam", side, where)
     ).assign_attrs(sound_speed=sound_speed)  # fmt: skip
 
@@ -90,19 +92,19 @@ def beam_recording(
 def sector_image_of_beams(
     beams: xr.Dataset, ahead: ArrayLike, starboard: ArrayLike, *, sound_speed: float | None = None
 ) -> xr.Dataset:
-    """The image that beams in one plane make, ahead and to starboard; see `sector_image`.
+    """Sector image of beams in one plane, ahead and to starboard; see `sector_image`.
 
-    Ranges are halves of the ways heard, as if sound had come from the array: a transmitter that stands d off it moves
+    Ranges are half the two-way path lengths, as if the transmitter were at the array: one that is d away shifts
     them by up to d / 2.
 
     Args:
         beams: `pressure` [uPa] over (..., beam, time) with the coordinate `bearing`, as `beam_recording` gives it.
-        ahead: Places ahead of the array [m], shape (n,).
-        starboard: Places to starboard [m], shape (m,).
-        sound_speed: Of the water [m/s]; None: the one that the beams were formed with.
+        ahead: Grid ahead of the array [m], shape (n,).
+        starboard: Grid to starboard [m], shape (m,).
+        sound_speed: Sound speed of the water [m/s]; None: that of the beamforming.
 
     Returns:
-        `level_db` over (..., ahead, starboard) [dB re 1 uPa]; NaN outside the fan.
+        `level_db` over (..., ahead, starboard) [dB re 1 uPa]; NaN outside the sector.
     """
     speed = float(beams.attrs.get("sound_speed", 1500.0)) if sound_speed is None else sound_speed
     level = recorded_level(beams).transpose(..., "beam", "time")
@@ -118,21 +120,21 @@ def sector_image_of_beams(
 
 
 def decimated_recording(recording: xr.Dataset, samples: int, *, keep: Keep = "mean") -> xr.Dataset:
-    """A recording as an instrument writes it: mean-square pressure in fewer samples; see `decimate`.
+    """Recording reduced to mean-square pressure in fewer samples; see `decimate`.
 
     Args:
         recording: `pressure` [uPa] or `intensity` [uPa^2] over any dimensions and time.
-        samples: How many are kept of each series.
+        samples: Number of samples of each series after decimation.
         keep: "mean" or "peak".
 
     Returns:
-        The recording with `intensity` [uPa^2] at the middles of its samples, in the place of what it held.
+        The recording with `intensity` [uPa^2] at the middles of its samples, in place of its field.
     """
     level = recorded_level(recording).transpose(..., "time")
-    kept = recording.drop_vars([name for name, held in recording.variables.items() if "time" in held.dims])
+    template = recording.drop_vars([name for name, variable in recording.variables.items() if "time" in variable.dims])
     about = {"units": "uPa^2", "long_name": f"mean-square pressure, {keep} over each sample"}
     time = {"units": "s", "long_name": "time after the start of transmission"}
     fewer = decimate(intensity_ratio(level.values), samples, keep=keep)
-    return kept.assign(intensity=(level.dims, fewer, about)).assign_coords(
+    return template.assign(intensity=(level.dims, fewer, about)).assign_coords(
         time=("time", decimated_time(recording["time"].values, samples), time)
     ).assign_attrs(kept=keep)  # fmt: skip

@@ -1,4 +1,4 @@
-"""What the series of an array's elements must be like before anything is made of them."""
+"""Checks of the series of an array's elements before processing."""
 
 from typing import get_args
 
@@ -13,7 +13,7 @@ Floats = NDArray[np.float64]
 Series = NDArray[np.complex64]
 
 UNEVEN = 1e-3
-"""How far a sample may lie from its place on an even clock, in samples."""
+"""Largest deviation of a sample from an even clock, in samples."""
 
 
 def uniform_clock(time: ArrayLike) -> tuple[float, float]:
@@ -39,58 +39,58 @@ def uniform_clock(time: ArrayLike) -> tuple[float, float]:
 
 
 def element_series(pressure: ArrayLike, samples: int, channels: int | None = None) -> Series:
-    """Series of complex baseband, checked.
+    """Checked series of complex baseband.
 
     Args:
         pressure: Complex baseband, shape (..., channel, time).
-        samples: How many times there are.
-        channels: How many elements there are; None: any number.
+        samples: Number of sample times.
+        channels: Number of elements; None: any number.
 
     Returns:
-        The series as complex64, shape (..., channel, time), side by side in memory.
+        The series as complex64, shape (..., channel, time), contiguous in memory.
 
     Raises:
-        ValueError: Real numbers, numbers that are not finite, or another shape.
+        ValueError: Real numbers, non-finite numbers, or another shape.
     """
     series = np.asarray(pressure)
     if series.dtype.kind != "c":
         raise ValueError(
             f"pressure is of type {series.dtype}; give complex baseband: phases are what this stage works with"
         )
-    wanted = f"(..., {'channel' if channels is None else channels}, {samples})"
+    required = f"(..., {'channel' if channels is None else channels}, {samples})"
     if series.ndim < 2 or series.shape[-1] != samples or channels not in (None, series.shape[-2]):
-        raise ValueError(f"pressure has shape {series.shape}; the elements and times given ask for {wanted}")
+        raise ValueError(f"pressure has shape {series.shape}; the elements and times given ask for {required}")
     if not np.isfinite(series.view(series.real.dtype) if series.flags.c_contiguous else np.abs(series)).all():
         raise ValueError("pressure holds numbers that are not finite; set missing samples to zero")
     return np.ascontiguousarray(series, np.complex64)
 
 
 def checked_positions(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> Floats:
-    """Places or velocities in three axes, of a shape in which None is any number.
+    """Checked positions or velocities in three axes, of a shape in which None is any number.
 
     Args:
-        name: What they are, for the advice.
+        name: Name of the argument, for the message.
         value: The numbers [m] or [m/s].
-        shape: What is wanted, the last axis being 3.
+        shape: Required shape, the last axis being 3.
 
     Raises:
-        ValueError: Another shape, or numbers that are not finite.
+        ValueError: Another shape, or non-finite numbers.
     """
     given = require_numbers(name, value, "m", allow_nan=False)
     fits = given.ndim == len(shape) and all(w in (None, n) for w, n in zip(shape, given.shape, strict=True))
     if not fits:
-        wanted = ", ".join("any" if n is None else str(n) for n in shape)
-        raise ValueError(f"{name} has shape {given.shape}; give ({wanted})")
-    # a copy in C order: compiled code knows read-only arrays, and other orders, as types of their own
+        required = ", ".join("any" if n is None else str(n) for n in shape)
+        raise ValueError(f"{name} has shape {given.shape}; give ({required})")
+    # a copy in C order: compiled code treats read-only arrays, and other orders, as types of their own
     return np.array(given, float, order="C")
 
 
 def checked_carrier(centre_frequency: float, sound_speed: float) -> tuple[float, float]:
-    """Centre frequency [Hz] and sound speed [m/s], each refused where it means nothing.
+    """Centre frequency [Hz] and sound speed [m/s], each refused where it is invalid.
 
     Args:
-        centre_frequency: Of the complex baseband [Hz].
-        sound_speed: Of the water [m/s].
+        centre_frequency: Centre frequency of the complex baseband [Hz].
+        sound_speed: Sound speed of the water [m/s].
     """
     frequency = require_number("centre_frequency", centre_frequency, "Hz", 0.0, exclude_low=True, example="100e3")
     return frequency, float(
@@ -99,32 +99,32 @@ def checked_carrier(centre_frequency: float, sound_speed: float) -> tuple[float,
 
 
 def taper(name: str, shading: str, relative_position: Floats) -> Floats:
-    """Weight of a shading that is known by its name [1]: uniform, cosine, hann, hamming or taylor.
+    """Weight of a named shading [1]: uniform, cosine, hann, hamming or taylor.
 
     Args:
-        name: Of the argument, for the advice.
+        name: Name of the argument, for the message.
         shading: Name of the shading.
-        relative_position: Distance from the middle in lengths of the whole, -1/2..1/2, any shape.
+        relative_position: Distance from the middle over the length of the array, -1/2..1/2, any shape.
 
     Raises:
         ValueError: Another name.
     """
-    known = get_args(Shading)
-    if shading not in known:
-        raise ValueError(f"{name} is {shading!r}; choose one of {', '.join(known)}")
+    names = get_args(Shading)
+    if shading not in names:
+        raise ValueError(f"{name} is {shading!r}; choose one of {', '.join(names)}")
     return shading_weight(shading, relative_position)
 
 
 def element_weights(shading: str | ArrayLike, element_positions: Floats) -> Floats:
-    """Weight of each element, together one, so that an echo from where a beam looks keeps its level [1].
+    """Weight of each element, with sum 1, so that an echo from the beam's direction keeps its level [1].
 
     Args:
         shading: Name of a shading along a line array (uniform, cosine, hann, hamming, taylor), or a weight for each
             element, shape (channel,).
-        element_positions: Of the elements [m], shape (channel, 3).
+        element_positions: Positions of the elements [m], shape (channel, 3).
 
     Raises:
-        ValueError: A name for elements that do not lie on a line, or weights that do not fit or add up to nothing.
+        ValueError: A name for elements that do not lie on a line, or weights of a wrong number or zero sum.
     """
     count = len(element_positions)
     if isinstance(shading, str):
@@ -141,12 +141,12 @@ def element_weights(shading: str | ArrayLike, element_positions: Floats) -> Floa
 
 
 def _along_line(element_positions: Floats) -> Floats:
-    """Place of each element along the line of them all, in lengths of the array, -1/2..1/2."""
+    """Position of each element along their common line, over the length of the array, -1/2..1/2."""
     centred = element_positions - element_positions.mean(axis=0)
     _, sizes, axes = np.linalg.svd(centred, full_matrices=False)
     if len(sizes) > 1 and sizes[1] > 1e-2 * sizes[0]:
         raise ValueError("shading by name is for elements on a line; give a weight for each element instead")
     along = centred @ axes[0]
     span = along.max() - along.min()
-    # each element stands for its share of the aperture, which reaches half a spacing beyond the last one
+    # each element stands for its part of the aperture, which reaches half a spacing beyond the last one
     return np.asarray(along / (span * len(along) / (len(along) - 1))) if span > 0 else np.zeros(len(along))

@@ -1,7 +1,7 @@
-"""Labels on the axes of an image: what each of its cells shows, by the same change of range as its levels.
+"""Labels on the axes of an image, by the same change of range as the image's levels.
 
-A cell spans samples of the recording. What was said of these is asked of their majority: an owner, a pair of
-families, a mask; intensities are means over the span, as the levels of the image are.
+A cell spans samples of the recording. Their majority determines its object, pair of families and masks;
+intensities are means over the span, as the levels of the image are.
 """
 
 from typing import Any, Literal, get_args
@@ -19,40 +19,40 @@ Vote = Literal["majority", "any"]
 
 
 def image_labels(labels: xr.Dataset, image: xr.Dataset, *, masks: Vote = "majority") -> xr.Dataset:
-    """Labels of a recording on the axes of an image that was made of it.
+    """Labels of a recording on the axes of an image of that recording.
 
     Args:
-        labels: Over (ping, channel, time), as from `insonify.formats.label_store.open_labels`, or some of these.
-        image: As from `insonify.processing.sidescan` of the same recording, in slant range or on the ground.
-        masks: Whether a mask is set where at least half of a cell's span is, or any part of it.
+        labels: Labels over (ping, channel, time), as from `insonify.formats.label_store.open_labels`, or some of these.
+        image: Image from `insonify.processing.sidescan` of the same recording, in slant range or on the ground.
+        masks: "majority": a mask is set where at least half of a cell's span is; "any": where any part of it is.
 
     Returns:
         The same variables of `insonify.records.labels.COLUMNS` over (ping, across) instead of (ping, channel, time).
-        Masks as asked; owners and pairs by majority of the span; intensities as means over it [uPa^2]; places,
+        Masks by `masks`; objects and pairs by majority of the span; intensities as means over it [uPa^2]; positions,
         distances and grazing angles of the sample in its middle. Where a cell reaches beyond the recording, or its
-        ping has no labels, masks are False, owners and pairs 255, numbers NaN.
+        ping has no labels, masks are False, objects and pairs 255, numbers NaN.
 
     Raises:
-        ValueError: An unknown way to ask masks.
+        ValueError: An unknown value of `masks`.
     """
     if masks not in get_args(Vote):
         raise ValueError(f"masks is {masks!r}; choose one of {', '.join(get_args(Vote))}")
-    said = labels.sel(ping=image["ping"])
-    told = said["done"].values if "done" in said else np.ones(said.sizes["ping"], bool)
-    slant = np.asarray(said["time"].values, float) * float(image.attrs["sound_speed"]) / 2
-    altitude = image["altitude"].values if image.attrs["geometry"] == "ground" else np.zeros(len(told))
-    wanted = [name for name in COLUMNS if name in said]
-    out = {name: _empty_variable(name, said, image.sizes["across"]) for name in wanted}
+    selected = labels.sel(ping=image["ping"])
+    is_labelled = selected["done"].values if "done" in selected else np.ones(selected.sizes["ping"], bool)
+    slant = np.asarray(selected["time"].values, float) * float(image.attrs["sound_speed"]) / 2
+    altitude = image["altitude"].values if image.attrs["geometry"] == "ground" else np.zeros(len(is_labelled))
+    names = [name for name in COLUMNS if name in selected]
+    out = {name: _empty_variable(name, selected, image.sizes["across"]) for name in names}
     for channel in np.unique(image["channel"].values):
         at = np.flatnonzero(image["channel"].values == channel)
         at = at[np.argsort(np.abs(image["across"].values[at]))]
         across = np.abs(image["across"].values[at])
-        held = {name: _with_time_last(said[name].isel(channel=channel)) for name in wanted}
-        for ping in np.flatnonzero(told & np.isfinite(altitude)):
+        columns = {name: _with_time_last(selected[name].isel(channel=channel)) for name in names}
+        for ping in np.flatnonzero(is_labelled & np.isfinite(altitude)):
             edges = ground_cell_edges(slant, float(altitude[ping]), across)
-            for name, values in held.items():
+            for name, values in columns.items():
                 out[name][ping][..., at] = _on_cells(name, values[ping], edges, 0.5 if masks == "majority" else 0.0)
-    return _dataset(out, said, image)
+    return _dataset(out, selected, image)
 
 
 def _with_time_last(column: xr.DataArray) -> NDArray[Any]:
@@ -61,11 +61,11 @@ def _with_time_last(column: xr.DataArray) -> NDArray[Any]:
 
 
 def _empty_variable(name: str, template: xr.Dataset, columns: int) -> NDArray[Any]:
-    """Room for a variable, ping first and columns last, as it is where nothing is known."""
+    """Array for a variable, ping first and columns last, filled with its value for unknown cells."""
     dims, kind, _, _ = COLUMNS[name]
     fill: Any = np.nan if np.issubdtype(kind, np.floating) else False if kind is np.bool_ else NO_ROW
-    beside = [template.sizes[dim] for dim in dims if dim not in ("ping", "channel", "time")]
-    return np.full((template.sizes["ping"], *beside, columns), fill, kind)
+    extra_sizes = [template.sizes[dim] for dim in dims if dim not in ("ping", "channel", "time")]
+    return np.full((template.sizes["ping"], *extra_sizes, columns), fill, kind)
 
 
 def _on_cells(name: str, values: NDArray[Any], edges: Floats, min_fraction: float) -> NDArray[Any]:
@@ -77,31 +77,35 @@ def _on_cells(name: str, values: NDArray[Any], edges: Floats, min_fraction: floa
         share = _mean(values, edges)
         return np.asarray(inside & (share >= min_fraction) & (share > 1e-9))
     if kind is np.uint8:
-        known = np.unique(values)
-        votes = np.array([_mean(values == one, edges) for one in known])
-        return np.where(inside, known[np.argmax(votes, axis=0)], NO_ROW)
+        labels = np.unique(values)
+        votes = np.array([_mean(values == label, edges) for label in labels])
+        return np.where(inside, labels[np.argmax(votes, axis=0)], NO_ROW)
     if units == "uPa^2":
         rows = values.reshape(-1, count).astype(float)
-        found = np.array([_mean(row, edges) for row in rows]).reshape(*values.shape[:-1], -1)
-        return np.where(inside, found, np.nan)
+        means = np.array([_mean(row, edges) for row in rows]).reshape(*values.shape[:-1], -1)
+        return np.where(inside, means, np.nan)
     middle = np.clip((edges[:-1] + edges[1:]) / 2, 0, count - 1).astype(int)
     return np.where(inside, values[..., middle], np.nan)
 
 
 def _mean(values: NDArray[Any], edges: Floats) -> Floats:
-    """Mean between edges counted in samples, each of which is as long as 1, (samples,) to (cells,)."""
+    """Mean between edges in units of samples, (samples,) to (cells,)."""
     sums = sums_between_edges(np.asarray(values, float), edges)
     return np.asarray(sums / np.maximum(np.diff(edges), 1e-300))
 
 
 def _dataset(out: dict[str, NDArray[Any]], template: xr.Dataset, image: xr.Dataset) -> xr.Dataset:
-    """The variables with the image's axes beside those of the labels."""
-    held = {}
+    """Dataset of the variables with the axes of image and labels."""
+    variables = {}
     for name in out:
         dims, _, units, meaning = COLUMNS[name]
-        beside = [dim for dim in dims if dim not in ("ping", "channel", "time")]
-        column = xr.DataArray(out[name], dims=("ping", *beside, "across"), attrs={"units": units, "long_name": meaning})
-        held[name] = column.transpose("ping", "across", "axis") if name == "position" else column
+        extra_dims = [dim for dim in dims if dim not in ("ping", "channel", "time")]
+        column = xr.DataArray(
+            out[name], dims=("ping", *extra_dims, "across"), attrs={"units": units, "long_name": meaning}
+        )
+        variables[name] = column.transpose("ping", "across", "axis") if name == "position" else column
     coords = {name: image[name] for name in ("ping", "across", "along", "altitude", "channel") if name in image.coords}
     coords |= {name: template[name] for name in ("object", "pair", "axis") if name in template.coords}
-    return xr.Dataset(held, coords, {"geometry": image.attrs["geometry"], "sound_speed": image.attrs["sound_speed"]})
+    return xr.Dataset(
+        variables, coords, {"geometry": image.attrs["geometry"], "sound_speed": image.attrs["sound_speed"]}
+    )

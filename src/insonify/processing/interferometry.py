@@ -1,4 +1,4 @@
-"""Depth from phase: two receivers, one above the other, hear a bed under an angle that their phases tell."""
+"""Interferometry: depth of the seabed from the phase between two receivers, one above the other."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,18 +16,18 @@ def phase_to_elevation(
     """Elevation of an echo from the phase between two receivers [rad], down from the horizontal.
 
     Args:
-        phase: Of the upper receiver re the lower one, unwrap_to_reference [rad], any shape.
-        baseline: Distance of the receivers [m].
-        tilt: Direction of broadside, square to the baseline, down from the horizontal [rad], broadcast.
-        centre_frequency: Of the baseband [Hz].
-        sound_speed: Of the water [m/s].
+        phase: Unwrapped phase of the upper receiver re the lower one [rad], any shape.
+        baseline: Distance between the receivers [m].
+        tilt: Direction of broadside, perpendicular to the baseline, down from the horizontal [rad], broadcast.
+        centre_frequency: Centre frequency of the baseband [Hz].
+        sound_speed: Sound speed of the water [m/s].
 
     Returns:
-        Elevation [rad], shape of phase; NaN where the phase is beyond what the baseline allows.
+        Elevation [rad], shape of phase; NaN where the phase exceeds what the baseline allows.
 
     Source: Lurton (2010), An Introduction to Underwater Acoustics, 2nd ed., sec. 8.4 (interferometric sonar): the
-    phase is k a sin(angle off broadside); from memory. Plane waves: of a place at the range R from the middle of a
-    baseline a the angle off broadside is told smaller by (a / 4 R)^2 times the sine of its double.
+    phase is k a sin(angle off broadside); from memory. Plane waves: for a point at range R from the middle of a
+    baseline a the angle off broadside is underestimated by (a / 4 R)^2 times the sine of twice the angle.
     """
     frequency, speed = checked_carrier(centre_frequency, sound_speed)
     length = require_number("baseline", baseline, "m", 0.0, exclude_low=True, example="0.05")
@@ -39,14 +39,14 @@ def phase_to_elevation(
 def elevation_to_phase(
     elevation: ArrayLike, *, baseline: float, tilt: ArrayLike, centre_frequency: float, sound_speed: float = 1500.0
 ) -> Floats:
-    """Phase of the upper receiver re the lower one for an echo of some elevation [rad]; `phase_to_elevation` undone.
+    """Phase of the upper receiver re the lower one at some elevation [rad]; inverse of `phase_to_elevation`.
 
     Args:
-        elevation: Down from the horizontal [rad], any shape.
-        baseline: Distance of the receivers [m].
+        elevation: Elevation, down from the horizontal [rad], any shape.
+        baseline: Distance between the receivers [m].
         tilt: Direction of broadside, down from the horizontal [rad], broadcast.
-        centre_frequency: Of the baseband [Hz].
-        sound_speed: Of the water [m/s].
+        centre_frequency: Centre frequency of the baseband [Hz].
+        sound_speed: Sound speed of the water [m/s].
     """
     frequency, speed = checked_carrier(centre_frequency, sound_speed)
     wave = 2 * np.pi * frequency * require_number("baseline", baseline, "m", 0.0, exclude_low=True) / speed
@@ -54,22 +54,22 @@ def elevation_to_phase(
 
 
 def flat_bed_elevation(slant_range: ArrayLike, altitude: ArrayLike) -> Floats:
-    """Elevation under which a level bed is met, down from the horizontal [rad]; pi/2 nearer than the altitude.
+    """Elevation of a flat seabed, down from the horizontal [rad]; pi/2 for ranges below the altitude.
 
     Args:
         slant_range: Slant range [m], any shape.
-        altitude: Height above the bed [m], broadcast against slant.
+        altitude: Height above the seabed [m], broadcast against `slant_range`.
     """
-    far = np.maximum(require_numbers("slant_range", slant_range, "m"), 1e-9)
-    return np.asarray(np.arcsin(np.clip(require_numbers("altitude", altitude, "m", 0.0) / far, 0, 1)))
+    distance = np.maximum(require_numbers("slant_range", slant_range, "m"), 1e-9)
+    return np.asarray(np.arcsin(np.clip(require_numbers("altitude", altitude, "m", 0.0) / distance, 0, 1)))
 
 
 def unwrap_to_reference(phase: ArrayLike, expected: ArrayLike) -> Floats:
-    """Phase with the whole turns that bring it within half a turn of what is expected [rad].
+    """Phase plus the whole cycles that bring it within half a cycle of the expected one [rad].
 
     Args:
-        phase: Known up to whole turns [rad], any shape.
-        expected: Such as a level bed would give [rad], broadcast against phase.
+        phase: Phase modulo 2 pi [rad], any shape.
+        expected: Expected phase, such as that of a flat seabed [rad], broadcast against `phase`.
     """
     given = np.asarray(phase, float)
     return np.asarray(given + 2 * np.pi * np.round((np.asarray(expected, float) - given) / (2 * np.pi)))
@@ -80,10 +80,10 @@ def phase_deviation(coherence: ArrayLike, looks: ArrayLike) -> Floats:
 
     Args:
         coherence: Modulus g of the coherence, 0..1, any shape; infinite where it is zero.
-        looks: Number of independent looks N, broadcast against coherence.
+        looks: Number of independent looks N, broadcast against `coherence`.
 
     Source: Rodriguez & Martin (1992), IEE Proc. F 139(2), 147-159 (the Cramer-Rao bound); holds where it is well
-    below a turn; from memory.
+    below a cycle; from memory.
     """
     g = require_numbers("coherence", coherence, "", 0.0, 1 + 1e-9)
     with np.errstate(divide="ignore"):
@@ -97,41 +97,44 @@ def interferometric_depth(
     tilt: ArrayLike,
     centre_frequency: float, sound_speed: float = 1500.0, looks: int | tuple[int, int] = (1, 15),
 ) -> tuple[Floats, Floats, Floats]:  # fmt: skip
-    """Where the bed is, from the phase between two receivers one above the other.
+    """Position of the seabed from the phase between two receivers, one above the other.
 
     Args:
         upper: Complex baseband of the upper receiver, shape (ping, time).
-        lower: Of the lower one, shape (ping, time).
+        lower: Complex baseband of the lower receiver, shape (ping, time).
         slant_range: Slant range of each sample from the middle of the two [m], shape (time,).
-        altitude: Height above the bed that is expected, which settles whole turns [m]: one number, or (ping,).
-        baseline: Distance of the receivers [m].
-        tilt: Direction of broadside, square to the baseline, down from the horizontal [rad]: one number, or (ping,),
-            where roll turns it.
-        centre_frequency: Of the baseband [Hz].
-        sound_speed: Of the water [m/s].
-        looks: Pings and samples that each phase is averaged over; odd.
+        altitude: Expected height above the seabed, which resolves whole cycles [m]: one number, or (ping,).
+        baseline: Distance between the receivers [m].
+        tilt: Direction of broadside, perpendicular to the baseline, down from the horizontal [rad]: one number, or
+                (ping,), where roll changes it.
+        centre_frequency: Centre frequency of the baseband [Hz].
+        sound_speed: Sound speed of the water [m/s].
+        looks: Pings and samples to average each phase over; odd.
 
     Returns:
-        Distance across the track [m], depth below the receivers [m], modulus of the coherence [1]; each (ping, time).
+        Across-track distance [m], depth below the receivers [m], modulus of the coherence [1]; each (ping, time).
         NaN where the phase allows no angle.
 
     Raises:
         ValueError: Shapes that do not fit.
 
-    Phase is averaged after the level bed's own phase has been taken out, so its slope does not cost coherence. With a
-    baseline of a wavelengths, whole turns are settled while the bed lies within slant / (2 a cos) of what is expected.
+    Phase is averaged after the flat seabed's phase has been removed, so that its slope does not reduce coherence. With
+    a
+    baseline of a wavelengths, cycles are resolved correctly within slant_range / (2 a cos) of the expected seabed.
     """
     a, b = np.asarray(upper), np.asarray(lower)
-    far = require_numbers("slant_range", slant_range, "m", allow_nan=False)
-    if a.ndim != 2 or a.shape != b.shape or far.shape != a.shape[1:]:
-        raise ValueError(f"upper has shape {a.shape}, lower {b.shape}, slant_range {far.shape}; give (ping, time), the same, "
-                         "(time,)")  # fmt: skip
+    distance = require_numbers("slant_range", slant_range, "m", allow_nan=False)
+    if a.ndim != 2 or a.shape != b.shape or distance.shape != a.shape[1:]:
+        raise ValueError(
+            f"upper has shape {a.shape}, lower {b.shape}, slant_range {distance.shape}; "
+            "give (ping, time), the same, (time,)"
+        )
     height = np.broadcast_to(require_numbers("altitude", altitude, "m", 0.0, allow_nan=False), (len(a),))
-    turned = np.broadcast_to(require_numbers("tilt", tilt, "rad", allow_nan=False), (len(a),))[:, None]
-    bed = flat_bed_elevation(far, height[:, None])
-    expected = elevation_to_phase(bed, baseline=baseline, tilt=turned, centre_frequency=centre_frequency,
+    ping_tilt = np.broadcast_to(require_numbers("tilt", tilt, "rad", allow_nan=False), (len(a),))[:, None]
+    bed = flat_bed_elevation(distance, height[:, None])
+    expected = elevation_to_phase(bed, baseline=baseline, tilt=ping_tilt, centre_frequency=centre_frequency,
                                   sound_speed=sound_speed)  # fmt: skip
     flattened = complex_coherence(a * np.exp(-1j * expected), b.astype(complex), looks)
-    elevation = phase_to_elevation(expected + np.angle(flattened), baseline=baseline, tilt=turned,
+    elevation = phase_to_elevation(expected + np.angle(flattened), baseline=baseline, tilt=ping_tilt,
                                    centre_frequency=centre_frequency, sound_speed=sound_speed)  # fmt: skip
-    return far * np.cos(elevation), far * np.sin(elevation), np.abs(flattened)
+    return distance * np.cos(elevation), distance * np.sin(elevation), np.abs(flattened)

@@ -1,4 +1,4 @@
-"""The matched filter: every echo drawn together into a peak at its delay."""
+"""Matched filter: compresses every echo to a peak at its delay."""
 
 import numpy as np
 import scipy
@@ -11,26 +11,26 @@ from insonify.validity import require_number
 Complexes = NDArray[np.complex128]
 
 _FINER = 8
-"""Samples of a pulse under a window for each sample of the series."""
+"""Samples of a windowed pulse per sample of the series."""
 
 
 def matched_filter(
     pressure: ArrayLike, replica: Pulse | ArrayLike, sample_rate: float, *, window: str = "uniform"
 ) -> NDArray[np.complex64]:
-    """Series compressed by the pulse that was sent.
+    """Series compressed by a replica of the transmitted pulse.
 
-    An echo of amplitude 1 becomes a peak of 1 at its delay: the start of the echo, so the clock of the series stays.
+    An echo of amplitude 1 becomes a peak of 1 at its delay, the start of the echo, so the time axis is unchanged.
     Noise of spectral density N0 becomes N0 over the pulse's energy (integral of its squared envelope).
 
     Args:
         pressure: Complex baseband, shape (..., time); float input is refused.
         replica: The pulse, or its complex baseband from its start on at `sample_rate`, shape (n,).
-        sample_rate: Of the series [Hz].
+        sample_rate: Sample rate of the series [Hz].
         window: Taper of the replica over its duration: uniform, cosine, hann, hamming, taylor. On a sweep it lowers the
             side lobes in time (Hamming: 42 dB) and widens the peak.
 
     Returns:
-        Complex baseband, shape (..., time), complex64. Echoes cut off by the end of the series are the weaker for it.
+        Complex baseband, shape (..., time), complex64. Echoes truncated by the end of the series are weaker.
 
     Raises:
         ValueError: Real series, or a replica without energy in the band.
@@ -44,12 +44,12 @@ def matched_filter(
     rate = require_number("sample_rate", sample_rate, "Hz", 0.0, exclude_low=True, example="50e3")
     length = _samples(replica, rate)
     size = scipy.fft.next_fast_len(series.shape[-1] + 2 * length)
-    sent, heard = _spectra(replica, rate, size, window)
-    gain = np.sum(sent * np.conj(heard)) * rate / size
+    pulse, windowed = _spectra(replica, rate, size, window)
+    gain = np.sum(pulse * np.conj(windowed)) * rate / size
     if not abs(gain) > 0:
-        raise ValueError("replica has no energy in the band of the series; give the pulse that was sent")
+        raise ValueError("replica has no energy in the band of the series; give the transmitted pulse")
     bins = scipy.fft.fft(series.astype(np.complex64, copy=False), size, axis=-1)
-    bins *= (np.conj(heard) / gain).astype(np.complex64)
+    bins *= (np.conj(windowed) / gain).astype(np.complex64)
     return np.asarray(scipy.fft.ifft(bins, axis=-1)[..., : series.shape[-1]], np.complex64)
 
 
@@ -63,21 +63,21 @@ def _samples(replica: Pulse | ArrayLike, rate: float) -> int:
 
 
 def _spectra(replica: Pulse | ArrayLike, rate: float, size: int, window: str) -> tuple[Complexes, Complexes]:
-    """Fourier transforms of the pulse and of the pulse under its window, in the series' bins [s], each (size,)."""
+    """Fourier transforms of the pulse and of the windowed pulse, in the series' bins [s], each (size,)."""
     if not isinstance(replica, Pulse):
         given = np.asarray(replica, complex)
-        place = np.asarray((np.arange(given.size) + 0.5) / given.size - 0.5, float)
-        rows = [given, given * taper("window", window, place)]
-        sent, heard = (scipy.fft.fft(row, size) / rate for row in rows)
-        return sent, heard
-    sent = spectrum(replica, scipy.fft.fftfreq(size, 1 / rate))
+        position = np.asarray((np.arange(given.size) + 0.5) / given.size - 0.5, float)
+        rows = [given, given * taper("window", window, position)]
+        pulse, windowed = (scipy.fft.fft(row, size) / rate for row in rows)
+        return pulse, windowed
+    pulse = spectrum(replica, scipy.fft.fftfreq(size, 1 / rate))
     if window == "uniform":
-        return sent, sent
+        return pulse, pulse
     count = int(np.ceil(replica.duration * rate * _FINER)) + 1
     time = np.asarray(np.arange(count) * (replica.duration / (count - 1)), float)
     fine = envelope(replica, time) * taper("window", window, time / replica.duration - 0.5)
     fine[[0, -1]] *= 0.5  # the trapezium rule
-    return sent, _transform(fine, time, scipy.fft.fftfreq(size, 1 / rate))
+    return pulse, _transform(fine, time, scipy.fft.fftfreq(size, 1 / rate))
 
 
 def _transform(values: Complexes, time: NDArray[np.float64], frequency: NDArray[np.float64]) -> Complexes:

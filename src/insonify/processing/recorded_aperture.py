@@ -1,4 +1,4 @@
-"""A synthetic-aperture image from a recording of elements and its navigation."""
+"""Synthetic-aperture image of a recording of elements with its navigation."""
 
 import numpy as np
 import xarray as xr
@@ -23,55 +23,66 @@ def synthetic_aperture_image(
     shading: ArrayLike | None = None, transmitter_position: ArrayLike | None = None, navigation: Navigation = "logged",
     threads: int | None = None,
 ) -> xr.Dataset:  # fmt: skip
-    """Complex image of a part of the bed by back-projection; see `backproject`.
+    """Complex image of a part of the seabed by back-projection; see `backproject`.
 
     Args:
         recording: Matched-filtered `pressure` [uPa] over (ping, channel, time), `element_position` over (channel,
             axis), and poses at each ping.
-        north: Places of the pixels [m], shape (n,).
-        east: Places of the pixels [m], shape (m,).
-        depth: Of the bed [m]: one number, or shape (n, m).
-        sound_speed: Of the water [m/s].
-        stop_and_hop: Whether the sonar is taken to stand still while it listens; otherwise its elements move on as
-            their places from ping to ping tell, and send and hear each echo where they are at the middle of its pulse,
-            if the recording tells how long that was (`compressed_recording` does).
-        max_angle: Widest angle off broadside that counts for a pixel [rad]; None: all.
+        north: North coordinates of the pixels [m], shape (n,).
+        east: East coordinates of the pixels [m], shape (m,).
+        depth: Depth of the seabed [m]: one number, or shape (n, m).
+        sound_speed: Sound speed of the water [m/s].
+        stop_and_hop: True for a sonar at rest during each ping; otherwise the velocity of its elements follows from
+            their
+                positions from ping to ping, and each echo is transmitted and received where they are at the middle of
+                its
+                pulse, if the recording has the pulse duration (`compressed_recording` adds it).
+        max_angle: Largest angle off broadside that contributes to a pixel [rad]; None: all.
         angle_shading: Taper over that angle.
         shading: Weight of each ping (ping,), or of each series (ping, channel).
-        transmitter_position: Forward, starboard, down [m]; None: as the recording says, or the middle of the elements;
-            of two platforms the reference point of the transmitter's.
-        navigation: Whether the log or the truth is taken: what the log gets wrong defocuses the image.
-        threads: How many cores to use.
+        transmitter_position: Forward, starboard, down [m]; None: from the recording, or the middle of the elements;
+                of a bistatic sonar the reference point of the transmitter's platform.
+        navigation: Logged or true poses; errors of the log defocus the image.
+        threads: Number of cores.
 
     Returns:
-        `pressure` over (north, east), complex [uPa]: the mean over pings, so a point echo keeps its level; `depth`.
+        `pressure` over (north, east), complex [uPa]: the mean over pings, so a point echo keeps its level; and `depth`.
     """
-    place, rotation = recorded_poses(recording, navigation)
-    heard = body_to_world(*recorded_poses(recording, navigation, receiver=True), recorded_element_positions(recording))
-    sent = body_to_world(place, rotation, recorded_transmitter_position(recording, transmitter_position))
-    sending, moving = (_velocity(ends, recording, stop_and_hop) for ends in (sent, heard))
-    # what the matched filter gives the time of a pulse's start has the phase of its middle
+    position, rotation = recorded_poses(recording, navigation)
+    receive_positions = body_to_world(
+        *recorded_poses(recording, navigation, receiver=True), recorded_element_positions(recording)
+    )
+    transmit_positions = body_to_world(
+        position, rotation, recorded_transmitter_position(recording, transmitter_position)
+    )
+    transmit_velocity, receive_velocity = (
+        _velocity(ends, recording, stop_and_hop) for ends in (transmit_positions, receive_positions)
+    )
+    # the matched filter's output at the time of a pulse's start has the phase of its middle
     half = float(recording.attrs.get("pulse_duration", 0.0)) / 2
-    sent, heard = sent + half * sending, heard + half * moving
+    transmit_positions = transmit_positions + half * transmit_velocity
+    receive_positions = receive_positions + half * receive_velocity
     x, y = (np.atleast_1d(np.asarray(axis, float)) for axis in (north, east))
     below = np.broadcast_to(np.asarray(depth, float), (x.size, y.size))
     pixels = np.stack([*np.meshgrid(x, y, indexing="ij"), below], axis=-1)
     image = backproject(
-        recording["pressure"].transpose("ping", "channel", "time").values, recording["time"].values, sent, heard,
+        recording["pressure"].transpose("ping", "channel", "time").values, recording["time"].values,
+        transmit_positions, receive_positions,
         pixels, centre_frequency=centre_frequency(recording), sound_speed=sound_speed,
-        receive_velocity=moving, shading=shading, track_direction=None if max_angle is None else rotation[:, :, 0],
+        receive_velocity=receive_velocity, shading=shading,
+        track_direction=None if max_angle is None else rotation[:, :, 0],
         max_angle=max_angle, angle_shading=angle_shading, threads=threads,
     )  # fmt: skip
     about = {"units": "uPa", "long_name": "back-projected pressure, complex, mean over pings"}
     axes = {name: (name, values, {"units": "m", "long_name": name}) for name, values in (("north", x), ("east", y))}
-    held = {"pressure": (("north", "east"), image, about),
+    variables = {"pressure": (("north", "east"), image, about),
             "depth": (("north", "east"), below.copy(), {"units": "m", "long_name": "depth of the pixel"})}  # fmt: skip
     attributes = dict(recording.attrs) | {"sound_speed": sound_speed, "navigation": navigation}
-    return xr.Dataset(held, axes, attributes)
+    return xr.Dataset(variables, axes, attributes)
 
 
 def _velocity(positions: Floats, recording: xr.Dataset, stop_and_hop: bool) -> Floats:
-    """Velocity of transmitter or elements at each ping, from their places at the pings about it [m/s]."""
+    """Velocity of transmitter or elements at each ping, from their positions at neighbouring pings [m/s]."""
     if stop_and_hop or len(positions) < 2:
         return np.zeros(positions.shape)
     return np.asarray(np.gradient(positions, np.asarray(recording["ping_time"].values, float), axis=0))

@@ -1,4 +1,4 @@
-"""Depths of the bed from recordings of elements: a swath from two receivers' phase, soundings from beams."""
+"""Bathymetry from recordings of elements: swaths from the phase of two receivers, soundings from beams."""
 
 import numpy as np
 import xarray as xr
@@ -26,18 +26,19 @@ def interferometric_bathymetry(
     recording: xr.Dataset, altitude: ArrayLike, *, channels: tuple[int, int] = (0, 1), sound_speed: float = 1500.0,
     looks: int | tuple[int, int] = (1, 15), navigation: Navigation = "logged",
 ) -> xr.Dataset:  # fmt: skip
-    """Where the bed is by the phase between two receivers one above the other; see `interferometric_depth`.
+    """Seabed positions from the phase between two receivers, one above the other; see `interferometric_depth`.
 
-    Ranges are halves of the ways heard, as if sound had come from the middle of the two: a transmitter that stands d
-    off it moves them by up to d / 2. A pulse of duration T without compression is heard c T / 4 too far, by its middle.
+    Ranges are half the two-way path lengths, as if the transmitter were at the middle of the two: one that is d
+    away shifts them by up to d / 2. A pulse of duration T without matched filter is c T / 4 too far, timed by its
+    middle.
 
     Args:
         recording: `pressure` [uPa] over (ping, channel, time), matched-filtered or short, and `element_position`.
-        altitude: Height above the bed that is expected, which settles whole turns [m]: one number, or (ping,).
-        channels: Of the upper receiver, and of the lower one.
-        sound_speed: Of the water [m/s].
-        looks: Pings and samples that each phase is averaged over; odd.
-        navigation: Whether the log or the truth gives roll and depth. Pitch is not made up for.
+        altitude: Expected height above the seabed, which resolves whole cycles [m]: one number, or (ping,).
+        channels: Index of the upper receiver, and of the lower one.
+        sound_speed: Sound speed of the water [m/s].
+        looks: Pings and samples to average each phase over; odd.
+        navigation: Logged or true roll and depth. Pitch is not compensated.
 
     Returns:
         `across` (to starboard of the platform's reference point) and `depth` below the mean surface [m], and
@@ -50,26 +51,28 @@ def interferometric_bathymetry(
     if any(not 0 <= channel < count for channel in channels):
         raise ValueError(f"channels is {channels}; the recording has channels 0 to {count - 1}")
     upper, lower = recorded_element_positions(recording)[list(channels)]
-    apart, side = upper - lower, _side(recording, channels[0], upper - lower)
-    if not apart[2] < 0 or abs(apart[0]) > 1e-3 * np.linalg.norm(apart):
+    baseline_vector, side = upper - lower, _side(recording, channels[0], upper - lower)
+    if not baseline_vector[2] < 0 or abs(baseline_vector[0]) > 1e-3 * np.linalg.norm(baseline_vector):
         raise ValueError(
-            f"channels {channels} are apart by {apart} m; give the upper one first, none ahead of the other"
+            f"channels {channels} are apart by {baseline_vector} m; give the upper one first, none ahead of the other"
         )
     require_one_platform(recording)
-    place, rotation = recorded_poses(recording, navigation)
-    tilt = np.arctan2(side * apart[1], -apart[2]) + side * np.arctan2(rotation[:, 2, 1], rotation[:, 2, 2])
+    position, rotation = recorded_poses(recording, navigation)
+    tilt = np.arctan2(side * baseline_vector[1], -baseline_vector[2]) + side * np.arctan2(
+        rotation[:, 2, 1], rotation[:, 2, 2]
+    )
     series = recording["pressure"].transpose("ping", "channel", "time").values
     across, depth, gamma = interferometric_depth(
         series[:, channels[0]], series[:, channels[1]], recording["time"].values * sound_speed / 2, altitude=altitude,
-        baseline=float(np.linalg.norm(apart)), tilt=tilt, centre_frequency=centre_frequency(recording),
+        baseline=float(np.linalg.norm(baseline_vector)), tilt=tilt, centre_frequency=centre_frequency(recording),
         sound_speed=sound_speed, looks=looks,
     )  # fmt: skip
-    middle = body_to_world(place, rotation, (upper + lower) / 2)
-    beside = (middle - place)[:, 1] * rotation[:, 0, 0] - (middle - place)[:, 0] * rotation[:, 1, 0]
-    beside /= np.hypot(rotation[:, 0, 0], rotation[:, 1, 0])  # square to the bow as seen from above
-    dims, beside = ("ping", "time"), beside[:, None] + side * across
+    middle = body_to_world(position, rotation, (upper + lower) / 2)
+    across_offset = (middle - position)[:, 1] * rotation[:, 0, 0] - (middle - position)[:, 0] * rotation[:, 1, 0]
+    across_offset /= np.hypot(rotation[:, 0, 0], rotation[:, 1, 0])  # perpendicular to the bow, seen from above
+    dims, across_offset = ("ping", "time"), across_offset[:, None] + side * across
     return xr.Dataset(
-        {"across": (dims, beside, {"units": "m", "long_name": "distance across the track, to starboard"}),
+        {"across": (dims, across_offset, {"units": "m", "long_name": "distance across the track, to starboard"}),
          "depth": (dims, middle[:, 2:] + depth, {"units": "m", "long_name": "depth of the bed"}),
          "coherence": (dims, gamma, {"units": "1", "long_name": "coherence of the two receivers"})},
         {name: recording[name] for name in ("ping", "time", "ping_time") if name in recording},
@@ -78,9 +81,9 @@ def interferometric_bathymetry(
 
 
 def _side(recording: xr.Dataset, channel: int, end_distance: Floats) -> int:
-    """Which way a pair looks: 1 to starboard, -1 to port; from the recording, or else where it leans back from."""
-    told = int(recording["side"].values[channel]) if "side" in recording else 0
-    return told or (1 if end_distance[1] >= 0 else -1)
+    """Side of a pair of receivers: 1 starboard, -1 port; from the recording, or else from the tilt of its baseline."""
+    recorded_side = int(recording["side"].values[channel]) if "side" in recording else 0
+    return recorded_side or (1 if end_distance[1] >= 0 else -1)
 
 
 def multibeam_soundings(
@@ -90,19 +93,19 @@ def multibeam_soundings(
 ) -> xr.Dataset:  # fmt: skip
     """Soundings of a multibeam sonar from its elements; see `bottom_detection`.
 
-    Beams look down and to either side; each is formed of the whole line and of its two halves. A pulse without
-    compression is found by its middle: soundings of a tone of duration T come late by up to T / 2, and are too deep by
-    about a quarter of its length c T. Compress the recording first, or take c T / 4 off.
+    Beams point down and to either side; each is formed of the whole line and of its two halves. A pulse without
+    matched filter is detected by its middle: soundings of a tone of duration T are late by up to T / 2, and too deep by
+    about a quarter of its length c T. Apply the matched filter first, or subtract c T / 4.
 
     Args:
         recording: `pressure` [uPa] over (ping, channel, time) of a line across the ship, and `element_position`.
-        angles: Of the beams from the keel, to starboard positive [rad], shape (beam,).
-        sound_speed: Of the water, all the way [m/s].
-        shading: Of the whole line.
-        looks: Least number of samples smoothed over; odd.
-        transmitter_position: Forward, starboard, down [m]; None: as the recording says, or the middle of the line.
-        navigation: Whether the log or the truth tells where the beams look.
-        threads: How many cores to use.
+        angles: Angles of the beams from the keel, positive to starboard [rad], shape (beam,).
+        sound_speed: Sound speed of the water, constant [m/s].
+        shading: Shading of the whole line.
+        looks: Least number of samples to smooth over; odd.
+        transmitter_position: Forward, starboard, down [m]; None: from the recording, or the middle of the line.
+        navigation: Logged or true attitude of the beams.
+        threads: Number of cores.
 
     Returns:
         Over (ping, beam): `travel_time` [s] with its `deviation`, `by_phase`, and `north`, `east`, `depth` [m] of the
@@ -110,40 +113,49 @@ def multibeam_soundings(
     """
     require_one_platform(recording)
     angle, element = np.atleast_1d(np.asarray(angles, float)), recorded_element_positions(recording)
-    looking = direction(np.pi / 2, np.pi / 2 - angle)
+    beam_directions = direction(np.pi / 2, np.pi / 2 - angle)
     starboard = element[:, 1] > np.median(element[:, 1])
     series = recording["pressure"].transpose("ping", "channel", "time").values
     time = np.asarray(recording["time"].values, float)
-    sent = recorded_transmitter_position(recording, transmitter_position)
+    transmitter = recorded_transmitter_position(recording, transmitter_position)
     full, fore, aft = (
-        beamform_delay_sum(series, element, time, looking, centre_frequency=centre_frequency(recording),
-                           sound_speed=sound_speed, shading=weights, transmitter=sent, threads=threads)
+        beamform_delay_sum(series, element, time, beam_directions, centre_frequency=centre_frequency(recording),
+                           sound_speed=sound_speed, shading=weights, transmitter=transmitter, threads=threads)
         for weights in (element_weights(shading, element), ~starboard * 1.0, starboard * 1.0)
     )  # fmt: skip
-    found = [bottom_detection(full[p], fore[p], aft[p], time, looks=looks) for p in range(len(series))]
-    travel = np.array([detections.time for detections in found])
-    body = element.mean(axis=0) + _reach(travel, sound_speed, looking, sent - element.mean(axis=0)) * looking
-    place, rotation = recorded_poses(recording, navigation)
+    detection = [bottom_detection(full[p], fore[p], aft[p], time, looks=looks) for p in range(len(series))]
+    travel = np.array([detection.time for detection in detection])
+    body = (
+        element.mean(axis=0)
+        + _reach(travel, sound_speed, beam_directions, transmitter - element.mean(axis=0)) * beam_directions
+    )
+    position, rotation = recorded_poses(recording, navigation)
     columns = {
         "travel_time": (travel, "s", "two-way travel time to the bed"),
-        "deviation": (np.array([d.standard_deviation for d in found]), "s", "standard deviation of the travel time"),
-        "by_phase": (np.array([d.is_by_phase for d in found]), "1", "whether the phase told the travel time"),
+        "deviation": (
+            np.array([d.standard_deviation for d in detection]),
+            "s",
+            "standard deviation of the travel time",
+        ),
+        "by_phase": (np.array([d.is_by_phase for d in detection]), "1", "whether the travel time is from phase"),
     }
-    soundings = place[:, None] + np.einsum("pij,pbj->pbi", rotation, body)
+    soundings = position[:, None] + np.einsum("pij,pbj->pbi", rotation, body)
     for axis, name in enumerate(("north", "east", "depth")):
         columns[name] = (soundings[..., axis], "m", f"{name} of the sounding")
-    held = {name: (("ping", "beam"), values, {"units": unit, "long_name": text})
+    variables = {name: (("ping", "beam"), values, {"units": unit, "long_name": text})
             for name, (values, unit, text) in columns.items()}  # fmt: skip
     about = {"units": "rad", "long_name": "angle of the beam from the keel, to starboard"}
     coords = {name: recording[name] for name in ("ping", "ping_time") if name in recording}
     attributes = dict(recording.attrs) | {"sound_speed": sound_speed}
-    return xr.Dataset(held, coords | {"angle": ("beam", angle, about)}, attributes)
+    return xr.Dataset(variables, coords | {"angle": ("beam", angle, about)}, attributes)
 
 
-def _reach(travel_time: Floats, sound_speed: float, looking: Floats, end_distance: Floats) -> Floats:
-    """Range from the line's middle on each beam's axis [m], shape (ping, beam, 1), the transmitter being `end_distance` of it.
+def _reach(travel_time: Floats, sound_speed: float, beam_directions: Floats, end_distance: Floats) -> Floats:
+    """Range on each beam's axis from the line's middle [m], shape (ping, beam, 1), for a displaced transmitter.
 
-    Where the way out and the way back together are as long as was heard.
+    The transmit and the receive path together have the measured length; `end_distance` is the transmitter's.
     """
     path = travel_time[..., None] * sound_speed
-    return np.asarray((path**2 - end_distance @ end_distance) / (2 * (path - (looking @ end_distance)[:, None])))
+    return np.asarray(
+        (path**2 - end_distance @ end_distance) / (2 * (path - (beam_directions @ end_distance)[:, None]))
+    )

@@ -1,4 +1,4 @@
-"""Where the elements of a recording were: in the body, and in the world at each ping."""
+"""Positions of a recording's elements on the platform, and in the world at each ping."""
 
 from typing import Literal
 
@@ -14,16 +14,16 @@ Navigation = Literal["logged", "true"]
 
 
 def recorded_element_positions(recording: xr.Dataset) -> Floats:
-    """Places of the receiving elements from the platform's reference point: forward, starboard, down [m].
+    """Positions of the receiving elements from the platform's reference point: forward, starboard, down [m].
 
     Args:
-        recording: With `element_position` over (channel, axis) [m].
+        recording: Recording with `element_position` over (channel, axis) [m].
 
     Returns:
         Shape (channel, 3).
 
     Raises:
-        ValueError: The recording does not say where its elements are.
+        ValueError: The recording has no element positions.
     """
     if "element_position" not in recording:
         raise ValueError(
@@ -33,12 +33,12 @@ def recorded_element_positions(recording: xr.Dataset) -> Floats:
 
 
 def recorded_transmitter_position(recording: xr.Dataset, override: ArrayLike | None = None) -> Floats:
-    """Place of the transmitter on its platform: forward, starboard, down [m], shape (3,).
+    """Position of the transmitter on its platform: forward, starboard, down [m], shape (3,).
 
     Args:
-        recording: With `transmitter_position` over (axis,), or else the middle of its elements is taken; of two
-            platforms the reference point of the transmitter's.
-        override: What the caller knows better [m], shape (3,).
+        recording: Recording with `transmitter_position` over (axis,); otherwise the middle of its elements is taken, or
+                for a bistatic sonar the reference point of the transmitter's platform.
+        override: Position in place of the recording's [m], shape (3,).
     """
     if override is not None:
         return checked_positions("transmitter", override, (3,))
@@ -50,27 +50,27 @@ def recorded_transmitter_position(recording: xr.Dataset, override: ArrayLike | N
 
 
 def is_bistatic(recording: xr.Dataset) -> bool:
-    """Whether the receiver has a platform of its own.
+    """Return True if the receiver has its own platform.
 
     Args:
-        recording: Of any field.
+        recording: Any recording.
     """
     return "receiver_position" in recording
 
 
 def require_one_platform(recording: xr.Dataset) -> None:
-    """Refuse a recording whose receiver has a platform of its own.
+    """Refuse a recording whose receiver has its own platform.
 
     Args:
-        recording: Of any field.
+        recording: Any recording.
 
     Raises:
-        ValueError: It has.
+        ValueError: The receiver has its own platform.
     """
     if is_bistatic(recording):
         raise ValueError(
-            "the recording has receiver_position, and an echo's time tells a range only where one platform sends and "
-            "hears; between two it tells an ellipse. Back-project it: synthetic_aperture_image"
+            "the recording has receiver_position; a delay is a range only where one platform carries transmitter "
+            "and receiver; otherwise it is an ellipse. Back-project it: synthetic_aperture_image"
         )
 
 
@@ -78,10 +78,10 @@ def centre_frequency(recording: xr.Dataset) -> float:
     """Centre frequency of the baseband [Hz].
 
     Args:
-        recording: With the attribute `centre_frequency`.
+        recording: Recording with the attribute `centre_frequency`.
 
     Raises:
-        ValueError: The recording does not say.
+        ValueError: The recording has no such attribute.
     """
     if "centre_frequency" not in recording.attrs:
         raise ValueError("the recording has no attribute centre_frequency; assign the baseband's centre [Hz]")
@@ -91,37 +91,37 @@ def centre_frequency(recording: xr.Dataset) -> float:
 def recorded_poses(
     recording: xr.Dataset, navigation: Navigation = "logged", *, receiver: bool = False
 ) -> tuple[Floats, Floats]:
-    """Place of the platform at the start of each ping, and how it lay.
+    """Position and rotation of the platform at the start of each ping.
 
     Args:
-        recording: With `position` and `attitude`, and what was logged of them.
-        navigation: Whether the log or the truth is taken; where there is no log, the truth.
-        receiver: Whether the platform that carries the receiver is wanted, where that is another.
+        recording: Recording with `position` and `attitude`, and perhaps their logged values.
+        navigation: Logged or true poses; true ones where there are no logged ones.
+        receiver: True for the platform of the receiver, where that is another.
 
     Returns:
         North, east, down [m], shape (ping, 3); rotation, body to world, shape (ping, 3, 3).
 
     Raises:
-        ValueError: Another kind of navigation.
+        ValueError: An unknown value of `navigation`.
     """
     if navigation not in ("logged", "true"):
         raise ValueError(f"navigation is {navigation!r}; choose logged or true")
     prefix = "logged_" if navigation == "logged" and "logged_position" in recording else ""
     prefix += "receiver_" if receiver and is_bistatic(recording) else ""
-    place = np.asarray(recording[f"{prefix}position"].values, float)
-    return place, pose_rotation(*np.asarray(recording[f"{prefix}attitude"].values, float).T)
+    position = np.asarray(recording[f"{prefix}position"].values, float)
+    return position, pose_rotation(*np.asarray(recording[f"{prefix}attitude"].values, float).T)
 
 
 def body_to_world(platform_position: Floats, rotation: Floats, body_points: Floats) -> Floats:
-    """Places in the world of points of the body.
+    """Positions in the world of points on the platform.
 
     Args:
-        platform_position: Of the platform at each ping [m], shape (ping, 3).
+        platform_position: Position of the platform at each ping [m], shape (ping, 3).
         rotation: Body to world, shape (ping, 3, 3).
-        body_points: Points: forward, starboard, down [m], shape (..., 3).
+        body_points: Points on the platform: forward, starboard, down [m], shape (..., 3).
 
     Returns:
         North, east, down [m], shape (ping, ..., 3).
     """
-    turned = np.einsum("pij,...j->p...i", rotation, body_points)
-    return np.asarray(turned + platform_position.reshape(len(platform_position), *(1,) * (body_points.ndim - 1), 3))
+    rotated = np.einsum("pij,...j->p...i", rotation, body_points)
+    return np.asarray(rotated + platform_position.reshape(len(platform_position), *(1,) * (body_points.ndim - 1), 3))

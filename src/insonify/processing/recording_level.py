@@ -1,4 +1,4 @@
-"""Level of what was recorded, coherent or incoherent, simulated or real."""
+"""Level of a recording, coherent or incoherent, simulated or real."""
 
 import numpy as np
 import xarray as xr
@@ -13,7 +13,7 @@ def recorded_level(recording: xr.Dataset) -> xr.DataArray:
         recording: `pressure` [uPa] or `intensity` [uPa^2] over any dimensions.
 
     Returns:
-        10 log10 of the mean-square pressure, of the same dimensions; -inf where it is silent.
+        10 log10 of the mean-square pressure, of the same dimensions; -inf where it is zero.
     """
     sound = recording["pressure" if "pressure" in recording else "intensity"]
     power = np.abs(sound.values.astype(np.complex128)) ** 2 if "pressure" in recording else sound.values

@@ -1,4 +1,4 @@
-"""From beams over range to a map: the fan of a forward-looking or a multibeam sonar."""
+"""Sector images: beams over range on a Cartesian grid, for forward-looking and multibeam sonars."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,23 +11,23 @@ Floats = NDArray[np.float64]
 def sector_image(
     intensity: ArrayLike, bearings: ArrayLike, ranges: ArrayLike, first_axis: ArrayLike, second_axis: ArrayLike
 ) -> Floats:
-    """Beams laid out on a grid of two axes.
+    """Beams resampled to a grid of two axes.
 
-    Between beams and ranges intensity is interpolated bilinearly, so a point of the grid that lies on a beam and a
-    sample has that sample's value. Where pixels are wider than samples, average the samples first (`decimate`).
+    Intensity is interpolated bilinearly between beams and ranges, so a grid point on a beam and a
+    sample has that sample's value. Where pixels are larger than samples, average the samples first (`decimate`).
 
     Args:
-        intensity: Mean square of what was heard [any unit], not in dB, shape (..., beam, range).
-        bearings: Of the beams, from the first axis towards the second, growing [rad], shape (beam,).
-        ranges: Of the samples, growing [m], shape (range,).
-        first_axis: Along the first axis: ahead for a forward-looking sonar, down for a multibeam [m], shape (n,).
-        second_axis: Along the second: to starboard [m], shape (m,).
+        intensity: Mean-square pressure [any unit], not in dB, shape (..., beam, range).
+        bearings: Bearings of the beams, from the first axis towards the second, increasing [rad], shape (beam,).
+        ranges: Ranges of the samples, increasing [m], shape (range,).
+        first_axis: Grid along the first axis: ahead for a forward-looking sonar, down for a multibeam [m], shape (n,).
+        second_axis: Grid along the second axis: to starboard [m], shape (m,).
 
     Returns:
-        Intensity, shape (..., n, m); NaN outside the fan.
+        Intensity, shape (..., n, m); NaN outside the sector.
 
     Raises:
-        ValueError: Shapes that do not fit; bearings or ranges that do not grow.
+        ValueError: Shapes that do not fit; bearings or ranges that do not increase.
     """
     power = require_numbers("intensity", intensity, "")
     angle, distance = _require_increasing("bearings", bearings, "rad"), _require_increasing("ranges", ranges, "m")
@@ -55,7 +55,7 @@ def _require_increasing(name: str, value: ArrayLike, unit: str) -> Floats:
 
 
 def _between(value: Floats, row: Floats) -> tuple[NDArray[np.int64], Floats, NDArray[np.bool_]]:
-    """Index of the entry of a growing row below each value, the way to the next one, and whether it is inside."""
+    """Index of the entry of an increasing row below each value, fraction of the step above it, mask inside."""
     slack = 1e-9 * (row[-1] - row[0])
     inside = (value >= row[0] - slack) & (value <= row[-1] + slack)
     at = np.clip(np.searchsorted(row, value, side="right") - 1, 0, row.size - 2)

@@ -1,4 +1,4 @@
-"""The sidescan image: a recording's pings, line by line, port to the left and starboard to the right."""
+"""Sidescan image: a recording's pings as lines, port to the left and starboard to the right."""
 
 from typing import get_args
 
@@ -24,25 +24,25 @@ def sidescan(
     absorption_db_per_m: float = 0.0, altitude: float | Floats | None = None, beam: int = 0,
     normalise_along_track: bool = False,
 ) -> xr.Dataset:  # fmt: skip
-    """The image that a recording makes.
+    """Sidescan image of a recording.
 
     Args:
         recording: `pressure` [uPa] or `intensity` [uPa^2] over (ping, channel, time), with the coordinate `side`; or
-            over (ping, beam, time), as beams are made of an array's elements.
-        geometry: Slant range, or distance on a level bed.
-        gain: One of `GAINS`: none, tvg20, tvg30, tvg40, lambert (a level bed that scatters by Lambert's law becomes
+                over (ping, beam, time), as beams formed from an array's elements.
+        geometry: "slant" for slant range, or "ground" for distance on a flat seabed.
+        gain: One of `GAINS`: none, tvg20, tvg30, tvg40, lambert (a flat seabed that scatters by Lambert's law becomes
             uniform), empirical (the median over all pings becomes uniform).
-        sound_speed: Of the water [m/s].
-        absorption_db_per_m: Of the water, one way, for the gains by law [dB/m].
-        altitude: Height above the bed [m], one number or shape (ping,); None: from the first return.
-        beam: Which beam of each side, from 0.
-        normalise_along_track: Whether pings that are fainter or louder as a whole are evened out.
+        sound_speed: Sound speed of the water [m/s].
+        absorption_db_per_m: One-way absorption of the water, for the gains by law [dB/m].
+        altitude: Height above the seabed [m], one number or shape (ping,); None: from the first bottom return.
+        beam: Index of the beam within each side, from 0.
+        normalise_along_track: True to even out pings that are weaker or stronger as a whole.
 
     Returns:
-        See `insonify.records.image.image`.
+        Dataset as from `insonify.records.image.image_dataset`.
 
     Raises:
-        ValueError: An unknown geometry or gain, or a beam that the sides do not have.
+        ValueError: An unknown geometry or gain, or a beam that the sides lack.
     """
     recording = recording.rename(beam="channel") if "beam" in recording.dims else recording
     _check("geometry", geometry, get_args(Geometry))
@@ -52,7 +52,7 @@ def sidescan(
     level = np.asarray(recorded_level(recording).values, float)
     slant = np.asarray(recording["time"].values, float) * sound_speed / 2
     height = _altitudes(altitude, level, slant)
-    parts = []
+    sides = []
     for side, channel in _channels(recording, beam):
         lines = level[:, channel] + _gain(gain, level[:, channel], slant, height, absorption_db_per_m)
         if normalise_along_track:
@@ -62,33 +62,33 @@ def sidescan(
             across = _ground(slant, height)
             lines = slant_to_ground_range(lines, slant, height, across)
         mirrored = slice(None, None, -1) if side < 0 else slice(None)
-        parts.append((lines[:, mirrored], (side or 1) * across[mirrored], np.full(len(across), channel)))
-    made = image_dataset(
-        np.concatenate([lines for lines, _, _ in parts], axis=1), np.concatenate([across for _, across, _ in parts]),
+        sides.append((lines[:, mirrored], (side or 1) * across[mirrored], np.full(len(across), channel)))
+    image = image_dataset(
+        np.concatenate([lines for lines, _, _ in sides], axis=1), np.concatenate([across for _, across, _ in sides]),
         _along(recording), geometry=geometry, gain=gain, altitude=height, pings=_numbers(recording),
         attributes={"sound_speed": sound_speed},
     )  # fmt: skip
-    channels = np.concatenate([channel for _, _, channel in parts])
+    channels = np.concatenate([channel for _, _, channel in sides])
     about = {"units": "1", "long_name": "row of the recording's channel"}
-    return made.assign_coords(channel=("across", channels, about))
+    return image.assign_coords(channel=("across", channels, about))
 
 
-def _check(what: str, value: str, known: tuple[str, ...]) -> None:
-    if value not in known:
-        raise ValueError(f"{what} is {value!r}; choose one of {', '.join(known)}")
+def _check(name: str, value: str, choices: tuple[str, ...]) -> None:
+    if value not in choices:
+        raise ValueError(f"{name} is {value!r}; choose one of {', '.join(choices)}")
 
 
 def _channels(recording: xr.Dataset, beam: int) -> list[tuple[int, int]]:
-    """Side and channel of each half of the image, port first."""
+    """Side and channel of each side of the image, port first."""
     count = recording.sizes["channel"]
     sides = np.asarray(recording["side"].values if "side" in recording else np.zeros(count)).astype(int)
-    found = []
+    side_channels = []
     for side in np.unique(sides):
         rows = np.flatnonzero(sides == side)
         if not 0 <= beam < len(rows):
             raise ValueError(f"beam is {beam}; each side has beams 0 to {len(rows) - 1}")
-        found.append((int(side), int(rows[beam])))
-    return found
+        side_channels.append((int(side), int(rows[beam])))
+    return side_channels
 
 
 def _altitudes(altitude: float | Floats | None, level: Floats, slant_range: Floats) -> Floats:
@@ -109,17 +109,17 @@ def _gain(gain: str, level: Floats, slant_range: Floats, altitude: Floats, absor
 
 
 def _ground(slant_range: Floats, altitude: Floats) -> Floats:
-    """Middles of cells on the ground, as many to the metre as there are samples of slant range [m]."""
+    """Middles of ground cells with the spacing of the slant range [m]."""
     lowest = float(np.nanmin(altitude)) if np.isfinite(altitude).any() else 0.0
-    farthest = np.sqrt(max(float(slant_range[-1]) ** 2 - lowest**2, 0.0))
+    max_range = np.sqrt(max(float(slant_range[-1]) ** 2 - lowest**2, 0.0))
     cell = float(slant_range[1] - slant_range[0])
-    return np.asarray((np.arange(max(int(farthest / cell), 2)) + 0.5) * cell, float)
+    return np.asarray((np.arange(max(int(max_range / cell), 2)) + 0.5) * cell, float)
 
 
 def _along(recording: xr.Dataset) -> Floats:
-    """Distance run at each ping [m]."""
-    place = np.asarray(recording["logged_position" if "logged_position" in recording else "position"].values, float)
-    run = np.linalg.norm(np.diff(place[:, :2], axis=0), axis=1)
+    """Along-track distance of each ping [m]."""
+    position = np.asarray(recording["logged_position" if "logged_position" in recording else "position"].values, float)
+    run = np.linalg.norm(np.diff(position[:, :2], axis=0), axis=1)
     return np.concatenate([[0.0], np.cumsum(run)])
 
 

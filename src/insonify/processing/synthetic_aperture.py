@@ -1,4 +1,4 @@
-"""Back-projection: many pings as one long array, focused on every pixel by itself."""
+"""Back-projection: many pings as one long array, focused on each pixel."""
 
 import os
 from concurrent.futures import ThreadPoolExecutor
@@ -14,9 +14,9 @@ from insonify.validity import require_number, require_numbers
 Floats = NDArray[np.float64]
 
 PIXELS_AT_ONCE = 2048
-"""Pixels that a thread works on together."""
+"""Pixels that a thread processes together."""
 CELLS_AT_ONCE = 8_000_000
-"""Most fine cells in memory at a time, 8 bytes each."""
+"""Largest number of fine cells in memory, 8 bytes each."""
 
 
 def backproject(
@@ -25,47 +25,47 @@ def backproject(
     shading: ArrayLike | None = None, track_direction: ArrayLike | None = None, max_angle: float | None = None,
     angle_shading: str = "uniform", threads: int | None = None,
 ) -> NDArray[np.complex64]:  # fmt: skip
-    """Complex image of places from matched-filtered pings of an array that moves.
+    """Complex image by back-projection of matched-filtered pings of a moving array.
 
-    Each pixel sums every series at the delay of its own echo: out from where the transmitter was, back to where the
-    receiver is when the echo arrives. The track need not be straight nor the pings even; the places are the caller's,
-    micronavigation included. The pixels lie on the surface that the caller believes in: a depth that is wrong by dz
-    moves echoes by about dz times the tangent of the grazing angle, and defocuses only where the track is curved.
+    Each pixel sums every series at the delay of its own echo: from the transmitter's position at transmission to the
+    receiver's at reception. The track need not be straight nor the pings evenly spaced; positions are the caller's,
+    micronavigation included. The pixels lie on an assumed surface: a depth error dz
+    shifts echoes by about dz times the tangent of the grazing angle, and defocuses only where the track is curved.
 
     Args:
         pressure: Matched-filtered complex baseband, shape (ping, channel, time).
-        time: Of the samples, evenly spaced, after the start of each transmission [s], shape (time,).
-        transmit: Place of the transmitter at the start of each transmission [m], shape (ping, 3).
-        receive: Places of the receivers at that time [m], shape (ping, channel, 3).
-        grid: Pixels in the same frame [m], shape (..., 3).
-        centre_frequency: Of the baseband [Hz].
-        sound_speed: Of the water [m/s].
-        receive_velocity: Of the receivers while they listen, constant over a ping [m/s], shape (ping, channel, 3), or
-            anything that broadcasts to it; None: they stop and hop from ping to ping.
+        time: Sample times after the start of each transmission, evenly spaced [s], shape (time,).
+        transmit: Position of the transmitter at the start of each transmission [m], shape (ping, 3).
+        receive: Positions of the receivers at that time [m], shape (ping, channel, 3).
+        grid: Positions of the pixels in the same frame [m], shape (..., 3).
+        centre_frequency: Centre frequency of the baseband [Hz].
+        sound_speed: Sound speed of the water [m/s].
+        receive_velocity: Velocity of the receivers during reception, constant over a ping [m/s], shape (ping, channel,
+                3), or anything that broadcasts to it; None: stop-and-hop.
         shading: Weight of each ping (ping,), or of each series (ping, channel), such as a taper of the aperture.
         track_direction: Unit vector along the track, shape (3,) or (ping, 3), for the limit of angles.
-        max_angle: Widest angle off broadside at which a ping still counts for a pixel [rad], seen from the transmitter;
-            None: every ping counts for every pixel.
+        max_angle: Largest angle off broadside at which a ping contributes to a pixel, at the transmitter [rad];
+                None: every ping contributes to every pixel.
         angle_shading: Taper over the sine of that angle: uniform, cosine, hann, hamming, taylor.
-        threads: How many cores to use; all by default. The bits do not depend on it.
+        threads: Number of cores; default: all. Results are bit-identical for any number.
 
     Returns:
-        Image, shape grid.shape[:-1], complex64: the weighted mean over the series that reach a pixel, so that a point
-        echo of amplitude 1 in every ping has the value 1 at its place. Zero where no ping counts. The phase is that of
-        the scatterer: the carrier's phase over the delay is taken out.
+        Image, shape grid.shape[:-1], complex64: the weighted mean over the series that cover a pixel, so that a point
+        echo of amplitude 1 in every ping has the value 1 at its position. Zero where no ping contributes. The phase is
+        that of the scatterer: the carrier's phase over the delay is removed.
 
     Raises:
-        ValueError: Shapes that do not fit; a limit of angles without a direction along the track.
+        ValueError: Shapes that do not fit; a limit of angles without a track direction.
 
     Source: Hawkins (1996), thesis, Canterbury, and Callow (2003), thesis, Canterbury (back-projection of synthetic
-    aperture sonar, stop and hop); from memory. With a receiver that moves evenly the delay is a quadratic's root.
+    aperture sonar, stop and hop); from memory. For a receiver of constant velocity the delay is a quadratic's root.
     """
     series, clock = _pings(pressure, np.size(time)), uniform_clock(time)
     frequency, speed = checked_carrier(centre_frequency, sound_speed)
     count, channels = series.shape[:2]
-    sent = checked_positions("transmit", transmit, (count, 3))
-    heard = checked_positions("receive", receive, (count, channels, 3))
-    moving = _velocity(receive_velocity, heard.shape, speed)
+    transmit_position = checked_positions("transmit", transmit, (count, 3))
+    receive_position = checked_positions("receive", receive, (count, channels, 3))
+    velocity = _velocity(receive_velocity, receive_position.shape, speed)
     weight = _weights(shading, count, channels)
     axis, sine, window = _angles(track_direction, max_angle, angle_shading, count)
     pixels = require_numbers("grid", grid, "m", allow_nan=False)
@@ -81,8 +81,9 @@ def backproject(
             def paint(begin: int, cells: NDArray[np.complex64] = cells, part: slice = part) -> None:
                 end = begin + PIXELS_AT_ONCE
                 backproject_pings(
-                    cells, clock[0] - REACH / clock[1], clock[1] * FINER, frequency, speed, sent[part], heard[part],
-                    moving[part], weight[part], axis[part], sine, window, np.ascontiguousarray(flat[:, begin:end]),
+                    cells, clock[0] - REACH / clock[1], clock[1] * FINER, frequency, speed, transmit_position[part],
+                    receive_position[part],
+                    velocity[part], weight[part], axis[part], sine, window, np.ascontiguousarray(flat[:, begin:end]),
                     sums[2 * begin : 2 * end], weights[begin:end],
                 )  # fmt: skip
 
@@ -92,25 +93,27 @@ def backproject(
 
 
 def along_track_resolution(half_angle: float, centre_frequency: float, sound_speed: float = 1500.0) -> float:
-    """Width at -3 dB along the track of a point seen alike from -half_angle to half_angle off broadside [m].
+    """Along-track resolution at -3 dB of a point insonified uniformly from -half_angle to half_angle off broadside [m].
 
-    0.886 of the spatial period c / (4 f sin(half_angle)) that a two-way aperture holds; from an element of length D,
-    whose beam is followed to -3.9 dB one way (sin(half_angle) = wavelength / 2 D), that is 0.44 D, and with its own
-    taper less sharp; out to its first nulls half of that.
+    0.886 of the spatial period c / (4 f sin(half_angle)) of a two-way aperture; for an element of length D,
+    used to its -3.9 dB points one way (sin(half_angle) = wavelength / 2 D), that is 0.44 D, and less sharp with its
+    own taper; out to its first nulls half of that.
 
     Args:
-        half_angle: Widest angle off broadside [rad].
-        centre_frequency: Of the pulse [Hz].
-        sound_speed: Of the water [m/s].
+        half_angle: Largest angle off broadside [rad].
+        centre_frequency: Centre frequency of the pulse [Hz].
+        sound_speed: Sound speed of the water [m/s].
 
     Raises:
-        ValueError: An angle of nothing, or beyond a right angle.
+        ValueError: An angle of zero, or beyond a right angle.
 
     Source: width of a sinc, as in Hawkins (1996), ch. 4; from memory.
     """
     frequency, speed = checked_carrier(centre_frequency, sound_speed)
-    widest = require_number("half_angle", half_angle, "rad", 0.0, np.pi / 2, exclude_low=True, example="np.radians(10)")
-    return float(0.8859 * speed / (4 * frequency * np.sin(widest)))
+    max_angle = require_number(
+        "half_angle", half_angle, "rad", 0.0, np.pi / 2, exclude_low=True, example="np.radians(10)"
+    )
+    return float(0.8859 * speed / (4 * frequency * np.sin(max_angle)))
 
 
 def _pings(pressure: ArrayLike, samples: int) -> NDArray[np.complex64]:
@@ -121,7 +124,7 @@ def _pings(pressure: ArrayLike, samples: int) -> NDArray[np.complex64]:
 
 
 def _batches(count: int, cells_each: int) -> list[slice]:
-    """Pings taken together: as many as memory allows, whatever the machine."""
+    """Slices of pings processed together: as many as the memory limit allows, independent of the machine."""
     at_once = max(1, CELLS_AT_ONCE // max(1, cells_each))
     return [slice(begin, begin + at_once) for begin in range(0, count, at_once)]
 
@@ -150,7 +153,7 @@ def _weights(shading: ArrayLike | None, pings: int, channels: int) -> Floats:
 def _angles(
     track_direction: ArrayLike | None, max_angle: float | None, shading: str, pings: int
 ) -> tuple[Floats, float, NDArray[np.float32]]:
-    """Axis at each ping, sine of the widest angle (2: no limit), and its taper from the middle outward."""
+    """Axis at each ping, sine of the largest angle (2: no limit), and its taper from the middle outward."""
     window = np.asarray(taper("angle_shading", shading, np.linspace(0, 0.5, 257)), np.float32)
     if max_angle is None:
         if shading != "uniform":

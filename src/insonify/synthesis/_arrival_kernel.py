@@ -1,9 +1,9 @@
-"""Echoes of a block of scatterers, laid down by all pairs of legs, for all channels.
+"""Kernels that deposit the echoes of a block of scatterers by all pairs of legs, for all channels.
 
-The innermost loops of element recordings, and of beams under way. Legs are known at the arrays' centres, one by one;
-here they meet. For each pair of them, those scatterers that have an echo are gathered, so that what follows runs over
-numbers side by side; then each ear, a place that hears, is asked when they come (`_element_kernel`), and each channel
-that hears there lays them down with its own weights. Beams share one ear, the array's centre; elements have one each.
+The innermost loops of element recordings, and of moving beams. Legs are given at the arrays' centres, one by one;
+here they are combined. For each pair of legs, the scatterers with an echo are gathered into contiguous arrays; then
+their times of arrival are evaluated at each receive point (`_arrival_time_kernel`), and each channel
+at that point deposits them with its own weights. Beams share one point, the array's centre; elements have one each.
 Plain numbers and arrays.
 """
 
@@ -36,54 +36,54 @@ class TransmitLegs(NamedTuple):
     """Legs from the transmitter's centre to n scatterers, f of them."""
 
     delay: Floats
-    """Of the pulse's middle at the scatterer, for a transmitter under way; of its start for one at rest [s], (f, n)."""
+    """Delay to the scatterer, of the pulse's middle for a moving transmitter, of its start otherwise [s], (f, n)."""
     transmit_doppler: Floats
-    """One over one less the part of the speed of sound at which the transmitter follows what it sends [1], (f, n)."""
+    """1 / (1 - radial Mach number of the transmitter towards the departing sound) [1], (f, n)."""
     weight: NDArray[np.complex64]
     """Pressure at the scatterer by each transmit beam, without carrier [uPa], (beams, f, n)."""
 
 
 class ReceiveLegs(NamedTuple):
-    """Legs from the receiver's centre to the same scatterers, g of them, travelled the other way."""
+    """Legs from the receiver's centre to the same scatterers, g of them, described away from the sonar."""
 
     delay: Floats
-    """[s], (g, n)."""
+    """One-way delay [s], (g, n)."""
     vertical_curvature: Floats
-    """Curvature of the wavefronts that come back, in the vertical plane [1/m], (g, n)."""
+    """Curvature of the received wavefronts in the vertical plane [1/m], (g, n)."""
     horizontal_distance: Floats
-    """Horizontal distance to where each comes from [m], (g, n)."""
+    """Horizontal distance of the scatterers [m], (g, n)."""
     expansion: Floats
-    """What they have beyond spheres, see `propagation.beside`, (g, terms, n); or (g, 0, n)."""
+    """Deviation from spherical wavefronts, see `propagation.aperture_expansion`, (g, terms, n); or (g, 0, n)."""
     direction: Floats
-    """Direction that each comes from, away from the sonar, (g, n, 3)."""
+    """Direction of arrival, away from the sonar, (g, n, 3)."""
     weight: NDArray[np.complex64]
-    """What is left of the pressure at 1 m from the scatterer, without carrier [1], (g, n)."""
+    """Pressure re that at 1 m from the scatterer, without carrier [1], (g, n)."""
     gain: NDArray[np.float32]
-    """Of each ear's pattern, for each leg or each pair of legs [1], (legs or pairs, patterns, n)."""
+    """Gain of each receive pattern, for each leg or each pair of legs [1], (legs or pairs, patterns, n)."""
 
 
 class ReceiveBeams(NamedTuple):
-    """Places that hear, and the channels that hear there."""
+    """Receive points, and the channels of each."""
 
     position: Floats
-    """From the array's centre, in the world, at the start of the ping [m], (ears, 3)."""
+    """Position from the array's centre, in the world, at the start of the ping [m], (points, 3)."""
     velocity: Floats
-    """At the start of the ping [m/s], (ears, 3)."""
+    """Velocity at the start of the ping [m/s], (points, 3)."""
     acceleration: Floats
-    """[m/s^2], (ears, 3)."""
+    """Acceleration [m/s^2], (points, 3)."""
     channels: Integers
-    """First channel of each, and the one after its last, (ears, 2)."""
+    """First channel of each point, and one past its last, (points, 2)."""
     beam: Integers
     """Transmit beam of each channel, (channels,)."""
     pattern: Integers
-    """Pattern of each channel, -1 for one that is deaf, (channels,)."""
+    """Pattern of each channel, -1 for a dead one, (channels,)."""
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _turn(arrival_time: Floats, spreading_ratio: NDArray[Any], weight: NDArray[Any], gain: NDArray[Any],
           frequency: float,
           turned: NDArray[Any]) -> None:  # fmt: skip
-    """Weights with the element's gain and the phase of the carrier, real and imaginary in turn."""
+    """Apply the element's gain and the carrier's phase to weights, real and imaginary parts alternating."""
     for i in range(arrival_time.size):
         sine, cosine = sincos_cycles(frequency * arrival_time[i])
         size = spreading_ratio[i] * gain[i]
@@ -93,9 +93,9 @@ def _turn(arrival_time: Floats, spreading_ratio: NDArray[Any], weight: NDArray[A
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def nonzero_legs(transmit_legs: TransmitLegs, receive_legs: ReceiveLegs) -> tuple[Flags, Flags, Flags]:
-    """Whether legs out bring anything in any beam, (f, n), legs back, (g, n); whether a pattern hears, (rows, n)."""
+    """Masks of transmit legs with pressure, (f, n), of receive legs, (g, n), and of gains, (rows, n)."""
     beams, legs, n = transmit_legs.weight.shape
-    out, ear = np.zeros((legs, n), np.uint8), np.zeros((receive_legs.gain.shape[0], n), np.uint8)
+    out, has_gain = np.zeros((legs, n), np.uint8), np.zeros((receive_legs.gain.shape[0], n), np.uint8)
     back = np.zeros(receive_legs.weight.shape, np.uint8)
     for beam in range(beams):
         for i in range(legs):
@@ -107,63 +107,69 @@ def nonzero_legs(transmit_legs: TransmitLegs, receive_legs: ReceiveLegs) -> tupl
     for row in range(receive_legs.gain.shape[0]):
         for pattern in range(receive_legs.gain.shape[1]):
             for k in range(n):
-                ear[row, k] |= receive_legs.gain[row, pattern, k] != 0
-    return out, back, ear
+                has_gain[row, k] |= receive_legs.gain[row, pattern, k] != 0
+    return out, back, has_gain
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def scatterers_with_echo(
-    part_start: int, strength: NDArray[Any], legs_out: Flags, legs_back: Flags, ear: Flags, indices: NDArray[np.int32]
+    part_start: int,
+    strength: NDArray[Any],
+    legs_out: Flags,
+    legs_back: Flags,
+    has_gain: Flags,
+    indices: NDArray[np.int32],
 ) -> int:
-    """How many scatterers of a part have an echo by one pair of legs, and which.
+    """Select the scatterers of a part that have an echo by one pair of legs; return their number.
 
     Args:
-        part_start: Number of the first of the part.
-        strength: What each makes of the pair, (part,).
-        legs_out: Of `nonzero_legs`, of the leg out, (part,).
-        legs_back: Likewise, of the leg back.
-        ear: Likewise, of those that hear.
-        indices: Result; one longer than the part.
+        part_start: Index of the first scatterer of the part.
+        strength: Strength of each for the pair, (part,).
+        legs_out: Mask of the transmit leg from `nonzero_legs`, (part,).
+        legs_back: Mask of the receive leg from `nonzero_legs`, (part,).
+        has_gain: Mask of the gain from `nonzero_legs`, (part,).
+        indices: Result: indices of the selected scatterers; one longer than the part.
     """
     count = 0
-    for k in range(strength.size):  # without a branch, which would be foreseen too seldom
+    for k in range(strength.size):  # branch-free: the branch would be mispredicted too often
         indices[np.uintp(count)] = part_start + k
-        count += legs_out[k] & legs_back[k] & ear[k] & np.uint8(strength[k] != 0)
+        count += legs_out[k] & legs_back[k] & has_gain[k] & np.uint8(strength[k] != 0)
     return count
 
 
 class ArrivalBuffer(NamedTuple):
-    """Room for the echoes of some scatterers, up to `BLOCK`, by one pair of legs."""
+    """Work arrays for the echoes of up to `BLOCK` scatterers by one pair of legs."""
 
     scatterer: NDArray[np.int32]
-    """Which scatterers have one; one more."""
+    """Indices of the scatterers with an echo; one longer."""
     strength: NDArray[np.complex64]
-    """What these make of the pair."""
+    """Their strengths for the pair."""
     column: tuple[Floats, Floats, Floats, Floats, Floats, Floats, Floats, Floats, Floats, Floats]
-    """What `arrival_moving` and `arrival_refracted` ask for: delay, bend, distance, following, direction, radius; what they
-    tell: time, Doppler factor."""
+    """Columns of the arrival times: delay, curvature, distance, emission rate, direction, radius;
+    results: time, Doppler factor.
+    """
     expansion: Floats
     first_cell: NDArray[np.int32]
-    """First cells."""
+    """First grid cell of each echo."""
     single: tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]
-    """Place between cells, gain, spreading, place among shapes."""
+    """Position between cells, gain, spreading ratio, coordinate in the waveform basis."""
     source_weight: NDArray[np.float32]
-    """Weights before they are turned, real and imaginary in turn."""
+    """Weights without carrier, real and imaginary parts alternating."""
     carrier_weight: NDArray[np.float32]
     basis: BasisWeights
     basis_weights: NDArray[np.float32]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def arrival_buffer(terms: int, groups: int, doppler_node_count: Floats) -> ArrivalBuffer:
-    """Room for echoes with some terms beyond spheres, on the grids of some groups of shapes."""
+def arrival_buffer(terms: int, groups: int, doppler_nodes: Floats) -> ArrivalBuffer:
+    """Work arrays for echoes with `terms` expansion terms, on the grids of `groups` groups of waveforms."""
     column = np.empty((10, BLOCK))
     single = np.zeros((4, BLOCK), np.float32)
     return ArrivalBuffer(
         np.empty(BLOCK + 1, np.int32), np.empty(BLOCK, np.complex64),
         (column[0], column[1], column[2], column[3], column[4], column[5], column[6], column[7], column[8], column[9]),
         np.empty((terms, BLOCK)), np.empty(BLOCK, np.int32), (single[0], single[1], single[2], single[3]),
-        np.empty(2 * BLOCK, np.float32), np.empty(2 * BLOCK, np.float32), basis_weight_table(doppler_node_count),
+        np.empty(2 * BLOCK, np.float32), np.empty(2 * BLOCK, np.float32), basis_weight_table(doppler_nodes),
         np.zeros((4 * groups, BLOCK if groups > 1 else 1), np.float32),
     )  # fmt: skip
 
@@ -173,29 +179,29 @@ def deposit_pair(
     cells: NDArray[np.complex64], first_time: float, cell_rate: float, i: int, j: int, gain_row: int, count: int,
     buffer: ArrivalBuffer, transmit_legs: TransmitLegs, receive_legs: ReceiveLegs, receive_beams: ReceiveBeams,
     slowness: float, sound_speed_gradient: float, attenuation: float, is_refracted: bool,
-    pulse_middle: float, frequency: float, doppler_node_count: Floats,
+    pulse_middle: float, frequency: float, doppler_nodes: Floats,
 ) -> None:  # fmt: skip
-    """Echoes of some scatterers by one pair of legs, for all channels, added to their cells.
+    """Deposit the echoes of some scatterers by one pair of legs on the cells of all channels.
 
     Args:
-        cells: Grids of pressure, shape (channels, groups, cells, shapes of a group): see `group_layout`.
+        cells: Grids of pressure, shape (channels, groups, cells, waveforms of a group): see `group_layout`.
         first_time: Time of the first cell [s].
         cell_rate: Cells per second [Hz].
-        i: Row of the leg out.
-        j: Row of the leg back.
+        i: Row of the transmit leg.
+        j: Row of the receive leg.
         gain_row: Row of the gain.
-        count: How many scatterers have an echo.
-        buffer: Which these are, and what they make of the pair.
-        transmit_legs: The legs out.
-        receive_legs: The legs back.
-        receive_beams: Who hears.
-        slowness: Of sound at the array [s/m].
+        count: Number of scatterers with an echo.
+        buffer: Their indices and strengths, and work arrays.
+        transmit_legs: Transmit legs.
+        receive_legs: Receive legs.
+        receive_beams: Receive points and their channels.
+        slowness: Slowness of sound at the array [s/m].
         sound_speed_gradient: Growth of the speed of sound with depth at the array [1/s].
-        attenuation: Part of the pressure that the water takes on a metre [1/m].
-        is_refracted: Whether rays bend.
-        pulse_middle: Time from the pulse's start to its middle; 0 for an array that stands [s].
-        frequency: Of the carrier [Hz].
-        doppler_node_count: Doppler factor less one of each shape [1], (shapes,).
+        attenuation: Absorption [Np/m].
+        is_refracted: True in layered water.
+        pulse_middle: Time from the pulse's start to its middle; 0 for an array at rest [s].
+        frequency: Carrier frequency [Hz].
+        doppler_nodes: Doppler factor less one of each waveform [1], (waveforms,).
     """
     last, still, which, shaped = cells.shape[2] - CELLS_PER_SPIKE, pulse_middle == 0.0, buffer.scatterer, buffer.basis
     tau, curve, away, behind, u, v, w, r, when, doppler = buffer.column
@@ -243,7 +249,7 @@ def deposit_pair(
             arrival_moving(tau[:count], r, u, v, w, behind, place, velocity, acceleration, slowness, attenuation,
                           pulse_middle, when, fade, doppler)  # fmt: skip
         _locate(when[:count], first_time, cell_rate, last, at, inside)
-        if doppler_node_count.size > 1:
+        if doppler_nodes.size > 1:
             basis_coordinate(doppler[:count], shaped, x)
         if cells.shape[1] > 1:
             basis_weights(x[:count], shaped.node_coordinate, shaped.node_scale, share)
@@ -270,7 +276,7 @@ def _fill_weights(
     indices: NDArray[np.int32],
     count: int, source_weight: NDArray[np.float32],
 ) -> None:  # fmt: skip
-    """Products of what legs bring, what scatterers make of it and what legs leave of that, as two numbers in turn."""
+    """Products of transmit pressure, strength and receive pressure ratio, real and imaginary parts alternating."""
     for k in range(count):
         n = np.uintp(indices[k])
         one, other = transmit_legs[n], receive_legs[n]

@@ -1,15 +1,15 @@
-"""When an echo reaches an element of an array that may be under way, and what its way there makes of it.
+"""Time of arrival and spreading of an echo at an element of an array, which may be moving.
 
-A leg is known at the array's centre, at the start of the ping. Over the array, and over the way that it goes until the
-echo comes, the wavefront is a sphere about the leg's image source: the distance to an element at d from the centre is
+A leg is given at the array's centre, at the start of the ping. Over the array, and over its displacement until the
+echo arrives, the wavefront is a sphere about the leg's image source: the distance to an element at d from the centre is
 |r u - d|, with u the leg's direction away from the sonar and r its radius, so that
 
     r' - r = (|d|^2 - 2 r u . d) / (|r u - d| + r)
 
-without a difference of two nearly equal numbers. It is exact in water of one sound speed. Where rays bend, the
-wavefront has a curvature of its own in the vertical plane, and the gradient at the array adds a term
+without a difference of two nearly equal numbers. It is exact in water of one sound speed. In layered water the
+wavefront has its own curvature in the vertical plane, and the gradient at the array adds a term
 (`arrival_refracted`).
-Before that, `transmit_moving` tells what a transmitter that is under way makes of what it sends. Plain numbers and
+`transmit_moving` gives the effects of a moving transmitter on the transmitted sound. Plain numbers and
 arrays.
 """
 
@@ -23,7 +23,7 @@ from insonify.jit import njit
 
 Floats = NDArray[np.float64]
 CLOSEST = 0.01
-"""Distance below which the sphere about a scatterer grows no louder [m]."""
+"""Distance below which the pressure of a sphere about a scatterer grows no further [m]."""
 _FAST = {"contract", "reassoc", "nsz", "arcp"}
 
 
@@ -37,7 +37,7 @@ def transmitter_motion_of_leg(
     pulse_middle: float,
     slowness: float,
 ) -> tuple[float, float, float]:
-    """What `transmit_moving` tells of one leg: how much later, how fast it is followed, how much louder."""
+    """Emission delay, radial Mach number and pressure ratio of one leg, as in `transmit_moving`."""
     x = wavefront_radius * north - pulse_middle * velocity[0]
     y = wavefront_radius * east - pulse_middle * velocity[1]
     z = wavefront_radius * down - pulse_middle * velocity[2]
@@ -53,17 +53,18 @@ def transmit_moving(
     delay_change: Floats, transmitter_mach: Floats,
     amplitude_factor: Floats,
 ) -> None:  # fmt: skip
-    """What is later for the pulse's middle than for its start, for a transmitter under way, and what else its way does.
+    """Effects of a moving transmitter on the pulse's middle: emission delay, radial Mach number, pressure ratio.
 
     Args:
-        departure: Directions in which the sound leaves, (n, 3).
-        wavefront_radius: Radius of its wavefronts [m], (n,).
-        velocity: Of the transmitter [m/s], (3,).
+        departure: Directions of departure, (n, 3).
+        wavefront_radius: Radius of the wavefronts [m], (n,).
+        velocity: Velocity of the transmitter [m/s], (3,).
         pulse_middle: Time from the pulse's start to its middle [s].
-        slowness: Of sound at the transmitter [s/m].
-        delay_change: Result [s], (n,).
-        transmitter_mach: Result, part of the speed of sound at which it follows what it sends [1], (n,).
-        amplitude_factor: Result, by what its way changes the pressure [1], (n,).
+        slowness: Slowness of sound at the transmitter [s/m].
+        delay_change: Result: emission delay of the pulse's middle [s], (n,).
+        transmitter_mach: Result: radial speed of the transmitter towards the departing sound over that of sound [1],
+            (n,).
+        amplitude_factor: Result: pressure ratio by the transmitter's motion [1], (n,).
     """
     for n in range(wavefront_radius.size):
         delay_change[n], transmitter_mach[n], amplitude_factor[n] = transmitter_motion_of_leg(
@@ -82,7 +83,7 @@ def direction_at_arrival(
     velocity: Floats,
     acceleration: Floats,
 ) -> tuple[float, float, float]:
-    """What `turn_to_element` tells of one echo."""
+    """Direction of one echo from a displaced element, as in `turn_to_element`."""
     once = 1 / max(path_length, CLOSEST)
     x = north - once * (element_position[0] + t * (velocity[0] + t / 2 * acceleration[0]))
     y = east - once * (element_position[1] + t * (velocity[1] + t / 2 * acceleration[1]))
@@ -101,16 +102,16 @@ def turn_to_element(
     acceleration: Floats,
     directions: Floats,
 ) -> None:
-    """Directions in which an element sees echoes when they come.
+    """Directions of echoes from an element at the times of arrival.
 
     Args:
-        direction: Directions to where they come from, from the array's centre at the start, (n, 3).
-        path_length: Ways back [m], (n,).
-        arrival_time: When they come [s], (n,).
-        element_position: Of the element from the centre at the start, in the world [m], (3,).
-        velocity: Of the element [m/s], (3,).
-        acceleration: Likewise [m/s^2], (3,).
-        directions: Result, (n, 3).
+        direction: Directions of the scatterers from the array's centre at the start, (n, 3).
+        path_length: Lengths of the receive legs [m], (n,).
+        arrival_time: Times of arrival [s], (n,).
+        element_position: Position of the element from the centre at the start, in the world [m], (3,).
+        velocity: Velocity of the element [m/s], (3,).
+        acceleration: Acceleration of the element [m/s^2], (3,).
+        directions: Result: directions from the element, (n, 3).
     """
     for n in range(path_length.size):
         directions[n, 0], directions[n, 1], directions[n, 2] = direction_at_arrival(
@@ -130,19 +131,19 @@ def arrival_stationary(
     delay: Floats, radius: Floats, north: Floats, east: Floats, down: Floats, element_position: Floats, slowness: float,
     attenuation: float, arrival_time: Floats, spreading_ratio: NDArray[Any],
 ) -> None:  # fmt: skip
-    """When echoes reach an element that stands still, and by what its distance changes their pressure.
+    """Arrival times at an element at rest, and the spreading ratio by its distance.
 
     Args:
-        delay: At the centre [s], (n,).
-        radius: Of the wavefronts [m], (n,).
-        north: Direction to where each comes from, away from the sonar, (n,).
-        east: Likewise.
-        down: Likewise.
-        element_position: Of the element from the centre, in the world [m], (3,).
-        slowness: Of sound at the array [s/m].
-        attenuation: Part of the pressure that the water takes on a metre [1/m].
-        arrival_time: Result [s], (n,).
-        spreading_ratio: Result, spreading at the element over that at the centre [1], (n,).
+        delay: Delay at the array's centre [s], (n,).
+        radius: Radius of the wavefronts [m], (n,).
+        north: Direction of each scatterer, away from the sonar, north component [1], (n,).
+        east: East component of the direction [1], (n,).
+        down: Down component of the direction [1], (n,).
+        element_position: Position of the element from the centre, in the world [m], (3,).
+        slowness: Slowness of sound at the array [s/m].
+        attenuation: Absorption [Np/m].
+        arrival_time: Result: time of arrival at the element [s], (n,).
+        spreading_ratio: Result: spreading at the element over that at the centre [1], (n,).
     """
     x, y, z = element_position[0], element_position[1], element_position[2]
     square = x * x + y * y + z * z
@@ -165,33 +166,31 @@ def arrival_moving(
     arrival_time: Floats,
     spreading_ratio: NDArray[Any], doppler: Floats,
 ) -> None:  # fmt: skip
-    """The same for an element under way: its place is that of the moment when the pulse's middle comes.
+    """Arrival times at a moving element, whose position is taken when the pulse's middle arrives.
 
-    Two Newton steps find that moment. Shapes are stretched about their middle, so an echo is where its middle is, less
-    half of the pulse as it was sent.
+    Two Newton steps find that time. Waveforms are stretched about their middle, so an echo is timed by its middle, less
+    half of the transmitted pulse.
 
     Args:
-        delay: Of the pulse's middle at the centre, had it stayed, its sending included [s], (n,).
-        radius: Likewise.
-        north: Likewise.
-        east: Likewise.
-        down: Likewise.
-        transmit_doppler: One over one less the part of the speed of sound at which the transmitter follows what it
-            sends
-            [1], (n,).
-        element_position: Of the element from the centre, at the start of the ping [m], (3,).
-        velocity: Of the element at the start of the ping [m/s], (3,).
-        acceleration: Of the element [m/s^2], (3,).
-        slowness: As of `arrival_stationary`.
-        attenuation: Likewise.
+        delay: Delay of the pulse's middle at a centre at rest, emission delay included [s], (n,).
+        radius: Radius of the wavefronts [m], (n,).
+        north: North component of each direction of arrival [1], (n,).
+        east: East component [1], (n,).
+        down: Down component [1], (n,).
+        transmit_doppler: 1 / (1 - radial Mach number of the transmitter) [1], (n,).
+        element_position: Position of the element from the centre, at the start of the ping [m], (3,).
+        velocity: Velocity of the element at the start of the ping [m/s], (3,).
+        acceleration: Acceleration of the element [m/s^2], (3,).
+        slowness: Slowness of sound at the array [s/m].
+        attenuation: Absorption [Np/m].
         pulse_middle: Time from the pulse's start to its middle [s].
-        arrival_time: As of `arrival_stationary`.
-        spreading_ratio: Likewise.
+        arrival_time: Result: time of arrival at the element [s], (n,).
+        spreading_ratio: Result: spreading at the element over that at the centre [1], (n,).
         doppler: Result, d(emission) / d(arrival) - 1 [1], (n,).
     """
     for i in range(delay.size):
         r, u, v, w = radius[i], north[i], east[i], down[i]
-        rate = 1 - (u * velocity[0] + v * velocity[1] + w * velocity[2]) * slowness  # a step's length may be inexact
+        rate = 1 - (u * velocity[0] + v * velocity[1] + w * velocity[2]) * slowness  # an approximate step suffices
         tau = delay[i]
         half = 0.5 * tau
         x = element_position[0] + tau * (velocity[0] + half * acceleration[0])
@@ -221,9 +220,9 @@ def arrival_moving(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _beyond(expansion: Floats, i: int, x: float, z: float) -> tuple[float, float, float]:
-    """Delay beyond the expansion [s], and its growth with x and z [s/m]: for an element x nearer and z deeper.
+    """Delay beyond the expansion [s], and its derivatives in x and z [s/m], for an element x nearer and z deeper.
 
-    The polynomial of `propagation.beside`.
+    The polynomial of `propagation.aperture_expansion`.
     """
     level = expansion[0, i] + x * (expansion[3, i] + x * expansion[7, i])
     upright = expansion[2, i] + z * (expansion[6, i] + z * expansion[8, i])
@@ -242,27 +241,27 @@ def arrival_refracted(
     sound_speed_gradient: float,
     attenuation: float, pulse_middle: float, arrival_time: Floats, spreading_ratio: NDArray[Any], doppler: Floats,
 ) -> None:  # fmt: skip
-    """The same where rays bend, for an element that may be under way; the expansion of `propagation.elements`.
+    """Arrival times in layered water at an element that may be moving, by the expansion of the wavefront.
 
     Args:
-        delay: As of `arrival_moving`.
+        delay: Delay of the pulse's middle at a centre at rest, emission delay included [s], (n,).
         vertical_curvature: Curvature of the wavefronts in the vertical plane [1/m], (n,).
-        horizontal_distance: Horizontal distance to where each comes from [m], (n,).
-        north: As of `arrival_stationary`.
-        east: Likewise.
-        down: Likewise.
-        transmit_doppler: As of `arrival_moving`.
-        expansion: What they have beyond this expansion, see `propagation.beside`, (terms, n); or (0, n).
-        element_position: As of `arrival_moving`.
-        velocity: Likewise.
-        acceleration: Likewise.
-        slowness: Likewise.
+        horizontal_distance: Horizontal distance of each scatterer [m], (n,).
+        north: North component of each direction of arrival [1], (n,).
+        east: East component [1], (n,).
+        down: Down component [1], (n,).
+        transmit_doppler: 1 / (1 - radial Mach number of the transmitter) [1], (n,).
+        expansion: Higher terms, see `propagation.aperture_expansion`, (terms, n); or (0, n).
+        element_position: Position of the element from the centre, at the start of the ping [m], (3,).
+        velocity: Velocity of the element at the start of the ping [m/s], (3,).
+        acceleration: Acceleration of the element [m/s^2], (3,).
+        slowness: Slowness of sound at the array [s/m].
         sound_speed_gradient: Growth of the speed of sound with depth at the array [1/s].
-        attenuation: As of `arrival_stationary`.
-        pulse_middle: As of `arrival_moving`.
-        arrival_time: Likewise.
-        spreading_ratio: Likewise.
-        doppler: Likewise.
+        attenuation: Absorption [Np/m].
+        pulse_middle: Time from the pulse's start to its middle [s].
+        arrival_time: Result: time of arrival at the element [s], (n,).
+        spreading_ratio: Result: spreading at the element over that at the centre [1], (n,).
+        doppler: Result: d(emission) / d(arrival) - 1 [1], (n,).
     """
     half_gradient = 0.5 * sound_speed_gradient * slowness * slowness
     for i in range(delay.size):
@@ -277,7 +276,7 @@ def arrival_refracted(
             y = element_position[1] + tau * (velocity[1] + half * acceleration[1])
             z = element_position[2] + tau * (velocity[2] + half * acceleration[2])
             ahead, square = (x * u + y * v) * level, x * x + y * y
-            # How much closer the element is over ground, without a difference of nearly equal numbers.
+            # Horizontal approach of the element, without a difference of nearly equal numbers.
             closer = 2 * far * ahead - square
             closer /= far + math.sqrt(max(far * far - closer, 0.0))
             along, aside = closer * cosine + z * w, z * cosine - closer * w

@@ -1,8 +1,8 @@
-"""Echoes of a block of scatterers for beams: a stretch of the block at a time, from its legs to the grids.
+"""Kernel that deposits the echoes of a block of scatterers in beams, from legs to grids, a part of the block at a time.
 
-What a few hundred scatterers need stays near the processor from the first number to the last: what legs bring and take
-back, the gain of the beams along them when echoes come, the strength of pairs. Legs that are not there are passed over.
-Then they meet, pair by pair. Plain numbers and arrays.
+The work arrays of a few hundred scatterers stay in the cache throughout: pressures of the transmit and receive legs,
+the gain of the beams at reception, the strength of pairs. Legs without pressure are skipped.
+Then pairs of legs are combined. Plain numbers and arrays.
 """
 
 import math
@@ -43,45 +43,45 @@ class LegColumns(NamedTuple):
     spreading: Floats
     absorption: Floats
     reflection_coefficient: Complexes
-    """With what caustics and glints turn."""
+    """Reflection coefficient, with the phases of caustics and glints."""
     visibility: Complexes
     departure: Floats
-    """(f, n, 3)."""
+    """Direction away from the sonar, (f, n, 3)."""
     grazing: Floats
 
 
 class Transmitter(NamedTuple):
-    """What sends."""
+    """Transmitter: level, velocity and beam patterns of the transmitting end."""
 
     level: float
     """Pressure at 1 m [uPa]."""
     velocity: Floats
-    """At the start of the ping [m/s], (3,)."""
+    """Velocity at the start of the ping [m/s], (3,)."""
     pulse_middle: float
-    """Time from the pulse's start to its middle; 0 for one at rest [s]."""
+    """Time from the pulse's start to its middle; 0 for a sonar at rest [s]."""
     slowness: float
-    """Of sound there [s/m]."""
+    """Slowness of sound at the transmitter [s/m]."""
     beams: BeamTables
 
 
 class ReceivingArray(NamedTuple):
-    """What hears, but for where it is: see `ReceiveBeams`."""
+    """Receiving array without its positions, which are in `ReceiveBeams`."""
 
     pulse_middle: float
-    """As of `Transmitter`."""
+    """Time from the pulse's start to its middle; 0 for a sonar at rest [s]."""
     has_parallax: bool
-    """Whether directions are those from where the array is when echoes come."""
+    """True if directions are taken from the array's position at reception."""
     is_rotating: bool
-    """Whether the array is then turned otherwise."""
+    """True if the array rotates until reception."""
     rotation_rate: Floats
-    """Of `Course.sweep` [1/s], (3, 3)."""
+    """First-order rotation, from `PlatformMotion.rotation_rates` [1/s], (3, 3)."""
     rotation_acceleration: Floats
-    """Likewise [1/s^2], (3, 3)."""
+    """Second-order rotation, from `PlatformMotion.rotation_rates` [1/s^2], (3, 3)."""
     beams: BeamTables
 
 
 class WavefrontColumns(NamedTuple):
-    """Wavefronts that come back where rays bend, see `ReceiveLegs`; empty in water of one sound speed."""
+    """Received wavefronts in layered water, see `ReceiveLegs`; empty in water of one sound speed."""
 
     vertical_curvature: Floats
     horizontal_distance: Floats
@@ -89,44 +89,45 @@ class WavefrontColumns(NamedTuple):
 
 
 class ScatteringStrengths(NamedTuple):
-    """What n scatterers make of p pairs: given; or products, see `records.pairs.Product`."""
+    """Strengths of n scatterers for p pairs: as an array, or separable, see `records.pairs.SeparableStrengths`."""
 
     amplitude: NDArray[np.complex64]
-    """(p, n); or (0, 0): products."""
+    """Strengths [m], (p, n); or (0, 0): separable."""
     direction_factor: Floats
-    """Of one direction, at even sines, (2 or more,)."""
+    """Factor of one direction, at even sines of grazing angle, (2 or more,)."""
     root_area: Floats
-    """Of each area [m], (n,)."""
+    """Root of the area of each scatterer [m], (n,)."""
     weight: Floats
-    """Of each pair [1], (p,)."""
+    """Weight of each pair [1], (p,)."""
     scatterer_number: Singles
-    """Of each place, (n,)."""
+    """Priority of each scatterer, (n,)."""
     stretch: NDArray[np.uint8]
-    """That each lies in, (n,)."""
+    """Range bin of each scatterer, (n,)."""
     keep_probability: Singles
-    """Part of the scatterers at which pairs are met, (p, stretches); or (0, 0): everywhere."""
+    """Keep probability of each pair in each range bin, (p, bins); or (0, 0): 1."""
 
 
 class _Leg(NamedTuple):
-    """A leg's scatterers side by side, those of a part that it reaches, up to `_PART`."""
+    """Scatterers of a part that one leg reaches, as contiguous columns of up to `_PART`."""
 
     scatterer: NDArray[np.int32]
-    """Their numbers in the part."""
+    """Their indices in the part."""
     column: Floats
-    """Columns one after the other, of `_PART` each: compilers see that none lies on another, and work on many numbers
-    at a time."""
+    """Columns of `_PART` numbers, one after the other in one array: compilers see that they do not overlap, and
+    vectorise.
+    """
 
 
 _REAL, _IMAGINARY = 0 * _PART, 1 * _PART
-"""What is left of the pressure."""
+"""Pressure ratio."""
 _SIDE, _LENGTH = 2 * _PART, 3 * _PART
-"""What the leg's direction contributes to strengths; the leg's length."""
+"""Root of the direction factor of strengths; length of the leg."""
 _NORTH, _EAST, _DOWN = 4 * _PART, 5 * _PART, 6 * _PART
 """Direction away from the sonar."""
 _WHEN, _BEHIND = 7 * _PART, 8 * _PART
-"""A time [s]; one over one less the part of the speed of sound at which the leg is followed."""
+"""A time [s]; 1 / (1 - radial Mach number)."""
 _AHEAD, _RIGHT, _UNDER = 9 * _PART, 10 * _PART, 11 * _PART
-"""Cosines to an array's axes."""
+"""Direction cosines along an array's axes."""
 _SIZE = 12 * _PART
 """A factor."""
 _COLUMNS = 13
@@ -142,7 +143,7 @@ def _reached(
     strengths: ScatteringStrengths,
     leg: _Leg,
 ) -> int:
-    """How many scatterers of a part a leg reaches; which, and what it is like there, goes into `leg`."""
+    """Select the scatterers of a part that a leg reaches, fill in the leg's columns, and return their number."""
     count = 0
     visibility, boundary = legs.visibility[f, part_start:end], legs.reflection_coefficient[f, part_start:end]
     for k in range(end - part_start):
@@ -173,7 +174,7 @@ def _reached(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _contribution_roots(factor: Floats, side: Floats) -> None:
-    """Grazing angles become the root of what directions contribute to cross sections; 1 for no factors."""
+    """Replace grazing angles by the root of the direction factor of the cross section; by 1 for no factors."""
     rows = factor.size - 1
     if rows < 1:
         side[:] = 1.0
@@ -195,7 +196,7 @@ def _transmit_leg(
     transmit_legs: TransmitLegs,
     transmit_cosine: Floats,
 ) -> None:  # fmt: skip
-    """What a leg out brings to the scatterers of a part that it reaches; and direction cosines, as of `_receive_gain`."""
+    """Transmitted pressure at the scatterers that a leg reaches, and direction cosines as in `_receive_gain`."""
     beams, c, which = transmitter.beams, leg.column, leg.scatterer
     axes, velocity, middle, slowness = beams.axes, transmitter.velocity, transmitter.pulse_middle, transmitter.slowness
     for k in range(count):
@@ -225,23 +226,23 @@ def _transmit_leg(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _face(axes: Floats, count: int, c: Floats) -> None:
-    """Cosines of directions to an array's axes."""
+    """Direction cosines along an array's axes."""
     for k in range(count):
         c[_AHEAD + k], c[_RIGHT + k], c[_UNDER + k] = array_cosines(axes, c[_NORTH + k], c[_EAST + k], c[_DOWN + k])
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _apply_element_pattern(beams: BeamTables, count: int, c: Floats) -> None:
-    """Factors with the gain of an array's elements."""
+    """Multiply factors by the gain of an array's elements."""
     for k in range(count):
         c[_SIZE + k] *= element_amplitude(beams, c[_AHEAD + k], c[_RIGHT + k], c[_UNDER + k])
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _turned(x: float, y: float, z: float, arrival_time: float, r: Floats, b: Floats) -> tuple[float, float, float]:
-    """A direction as it would have to be at the start to be heard by the array as it is turned later.
+    """Direction at the start of the ping that is equivalent to a direction at reception by the rotated array.
 
-    As `Course.turned`, with the two parts of its `sweep`.
+    As `PlatformMotion.to_initial_attitude`, with its two orders of rotation.
     """
     north = x + arrival_time * (
         x * r[0, 0] + y * r[0, 1] + z * r[0, 2] + arrival_time * (x * b[0, 0] + y * b[0, 1] + z * b[0, 2])
@@ -261,16 +262,16 @@ def _receive_gain(
     row: int, count: int, receiving_array: ReceivingArray, receive_beams: ReceiveBeams, leg: _Leg, gain: Singles,
     right_cosine: Floats
 ) -> None:  # fmt: skip
-    """Gain of each pattern towards a leg's scatterers when their echoes come.
+    """Gain of each pattern towards a leg's scatterers at the times of reception.
 
     Args:
-        row: Of the gains.
-        count: How many scatterers the leg reaches.
-        receiving_array: What hears.
-        receive_beams: Where it is.
-        leg: The leg; its columns tell when, and begin with factors of 1.
-        gain: Result, (rows, patterns, part).
-        right_cosine: Result, direction cosines to the array's right, (rows, part); or (0, 0): not wanted.
+        row: Row of the gains.
+        count: Number of scatterers that the leg reaches.
+        receiving_array: Receiving array.
+        receive_beams: Receive point and its channels.
+        leg: The leg; its columns hold the times of arrival, and factors that start at 1.
+        gain: Result: gains, (rows, patterns, part).
+        right_cosine: Result: direction cosines to the array's right, (rows, part); or (0, 0): not needed.
     """
     beams, c, which = receiving_array.beams, leg.column, leg.scatterer
     if receiving_array.has_parallax:
@@ -311,22 +312,22 @@ def _receive_leg(
     wavefronts: WavefrontColumns,
     receive_beams: ReceiveBeams, root_area: Floats, leg: _Leg, receive_legs: ReceiveLegs, right_cosine: Floats,
 ) -> None:  # fmt: skip
-    """What a leg back takes from the scatterers of a part that it reaches.
+    """Received pressure ratio of the scatterers of a part that a receive leg reaches.
 
     Args:
         j: Row of the leg.
-        part_start: Number of the part's first scatterer.
-        end: One more than that of its last.
-        count: How many of these it reaches.
-        legs: The legs.
-        first: Delays of the first leg out [s], (n,): by another leg out an echo hardly comes from another place.
-        receiving_array: What hears.
-        wavefronts: Wavefronts where rays bend.
-        receive_beams: Where it is.
-        root_area: Of areas [m], (n,); or (0,).
-        leg: The leg.
-        receive_legs: Result.
-        right_cosine: Result, as of `_receive_gain`.
+        part_start: Index of the part's first scatterer.
+        end: One past the index of its last scatterer.
+        count: Number of scatterers that the leg reaches.
+        legs: Receive legs.
+        first: Delays of the first transmit leg [s], (n,); other legs give nearly the same direction of arrival.
+        receiving_array: Receiving array.
+        wavefronts: Wavefronts in layered water.
+        receive_beams: Receive point and its channels.
+        root_area: Root of the areas [m], (n,); or (0,).
+        leg: Columns of the leg.
+        receive_legs: Result: pressure ratios and gains.
+        right_cosine: Result: direction cosines to the array's right, as in `_receive_gain`.
     """
     c, delay, sooner, middle = (
         leg.column,
@@ -364,27 +365,27 @@ def _receive_leg(
 
 
 class _ReachedScatterers(NamedTuple):
-    """Scatterers of a part that each leg reaches, not hidden and not behind the array."""
+    """Scatterers of a part that each leg reaches with pressure."""
 
     scatterer: NDArray[np.int32]
-    """Their numbers in the part, (legs, part)."""
+    """Their indices in the part, (legs, part)."""
     scatterer_count: NDArray[np.int64]
-    """How many, (legs,)."""
+    """Their number, (legs,)."""
     is_reached: Flags
-    """Whether each is, (legs, part)."""
+    """Mask of the reached scatterers, (legs, part)."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _no_scatterers(legs: int) -> _ReachedScatterers:
-    """Room for what so many legs reach."""
+    """Empty work arrays for a number of legs."""
     return _ReachedScatterers(
         np.empty((legs, _PART), np.int32), np.zeros(legs, np.int64), np.zeros((legs, _PART), np.uint8)
     )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _note_reached(reached: _ReachedScatterers, f: int, count: int, leg: _Leg) -> None:
-    """Keep which scatterers a leg reaches with any pressure, by the factors in its columns."""
+def _record_reached(reached: _ReachedScatterers, f: int, count: int, leg: _Leg) -> None:
+    """Record the scatterers that a leg reaches with any pressure, by the factors in its columns."""
     flag, which, column, kept = reached.is_reached[f], reached.scatterer[f], leg.column, 0
     flag[:] = 0
     for k in range(count):
@@ -406,7 +407,7 @@ def _echoes_of_pair(
     legs_back: _ReachedScatterers,
     buffer: ArrivalBuffer,
 ) -> int:
-    """How many scatterers of a part have an echo by one pair of legs; which, and how they answer, goes into `buffer`."""
+    """Select scatterers with an echo by one pair of legs, store their strengths in `buffer`, return their number."""
     shorter = legs_out.scatterer_count[i] <= legs_back.scatterer_count[j]
     which = (
         legs_out.scatterer[i, : legs_out.scatterer_count[i]]
@@ -447,7 +448,7 @@ def _receive_gain_by_pair(
     receive_legs: ReceiveLegs, length: Floats, receiving_array: ReceivingArray,
     receive_beams: ReceiveBeams, leg: _Leg, right_cosine: Floats,
 ) -> None:  # fmt: skip
-    """Gains for an array that turns, of one pair of legs: its echoes come at times of their own."""
+    """Gains of a rotating array for one pair of legs, whose echoes have their own times of arrival."""
     c, towards = leg.column, receive_legs.direction[j]
     leg.scatterer[:count] = buffer.scatterer[:count]
     for k in range(count):
@@ -466,33 +467,33 @@ def deposit_block(
     transmitter: Transmitter, receiving_array: ReceivingArray, wavefronts: WavefrontColumns,
     receive_beams: ReceiveBeams, slowness: float, sound_speed_gradient: float, attenuation: float, is_refracted: bool,
     pulse_middle: float, frequency: float,
-    doppler_node_count: Floats, grid: DirectionRows,
+    doppler_nodes: Floats, grid: DirectionRows,
 ) -> None:  # fmt: skip
-    """Echoes of one block by all pairs of legs, for all beams, added to their cells.
+    """Deposit the echoes of one block by all pairs of legs on the cells of all beams.
 
     Args:
-        cells: As of `_echo_kernel.deposit_pair`.
-        first_time: Likewise.
-        cell_rate: Likewise.
-        pair: Row of the leg out and of the leg back of each pair, (p, 2).
-        legs_out: Legs out.
-        legs_back: Legs back.
-        same_legs: Whether these are the same.
-        extra_attenuation: What the water takes beyond what legs know, at this frequency [1/m].
-        phase: Phasors of the places [1], (n,).
-        strengths: What scatterers make of pairs.
-        transmitter: What sends.
-        receiving_array: What hears.
-        wavefronts: Wavefronts where rays bend.
-        receive_beams: One place that hears, and its beams.
-        slowness: As of `_echo_kernel.deposit_pair`.
-        sound_speed_gradient: Likewise.
-        attenuation: Likewise.
-        is_refracted: Likewise.
-        pulse_middle: Likewise.
-        frequency: Likewise.
-        doppler_node_count: Likewise.
-        grid: Rows of a grid of directions, whose channels are rows then, not beams; of step 0: channels are beams.
+        cells: Grids of pressure, shape (channels, groups, cells, waveforms of a group): see `group_layout`.
+        first_time: Time of the first cell [s].
+        cell_rate: Cells per second [Hz].
+        pair: Rows of the transmit and the receive leg of each pair, (p, 2).
+        legs_out: Transmit legs.
+        legs_back: Receive legs.
+        same_legs: True if both are the same.
+        extra_attenuation: Absorption at this frequency beyond that of the legs [Np/m].
+        phase: Phasors of the scatterers [1], (n,).
+        strengths: Strengths of the pairs.
+        transmitter: Transmitter.
+        receiving_array: Receiving array.
+        wavefronts: Wavefronts in layered water.
+        receive_beams: One receive point, and its channels.
+        slowness: Slowness of sound at the array [s/m].
+        sound_speed_gradient: Growth of the speed of sound with depth at the array [1/s].
+        attenuation: Absorption at the carrier [Np/m].
+        is_refracted: True in layered water.
+        pulse_middle: Time from the pulse's start to its middle; 0 for an array at rest [s].
+        frequency: Carrier frequency [Hz].
+        doppler_nodes: Doppler factor less one of each waveform [1], (waveforms,).
+        grid: Direction grid, whose rows take the place of channels; of step 0: channels are beams.
     """
     f, g, patterns, many = len(legs_out.delay), len(legs_back.delay), len(receiving_array.beams.steer), phase.size
     beams, rows = len(transmitter.beams.steer), 1 if receiving_array.is_rotating else g
@@ -502,7 +503,7 @@ def deposit_block(
                   np.zeros((g, _PART), np.complex64), np.zeros((rows, patterns, _PART), np.float32))  # fmt: skip
     leg, room = (
         _Leg(np.empty(_PART + 1, np.int32), np.empty(_COLUMNS * _PART)),
-        arrival_buffer(wavefronts.expansion.shape[1], cells.shape[1], doppler_node_count),
+        arrival_buffer(wavefronts.expansion.shape[1], cells.shape[1], doppler_nodes),
     )
     away, home, directed = _no_scatterers(f), _no_scatterers(g), grid.step > 0
     across, there = np.zeros((rows if directed else 0, _PART)), row_sort_buffer(cells.shape[0] if directed else 0)
@@ -512,19 +513,19 @@ def deposit_block(
         for i in range(f):
             count = _reached(legs_out, i, begin, end, extra_attenuation, strengths, leg)
             _transmit_leg(i, begin, count, transmitter, phase, legs_out.delay[i], leg, sent, leaving)
-            _note_reached(away, i, count, leg)
+            _record_reached(away, i, count, leg)
             if same_legs:
                 _receive_leg(i, begin, end, count, legs_back, legs_out.delay[0], receiving_array, wavefronts,
                              receive_beams, strengths.root_area, leg,
                            heard, across)  # fmt: skip
-                _note_reached(home, i, count, leg)
+                _record_reached(home, i, count, leg)
         if not same_legs:
             for j in range(g):
                 count = _reached(legs_back, j, begin, end, extra_attenuation, strengths, leg)
                 _receive_leg(j, begin, end, count, legs_back, legs_out.delay[0], receiving_array, wavefronts,
                              receive_beams, strengths.root_area, leg,
                            heard, across)  # fmt: skip
-                _note_reached(home, j, count, leg)
+                _record_reached(home, j, count, leg)
         for p in range(len(pair)):
             i, j = pair[p]
             count = _echoes_of_pair(p, i, j, begin, strengths, away, home, room)
@@ -540,8 +541,8 @@ def deposit_block(
                                           receive_beams,
                                       leaving[i], across[row], grid, there, slowness, sound_speed_gradient,
                                       attenuation, is_refracted, pulse_middle,
-                                      frequency, doppler_node_count)  # fmt: skip
+                                      frequency, doppler_nodes)  # fmt: skip
             else:
                 deposit_pair(cells, first_time, cell_rate, i, j, row, count, room, sent, heard, receive_beams,
                              slowness, sound_speed_gradient,
-                         attenuation, is_refracted, pulse_middle, frequency, doppler_node_count)  # fmt: skip
+                         attenuation, is_refracted, pulse_middle, frequency, doppler_nodes)  # fmt: skip

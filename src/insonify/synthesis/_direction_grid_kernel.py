@@ -1,6 +1,6 @@
-"""Echoes laid on a grid of time and direction, from which all beams of an array follow.
+"""Kernels that deposit echoes on a grid of time and direction, from which all beams of an array follow.
 
-Along the direction cosine to an array's right a spike is spread over a few rows, by the kernel that spreads it over a
+Along the direction cosine to an array's right an echo is spread over a few rows, by the kernel that spreads it over a
 few cells in time. So an echo costs the same for any number of beams. Plain numbers and arrays.
 """
 
@@ -30,46 +30,46 @@ Singles = NDArray[np.float32]
 _TAPS = tap_coefficients()
 _FAST = {"contract", "reassoc", "nsz", "arcp"}
 _CELLS = 256
-"""Numbers of a row that are worked on together: what all rows hold there stays in the cache."""
+"""Numbers of a row that are processed together: those of all rows fit in the cache."""
 
 
 class DirectionRows(NamedTuple):
-    """Rows of the grid: even direction cosines to an array's right."""
+    """Rows of the grid: evenly spaced direction cosines to an array's right."""
 
     first: float
-    """Of the first row [1]."""
+    """Direction cosine of the first row [1]."""
     step: float
-    """From row to row [1]; 0: no grid, channels are beams."""
+    """Spacing of the rows [1]; 0: no grid, channels are beams."""
     transmit_pattern: Floats
-    """Pattern of transmit beams that are steered as the receive beams are, cubics of shape (rows, 4); empty: not."""
+    """Pattern of transmit beams steered with the receive beams, cubics of shape (rows, 4); empty: none."""
     transmit_rows_per_unit: float
-    """Its rows per unit of direction cosine [1]."""
+    """Rows of that pattern per unit of direction cosine [1]."""
 
 
 class RowSortBuffer(NamedTuple):
-    """Room for the echoes of one pair of legs in the order of their rows, up to `BLOCK`."""
+    """Work arrays for the echoes of one pair of legs, sorted by row, up to `BLOCK`."""
 
     row: NDArray[np.int32]
-    """First row of each echo, before they are put in order."""
+    """First row of each echo, unsorted."""
     starts: NDArray[np.int64]
-    """Echoes before each row, (rows + 1,)."""
+    """Number of echoes before each row, (rows + 1,)."""
     order: NDArray[np.int32]
     row_weights: Singles
     """Weight of each echo in its rows, (WIDTH, BLOCK)."""
     first_cell: NDArray[np.int32]
     single: Singles
-    """Place between cells and place among shapes, (2, BLOCK)."""
+    """Position between cells and coordinate in the waveform basis, (2, BLOCK)."""
     weight: Singles
-    """Real and imaginary in turn."""
+    """Weights, real and imaginary parts alternating."""
     row_part: Singles
-    """The same, of one row."""
+    """Weights of one row, real and imaginary parts alternating."""
     row_fraction: Singles
-    """Place between rows, before they are put in order."""
+    """Position between rows, unsorted."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def row_sort_buffer(rows: int) -> RowSortBuffer:
-    """Room for echoes on a grid of so many rows."""
+    """Work arrays for echoes on a grid of `rows` rows."""
     return RowSortBuffer(
         np.empty(BLOCK, np.int32), np.empty(rows + 2, np.int64), np.empty(BLOCK, np.int32),
         np.empty((WIDTH, BLOCK), np.float32), np.empty(BLOCK, np.int32), np.zeros((2, BLOCK), np.float32),
@@ -86,15 +86,15 @@ def _by_row(
     number: int,
     sort_buffer: RowSortBuffer,
 ) -> None:
-    """First rows of some echoes, what they count for in these and the next, and their order by row.
+    """First rows of some echoes, their weights in these and the following rows, and their order by row.
 
     Args:
         right_cosine: Direction cosine to the array's right of the scatterers of a part, (part,).
-        column_number: Numbers of those that have an echo, (count or more,).
-        count: How many.
-        rows: The grid.
-        number: How many rows it has.
-        sort_buffer: Result.
+        column_number: Indices of those with an echo, (count or more,).
+        count: Number of echoes.
+        rows: Rows of the grid.
+        number: Number of rows.
+        sort_buffer: Result: work arrays.
     """
     last = number - CELLS_PER_SPIKE
     once, shift = 1 / rows.step, 0.5 * WIDTH - 1
@@ -112,7 +112,7 @@ def _by_row(
         row = sort_buffer.row[k]
         sort_buffer.order[sort_buffer.starts[row]] = k
         sort_buffer.starts[row] += 1
-    for r in range(sort_buffer.starts.size - 1, 0, -1):  # each start has moved to that of the next row
+    for r in range(sort_buffer.starts.size - 1, 0, -1):  # each start has advanced to that of the next row
         sort_buffer.starts[r] = sort_buffer.starts[r - 1]
     sort_buffer.starts[0] = 0
     for t in range(WIDTH):
@@ -130,35 +130,34 @@ def deposit_pair_by_direction(
     buffer: ArrivalBuffer, transmit_legs: TransmitLegs, receive_legs: ReceiveLegs, receive_beams: ReceiveBeams,
     transmit_cosine: Floats, right_cosine: Floats, rows: DirectionRows, sort_buffer: RowSortBuffer,
     slowness: float, sound_speed_gradient: float, attenuation: float, is_refracted: bool, pulse_middle: float,
-    frequency: float, doppler_node_count: Floats,
+    frequency: float, doppler_nodes: Floats,
 ) -> None:  # fmt: skip
-    """Echoes of some scatterers by one pair of legs, added to the cells of the rows about their directions.
+    """Deposit the echoes of some scatterers by one pair of legs on the rows about their directions.
 
     Args:
-        cells: Grids of pressure, shape (rows, groups, cells, shapes of a group): see `group_layout`.
-        first_time: As of `_echo_kernel.deposit_pair`.
-        cell_rate: As of `_echo_kernel.deposit_pair`.
-        i: Row of the leg out.
-        j: Row of the leg back.
+        cells: Grids of pressure, shape (rows, groups, cells, waveforms of a group): see `group_layout`.
+        first_time: Time of the first cell [s].
+        cell_rate: Cells per second [Hz].
+        i: Row of the transmit leg.
+        j: Row of the receive leg.
         gain_row: Row of the gain.
-        count: How many scatterers have an echo.
-        buffer: Which these are, and what they make of the pair.
-        transmit_legs: The legs out.
-        receive_legs: The legs back; the gain is that which all beams have in common.
-        receive_beams: The one place that hears.
-        transmit_cosine: Direction cosines to the array's right in which sound leaves, (part,); wanted if transmit beams
-            are
-            steered.
-        right_cosine: Direction cosines to the array's right from which echoes come, (part,).
+        count: Number of scatterers with an echo.
+        buffer: Their indices and strengths, and work arrays.
+        transmit_legs: Transmit legs.
+        receive_legs: Receive legs; the gain is that common to all beams.
+        receive_beams: The one receive point.
+        transmit_cosine: Direction cosines of departure to the array's right, (part,); needed for steered transmit
+            beams.
+        right_cosine: Direction cosines of arrival to the array's right, (part,).
         rows: The grid of directions.
-        sort_buffer: Room for the echoes in order.
-        slowness: As of `_echo_kernel.deposit_pair`.
-        sound_speed_gradient: As of `_echo_kernel.deposit_pair`.
-        attenuation: As of `_echo_kernel.deposit_pair`.
-        is_refracted: As of `_echo_kernel.deposit_pair`.
-        pulse_middle: As of `_echo_kernel.deposit_pair`.
-        frequency: As of `_echo_kernel.deposit_pair`.
-        doppler_node_count: As of `_echo_kernel.deposit_pair`.
+        sort_buffer: Work arrays for sorting.
+        slowness: Slowness of sound at the array [s/m].
+        sound_speed_gradient: Growth of the speed of sound with depth at the array [1/s].
+        attenuation: Absorption [Np/m].
+        is_refracted: True in layered water.
+        pulse_middle: Time from the pulse's start to its middle; 0 for an array at rest [s].
+        frequency: Carrier frequency [Hz].
+        doppler_nodes: Doppler factor less one of each waveform [1], (waveforms,).
     """
     last, which, shaped = cells.shape[2] - CELLS_PER_SPIKE, buffer.scatterer, buffer.basis
     tau, curve, away, behind, u, v, w, r, when, doppler = buffer.column
@@ -189,10 +188,11 @@ def deposit_pair_by_direction(
                        pulse_middle, when,
                       fade, doppler)  # fmt: skip
     _locate(when[:count], first_time, cell_rate, last, buffer.first_cell, inside)
-    if doppler_node_count.size > 1:
+    if doppler_nodes.size > 1:
         basis_coordinate(doppler[:count], shaped, x)
     if rows.transmit_pattern.shape[0]:
-        # a wide pattern out, read at the direction of the way back: exact on the axis of each beam, and for equal legs
+        # a wide transmit pattern, taken at the direction of the receive leg: exact on each beam's axis, and for equal
+        # legs
         for k in range(count):
             n = np.uintp(which[k])
             tuned[k] *= np.float32(
@@ -221,13 +221,13 @@ def deposit_pair_by_direction(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _deposit_rows(cells: NDArray[np.complex64], sort_buffer: RowSortBuffer, buffer: ArrivalBuffer) -> None:
-    """Lay echoes in order down on the rows that each counts for, row by row."""
+    """Deposit sorted echoes on the rows of their kernels, row by row."""
     starts, shaped = sort_buffer.starts, buffer.basis
     for row in range(cells.shape[0]):
         begin, end = starts[max(row - WIDTH + 1, 0)], starts[row + 1]
         if begin == end:
             continue
-        for first in range(max(row - WIDTH + 1, 0), row + 1):  # echoes whose first row this is
+        for first in range(max(row - WIDTH + 1, 0), row + 1):  # echoes with this first row
             tap = sort_buffer.row_weights[row - first]
             for m in range(starts[first], starts[first + 1]):
                 sort_buffer.row_part[2 * (m - begin)] = sort_buffer.weight[2 * m] * tap[m]
@@ -242,11 +242,11 @@ def _deposit_rows(cells: NDArray[np.complex64], sort_buffer: RowSortBuffer, buff
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def combine_rows(rows_in: Singles, weights: Singles, beams: Singles) -> None:
-    """Sums of rows, each row weighted: a product of matrices.
+    """Weighted sums of rows: a matrix product.
 
     Args:
         rows_in: Rows of the grid, (rows, n); rows are a multiple of 4.
-        weights: What each row counts for in each beam, (beams, rows).
+        weights: Weight of each row in each beam, (beams, rows).
         beams: Result, (beams, n).
     """
     for begin in range(0, rows_in.shape[1], _CELLS):

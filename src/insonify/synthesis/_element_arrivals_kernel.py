@@ -1,10 +1,10 @@
-"""Echoes of a block of scatterers at each element of an array: worked out at a few places along it, laid down at all.
+"""Kernels that evaluate the echoes of a block at a few nodes along an array, and deposit them at each element.
 
-Along a straight array the delay of an echo is as smooth as the array is short against its distance: a few Chebyshev
-nodes tell it at every element (`apertures`). Echoes are taken in the order in which they come, whatever legs they came
-by, some hundreds at a time, at a few elements side by side: so what the processor holds of the grids is what it needs,
-no two spikes in a row touch the same cells, and tens of spikes share a cell of a window (`_moment_kernel`). Plain
-numbers and arrays.
+Along a straight array the delay of an echo is smooth where the array is short re its distance: a few Chebyshev
+nodes determine it at every element (`chebyshev_nodes`). Echoes are processed in order of arrival, for all pairs of
+legs together, some hundreds at a time, for a few elements at once: so the active part of the grids stays in the cache,
+consecutive spikes do not touch the same cells, and tens of spikes share a cell of a window (`_polynomial_moments`).
+Plain numbers and arrays.
 """
 
 import math
@@ -35,59 +35,59 @@ Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 _PART = 32768
 _TILE = 256
-"""Echoes that are worked out together."""
+"""Echoes that are evaluated together."""
 _ROW = _TILE + 16
 _SIDE = 8
-"""Elements at which they are laid down together."""
+"""Elements at which they are deposited together."""
 _FAST = {"contract", "reassoc", "nsz", "arcp"}
 
 
 class ApertureNodes(NamedTuple):
-    """Places along an array at which echoes are worked out, k of them."""
+    """Nodes along an array at which echoes are evaluated, k of them."""
 
     position: Floats
-    """From the array's centre, in the world, at the start of the ping [m], (k, 3)."""
+    """Position from the array's centre, in the world, at the start of the ping [m], (k, 3)."""
     velocity: Floats
-    """At the start of the ping [m/s], (k, 3)."""
+    """Velocity at the start of the ping [m/s], (k, 3)."""
     acceleration: Floats
-    """[m/s^2], (k, 3)."""
+    """Acceleration [m/s^2], (k, 3)."""
     weights: Floats
-    """What each counts for at each element, then at each place of the sector [1], (k, elements + p)."""
+    """Weight of each node at each element, then at each interpolation point of the sector [1], (k, elements + p)."""
 
 
 class ArraySector(NamedTuple):
-    """Directions so narrow that a few places along an array, p of them, tell what all its elements hear from there."""
+    """Sector so narrow that p interpolation points along an array determine the echoes at all its elements."""
 
     point_count: int
-    """How many places there are, p; 0: no echo is laid down at places."""
+    """Number of interpolation points, p; 0: no interpolation."""
     max_delay_slope: float
-    """By how much the delay of an echo may grow along half the array [s]."""
+    """Largest change of an echo's delay along half the array [s]."""
     curvature_phase: float
-    """Curvature of wavefronts along it: the phase at the array's ends is this over the delay [rad s]."""
+    """Curvature phase: the phase at the array's ends is this over the delay [rad s]."""
     max_residual_phase: float
-    """By how much the phase at its ends may differ from that [rad]."""
+    """Largest deviation of the phase at its ends from that [rad]."""
 
 
 class _EchoOrder(NamedTuple):
-    """Room for the echoes of a part of the scatterers, in the order in which they come."""
+    """Work arrays for the echoes of a part of the scatterers, in order of arrival."""
 
     echo: NDArray[np.int32]
-    """Pair of legs times `_PART`, and the scatterer's place in the part, (pairs times `_PART`,)."""
+    """Pair of legs times `_PART`, plus the scatterer's index in the part, (pairs times `_PART`,)."""
     unsorted_echo: NDArray[np.int32]
     """The same, pair by pair, and one more."""
     cell: NDArray[np.int32]
-    """Cell in which each would come to the array's centre."""
+    """Cell in which each arrives at the array's centre."""
     starts: NDArray[np.int32]
-    """How many come before each cell."""
+    """Number of echoes before each cell."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _in_order(
+def _sort_echoes(
     part_start: int, first_time: float, cell_rate: float, last: int, pair: Integers, transmit_legs: TransmitLegs,
     receive_legs: ReceiveLegs,
     strength: NDArray[Any], flags: tuple[Flags, Flags, Flags], order: _EchoOrder,
 ) -> int:  # fmt: skip
-    """How many echoes a part of the scatterers has; they are put into order, by counting how many come to each cell."""
+    """Sort the echoes of a part of the scatterers by counting the echoes of each cell; return their number."""
     total, low, high = 0, last, 0
     end = min(part_start + _PART, strength.shape[1])
     outs, backs, hears = flags
@@ -126,7 +126,7 @@ def _in_order(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _fill_weights(arrival_time: Floats, real: Singles, imaginary: Singles, frequency: float, weight: Singles) -> None:
-    """Weights with the phase of the carrier, real and imaginary in turn."""
+    """Weights with the phase of the carrier, real and imaginary parts alternating."""
     for k in range(arrival_time.size):
         sine, cosine = sincos_cycles(frequency * arrival_time[k])
         weight[2 * k] = real[k] * cosine + imaginary[k] * sine
@@ -138,17 +138,17 @@ def _partition_by_sector(
     arrival_time: Floats, count: int, centre_delay: Floats, frequency: float, sector: ArraySector,
     fractions: NDArray[np.int32]
 ) -> int:  # fmt: skip
-    """How many echoes come from the sector; these are put first, the others after them.
+    """Move the echoes of the sector before the others; return their number.
 
-    The first two terms of the delay along the array, in Chebyshev's polynomials, follow from its values at their nodes.
+    The first two terms of the delay along the array, in Chebyshev polynomials, follow from its values at the nodes.
 
     Args:
-        arrival_time: When echoes come to each node [s], (k, count or more).
-        count: How many echoes.
+        arrival_time: Times of arrival at each node [s], (k, count or more).
+        count: Number of echoes.
         centre_delay: Their delays at the array's centre [s], (count or more,).
-        frequency: Of the carrier [Hz].
-        sector: Which sector.
-        fractions: Result, the place of each, (count or more,).
+        frequency: Carrier frequency [Hz].
+        sector: The sector.
+        fractions: Result: new index of each echo, (count or more,).
     """
     nodes, inside = arrival_time.shape[0], 0
     slope, bend = np.zeros(_TILE), np.zeros(_TILE)
@@ -179,18 +179,18 @@ def _gather_echoes(
     strength: NDArray[Any],
     single_pattern: bool, columns: Floats, source_weight: Singles,
 ) -> None:  # fmt: skip
-    """What is known of some echoes at the array's centre.
+    """Gather the columns of some echoes at the array's centre.
 
     Args:
-        echo: Of `_EchoOrder`.
+        echo: Echoes as in `_EchoOrder`.
         part_start: First scatterer of the part.
-        pair: Row of the leg out, of the leg back and of the gain of each pair, (p, 3).
-        transmit_legs: The legs out.
-        receive_legs: The legs back.
-        strength: What each scatterer makes of each pair, real or complex, (p, n).
-        single_pattern: Whether all elements have the first pattern.
-        columns: Result: delay, curvature, its inverse, distance, direction, following; (8, count or more).
-        source_weight: Result: weights, real and imaginary in turn, (2 count or more,).
+        pair: Rows of the transmit leg, the receive leg and the gain of each pair, (p, 3).
+        transmit_legs: Transmit legs.
+        receive_legs: Receive legs.
+        strength: Strength of each scatterer for each pair, real or complex, (p, n).
+        single_pattern: True if all elements have the first pattern.
+        columns: Result: delay, curvature, its inverse, distance, direction, emission rate; (8, count or more).
+        source_weight: Result: weights, real and imaginary parts alternating, (2 count or more,).
     """
     for k in range(echo.size):
         p, n = np.uintp(echo[k] // _PART), np.uintp(part_start + echo[k] % _PART)
@@ -210,135 +210,139 @@ def _gather_echoes(
         columns[2, k] = 1 / columns[1, k]
 
 
+@njit(error_model="numpy")
+def _apply_pattern(
+    echo: NDArray[np.int32], part_start: int, pair: Integers, receive_legs: ReceiveLegs, pattern: int, real: Singles,
+    imaginary: Singles,
+) -> None:  # fmt: skip
+    """Multiply the weights of some echoes by the gain of one receive pattern; -1 is a dead element."""
+    for k in range(real.size):
+        p, n = echo[k] // _PART, part_start + echo[k] % _PART
+        gain = receive_legs.gain[pair[p, 2], pattern, n] if pattern >= 0 else np.float32(0)
+        real[k] *= gain
+        imaginary[k] *= gain
+
+
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def deposit_on_elements(
     cells: NDArray[np.complex64], first_time: float, cell_rate: float, pair: Integers, transmit_legs: TransmitLegs,
-    receive_legs: ReceiveLegs,
-    strength: NDArray[Any], receive_beams: ReceiveBeams, nodes: ApertureNodes, sector: ArraySector, slowness: float,
-    sound_speed_gradient: float, attenuation: float,
-    is_refracted: bool, pulse_middle: float, frequency: float, doppler_node_count: Floats,
+    receive_legs: ReceiveLegs, strength: NDArray[Any], receive_beams: ReceiveBeams, nodes: ApertureNodes,
+    sector: ArraySector, slowness: float, sound_speed_gradient: float, attenuation: float, is_refracted: bool,
+    pulse_middle: float, frequency: float, doppler_nodes: Floats,
 ) -> None:  # fmt: skip
-    """Echoes of one block by all pairs of legs, for all elements of an array, added to their cells.
+    """Deposit the echoes of one block by all pairs of legs on the cells of all elements of an array.
 
     Args:
-        cells: As of `_echo_kernel.deposit_pair`; element e is channel e, the places of a sector come after all
-            elements.
-        first_time: Likewise.
-        cell_rate: Likewise.
-        pair: Row of the leg out, of the leg back and of the gain of each pair, (p, 3).
-        transmit_legs: The legs out; one beam.
-        receive_legs: The legs back.
-        strength: What each scatterer makes of each pair, real or complex, (p, n).
+        cells: Grids of pressure, shape (channels, groups, cells, waveforms of a group), see `group_layout`: elements
+            first, then interpolation points.
+        first_time: Time of the first cell [s].
+        cell_rate: Cells per second [Hz].
+        pair: Rows of the transmit leg, the receive leg and the gain of each pair, (p, 3).
+        transmit_legs: Transmit legs, one beam.
+        receive_legs: Receive legs.
+        strength: Strength of each scatterer for each pair, real or complex, (p, n).
         receive_beams: The elements, each with its own channel.
-        nodes: Where echoes are worked out.
-        sector: Echoes from there are laid down at places, which are channels after the elements.
-        slowness: As of `_echo_kernel.deposit_pair`.
-        sound_speed_gradient: Likewise.
-        attenuation: Likewise.
-        is_refracted: Likewise.
-        pulse_middle: Likewise.
-        frequency: Likewise.
-        doppler_node_count: Likewise.
+        nodes: Nodes at which echoes are evaluated.
+        sector: Sector whose echoes are deposited at interpolation points, which are channels after the elements.
+        slowness: Slowness of sound at the array [s/m].
+        sound_speed_gradient: Growth of the speed of sound with depth at the array [1/s].
+        attenuation: Absorption [Np/m].
+        is_refracted: True in layered water.
+        pulse_middle: Time from the pulse's start to its middle; 0 for an array at rest [s].
+        frequency: Carrier frequency [Hz].
+        doppler_nodes: Doppler factor less one of each waveform [1], (waveforms,).
     """
     last, elements = cells.shape[2] - CELLS_PER_SPIKE, receive_beams.position.shape[0]
-    count_of_nodes = nodes.weights.shape[0]
-    room, terms, still = (
-        pair.shape[0] * min(_PART, strength.shape[1]),
-        receive_legs.expansion.shape[1],
-        pulse_middle == 0.0,
-    )
-    order = _EchoOrder(np.empty(room, np.int32), np.empty(room + 1, np.int32), np.empty(room, np.int32),
+    node_count, terms = nodes.weights.shape[0], receive_legs.expansion.shape[1]
+    capacity, still = pair.shape[0] * min(_PART, strength.shape[1]), pulse_middle == 0.0
+    order = _EchoOrder(np.empty(capacity, np.int32), np.empty(capacity + 1, np.int32), np.empty(capacity, np.int32),
                    np.empty(cells.shape[2] + 2, np.int32))  # fmt: skip
     flags = nonzero_legs(transmit_legs, receive_legs)
     columns = np.empty((8, _TILE))
     tau, bend, r, away = columns[0], columns[1], columns[2], columns[3]
-    u, v, w, behind = columns[4], columns[5], columns[6], columns[7]
+    u, v, w, emission = columns[4], columns[5], columns[6], columns[7]
     beside, source = np.empty((terms, _TILE)), np.empty(2 * _TILE, np.float32)
-    came, doppler = np.empty((count_of_nodes, _TILE)), np.zeros((count_of_nodes, _TILE))
-    fade, where = np.empty((count_of_nodes, _TILE), np.float32), np.arange(_TILE).astype(np.int32)
-    when_at, others = np.zeros((count_of_nodes, _ROW)), np.zeros((3, count_of_nodes, _ROW), np.float32)
+    arrival, doppler = np.empty((node_count, _TILE)), np.zeros((node_count, _TILE))
+    spreading, where = np.empty((node_count, _TILE), np.float32), np.arange(_TILE).astype(np.int32)
+    when_at, others = np.zeros((node_count, _ROW)), np.zeros((3, node_count, _ROW), np.float32)
     real_at, imaginary_at, x_at, size = others[0], others[1], others[2], _SIDE * _ROW
     when, mixed = np.empty(size), np.zeros((3, size), np.float32)
     real, imaginary, x = mixed[0], mixed[1], mixed[2]
-    at, place, weight = np.empty(size, np.int32), np.empty(size, np.float32), np.empty(2 * size, np.float32)
-    mix, shaped = np.ascontiguousarray(nodes.weights.T), basis_weight_table(doppler_node_count)
+    at, fraction, weight = np.empty(size, np.int32), np.empty(size, np.float32), np.empty(2 * size, np.float32)
+    mix, shaped = np.ascontiguousarray(nodes.weights.T), basis_weight_table(doppler_nodes)
     single = mix.astype(np.float32)
     share = np.zeros((4 * cells.shape[1], size if cells.shape[1] > 1 else 1), np.float32)
-    once = 1 / shaped.half_range if doppler_node_count.size > 1 else 0.0
+    once = 1 / shaped.half_range if doppler_nodes.size > 1 else 0.0
     doppler[:] = shaped.centre_doppler
-    alike, moments, window = True, empty_window(cells.shape[0], cells.shape[3]), 0
+    uniform, moments, window = True, empty_window(cells.shape[0], cells.shape[3]), 0
     for e in range(elements):
-        alike = alike and receive_beams.pattern[e] == 0
-    places = sector.point_count if alike else 0
+        uniform = uniform and receive_beams.pattern[e] == 0
+    points = sector.point_count if uniform else 0
     for begin in range(0, strength.shape[1], _PART):
-        total = _in_order(begin, first_time, cell_rate, last, pair, transmit_legs, receive_legs, strength, flags, order)
+        total = _sort_echoes(
+            begin, first_time, cell_rate, last, pair, transmit_legs, receive_legs, strength, flags, order
+        )
         for tile in range(0, total, _TILE):
             count = min(_TILE, total - tile)
             echo = order.echo[tile : tile + count]
-            _gather_echoes(echo, begin, pair, transmit_legs, receive_legs, strength, alike, columns, source)
+            _gather_echoes(echo, begin, pair, transmit_legs, receive_legs, strength, uniform, columns, source)
             if is_refracted:
                 for k in range(count):
                     p, n = echo[k] // _PART, begin + echo[k] % _PART
                     for t in range(terms):
                         beside[t, k] = receive_legs.expansion[pair[p, 1], t, n]
-            for k in range(count_of_nodes):
+            for k in range(node_count):
                 here, velocity, acceleration = nodes.position[k], nodes.velocity[k], nodes.acceleration[k]
                 if is_refracted:
-                    arrival_refracted(tau[:count], bend, away, u, v, w, behind, beside, here, velocity, acceleration,
-                                slowness, sound_speed_gradient, attenuation, pulse_middle, came[k], fade[k],
+                    arrival_refracted(tau[:count], bend, away, u, v, w, emission, beside, here, velocity, acceleration,
+                                slowness, sound_speed_gradient, attenuation, pulse_middle, arrival[k], spreading[k],
                                 doppler[k])  # fmt: skip
                 elif still:
-                    arrival_stationary(tau[:count], r, u, v, w, here, slowness, attenuation, came[k], fade[k])
+                    arrival_stationary(tau[:count], r, u, v, w, here, slowness, attenuation, arrival[k], spreading[k])
                 else:
-                    arrival_moving(tau[:count], r, u, v, w, behind, here, velocity, acceleration, slowness, attenuation,
-                                  pulse_middle, came[k], fade[k], doppler[k])  # fmt: skip
-            inside = _partition_by_sector(came, count, tau, frequency, sector, where) if places > 0 else 0
-            for k in range(count_of_nodes):
+                    arrival_moving(tau[:count], r, u, v, w, emission, here, velocity, acceleration, slowness,
+                                  attenuation, pulse_middle, arrival[k], spreading[k], doppler[k])  # fmt: skip
+            inside = _partition_by_sector(arrival, count, tau, frequency, sector, where) if points > 0 else 0
+            for k in range(node_count):
                 for m in range(count):
                     to = np.uintp(where[m])
-                    when_at[k, to] = came[k, m]
-                    real_at[k, to], imaginary_at[k, to] = fade[k, m] * source[2 * m], fade[k, m] * source[2 * m + 1]
+                    when_at[k, to] = arrival[k, m]
+                    real_at[k, to], imaginary_at[k, to] = (
+                        spreading[k, m] * source[2 * m],
+                        spreading[k, m] * source[2 * m + 1],
+                    )
                     x_at[k, to] = np.float32((doppler[k, m] - shaped.centre_doppler) * once)
             if cells.shape[1] == 1:
                 cell = int(min(max((tau[0] - pulse_middle - first_time) * cell_rate, 0.0), float(last)))
                 if cell >= window + WINDOW - 2 * MARGIN or cell < window:
-                    deposit_moments(cells, moments, window, elements + places)
-                    window = max(cell - MARGIN, 0)  # an echo off the grid, at -1, must not look as if it lay in it
+                    deposit_moments(cells, moments, window, elements + points)
+                    window = max(cell - MARGIN, 0)  # an echo off the grid has -1, which must not lie in the window
             e, side = 0, 0
-            while e + side < elements + places:
+            while e + side < elements + points:
                 e += side
-                side = min(_SIDE, (elements if e < elements else elements + places) - e)
-                first, stop = (inside, count) if e < elements else (0, inside)  # places hear what is from the sector
+                side = min(_SIDE, (elements if e < elements else elements + points) - e)
+                first, stop = (inside, count) if e < elements else (0, inside)  # points take the sector's echoes
                 if first == stop:
                     continue
                 for s in range(side):
                     here = slice(s * _ROW + first, s * _ROW + stop)
-                    shape = count_of_nodes, _ROW, first, stop, size
+                    shape = node_count, _ROW, first, stop, size
                     mix_nodes(mix, single, when_at, others, shape, np.intp(e + s), np.intp(s * _ROW), when, mixed)
-                    if doppler_node_count.size > 1:
+                    if doppler_nodes.size > 1:
                         for k in range(s * _ROW + first, s * _ROW + stop):
                             x[k] = min(max(x[k], np.float32(-1)), np.float32(1))
-                    if not alike:
-                        for k in range(count):
-                            p, n = echo[k] // _PART, begin + echo[k] % _PART
-                            arrivals_at_channel = receive_beams.pattern[e + s]
-                            gain = (
-                                receive_legs.gain[pair[p, 2], arrivals_at_channel, n]
-                                if arrivals_at_channel >= 0
-                                else np.float32(0)
-                            )
-                            real[s * _ROW + k] *= gain
-                            imaginary[s * _ROW + k] *= gain
-                    _locate(when[here], first_time, cell_rate, last, at[here], place[here])
+                    if not uniform:
+                        pattern, row = receive_beams.pattern[e + s], slice(s * _ROW, s * _ROW + count)
+                        _apply_pattern(echo, begin, pair, receive_legs, pattern, real[row], imaginary[row])
+                    _locate(when[here], first_time, cell_rate, last, at[here], fraction[here])
                     _fill_weights(when[here], real[here], imaginary[here], frequency, weight[2 * (s * _ROW + first) :])
-                rest, found = slice(first, size), stop - first
+                rest, echoes = slice(first, size), stop - first
                 if cells.shape[1] > 1:
                     basis_weights(x[rest], shaped.node_coordinate, shaped.node_scale, share)
-                    deposit_waveforms(cells, e, side, _ROW, at[rest], place[rest], weight[2 * first :], x[rest], shaped,
-                                 share, found)  # fmt: skip
+                    deposit_waveforms(cells, e, side, _ROW, at[rest], fraction[rest], weight[2 * first :],
+                                      x[rest], shaped, share, echoes)  # fmt: skip
                 else:
-                    gather_moments(cells, moments, window, e, side, _ROW, at[rest], place[rest], weight[2 * first :],
-                                   x[rest],
-                           shaped, found)  # fmt: skip
+                    gather_moments(cells, moments, window, e, side, _ROW, at[rest], fraction[rest], weight[2 * first :],
+                                   x[rest], shaped, echoes)  # fmt: skip
         if cells.shape[1] == 1:
-            deposit_moments(cells, moments, window, elements + places)
+            deposit_moments(cells, moments, window, elements + points)

@@ -1,4 +1,4 @@
-"""Energies of a swath: every pair of legs of every point, and how pairs closer than the pulse interfere."""
+"""Energies of the fast reverberation: every pair of legs of every sample point, and the interference of close pairs."""
 
 import math
 from typing import Any
@@ -14,12 +14,12 @@ from insonify.synthesis._gridding import deposit_energy
 Floats = NDArray[np.float64]
 
 BLOCK = 512
-"""Energies that are worked out before they are laid down: few enough for the nearest cache."""
+"""Energies that are computed before they are deposited: few enough for the first-level cache."""
 
 
 @njit(cache=True, nogil=True, inline="always", error_model="numpy", fastmath={"contract"})
 def _swept(axes: Floats, row: int, t: float, x: float, y: float, z: float) -> float:
-    """A direction along one of the axes, as they are swept by then [1]."""
+    """Direction cosine along one of the moving axes at a given delay [1]."""
     north = axes[0, row, 0] + t * (axes[1, row, 0] + t * axes[2, row, 0])
     east = axes[0, row, 1] + t * (axes[1, row, 1] + t * axes[2, row, 1])
     down = axes[0, row, 2] + t * (axes[1, row, 2] + t * axes[2, row, 2])
@@ -32,21 +32,21 @@ def leg_amplitudes(
     is_moving: bool, steer: Floats, scale: Floats, tables: tuple[Floats, ...], per_unit: Floats, element: int,
     out: NDArray[np.float32],
 ) -> None:  # fmt: skip
-    """Magnitude of all legs of a swath times the gain of one beam, as `_beam_kernels.gains`, into out of shape (f, n).
+    """Magnitude of all legs times the gain of one beam, as in `beam_kernels.gains`.
 
     Args:
         departure: Unit vectors in the world [1], (f, 3, n).
-        amplitude: Of the legs, 0 where there is none [1], (f, n).
-        delay: One way, of the legs [s], (f, n).
-        axes: As of `Beams`, and how they sweep over the world with delay and with its square, (3, 3, 3).
-        displacement: By what the array moves on, part of the way; and for each second of delay, (2, 3).
-        is_moving: Whether it sweeps or moves at all.
-        steer: Of its one beam, (1, 2).
-        scale: Likewise, (1,).
-        tables: As of `Beams`.
-        per_unit: Likewise.
-        element: Likewise.
-        out: Result, with its sign [1], (f, n).
+        amplitude: Amplitude of the legs, 0 for no path [1], (f, n).
+        delay: One-way delay of the legs [s], (f, n).
+        axes: Axes of `Beams`, with their first and second order in the one-way delay, (3, 3, 3).
+        displacement: Displacement of the array per path length, and its growth per second of delay, (2, 3).
+        is_moving: True if the array moves or rotates.
+        steer: Steering of its one beam, (1, 2).
+        scale: Scale of the beam, (1,).
+        tables: Pattern tables, as in `Beams`.
+        per_unit: Table rows per unit of direction cosine, as in `Beams`.
+        element: Element pattern, as in `Beams`.
+        out: Result: signed amplitude [1], (f, n).
     """
     across, down, piston_across, piston_down = tables
     ahead, right, below, gain = np.empty((4, BLOCK))
@@ -82,7 +82,7 @@ def leg_amplitudes(
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _times_pattern(table: Floats, per_unit: float, axis: float, cosine: Floats, gain: Floats) -> None:
-    """Multiply gains by a pattern at some direction cosines, as `_beam_kernels.look_up` from its axis."""
+    """Multiply gains by a pattern at some direction cosines, as in `beam_kernels.look_up`."""
     if table.shape[0] == 0:
         return
     cubics, last = table.reshape(table.size), np.uint32(table.shape[0] - 1)
@@ -101,22 +101,22 @@ def deposit_pair_energies(
     interference_factor: float, independent_energy: float,
     cells: Floats, first_time: float, rate: float,
 ) -> None:  # fmt: skip
-    """Energies of all that a swath sends back, added to cells; a pair and its reverse arrive together, as one.
+    """Deposit the energies of all pairs of legs; a pair and its reverse arrive together, as one.
 
     Args:
-        delay: One way, of each leg [s], (f, n).
-        transmit_weights: Size of each leg times the gain of the transmit beam [1], (f, n).
-        receive_weights: Of the receive beam [1], (f, n).
-        pair: Rows of two legs, the first never after the second, (p, 2).
-        count: Points of each pair, (p,).
-        rows: Which they are, (p, any).
+        delay: One-way delay of each leg [s], (f, n).
+        transmit_weights: Amplitude of each leg times the gain of the transmit beam [1], (f, n).
+        receive_weights: Amplitude of each leg times the gain of the receive beam [1], (f, n).
+        pair: Rows of two legs, the first not above the second, (p, 2).
+        count: Number of points of each pair, (p,).
+        rows: Indices of these points, (p, any).
         cross_section: Cross section times area [m^2], (p, any).
         source_pressure: Pressure of the source at 1 m [uPa].
-        interference_factor: Part of interference that jitter leaves [1].
+        interference_factor: Mean product of two replicas re that without jitter [1].
         independent_energy: Energy of each replica that does not interfere [1].
-        cells: As of `deposit_energy`.
-        first_time: Likewise.
-        rate: Likewise.
+        cells: Energy grid of one channel, added to in place.
+        first_time: Time of the first cell [s].
+        rate: Cells per second [Hz].
     """
     late, energy = np.empty((2, BLOCK))
     square = source_pressure * source_pressure
@@ -146,30 +146,29 @@ def deposit_interference(
     autocorrelation: NDArray[np.complex64],
     lag_rate: float, cells: Floats, first_time: float, rate: float,
 ) -> None:  # fmt: skip
-    """What pairs of legs that arrive within one pulse have in common, added to cells; it may be less than nothing.
+    """Deposit the interference of pairs of legs that arrive within one pulse duration; it may be negative.
 
-    Two arrivals closer than the pulse add twice the real part of their product, laid down half way between them with
-    the energy that their overlap has.
+    Two arrivals closer than the pulse add twice the real part of their product, deposited half way between them with
+    the energy of their overlap.
 
     Args:
-        delay: As of `deposit_pair_energies`.
-        transmit_weights: Likewise.
-        receive_weights: Likewise.
-        pair: Likewise.
-        count: Likewise.
-        rows: Likewise, increasing.
-        cross_section: Likewise.
-        amplitude: Of each leg, for its phase [1], (f, n).
-        interfering_ranges: First point and after the last of the ranges where pairs may interfere, increasing, (any,
-            2).
-        source_pressure: As of `deposit_pair_energies`.
-        interference_factor: Likewise.
-        frequency: Of the carrier [Hz].
+        delay: One-way delay of each leg [s], (f, n).
+        transmit_weights: Amplitude of each leg times the gain of the transmit beam [1], (f, n).
+        receive_weights: Amplitude of each leg times the gain of the receive beam [1], (f, n).
+        pair: Rows of two legs, the first not above the second, (p, 2).
+        count: Number of points of each pair, (p,).
+        rows: Increasing indices of these points, (p, any).
+        cross_section: Cross section times area [m^2], (p, any).
+        amplitude: Complex amplitude of each leg, for its phase [1], (f, n).
+        interfering_ranges: First and one past last point of ranges where pairs may interfere, increasing, (any, 2).
+        source_pressure: Pressure of the source at 1 m [uPa].
+        interference_factor: Mean product of two replicas re that without jitter [1].
+        frequency: Carrier frequency [Hz].
         autocorrelation: Autocorrelation of the pulse at lags from 0 on, 1 at 0 [1], (lags,).
         lag_rate: Lags per second [Hz].
-        cells: As of `deposit_energy`.
-        first_time: Likewise.
-        rate: Likewise.
+        cells: Energy grid of one channel, added to in place.
+        first_time: Time of the first cell [s].
+        rate: Cells per second [Hz].
     """
     pairs = pair.shape[0]
     tau, real, imag = np.empty((3, pairs))
@@ -215,7 +214,7 @@ def _overlap(
     real: Floats, imag: Floats, p: int, q: int, lag: float, autocorrelation: NDArray[np.complex64], rate: float,
     frequency: float,
 ) -> float:  # fmt: skip
-    """Real part of what arrivals p and q, q by a lag [s] the later, have in common; arguments as of `deposit_interference`."""
+    """Real part of the overlap of arrivals p and q, q later by `lag` [s]; arguments as in `deposit_interference`."""
     if lag < 0:
         p, q, lag = q, p, -lag
     place = lag * rate

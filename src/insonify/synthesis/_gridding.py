@@ -1,11 +1,11 @@
-"""Spikes laid down on a fine time grid: the innermost loops of the simulator.
+"""Deposit of spikes on a fine time grid: the innermost loops of the simulator.
 
-Each block of spikes is gone through twice. First, for all of them: which cell, where between cells, which complex
-weight; plain arithmetic that the compiler runs several spikes at a time. Then, one spike after the other, the
-kernel's cells. The kernels release the interpreter lock; whoever gives each chunk of spikes cells of its own, and adds
-those in a fixed order, gets the same bits for any number of threads.
+Each block of spikes is processed in two passes. First, for all of them: cell, position between cells, complex
+weight; plain arithmetic that the compiler vectorises over spikes. Then, one spike after the other, the
+kernel's cells. The kernels release the interpreter lock; chunks of spikes with their own cells, added
+in a fixed order, give bit-identical results for any number of threads.
 
-Spikes without room for all their cells on the grid, or without a number for a delay, are dropped.
+Spikes whose cells are not all on the grid, or whose delay is NaN, are dropped.
 """
 
 from typing import Any
@@ -20,7 +20,7 @@ from insonify.synthesis._simd_gridding import add_complex_spike, add_real_spike
 
 _BLOCK = 512
 _SHIFT = WIDTH / 2 - 1
-_FAST = {"contract", "reassoc", "nsz", "arcp"}  # not "nnan": a delay that is no number must be seen
+_FAST = {"contract", "reassoc", "nsz", "arcp"}  # not "nnan": NaN delays must be detected
 
 
 @njit(inline="always")
@@ -32,7 +32,7 @@ def _locate(
     first_cell: NDArray[np.int32],
     fraction: NDArray[np.float32],
 ) -> None:
-    """First cell of each spike of a block, -1 where not all its cells are on the grid, and its place between cells."""
+    """First cell of each spike of a block (-1 unless all its cells are on the grid), and its position between cells."""
     for i in range(delay.size):
         position = (delay[i] - first_time) * cell_rate - _SHIFT
         inside = (position >= 0.0) & (position < last)
@@ -50,7 +50,7 @@ def _deposit(
     weight: NDArray[np.float32],
     count: int,
 ) -> None:
-    """The spikes of a block, one after the other; those off the grid or without weight are passed over."""
+    """Deposit the spikes of a block one after the other; those off the grid or of zero weight are skipped."""
     for i in range(count):
         if first_cell[i] >= 0 and (weight[2 * i] != 0 or weight[2 * i + 1] != 0):
             add_complex_spike(cells, np.intp(first_cell[i]), fraction[i], weight, i)
@@ -64,7 +64,7 @@ def deposit_pressure(
     delay: NDArray[np.float64],
     weight: NDArray[np.complex64],
 ) -> None:
-    """Echoes whose weights already carry the phase of the carrier, added to the cells.
+    """Deposit echoes whose weights include the phase of the carrier.
 
     Args:
         cells: Grid of one channel, added to in place, shape (cell_count,).
@@ -77,7 +77,7 @@ def deposit_pressure(
     flat = cells.view(np.float32)
     at, place = np.empty(_BLOCK, np.int32), np.empty(_BLOCK, np.float32)
     for begin in range(0, delay.size, _BLOCK):
-        # Slices, not begin + i: an index that starts at zero lets the compiler run several spikes at a time.
+        # Slices, not begin + i: an index that starts at zero lets the compiler vectorise over spikes.
         tau, source = delay[begin : begin + _BLOCK], weight[begin : begin + _BLOCK]
         _locate(tau, first_time, cell_rate, last, at, place)
         _deposit(flat, at, place, source.view(np.float32), tau.size)
@@ -92,7 +92,7 @@ def deposit_carrier(
     amplitude: NDArray[np.complex64],
     frequency: float,
 ) -> None:
-    """Echoes of a carrier: each amplitude turns by exp(-j 2 pi frequency delay) and is added to the cells.
+    """Deposit echoes of a carrier: each amplitude is multiplied by exp(-j 2 pi frequency delay).
 
     Args:
         cells: Grid of one channel, added to in place, shape (cell_count,).
@@ -127,29 +127,29 @@ def deposit_leg_pairs(
     weight_back: NDArray[np.complex64],
     strength: NDArray[Any],
 ) -> None:
-    """Echoes as pairs of legs: delays add, weights multiply; pairs of no weight are passed over.
+    """Deposit echoes of pairs of legs: delays add, weights multiply; pairs of zero weight are skipped.
 
     Args:
         cells: Grid of one channel, added to in place, shape (cell_count,).
         first_time: Time of the first cell [s].
         cell_rate: Cells per second [Hz].
-        delay_out: Delay of the leg from the transmitter [s], shape (n,).
-        delay_back: Delay of the leg to the receiver [s], shape (n,).
-        weight_out: Weight of the leg out, its carrier phase included, shape (n,).
-        weight_back: Weight of the leg back, its carrier phase included, shape (n,).
-        strength: What the scatterer makes of it, float32 or complex64, shape (n,).
+        delay_out: Delay of the transmit leg [s], shape (n,).
+        delay_back: Delay of the receive leg [s], shape (n,).
+        weight_out: Weight of the transmit leg, carrier phase included, shape (n,).
+        weight_back: Weight of the receive leg, carrier phase included, shape (n,).
+        strength: Strength of the scatterer, float32 or complex64, shape (n,).
     """
     last = cells.size - CELLS_PER_SPIKE
     flat = cells.view(np.float32)
     at, place = np.empty(_BLOCK, np.int32), np.empty(_BLOCK, np.float32)
     turned = np.empty(2 * _BLOCK, np.float32)
-    both = np.empty(_BLOCK)
+    delays = np.empty(_BLOCK)
     for begin in range(0, delay_out.size, _BLOCK):
-        there, here = delay_out[begin : begin + _BLOCK], delay_back[begin : begin + _BLOCK]
+        transmit_delay, receive_delay = delay_out[begin : begin + _BLOCK], delay_back[begin : begin + _BLOCK]
         out, back = weight_out[begin : begin + _BLOCK], weight_back[begin : begin + _BLOCK]
-        scatterer, tau = strength[begin : begin + _BLOCK], both[: there.size]
+        scatterer, tau = strength[begin : begin + _BLOCK], delays[: transmit_delay.size]
         for i in range(tau.size):
-            tau[i] = there[i] + here[i]
+            tau[i] = transmit_delay[i] + receive_delay[i]
             weight = out[i] * back[i] * scatterer[i]
             turned[2 * i], turned[2 * i + 1] = weight.real, weight.imag
         _locate(tau, first_time, cell_rate, last, at, place)

@@ -24,7 +24,7 @@ CELLS_PER_SPIKE = 8
 def tap_coefficients() -> NDArray[np.float32]:
     """The polynomials of the kernel, shape (DEGREE + 1, CELLS_PER_SPIKE), constant term first.
 
-    Cell j of a spike holds the polynomial j in y, the place of the spike between cells, -1/2..1/2: the cell lies
+    Cell j of a spike holds the polynomial j in y, the position of the spike between cells, -1/2..1/2: the cell lies
     j - (WIDTH - 1) / 2 - y cells after the spike.
     """
     nodes = np.cos(np.pi * (np.arange(24) + 0.5) / 24) / 2

@@ -1,4 +1,4 @@
-"""Where energy comes from: paths laid into bins of delay, each with the place that it went to."""
+"""Kernels that deposit energies and energy-weighted positions of paths in bins of delay."""
 
 import math
 from typing import NamedTuple
@@ -23,22 +23,22 @@ def deposit_label_positions(
     power_back: Floats, pair: NDArray[np.int64], strength: Floats, scatterer_position: Floats, receiver: Floats,
     grazing_out: Floats, grazing_back: Floats,
 ) -> None:  # fmt: skip
-    """Add energy, and energy times place, of every path to the two bins beside its delay.
+    """Add energy, and energy times position, of every path to the two bins beside its delay.
 
     Args:
         bins: Added to in place, (bins, MOMENTS).
         start: Delay of the first bin [s].
         rate: Bins per second [Hz].
-        delay_out: One-way delays [s], (f, n).
-        delay_back: Likewise of the other end, (g, n).
-        power_out: Power of each leg, its beam included, (f, n).
-        power_back: Likewise, (g, n).
-        pair: Rows of the legs out and back, (p, 2).
+        delay_out: One-way delays of the transmit legs [s], (f, n).
+        delay_back: One-way delays of the receive legs [s], (g, n).
+        power_out: Power of each transmit leg, its beam included, (f, n).
+        power_back: Power of each receive leg, its beam included, (g, n).
+        pair: Rows of the transmit and the receive leg, (p, 2).
         strength: Pressure scattered re incident [m], (p, n).
         scatterer_position: North, east, depth of each point [m], (n, 3).
         receiver: North, east, depth of the receiver [m], (3,).
-        grazing_out: Grazing angle at the point [rad], (f, n).
-        grazing_back: Likewise, (g, n).
+        grazing_out: Grazing angle of the transmit legs at the point [rad], (f, n).
+        grazing_back: Grazing angle of the receive legs at the point [rad], (g, n).
     """
     last = bins.shape[0] - 1
     told = np.empty(MOMENTS)
@@ -70,27 +70,27 @@ def deposit_label_positions(
 
 
 class LabelledPoints(NamedTuple):
-    """Points, n of them, and f legs to each from a sonar whose ends are at one place."""
+    """Points, n of them, and f legs to each from a monostatic sonar."""
 
     delay: Floats
-    """One way [s], (f, n)."""
+    """One-way delay [s], (f, n)."""
     transmit_weight: Complexes
-    """Weight of each leg out, its beam included [uPa], (f, n)."""
+    """Weight of each transmit leg, its beam included [uPa], (f, n)."""
     receive_weight: Complexes
-    """Weight of each leg back, likewise [1], (f, n)."""
+    """Weight of each receive leg, its beam included [1], (f, n)."""
     grazing: Floats
     """Grazing angle at the point [rad], (f, n)."""
     strength: Floats
     """Pressure that p pairs scatter re incident [m], (p, n)."""
     position: Floats
-    """North, east, depth [m], (n, 3)."""
+    """Position: north, east, depth [m], (n, 3)."""
 
 
 class LabelGrid(NamedTuple):
-    """Cells of energy and bins of places, by delay."""
+    """Cells of energy and bins of position, by delay."""
 
     first_time: float
-    """Of the first cell [s]."""
+    """Delay of the first cell [s]."""
     rate: float
     """Cells per second [Hz]."""
     start: float
@@ -101,7 +101,7 @@ class LabelGrid(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _deposit_energy(cells: Floats, grid: LabelGrid, delay: float, energy: float) -> None:
-    """Add one energy to the cells about its delay, as `_spread.deposit_energy`."""
+    """Add one energy to the cells about its delay, as in `_gridding.deposit_energy`."""
     position = (delay - grid.first_time) * grid.rate - _SHIFT
     if position >= 0.0 and position < cells.size - CELLS_PER_SPIKE:
         cell = math.floor(position)
@@ -118,7 +118,7 @@ def _deposit_position(
     distance: float,
     grazing: float,
 ) -> None:
-    """Add one energy, and energy times place, to the two bins beside its delay."""
+    """Add one energy, and energy times position, to the two bins beside its delay."""
     position = (delay - grid.start) * grid.bin_rate
     if not (energy > 0 and 0 <= position < bins.shape[0] - 1):
         return
@@ -139,20 +139,20 @@ def deposit_labels(
     shared_cells: Floats,
     pair_cells: Floats, bins: Floats,
 ) -> tuple[NDArray[np.int64], Floats, Complexes]:  # fmt: skip
-    """Energies and places of all pairs of legs of some points; a pair and its reverse arrive together, as one.
+    """Deposit energies and positions of all pairs of legs of some points; a pair and its reverse arrive as one.
 
-    A pair that arrives apart from all others of its point counts for itself and for the whole. Of pairs that interfere
-    each counts for itself here, and they are told to be added up for the whole.
+    A pair that arrives apart from all others of its point counts for itself and for the object. Pairs that interfere
+    count for themselves here, and are returned for their coherent sum.
 
     Args:
         points: The points.
-        pair: Rows of two legs, the first never after the second, (p, 2).
-        support: Lag at which replicas no longer interfere [s].
-        grid: Of the cells and the bins.
+        pair: Rows of two legs, the first not above the second, (p, 2).
+        support: Lag beyond which replicas do not interfere [s].
+        grid: Grids of the cells and the bins.
         receiver: North, east, depth of the receiver [m], (3,).
-        shared_cells: Energies that count for pair and whole, added to in place, (p, cells).
-        pair_cells: Energies that count for the pair alone, likewise.
-        bins: Energies and places, added to in place, (p, bins, MOMENTS).
+        shared_cells: Energies that count for pair and object, added to in place, (p, cells).
+        pair_cells: Energies that count for the pair alone, added to in place, (p, cells).
+        bins: Energies and positions, added to in place, (p, bins, MOMENTS).
 
     Returns:
         Of replicas that interfere: the first row of each group (and the end), delay [s], weight.

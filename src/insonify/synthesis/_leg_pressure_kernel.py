@@ -1,4 +1,4 @@
-"""What of the sound a leg brings to scatterers, and takes back from them. Plain numbers and arrays only."""
+"""Kernel for the transmitted pressure at scatterers. Plain numbers and arrays only."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,14 +14,14 @@ def transmitted_pressure(
     source_pressure: float, lost: Floats,
     beams: Floats, transmitted: NDArray[np.complex64],
 ) -> None:  # fmt: skip
-    """Pressure at the scatterers by each transmit beam, with the phase of their place.
+    """Pressure at the scatterers by each transmit beam, with the phase of the scatterer.
 
     Args:
-        amplitude: Of the legs out, re 1 m [1], (f, n).
-        amplitude_factor: By what the transmitter's own way changes it [1], (f, n).
-        phase: Phasors of the places [1], (n,).
+        amplitude: Amplitude of the transmit legs re 1 m [1], (f, n).
+        amplitude_factor: Pressure ratio by the transmitter's motion [1], (f, n).
+        phase: Phasors of the scatterers [1], (n,).
         source_pressure: Pressure at 1 m [uPa].
-        lost: What else is left of it at this frequency [1], (f, n); or (0, 0): all.
+        lost: Further pressure ratio at this frequency [1], (f, n); or (0, 0): 1.
         beams: Gain of each beam along the legs [1], (beams, f, n).
         transmitted: Result [uPa], (beams, f, n).
     """

@@ -1,6 +1,6 @@
-"""Independent noises made into noises that belong together: a lower triangle times rows of samples.
+"""Kernel that mixes independent noises into correlated ones: a lower triangle times rows of samples.
 
-Sums run in the same order whatever the threads: a product of matrices by a library may not.
+The order of summation is the same for any number of threads, which a library's matrix product does not guarantee.
 """
 
 import numpy as np
@@ -11,7 +11,7 @@ from insonify.jit import njit
 Reals = NDArray[np.float32]
 
 BLOCK = 1024
-"""Samples that are worked on together: a row of them stays in the first cache."""
+"""Samples that are processed together: a row of them stays in the first-level cache."""
 
 
 @njit(cache=True, nogil=True)

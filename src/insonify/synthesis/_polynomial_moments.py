@@ -1,10 +1,10 @@
-"""Many echoes in the same cell, gathered as moments before they are laid on the grid.
+"""Many echoes of the same cell, gathered as moments before they are deposited on the grid.
 
-The cells that a spike adds are polynomials of its place between cells (`_taps`). So of all spikes that start in one
-cell it is enough to know the sums of their weights times the powers of their places: a few numbers to add for each,
-side by side, and the polynomials once for all. That pays where echoes come in the order of their delays, some tens to
-a cell: a window that moves along the grid holds the moments of the cells of all elements, and whatever comes
-outside of it is laid down by itself. Plain numbers and arrays.
+The cells of a spike are polynomials of its position between cells (`_gridding_kernel`). So for all spikes that start in
+one cell the sums of their weights times the powers of their positions suffice: a few numbers to add for each,
+contiguous in memory, and the polynomials once for all. That pays where echoes come in order of delay, some tens to
+a cell: a window that moves along the grid holds the moments of the cells of all elements, and echoes
+outside of it are deposited directly. Plain numbers and arrays.
 """
 
 import numpy as np
@@ -27,16 +27,16 @@ from insonify.synthesis._waveform_basis_kernel import BasisWeights
 
 Singles = NDArray[np.float32]
 WINDOW = 96
-"""Cells of which moments are held at a time."""
+"""Number of cells in the window."""
 MARGIN = 16
-"""How many of them lie before the cell that has just come to the array's centre."""
+"""Number of them before the current cell at the array's centre."""
 _VECTORS = 0, moment_vectors(1), moment_vectors(2), 0, moment_vectors(4)
-"""Vectors of 8 numbers in the moments of a cell, by its shapes."""
+"""Vectors of 8 numbers in the moments of a cell, by its number of waveforms."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def empty_window(elements: int, lanes: int) -> Singles:
-    """Room for the moments of the cells of all elements, nothing in it."""
+    """Empty window: moments of the cells of all elements."""
     return np.zeros(elements * WINDOW * 8 * _VECTORS[lanes], np.float32)
 
 
@@ -46,21 +46,21 @@ def gather_moments(
     channel_stride: int,
     first_cell: NDArray[np.int32], fraction: Singles, weight: Singles, x: Singles, basis: BasisWeights, count: int,
 ) -> None:  # fmt: skip
-    """Spikes of some echoes at each element, added to the moments, or to the grids where they are off the window.
+    """Add the spikes of some echoes at each element to the moments, or to the grids where they are off the window.
 
     Args:
-        cells: Grids of pressure, (elements or more, 1, cells, shapes).
-        moments: Of `empty_window`.
+        cells: Grids of pressure, (elements or more, 1, cells, waveforms).
+        moments: Window from `empty_window`.
         window_start: First cell of the window.
-        first_element: The first that hears these spikes.
-        elements: How many do, from there on.
+        first_element: First element that receives these spikes.
+        elements: Number of such elements.
         channel_stride: Spikes from one element to the next, `count` or more.
-        first_cell: As of `deposit_waveforms`.
-        fraction: Likewise.
-        weight: Likewise.
-        x: Likewise.
-        basis: Likewise.
-        count: Likewise.
+        first_cell: First cell of each spike, -1 where it is off the grid.
+        fraction: Position of each spike between cells.
+        weight: Weight of each spike, real and imaginary parts alternating.
+        x: Coordinate of each spike in the waveform basis.
+        basis: Waveform basis.
+        count: Number of echoes.
     """
     flat, curve, row, lanes = cells.reshape(-1).view(np.float32), basis.coefficients, cells.shape[2], cells.shape[3]
     for i in range(count):
@@ -87,13 +87,13 @@ def gather_moments(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def deposit_moments(cells: NDArray[np.complex64], moments: Singles, window_start: int, elements: int) -> None:
-    """What has been gathered in a window, laid on the grids; the window is empty then.
+    """Deposit the moments of a window on the grids, and clear the window.
 
     Args:
-        cells: Grids of pressure, (elements or more, 1, cells, shapes).
-        moments: Of `empty_window`.
+        cells: Grids of pressure, (elements or more, 1, cells, waveforms).
+        moments: Window from `empty_window`.
         window_start: First cell of the window.
-        elements: How many there are.
+        elements: Number of elements.
     """
     flat, row, lanes = cells.reshape(-1).view(np.float32), cells.shape[2], cells.shape[3]
     for e in range(elements):

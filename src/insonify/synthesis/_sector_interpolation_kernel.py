@@ -1,6 +1,6 @@
-"""What a few places along an array heard from a narrow sector, told to all its elements: a product of matrices.
+"""Kernel that interpolates deposits at a few points along an array to all its elements: a matrix product.
 
-The bow that all wavefronts of one time have in common is taken out before and put in again after. Plain numbers and
+The curvature common to all wavefronts of one delay is removed before and restored afterwards. Plain numbers and
 arrays.
 """
 
@@ -16,20 +16,22 @@ Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 _FAST = {"contract", "reassoc", "nsz", "arcp"}
 _CELLS = 64
-"""Cells that are worked on together: what all places heard there stays in the first cache."""
+"""Cells that are processed together: those of all points stay in the first-level cache."""
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
-def _wavefront_corrected(heard: Singles, lanes: int, curvature_phase: Floats, far: float, turned: Singles) -> None:
-    """Some cells, each turned by a phase: the bow at the array's ends [cycles], times the square of a place, `far`."""
+def _wavefront_corrected(
+    cells: Singles, lanes: int, curvature_phase: Floats, squared_position: float, corrected: Singles
+) -> None:
+    """Multiply cells by a phase: the curvature at the array's ends [cycles] times a squared position."""
     cosine, sine = np.empty(_CELLS, np.float32), np.empty(_CELLS, np.float32)
     for c in range(curvature_phase.size):
-        s, k = sincos_cycles(curvature_phase[c] * far)
+        s, k = sincos_cycles(curvature_phase[c] * squared_position)
         cosine[c], sine[c] = k, s
     for c in range(curvature_phase.size):
         for k in range(2 * lanes * c, 2 * lanes * (c + 1), 2):
-            turned[k] = heard[k] * cosine[c] - heard[k + 1] * sine[c]
-            turned[k + 1] = heard[k] * sine[c] + heard[k + 1] * cosine[c]
+            corrected[k] = cells[k] * cosine[c] - cells[k + 1] * sine[c]
+            corrected[k + 1] = cells[k] * sine[c] + cells[k + 1] * cosine[c]
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
@@ -38,16 +40,16 @@ def interpolate_to_elements(
     element: Floats,
     weights: Singles,
 ) -> None:  # fmt: skip
-    """Add what the places heard to what the elements heard; the places have heard nothing then.
+    """Add the cells of the interpolation points to those of the elements, and clear the former.
 
     Args:
-        cells: Grids of pressure, of elements and then of places, (e + p, groups, cells, shapes of a group).
-        first_time: Time of the first cell, from the pulse's middle on [s].
+        cells: Grids of pressure, of elements and then of points, (e + p, groups, cells, waveforms of a group).
+        first_time: Time of the first cell re the pulse's middle [s].
         cell_rate: Cells per second [Hz].
-        curvature_phase: Of `ArraySector` [rad s].
-        point_position: Of the places along the array, -1..1, (p,).
-        element: Of its elements, (e,).
-        weights: What each place counts for at each element, (e, p); p is a multiple of 4.
+        curvature_phase: Curvature phase of `ArraySector` [rad s].
+        point_position: Interpolation points along the array, -1..1, (p,).
+        element: Positions of the elements along the array, -1..1, (e,).
+        weights: Weight of each point at each element, (e, p); p is a multiple of 4.
     """
     elements, places = weights.shape
     count, lanes = cells.shape[2], cells.shape[3]

@@ -1,8 +1,8 @@
 """All cells of one spike in a few vector instructions.
 
-Compilers do not find this loop by themselves: the kernel's polynomials have a lane per cell, and the complex weight
+Compilers do not vectorise this loop: the kernel's polynomials have a lane per cell, and the complex weight
 alternates along the cells. So the instructions are written out here, in the compiler's portable vector
-language: it turns them into whatever the processor has.
+language, which maps them to those of the processor.
 """
 
 from typing import Any
@@ -15,8 +15,8 @@ types = deferred("numba.core.types")
 cgutils = deferred("numba.core.cgutils")
 errors = deferred("numba.core.errors")
 
-# Constants of the compiled kernels, which are cached on disk by the date of _spread.py alone: after a change here or in
-# _taps.py or cycles.py, touch that file. (The accuracy tests fail on a stale cache.)
+# Constants of the compiled kernels, which are cached on disk by the date of _gridding.py alone: after a change here or
+# in _gridding_kernel.py or fast_sincos.py, touch that file. (The accuracy tests fail on a stale cache.)
 _TAPS = tap_coefficients()
 
 
@@ -46,7 +46,7 @@ def _splat(builder: Any, scalar: Any, lanes: int) -> Any:
 
 
 def _kernel_cells(builder: Any, fraction: Any) -> Any:
-    """The kernel on all its cells at once, by Horner's rule on a vector with one lane per cell."""
+    """The kernel at all its cells, by Horner's rule on a vector with one lane per cell."""
     vector = _vector(fraction.type, CELLS_PER_SPIKE)
     y = _splat(builder, fraction, CELLS_PER_SPIKE)
     rows = [ir.Constant(vector, [float(c) for c in row]) for row in _TAPS]
@@ -62,13 +62,13 @@ def _require_contiguous(cells: Any) -> None:
 
 
 def _weight_at(builder: Any, data: Any, i: Any) -> Any:
-    """The complex weight of spike i, real and imaginary in turn, four times."""
+    """The complex weight of spike i, real and imaginary parts alternating, four times."""
     pair = _load(builder, builder.gep(data, [builder.mul(i, ir.Constant(i.type, 2))]), _vector(ir.FloatType(), 2), 4)
     return _pick(builder, pair, [0, 1] * 4)
 
 
 def _add_kernel(builder: Any, first: Any, kernel: Any, weights: Any, lanes: int) -> None:
-    """Cells of so many shapes side by side, from the first on: the kernel on each cell, times the weights of shapes."""
+    """Add the kernel times the weights of `lanes` waveforms to their interleaved cells, from the first on."""
     for begin in range(0, WIDTH, 4 // lanes):
         height = _pick(builder, kernel, [begin + k // (2 * lanes) for k in range(8)])
         pointer = builder.gep(first, [ir.Constant(ir.IntType(64), 2 * lanes * begin)])
@@ -77,7 +77,7 @@ def _add_kernel(builder: Any, first: Any, kernel: Any, weights: Any, lanes: int)
 
 @intrinsic
 def add_complex_spike(typingctx: Any, cells: Any, first_cell: Any, fraction: Any, weights: Any, i: Any) -> Any:
-    """cells[2 at ...] += kernel(place) * weights[2 i], weights[2 i + 1]; all float32, real and imaginary in turn."""
+    """cells[2 at ...] += kernel(position) * weights[2 i], weights[2 i + 1]; float32, real and imaginary alternating."""
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         cells, first_cell, fraction, weights, i = args
@@ -93,7 +93,7 @@ def add_complex_spike(typingctx: Any, cells: Any, first_cell: Any, fraction: Any
 
 
 def _shared_weight(builder: Any, lanes: int, data: tuple[Any, Any], x: Any, i: Any) -> Any:
-    """The weights of spike i for so many shapes, real and imaginary in turn, over and over: 8 numbers."""
+    """The weights of spike i for `lanes` waveforms, real and imaginary parts alternating, repeated to 8 numbers."""
     weight_data, curve_data = data
     weight = _weight_at(builder, weight_data, i)
     if lanes == 1:
@@ -107,13 +107,13 @@ def _shared_weight(builder: Any, lanes: int, data: tuple[Any, Any], x: Any, i: A
 
 
 def _curved_spike(lanes: int) -> Any:
-    """Adds spikes to as many shapes, 2 or 4, whose shares are polynomials of where an echo lies among them."""
+    """Intrinsic that adds spikes to 2 or 4 waveforms, whose weights are polynomials of the basis coordinate."""
 
     @intrinsic
     def add(
         typingctx: Any, cells: Any, at: Any, place: Any, weights: Any, x: Any, curve: Any, i: Any
     ) -> Any:  # fmt: skip
-        """Cell j, shape s: cells[2 lanes (at + j) + 2 s ...] += kernel(place)[j] * share[s] * weights[2 i ...].
+        """Cell j, waveform s: cells[2 lanes (at + j) + 2 s ...] += kernel(position)[j] * share[s] * weights[2 i ...].
 
         With share[s] = curve[0, 2 s] + x curve[1, 2 s] + ..., each written twice; all float32.
         """
@@ -140,18 +140,18 @@ add_spike_of_4 = _curved_spike(4)
 
 
 def moment_vectors(lanes: int) -> int:
-    """Vectors of 8 numbers that hold the moments of one cell of so many shapes."""
+    """Vectors of 8 numbers that hold the moments of one cell of `lanes` waveforms."""
     return -(-(DEGREE + 1) * lanes // 4)
 
 
 def _gathered_spike(lanes: int) -> Any:
-    """Adds spikes to the moments of a cell of 1, 2 or 4 shapes."""
+    """Intrinsic that adds spikes to the moments of a cell of 1, 2 or 4 waveforms."""
 
     @intrinsic
     def add(
         typingctx: Any, moments: Any, cell: Any, place: Any, weights: Any, x: Any, curve: Any, i: Any
     ) -> Any:  # fmt: skip
-        """Power p, shape s: moments[8 vectors cell + 2 lanes p + 2 s ...] += place^p * share[s] * weights[2 i ...]."""
+        """Power p, waveform s: moments[8 vectors cell + 2 lanes p + 2 s ...] += x^p * share[s] * weights[2 i ...]."""
 
         def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
             cell, place, x, i = args[1], args[2], args[4], args[6]
@@ -188,11 +188,11 @@ gather_spike_of_4 = _gathered_spike(4)
 
 
 def _gathered_cell(lanes: int) -> Any:
-    """Turns the moments of a cell of 1, 2 or 4 shapes into cells."""
+    """Intrinsic that turns the moments of a cell of 1, 2 or 4 waveforms into cells."""
 
     @intrinsic
     def add(typingctx: Any, cells: Any, at: Any, moments: Any, cell: Any) -> Any:
-        """What `add_spike_of_4` and the like would have added at cell `at` for each spike; the moments are then 0."""
+        """Add to the cells from `at` on the sum of all spikes in the moments, and clear the moments."""
 
         def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
             at, cell = args[1], args[3]
@@ -243,7 +243,7 @@ def add_shaped_spike(
     stride: Any, groups: Any,
     i: Any,
 ) -> Any:  # fmt: skip
-    """The same for groups of 4 shapes, `group_stride` numbers apart; shape s has shares[s stride + i] of the weight."""
+    """Spike for groups of 4 waveforms, `group_stride` apart; waveform s has shares[s stride + i] of the weight."""
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         group_stride, first_cell, fraction = args[1:4]
@@ -274,7 +274,7 @@ def mix_nodes(
     typingctx: Any, weights: Any, single: Any, delay: Any, others: Any, shape: Any, e: Any, begin: Any, delays: Any,
     mixed: Any,
 ) -> Any:  # fmt: skip
-    """What is known of echoes at k nodes, told at element e, from place `begin` of the results on.
+    """Interpolate columns of echoes at k nodes to element e, from index `begin` of the results on.
 
     delays[begin + i] = sum over k of mix[e, k] * delay[k, i] for i from `first` to `stop`; and in float32, by the same
     numbers in `single`, for the columns of `others`, (3, k, tile), into `mixed`, (3, wide). Up to 15 more are touched;
@@ -317,7 +317,7 @@ def mix_nodes(
 
 @intrinsic
 def add_real_spike(typingctx: Any, cells: Any, first_cell: Any, fraction: Any, weight: Any) -> Any:
-    """cells[at ...] += kernel(place) * weight; all float64."""
+    """cells[at ...] += kernel(position) * weight; all float64."""
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         cells, first_cell, fraction, weight = args

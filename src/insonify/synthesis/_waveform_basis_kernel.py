@@ -1,6 +1,6 @@
-"""Echoes on the grids of all shapes that they come in, which lie side by side: a cell holds up to four shapes.
+"""Deposit of echoes on the interleaved grids of all waveforms of a basis: a cell holds up to four waveforms.
 
-So one echo is one stretch of memory, in vectors that start where cells do. Of more than four shapes there are groups of
+So one echo occupies one contiguous range, in vectors aligned to cells. More than four waveforms are in groups of
 four, each with a grid of its own. Plain numbers and arrays.
 """
 
@@ -15,35 +15,35 @@ from insonify.synthesis._simd_gridding import add_complex_spike, add_shaped_spik
 
 Floats = NDArray[np.float64]
 TOGETHER = 4
-"""Shapes of one cell at most."""
+"""Largest number of waveforms in one cell."""
 _FAST = {"contract", "reassoc", "nsz", "arcp"}
 
 
 def group_layout(shapes: int) -> tuple[int, int]:
-    """Groups of grids and shapes of each cell, for so many shapes: no more than four share one."""
+    """Number of groups of grids and of waveforms in each cell; at most four share one."""
     if shapes <= 2:
         return 1, shapes
     return -(-shapes // TOGETHER), TOGETHER
 
 
 class BasisWeights(NamedTuple):
-    """How echoes are shared among shapes: Lagrange's polynomials over the nodes; flat beyond their range."""
+    """Weights of echoes in the waveforms: Lagrange polynomials over the nodes; constant beyond their range."""
 
     centre_doppler: float
-    """Of the range of Doppler factors [1]."""
+    """Middle of the range of Doppler factors less one [1]."""
     half_range: float
-    """Half of that range [1]; 0 where there is one shape."""
+    """Half of that range [1]; 0 for one waveform."""
     node_coordinate: NDArray[np.float32]
-    """Doppler factors of the shapes, from the middle, in units of half the range [1], (shapes,)."""
+    """Doppler factors of the waveforms re the middle, in units of half the range [1], (waveforms,)."""
     node_scale: NDArray[np.float32]
-    """One over the product of each node's distances from the others, in the same units, (shapes,)."""
+    """One over the product of each node's distances from the others, in the same units, (waveforms,)."""
     coefficients: NDArray[np.float32]
-    """Up to 4 shapes: coefficients of the polynomials, constant first, each twice; of two, all over again, (4, 8)."""
+    """Up to 4 waveforms: coefficients of the polynomials, constant first, each twice; of two, all repeated, (4, 8)."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def basis_weight_table(doppler: Floats) -> BasisWeights:
-    """How echoes are shared among shapes of some Doppler factors less one, (shapes,)."""
+    """Table of the weights of echoes in waveforms of given Doppler factors less one, (waveforms,)."""
     shapes = doppler.size
     middle = 0.5 * (doppler[0] + doppler[-1])
     half = 0.5 * (doppler[-1] - doppler[0]) / math.cos(0.5 * math.pi / shapes) if shapes > 1 else 0.0
@@ -55,7 +55,7 @@ def basis_weight_table(doppler: Floats) -> BasisWeights:
         for other in range(shapes):
             if other != s:
                 scale[s] /= node[s] - node[other]
-                for power in range(TOGETHER - 1, -1, -1):  # times x less that node
+                for power in range(TOGETHER - 1, -1, -1):  # times (x - node)
                     row[power] = (row[power - 1] if power > 0 else 0.0) - row[power] * node[other]
         if shapes <= TOGETHER:
             for lane in range(2 * s, 8, 4 if shapes == 2 else 8):
@@ -65,7 +65,7 @@ def basis_weight_table(doppler: Floats) -> BasisWeights:
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def basis_coordinate(doppler: Floats, basis: BasisWeights, x: NDArray[np.float32]) -> None:
-    """Where echoes of some Doppler factors less one lie among the shapes, -1..1 where these meet them, into x."""
+    """Coordinate of Doppler factors less one in the waveform basis, -1..1 within its range; result in x."""
     once = 1 / basis.half_range
     for i in range(doppler.size):
         x[i] = np.float32(min(max((doppler[i] - basis.centre_doppler) * once, -1.0), 1.0))
@@ -73,13 +73,13 @@ def basis_coordinate(doppler: Floats, basis: BasisWeights, x: NDArray[np.float32
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def basis_weights(x: NDArray[np.float32], node: NDArray[Any], scale: NDArray[Any], node_weights: NDArray[Any]) -> None:
-    """What each of many shapes contributes to echoes: products of the distances from nodes before it and after it.
+    """Weight of each of many waveforms in some echoes: products of the distances from nodes before it and after it.
 
     Args:
-        x: Where echoes lie among the shapes [1], (n,).
-        node: Of `BasisWeights`.
-        scale: Likewise.
-        node_weights: Result, (shapes or more, at least n).
+        x: Coordinate of each echo in the basis [1], (n,).
+        node: Nodes of `BasisWeights`.
+        scale: Scales of `BasisWeights`.
+        node_weights: Result: weights, (waveforms or more, at least n).
     """
     running = np.empty(x.size, np.float32)
     shapes = node.size
@@ -101,22 +101,22 @@ def deposit_waveforms(
     fraction: NDArray[np.float32], weight: NDArray[np.float32], x: NDArray[np.float32], basis: BasisWeights,
     node_weights: NDArray[np.float32], count: int,
 ) -> None:  # fmt: skip
-    """Spikes of some echoes, each in some channels, laid on the grids of all shapes.
+    """Deposit the spikes of some echoes, each in some channels, on the grids of all waveforms.
 
-    Those off the grid are passed over.
+    Spikes off the grid are skipped.
 
     Args:
-        cells: Grids of pressure, (channels, groups, cells, shapes of a group).
-        channel: The first that hears them.
-        used: How many channels from there on hear each echo.
+        cells: Grids of pressure, (channels, groups, cells, waveforms of a group).
+        channel: First channel that receives them.
+        used: Number of channels from there on that receive each echo.
         channel_stride: Spikes from one channel to the next, `count` or more.
-        first_cell: First cell of each spike, -1 where it has no room, (count wide,).
-        fraction: Of each between cells, (count wide,).
-        weight: Of each, real and imaginary in turn, (2 count wide,).
-        x: Where each lies among the shapes, (count wide,).
-        basis: How they are shared.
-        node_weights: For more than four shapes: what each shape takes, (shapes or more, spikes).
-        count: How many echoes.
+        first_cell: First cell of each spike, -1 where it is off the grid, (count wide,).
+        fraction: Position of each spike between cells, (count wide,).
+        weight: Weight of each spike, real and imaginary parts alternating, (2 count wide,).
+        x: Coordinate of each spike in the basis, (count wide,).
+        basis: Weights of the waveforms.
+        node_weights: For more than four waveforms: weight of each, (waveforms or more, spikes).
+        count: Number of echoes.
     """
     flat = cells.reshape(-1).view(np.float32)
     groups, lanes = cells.shape[1], cells.shape[3]
@@ -124,7 +124,7 @@ def deposit_waveforms(
     shares, stride = node_weights.reshape(-1), node_weights.shape[1]
     for i in range(count):
         for e in range(used):
-            k = np.uintp(e * channel_stride + i)  # unsigned: a sign would be looked at, in each column
+            k = np.uintp(e * channel_stride + i)  # unsigned: avoids the negative-index check in each column
             if first_cell[k] < 0:
                 continue
             first = np.intp((channel + e) * row + first_cell[k])

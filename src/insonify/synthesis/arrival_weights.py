@@ -1,4 +1,4 @@
-"""What each arrival weighs in a recording: its amplitude at the source's level, through both beams, on its carrier."""
+"""Complex weight of each arrival in a recording: amplitude, source level, both beams and carrier phase."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,40 +19,44 @@ def beam_gains(
     """Amplitude of the transmit and of the receive beam towards each arrival [1], each of shape (n,).
 
     Args:
-        arrivals: Paths of one ping as that channel hears them, n of them.
+        arrivals: Paths of one ping for that receive channel, n of them.
         ping_geometry: The sonar at that ping.
-        channel: Which pair of beams, or which element: its own response is part of its beam.
-        band: Which frequency of the band, where there are several.
+        channel: Index of the pair of beams, or of the element, whose response is part of its beam.
+        band: Index of the sub-band, where there are several.
     """
-    there = (
+    sub_band = (
         ping_geometry.sub_bands[band]
         if ping_geometry.sub_bands
         else SubBand(0.0, ping_geometry.transmit_beams, ping_geometry.receive_beams)
     )
-    middle = 0.0 if ping_geometry.is_static else ping_geometry.pulse.pulse.duration / 2
-    towards = directions_at_reception(ping_geometry, arrivals.arrival, arrivals.delay + middle)
-    sent, ears, own = there.transmit_beams.single_beam(channel), there.receive_beams, 1.0 + 0j
+    pulse_middle = 0.0 if ping_geometry.is_static else ping_geometry.pulse.pulse.duration / 2
+    direction = directions_at_reception(ping_geometry, arrivals.arrival, arrivals.delay + pulse_middle)
+    transmit_beam, receive_beam, response = (
+        sub_band.transmit_beams.single_beam(channel),
+        sub_band.receive_beams,
+        1.0 + 0j,
+    )
     if ping_geometry.elements is None:
-        ears = ears.single_beam(channel)
+        receive_beam = receive_beam.single_beam(channel)
     else:
-        ears, own = (
-            rotated_beams(ears, float(ping_geometry.elements.orientations[channel])),
+        receive_beam, response = (
+            rotated_beams(receive_beam, float(ping_geometry.elements.orientations[channel])),
             complex(ping_geometry.elements.response[channel]),
         )
-    return sent.gain(arrivals.departure)[0], own * ears.gain(towards)[0]
+    return transmit_beam.gain(arrivals.departure)[0], response * receive_beam.gain(direction)[0]
 
 
 def arrival_weights(arrivals: Arrivals, ping_geometry: PingGeometry, channel: int = 0, band: int = 0) -> Complexes:
-    """Complex pressure of each arrival, had the pulse no shape [uPa], shape (n,).
+    """Complex pressure of each arrival before its waveform [uPa], shape (n,).
 
     Args:
-        arrivals: Paths of one ping as that channel hears them, n of them.
+        arrivals: Paths of one ping for that receive channel, n of them.
         ping_geometry: The sonar at that ping.
-        channel: Which pair of beams, or which element.
-        band: Which frequency of the band, where there are several.
+        channel: Index of the pair of beams, or of the element.
+        band: Index of the sub-band, where there are several.
     """
-    sent, heard = beam_gains(arrivals, ping_geometry, channel, band)
-    cycles = ping_geometry.frequency * arrivals.delay  # float64: there are thousands of them
+    transmit_gain, receive_gain = beam_gains(arrivals, ping_geometry, channel, band)
+    cycles = ping_geometry.frequency * arrivals.delay  # float64: thousands of cycles
     carrier = np.exp(-2j * np.pi * (cycles - np.rint(cycles)))
     level = float(amplitude_ratio(ping_geometry.source_level_db))
-    return np.asarray(level * sent * heard * arrivals.amplitude[:, band] * carrier)
+    return np.asarray(level * transmit_gain * receive_gain * arrivals.amplitude[:, band] * carrier)

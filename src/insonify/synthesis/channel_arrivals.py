@@ -1,6 +1,6 @@
-"""Arrivals as a channel hears them: when they come to its element, how strong, and how much quicker than when sent.
+"""Arrivals at one receive channel: delay at its element, strength and Doppler factor.
 
-The numbers are those that the recording is made of, from the same kernels.
+The numbers come from the kernels that make the recording.
 """
 
 from dataclasses import dataclass
@@ -28,93 +28,102 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class ChannelBlockArrivals:
-    """One channel's hearing of a block of scatterers."""
+    """Arrivals of a block of scatterers at one receive channel."""
 
     pairs: Pairs
     echoes: tuple[PairEchoes, ...]
-    """By each ordered pair of legs."""
+    """Echoes of each ordered pair of legs."""
     ping_geometry: PingGeometry
     ends: ReceivePoints
     channel: int
-    """Which element; of beams, any."""
+    """Index of the element; of beams, any."""
     water: Water
     directions: Floats
-    """Directions in which the channel hears them, away from the sonar, shape (pairs, n, 3)."""
+    """Directions of the scatterers from the channel, shape (pairs, n, 3)."""
 
     def __call__(self, row: int) -> tuple[Floats, Floats, Floats, Floats]:
-        """How the echoes by one ordered pair of legs are heard.
+        """Arrivals of one ordered pair of legs at the channel.
 
         Args:
-            row: Which pair.
+            row: Row of the pair.
 
         Returns:
             Delay of the pulse's start [s], shape (n,); factor on the pressure in each band [1], shape (n, bands);
-            Doppler factor less one [1], shape (n,); directions in which they are heard [1], shape (n, 3).
+            Doppler factor less one [1], shape (n,); directions of the scatterers [1], shape (n, 3).
         """
         i, j = self.pairs.pair[row]
         delay, factor, doppler = arrivals_at_channel(
             self.echoes[row], self.ping_geometry, self.ends, self.channel, self.water
         )
-        travelled, carrier = self.pairs.out.length[i] + self.pairs.back.length[j], self.ping_geometry.frequency
+        path_length, carrier = self.pairs.out.length[i] + self.pairs.back.length[j], self.ping_geometry.frequency
         offsets = [band.offset for band in self.ping_geometry.sub_bands] or [0.0]
-        bands = [factor * relative_absorption(travelled, offset, carrier, self.water) for offset in offsets]
+        bands = [factor * relative_absorption(path_length, offset, carrier, self.water) for offset in offsets]
         return delay, np.stack(bands, axis=1), doppler, self.directions[row]
 
 
 def channel_arrivals(pairs: Pairs, ping_geometry: PingGeometry, channel: int, water: Water) -> ChannelBlockArrivals:
-    """One channel's hearing of a block.
+    """Arrivals of a block at one receive channel.
 
     Args:
-        pairs: Legs out and back of the block.
+        pairs: Transmit and receive legs of the block.
         ping_geometry: The sonar at this ping.
-        channel: Which element; of beams, any.
-        water: Between sonar and scatterers.
+        channel: Index of the element; of beams, any.
+        water: Water between sonar and scatterers.
     """
-    ends, gone = (
+    ends, emission_delay = (
         receive_points(ping_geometry),
         transmitter_motion(pairs.out.departure, pairs.out.length, ping_geometry)[0],
     )
-    rows, towards, _ = echo_directions(pairs, ping_geometry, gone, ends)
-    mine = towards[channel if len(towards) > 1 else 0][rows]
+    rows, direction, _ = echo_directions(pairs, ping_geometry, emission_delay, ends)
+    channel_direction = direction[channel if len(direction) > 1 else 0][rows]
     return ChannelBlockArrivals(
-        pairs, tuple(pair_echoes(pairs, ping_geometry, water)), ping_geometry, ends, channel, water, mine
+        pairs, tuple(pair_echoes(pairs, ping_geometry, water)), ping_geometry, ends, channel, water, channel_direction
     )
 
 
 def arrivals_at_channel(
     echoes: PairEchoes, ping_geometry: PingGeometry, receive_points: ReceivePoints, channel: int, water: Water
 ) -> tuple[Floats, Floats, Floats]:  # fmt: skip
-    """Echoes as one channel hears them: the numbers that its recording is made of.
+    """Delays, pressure factors and Doppler factors of echoes at one channel, as used for its recording.
 
     Args:
-        echoes: By one pair of legs, n of them.
+        echoes: Echoes of one pair of legs, n of them.
         ping_geometry: The sonar at this ping.
-        receive_points: Of `receive_points`.
-        channel: Which element; of beams, any.
-        water: Between sonar and scatterers.
+        receive_points: Receiver channels as points, from `receive_points`.
+        channel: Index of the element; of beams, any.
+        water: Water between sonar and scatterers.
 
     Returns:
         Delay of the pulse's start [s], factor on the pressure [1], Doppler factor less one [1], each of shape (n,).
     """
-    e = channel if ping_geometry.elements is not None else 0
+    element = channel if ping_geometry.elements is not None else 0
     n = len(echoes.delay)
-    when, doppler, fade = np.empty(n), np.zeros(n), np.empty(n, np.float32)
-    motion = receive_points.position[e], receive_points.velocity[e], receive_points.acceleration[e]
-    middle = 0.0 if ping_geometry.is_static else ping_geometry.pulse.pulse.duration / 2
-    towards, slowness = list(np.ascontiguousarray(echoes.direction.T)), 1 / ping_geometry.receive_sound_speed
+    delay, doppler, factor = np.empty(n), np.zeros(n), np.empty(n, np.float32)
+    motion = receive_points.position[element], receive_points.velocity[element], receive_points.acceleration[element]
+    pulse_middle = 0.0 if ping_geometry.is_static else ping_geometry.pulse.pulse.duration / 2
+    direction, slowness = list(np.ascontiguousarray(echoes.direction.T)), 1 / ping_geometry.receive_sound_speed
     loss = absorption_np_per_m(water, ping_geometry.frequency)
-    front, following = echoes.wavefront, 1 / (1 - echoes.transmitter_mach)
+    wavefront, emission_rate = echoes.wavefront, 1 / (1 - echoes.transmitter_mach)
     if water.layered:
-        arrival_refracted(echoes.delay, front.vertical_curvature, front.horizontal_distance, *towards, following,
-                          front.expansion, *motion, slowness,
-                    front.sound_speed_gradient, loss, middle, when, fade, doppler)  # fmt: skip
+        arrival_refracted(echoes.delay, wavefront.vertical_curvature, wavefront.horizontal_distance, *direction,
+                          emission_rate,
+                          wavefront.expansion, *motion, slowness,
+                    wavefront.sound_speed_gradient, loss, pulse_middle, delay, factor, doppler)  # fmt: skip
     elif ping_geometry.is_static:
         arrival_stationary(
-            echoes.delay, 1 / front.vertical_curvature, *towards, receive_points.position[e], slowness, loss, when, fade
+            echoes.delay,
+            1 / wavefront.vertical_curvature,
+            *direction,
+            receive_points.position[element],
+            slowness,
+            loss,
+            delay,
+            factor,
         )
     else:
-        arrival_moving(echoes.delay, 1 / front.vertical_curvature, *towards, following, *motion, slowness, loss,
-                       middle, when,
-                      fade, doppler)  # fmt: skip
-    # the kernel tells where an unstretched pulse would start that has the same middle
-    return when + middle * doppler / (1 + doppler), np.asarray(fade * echoes.amplitude_factor), doppler
+        arrival_moving(echoes.delay, 1 / wavefront.vertical_curvature, *direction, emission_rate, *motion, slowness,
+                       loss,
+                       pulse_middle, delay,
+                      factor, doppler)  # fmt: skip
+    # the kernel returns the start of an unstretched pulse with the same middle
+    return delay + pulse_middle * doppler / (1 + doppler), np.asarray(factor * echoes.amplitude_factor), doppler

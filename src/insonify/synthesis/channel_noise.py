@@ -1,7 +1,7 @@
-"""All the noise of a sonar's channels: what they hear of the sea, and what the receiver adds of its own.
+"""Noise of all receive channels of a sonar: noise of the sea and of the receiver.
 
-The sea's noise is a field: it reaches every channel, in each as loud as its directivity lets it, and in neighbours much
-alike. The noise of hydrophones and amplifiers is each element's own. Tones are picked up by all elements at once.
+Noise of the sea is a field: its level in each channel follows from the channel's directivity, and neighbouring channels
+are correlated. Noise of hydrophones and amplifiers is independent from element to element. Tones are coherent.
 """
 
 from collections.abc import Sequence
@@ -28,125 +28,141 @@ from insonify.units import amplitude_ratio, level_db
 Floats = NDArray[np.float64]
 
 NODES = 129
-"""Frequencies across the band at which the sea's spectrum is asked for: straight lines between are 1e-4 dB off."""
+"""Frequencies across the band at which the sea's spectrum is evaluated; linear interpolation is 1e-4 dB off."""
 FAINT = 1e-7
-"""Part of a noise that is left out of a mixture [1]."""
+"""Amplitude below which an entry of a mixing matrix is left out [1]."""
 
 
 @dataclass(frozen=True, slots=True)
 class ReceiverTones:
-    """Lines of the receiver's own noise, n of them, in m channels."""
+    """Tones of the receiver's self-noise, n of them, in m channels."""
 
     frequency: Floats
-    """Of each [Hz], shape (n,)."""
+    """Frequency of each tone [Hz], shape (n,)."""
     amplitude: Complexes
-    """Of each in each channel, after the receiver's filter, at the start of the track [uPa], shape (m, n)."""
+    """Complex amplitude in each channel, after the receiver's filter, at the start of the track [uPa], shape (m, n)."""
 
     def waveform(self, centre: float, start: float, time: Floats) -> Complexes:
-        """What they sound like in one ping [uPa], shape (m, samples).
+        """Sum of the tones in one ping [uPa], shape (m, samples).
 
         Args:
             centre: Centre frequency [Hz].
             start: Start of the ping's transmission after the start of the track [s].
-            time: Of the samples after that [s], shape (samples,).
+            time: Sample times after the start of transmission [s], shape (samples,).
         """
-        # float64, whole cycles left out: an hour of 100 kHz is 4e8 of them
+        # float64, whole cycles removed: an hour of 100 kHz is 4e8 cycles
         cycles = np.outer(self.frequency - centre, time) + (self.frequency * start % 1.0)[:, None]
         return np.asarray(self.amplitude @ np.exp(2j * np.pi * (cycles % 1.0)))
 
 
 @dataclass(frozen=True, slots=True)
 class ChannelNoise:
-    """What noise each channel of a sonar has, the same from ping to ping but for its draw."""
+    """Noise of each channel of a sonar; pings differ in the random realisation only."""
 
     pulse: ReceivedPulse
     seed: int
     sea_level_db: float | None
-    """Spectrum level of the noises that are mixed, at the centre frequency [dB re 1 uPa^2/Hz]; None: silence."""
+    """Spectrum level of the mixed noise at the centre frequency [dB re 1 uPa^2/Hz]; None: no sea noise."""
     slope: Slope | None
-    """How that changes over the band."""
+    """Power of the sea noise over the band, re that at the centre."""
     mixing_matrices: tuple[Complexes, ...] | None
-    """What mixes them into the channels of each side, a lower triangle each [1]; None: each channel has one."""
+    """Mixing matrix of each side's channels, lower triangular [1]; None: independent channels."""
     self_noise_gain: Floats
-    """Amplitude of noise of unit spectrum level in each channel that is its own [1], shape (channels,)."""
+    """Amplitude of each channel's independent noise, for unit spectrum level [1], shape (channels,)."""
     self_noise_level_db: float | None
-    """Spectrum level of the receiver's own noise in one element [dB re 1 uPa^2/Hz]; None: none."""
+    """Spectrum level of the receiver's self-noise in one element [dB re 1 uPa^2/Hz]; None: none."""
     tones: ReceiverTones | None
 
     @property
     def power(self) -> Floats:
         """Mean-square pressure of the noise in each channel [uPa^2], shape (channels,)."""
-        whole = self.self_noise_gain**2 * noise_intensity(self.pulse, self.self_noise_level_db)
-        share = np.ones(len(self.self_noise_gain))
+        power = self.self_noise_gain**2 * noise_intensity(self.pulse, self.self_noise_level_db)
+        sea_power = np.ones(len(self.self_noise_gain))
         if self.mixing_matrices is not None:
-            share = np.concatenate([np.sum(np.abs(one) ** 2, axis=1) for one in self.mixing_matrices])
-        whole = whole + share * noise_intensity(self.pulse, self.sea_level_db, self.slope)
-        return whole if self.tones is None else whole + np.sum(np.abs(self.tones.amplitude) ** 2, axis=1)
+            sea_power = np.concatenate([np.sum(np.abs(mixing) ** 2, axis=1) for mixing in self.mixing_matrices])
+        power = power + sea_power * noise_intensity(self.pulse, self.sea_level_db, self.slope)
+        return power if self.tones is None else power + np.sum(np.abs(self.tones.amplitude) ** 2, axis=1)
 
     def draw(self, ping: int, start: float, grid: TimeGrid) -> NDArray[np.complex64]:
-        """The noise of one ping [uPa], shape (channels, samples).
+        """Noise of one ping [uPa], shape (channels, samples).
 
         Args:
             ping: Number of the ping.
-            start: Of its transmission after the start of the track [s].
-            grid: Its samples.
+            start: Start of its transmission after the start of the track [s].
+            grid: Sample times of the ping.
         """
         size = self.seed, ping, len(self.self_noise_gain), grid.sample_count
-        heard = receiver_noise(self.pulse, self.sea_level_db, *size, slope=self.slope)
+        noise = receiver_noise(self.pulse, self.sea_level_db, *size, slope=self.slope)
         if self.mixing_matrices is not None:
-            heard = _mix_channels(heard, self.mixing_matrices)
+            noise = _mix_channels(noise, self.mixing_matrices)
         if self.self_noise_level_db is not None:
-            own = receiver_noise(self.pulse, self.self_noise_level_db, *size, stream=random_keys.RECEIVER)
-            heard = heard + self.self_noise_gain[:, None].astype(np.float32) * own
+            self_noise = receiver_noise(self.pulse, self.self_noise_level_db, *size, stream=random_keys.RECEIVER)
+            noise = noise + self.self_noise_gain[:, None].astype(np.float32) * self_noise
         if self.tones is not None:
-            heard = heard + self.tones.waveform(self.pulse.pulse.frequency, start, grid.time).astype(np.complex64)
-        return heard
+            noise = noise + self.tones.waveform(self.pulse.pulse.frequency, start, grid.time).astype(np.complex64)
+        return noise
 
 
 def channel_noise(
     sonar: Sonar, water: Water, ping_geometries: Sequence[PingGeometry], pulse: ReceivedPulse, seed: int
 ) -> ChannelNoise:
-    """The noise of all channels of a sonar.
+    """Noise of all channels of a sonar.
 
     Args:
         sonar: The sonar, with all its sides.
-        water: What is around it.
-        ping_geometries: Its sides at the first ping: the attitude in which noise from the surface is heard throughout.
-        pulse: The sonar's heard pulse.
-        seed: Of the scenario.
+        water: Water around the sonar.
+        ping_geometries: Its sides at the first ping, whose attitude orients the noise from the surface at all pings.
+        pulse: The sonar's received pulse.
+        seed: Seed of the scenario.
     """
     level = water.noise_level_db
     slope: Slope | None = None
-    mixes: tuple[Complexes, ...] | None = None
+    mixing_matrices: tuple[Complexes, ...] | None = None
     elements = sonar.receiver.record == "elements"
     if water.noise is not None:
         sea = sea_noise_spectrum(water.noise, pulse)
         level, slope = sea.level_db, sea.slope
-        mixes = tuple(covariance_factor(sea.covariance(here)) for here in ping_geometries)
+        mixing_matrices = tuple(covariance_factor(sea.covariance(geometry)) for geometry in ping_geometries)
     elif level is not None and elements:
-        mixes = tuple(covariance_factor(_alike(noise_covariance(here, "isotropic"))) for here in ping_geometries)
-    if mixes is not None and elements:
-        mixes = tuple(_response(here)[:, None] * mix for mix, here in zip(mixes, ping_geometries, strict=True))
-    noisy = sonar.receiver.self_noise
-    own = np.concatenate(
-        [_self_noise_gain(side.receive, here) for side, here in zip(sonar.side_sonars, ping_geometries, strict=True)]
+        mixing_matrices = tuple(
+            covariance_factor(_equal_power(noise_covariance(geometry, "isotropic"))) for geometry in ping_geometries
+        )
+    if mixing_matrices is not None and elements:
+        mixing_matrices = tuple(
+            _response(geometry)[:, None] * mix for mix, geometry in zip(mixing_matrices, ping_geometries, strict=True)
+        )
+    self_noise = sonar.receiver.self_noise
+    self_noise_gain = np.concatenate(
+        [
+            _self_noise_gain(side.receive, geometry)
+            for side, geometry in zip(sonar.side_sonars, ping_geometries, strict=True)
+        ]
     )
-    own_level = None if noisy is None else noisy.level_db
-    return ChannelNoise(pulse, seed, level, slope, mixes, own, own_level, _tones(sonar, ping_geometries, pulse, seed))
+    self_noise_level_db = None if self_noise is None else self_noise.level_db
+    return ChannelNoise(
+        pulse,
+        seed,
+        level,
+        slope,
+        mixing_matrices,
+        self_noise_gain,
+        self_noise_level_db,
+        _tones(sonar, ping_geometries, pulse, seed),
+    )
 
 
 @dataclass(frozen=True, slots=True)
 class SeaNoiseSpectrum:
-    """The sea's noise over the receiver's band, from all causes and by where they come from."""
+    """Spectrum of the sea's noise over the receiver's band, by directionality."""
 
     offset: Floats
-    """From the centre frequency, which is the middle one [Hz], shape (n,)."""
+    """Offset from the centre frequency, which is the middle one [Hz], shape (n,)."""
     density: dict[Directionality, Floats]
-    """What a hydrophone without directivity hears [uPa^2/Hz], each of shape (n,)."""
+    """Spectral density at an omnidirectional hydrophone [uPa^2/Hz], each of shape (n,)."""
 
     @property
     def total_density(self) -> Floats:
-        """All of it [uPa^2/Hz], shape (n,)."""
+        """Spectral density of all directionalities together [uPa^2/Hz], shape (n,)."""
         return np.asarray(sum(self.density.values()))
 
     @property
@@ -155,33 +171,35 @@ class SeaNoiseSpectrum:
         return float(level_db(self.total_density[len(self.offset) // 2]))
 
     def slope(self, offset: Floats) -> Floats:
-        """Power at offsets from the centre, over that at the centre [1], shape of `offset`."""
-        whole = self.total_density
-        return np.interp(offset, self.offset, whole / whole[len(self.offset) // 2])
+        """Power at offsets from the centre, re that at the centre [1], shape of `offset`."""
+        density = self.total_density
+        return np.interp(offset, self.offset, density / density[len(self.offset) // 2])
 
     def covariance(self, geometry: PingGeometry) -> Complexes:
-        """What the channels hear of it at the centre frequency, for unit power at a hydrophone [1]."""
-        middle = {directionality: float(part[len(self.offset) // 2]) for directionality, part in self.density.items()}
-        parts = [
-            power / sum(middle.values()) * noise_covariance(geometry, directionality)
-            for directionality, power in middle.items()
+        """Covariance of the channels at the centre frequency, for unit power at a hydrophone [1]."""
+        power_at_centre = {
+            directionality: float(density[len(self.offset) // 2]) for directionality, density in self.density.items()
+        }
+        covariances = [
+            power / sum(power_at_centre.values()) * noise_covariance(geometry, directionality)
+            for directionality, power in power_at_centre.items()
         ]
-        return np.asarray(sum(parts))
+        return np.asarray(sum(covariances))
 
 
 def sea_noise_spectrum(sea: SeaNoise, pulse: ReceivedPulse) -> SeaNoiseSpectrum:
-    """The sea's noise over a receiver's band; warned where a law is heard outside its range.
+    """Spectrum of the sea's noise over a receiver's band; laws outside their range of validity raise a warning.
 
     Args:
-        sea: What is heard.
-        pulse: The sonar's heard pulse, which knows centre and band.
+        sea: Noise of the sea.
+        pulse: The sonar's received pulse, which has centre and band.
     """
     offset = np.linspace(-0.5, 0.5, NODES) * pulse.receiver.sample_rate
     return SeaNoiseSpectrum(offset, sea.density(pulse.pulse.frequency + offset))
 
 
-def _alike(covariance: Complexes) -> Complexes:
-    """The covariance of channels that are all equally loud."""
+def _equal_power(covariance: Complexes) -> Complexes:
+    """Covariance scaled to equal power in all channels."""
     root = np.sqrt(np.diag(covariance).real)
     return covariance / np.outer(root, root)
 
@@ -192,18 +210,18 @@ def _response(geometry: PingGeometry) -> Complexes:
 
 
 def _self_noise_gain(array: AnyArray, geometry: PingGeometry) -> Floats:
-    """Amplitude in each channel of noises of unit power, one in each element [1], shape (channels,)."""
+    """Amplitude in each channel of independent noises of unit power in each element [1], shape (channels,)."""
     if geometry.elements is not None:
         return np.ones(len(geometry.elements))
-    # a beam is one on its axis, in spite of elements that hear less there
+    # beams are scaled to one on their axis, whatever the gain of their elements in that direction
     return np.broadcast_to(preamplifier_noise_gain(array) * geometry.receive_beams.scale, geometry.channel_count)
 
 
 def preamplifier_noise_gain(array: AnyArray) -> float:
-    """Amplitude of noises of unit power, one in each element, after an array's own weights for a beam [1].
+    """Amplitude of independent noises of unit power in each element after the array's own beam weights [1].
 
     Args:
-        array: The array; along a side that is not divided into elements it has one amplifier.
+        array: The array; an axis that is not divided into elements counts as one element.
     """
     if isinstance(array, LineArray):
         return _element_weights(array.elements, array.shading)
@@ -220,32 +238,32 @@ def _element_weights(elements: int | None, shading: str) -> float:
 def _tones(
     sonar: Sonar, ping_geometries: Sequence[PingGeometry], pulse: ReceivedPulse, seed: int
 ) -> ReceiverTones | None:
-    """The receiver's tones, as loud in a beam as a sound from straight ahead would be."""
-    noisy = sonar.receiver.self_noise
-    if noisy is None or not noisy.tones:
+    """Tones of the receiver; their level in a beam is that of a sound on the beam's axis."""
+    self_noise = sonar.receiver.self_noise
+    if self_noise is None or not self_noise.tones:
         return None
-    frequency = np.array([tone.frequency for tone in noisy.tones])
-    level = amplitude_ratio([tone.level_db for tone in noisy.tones])
-    turn = random_keys.uniforms(seed, random_keys.RECEIVER, np.arange(len(frequency)), -1, -1, -1)[:, 0]
-    heard = level * np.exp(2j * np.pi * turn) * receiver_filter(pulse, frequency - pulse.pulse.frequency)
-    ahead = [
-        np.ones(here.channel_count) if here.elements is not None
-        else np.broadcast_to(here.receive_beams.gain(here.boresight), here.channel_count)
-        for here in ping_geometries
+    frequency = np.array([tone.frequency for tone in self_noise.tones])
+    level = amplitude_ratio([tone.level_db for tone in self_noise.tones])
+    phase = random_keys.uniforms(seed, random_keys.RECEIVER, np.arange(len(frequency)), -1, -1, -1)[:, 0]
+    received = level * np.exp(2j * np.pi * phase) * receiver_filter(pulse, frequency - pulse.pulse.frequency)
+    axis_gain = [
+        np.ones(geometry.channel_count) if geometry.elements is not None
+        else np.broadcast_to(geometry.receive_beams.gain(geometry.boresight), geometry.channel_count)
+        for geometry in ping_geometries
     ]  # fmt: skip
-    return ReceiverTones(frequency, np.outer(np.concatenate(ahead), heard))
+    return ReceiverTones(frequency, np.outer(np.concatenate(axis_gain), received))
 
 
-def _mix_channels(white: NDArray[np.complex64], mixes: tuple[Complexes, ...]) -> NDArray[np.complex64]:
-    """Independent rows mixed into those of channels, side by side."""
+def _mix_channels(white: NDArray[np.complex64], mixing_matrices: tuple[Complexes, ...]) -> NDArray[np.complex64]:
+    """Mix independent rows into the channels of each side."""
     parts = (np.ascontiguousarray(white.real), np.ascontiguousarray(white.imag))
     out = np.zeros((2, *white.shape), np.float32)
     first = 0
-    for lower in mixes:
+    for lower in mixing_matrices:
         rows = slice(first, first + len(lower))
-        # of elements half a wavelength apart nearly all of it is nothing but rounding
-        some = np.where(np.abs(lower) > FAINT, lower, 0)
-        triangle = (np.ascontiguousarray(part, np.float32) for part in (some.real, some.imag))
+        # for elements half a wavelength apart, most off-diagonal entries are rounding errors
+        significant = np.where(np.abs(lower) > FAINT, lower, 0)
+        triangle = (np.ascontiguousarray(part, np.float32) for part in (significant.real, significant.imag))
         mix_noise(*triangle, parts[0][rows], parts[1][rows], out[0, rows], out[1, rows])
         first = rows.stop
     return np.asarray(out[0] + 1j * out[1], np.complex64)

@@ -1,8 +1,8 @@
-"""Where along an array echoes are worked out, to be known at each of its elements.
+"""Chebyshev nodes along an array: the points at which echoes are evaluated exactly, and interpolated elsewhere.
 
-The delay of an echo at a place x along a straight array, |r u - x| / c, is analytic but for places a distance r from
-the array in the complex plane: polynomials through Chebyshev's nodes come as close to it as a geometric series goes.
-Elements of a body that turns run on parabolas that are the same mix of those of the nodes.
+The delay of an echo at a position x along a straight array, |r u - x| / c, is analytic but for points a distance r from
+the array in the complex plane: interpolation through Chebyshev nodes converges to it geometrically.
+The parabolic motion of each element of a rotating platform is the same mixture of the motions of the nodes.
 
 Source: error of interpolation at Chebyshev nodes at most 4 M rho^-n / (rho - 1) for functions analytic within the
 ellipse of sum of half axes rho; Trefethen (2013), Approximation Theory and Approximation Practice, theorem 8.2 (from
@@ -18,11 +18,11 @@ from insonify.synthesis._element_arrivals_kernel import ApertureNodes
 
 Floats = NDArray[np.float64]
 ERROR = 2e-7
-"""Of an echo's phase at an element [cycles]."""
+"""Error of an echo's phase at an element [cycles]."""
 STRAIGHT = 1e-9
-"""How far elements may be from a straight line [m], and from the parabolas of places along it."""
+"""Largest deviation of elements from a straight line, and from the interpolated parabolic motion [m]."""
 FEWEST = 4
-"""Nodes at least [1]."""
+"""Least number of nodes [1]."""
 
 
 def aperture_nodes(
@@ -30,39 +30,51 @@ def aperture_nodes(
     wavelength: float,
     extra_positions: Floats | None = None,
 ) -> ApertureNodes:  # fmt: skip
-    """Where echoes are worked out: at a few nodes of a straight array, or at all elements.
+    """Chebyshev nodes of a straight array, or all elements where nodes would not be fewer.
 
     Args:
-        position: Of the elements, from the array's centre, in the world, at the start of the ping [m], shape (m, 3).
-        velocity: Likewise [m/s], shape (m, 3).
-        acceleration: Likewise [m/s^2], shape (m, 3).
-        min_radius: Least radius of the wavefronts that come back [m].
-        latest_arrival: When the last of them comes [s].
-        wavelength: Of the carrier [m].
-        extra_positions: Other places along a straight array to be told of, -1..1, shape (p,); they are told by nodes
-            alone.
+        position: Element positions from the array's centre, in the world, at the start of the ping [m], shape (m, 3).
+        velocity: Element velocities [m/s], shape (m, 3).
+        acceleration: Element accelerations [m/s^2], shape (m, 3).
+        min_radius: Least radius of the received wavefronts [m].
+        latest_arrival: Time of the last arrival [s].
+        wavelength: Wavelength of the carrier [m].
+        extra_positions: Further interpolation points along a straight array, -1..1, shape (p,); they need nodes.
     """
-    along = straight_array(position, velocity, acceleration, latest_arrival)
-    if along is not None:
-        t, ends = along
+    line = straight_array(position, velocity, acceleration, latest_arrival)
+    if line is not None:
+        element_coordinate, ends = line
         drift = float(np.abs(ends[:, 3:]).sum(axis=1).max())
         count = chebyshev_node_count(min_radius - drift, float(np.linalg.norm(ends[1, :3])), wavelength)
         if count < len(position):
             node = np.cos((np.arange(count) + 0.5) * np.pi / count)
-            mix = _lagrange(node, t if extra_positions is None else np.concatenate([t, extra_positions]))
-            here = ends[0] + node[:, None] * ends[1]
-            speed, growth = here[:, 3:6] / latest_arrival, here[:, 6:] / latest_arrival**2
-            return ApertureNodes(*(np.ascontiguousarray(part) for part in (here[:, :3], speed, growth, mix)))
+            weights = _lagrange(
+                node,
+                element_coordinate
+                if extra_positions is None
+                else np.concatenate([element_coordinate, extra_positions]),
+            )
+            node_motion = ends[0] + node[:, None] * ends[1]
+            node_velocity, node_acceleration = (
+                node_motion[:, 3:6] / latest_arrival,
+                node_motion[:, 6:] / latest_arrival**2,
+            )
+            return ApertureNodes(
+                *(
+                    np.ascontiguousarray(part)
+                    for part in (node_motion[:, :3], node_velocity, node_acceleration, weights)
+                )
+            )
     return ApertureNodes(position, velocity, acceleration, np.eye(len(position)))
 
 
 def chebyshev_node_count(min_radius: float, half: float, wavelength: float) -> int:
-    """How many nodes tell the delays along an aperture; very many where wavefronts are not much larger than it.
+    """Number of nodes that represent the delays along an aperture; huge where wavefronts are not much larger than it.
 
     Args:
-        min_radius: Least radius of a wavefront about any place that the array's centre comes to [m].
+        min_radius: Least radius of a wavefront about any position of the array's centre [m].
         half: Half the length of the aperture [m].
-        wavelength: Of the carrier [m].
+        wavelength: Wavelength of the carrier [m].
     """
     if min_radius <= 2 * half:
         return 1 << 30
@@ -75,13 +87,13 @@ def chebyshev_node_count(min_radius: float, half: float, wavelength: float) -> i
 def straight_array(
     position: Floats, velocity: Floats, acceleration: Floats, latest_arrival: float
 ) -> tuple[Floats, Floats] | None:
-    """Places of elements along a straight array, -1..1, and its middle and half (2, 9); none if it is not straight.
+    """Element positions along a straight array, -1..1, and its middle and half motion (2, 9); None if not straight.
 
     Args:
-        position: As of `aperture_nodes`.
-        velocity: Likewise.
-        acceleration: Likewise.
-        latest_arrival: Likewise.
+        position: Element positions, as for `aperture_nodes`.
+        velocity: Element velocities.
+        acceleration: Element accelerations.
+        latest_arrival: Time of the last arrival [s].
     """
     motion = np.concatenate([position, velocity * latest_arrival, acceleration * latest_arrival**2], axis=1)
     middle = (motion[0] + motion[-1]) / 2
@@ -89,14 +101,14 @@ def straight_array(
     length = float(half[:3] @ half[:3])
     if len(motion) <= FEWEST or not length > 0:
         return None
-    t = (motion - middle)[:, :3] @ half[:3] / length
-    if np.abs(t).max() > 1 + 1e-9 or np.abs(motion - middle - t[:, None] * half).max() > STRAIGHT:
+    coordinate = (motion - middle)[:, :3] @ half[:3] / length
+    if np.abs(coordinate).max() > 1 + 1e-9 or np.abs(motion - middle - coordinate[:, None] * half).max() > STRAIGHT:
         return None
-    return t, np.stack([middle, half])
+    return coordinate, np.stack([middle, half])
 
 
 def _lagrange(node: Floats, positions: Floats) -> Floats:
-    """What the value at each of some Chebyshev nodes counts for elsewhere, shape (nodes, places)."""
+    """Interpolation weight of each Chebyshev node at each position, shape (nodes, positions)."""
     order = np.arange(len(node))
     at_nodes = np.cos(order[:, None] * np.arccos(node))
     waves = np.cos(order[:, None] * np.arccos(np.clip(positions, -1, 1)))

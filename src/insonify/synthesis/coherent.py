@@ -1,7 +1,7 @@
-"""The coherent reading: every arrival adds its pulse, in phase.
+"""Coherent accumulator: every arrival adds its pulse with its phase.
 
-Pairs are laid on the time grid block by block and never written out. Where both legs of a pair share
-their delays (out and back from one place), the two orders of a pair are one echo of their summed weight.
+Pairs are deposited on the time grid block by block and never stored. Where both legs of a pair have the same delays
+(transmitter and receiver at one position), the two orders of a pair are one arrival of their summed weight.
 """
 
 from dataclasses import dataclass, field
@@ -33,44 +33,44 @@ Cells = NDArray[np.complex64]
 
 @dataclass(frozen=True)
 class CoherentAccumulator:
-    """Hears complex pressure [uPa]."""
+    """Accumulator of complex pressure [uPa]."""
 
     ping_geometry: PingGeometry
     grid: TimeGrid
     replica_jitter: ReplicaJitter
     basis: WaveformBasis = field(default_factory=lambda: WaveformBasis(np.zeros(1)))
-    """Waveforms of which echoes are sums: `waveform_basis` the ping_geometry."""
+    """Waveforms of which received echoes are weighted sums, as from `waveform_basis`."""
     water: Water = field(default_factory=Water)
-    """Between sonar and scatterers, for elements and for a sonar under way."""
+    """Water between sonar and scatterers, for elements and for a moving sonar."""
 
     @cached_property
-    def _ends(self) -> ReceivePoints:
+    def _receive_points(self) -> ReceivePoints:
         return receive_points(self.ping_geometry)
 
     @cached_property
     def _sector(self) -> SectorInterpolation | None:
-        if self.ping_geometry.elements is None or np.any(self._ends.orientation_row):
+        if self.ping_geometry.elements is None or np.any(self._receive_points.orientation_row):
             return None
-        ends, speed = self._ends, self.ping_geometry.receive_sound_speed
+        ends, speed = self._receive_points, self.ping_geometry.receive_sound_speed
         return sector_interpolation(
             ends.position, ends.velocity, ends.acceleration, self.grid, self.ping_geometry.frequency, speed
         )
 
     @cached_property
-    def _fan(self) -> DirectionGrid | None:
+    def _direction_grid(self) -> DirectionGrid | None:
         return direction_grid(self.ping_geometry)
 
     @cached_property
-    def _loss(self) -> float:
+    def _attenuation(self) -> float:
         return absorption_np_per_m(self.water, self.ping_geometry.frequency)
 
     @property
     def uses_far_field(self) -> bool:
-        """Return True if few beams of a stationary sonar are recorded: its far field suffices."""
-        standing = (
+        """Return True if few beams of a stationary sonar are recorded: their far field suffices."""
+        static_beams = (
             self.ping_geometry.is_static and self.ping_geometry.elements is None and not self.ping_geometry.sub_bands
         )
-        return standing and self._fan is None
+        return static_beams and self._direction_grid is None
 
     @property
     def requirements(self) -> Requirements:
@@ -78,47 +78,54 @@ class CoherentAccumulator:
         return Requirements(quadrature=False, negligible_pairs=False)
 
     def empty(self) -> Cells:
-        """Cells with nothing in them, one row a channel."""
+        """Empty cells, one row a channel."""
         if self.uses_far_field:
             return self.grid.cells(self.ping_geometry.channel_count)
-        groups, together = group_layout(len(self.basis.doppler))
-        places = 0 if self._sector is None else len(self._sector.point_position)
-        channels = self.ping_geometry.channel_count if self._fan is None else self._fan.row_count
-        rows = len(self.basis.band), channels + places, groups
-        return self.grid.cells(int(np.prod(rows)) * together).reshape(*rows, -1, together)
+        groups, group_size = group_layout(len(self.basis.doppler))
+        points = 0 if self._sector is None else len(self._sector.point_position)
+        channels = self.ping_geometry.channel_count if self._direction_grid is None else self._direction_grid.row_count
+        rows = len(self.basis.band), channels + points, groups
+        return self.grid.cells(int(np.prod(rows)) * group_size).reshape(*rows, -1, group_size)
 
     def add(self, cells: Cells, pairs: Pairs) -> None:
-        """Add the echoes of one block of scatterers to the cells."""
+        """Add the arrivals of one block of scatterers to the cells."""
         if not self.uses_far_field and self.ping_geometry.elements is None:
             deposit_beams(
-                cells, pairs, self.ping_geometry, self.grid, self.replica_jitter, self.basis, self._ends, self.water,
-                self._loss, self._fan,
+                cells, pairs, self.ping_geometry, self.grid, self.replica_jitter, self.basis, self._receive_points,
+                self.water,
+                self._attenuation, self._direction_grid,
             )  # fmt: skip
             return
         if not self.uses_far_field:
             deposit(
-                cells, pairs, self.ping_geometry, self.grid, self.replica_jitter, self.basis, self._ends, self.water,
-                self._loss, self._sector,
+                cells, pairs, self.ping_geometry, self.grid, self.replica_jitter, self.basis, self._receive_points,
+                self.water,
+                self._attenuation, self._sector,
             )  # fmt: skip
             return
         level = float(amplitude_ratio(self.ping_geometry.source_level_db))
-        sent = leg_weights(pairs.out, self.ping_geometry.transmit_beams, self.ping_geometry.frequency, level)
-        heard = leg_weights(pairs.back, self.ping_geometry.receive_beams, self.ping_geometry.frequency)
-        # one delay both ways round: two pairs are heard as one, also where a moving sea turned their phases apart
-        merge = pairs.out.delay is pairs.back.delay and self.replica_jitter.is_zero
+        transmit_weights = leg_weights(
+            pairs.out, self.ping_geometry.transmit_beams, self.ping_geometry.frequency, level
+        )
+        receive_weights = leg_weights(pairs.back, self.ping_geometry.receive_beams, self.ping_geometry.frequency)
+        # equal delays in both orders: two pairs are one arrival, also where a moving sea gives them different phases
+        merges_reciprocal = pairs.out.delay is pairs.back.delay and self.replica_jitter.is_zero
         rows = {(int(i), int(j)): row for row, (i, j) in enumerate(pairs.pair)}
         names = pairs.rays()
         for (i, j), row in rows.items():
-            twin = merge and i != j and (j, i) in rows
-            if twin and i > j:
+            reciprocal = merges_reciprocal and i != j and (j, i) in rows
+            if reciprocal and i > j:
                 continue
             strength = pairs.strength[row] * pairs.scatterers.phase
             if not self.replica_jitter.is_zero:
                 strength = strength * self.replica_jitter.factor(pairs.scatterers.scatterer_id, *names[row])
             delay = pairs.out.delay[i] + pairs.back.delay[j]
             for channel, row_of_cells in enumerate(cells):
-                s, h = sent[channel % len(sent)], heard[channel % len(heard)]
-                weight = s[i] * h[j] + s[j] * h[i] if twin else s[i] * h[j]
+                t, r = (
+                    transmit_weights[channel % len(transmit_weights)],
+                    receive_weights[channel % len(receive_weights)],
+                )
+                weight = t[i] * r[j] + t[j] * r[i] if reciprocal else t[i] * r[j]
                 deposit_pressure(
                     row_of_cells, self.grid.first_time, self.grid.cell_rate, delay,
                     (weight * strength).astype(np.complex64),
@@ -131,13 +138,13 @@ class CoherentAccumulator:
             return convolve_pulse(cells, self.grid, pulse.spectrum(self.grid.frequencies))
         spectra = self.basis.spectra(pulse, self.grid.frequencies)
         if self._sector is not None:
-            middle = 0.0 if self.ping_geometry.is_static else pulse.pulse.duration / 2
-            cells = self._sector.to_elements(cells, self.grid, middle)
-        if self._fan is not None:
-            cells = self._fan.to_beams(cells)
-        heard = convolve_waveforms(cells, self.grid, spectra)
+            pulse_middle = 0.0 if self.ping_geometry.is_static else pulse.pulse.duration / 2
+            cells = self._sector.to_elements(cells, self.grid, pulse_middle)
+        if self._direction_grid is not None:
+            cells = self._direction_grid.to_beams(cells)
+        series = convolve_waveforms(cells, self.grid, spectra)
         elements = self.ping_geometry.elements
-        return heard if elements is None else (heard * elements.response[:, None]).astype(np.complex64)
+        return series if elements is None else (series * elements.response[:, None]).astype(np.complex64)
 
 
 def coherent_from_arrivals(
@@ -148,31 +155,33 @@ def coherent_from_arrivals(
     *,
     channel: int | None = None,
 ) -> NDArray[np.complex64]:
-    """What the sonar hears of a list of arrivals: the coherent reading, row by row.
+    """Complex envelope of a list of arrivals, computed row by row.
 
     Args:
         arrivals: Paths of one ping.
         ping_geometry: The sonar at that ping.
-        grid: Times wanted.
-        basis: Waveforms of which echoes are sums; None: they are made here.
-        channel: Which channel; None: all beams of the side, which hear the same arrivals.
+        grid: Output times.
+        basis: Waveforms of which received echoes are weighted sums; None: derived from the ping geometry.
+        channel: Receive channel; None: all beams of the side, which share the arrivals.
 
     Returns:
         Complex envelope [uPa], shape (channels, samples).
 
     Raises:
-        ValueError: No channel, and the channels are elements: each hears arrivals of its own.
+        ValueError: No channel is given and the channels are elements, each with arrivals of its own.
     """
     if channel is None and ping_geometry.elements is not None:
-        raise ValueError("channel is None, and each element has arrivals of its own. Give the channel that was asked.")
-    made = waveform_basis(ping_geometry) if basis is None else basis
-    parts = made.weights(arrivals.doppler)
-    chosen = range(ping_geometry.channel_count) if channel is None else [channel]
-    sooner = start_delay(ping_geometry.pulse, arrivals.doppler)  # shapes are stretched about their middle
-    delay, turn = arrivals.delay - sooner, np.exp(2j * np.pi * ping_geometry.frequency * sooner)
-    cells = grid.cells(len(made.band) * len(chosen) * len(parts)).reshape(len(made.band), len(chosen), len(parts), -1)
+        raise ValueError("channel is None, and each element has arrivals of its own. Give the channel of the arrivals.")
+    waveforms = waveform_basis(ping_geometry) if basis is None else basis
+    basis_weights = waveforms.weights(arrivals.doppler)
+    channels = range(ping_geometry.channel_count) if channel is None else [channel]
+    start_shift = start_delay(ping_geometry.pulse, arrivals.doppler)  # shapes are stretched about their middle
+    delay, phase = arrivals.delay - start_shift, np.exp(2j * np.pi * ping_geometry.frequency * start_shift)
+    cells = grid.cells(len(waveforms.band) * len(channels) * len(basis_weights)).reshape(
+        len(waveforms.band), len(channels), len(basis_weights), -1
+    )
     for band, row in np.ndindex(cells.shape[:2]):
-        weight = arrival_weights(arrivals, ping_geometry, chosen[row], band) * turn
-        for cell, part in zip(cells[band, row], parts, strict=True):
-            deposit_pressure(cell, grid.first_time, grid.cell_rate, delay, (weight * part).astype(np.complex64))
-    return convolve_waveforms(cells[..., None], grid, made.spectra(ping_geometry.pulse, grid.frequencies))
+        weight = arrival_weights(arrivals, ping_geometry, channels[row], band) * phase
+        for cell, basis_weight in zip(cells[band, row], basis_weights, strict=True):
+            deposit_pressure(cell, grid.first_time, grid.cell_rate, delay, (weight * basis_weight).astype(np.complex64))
+    return convolve_waveforms(cells[..., None], grid, waveforms.spectra(ping_geometry.pulse, grid.frequencies))

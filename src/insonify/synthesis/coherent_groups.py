@@ -1,8 +1,8 @@
 """Expected intensity where some arrivals interfere and others do not.
 
 Scatterers have random phases, so echoes of different scatterers add in power. Echoes of one scatterer by
-different paths keep their phase relation: within such a group amplitudes add first, and the square comes after.
-Groups are short lists; arrivals further apart than the pulse lasts are worked through apart.
+different paths keep their phase relation: within such a group amplitudes add first and are squared afterwards.
+Groups are short lists; clusters of arrivals further apart than the pulse duration are processed separately.
 """
 
 from collections.abc import Callable
@@ -20,7 +20,7 @@ _SHORT = 64
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PulseTable:
-    """The received pulse, sampled so finely that a cubic through four samples is as good as the pulse."""
+    """Received pulse, sampled finely enough for cubic interpolation."""
 
     samples: NDArray[np.complex128]
     """Complex envelope of the pulse [1], shape (n,)."""
@@ -38,7 +38,7 @@ def pulse_table(
     *,
     oversampling: int = 32,
 ) -> PulseTable:
-    """The received pulse as a table for `add_groups`.
+    """Sample the received pulse for `add_groups`.
 
     Args:
         pulse: Complex envelope [1] of the received pulse at times [s] re the arrival, shape preserved.
@@ -48,7 +48,7 @@ def pulse_table(
         oversampling: Table entries per output sample; 32 keep the cubic's error below 3e-6 of the peak.
 
     Returns:
-        Samples over the pulse; beyond them the pulse is taken as silent.
+        Samples of the pulse, which is zero beyond them.
     """
     rate = oversampling * sample_rate
     time = pulse_start + np.arange(int(np.ceil((pulse_stop - pulse_start) * rate)) + 1) / rate
@@ -57,7 +57,7 @@ def pulse_table(
 
 @njit(inline="always")
 def _cubic(fraction: float) -> tuple[float, float, float, float]:
-    """Weights of the four entries around a place 0..1 between the middle two (Lagrange)."""
+    """Weights of the four entries around a position 0..1 between the middle two (Lagrange)."""
     before, after, beyond = fraction + 1.0, 1.0 - fraction, 2.0 - fraction
     return (
         -fraction * after * beyond / 6.0,
@@ -68,14 +68,14 @@ def _cubic(fraction: float) -> tuple[float, float, float, float]:
 
 
 @njit(inline="always")
-def _by_delay(delay: NDArray[np.float64], order: NDArray[np.int64]) -> None:
-    """Puts the numbers 0..n-1 into `order`, by increasing delay, equal delays as they came."""
+def _sort_by_delay(delay: NDArray[np.float64], order: NDArray[np.int64]) -> None:
+    """Fill `order` with the numbers 0..n-1 by increasing delay; equal delays keep their order."""
     if delay.size > _SHORT:
         order[: delay.size] = np.argsort(delay, kind="mergesort")
         return
     for i in range(delay.size):
         k = i
-        # Not "greater": said this way, a delay that is no number leaves the others in order.
+        # Not "greater": with this comparison a NaN delay leaves the others in order.
         while k > 0 and not (delay[order[k - 1]] <= delay[i]):
             order[k] = order[k - 1]
             k -= 1
@@ -86,27 +86,27 @@ def _by_delay(delay: NDArray[np.float64], order: NDArray[np.int64]) -> None:
 def _equal_delays(
     delay: NDArray[np.float64], weight: NDArray[Any], order: NDArray[np.int64], j: int
 ) -> tuple[float, complex, float, int]:
-    """The arrivals from the j-th on that share its delay, as a path and its reverse do, are one pulse.
+    """Combine the arrivals from the j-th on that share its delay, such as a path and its reverse, to one pulse.
 
-    Returns their delay, the sum of their weights, the sum of their powers, and the place of the next arrival.
+    Returns their delay, the sum of their weights, the sum of their powers, and the index of the next arrival.
     """
-    now, together, apart = delay[order[j]], 0j, 0.0
+    shared_delay, weight_sum, power_sum = delay[order[j]], 0j, 0.0
     size = delay.size
     following = True
     while following:
         w = weight[order[j]]
-        together += w
-        apart += w.real * w.real + w.imag * w.imag
+        weight_sum += w
+        power_sum += w.real * w.real + w.imag * w.imag
         j += 1
-        following = j < size and delay[order[j]] == now
-    return now, together, apart, j
+        following = j < size and delay[order[j]] == shared_delay
+    return shared_delay, weight_sum, power_sum, j
 
 
 @njit(inline="always")
 def _polyphase(table: NDArray[np.complex128], step: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The table regrouped, entries `step` apart side by side: real and imaginary parts, shape (step + 3, entries).
+    """Table regrouped, entries `step` apart side by side: real and imaginary parts, shape (step + 3, entries).
 
-    Row r starts at entry r - 1, so that a cubic at phase r reads rows r to r + 3; outside the table there is silence.
+    Row r starts at entry r - 1, so that a cubic at phase r reads rows r to r + 3; zero outside the table.
     """
     length = (table.size - 1) // step + 1
     real, imaginary = np.zeros((step + 3, length)), np.zeros((step + 3, length))
@@ -120,7 +120,7 @@ def _polyphase(table: NDArray[np.complex128], step: int) -> tuple[NDArray[np.flo
 
 @njit(inline="always")
 def _add_pulse(
-    gathered: NDArray[np.float64],
+    cluster: NDArray[np.float64],
     count: int,
     first: int,
     stop: int,
@@ -132,18 +132,18 @@ def _add_pulse(
     weight: complex,
     power: float,
 ) -> None:
-    """One pulse on samples first..stop of a cluster: into the sum's real part, imaginary part, and power apart."""
+    """Add one pulse to samples first..stop of a cluster: real part, imaginary part, and power."""
     c0, c1, c2, c3 = _cubic(fraction)
-    # Unsigned indices: a signed one might count from the end, and asking costs the loop its vectors.
+    # Unsigned indices: negative-index checks on signed ones would prevent vectorisation.
     k0, k1, k2, k3 = np.uint64(row), np.uint64(row + length), np.uint64(row + 2 * length), np.uint64(row + 3 * length)
     sum_real, sum_imaginary, apart = np.uint64(first), np.uint64(count + first), np.uint64(2 * count + first)
     for step in range(stop - first):
         n = np.uint64(step)
         x = c0 * real[k0 + n] + c1 * real[k1 + n] + c2 * real[k2 + n] + c3 * real[k3 + n]
         y = c0 * imaginary[k0 + n] + c1 * imaginary[k1 + n] + c2 * imaginary[k2 + n] + c3 * imaginary[k3 + n]
-        gathered[sum_real + n] += weight.real * x - weight.imag * y
-        gathered[sum_imaginary + n] += weight.real * y + weight.imag * x
-        gathered[apart + n] += power * (x * x + y * y)
+        cluster[sum_real + n] += weight.real * x - weight.imag * y
+        cluster[sum_imaginary + n] += weight.real * y + weight.imag * x
+        cluster[apart + n] += power * (x * x + y * y)
 
 
 @njit(inline="always")
@@ -158,7 +158,7 @@ def _add_single_pulse(
     fraction: float,
     power: float,
 ) -> None:
-    """The power of one pulse that meets no other of its group."""
+    """Add the power of one pulse that overlaps no other of its group."""
     c0, c1, c2, c3 = _cubic(fraction)
     k0, k1, k2, k3 = np.uint64(row), np.uint64(row + length), np.uint64(row + 2 * length), np.uint64(row + 3 * length)
     for step in range(stop - first):
@@ -171,18 +171,18 @@ def _add_single_pulse(
 @njit(inline="always")
 def _end_cluster(
     intensity: NDArray[np.float64],
-    gathered: NDArray[np.float64],
+    cluster: NDArray[np.float64],
     first: int,
     stop: int,
     interfering: float,
     independent: float,
 ) -> None:
-    """Takes the power of what has gathered in samples first..stop, and empties them for the next cluster."""
+    """Add the power of samples first..stop of a cluster to the intensity, and clear them."""
     count = intensity.size
     for n in range(first, stop):
-        real, imaginary = gathered[n], gathered[count + n]
-        intensity[n] += interfering * (real * real + imaginary * imaginary) + independent * gathered[2 * count + n]
-        gathered[n] = gathered[count + n] = gathered[2 * count + n] = 0.0
+        real, imaginary = cluster[n], cluster[count + n]
+        intensity[n] += interfering * (real * real + imaginary * imaginary) + independent * cluster[2 * count + n]
+        cluster[n] = cluster[count + n] = cluster[2 * count + n] = 0.0
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
@@ -199,7 +199,7 @@ def add_groups(
     interfering: float = 1.0,
     independent: float = 0.0,
 ) -> None:
-    """Adds interfering |sum_k w_k p(t - tau_k)|^2 + independent sum_k |w_k p(t - tau_k)|^2 of every group.
+    """Add interfering |sum_k w_k p(t - tau_k)|^2 + independent sum_k |w_k p(t - tau_k)|^2 of every group.
 
     With phase jitter up to J wavelengths per replica and relative amplitude spread p, the expectation has
     interfering = sinc^2 J and independent = 1 + p^2 / 3 - sinc^2 J.
@@ -214,8 +214,8 @@ def add_groups(
         group_first: First arrival of each group and, last, the number of arrivals, shape (groups + 1,).
         delay: Delay of each arrival [s], in any order within its group, shape (n,).
         weight: Complex weight of each arrival, carrier phase included, shape (n,).
-        interfering: Share of the power of the sum [1].
-        independent: Share of the sum of the powers [1].
+        interfering: Weight of the power of the sum [1].
+        independent: Weight of the sum of the powers [1].
 
     Raises:
         ValueError: The table's rate is not a whole multiple of the output rate.
@@ -224,35 +224,35 @@ def add_groups(
     if step < 1 or abs(table_rate / rate - step) > 1e-9 * step:
         raise ValueError("the pulse table needs a whole number of entries per output sample")
     count = intensity.size
-    gathered = np.zeros(3 * count)
+    cluster = np.zeros(3 * count)
     rows_real, rows_imaginary = _polyphase(table, step)
     real, imaginary = rows_real.ravel(), rows_imaginary.ravel()
     length = rows_real.shape[1]
     order = np.empty(max(1, np.max(np.diff(group_first))) if group_first.size > 1 else 1, np.int64)
     for g in range(group_first.size - 1):
         tau, w = delay[group_first[g] : group_first[g + 1]], weight[group_first[g] : group_first[g + 1]]
-        _by_delay(tau, order)
+        _sort_by_delay(tau, order)
         begin, end, j = 0, 0, 0  # begin to end: samples of the open cluster
         while j < tau.size:
-            now, together, apart, j = _equal_delays(tau, w, order, j)
-            position = (start - now - table_start) * rate
+            shared_delay, weight_sum, power_sum, j = _equal_delays(tau, w, order, j)
+            position = (start - shared_delay - table_start) * rate
             if not (abs(position) < 1e15):
                 continue
             whole = np.floor(position)
             fine = (position - whole) * step
             phase = min(int(fine), step - 1)
-            skipped = int(whole)  # entries of the row that pass before the first sample
+            skipped = int(whole)  # entries of the row before the first sample
             first, stop = max(0, -skipped), min(count, length - skipped)
-            if stop <= first or apart == 0:
+            if stop <= first or power_sum == 0:
                 continue
             row = phase * length + skipped + first
             if first >= end:
-                _end_cluster(intensity, gathered, begin, end, interfering, independent)
+                _end_cluster(intensity, cluster, begin, end, interfering, independent)
                 begin = end = first
-                if j == tau.size or tau[order[j]] - now > (length + 1) / rate:
-                    power = interfering * abs(together) ** 2 + independent * apart
+                if j == tau.size or tau[order[j]] - shared_delay > (length + 1) / rate:
+                    power = interfering * abs(weight_sum) ** 2 + independent * power_sum
                     _add_single_pulse(intensity, first, stop, real, imaginary, row, length, fine - phase, power)
                     continue
             end = max(end, stop)
-            _add_pulse(gathered, count, first, stop, real, imaginary, row, length, fine - phase, together, apart)
-        _end_cluster(intensity, gathered, begin, end, interfering, independent)
+            _add_pulse(cluster, count, first, stop, real, imaginary, row, length, fine - phase, weight_sum, power_sum)
+        _end_cluster(intensity, cluster, begin, end, interfering, independent)

@@ -1,10 +1,10 @@
-"""Pairs of legs off a moving surface, sorted by what still interferes in the mean.
+"""Pairs of legs off a moving surface, sorted by their coherence.
 
-The phase of a glint is random, so an echo by a glint interferes in the mean only with echoes that have met the same
-glints: with its reciprocal, which met them earlier or later and has turned in between as far as the glint's own
-frequency goes. The mean over the glints' phases is exact here; that over their frequencies and directions, which
-belong together, comes from the many points. It makes E[rho_out rho_back*] = exp(-4 Gamma^2 (1 - rho_eta(dt))) where
-beams take in all of the glints, and more where a narrow beam takes in the slow ones only.
+The phase of a glint is random, so an arrival by a glint interferes in the mean only with arrivals by the same
+glints: with its reciprocal, off the same glints at another time, whose phase has advanced at the glint's own
+frequency. The mean over the glints' phases is exact here; the mean over their frequencies and directions, which
+are correlated, is taken over the many points. It makes E[rho_out rho_back*] = exp(-4 Gamma^2 (1 - rho_eta(dt))) where
+beams cover all glints, and more where a narrow beam covers slow glints only.
 """
 
 import numpy as np
@@ -13,10 +13,10 @@ from insonify.records.pairs import Pairs
 
 
 def coherent_subsets(pairs: Pairs) -> list[Pairs]:
-    """The pairs of a block in parts that do not interfere with one another in the mean.
+    """Split the pairs of a block into parts that do not interfere with one another in the mean.
 
     Args:
-        pairs: Pairs whose legs may have met a moving surface.
+        pairs: Pairs with legs that may reflect off a moving surface.
 
     Returns:
         Parts whose intensities add; the pairs themselves where nothing is random.

@@ -1,8 +1,8 @@
-"""Many beams of one array from a grid of directions: an echo is laid down about its own direction, once for all beams.
+"""Beams of one array from a direction grid: an arrival is deposited about its own direction, once for all beams.
 
 The pattern of an aperture of L wavelengths is, as a function of the direction cosine, a sum of waves of at most L / 2
-cycles. So it is known everywhere from rows that lie 1 / (2 L) apart: each echo is spread over seven of them, and a beam
-is a weighted sum of all rows. Weights are those that give the pattern back with the least error, side lobes included.
+cycles. So it is determined by rows 1 / (2 L) apart: each arrival is deposited on seven of them, and a beam is a
+weighted sum of all rows. The weights reproduce the pattern with the least error, side lobes included.
 """
 
 from collections.abc import Callable
@@ -21,11 +21,11 @@ from insonify.synthesis._gridding_kernel import CELLS_PER_SPIKE, WIDTH, tap_coef
 Floats = NDArray[np.float64]
 Cells = NDArray[np.complex64]
 FEWEST = 24
-"""Beams from which on a grid of directions takes less time than beams one by one [1]."""
+"""Number of beams from which on a direction grid is faster than separate beams [1]."""
 OVERSAMPLING = 2.0
-"""Rows in the width of a wavelength over the aperture [1]."""
+"""Rows per wavelength over the aperture [1]."""
 ROWS_PER_BEAM = 3.0
-"""Rows for each beam at most: the grid takes as much more memory [1]."""
+"""Largest number of rows per beam, which limits the memory [1]."""
 LEVEL = 1e-12
 """Largest difference of downward steering among beams that share a grid [1]."""
 
@@ -33,52 +33,57 @@ LEVEL = 1e-12
 NO_DIRECTION_GRID = DirectionRows(0.0, 0.0, np.empty((0, 4)), 1.0)
 """No grid."""
 MIXED = 0.25
-"""Difference of direction cosines of two unlike legs by which transmit beams are judged [1]."""
+"""Difference of the direction cosines of two different legs for which transmit beams are checked [1]."""
 TOLERANCE = 1e-2
-"""Largest error of the two-way pattern of unlike legs on the grid, re the beam's axis [1]."""
+"""Largest error of the two-way pattern of different legs on the grid, re the beam's axis [1]."""
 
 
 @dataclass(frozen=True, slots=True)
 class DirectionGrid:
-    """Grid of directions of one array, and its beams as sums of rows."""
+    """Direction grid of one array, and its beams as weighted sums of rows."""
 
     rows: tuple[DirectionRows, ...]
-    """The grid, for each sub-band."""
+    """Rows of the grid, for each sub-band."""
     row_count: int
-    """Rows of the grid."""
+    """Number of rows."""
     beam_weights: tuple[NDArray[np.float32], ...]
     """Weight of each row in each beam, for each sub-band, shape (beams, rows)."""
     shared_patterns: tuple[tuple[Beams, Beams], ...]
-    """Pattern that all beams share on transmission and on reception: directivity of elements, vertical pattern."""
+    """Transmit and receive patterns common to all beams: directivity of elements, vertical pattern."""
 
     def to_beams(self, cells: Cells) -> Cells:
-        """Cells of the beams.
+        """Combine rows to beams.
 
         Args:
-            cells: Of the rows, shape (bands, rows, groups, cells, shapes of a group).
+            cells: Cells of the rows, shape (bands, rows, groups, cells, waveforms of a group).
 
         Returns:
-            Shape (bands, beams, groups, cells, shapes of a group).
+            Cells of the beams, shape (bands, beams, groups, cells, waveforms of a group).
         """
-        told = np.empty((cells.shape[0], len(self.beam_weights[0]), *cells.shape[2:]), np.complex64)
-        for held, mix, made in zip(cells, self.beam_weights, told, strict=True):
+        beams = np.empty((cells.shape[0], len(self.beam_weights[0]), *cells.shape[2:]), np.complex64)
+        for row_cells, weights, beam_cells in zip(cells, self.beam_weights, beams, strict=True):
             combine_rows(
-                held.reshape(len(held), -1).view(np.float32), mix, made.reshape(len(made), -1).view(np.float32)
+                row_cells.reshape(len(row_cells), -1).view(np.float32),
+                weights,
+                beam_cells.reshape(len(beam_cells), -1).view(np.float32),
             )
-        return told
+        return beams
 
 
 def direction_grid(ping_geometry: PingGeometry) -> DirectionGrid | None:
-    """The grid of directions of a ping's beams; none where they are few, or have too little in common.
+    """Direction grid of a ping's beams; None where beams are few or differ in more than horizontal steering.
 
     Args:
         ping_geometry: The sonar at this ping.
     """
     pairs = tuple((band.transmit_beams, band.receive_beams) for band in ping_geometry.sub_bands)
     pairs = pairs or ((ping_geometry.transmit_beams, ping_geometry.receive_beams),)
-    if ping_geometry.elements is not None or not all(_alike(*pair) for pair in pairs):
+    if ping_geometry.elements is not None or not all(_differ_in_steering(*pair) for pair in pairs):
         return None
-    extent = max(_extent(heard) + _extent(sent) * (sent.channel_count > 1) for sent, heard in pairs)
+    extent = max(
+        _extent(receive_beams) + _extent(transmit_beams) * (transmit_beams.channel_count > 1)
+        for transmit_beams, receive_beams in pairs
+    )
     step = 1 / (OVERSAMPLING * extent)
     count = -(-(int(np.ceil(2 / step)) + 2 * CELLS_PER_SPIKE) // 4) * 4
     if count > ROWS_PER_BEAM * pairs[0][1].channel_count:
@@ -86,23 +91,35 @@ def direction_grid(ping_geometry: PingGeometry) -> DirectionGrid | None:
     first, none = -step * (count - 1) / 2, np.empty((0, 4))
     rows = tuple(
         DirectionRows(
-            first, step, *((sent.tables[0].copy(), float(sent.per_unit[0])) if sent.channel_count > 1 else (none, 1.0))
+            first,
+            step,
+            *(
+                (transmit_beams.tables[0].copy(), float(transmit_beams.per_unit[0]))
+                if transmit_beams.channel_count > 1
+                else (none, 1.0)
+            ),
         )
-        for sent, _ in pairs
+        for transmit_beams, _ in pairs
     )
-    ends = tuple(
-        (_common_pattern(sent) if sent.channel_count > 1 else sent, _common_pattern(heard)) for sent, heard in pairs
+    shared_patterns = tuple(
+        (
+            _common_pattern(transmit_beams) if transmit_beams.channel_count > 1 else transmit_beams,
+            _common_pattern(receive_beams),
+        )
+        for transmit_beams, receive_beams in pairs
     )
-    return DirectionGrid(rows, count, tuple(_mix(*pair, first, step, count) for pair in pairs), ends)
+    return DirectionGrid(
+        rows, count, tuple(_beam_weights(*pair, first, step, count) for pair in pairs), shared_patterns
+    )
 
 
 def _extent(beams: Beams) -> float:
-    """Length of an aperture across [wavelengths], 1 at least; 0 of a point."""
+    """Horizontal length of an aperture [wavelengths], at least 1; 0 for a point."""
     return float(beams.per_unit[0]) / POINTS_PER_LOBE if beams.tables[0].shape[0] else 0.0
 
 
-def _alike(transmit_beams: Beams, receive_beams: Beams) -> bool:
-    """Return True if the beams of a sonar are many and differ in horizontal steering alone."""
+def _differ_in_steering(transmit_beams: Beams, receive_beams: Beams) -> bool:
+    """Return True if a sonar has many beams that differ in horizontal steering alone."""
     if (
         receive_beams.channel_count < FEWEST
         or receive_beams.tables[0].shape[0] == 0
@@ -114,26 +131,26 @@ def _alike(transmit_beams: Beams, receive_beams: Beams) -> bool:
     same = np.array_equal(transmit_beams.axes, receive_beams.axes) and np.allclose(
         transmit_beams.steer[:, 0], receive_beams.steer[:, 0], atol=LEVEL
     )
-    return bool(same and np.ptp(transmit_beams.steer[:, 1]) <= LEVEL and _wide(transmit_beams, receive_beams))
+    return bool(same and np.ptp(transmit_beams.steer[:, 1]) <= LEVEL and _is_wide(transmit_beams, receive_beams))
 
 
-def _wide(transmit_beams: Beams, receive_beams: Beams) -> bool:
-    """Return True if transmit beams are so wide that unlike legs out and back may share one direction."""
+def _is_wide(transmit_beams: Beams, receive_beams: Beams) -> bool:
+    """Return True if transmit beams are so wide that different transmit and receive legs may share one direction."""
     if transmit_beams.tables[0].shape[0] == 0:
         return True
-    axis, away = np.zeros((1, 2)), np.linspace(-1.0, 1.0, 2001)
+    axis, direction_sine = np.zeros((1, 2)), np.linspace(-1.0, 1.0, 2001)
 
     def pattern(beams: Beams, sine: Floats) -> Floats:
         return _horizontal_patterns(replace(beams, steer=axis))(sine)[0]
 
-    apart = pattern(transmit_beams, np.clip(away + MIXED, -1, 1)) - pattern(transmit_beams, away) * pattern(
-        transmit_beams, np.array([MIXED])
-    )
-    return bool(np.abs(apart * pattern(receive_beams, away)).max() <= TOLERANCE)
+    error = pattern(transmit_beams, np.clip(direction_sine + MIXED, -1, 1)) - pattern(
+        transmit_beams, direction_sine
+    ) * pattern(transmit_beams, np.array([MIXED]))
+    return bool(np.abs(error * pattern(receive_beams, direction_sine)).max() <= TOLERANCE)
 
 
 def _common_pattern(beams: Beams) -> Beams:
-    """Pattern that all beams of an array share."""
+    """Pattern common to all beams of an array."""
     none, rows = _no_tables()
     steer = np.array([[0.0, beams.steer[0, 1]]])
     return replace(
@@ -141,30 +158,32 @@ def _common_pattern(beams: Beams) -> Beams:
     )
 
 
-_KNOWN: dict[tuple[object, ...], tuple[NDArray[np.float32], Beams, Beams]] = {}
+_CACHE: dict[tuple[object, ...], tuple[NDArray[np.float32], Beams, Beams]] = {}
 _MAX_CACHE_BYTES = 16
 
 
-def _mix(transmit_beams: Beams, receive_beams: Beams, first: float, step: float, count: int) -> NDArray[np.float32]:
+def _beam_weights(
+    transmit_beams: Beams, receive_beams: Beams, first: float, step: float, count: int
+) -> NDArray[np.float32]:
     """Weight of each row in each beam, shape (beams, rows); cached for the same beams."""
     key = (transmit_beams.pattern_key, receive_beams.pattern_key, first, step)
-    known = _KNOWN.get(key)
-    if known is None:
-        for oldest in list(_KNOWN)[: 1 - _MAX_CACHE_BYTES]:
-            _KNOWN.pop(oldest, None)
-        # the beams are kept, so that no others can take their tables' numbers
-        known = _KNOWN[key] = (
+    cached = _CACHE.get(key)
+    if cached is None:
+        for oldest in list(_CACHE)[: 1 - _MAX_CACHE_BYTES]:
+            _CACHE.pop(oldest, None)
+        # the cached beams keep their tables alive, so that no other table takes their identity
+        cached = _CACHE[key] = (
             _fitted_weights(transmit_beams, receive_beams, first, step, count),
             transmit_beams,
             receive_beams,
         )
-    return known[0]
+    return cached[0]
 
 
 def _fitted_weights(
     transmit_beams: Beams, receive_beams: Beams, first: float, step: float, count: int
 ) -> NDArray[np.float32]:
-    """The same, fitted over all directions: of beams steered on both ends, the product of their patterns."""
+    """Fit the weights over all directions; beams steered on both ends have the product of their patterns."""
     sine = np.cos((np.arange(5 * count) + 0.5) * np.pi / (5 * count))
     wanted = _horizontal_patterns(receive_beams)(sine) * receive_beams.scale[:, None]
     if transmit_beams.channel_count > 1:
@@ -173,19 +192,19 @@ def _fitted_weights(
 
 
 def _horizontal_patterns(beams: Beams) -> Callable[[Floats], Floats]:
-    """Patterns of beams across alone, as a function of the direction cosine, shape (beams, n)."""
+    """Horizontal patterns of beams as a function of the direction cosine, shape (beams, n)."""
     steer = np.ascontiguousarray(beams.steer * [1.0, 0.0])
-    one = replace(beams, axes=np.eye(3), element=OMNI, steer=steer, scale=np.ones(len(steer)),
+    horizontal = replace(beams, axes=np.eye(3), element=OMNI, steer=steer, scale=np.ones(len(steer)),
                   tables=(beams.tables[0], *(_no_tables()[1],) * 3))  # fmt: skip
 
     def gain(sine: Floats) -> Floats:
-        return one.gain(np.stack([np.sqrt(1 - sine**2), sine, np.zeros_like(sine)], axis=-1))
+        return horizontal.gain(np.stack([np.sqrt(1 - sine**2), sine, np.zeros_like(sine)], axis=-1))
 
     return gain
 
 
 def _no_tables() -> tuple[Floats, Floats]:
-    """Majorants and table of a pattern of one everywhere; nobody writes to them: kernels take all for one kind."""
+    """Majorants and table of a pattern of one everywhere; read-only, which kernels compile as one type."""
     none, rows = np.empty(0), np.empty((0, 4))
     for table in (none, rows):
         table.setflags(write=False)
@@ -196,14 +215,14 @@ def _no_tables() -> tuple[Floats, Floats]:
 def _solver(first: float, step: float, count: int) -> Floats:
     """Least-squares matrix from values at evenly spaced directions to weights of rows, shape (rows, directions)."""
     sine = np.cos((np.arange(5 * count) + 0.5) * np.pi / (5 * count))
-    away = (sine[:, None] - first) / step - np.arange(count)
-    return np.asarray(np.linalg.pinv(_kernel_at(away), rcond=1e-9))
+    distance = (sine[:, None] - first) / step - np.arange(count)
+    return np.asarray(np.linalg.pinv(_kernel_at(distance), rcond=1e-9))
 
 
 def _kernel_at(distance: Floats) -> Floats:
-    """The spreading kernel at a distance from a row [rows], any shape."""
+    """Gridding kernel at a distance from a row [rows], any shape."""
     taps, cell = tap_coefficients().astype(float), -np.floor(distance + 0.5).astype(np.int64)
-    # a spike so far after a row counts for it as the polynomial says whose number is that of the row in the spike
+    # coefficients are numbered by the position of the row in the kernel
     number, y = cell + (WIDTH - 1) // 2, distance + cell
     inside = (number >= 0) & (number < WIDTH)
     rows = taps[:, np.where(inside, number, 0)]

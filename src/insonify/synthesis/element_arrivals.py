@@ -1,8 +1,8 @@
-"""Echoes heard element by element: what a centre's far field and a standing sonar cannot tell.
+"""Arrivals at each element, for arrays and motions beyond the far field of a stationary centre.
 
-The leg to an array's centre gives those to its elements: `_element_kernel`. The strength of a scatterer, its shadows
-and the beam that insonified it are those of the start of the ping; delay, spreading, the pattern that hears it and the
-Doppler factor are those of the moment when the echo comes.
+The leg to an array's centre determines those to its elements: `_arrival_time_kernel`. The strength of a scatterer, its
+occlusion and the transmit beam are taken at the start of the ping; delay, spreading, the receive pattern and the
+Doppler factor at the time of reception.
 """
 
 from collections.abc import Iterator
@@ -30,76 +30,83 @@ from insonify.units import amplitude_ratio
 
 Floats = NDArray[np.float64]
 PARALLAX_TOLERANCE = 0.02
-"""Part of a pattern's own angle, a wavelength over pi apertures, by which elements may see one echo apart [1]."""
+"""Largest parallax between elements, as a fraction of the pattern's width (wavelength over pi apertures) [1]."""
 Cells = NDArray[np.complex64]
 
 
 @dataclass(frozen=True, slots=True)
 class ReceivePoints:
-    """The receiver's channels as points that hear: m of them."""
+    """The receiver's channels as m points with position, velocity and acceleration."""
 
     position: Floats
-    """From the array's centre, in the world, at the start of the ping [m], shape (m, 3)."""
+    """Position from the array's centre, in the world, at the start of the ping [m], shape (m, 3)."""
     velocity: Floats
-    """In the world [m/s], shape (m, 3)."""
+    """Velocity in the world [m/s], shape (m, 3)."""
     acceleration: Floats
-    """In the world [m/s^2], shape (m, 3)."""
+    """Acceleration in the world [m/s^2], shape (m, 3)."""
     orientation_row: NDArray[np.int64]
-    """Row of `facings` that each has, -1 for one that is dead, shape (m,)."""
+    """Row of each channel in `orientations`, -1 for a dead one, shape (m,)."""
     orientations: Floats
-    """Angles to the right of boresight that there are [rad], shape (facings,)."""
+    """Distinct angles to the right of boresight [rad], shape (orientations,)."""
 
 
 def receive_points(ping_geometry: PingGeometry) -> ReceivePoints:
-    """The receiver's elements in the world; for beams, the array's centre.
+    """Elements of the receiver in the world; for beams, the array's centre.
 
     Args:
         ping_geometry: The sonar at one ping.
     """
     elements = ping_geometry.elements
     axes = ping_geometry.receive_beams.axes
-    own = np.zeros((1, 3)) if elements is None else elements.positions
-    place = own @ axes
-    velocity, acceleration = np.zeros_like(place), np.zeros_like(place)
+    element_position = np.zeros((1, 3)) if elements is None else elements.positions
+    position = element_position @ axes
+    velocity, acceleration = np.zeros_like(position), np.zeros_like(position)
     if ping_geometry.receive_motion is not None:
-        on_platform = ping_geometry.lever_arms[1] + place @ ping_geometry.receive_motion.rotation[0]
+        on_platform = ping_geometry.lever_arms[1] + position @ ping_geometry.receive_motion.rotation[0]
         _, velocity, acceleration = ping_geometry.receive_motion.kinematics(on_platform)
     if elements is None:
-        return ReceivePoints(place, velocity, acceleration, np.zeros(1, np.int64), np.zeros(1))
-    facings, row = np.unique(elements.orientations, return_inverse=True)
-    return ReceivePoints(place, velocity, acceleration, np.where(elements.response == 0, -1, row), facings)
+        return ReceivePoints(position, velocity, acceleration, np.zeros(1, np.int64), np.zeros(1))
+    orientations, row = np.unique(elements.orientations, return_inverse=True)
+    return ReceivePoints(position, velocity, acceleration, np.where(elements.response == 0, -1, row), orientations)
 
 
 @dataclass(frozen=True, slots=True)
 class PairEchoes:
-    """What comes back from n scatterers by one leg out and one leg back, before any beam and any carrier."""
+    """Echoes of n scatterers by one transmit and one receive leg, before beams and carrier."""
 
     delay: Floats
-    """Out and back at the receiver's centre [s], shape (n,); under way: of the pulse's middle, the centre at rest."""
+    """Two-way delay at the receiver's centre [s], shape (n,).
+
+    Of a moving sonar: delay of the pulse's middle at a centre at rest.
+    """
     direction: Floats
-    """Direction that each comes from, away from the sonar, shape (n, 3)."""
+    """Direction of arrival, away from the sonar, shape (n, 3)."""
     transmitter_mach: Floats
-    """Part of the speed of sound at which the transmitter follows what it sends [1], shape (n,)."""
+    """Radial speed of the transmitter towards the departing sound over the speed of sound [1], shape (n,)."""
     amplitude_factor: Floats
-    """By what the transmitter's own way changes the pressure [1], shape (n,)."""
+    """Pressure ratio by the transmitter's own motion [1], shape (n,)."""
     wavefront: Wavefront
 
 
 def pair_echoes(pairs: Pairs, ping_geometry: PingGeometry, water: Water) -> Iterator[PairEchoes]:
-    """What comes back by each ordered pair of legs of a block, in their order.
+    """Echoes of each ordered pair of legs of a block, in their order.
 
     Args:
-        pairs: Legs out and back of a block.
+        pairs: Transmit and receive legs of a block.
         ping_geometry: The sonar at this ping.
-        water: Between sonar and scatterers.
+        water: Water between sonar and scatterers.
     """
-    out, back, places = pairs.out, pairs.back, pairs.scatterers.position
-    sent = {i: transmitter_motion(out.departure[i], out.length[i], ping_geometry) for i in np.unique(pairs.pair[:, 0])}
-    fronts = {j: wavefront(back, j, ping_geometry.receive_position, places, water) for j in np.unique(pairs.pair[:, 1])}
+    out, back, positions = pairs.out, pairs.back, pairs.scatterers.position
+    transmit_motion = {
+        i: transmitter_motion(out.departure[i], out.length[i], ping_geometry) for i in np.unique(pairs.pair[:, 0])
+    }
+    wavefronts = {
+        j: wavefront(back, j, ping_geometry.receive_position, positions, water) for j in np.unique(pairs.pair[:, 1])
+    }
     for i, j in pairs.pair:
-        gone, leaving, louder = sent[i]
-        delay = out.delay[i] + back.delay[j] + gone
-        yield PairEchoes(delay, back.departure[j], leaving, louder, fronts[j])
+        emission_delay, mach, amplitude_factor = transmit_motion[i]
+        delay = out.delay[i] + back.delay[j] + emission_delay
+        yield PairEchoes(delay, back.departure[j], mach, amplitude_factor, wavefronts[j])
 
 
 def deposit(
@@ -107,46 +114,53 @@ def deposit(
     basis: WaveformBasis, receive_points: ReceivePoints,
     water: Water, attenuation: float, interpolation: SectorInterpolation | None = None,
 ) -> None:  # fmt: skip
-    """Add the echoes of one block of scatterers to the cells of all elements.
+    """Deposit the echoes of one block of scatterers on the cells of all elements.
 
     Args:
-        cells: Grids of pressure, shape (bands, elements, groups, cells, dopplers of a group).
-        pairs: Legs out and back of the block, and strengths.
+        cells: Grids of pressure, shape (bands, elements, groups, cells, waveforms of a group).
+        pairs: Transmit and receive legs of the block, and strengths.
         ping_geometry: The sonar at this ping.
-        grid: The grid that the cells belong to.
+        grid: Time grid of the cells.
         replica_jitter: Jitter of replicas.
-        basis: Waveforms of which echoes are sums.
-        receive_points: Of `receive_points`.
-        water: Between sonar and scatterers.
-        attenuation: Of `absorption_np_per_m`.
-        interpolation: Of `shared`; its places are channels after the elements.
+        basis: Waveforms of which received echoes are weighted sums.
+        receive_points: Receiver channels as points, from `receive_points`.
+        water: Water between sonar and scatterers.
+        attenuation: Absorption at the carrier, from `absorption_np_per_m` [1/m].
+        interpolation: Sector interpolation, whose points are channels after the elements.
     """
     out, back, strength = pairs.out, pairs.back, pairs.strength
     if not replica_jitter.is_zero:
         factors = [replica_jitter.factor(pairs.scatterers.scatterer_id, *names) for names in pairs.rays()]
         strength = strength * np.array(factors)
-    gone, leaving, louder = transmitter_motion(out.departure, out.length, ping_geometry)
+    emission_delay, mach, amplitude_factor = transmitter_motion(out.departure, out.length, ping_geometry)
     amplitude = out.amplitude
     level, phase = float(amplitude_ratio(ping_geometry.source_level_db)), np.ascontiguousarray(pairs.scatterers.phase)
-    left = amplitude if back is out else back.amplitude
-    bend, away, gradient, beside = wavefront_columns(pairs, ping_geometry, water)
-    rows, seen = _directions(pairs, ping_geometry, gone, receive_points)
-    ears = _receive_beams(receive_points, ping_geometry.channel_count, len(seen))
-    middle = 0.0 if ping_geometry.is_static else ping_geometry.pulse.pulse.duration / 2
-    end = (
-        1 / ping_geometry.receive_sound_speed, gradient, attenuation, water.layered, middle, ping_geometry.frequency,
+    receive_amplitude = amplitude if back is out else back.amplitude
+    curvature, distance, gradient, expansion = wavefront_columns(pairs, ping_geometry, water)
+    rows, directions = _directions(pairs, ping_geometry, emission_delay, receive_points)
+    receive_beams = _receive_beams(receive_points, ping_geometry.channel_count, len(directions))
+    pulse_middle = 0.0 if ping_geometry.is_static else ping_geometry.pulse.pulse.duration / 2
+    kernel_settings = (
+        1 / ping_geometry.receive_sound_speed, gradient, attenuation, water.layered, pulse_middle,
+        ping_geometry.frequency,
         basis.doppler,
     )  # fmt: skip
-    nearest = 1 / float(np.fmax.reduce(np.abs(bend), axis=None, initial=1e-9))
+    min_radius = 1 / float(np.fmax.reduce(np.abs(curvature), axis=None, initial=1e-9))
     if water.layered:
-        nearest = float(np.fmin.reduce(away, axis=None, initial=nearest))
-    latest, wavelength = (
+        min_radius = float(np.fmin.reduce(distance, axis=None, initial=min_radius))
+    latest_arrival, wavelength = (
         grid.start + grid.sample_count / grid.sample_rate,
         ping_geometry.receive_sound_speed / ping_geometry.frequency,
     )
-    also = None if interpolation is None else interpolation.point_position
+    extra_positions = None if interpolation is None else interpolation.point_position
     nodes = aperture_nodes(
-        receive_points.position, receive_points.velocity, receive_points.acceleration, nearest, latest, wavelength, also
+        receive_points.position,
+        receive_points.velocity,
+        receive_points.acceleration,
+        min_radius,
+        latest_arrival,
+        wavelength,
+        extra_positions,
     )
     sector = (
         NONE
@@ -154,93 +168,107 @@ def deposit(
         else interpolation.sector
     )
     for band, sub_band in enumerate(ping_geometry.sub_bands or (carrier_band(ping_geometry),)):
-        lost, kept = np.empty((0, 0)), left
+        absorption_factor, receive_pressure = np.empty((0, 0)), receive_amplitude
         if sub_band.offset != 0:
-            lost = relative_absorption(out.length, sub_band.offset, ping_geometry.frequency, water)
-            kept = left * relative_absorption(back.length, sub_band.offset, ping_geometry.frequency, water)
+            absorption_factor = relative_absorption(out.length, sub_band.offset, ping_geometry.frequency, water)
+            receive_pressure = receive_amplitude * relative_absorption(
+                back.length, sub_band.offset, ping_geometry.frequency, water
+            )
         beams = sub_band.transmit_beams.gain(out.departure)
-        sent = np.empty(beams.shape, np.complex64)
-        transmitted_pressure(amplitude, louder, phase, level, lost, beams, sent)
-        gain = element_gains(ping_geometry, sub_band.receive_beams, receive_points, seen)
+        transmit_pressure = np.empty(beams.shape, np.complex64)
+        transmitted_pressure(amplitude, amplitude_factor, phase, level, absorption_factor, beams, transmit_pressure)
+        gain = element_gains(ping_geometry, sub_band.receive_beams, receive_points, directions)
         deposit_on_elements(
             cells[band], grid.first_time, grid.cell_rate, np.column_stack([pairs.pair, rows]),
-            TransmitLegs(out.delay + gone, 1 / (1 - leaving), sent),
-            ReceiveLegs(back.delay, bend, away, beside, back.departure, kept.astype(np.complex64),
+            TransmitLegs(out.delay + emission_delay, 1 / (1 - mach), transmit_pressure),
+            ReceiveLegs(back.delay, curvature, distance, expansion, back.departure,
+                        receive_pressure.astype(np.complex64),
                   np.ascontiguousarray(np.moveaxis(gain, 1, 0))),
-            strength, ears, nodes, sector, *end,
+            strength, receive_beams, nodes, sector, *kernel_settings,
         )  # fmt: skip
 
 
 def wavefront_columns(pairs: Pairs, ping_geometry: PingGeometry, water: Water) -> tuple[Floats, Floats, float, Floats]:
-    """The wavefronts of all legs back, as of `Wavefront`, leg by leg; distances on ground where rays bend alone."""
+    """Wavefronts of all receive legs, as in `Wavefront`; horizontal distances in layered water only."""
     back = pairs.back
     if not water.layered:
-        bend = 1 / np.maximum(back.length, CLOSEST_SOURCE)
-        return bend, bend, 0.0, np.zeros((len(bend), 0, bend.shape[1]))
-    place, points = ping_geometry.receive_position, pairs.scatterers.position
-    fronts = [wavefront(back, j, place, points, water) for j in range(len(back.length))]
+        curvature = 1 / np.maximum(back.length, CLOSEST_SOURCE)
+        return curvature, curvature, 0.0, np.zeros((len(curvature), 0, curvature.shape[1]))
+    receiver_position, points = ping_geometry.receive_position, pairs.scatterers.position
+    wavefronts = [wavefront(back, j, receiver_position, points, water) for j in range(len(back.length))]
     curvature, distance, expansion = (
-        np.array([getattr(front, name) for front in fronts])
+        np.array([getattr(front, name) for front in wavefronts])
         for name in ("vertical_curvature", "horizontal_distance", "expansion")
     )
-    return curvature, distance, fronts[0].sound_speed_gradient, expansion
+    return curvature, distance, wavefronts[0].sound_speed_gradient, expansion
 
 
 def _directions(
     pairs: Pairs, ping_geometry: PingGeometry, pulse_middle_delay: Floats, receive_points: ReceivePoints
 ) -> tuple[NDArray[np.int64], list[Floats]]:  # fmt: skip
-    """Directions of echoes as the platform sees them, and the row of each pair among them; see `echo_directions`."""
-    rows, towards, when = echo_directions(pairs, ping_geometry, pulse_middle_delay, receive_points)
-    course = ping_geometry.receive_motion
-    if course is None or not course.is_rotating:
-        return rows, towards
+    """Directions of arrival re the platform, and the row of each pair among them; see `echo_directions`."""
+    rows, directions, when = echo_directions(pairs, ping_geometry, pulse_middle_delay, receive_points)
+    motion = ping_geometry.receive_motion
+    if motion is None or not motion.is_rotating:
+        return rows, directions
     return rows, [
-        np.array([course.to_initial_attitude(*row) for row in zip(one, when, strict=True)]) for one in towards
+        np.array([motion.to_initial_attitude(*row) for row in zip(directions, when, strict=True)])
+        for directions in directions
     ]
 
 
 def echo_directions(
     pairs: Pairs, ping_geometry: PingGeometry, pulse_middle_delay: Floats, receive_points: ReceivePoints
 ) -> tuple[NDArray[np.int64], list[Floats], Floats]:  # fmt: skip
-    """Directions in which echoes are heard in the world, and when; those of a leg back, if nothing turns.
+    """Directions of arrival in the world, and their times; those of the receive legs if nothing rotates.
 
     Args:
-        pairs: Legs of a block of n scatterers.
+        pairs: Transmit and receive legs of a block of n scatterers.
         ping_geometry: The sonar at this ping.
-        pulse_middle_delay: Of `transmitter_motion`, shape (legs, n).
-        receive_points: Of `receive_points`.
+        pulse_middle_delay: Emission delay of the pulse's middle, from `transmitter_motion` [s], shape (legs, n).
+        receive_points: Receiver channels as points, from `receive_points`.
 
     Returns:
-        Row of each pair among the legs back, or among the pairs; directions of shape (legs or pairs, n, 3), one for
+        Row of each pair among the receive legs, or among the pairs; directions of shape (legs or pairs, n, 3), one for
         the whole array or one for each of its elements; times [s], shape (legs or pairs, n).
     """
     out, back = pairs.out, pairs.back
-    rows, towards, away = pairs.pair[:, 1], back.departure, back.length
-    when = out.delay[0] + pulse_middle_delay[0] + back.delay  # by another leg out it is hardly another place
+    rows, direction, path_length = pairs.pair[:, 1], back.departure, back.length
+    arrival_time = out.delay[0] + pulse_middle_delay[0] + back.delay  # nearly the same by other transmit legs
     if ping_geometry.receive_motion is not None and ping_geometry.receive_motion.is_rotating:
         (i, j), rows = pairs.pair.T, np.arange(len(pairs.pair))
-        towards, away, when = towards[j], away[j], out.delay[i] + pulse_middle_delay[i] + back.delay[j]
+        direction, path_length, arrival_time = (
+            direction[j],
+            path_length[j],
+            out.delay[i] + pulse_middle_delay[i] + back.delay[j],
+        )
     if not has_parallax(
-        ping_geometry, receive_points, float(np.fmin.reduce(away, axis=None)), float(np.fmax.reduce(when, axis=None))
+        ping_geometry,
+        receive_points,
+        float(np.fmin.reduce(path_length, axis=None)),
+        float(np.fmax.reduce(arrival_time, axis=None)),
     ):
-        return rows, [towards], when
+        return rows, [direction], arrival_time
     return (
         rows,
-        [element_directions(receive_points, e, towards, away, when) for e in range(len(receive_points.position))],
-        when,
+        [
+            element_directions(receive_points, e, direction, path_length, arrival_time)
+            for e in range(len(receive_points.position))
+        ],
+        arrival_time,
     )
 
 
 def has_parallax(
     ping_geometry: PingGeometry, receive_points: ReceivePoints, min_path_length: float, latest_arrival: float
 ) -> bool:
-    """Whether elements, or beams under way, see the nearest scatterer in directions that their patterns tell apart.
+    """Return True if elements, or moving beams, see the nearest scatterer in directions that their patterns resolve.
 
     Args:
         ping_geometry: The sonar at this ping.
-        receive_points: Of `receive_points`.
-        min_path_length: Shortest way back [m].
-        latest_arrival: When the last echo comes [s].
+        receive_points: Receiver channels as points, from `receive_points`.
+        min_path_length: Shortest receive leg [m].
+        latest_arrival: Time of the last arrival [s].
     """
     waves = float(ping_geometry.receive_beams.per_unit.max()) / POINTS_PER_LOBE
     if not waves > 1:
@@ -254,27 +282,27 @@ def has_parallax(
 def element_directions(
     receive_points: ReceivePoints, element: int, direction: Floats, path_length: Floats, arrival_time: Floats
 ) -> Floats:
-    """Directions in which an element sees what the array's centre sees at the start, from its place when echoes come.
+    """Directions from an element at the times of arrival, given those from the array's centre at the start of the ping.
 
     Args:
-        receive_points: Of `receive_points`.
-        element: Which.
+        receive_points: Receiver channels as points, from `receive_points`.
+        element: Index of the element.
         direction: Directions from the centre [1], shape (..., 3).
-        path_length: Ways back [m], shape (...).
-        arrival_time: When the echoes come [s], shape (...).
+        path_length: Lengths of the receive legs [m], shape (...).
+        arrival_time: Times of arrival [s], shape (...).
     """
-    seen = np.empty(direction.shape)
+    element_direction = np.empty(direction.shape)
     turn_to_element(
         np.ascontiguousarray(direction).reshape(-1, 3), np.ascontiguousarray(path_length).ravel(),
         np.ascontiguousarray(arrival_time).ravel(), receive_points.position[element],
         receive_points.velocity[element], receive_points.acceleration[element],
-        seen.reshape(-1, 3),
+        element_direction.reshape(-1, 3),
     )  # fmt: skip
-    return seen
+    return element_direction
 
 
 def _receive_beams(receive_points: ReceivePoints, channels: int, views: int) -> ReceiveBeams:
-    """Who hears: each element for itself."""
+    """Receive patterns of channels that are elements."""
     number = np.arange(channels)
     own = np.stack([number, number + 1], axis=1)
     pattern = receive_points.orientation_row if views == 1 else np.where(receive_points.orientation_row < 0, -1, number)
@@ -284,28 +312,28 @@ def _receive_beams(receive_points: ReceivePoints, channels: int, views: int) -> 
 
 
 def carrier_band(ping_geometry: PingGeometry) -> SubBand:
-    """The carrier and its beams, for a sonar whose beams are the same throughout the band."""
+    """Carrier and its beams as one sub-band, for beams that are constant over the band."""
     return SubBand(0.0, ping_geometry.transmit_beams, ping_geometry.receive_beams)
 
 
 def absorption_np_per_m(water: Water, frequency: float) -> float:
-    """Part of the pressure that the water takes on a metre [1/m].
+    """Absorption of pressure [Np/m].
 
     Args:
-        water: What takes it.
-        frequency: Of the sound [Hz].
+        water: Absorbing water.
+        frequency: Frequency of the sound [Hz].
     """
     return float(water.absorption(frequency)) * np.log(10) / 20
 
 
 def relative_absorption(length: Floats, offset: float, frequency: float, water: Water) -> Floats:
-    """Pressure that is left at one frequency of the band, relative to that left at the carrier [1], any shape.
+    """Pressure absorbed at one frequency of the band re that at the carrier [1], any shape.
 
     Args:
-        length: Of the way [m], any shape.
-        offset: From the carrier [Hz].
-        frequency: Of the carrier [Hz].
-        water: What takes it.
+        length: Path length [m], any shape.
+        offset: Offset from the carrier [Hz].
+        frequency: Carrier frequency [Hz].
+        water: Absorbing water.
     """
     if offset == 0:
         return np.ones(length.shape)
@@ -314,12 +342,12 @@ def relative_absorption(length: Floats, offset: float, frequency: float, water: 
 
 
 def directions_at_reception(ping_geometry: PingGeometry, direction: Floats, delay: Floats) -> Floats:
-    """Directions as the platform sees them when the echo comes, told by its attitude at the start of the ping.
+    """Directions re the platform at the time of reception, expressed in its attitude at the start of the ping.
 
     Args:
         ping_geometry: The sonar at this ping.
         direction: Unit vectors in the world [1], shape (n, 3).
-        delay: When each echo comes [s], shape (n,).
+        delay: Time of arrival of each echo [s], shape (n,).
     """
     return (
         direction
@@ -331,20 +359,20 @@ def directions_at_reception(ping_geometry: PingGeometry, direction: Floats, dela
 def transmitter_motion(
     departure: Floats, wavefront_radius: Floats, ping_geometry: PingGeometry
 ) -> tuple[Floats, Floats, Floats]:
-    """What is later for the pulse's middle than for its start, and what else the transmitter's own way does.
+    """Effects of the transmitter's motion on the pulse's middle: emission delay, radial speed, pressure.
 
-    Nothing is later for a sonar that stands still: its echoes are told by their starts.
+    A stationary sonar has no emission delay: its echoes are timed by their starts.
 
     Args:
-        departure: Directions in which the sound leaves, shape (..., 3).
-        wavefront_radius: Radius of its wavefronts [m], shape (...).
+        departure: Directions of departure, shape (..., 3).
+        wavefront_radius: Radius of the wavefronts [m], shape (...).
         ping_geometry: The sonar.
 
     Returns:
-        By what it is later [s], part of the speed of sound at which the transmitter follows what it sends [1], by what
-        the pressure changes [1], each of shape (...).
+        Emission delay [s], radial speed of the transmitter over that of sound [1], pressure ratio [1], each of shape
+        (...).
     """
-    later, leaving, louder = (
+    emission_delay, mach, amplitude_factor = (
         np.zeros(wavefront_radius.shape),
         np.zeros(wavefront_radius.shape),
         np.ones(wavefront_radius.shape),
@@ -353,23 +381,22 @@ def transmitter_motion(
         transmit_moving(
             np.ascontiguousarray(departure).reshape(-1, 3), np.ascontiguousarray(wavefront_radius).ravel(),
             ping_geometry.transmit_velocity,
-            ping_geometry.pulse.pulse.duration / 2, 1 / ping_geometry.sound_speed, later.ravel(), leaving.ravel(),
-            louder.ravel(),
+            ping_geometry.pulse.pulse.duration / 2, 1 / ping_geometry.sound_speed, emission_delay.ravel(), mach.ravel(),
+            amplitude_factor.ravel(),
         )  # fmt: skip
-    return later, leaving, louder
+    return emission_delay, mach, amplitude_factor
 
 
 def element_gains(
     ping_geometry: PingGeometry, beams: Beams, receive_points: ReceivePoints, directions: list[Floats]
 ) -> NDArray[np.float32]:
-    """Gain of an element that faces each way, (facings, ...), or of each element.
+    """Gain of an element in each orientation, (orientations, ...), or of each element.
 
     Args:
         ping_geometry: The sonar at this ping.
         beams: Its receive beams, at one frequency.
-        receive_points: Of `receive_points`.
-        directions: Directions, as of `directions_at_reception`, of shape (..., 3): of the whole array, or of each of
-            its elements.
+        receive_points: Receiver channels as points, from `receive_points`.
+        directions: Directions from `directions_at_reception`, shape (..., 3), of the whole array or of each element.
     """
     if len(directions) == 1:
         return np.asarray(
@@ -383,11 +410,11 @@ def element_gains(
 
 
 def rotated_beams(beams: Beams, angle: float) -> Beams:
-    """The pattern of an element that faces aside.
+    """Pattern of an element rotated away from boresight.
 
     Args:
-        beams: Of an element that faces along boresight.
-        angle: To the right of boresight [rad].
+        beams: Pattern of an element on boresight.
+        angle: Rotation to the right of boresight [rad].
     """
     c, s = np.cos(angle), np.sin(angle)
     ahead, right, down = beams.axes
@@ -395,16 +422,16 @@ def rotated_beams(beams: Beams, angle: float) -> Beams:
 
 
 def element_as_beam(ping_geometry: PingGeometry, channel: int) -> PingGeometry:
-    """The sonar with one of its elements as its only beam, at the array's centre; itself where it has beams.
+    """Sonar with one of its elements as its only beam, at the array's centre; unchanged if it has beams.
 
     Args:
         ping_geometry: The sonar at one ping.
-        channel: Which element.
+        channel: Index of the element.
     """
     if ping_geometry.elements is None:
         return ping_geometry
-    ears = rotated_beams(ping_geometry.receive_beams, float(ping_geometry.elements.orientations[channel]))
-    scale = ears.scale * abs(ping_geometry.elements.response[channel])
+    pattern = rotated_beams(ping_geometry.receive_beams, float(ping_geometry.elements.orientations[channel]))
+    scale = pattern.scale * abs(ping_geometry.elements.response[channel])
     return replace(
-        ping_geometry, receive_beams=replace(ears, scale=scale), elements=None, sub_bands=(), channel_count=1
+        ping_geometry, receive_beams=replace(pattern, scale=scale), elements=None, sub_bands=(), channel_count=1
     )

@@ -1,8 +1,8 @@
-"""The incoherent reading: the expected intensity, free of speckle.
+"""Incoherent accumulator: expected intensity, free of speckle.
 
-Scatterers have random phases, so their echoes add as energies. The paths of one scatterer interfere:
-reciprocal pairs arrive together and give 4 |A|^2, pairs closer than the pulse make fringes. Only what is
-further apart than the pulse adds as energy from the start.
+Scatterers have random phases, so their echoes add as energies. The paths of one scatterer interfere: reciprocal pairs
+arrive together and give 4 |A|^2, and pairs closer in time than the pulse make fringes. Arrivals further apart than the
+pulse add as energies from the start.
 """
 
 from collections.abc import Hashable
@@ -36,30 +36,30 @@ from insonify.units import amplitude_ratio
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 SAME_DELAY = 1e-10
-"""Delays this close share one pulse: their carriers are in the weights, and no envelope changes so fast [s]."""
+"""Delays closer than this share one pulse: phases are in the weights, and no envelope changes so fast [s]."""
 
 LAGS_PER_CELL = 2
-"""Entries of the pulse table to a lag of its autocorrelation."""
+"""Entries of the pulse table per lag of its autocorrelation."""
 
 
 @dataclass(frozen=True, slots=True)
 class IntensityBuffer:
-    """What has been heard so far."""
+    """Sums of the arrivals of a ping."""
 
     cells: Floats
-    """Energies that do not interfere, on the energy grid, shape (channels, cells)."""
+    """Energies of arrivals that do not interfere, on the energy grid, shape (channels, cells)."""
     intensity: Floats
-    """Intensity of groups that do, at the output samples, shape (channels, samples)."""
+    """Intensity of groups of interfering arrivals, at the output samples, shape (channels, samples)."""
     specular_sums: list[SpecularSums] = field(default_factory=list)
-    """Arrivals of the last smooth target, of which more may come; none or one."""
+    """Arrivals of the last smooth target, whose blocks may be incomplete; none or one."""
 
     def flush_specular(self) -> None:
-        """Add the power of a smooth target, of which all parts have come, to the intensity."""
+        """Add the power of a completed smooth target to the intensity."""
         while self.specular_sums:
             self.specular_sums.pop().flush_specular(self.intensity)
 
     def __iadd__(self, other: "IntensityBuffer") -> "IntensityBuffer":
-        """Add what another has heard."""
+        """Add the sums of another buffer."""
         self.flush_specular()
         other.flush_specular()
         self.cells[...] += other.cells
@@ -69,14 +69,14 @@ class IntensityBuffer:
 
 @dataclass(frozen=True, slots=True)
 class IncoherentAccumulator:
-    """Hears expected intensity [uPa^2]."""
+    """Accumulator of expected intensity [uPa^2]."""
 
     ping_geometry: PingGeometry
     grid: TimeGrid
     replica_jitter: ReplicaJitter
     table: PulseTable
     delay_field: DelayField | None = None
-    """What uneven water adds to travel times; None: nothing."""
+    """Random delays in inhomogeneous water; None: homogeneous."""
 
     @property
     def requirements(self) -> Requirements:
@@ -84,7 +84,7 @@ class IncoherentAccumulator:
         return Requirements(fast_reverberation=self.is_short_pulse)
 
     def empty(self) -> IntensityBuffer:
-        """Nothing heard yet."""
+        """Empty buffer."""
         channels = self.ping_geometry.channel_count
         return IntensityBuffer(self.grid.energy_cells(channels), np.zeros((channels, self.grid.sample_count)))
 
@@ -93,13 +93,15 @@ class IncoherentAccumulator:
         self.add_weighted(energies, pairs, *self.weights(pairs))
 
     def weights(self, pairs: Pairs) -> tuple[Complexes, Complexes]:
-        """Complex weight of the legs out [uPa] and back [1] of a block in each beam, (beams, f, n) each."""
-        here, level = self.ping_geometry, float(amplitude_ratio(self.ping_geometry.source_level_db))
-        towards = receive_directions(pairs, here)
-        heard = weights_from_gain(here.receive_beams.gain(towards), pairs.back, here.frequency)
-        if pairs.out is pairs.back and here.same_beams and towards is pairs.back.departure:
-            return level * heard, heard
-        return leg_weights(pairs.out, here.transmit_beams, here.frequency, level), heard
+        """Complex weight of the transmit legs [uPa] and the receive legs [1] in each beam, (beams, f, n) each."""
+        geometry, level = self.ping_geometry, float(amplitude_ratio(self.ping_geometry.source_level_db))
+        receive_direction = receive_directions(pairs, geometry)
+        receive_weight = weights_from_gain(
+            geometry.receive_beams.gain(receive_direction), pairs.back, geometry.frequency
+        )
+        if pairs.out is pairs.back and geometry.same_beams and receive_direction is pairs.back.departure:
+            return level * receive_weight, receive_weight
+        return leg_weights(pairs.out, geometry.transmit_beams, geometry.frequency, level), receive_weight
 
     def add_weighted(
         self, energies: IntensityBuffer, pairs: Pairs, transmit_weights: Complexes, receive_weights: Complexes
@@ -107,10 +109,10 @@ class IncoherentAccumulator:
         """Add the mean intensity of some pairs of a block.
 
         Args:
-            energies: Added to in place.
+            energies: Buffer, added to in place.
             pairs: All pairs of the block, or some of them.
-            transmit_weights: Weights of its legs out, as from `weights`.
-            receive_weights: Of its legs back.
+            transmit_weights: Weights of the transmit legs, from `weights`.
+            receive_weights: Weights of the receive legs, from `weights`.
         """
         for part in coherent_subsets(pairs):
             for copy in split_by_coherence(part, self.delay_field, self.ping_geometry):
@@ -119,38 +121,42 @@ class IncoherentAccumulator:
     def _add(
         self, energies: IntensityBuffer, pairs: Pairs, transmit_weights: Complexes, receive_weights: Complexes
     ) -> None:
-        """Add pairs of which nothing is random but the phase of the place."""
-        kept, mean = self.replica_jitter.interference_factor, self.replica_jitter.mean_energy
+        """Add pairs in which only the scatterers' phases are random."""
+        interference_factor, mean_energy = self.replica_jitter.interference_factor, self.replica_jitter.mean_energy
         support = len(self.table.samples) / self.table.rate
         if pairs.interferes:
             self._add_coherent_facets(energies, pairs, transmit_weights, receive_weights)
             return
-        # A pair and its reverse arrive together, and unless jitter parts them they are one.
-        mirrored = pairs.out is pairs.back and mean == kept and contains_reversed_pairs(pairs.pair)
+        # A pair and its reverse arrive together; without jitter they are one arrival.
+        mirrored = (
+            pairs.out is pairs.back and mean_energy == interference_factor and contains_reversed_pairs(pairs.pair)
+        )
         rows = np.flatnonzero(pairs.pair[:, 0] <= pairs.pair[:, 1]) if mirrored else np.arange(len(pairs.pair))
         for channel in range(self.ping_geometry.channel_count):
-            delay, energy, first, late, weight = _sort(
+            delay, energy, first, grouped_delay, weight = _sort(
                 pairs.out.delay, pairs.back.delay, transmit_weights[channel % len(transmit_weights)],
                 receive_weights[channel % len(receive_weights)],
-                pairs.pair, rows, mirrored, pairs.strength, support, kept, mean - kept,
+                pairs.pair, rows, mirrored, pairs.strength, support, interference_factor,
+                mean_energy - interference_factor,
             )  # fmt: skip
             deposit_energy(energies.cells[channel], self.grid.first_time, self.grid.energy_rate, delay, energy)
-            if len(late):
+            if len(grouped_delay):
                 add_groups(
                     energies.intensity[channel], self.grid.start, self.grid.sample_rate, self.table.samples,
-                    self.table.start, self.table.rate, first, late, weight, kept, mean - kept,
+                    self.table.start, self.table.rate, first, grouped_delay, weight, interference_factor,
+                    mean_energy - interference_factor,
                 )  # fmt: skip
 
     def _add_coherent_facets(
         self, energies: IntensityBuffer, pairs: Pairs, transmit_weights: Complexes, receive_weights: Complexes
     ) -> None:
-        """Add facets of one target, or of a part of it: arrivals all interfere, a pair of rays is one replica."""
+        """Add facets of one target or of a part of it: all arrivals interfere, and a pair of rays is one replica."""
         if energies.specular_sums and energies.specular_sums[0].object_name != pairs.scatterers.object:
             energies.flush_specular()
         if not energies.specular_sums:
             energies.specular_sums.append(SpecularSums(self.grid, self.ping_geometry.pulse, pairs.scatterers.object))
         sums, channels = energies.specular_sums[0], range(len(energies.intensity))
-        kept, mean = self.replica_jitter.interference_factor, self.replica_jitter.mean_energy
+        interference_factor, mean_energy = self.replica_jitter.interference_factor, self.replica_jitter.mean_energy
         group: Hashable = _random_bounces(pairs), len(pairs.pair)
         for (i, j), strength, names in zip(pairs.pair, pairs.strength, pairs.rays(), strict=True):
             weight = np.stack(
@@ -162,9 +168,12 @@ class IncoherentAccumulator:
                 ]
             )
             delay = pairs.out.delay[i] + pairs.back.delay[j]
-            for key, share in ((group, kept), ((group, names), mean - kept)):
-                if share:
-                    sums.add(key, share, delay, weight)
+            for key, power_fraction in (
+                (group, interference_factor),
+                ((group, names), mean_energy - interference_factor),
+            ):
+                if power_fraction:
+                    sums.add(key, power_fraction, delay, weight)
 
     @property
     def has_random_paths(self) -> bool:
@@ -174,81 +183,110 @@ class IncoherentAccumulator:
 
     @property
     def is_short_pulse(self) -> bool:
-        """Whether overlaps of the pulse with itself are well told by their energy: it is no long chirp."""
+        """Return True if self-interference of the pulse is described by its energy: the pulse is no long chirp."""
         return _is_short_pulse(self.table)
 
     def add_fast_reverberation(self, energies: IntensityBuffer, swath: ReverberationSamples) -> None:
-        """Add the mean intensity of all the ground of a part of a ping."""
+        """Add the mean intensity of the seabed from a block of reverberation samples."""
         sizes = self.swath_sizes(swath)
         self.add_swath(energies, swath, *sizes)
         if len(swath.interference_ranges):
             self.add_fringes(energies, swath, *sizes)
 
     def swath_sizes(self, swath: ReverberationSamples) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Sizes of all legs of a swath times the gains of the transmit and of the receive beam [1], (f, n) each."""
-        sent, swept = _sizes(self.ping_geometry.transmit_beams, swath), moving_array_axes(self.ping_geometry)
-        alike = self.ping_geometry.same_beams and swept is None
-        return sent, sent if alike else _sizes(self.ping_geometry.receive_beams, swath, swept)
+        """Amplitudes of all legs times the gain of the transmit and of the receive beam [1], (f, n) each."""
+        transmit_amplitude, moving_axes = (
+            _leg_amplitudes(self.ping_geometry.transmit_beams, swath),
+            moving_array_axes(self.ping_geometry),
+        )
+        same_beams = self.ping_geometry.same_beams and moving_axes is None
+        return transmit_amplitude, transmit_amplitude if same_beams else _leg_amplitudes(
+            self.ping_geometry.receive_beams, swath, moving_axes
+        )
 
     def add_swath(
         self,
         energies: IntensityBuffer,
         swath: ReverberationSamples,
-        sent: NDArray[np.float32],
-        heard: NDArray[np.float32],
+        transmit_amplitude: NDArray[np.float32],
+        receive_amplitude: NDArray[np.float32],
     ) -> None:
-        """Add the energies of all pairs of a swath, without what pairs that arrive within one pulse have in common."""
+        """Add the energies of all pairs of a block, without the interference of pairs within one pulse duration."""
         level = float(amplitude_ratio(self.ping_geometry.source_level_db))
-        kept, mean = self.replica_jitter.interference_factor, self.replica_jitter.mean_energy
-        pairs = swath.delay, sent, heard, swath.pair, swath.count, swath.rows, swath.cross_section
+        interference_factor, mean_energy = self.replica_jitter.interference_factor, self.replica_jitter.mean_energy
+        pairs = (
+            swath.delay,
+            transmit_amplitude,
+            receive_amplitude,
+            swath.pair,
+            swath.count,
+            swath.rows,
+            swath.cross_section,
+        )
         deposit_pair_energies(
-            *pairs, level, kept, mean - kept, energies.cells[0], self.grid.first_time, self.grid.energy_rate
+            *pairs, level, interference_factor, mean_energy - interference_factor, energies.cells[0],
+            self.grid.first_time, self.grid.energy_rate
         )  # fmt: skip
 
     def add_fringes(
         self,
         energies: IntensityBuffer,
         swath: ReverberationSamples,
-        sent: NDArray[np.float32],
-        heard: NDArray[np.float32],
+        transmit_amplitude: NDArray[np.float32],
+        receive_amplitude: NDArray[np.float32],
     ) -> None:
-        """Add what pairs of a swath that arrive within one pulse have in common, which may be less than nothing."""
+        """Add the interference of pairs that arrive within one pulse duration, which may be negative."""
         ping_geometry, level = self.ping_geometry, float(amplitude_ratio(self.ping_geometry.source_level_db))
-        kept = self.replica_jitter.interference_factor
-        pairs = swath.delay, sent, heard, swath.pair, swath.count, swath.rows, swath.cross_section
+        interference_factor = self.replica_jitter.interference_factor
+        pairs = (
+            swath.delay,
+            transmit_amplitude,
+            receive_amplitude,
+            swath.pair,
+            swath.count,
+            swath.rows,
+            swath.cross_section,
+        )
         cells = energies.cells[0], self.grid.first_time, self.grid.energy_rate
-        if kept > 0:
-            likeness, _ = _autocorrelation(self.table)
-            lags = likeness, self.table.rate / LAGS_PER_CELL
+        if interference_factor > 0:
+            correlation, _ = _autocorrelation(self.table)
+            lags = correlation, self.table.rate / LAGS_PER_CELL
             deposit_interference(
-                *pairs, swath.amplitude, swath.interference_ranges, level, kept, ping_geometry.frequency, *lags, *cells
+                *pairs,
+                swath.amplitude,
+                swath.interference_ranges,
+                level,
+                interference_factor,
+                ping_geometry.frequency,
+                *lags,
+                *cells,
             )
 
     def time_series(self, energies: IntensityBuffer) -> Floats:
         """Expected intensity at the grid's times [uPa^2], shape (channels, samples)."""
         energies.flush_specular()
         return (
-            convolve_energy_spectrum(energies.cells, self.grid, _shape(self.ping_geometry.pulse, self.grid))
+            convolve_energy_spectrum(energies.cells, self.grid, _spectrum_factors(self.ping_geometry.pulse, self.grid))
             + energies.intensity
         )
 
 
 @lru_cache(maxsize=4)
-def _shape(pulse: ReceivedPulse, grid: TimeGrid) -> Complexes:
-    """What a pulse makes of energies on a grid: every ping wants the same."""
+def _spectrum_factors(pulse: ReceivedPulse, grid: TimeGrid) -> Complexes:
+    """Spectrum factors of a pulse on an energy grid, shared by all pings."""
     shape = energy_spectrum_factors(grid, pulse.spectrum(grid.frequencies))
     shape.flags.writeable = False  # shared by all pings
     return shape
 
 
-def _sizes(
-    beams: Beams, swath: ReverberationSamples, swept: tuple[Floats, Floats] | None = None
+def _leg_amplitudes(
+    beams: Beams, swath: ReverberationSamples, moving_axes: tuple[Floats, Floats] | None = None
 ) -> NDArray[np.float32]:
-    """Size of every leg times the gain of one beam towards it [1], shape (f, n); swept: as of `moving_array_axes`."""
+    """Amplitude of every leg times the gain of one beam [1], shape (f, n); moving_axes: from `moving_array_axes`."""
     out = np.empty(swath.delay.shape, np.float32)
-    axes, drift = swept or (np.array([beams.axes] * 3), np.zeros((2, 3)))
+    axes, drift = moving_axes or (np.array([beams.axes] * 3), np.zeros((2, 3)))
     leg_amplitudes(
-        swath.departure, swath.amplitude, swath.delay, axes, drift, swept is not None, beams.steer, beams.scale,
+        swath.departure, swath.amplitude, swath.delay, axes, drift, moving_axes is not None, beams.steer, beams.scale,
         beams.tables, beams.per_unit, beams.element, out,
     )  # fmt: skip
     return out
@@ -256,25 +294,25 @@ def _sizes(
 
 @lru_cache(maxsize=4)
 def _is_short_pulse(table: PulseTable) -> bool:
-    likeness, energy = _autocorrelation(table)
-    alike = np.abs(likeness[1:]).sum() * 2 * LAGS_PER_CELL / table.rate
-    return bool(alike > 0.25 * energy)
+    correlation, duration = _autocorrelation(table)
+    correlation_time = np.abs(correlation[1:]).sum() * 2 * LAGS_PER_CELL / table.rate
+    return bool(correlation_time > 0.25 * duration)
 
 
 @lru_cache(maxsize=4)
 def _autocorrelation(table: PulseTable) -> tuple[NDArray[np.complex64], float]:
-    """Autocorrelation of the pulse at lags from 0 on, 1 at 0, and how long the pulse's energy takes in time [s]."""
+    """Autocorrelation of the pulse at lags from 0 on, 1 at 0, and the equivalent duration of its energy [s]."""
     pulse, rate = table.samples, table.rate
     size = scipy.fft.next_fast_len(2 * len(pulse))
     power = np.abs(scipy.fft.fft(pulse, size)) ** 2
-    alike = scipy.fft.ifft(power)[: len(pulse) : LAGS_PER_CELL]
+    correlation = scipy.fft.ifft(power)[: len(pulse) : LAGS_PER_CELL]
     envelope = np.abs(pulse) ** 2
     duration = float(envelope.sum() ** 2 / (envelope**2).sum() / rate)
-    return (alike / alike[0].real).astype(np.complex64), duration
+    return (correlation / correlation[0].real).astype(np.complex64), duration
 
 
 def _random_bounces(pairs: Pairs) -> tuple[int, int] | None:
-    """Labels of the random bounces that pairs of one part have met; None where nothing is random."""
+    """Identities of the two random bounces of pairs of one part; None where nothing is random."""
     out, back = pairs.out.glints, pairs.back.glints
     if out is None or back is None:
         return None
@@ -283,9 +321,9 @@ def _random_bounces(pairs: Pairs) -> tuple[int, int] | None:
 
 
 def contains_reversed_pairs(pair: NDArray[np.int64]) -> bool:
-    """Whether the reverse of every pair is there too."""
-    there = set(map(tuple, pair.tolist()))
-    return there == {(j, i) for i, j in there}
+    """Return True if the pairs include the reverse of every pair."""
+    pairs = set(map(tuple, pair.tolist()))
+    return pairs == {(j, i) for i, j in pairs}
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -295,39 +333,39 @@ def _sort(
     rows: NDArray[np.int64], mirrored: bool, strength: Floats, support: float, interference_factor: float,
     independent_energy: float,
 ) -> tuple[Floats, Floats, NDArray[np.int64], Floats, Complexes]:  # fmt: skip
-    """Sort the replicas of every scatterer into those that stand alone in time and those that interfere.
+    """Separate the replicas of every scatterer into single arrivals and groups that interfere.
 
     Args:
-        delay_out: One-way delays of the legs out [s], (f, n).
-        delay_back: Of the legs back [s], (g, n).
-        transmit_weights: Weights of the legs out in one beam, (f, n).
-        receive_weights: Of the legs back, (g, n).
-        pair: Rows of the legs out and back, (p, 2).
-        rows: Which of the pairs are asked.
-        mirrored: Whether each of them stands for its reverse too, which is as late and not asked.
+        delay_out: One-way delays of the transmit legs [s], (f, n).
+        delay_back: One-way delays of the receive legs [s], (g, n).
+        transmit_weights: Weights of the transmit legs in one beam, (f, n).
+        receive_weights: Weights of the receive legs in one beam, (g, n).
+        pair: Rows of the transmit and the receive leg of each pair, (p, 2).
+        rows: Rows of the pairs to be processed.
+        mirrored: True if each of them also stands for its reverse, which has the same delay.
         strength: Pressure scattered re incident [m], (p, n).
-        support: How far apart replicas still interfere [s].
-        interference_factor: Part of interference that jitter leaves [1].
+        support: Largest time between replicas that interfere [s].
+        interference_factor: Mean product of two replicas re that without jitter [1].
         independent_energy: Energy of each replica that does not interfere [1].
 
     Returns:
-        Delay and energy of those alone; then, of the others, the first row of each group (and the end),
+        Delay and energy of single arrivals; then, of the others, the first row of each group (and the end),
         delay and weight.
     """
     count, points = rows.size, delay_out.shape[1]
     alone_delay, alone_energy = np.empty(count * points), np.empty(count * points)
-    first, late = np.empty(count * points + 1, np.int64), np.empty(count * points)
+    first, grouped_delay = np.empty(count * points + 1, np.int64), np.empty(count * points)
     weight = np.empty(count * points, np.complex128)
     tau, w, order = np.empty(count), np.empty(count, np.complex128), np.empty(count, np.int64)
-    # neighbours arrive in much the same order, so that there is little left to sort
-    usual, k = np.zeros(count), points // 2
+    # neighbouring scatterers have nearly the same order of arrival, which shortens the insertion sort
+    typical_delay, k = np.zeros(count), points // 2
     for p in range(count if points > 0 else 0):
-        usual[p] = delay_out[pair[rows[p], 0], k] + delay_back[pair[rows[p], 1], k]
-    asked = rows[np.argsort(usual)]
+        typical_delay[p] = delay_out[pair[rows[p], 0], k] + delay_back[pair[rows[p], 1], k]
+    sorted_rows = rows[np.argsort(typical_delay)]
     alone, groups, filled = 0, 0, 0
     for n in range(points):
         m = 0
-        for p in asked:
+        for p in sorted_rows:
             i, j = pair[p, 0], pair[p, 1]
             value = transmit_weights[i, n] * receive_weights[j, n]
             if mirrored and i != j:
@@ -359,9 +397,9 @@ def _sort(
                 first[groups] = filled
                 groups += 1
                 for k in range(a, b):
-                    late[filled] = tau[order[k]]
+                    grouped_delay[filled] = tau[order[k]]
                     weight[filled] = w[order[k]]
                     filled += 1
             a = b
     first[groups] = filled
-    return alone_delay[:alone], alone_energy[:alone], first[: groups + 1], late[:filled], weight[:filled]
+    return alone_delay[:alone], alone_energy[:alone], first[: groups + 1], grouped_delay[:filled], weight[:filled]

@@ -1,8 +1,8 @@
-"""Labels of one ping: the incoherent reading taken apart by owner and by pair of families, and what is missing.
+"""Labels of one ping: expected intensity by object and by pair of families, and occluded echoes.
 
-Intensities are those of the incoherent reading. Places are mean values over the same paths, weighted by energy and
-smeared by the pulse as the recording is, but without interference. A shadow is where most of the direct echo of the
-seabed is missing: the cut legs carry their own echo, as it would be if nothing cut them.
+Intensities are those of the incoherent accumulator. Positions are mean values over the same paths, weighted by energy
+and smeared by the pulse as the recording is, but without interference. A shadow is where most of the direct echo of the
+seabed is missing: occluded legs keep the echo that they would have without occlusion.
 """
 
 from dataclasses import dataclass
@@ -33,18 +33,18 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 Rows = NDArray[np.intp]
 GROUND_POINTS = 2.0
-"""Most points to a resolution cell along lines of the seabed, where the sound has other points [1]."""
+"""Points per resolution cell at most along radials of the seabed, which the intensity does not use [1]."""
 POINTS = 1.5
-"""Most points to a resolution cell: sparse, off by a few tenths of a decibel where expectations are not [1]."""
+"""Points per resolution cell at most; sparser than for the intensity, off by a few tenths of a decibel [1]."""
 
 
 def label_names(targets: tuple[str, ...], followed: tuple[str, ...], *, water: tuple[str, ...] = ()) -> LabelNames:
-    """The axes of labels.
+    """Names along the axes of labels.
 
     Args:
         targets: Labels of the scene's targets.
         followed: Families of the legs.
-        water: Who answers in the water: "water" for its layers, and the labels of patches.
+        water: Objects in the water that scatter: "water" for its layers, and the labels of patches.
     """
     targets = (*water, *targets)
     contributions: tuple[Boundary, ...] = ("seabed", "surface", "target")
@@ -53,22 +53,22 @@ def label_names(targets: tuple[str, ...], followed: tuple[str, ...], *, water: t
         for contribution in contributions
         if contribution != "target" or targets
     ]
-    found = {pair_name(out, back) for names in buffer for out in names for back in names}
-    pairs = sorted(found, key=lambda name: (name.count("S") + name.count("B"), len(name), name))
+    pair_names = {pair_name(out, back) for names in buffer for out in names for back in names}
+    pairs = sorted(pair_names, key=lambda name: (name.count("S") + name.count("B"), len(name), name))
     return LabelNames(("seabed", "surface", *targets), tuple(pairs))
 
 
 @dataclass(frozen=True, slots=True)
 class LabelAccumulator:
-    """Hears who is heard, by which paths, and from where."""
+    """Accumulator of expected intensity and positions by object and pair of families."""
 
     accumulator: IncoherentAccumulator
-    """The reading that is taken apart."""
+    """Incoherent accumulator of the same ping."""
     names: LabelNames
     occluder_names: tuple[str, ...]
     """Labels of the scene's occluders, in the order of their rows in `Legs.occluder`."""
     noise: float
-    """Mean-square noise pressure, beside which a target has to be heard [uPa^2]."""
+    """Mean-square noise pressure that a target has to exceed [uPa^2]."""
 
     @property
     def requirements(self) -> Requirements:
@@ -76,101 +76,118 @@ class LabelAccumulator:
         return Requirements(origins=True, max_scatterers_per_cell=POINTS)
 
     def empty(self) -> LabelBuffer:
-        """Nothing heard yet."""
+        """Empty buffer."""
         grid, channels = self.accumulator.grid, self.accumulator.ping_geometry.channel_count
         cells = 2 * grid.energy_cells(0).shape[1] + MOMENTS * (grid.sample_count + sum(self._ringing))
         return LabelBuffer(LevelBuffers(), nbytes=8 * channels * len(self.names.pairs) * cells)
 
     def add(self, buffer: LabelBuffer, pairs: Pairs) -> None:
-        """Add one block of scatterers to its owner."""
-        owner = pairs.scatterers.object
+        """Add one block of scatterers to its object."""
+        object_name = pairs.scatterers.object
         names = tuple(pair_name(out, back) for out, back in pairs.names())
-        sent, heard = self.accumulator.weights(pairs)
-        room = self._workspace(buffer, owner, pairs, names)
-        if room is not None:
-            self._deposit_all_pairs(buffer, owner, room, pairs, sent, heard)
+        transmit_weights, receive_weights = self.accumulator.weights(pairs)
+        workspace = self._workspace(buffer, object_name, pairs, names)
+        if workspace is not None:
+            self._deposit_all_pairs(buffer, object_name, workspace, pairs, transmit_weights, receive_weights)
             if pairs.scatterers.boundary == "seabed" and STRAIGHT in names:
                 self._add_occluded(buffer, pairs.select(np.array([names.index(STRAIGHT)])))
             return
-        parts = {name: pairs.select(np.flatnonzero(np.array(names) == name)) for name in dict.fromkeys(names)}
-        out, back = _power(sent), _power(heard)
-        if len(parts) > 1:
-            self._add_intensity(buffer, (owner, ALL), pairs, sent, heard)
-        for name, part in parts.items():
-            self._add_intensity(buffer, (owner, PAIR_ONLY + name if len(parts) > 1 else name), part, sent, heard)
-            self._deposit_positions(buffer, (owner, name), part, out, back)
-        if pairs.scatterers.boundary == "seabed" and STRAIGHT in parts:
-            self._add_occluded(buffer, parts[STRAIGHT])
+        pairs_by_name = {name: pairs.select(np.flatnonzero(np.array(names) == name)) for name in dict.fromkeys(names)}
+        out, back = _power(transmit_weights), _power(receive_weights)
+        if len(pairs_by_name) > 1:
+            self._add_intensity(buffer, (object_name, ALL), pairs, transmit_weights, receive_weights)
+        for name, named_pairs in pairs_by_name.items():
+            self._add_intensity(
+                buffer,
+                (object_name, PAIR_ONLY + name if len(pairs_by_name) > 1 else name),
+                named_pairs,
+                transmit_weights,
+                receive_weights,
+            )
+            self._deposit_positions(buffer, (object_name, name), named_pairs, out, back)
+        if pairs.scatterers.boundary == "seabed" and STRAIGHT in pairs_by_name:
+            self._add_occluded(buffer, pairs_by_name[STRAIGHT])
 
     def add_fast_reverberation(self, buffer: LabelBuffer, swath: ReverberationSamples) -> None:
-        """Add the ground of a part of a ping, and what hides of it."""
+        """Add the seabed from a block of reverberation samples, and its occluded echoes."""
         occluder_names = {SEABED_OCCLUDER: "seabed", **dict(enumerate(self.occluder_names))}
         add_swath(buffer, self.accumulator, swath, occluder_names)
 
-    def _workspace(self, buffer: LabelBuffer, owner: str, pairs: Pairs, names: tuple[str, ...]) -> LabelCells | None:
-        """Cells and bins for the pairs of a block, in the order of their names; None where these do not tell all.
+    def _workspace(
+        self, buffer: LabelBuffer, object_name: str, pairs: Pairs, names: tuple[str, ...]
+    ) -> LabelCells | None:
+        """Cells and bins for the pairs of a block, in the order of their names; None where names do not identify pairs.
 
-        Names tell all where legs out and back are the same, one of each family, and nothing is random but the phase of
-        the place.
+        Names identify pairs where transmit and receive legs are the same, with one ray per family, and only the phases
+        of
+        the scatterers are random.
         """
-        whole = self.accumulator
-        if pairs.out is not pairs.back or pairs.interferes or pairs.out.glints is not None or whole.has_random_paths:
+        accumulator = self.accumulator
+        if (
+            pairs.out is not pairs.back
+            or pairs.interferes
+            or pairs.out.glints is not None
+            or accumulator.has_random_paths
+        ):
             return None
         if len(set(pairs.out.families)) < len(pairs.out.families) or not contains_reversed_pairs(pairs.pair):
             return None
         if np.iscomplexobj(pairs.strength):
             return None
-        some = tuple(dict.fromkeys(names))
-        if (owner, some) not in buffer.cells:
-            if any((owner, name) in buffer.bins for name in some):
+        pair_names = tuple(dict.fromkeys(names))
+        if (object_name, pair_names) not in buffer.cells:
+            if any((object_name, name) in buffer.bins for name in pair_names):
                 return None
             lead, tail = self._ringing
-            channels, cells = whole.empty().cells.shape
+            channels, cells = accumulator.empty().cells.shape
             label_cells = LabelCells(
-                np.zeros((channels, len(some), cells)), np.zeros((channels, len(some), cells)),
-                np.zeros((channels, len(some), whole.grid.sample_count + lead + tail, MOMENTS)),
+                np.zeros((channels, len(pair_names), cells)), np.zeros((channels, len(pair_names), cells)),
+                np.zeros((channels, len(pair_names), accumulator.grid.sample_count + lead + tail, MOMENTS)),
             )  # fmt: skip
-            buffer.cells[owner, some] = label_cells
-            for row, name in enumerate(some):
-                buffer.bins[owner, name] = label_cells.bins[:, row]
-                for key, part in ((name, label_cells.pair_and_object), (PAIR_ONLY + name, label_cells.pair_only)):
-                    buffer.curves[owner, key] = IntensityBuffer(
-                        part[:, row], np.zeros((channels, whole.grid.sample_count))
+            buffer.cells[object_name, pair_names] = label_cells
+            for row, name in enumerate(pair_names):
+                buffer.bins[object_name, name] = label_cells.bins[:, row]
+                for key, cells_of_pair in (
+                    (name, label_cells.pair_and_object),
+                    (PAIR_ONLY + name, label_cells.pair_only),
+                ):
+                    buffer.curves[object_name, key] = IntensityBuffer(
+                        cells_of_pair[:, row], np.zeros((channels, accumulator.grid.sample_count))
                     )
-        return buffer.cells[owner, some]
+        return buffer.cells[object_name, pair_names]
 
     def _deposit_all_pairs(
         self,
         buffer: LabelBuffer,
-        owner: str,
+        object_name: str,
         label_cells: LabelCells,
         pairs: Pairs,
         transmit_weights: Complexes,
         receive_weights: Complexes,
     ) -> None:
-        """Add all pairs of a block to their room, and what those that interfere make together to their owner."""
-        whole, table, legs = self.accumulator, self.accumulator.table, pairs.out
-        here, grid, (lead, _) = whole.ping_geometry, whole.grid, self._ringing
+        """Add all pairs of a block to their cells, and the interference between pairs to their object."""
+        accumulator, table, legs = self.accumulator, self.accumulator.table, pairs.out
+        geometry, grid, (lead, _) = accumulator.ping_geometry, accumulator.grid, self._ringing
         rows = np.flatnonzero(pairs.pair[:, 0] <= pairs.pair[:, 1])
         pair, strength = pairs.pair[rows], np.abs(pairs.strength[rows])
         times = LabelGrid(grid.first_time, grid.energy_rate, grid.start - lead / grid.sample_rate, grid.sample_rate)
-        for channel in range(here.channel_count):
+        for channel in range(geometry.channel_count):
             points = LabelledPoints(
                 legs.delay, transmit_weights[channel % len(transmit_weights)],
                 receive_weights[channel % len(receive_weights)], legs.grazing, strength,
                 pairs.scatterers.position,
             )  # fmt: skip
-            told = deposit_labels(
-                points, pair, len(table.samples) / table.rate, times, here.receive_position,
+            groups = deposit_labels(
+                points, pair, len(table.samples) / table.rate, times, geometry.receive_position,
                 label_cells.pair_and_object[channel],
                 label_cells.pair_only[channel], label_cells.bins[channel],
             )  # fmt: skip
-            if len(told[1]):
-                if (owner, ALL) not in buffer.curves:
-                    buffer.curves[owner, ALL] = whole.empty()
+            if len(groups[1]):
+                if (object_name, ALL) not in buffer.curves:
+                    buffer.curves[object_name, ALL] = accumulator.empty()
                 add_groups(
-                    buffer.curves[owner, ALL].intensity[channel], grid.start, grid.sample_rate, table.samples,
-                    table.start, table.rate, *told, 1.0, 0.0,
+                    buffer.curves[object_name, ALL].intensity[channel], grid.start, grid.sample_rate, table.samples,
+                    table.start, table.rate, *groups, 1.0, 0.0,
                 )  # fmt: skip
 
     def _add_intensity(
@@ -189,58 +206,61 @@ class LabelAccumulator:
         power_back: Floats,
         point_rows: Rows | None = None,
     ) -> None:
-        """Add the places of some paths, given the powers of their legs, to the bins of a key.
+        """Add the positions of some paths, given the powers of their legs, to the bins of a key.
 
         Args:
-            buffer: What has been heard so far.
-            key: Whose they are.
+            buffer: Buffer, added to in place.
+            key: Object and pair of families of the paths.
             pairs: The paths.
-            power_out: Power of the legs out in each beam [uPa^2], (beams, f, points).
-            power_back: Of the legs back [1].
-            point_rows: Which points the powers are of; None: all of them.
+            power_out: Power of the transmit legs in each beam [uPa^2], (beams, f, points).
+            power_back: Power of the receive legs in each beam [1], (beams, f, points).
+            point_rows: Points to which the powers belong; None: all of them.
         """
-        here, grid = self.accumulator.ping_geometry, self.accumulator.grid
+        geometry, grid = self.accumulator.ping_geometry, self.accumulator.grid
         lead, tail = self._ringing
-        shape, start = (here.channel_count, grid.sample_count + lead + tail), grid.start - lead / grid.sample_rate
+        shape, start = (geometry.channel_count, grid.sample_count + lead + tail), grid.start - lead / grid.sample_rate
         if pairs.interferes:
             flashes = buffer.flashes.setdefault(key, Flashes.empty(*shape))
-            deposit_specular_labels(flashes, start, grid.sample_rate, pairs, here)
+            deposit_specular_labels(flashes, start, grid.sample_rate, pairs, geometry)
             return
         if key not in buffer.bins:
             buffer.bins[key] = np.zeros((*shape, MOMENTS))
         rows: Any = slice(None) if point_rows is None else point_rows
-        place, strength = pairs.scatterers.position[rows], np.abs(pairs.strength[:, rows])
+        position, strength = pairs.scatterers.position[rows], np.abs(pairs.strength[:, rows])
         for channel, bins in enumerate(buffer.bins[key]):
             deposit_label_positions(
                 bins, start, grid.sample_rate, pairs.out.delay[:, rows], pairs.back.delay[:, rows],
-                power_out[channel % len(power_out)], power_back[channel % len(power_back)], pairs.pair, strength, place,
-                here.receive_position, pairs.out.grazing[:, rows], pairs.back.grazing[:, rows],
+                power_out[channel % len(power_out)], power_back[channel % len(power_back)], pairs.pair, strength,
+                position,
+                geometry.receive_position, pairs.out.grazing[:, rows], pairs.back.grazing[:, rows],
             )  # fmt: skip
 
     def _add_occluded(self, buffer: LabelBuffer, pairs: Pairs) -> None:
-        """Add what the direct paths to some ground would have brought, had nothing cut them."""
+        """Add the energies that occluded direct paths to the seabed would have without occlusion."""
         cut = np.zeros(len(pairs.scatterers), bool)
         for legs, rows in ((pairs.out, pairs.pair[:, 0]), (pairs.back, pairs.pair[:, 1])):
             cut |= (legs.status[rows] == LegStatus.OCCLUDED).any(axis=0)
         at = np.flatnonzero(cut)
         if not len(at):
             return
-        here = self.accumulator.ping_geometry
-        out = _unoccluded_power(pairs.out, here.transmit_beams, at) * intensity_ratio(here.source_level_db)
-        back = _unoccluded_power(pairs.back, here.receive_beams, at)
+        geometry = self.accumulator.ping_geometry
+        out = _unoccluded_power(pairs.out, geometry.transmit_beams, at) * intensity_ratio(geometry.source_level_db)
+        back = _unoccluded_power(pairs.back, geometry.receive_beams, at)
         occluder_names = {int(row) for legs in (pairs.out, pairs.back) for row in np.unique(legs.occluder[:, at])}
         for occluder_row in sorted(occluder_names - {-1}):
-            owner = "seabed" if occluder_row == SEABED_OCCLUDER else self.occluder_names[occluder_row]
+            object_name = "seabed" if occluder_row == SEABED_OCCLUDER else self.occluder_names[occluder_row]
             for row, (i, j) in enumerate(pairs.pair):
-                lost = _taken(pairs.out, pairs.back, int(i), int(j), occluder_row)[at]
-                self._deposit_positions(buffer, (owner, HIDDEN), pairs.select(np.array([row])), out * lost, back, at)
+                removed_fraction = _removed_fraction(pairs.out, pairs.back, int(i), int(j), occluder_row)[at]
+                self._deposit_positions(
+                    buffer, (object_name, HIDDEN), pairs.select(np.array([row])), out * removed_fraction, back, at
+                )
 
     @property
     def _ringing(self) -> tuple[int, int]:
         return ringing(self.accumulator)
 
     def time_series(self, buffer: LabelBuffer) -> Labels:
-        """The labels of the ping."""
+        """Labels of the ping."""
         return labels_of(buffer, self.accumulator, self.names, self.noise)
 
 
@@ -250,21 +270,21 @@ def _power(weight: Complexes) -> Floats:
 
 
 def _unoccluded_power(legs: Legs, beams: Beams, point_rows: Rows) -> Floats:
-    """Power of the legs to some points in each beam, as if nothing cut them [1], (beams, f, points)."""
-    bare = (
+    """Power of the legs to some points in each beam, without occlusion [1], (beams, f, points)."""
+    amplitude = (
         legs.spreading[:, point_rows]
         * legs.absorption[:, point_rows]
         * np.abs(legs.reflection_coefficient[:, point_rows])
     )
-    return np.asarray((beams.gain(legs.departure[:, point_rows]) * bare) ** 2)
+    return np.asarray((beams.gain(legs.departure[:, point_rows]) * amplitude) ** 2)
 
 
-def _taken(out: Legs, back: Legs, i: int, j: int, occluder_row: int) -> Floats:
-    """Part of each echo by the leg out of row i and the leg back of row j that one occluder takes away [1], (n,)."""
+def _removed_fraction(out: Legs, back: Legs, i: int, j: int, occluder_row: int) -> Floats:
+    """Fraction of each echo by transmit leg i and receive leg j that one occluder removes [1], (n,)."""
     ends = ((out, i), (back, j))
-    hidden = [legs.status[row] == LegStatus.OCCLUDED for legs, row in ends]
-    there = [cut | (legs.status[row] == LegStatus.CLEAR) for (legs, row), cut in zip(ends, hidden, strict=True)]
-    by = np.where(hidden[0], out.occluder[i], back.occluder[j])
-    mine = there[0] & there[1] & (hidden[0] | hidden[1]) & (by == occluder_row)
-    left = np.abs(out.visibility[i] * back.visibility[j]) ** 2
-    return np.where(mine, np.maximum(1 - left, 0.0), 0.0)
+    occluded = [legs.status[row] == LegStatus.OCCLUDED for legs, row in ends]
+    exists = [cut | (legs.status[row] == LegStatus.CLEAR) for (legs, row), cut in zip(ends, occluded, strict=True)]
+    occluder = np.where(occluded[0], out.occluder[i], back.occluder[j])
+    affected = exists[0] & exists[1] & (occluded[0] | occluded[1]) & (occluder == occluder_row)
+    transmitted = np.abs(out.visibility[i] * back.visibility[j]) ** 2
+    return np.where(affected, np.maximum(1 - transmitted, 0.0), 0.0)

@@ -1,4 +1,4 @@
-"""Sums of which labels are made: curves of energy, and bins of energy and places, by owner and by pair of families."""
+"""Sums of which labels are made: curves of energy, and bins of energy and position, by object and pair of families."""
 
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -14,48 +14,53 @@ from insonify.synthesis.specular_labels import Flashes
 Floats = NDArray[np.float64]
 Key = tuple[str, str]
 PAIR_ONLY = "met:"
-"""Before the name of a pair: what counts for the pair, but for its owner only together with other pairs."""
+"""Prefix of a pair's name: energies that count for the pair alone, and for the object only with other pairs."""
 HIDDEN = "hidden"
-"""Stands for the pair where a key means what an owner hides."""
+"""In place of a pair's name: energies that the object occludes."""
 
 
 class LabelCells(NamedTuple):
-    """Cells and bins of all pairs of one owner, side by side."""
+    """Cells and bins of all pairs of one object, as one array."""
 
     pair_and_object: Floats
-    """Energies that count for pair and owner, (channels, pairs, cells)."""
+    """Energies that count for pair and object, (channels, pairs, cells)."""
     pair_only: Floats
-    """Energies that count for the pair alone, likewise."""
+    """Energies that count for the pair alone, (channels, pairs, cells)."""
     bins: Floats
-    """Energies and places, (channels, pairs, bins, MOMENTS)."""
+    """Energies and positions, (channels, pairs, bins, MOMENTS)."""
 
 
 @dataclass(frozen=True, slots=True)
 class LabelBuffer:
-    """What has been heard so far."""
+    """Sums of the arrivals of a ping, by object and pair of families."""
 
     curves: LevelBuffers
-    """Energies by (owner, pair), which count for both; by (owner, `ALL`) those that count for the owner, by (owner,
-    `PAIR_ONLY` and pair) those that count for the pair."""
+    """Energies by (object, pair), which count for both.
+
+
+    Those by (object, `ALL`) count for the object alone, those by (object, `PAIR_ONLY` + pair) for the pair alone.
+    """
     bins: dict[Key, Floats] = field(default_factory=dict)
-    """Energy and places by (owner, pair) and by (who cuts, `HIDDEN`), each (channels, bins, MOMENTS)."""
+    """Energy and position by (object, pair) and by (occluding object, `HIDDEN`), each (channels, bins, MOMENTS)."""
     cells: dict[tuple[str, tuple[str, ...]], LabelCells] = field(default_factory=dict)
-    """Curves and bins of all owners and pairs, of which `curves` and `bins` are parts."""
+    """Cells and bins by object and its pairs, of which `curves` and `bins` are views."""
     common: dict[str, IntensityBuffer] = field(default_factory=dict)
-    """By owner what pairs that arrive within one pulse have in common, as far as it is in its curve `ALL`."""
+    """Interference between pairs within one pulse duration by object, as far as it is in its curve `ALL`."""
     flashes: dict[Key, Flashes] = field(default_factory=dict)
-    """Pressures of smooth targets by (owner, pair): more of them may come."""
+    """Pressures of smooth targets by (object, pair), whose blocks may be incomplete."""
     nbytes: int = 0
-    """Size of all that one owner is likely to fill [bytes]."""
+    """Estimated size of the sums of one object [bytes]."""
 
     def __iadd__(self, other: "LabelBuffer") -> "LabelBuffer":
-        """Add what another has heard."""
+        """Add the sums of another buffer."""
         curves = self.curves
         curves += other.curves
         for key, bins in other.bins.items():
             self.bins[key] = self.bins[key] + bins if key in self.bins else bins
-        for owner, energies in other.common.items():
-            self.common[owner] = self.common[owner].__iadd__(energies) if owner in self.common else energies
+        for object_name, energies in other.common.items():
+            self.common[object_name] = (
+                self.common[object_name].__iadd__(energies) if object_name in self.common else energies
+            )
         for key, flashes in other.flashes.items():
             self.flashes[key] = self.flashes[key].__iadd__(flashes) if key in self.flashes else flashes
         return self

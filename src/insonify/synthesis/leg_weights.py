@@ -1,4 +1,4 @@
-"""What a leg weighs in each channel: its amplitude, the beam it passes, and the phase of its carrier."""
+"""Complex weight of a leg in each channel: amplitude, beam gain and carrier phase."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ def leg_weights(legs: Legs, beams: Beams, frequency: float, scale: float = 1.0) 
         legs: Legs between one end and n points, by f families.
         beams: Beams of that end.
         frequency: Carrier [Hz].
-        scale: Factor on all of them, such as the source's pressure [uPa at 1 m].
+        scale: Factor on all weights, such as the source's pressure [uPa at 1 m].
 
     Returns:
         Amplitude times beam times exp(-j 2 pi frequency delay), shape (beams, f, n).
@@ -28,16 +28,16 @@ def leg_weights(legs: Legs, beams: Beams, frequency: float, scale: float = 1.0) 
 
 
 def weights_from_gain(gain: Floats, legs: Legs, frequency: float, scale: float = 1.0) -> Complexes:
-    """Complex weight of every leg, of which the gain in every beam is known.
+    """Complex weight of every leg, given the gain of every beam.
 
     Args:
-        gain: Of the beams towards the legs [1], shape (beams, f, n).
-        legs: As of `leg_weights`.
+        gain: Gain of the beams towards the legs [1], shape (beams, f, n).
+        legs: Legs between one end and n points, by f families.
         frequency: Carrier [Hz].
-        scale: As of `leg_weights`.
+        scale: Factor on all weights.
 
     Returns:
-        As `leg_weights`.
+        Amplitude times gain times exp(-j 2 pi frequency delay), shape (beams, f, n).
     """
     weight = np.empty(gain.shape, complex)
     _fill_weights(gain, legs.amplitude, legs.delay, frequency, scale, weight)
@@ -48,11 +48,11 @@ def weights_from_gain(gain: Floats, legs: Legs, frequency: float, scale: float =
 def _fill_weights(
     gain: Floats, amplitude: Complexes, delay: Floats, frequency: float, scale: float, weight: Complexes
 ) -> None:
-    """Fill `weight`; the carrier's cycles are counted in float64, for there are thousands of them."""
+    """Fill `weight`; the carrier's cycles are in float64 because there are thousands of them."""
     for f in range(delay.shape[0]):
         for n in range(delay.shape[1]):
             cycles = -frequency * delay[f, n]
             sine, cosine = sincos_cycles(cycles - np.rint(cycles))
-            carried = scale * amplitude[f, n] * complex(cosine, sine)
+            carrier = scale * amplitude[f, n] * complex(cosine, sine)
             for c in range(gain.shape[0]):
-                weight[c, f, n] = gain[c, f, n] * carried
+                weight[c, f, n] = gain[c, f, n] * carrier

@@ -1,6 +1,6 @@
-"""Levels by contribution and by family pair: the sonar equation as curves over time.
+"""Levels by contribution and by pair of families: the sonar equation as curves over time.
 
-The same incoherent reading, taken apart: for each contribution (seabed, surface, target) and each unordered pair
+The incoherent intensity, separated: for each contribution (seabed, surface, target) and each unordered pair
 of families, and once more for all pairs of a contribution together, where pairs that overlap in time interfere.
 """
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 CONTRIBUTION_COLOURS = ("seabed", "surface", "target")
 WATER = "water"
-"""The contribution that has curves only where the water answers."""
+"""Contribution that has curves only where the water scatters."""
 ALL = "all"
 
 
@@ -41,7 +41,7 @@ class LevelBuffers(dict[tuple[str, str], IntensityBuffer]):
     """Energies by (contribution, pair)."""
 
     def __iadd__(self, other: LevelBuffers) -> LevelBuffers:
-        """Add what another has heard, curve by curve."""
+        """Add the curves of another buffer."""
         for key, energies in other.items():
             if key in self:
                 self[key] += energies
@@ -52,7 +52,7 @@ class LevelBuffers(dict[tuple[str, str], IntensityBuffer]):
 
 @dataclass(frozen=True, slots=True)
 class LevelAccumulator:
-    """Hears expected intensity apart, by contribution and by pair [uPa^2]."""
+    """Accumulator of expected intensity by contribution and by pair [uPa^2]."""
 
     accumulator: IncoherentAccumulator
 
@@ -62,19 +62,19 @@ class LevelAccumulator:
         return Requirements()
 
     def empty(self) -> LevelBuffers:
-        """Nothing heard yet."""
+        """Empty buffer."""
         return LevelBuffers()
 
     def add(self, curves: LevelBuffers, pairs: Pairs) -> None:
         """Add the mean intensity of one block of scatterers to its curves."""
         contribution = pairs.scatterers.boundary
         names = [pair_name(out, back) for out, back in pairs.names()]
-        parts = {name: pairs.select(np.flatnonzero(np.array(names) == name)) for name in dict.fromkeys(names)}
-        sent, heard = self.accumulator.weights(pairs)
-        for name, part in (parts | {ALL: pairs}).items():
+        pairs_by_name = {name: pairs.select(np.flatnonzero(np.array(names) == name)) for name in dict.fromkeys(names)}
+        transmit_weights, receive_weights = self.accumulator.weights(pairs)
+        for name, named_pairs in (pairs_by_name | {ALL: pairs}).items():
             if (contribution, name) not in curves:
                 curves[contribution, name] = self.accumulator.empty()
-            self.accumulator.add_weighted(curves[contribution, name], part, sent, heard)
+            self.accumulator.add_weighted(curves[contribution, name], named_pairs, transmit_weights, receive_weights)
 
     def time_series(self, curves: LevelBuffers) -> dict[tuple[str, str], NDArray[np.float64]]:
         """Expected intensity of each curve [uPa^2], shape (channels, samples)."""
@@ -84,17 +84,17 @@ class LevelAccumulator:
 def level_curves(
     intensity: dict[tuple[str, str], NDArray[np.float64]], noise: float, grid: TimeGrid, channel: int
 ) -> xr.Dataset:
-    """The curves of one channel as a labelled dataset.
+    """Level curves of one channel as a dataset.
 
     Args:
         intensity: Expected intensity by (contribution, pair) [uPa^2], each of shape (channels, samples).
         noise: Mean-square noise pressure [uPa^2].
         grid: Times of the samples.
-        channel: Channel wanted.
+        channel: Index of the channel.
 
     Returns:
         `level_db` over (contribution, pair, time) [dB re 1 uPa]: contributions seabed, surface, target, water (if it
-        answers), noise, total; pairs of families, and "all". Minus infinity where nothing is heard.
+        scatters), noise, total; pairs of families, and "all". Minus infinity where nothing is received.
     """
     import xarray as xr
 
@@ -116,8 +116,12 @@ def level_curves(
             )
         },
         coords={
-            "contribution": ("contribution", contributions, {"units": "1", "long_name": "what echoes"}),
-            "pair": ("pair", pairs, {"units": "1", "long_name": "families out and back, in either order"}),
+            "contribution": (
+                "contribution",
+                contributions,
+                {"units": "1", "long_name": "scattering boundary or medium"},
+            ),
+            "pair": ("pair", pairs, {"units": "1", "long_name": "transmit and receive family, in either order"}),
             "time": ("time", grid.time, {"units": "s", "long_name": "time after the start of transmission"}),
         },
     )

@@ -1,6 +1,6 @@
-"""Echoes of one block for beams: under way, or told at several frequencies of the band.
+"""Arrivals of one block of scatterers in beams of a moving sonar, or of several sub-bands.
 
-Legs go to the kernel as they are: what becomes of them is worked out there, a stretch of the block at a time.
+The kernel takes legs as they are, and derives their pressures for a range of the block at a time.
 """
 
 import numpy as np
@@ -43,95 +43,106 @@ def deposit_beams(
     basis: WaveformBasis, receive_points: ReceivePoints, water: Water, attenuation: float,
     direction_grid: DirectionGrid | None = None,
 ) -> None:  # fmt: skip
-    """Add the echoes of one block of scatterers to the cells of all beams.
+    """Deposit the echoes of one block of scatterers on the cells of all beams.
 
-    The strength of a scatterer, its shadows and the beam that insonified it are those of the start of the ping; delay,
-    spreading, the pattern that hears it and the Doppler factor are those of the moment when the echo comes.
+    The strength of a scatterer, its occlusion and the transmit beam are taken at the start of the ping; delay,
+    spreading, the receive pattern and the Doppler factor at the time of reception.
 
     Args:
-        cells: Grids of pressure, shape (bands, channels, groups, cells, dopplers of a group).
-        pairs: Legs out and back of the block, and strengths.
+        cells: Grids of pressure, shape (bands, channels, groups, cells, waveforms of a group).
+        pairs: Transmit and receive legs of the block, and strengths.
         ping_geometry: The sonar at this ping.
-        grid: The grid that the cells belong to.
+        grid: Time grid of the cells.
         replica_jitter: Jitter of replicas.
-        basis: Waveforms of which echoes are sums.
-        receive_points: Of `receive_points`.
-        water: Between sonar and scatterers.
-        attenuation: Of `absorption_np_per_m`.
-        direction_grid: Rows of which beams are sums; channels are these rows then.
+        basis: Waveforms of which received echoes are weighted sums.
+        receive_points: Receiver channels as points, from `receive_points`.
+        water: Water between sonar and scatterers.
+        attenuation: Absorption at the carrier, from `absorption_np_per_m` [1/m].
+        direction_grid: Direction grid, whose rows take the place of channels; None: beams directly.
     """
     if not len(pairs.scatterers) or not len(pairs.pair):
         return
     out, back = pairs.out, pairs.back
-    away = _ways(out)
-    home = away if back is out else _ways(back)
-    gradient, fronts = 0.0, WavefrontColumns(np.empty((0, 0)), np.empty((0, 0)), np.empty((0, 0, 0)))
+    transmit_columns = _leg_columns(out)
+    receive_columns = transmit_columns if back is out else _leg_columns(back)
+    gradient, wavefronts = 0.0, WavefrontColumns(np.empty((0, 0)), np.empty((0, 0)), np.empty((0, 0, 0)))
     if water.layered:
-        bend, level, gradient, beside = wavefront_columns(pairs, ping_geometry, water)
-        fronts = WavefrontColumns(bend, level, beside)
-    answers, phase = _answers(pairs, replica_jitter), np.ascontiguousarray(pairs.scatterers.phase)
-    middle = 0.0 if ping_geometry.is_static else ping_geometry.pulse.pulse.duration / 2
-    fan = direction_grid
-    rows, ears = (
+        curvature, distance, gradient, expansion = wavefront_columns(pairs, ping_geometry, water)
+        wavefronts = WavefrontColumns(curvature, distance, expansion)
+    strengths, phase = _kernel_strengths(pairs, replica_jitter), np.ascontiguousarray(pairs.scatterers.phase)
+    pulse_middle = 0.0 if ping_geometry.is_static else ping_geometry.pulse.pulse.duration / 2
+    grid_rows = direction_grid
+    rows, channels = (
         np.ascontiguousarray(pairs.pair),
-        _receive_beams(receive_points, cells.shape[1] if fan is None else 1, ping_geometry),
+        _receive_beams(receive_points, cells.shape[1] if grid_rows is None else 1, ping_geometry),
     )
-    apart = has_parallax(
-        ping_geometry, receive_points, _nearest(back), grid.start + grid.sample_count / grid.sample_rate
+    parallax = has_parallax(
+        ping_geometry, receive_points, _min_length(back), grid.start + grid.sample_count / grid.sample_rate
     )
     for band, sub_band in enumerate(ping_geometry.sub_bands or (carrier_band(ping_geometry),)):
-        taken = 0.0
+        extra_absorption = 0.0
         if sub_band.offset != 0:
-            taken = absorption_np_per_m(water, ping_geometry.frequency + sub_band.offset) - attenuation
-        sends, hears = (sub_band.transmit_beams, sub_band.receive_beams) if fan is None else fan.shared_patterns[band]
-        listener = _receiving_array(ping_geometry, hears, middle, has_parallax=apart)
+            extra_absorption = absorption_np_per_m(water, ping_geometry.frequency + sub_band.offset) - attenuation
+        transmit_beams, receive_beams = (
+            (sub_band.transmit_beams, sub_band.receive_beams) if grid_rows is None else grid_rows.shared_patterns[band]
+        )
+        receiving_array = _receiving_array(ping_geometry, receive_beams, pulse_middle, has_parallax=parallax)
         deposit_block(
-            cells[band], grid.first_time, grid.cell_rate, rows, away, home, back is out, taken, phase, answers,
-            _transmitter(ping_geometry, sends, middle), listener, fronts, ears, 1 / ping_geometry.receive_sound_speed,
+            cells[band], grid.first_time, grid.cell_rate, rows, transmit_columns, receive_columns, back is out,
+            extra_absorption, phase, strengths,
+            _transmitter(ping_geometry, transmit_beams, pulse_middle), receiving_array, wavefronts, channels,
+            1 / ping_geometry.receive_sound_speed,
             gradient, attenuation,
-            water.layered, middle, ping_geometry.frequency, basis.doppler,
-            NO_DIRECTION_GRID if fan is None else fan.rows[band],
+            water.layered, pulse_middle, ping_geometry.frequency, basis.doppler,
+            NO_DIRECTION_GRID if grid_rows is None else grid_rows.rows[band],
         )  # fmt: skip
 
 
-def _ways(legs: Legs) -> LegColumns:
+def _leg_columns(legs: Legs) -> LegColumns:
     """Columns of legs for the kernel."""
-    boundary, visibility = legs.reflection_coefficient, np.asarray(legs.visibility, complex)
+    reflection, visibility = legs.reflection_coefficient, np.asarray(legs.visibility, complex)
     if legs.caustic is not None:
-        boundary = boundary * legs.caustic
+        reflection = reflection * legs.caustic
     if legs.glints is not None:
-        boundary = boundary * legs.glints.phasor
-    own = np.ascontiguousarray
+        reflection = reflection * legs.glints.phasor
+    contiguous = np.ascontiguousarray
     return LegColumns(
-        own(legs.delay), own(legs.length), own(legs.spreading), own(legs.absorption), own(boundary), own(visibility),
-        own(legs.departure), own(legs.grazing),
+        contiguous(legs.delay), contiguous(legs.length), contiguous(legs.spreading), contiguous(legs.absorption),
+        contiguous(reflection), contiguous(visibility),
+        contiguous(legs.departure), contiguous(legs.grazing),
     )  # fmt: skip
 
 
-def _nearest(legs: Legs) -> float:
-    """Shortest of some legs [m]; those that are not there may have no length."""
-    nearest = float(legs.length.min())  # several times as quick as to look for what is no number
-    return nearest if np.isfinite(nearest) else float(np.fmin.reduce(legs.length, axis=None))
+def _min_length(legs: Legs) -> float:
+    """Shortest of some legs [m]; legs that do not exist may have NaN."""
+    shortest = float(legs.length.min())  # several times as fast as a search for NaN
+    return shortest if np.isfinite(shortest) else float(np.fmin.reduce(legs.length, axis=None))
 
 
-def _answers(pairs: Pairs, replica_jitter: ReplicaJitter) -> ScatteringStrengths:
-    """What scatterers make of pairs, as kernels want it: products if they are, and replicas are not shaken."""
-    answer, number, range_bin, keep_probability = (
+def _kernel_strengths(pairs: Pairs, replica_jitter: ReplicaJitter) -> ScatteringStrengths:
+    """Strengths in the form of the kernel: separable where possible, with replica jitter as an array."""
+    stored, priority, range_bin, keep_probability = (
         pairs.stored_strengths,
         np.empty(0, np.float32),
         np.empty(0, np.uint8),
         _NOTHING,
     )
-    if isinstance(answer, SeparableStrengths) and replica_jitter.is_zero:
-        if answer.sampling is not None:
-            number, range_bin, keep_probability = (
-                answer.sampling.priority,
-                answer.sampling.range_bin,
-                answer.sampling.keep_probability,
+    if isinstance(stored, SeparableStrengths) and replica_jitter.is_zero:
+        if stored.sampling is not None:
+            priority, range_bin, keep_probability = (
+                stored.sampling.priority,
+                stored.sampling.range_bin,
+                stored.sampling.keep_probability,
             )
-        given = np.empty((0, 0), np.complex64)
+        no_strengths = np.empty((0, 0), np.complex64)
         return ScatteringStrengths(
-            given, answer.direction_factor, answer.root_area, answer.weight, number, range_bin, keep_probability
+            no_strengths,
+            stored.direction_factor,
+            stored.root_area,
+            stored.weight,
+            priority,
+            range_bin,
+            keep_probability,
         )
     strength = pairs.strength
     if not replica_jitter.is_zero:
@@ -139,12 +150,12 @@ def _answers(pairs: Pairs, replica_jitter: ReplicaJitter) -> ScatteringStrengths
             [replica_jitter.factor(pairs.scatterers.scatterer_id, *ray) for ray in pairs.rays()]
         )
     return ScatteringStrengths(
-        np.ascontiguousarray(strength, np.complex64), _NONE, _NONE, _NONE, number, range_bin, keep_probability
+        np.ascontiguousarray(strength, np.complex64), _NONE, _NONE, _NONE, priority, range_bin, keep_probability
     )
 
 
 def _receive_beams(receive_points: ReceivePoints, channels: int, ping_geometry: PingGeometry) -> ReceiveBeams:
-    """Who hears: beams all at the array's centre."""
+    """Receive beams, all at the array's centre."""
     number = np.arange(channels)
     return ReceiveBeams(
         receive_points.position, receive_points.velocity, receive_points.acceleration, np.array([[0, channels]]),

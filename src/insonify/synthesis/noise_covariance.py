@@ -1,8 +1,8 @@
-"""What the channels of an array hear alike of a noise that comes from many directions at once.
+"""Covariance of directional noise between the channels of an array.
 
-Each direction sends a plane wave of its own, independent of all others. So the covariance of two channels is the
-mean over directions of one pattern times the other, turned by the phase between their places: the sine of k d over
-k d for hydrophones in noise from everywhere, one over the directivity factor on the diagonal.
+Each direction sends an independent plane wave. So the covariance of two channels is the mean over directions of the
+product of their patterns, times the phase between their positions: sin(kd) / kd for hydrophones in isotropic noise,
+one over the directivity factor on the diagonal.
 
 Wavelengths are those of the centre of the band.
 """
@@ -22,31 +22,31 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 FLAT = 1e-9
-"""Depth of an array along boresight, in wavelengths, below which it is flat [1]."""
+"""Depth of an array along boresight, in wavelengths, below which it counts as planar [1]."""
 AT_ONCE = 4_000_000
-"""Channels times directions that are worked on together."""
+"""Channels times directions that are processed together."""
 MIN_AZIMUTHS = 720
-"""Directions around an array whose elements face different ways: its baffles' edges lie between them."""
+"""Directions around an array of differently oriented elements: baffle edges lie between nodes."""
 DIAGONAL_LOADING = 1e-9
-"""Share of power that is added to the diagonal, so that channels that hear the very same can be told apart [1]."""
+"""Fraction of the power added to the diagonal, so that identical channels keep the matrix positive definite [1]."""
 
 
 def noise_covariance(ping_geometry: PingGeometry, directionality: Directionality) -> Complexes:
-    """Covariance of the channels' noise, for unit power at a hydrophone without directivity [1].
+    """Covariance of the channels' noise, for unit power at an omnidirectional hydrophone [1].
 
     Args:
         ping_geometry: The sonar at one ping; beams and elements at rest.
-        directionality: Where the noise comes from.
+        directionality: Directional distribution of the noise.
 
     Returns:
-        Shape (channels, channels), Hermitian. Channels that share one receive beam are taken as if each had a
-        ping of its own, and are independent; elements are without their errors of gain and phase.
+        Hermitian matrix, shape (channels, channels). Channels that share one receive beam stand for separate pings
+        and are independent; element errors of gain and phase are not included.
 
     Source: Cox (1973), J. Acoust. Soc. Am. 54(5), 1289-1301 (plane waves of any directional density); Cron & Sherman
-    (1962), J. Acoust. Soc. Am. 34(11), 1732-1736 (everywhere: sin kd / kd; surface dipoles: density cos / pi of the
-    angle from the zenith, 2 J1(kd) / kd side by side). The closed forms follow from the mean over directions; the
+    (1962), J. Acoust. Soc. Am. 34(11), 1732-1736 (isotropic: sin kd / kd; surface dipoles: density cos / pi of the
+    angle from the zenith, 2 J1(kd) / kd at equal depth). The closed forms follow from the mean over directions; the
     papers themselves were not opened.
-    Valid: plane waves; a surface without bottom bounces, at depths where absorption has not yet bared the zenith.
+    Valid: plane waves; a surface without bottom bounces, at depths where absorption does not yet weaken the zenith.
     """
     if ping_geometry.elements is None and ping_geometry.receive_beams.channel_count < ping_geometry.channel_count:
         alone = _direction_average(ping_geometry, directionality)
@@ -56,17 +56,17 @@ def noise_covariance(ping_geometry: PingGeometry, directionality: Directionality
 
 
 def covariance_factor(covariance: Complexes) -> Complexes:
-    """Lower triangle whose product with its conjugate transpose is a covariance.
+    """Lower triangular factor whose product with its conjugate transpose is a covariance.
 
     Args:
-        covariance: Hermitian, positive or nearly so, shape (n, n).
+        covariance: Hermitian, positive or nearly positive definite, shape (n, n).
     """
     load = DIAGONAL_LOADING * max(float(np.trace(covariance).real) / len(covariance), np.finfo(float).tiny)
     return np.asarray(np.linalg.cholesky(covariance + load * np.eye(len(covariance))))
 
 
 def _closed_form(ping_geometry: PingGeometry) -> Floats | None:
-    """Noise from everywhere in small elements that are all round, or that face one way from a flat array; else None."""
+    """Covariance of isotropic noise for small omnidirectional or planar arrays of equal elements; else None."""
     from scipy.special import spherical_jn
 
     elements, pattern = ping_geometry.elements, ping_geometry.receive_beams
@@ -79,7 +79,7 @@ def _closed_form(ping_geometry: PingGeometry) -> Floats | None:
     flat = np.ptp(elements.positions[:, 0]) < FLAT * wavelength
     if not flat or np.any(elements.orientations != 0):
         return None
-    # by symmetry the front half of all directions has half of what both halves have
+    # by symmetry the front half space contributes half of the total
     if pattern.element == BAFFLED:
         return np.asarray(np.sinc(apart / np.pi) / 2)
     far = np.where(apart > 1e-4, apart, 1.0)
@@ -91,7 +91,7 @@ def _distances(position: Floats) -> Floats:
 
 
 def _direction_average(ping_geometry: PingGeometry, directionality: Directionality) -> Complexes:
-    """The covariance by a sum over directions that is fine enough for all patterns and distances."""
+    """Covariance by quadrature over directions, fine enough for all patterns and distances."""
     ears = ping_geometry.receive_beams
     place, facing = np.zeros((1, 3)), np.zeros(1)
     if ping_geometry.elements is not None:
@@ -112,7 +112,7 @@ def _direction_average(ping_geometry: PingGeometry, directionality: Directionali
 
 
 def _surface_dipole_density(outward: Floats) -> Floats:
-    """Density of noise from surface dipoles over directions in north, east, down [1/sr], shape (n,)."""
+    """Density of noise from surface dipoles over directions (north, east, down) [1/sr], shape (n,)."""
     return np.maximum(-outward[:, 2], 0.0) / np.pi
 
 
@@ -127,22 +127,22 @@ def _patterns(patterns: Beams, orientation: Floats, outward: Floats) -> Floats:
 def _directions(
     patterns: Beams, position: Floats, orientation: Floats, max_directions: int, *, mirrored: bool
 ) -> Iterator[tuple[Floats, Floats]]:
-    """Directions in the array's frame and their solid angles [sr], in parts of no more than so many.
+    """Directions in the array's frame and their solid angles [sr], in batches of limited size.
 
     Args:
         patterns: Patterns of the channels.
-        position: Of the channels in the array's frame [wavelengths], shape (m, 3).
-        orientation: Of the elements [rad], shape (m,).
-        max_directions: Directions in a part.
-        mirrored: Whether what elements hear from above and from below the array's plane is the same.
+        position: Channel positions in the array's frame [wavelengths], shape (m, 3).
+        orientation: Orientations of the elements [rad], shape (m,).
+        max_directions: Largest number of directions in a batch.
+        mirrored: True if the elements receive equally from above and below the array's plane.
     """
-    # the tables have so many rows to each wavelength of aperture
+    # the tables have this many rows per wavelength of aperture
     across, down, piston_across, piston_down = patterns.per_unit / POINTS_PER_LOBE
     ahead, right, below = np.ptp(position, axis=0)
     wide, high = right + across + piston_across, below + down + piston_down
     whole = 2 * np.pi * float(np.linalg.norm([wide, high, ahead]))
     if np.ptp(orientation) == 0:
-        # pole to the right: the edge of a baffle, and the horizon of an array that is not tilted, are meridians
+        # pole to the right: baffle edges, and the horizon of an array that is not tilted, are meridians
         quarters = np.arange(-2, 3) * np.pi / 2 - np.pi / 2
         along = _gauss(np.array([-1.0, 1.0]), whole)
         around = _gauss(quarters, 2 * np.pi * np.hypot(high, ahead))
@@ -164,7 +164,7 @@ def _directions(
 
 
 def _gauss(edges: Floats, cycles: float) -> tuple[Floats, Floats]:
-    """Nodes and weights over neighbouring intervals, for waves of so many radians to each unit.
+    """Gauss-Legendre nodes and weights over adjacent intervals, for waves of `cycles` radians per unit.
 
     Source: Gauss-Legendre quadrature; a wave exp(j K x) over -1 to 1 needs a little over K / 2 nodes.
     """
@@ -177,5 +177,5 @@ def _gauss(edges: Floats, cycles: float) -> tuple[Floats, Floats]:
 
 
 def _enough(waves: float) -> int:
-    """Nodes for a wave of so many radians over half an interval."""
+    """Number of nodes for a wave of `waves` radians over half an interval."""
     return int(np.ceil(waves / 2 + 6 * np.cbrt(waves) + 12))

@@ -1,7 +1,7 @@
-"""From where intensities are heard: the receive beam of the moment when an echo comes, as for pressures.
+"""Receive beams at the time of reception, for expected intensities of a moving sonar.
 
-Delays and levels stay those of the start of the ping. A beam that has moved on and turned by then has left part of what
-was insonified: 2.4 dB of 1.5 m at 100 kHz abeam at 3 m/s, too much to be left out.
+Delays and levels are those of the start of the ping. A beam that has moved and rotated by the time of reception misses
+part of what was insonified: 2.4 dB for 1.5 m at 100 kHz abeam at 3 m/s, too much to be neglected.
 """
 
 import numpy as np
@@ -15,40 +15,40 @@ Floats = NDArray[np.float64]
 
 
 def receive_directions(pairs: Pairs, ping_geometry: PingGeometry) -> Floats:
-    """Directions of the legs back as the receive beams see them when the echoes come.
+    """Directions of the receive legs re the receive beams at the times of reception.
 
     Args:
-        pairs: Legs out and back of a block of n scatterers.
+        pairs: Transmit and receive legs of a block of n scatterers.
         ping_geometry: The sonar at this ping, with beams.
 
     Returns:
-        Unit vectors, told by the attitude at the start of the ping, shape (legs, n, 3); those of the legs themselves
-        where nothing moves, or too little for the beams to tell.
+        Unit vectors re the attitude at the start of the ping, shape (legs, n, 3); those of the legs themselves
+        where the motion is negligible for the beams.
     """
     course, towards = ping_geometry.receive_motion, pairs.back.departure
     if course is None:
         return towards
     ends = receive_points(ping_geometry)
-    when = pairs.out.delay[0] + pairs.back.delay  # by another leg out it is hardly another place
+    arrival_time = pairs.out.delay[0] + pairs.back.delay  # other transmit legs differ by too little to matter
     away = pairs.back.length
-    if when.size and has_parallax(
-        ping_geometry, ends, float(np.fmin.reduce(away, axis=None)), float(np.fmax.reduce(when, axis=None))
+    if arrival_time.size and has_parallax(
+        ping_geometry, ends, float(np.fmin.reduce(away, axis=None)), float(np.fmax.reduce(arrival_time, axis=None))
     ):
-        towards = element_directions(ends, 0, towards, away, when)
+        towards = element_directions(ends, 0, towards, away, arrival_time)
     if course.is_rotating:
-        towards = np.array([course.to_initial_attitude(*row) for row in zip(towards, when, strict=True)])
+        towards = np.array([course.to_initial_attitude(*row) for row in zip(towards, arrival_time, strict=True)])
     return towards
 
 
 def moving_array_axes(ping_geometry: PingGeometry) -> tuple[Floats, Floats] | None:
-    """How the receive array moves on while sound goes to a place and comes back the same way.
+    """Motion of the receive array during two equal legs, as a polynomial of the one-way delay.
 
     Args:
-        ping_geometry: The sonar at this ping, both ends at one place, in water of one sound speed.
+        ping_geometry: Monostatic geometry of this ping, in water of one sound speed.
 
     Returns:
-        Axes of the array and what delay one way and its square add to them, shape (3, 3, 3); what the array moves on
-        over the way, and what each second of that delay adds to it, shape (2, 3). None where a beam could not tell.
+        Axes of the array and their first and second order in the one-way delay, shape (3, 3, 3); displacement of the
+        array per path length and its growth with delay, shape (2, 3). None where the motion is negligible.
     """
     course, axes = ping_geometry.receive_motion, ping_geometry.receive_beams.axes
     if course is None:

@@ -1,7 +1,7 @@
-"""What the electronics make of the sound and noise in the channels: leaks, deafness, clipping, rounding.
+"""Receiver electronics: feedthrough, crosstalk, blanking, gain, clipping and quantisation.
 
-In this order: what leaks in from the transmitter and from neighbours; blanking, which silences that too; gain; full
-scale; the converter. Then the gain is divided out, so that the recording stays in uPa.
+Order: feedthrough from the transmitter and crosstalk between neighbours; blanking, which removes both; gain; full
+scale; converter. Afterwards the gain is divided out, so that the recording stays in uPa.
 """
 
 from __future__ import annotations
@@ -27,72 +27,73 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 NEIGHBOUR = 1.2
-"""Distance up to which elements are neighbours, in distances to their nearest [1]."""
+"""Distance up to which elements are neighbours, re the distance to their nearest neighbour [1]."""
 COARSE = 1.5
-"""Standard deviation below which rounding is summed step by step [steps]; above, it adds a twelfth (1e-18 off)."""
+"""Standard deviation up to which rounding is summed over codes [steps]; above, it adds a twelfth (1e-18 off)."""
 STEPS = 16
-"""Steps that are summed."""
+"""Number of codes in that sum."""
 
 
 @dataclass(frozen=True, slots=True)
 class ReceiverChain:
-    """The chain behind the hydrophones, ready for the pings of one sonar."""
+    """Receiver chain behind the hydrophones, prepared for the pings of one sonar."""
 
     feedthrough: Complexes
-    """What every channel hears of the transmission at once [uPa], shape (samples,); empty for nothing."""
+    """Feedthrough of the transmission into every channel [uPa], shape (samples,); empty for none."""
     neighbour_coupling: csr_array | None
-    """Part of each channel that gets into each other one [1], shape (channels, channels); None for nothing."""
+    """Fraction of each channel that couples into each other one [1], shape (channels, channels); None for none."""
     blanked: NDArray[np.bool_]
-    """At which samples it hears nothing, shape (samples,)."""
+    """Mask of the blanked samples, shape (samples,)."""
     gain: Floats
-    """Gain before the converter, as a ratio of pressures [1], shape (samples,)."""
+    """Gain before the converter, as a pressure ratio [1], shape (samples,)."""
     full_scale: float
-    """Largest rms pressure of a tone that the converter takes [uPa]; infinite: any."""
+    """Largest rms pressure of a tone at the converter [uPa]; infinite: no limit."""
     quantisation_step: float
-    """Of the converter [uPa]; 0: it does not round."""
+    """Quantisation step of the converter [uPa]; 0: no rounding."""
 
     def pressures(self, received: NDArray[np.complex64]) -> NDArray[np.complex64]:
-        """What is recorded of pressures [uPa], shape (channels, samples).
+        """Recorded pressures [uPa], shape (channels, samples).
 
-        A band-pass signal that clips keeps its phase, and its harmonics fall outside the band: so the envelope is what
-        is limited. Its two quadratures are what is rounded, the middle of a step being 0.
+        A band-pass signal that clips keeps its phase, and its harmonics fall outside the band: the envelope is limited.
+        Its two quadratures are rounded, with 0 at the middle of a step.
         """
-        sound = received.astype(complex)
+        signal = received.astype(complex)
         if self.neighbour_coupling is not None:
-            sound += self.neighbour_coupling @ sound
+            signal += self.neighbour_coupling @ signal
         if self.feedthrough.size:
-            sound += self.feedthrough
+            signal += self.feedthrough
         if self.full_scale < np.inf:
-            sound = self._converted(np.asarray(sound * self.gain, complex)) / self.gain
-        return np.where(self.blanked, 0, sound).astype(np.complex64)
+            signal = self._converted(np.asarray(signal * self.gain, complex)) / self.gain
+        return np.where(self.blanked, 0, signal).astype(np.complex64)
 
     def _converted(self, amplified: Complexes) -> Complexes:
         size = np.abs(amplified)
-        # what fits is left as it is: a quotient by silence would overflow
+        # values within full scale stay unchanged: a quotient by zero would overflow
         held = amplified * (self.full_scale / np.maximum(size, self.full_scale))
         if self.quantisation_step == 0:
             return held
-        top = self.full_scale / self.quantisation_step  # codes go from -top to top - 1
+        top = self.full_scale / self.quantisation_step  # codes from -top to top - 1
         rounded = _code(held.real / self.quantisation_step, top) + 1j * _code(held.imag / self.quantisation_step, top)
         return np.asarray(self.quantisation_step * rounded, complex)
 
     def intensities(self, received: Floats) -> Floats:
-        """What is recorded, in the mean, of expected intensities [uPa^2], shape (channels, samples).
+        """Mean recorded intensities, given expected intensities [uPa^2], shape (channels, samples).
 
-        As of circular Gaussian pressures, which those of many scatterers and of noise are: clipped, their power is
-        I (1 - exp(-F / I)), for powers are exponential and F is that of full scale; rounded, it is a sum over steps.
+        Pressures are taken as circular Gaussian, as those of many scatterers and of noise are. Clipped, their power is
+        I (1 - exp(-F / I)) with F the power of full scale, because powers are exponential; rounding is a sum over
+        codes.
         """
         if self.feedthrough.size:
             received = received + np.abs(self.feedthrough) ** 2
         if self.full_scale < np.inf:
             amplified = received * self.gain**2
-            # exp(-700) is nothing: a quotient by silence would overflow
+            # exp(-700) is negligible: a quotient by zero would overflow
             held = amplified * -np.expm1(-(self.full_scale**2) / np.maximum(amplified, self.full_scale**2 / 700))
             received = self._quantised_power(held) / self.gain**2
         return np.where(self.blanked, 0.0, received)
 
     def _quantised_power(self, power: Floats) -> Floats:
-        """Mean power of rounded circular Gaussian numbers of so much power: a twelfth of a squared step more in each.
+        """Mean power of rounded circular Gaussian numbers of a given power: each gains a twelfth of a squared step.
 
         Source: Widrow's statistical theory of quantisation (the twelfth); the sum over steps is the mean of the
         squared code, term by term.
@@ -115,13 +116,13 @@ def _code(value: Floats, top: float) -> Floats:
 
 
 def receiver_chain(sonar: Sonar, water: Water, pulse: ReceivedPulse, grid: TimeGrid) -> ReceiverChain | None:
-    """The chain behind the hydrophones; None where it changes nothing.
+    """Receiver chain of a sonar; None where it changes nothing.
 
     Args:
         sonar: The sonar, with all its sides.
-        water: Gain takes ranges with its sound speed, and makes up for its absorption.
-        pulse: The sonar's heard pulse.
-        grid: Samples of a ping.
+        water: Water, whose sound speed and absorption determine the gain over time.
+        pulse: The sonar's received pulse.
+        grid: Sample times of a ping.
     """
     from scipy.sparse import csr_array
 
@@ -142,7 +143,7 @@ def receiver_chain(sonar: Sonar, water: Water, pulse: ReceivedPulse, grid: TimeG
 
 
 def _scale(receiver: Receiver) -> tuple[float, float]:
-    """Full scale, and the converter's step [uPa]."""
+    """Full scale and quantisation step of the converter [uPa]."""
     converter = receiver.adc
     if converter is None:
         return np.inf, 0.0
@@ -151,12 +152,12 @@ def _scale(receiver: Receiver) -> tuple[float, float]:
 
 
 def receiver_gain(sonar: Sonar, water: Water, time: Floats) -> Floats:
-    """Gain before the converter, as a ratio of pressures [1], shape of `time`.
+    """Gain before the converter, as a pressure ratio [1], shape of `time`.
 
     Args:
         sonar: The sonar.
-        water: Its mean sound speed, and its absorption at the centre frequency.
-        time: After the start of transmission [s], any shape.
+        water: Water, whose mean sound speed and absorption at the centre frequency are used.
+        time: Time after the start of transmission [s], any shape.
     """
     if sonar.receiver.gain is None:
         return np.ones(np.shape(time))
@@ -165,10 +166,10 @@ def receiver_gain(sonar: Sonar, water: Water, time: Floats) -> Floats:
 
 
 def neighbour_matrix(sonar: Sonar) -> Floats:
-    """Which channels are neighbours: 1 where they are, else 0, shape (channels, channels).
+    """Adjacency of the channels: 1 for neighbours, else 0, shape (channels, channels).
 
     Args:
-        sonar: The sonar, with all its sides; elements are neighbours on their own side, as drawn.
+        sonar: The sonar, with all its sides; elements are neighbours on their own side, at their design positions.
     """
     from scipy.sparse import block_diag
 

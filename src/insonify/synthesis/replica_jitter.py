@@ -1,10 +1,10 @@
-"""The paper's random jitter of each pulse replica: in phase, and in amplitude.
+"""Random jitter of each pulse replica, in phase and in amplitude.
 
-The jitter is given in wavelengths, as a delay would be, but turns the phase only: the envelope stays
-where the path's own delay puts it. Each ordered pair of families at each place is a replica of its own;
-its draw is keyed by seed, ping, place and families, and is shared by all channels. In the mean a jitter
-of up to J wavelengths, uniform, leaves sinc^2(J) of the interference between replicas; an amplitude
-changed by up to a part e, uniform, adds e^2 / 3 to the energy of each.
+The jitter is given in wavelengths, as a delay would be, but changes the phase only: the envelope keeps
+the delay of the path. Each ordered pair of families at each scatterer is a replica of its own;
+its random numbers are keyed by seed, ping, scatterer and families, and shared by all channels. In the mean, a jitter
+uniform up to J wavelengths leaves sinc^2(J) of the interference between replicas; a relative amplitude change
+uniform up to e adds e^2 / 3 to the energy of each.
 """
 
 from dataclasses import dataclass
@@ -20,39 +20,39 @@ from insonify.propagation.path_settings import PathSettings
 
 @dataclass(frozen=True, slots=True)
 class ReplicaJitter:
-    """Jitter of one ping's replicas."""
+    """Random phases and amplitudes of one ping's replicas."""
 
     seed: int
     ping: int
     jitter: float
-    """Largest random phase, one turn for each wavelength [wavelengths]."""
+    """Largest random phase, one cycle per wavelength [wavelengths]."""
     amplitude: float
-    """Largest random change of amplitude, as a part of it [1]."""
+    """Largest random relative change of amplitude [1]."""
 
     @property
     def is_zero(self) -> bool:
-        """True where nothing is perturbed."""
+        """True without jitter."""
         return self.jitter == 0 and self.amplitude == 0
 
     @property
     def interference_factor(self) -> float:
-        """Part of the mean product of two replicas that survives [1]."""
+        """Mean product of two replicas re that without jitter [1]."""
         return float(np.sinc(self.jitter) ** 2)
 
     @property
     def mean_energy(self) -> float:
-        """Mean energy of one replica re the unperturbed one [1]."""
+        """Mean energy of one replica re that without jitter [1]."""
         return 1 + self.amplitude**2 / 3
 
     def factor(
         self, scatterer_id: NDArray[np.uint64], transmit_family: str, receive_family: str
     ) -> NDArray[np.complex128]:
-        """Complex factor of the replicas of some places, for one ordered pair of rays [1], shape (n,).
+        """Complex factor of the replicas of some scatterers, for one ordered pair of rays [1], shape (n,).
 
         Args:
-            scatterer_id: Keys of the places, shape (n,).
-            transmit_family: Family of the leg out, with a number where it is a further ray of it, such as D2.
-            receive_family: Family of the leg back, likewise.
+            scatterer_id: Identifiers of the scatterers, shape (n,).
+            transmit_family: Family of the transmit leg, with a number for further rays, such as D2.
+            receive_family: Family of the receive leg, with a number for further rays.
         """
         result = np.empty(len(scatterer_id), complex)
         families = (_code(transmit_family) << 8) | _code(receive_family)
@@ -62,12 +62,12 @@ class ReplicaJitter:
 
 
 def replica_jitter(seed: int, ping: int, choice: PathSettings) -> ReplicaJitter:
-    """The perturbation that a choice of paths asks for, at one ping."""
+    """Replica jitter of one ping, as set by the path settings."""
     return ReplicaJitter(seed, ping, choice.jitter, choice.amplitude_perturbation)
 
 
 def _code(ray: str) -> int:
-    """A number below 256 for each ray: twice its bounces, plus one if bottom first, plus 32 for each ray before it."""
+    """Number below 256 of each ray: twice its bounces, plus one if bottom first, plus 32 for each ray before it."""
     family = ray.rstrip("12345678")
     string = bounce_sequence(family)
     return 32 * (int(ray[len(family) :] or 1) - 1) + 2 * len(string) + string.startswith("B")

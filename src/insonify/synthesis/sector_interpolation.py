@@ -1,10 +1,10 @@
-"""A narrow sector of directions, from which a few places along an array tell what all its elements hear.
+"""Arrivals from a narrow sector, deposited at a few points along an array and interpolated to its elements.
 
-An echo's phase along the array is the sum of a turn, which its direction gives, and a bow, which its distance gives.
-Echoes that come at one time have one bow but for a little. What is left of a phase that turns by no more than some
-radians each way is a function of so narrow a band that its values at a few places tell it everywhere: they are laid
-down there only. Weights are those that do so with the least error for waves from all the sector: a least-squares fit,
-which takes about a quarter fewer places than polynomials would.
+An echo's phase along the array is linear (by its direction) plus curved (by its distance).
+Echoes of one delay have nearly the same curvature. A remaining phase of at most a few radians
+each way is band-limited along the array, so that its values at a few points determine it everywhere: only these are
+deposited. The interpolation weights minimise the error for waves of the whole sector: a least-squares fit,
+which takes about a quarter fewer points than polynomials would.
 """
 
 import math
@@ -20,36 +20,36 @@ from insonify.synthesis.chebyshev_nodes import straight_array
 from insonify.synthesis.time_grid import TimeGrid
 
 Floats = NDArray[np.float64]
-PLACES = 16
-"""Along the array [1]."""
+POINT_COUNT = 16
+"""Number of interpolation points along the array [1]."""
 TURN = 8.0
-"""Phase from an array's middle to its end by which echoes of a sector may be turned [rad]."""
+"""Largest linear phase of echoes of a sector, from the array's middle to its end [rad]."""
 LEFT = 0.3
-"""By how much their bow there may differ from that of others of their delay [rad]."""
+"""Largest deviation of the curved phase at the array's end from that of echoes of the same delay [rad]."""
 FEWEST = 24
-"""Elements below which places would save too little [1]."""
+"""Least number of elements for which interpolation is faster [1]."""
 NONE = ArraySector(0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
 class SectorInterpolation:
-    """The sector of an array."""
+    """Sector of an array, with its interpolation points."""
 
     sector: ArraySector
     point_position: Floats
-    """Of the places along the array, -1..1, shape (p,)."""
+    """Interpolation points along the array, -1..1, shape (p,)."""
     element_position: Floats
-    """Of its elements, shape (m,)."""
+    """Positions of the elements along the array, -1..1, shape (m,)."""
     weights: NDArray[np.float32]
-    """What each place counts for at each element, shape (m, p)."""
+    """Weight of each point at each element, shape (m, p)."""
 
     def to_elements(self, cells: NDArray[np.complex64], grid: TimeGrid, pulse_middle: float) -> NDArray[np.complex64]:
-        """Cells of the elements, with what the places heard; the places have heard nothing then.
+        """Add the cells of the interpolation points to those of the elements, and clear the former.
 
         Args:
-            cells: Of elements and places, shape (bands, m + p, groups, cells, shapes of a group).
-            grid: The grid they belong to.
-            pulse_middle: Time from the pulse's start to its middle, for an array under way [s].
+            cells: Cells of elements and points, shape (bands, m + p, groups, cells, waveforms of a group).
+            grid: Time grid of the cells.
+            pulse_middle: Time from the pulse's start to its middle, for a moving array [s].
         """
         for band in cells:
             interpolate_to_elements(
@@ -67,15 +67,15 @@ class SectorInterpolation:
 def sector_interpolation(
     element_position: Floats, velocity: Floats, acceleration: Floats, grid: TimeGrid, frequency: float, speed: float
 ) -> SectorInterpolation | None:
-    """The sector of an array of like elements; none where it is not straight, or has few elements.
+    """Sector interpolation of an array of equal elements; None for a curved array or few elements.
 
     Args:
-        element_position: As of `aperture_nodes`.
-        velocity: Likewise.
-        acceleration: Likewise.
-        grid: Times wanted.
-        frequency: Of the carrier [Hz].
-        speed: Of sound at the array [m/s].
+        element_position: Element positions from the array's centre [m], shape (m, 3).
+        velocity: Element velocities [m/s], shape (m, 3).
+        acceleration: Element accelerations [m/s^2], shape (m, 3).
+        grid: Time grid.
+        frequency: Carrier frequency [Hz].
+        speed: Sound speed at the array [m/s].
     """
     along = None
     if len(element_position) >= FEWEST:
@@ -86,26 +86,26 @@ def sector_interpolation(
         return None
     element, ends = along
     half = float(np.linalg.norm(ends[1, :3]))
-    highest = frequency + grid.sample_rate / 2  # of the band that is heard
+    highest = frequency + grid.sample_rate / 2  # of the recorded band
     sector = ArraySector(
-        PLACES,
+        POINT_COUNT,
         TURN / (2 * math.pi * highest),
         2 * math.pi * frequency * (half / speed) ** 2,
         LEFT * frequency / highest,
     )
-    node = np.cos((np.arange(PLACES) + 0.5) * math.pi / PLACES)
+    node = np.cos((np.arange(POINT_COUNT) + 0.5) * math.pi / POINT_COUNT)
     return SectorInterpolation(sector, node, element, _weights(tuple(element)))
 
 
 @lru_cache(maxsize=16)
 def _weights(element: tuple[float, ...]) -> NDArray[np.float32]:
-    """What each place counts for at elements, fitted to waves of all turns and bows of the sector, shape (m, p)."""
+    """Weight of each point at elements, fitted to waves of all linear and curved phases of the sector, shape (m, p)."""
     turn, bow = (part.ravel() for part in np.meshgrid(np.linspace(0, TURN, 60), np.linspace(-LEFT, LEFT, 5)))
 
     def waves(x: Floats) -> Floats:
         phase = x[:, None] * turn + x[:, None] ** 2 * bow
         return np.concatenate([np.cos(phase), np.sin(phase)], axis=1)
 
-    node = np.cos((np.arange(PLACES) + 0.5) * math.pi / PLACES)
+    node = np.cos((np.arange(POINT_COUNT) + 0.5) * math.pi / POINT_COUNT)
     fitted = np.linalg.lstsq(waves(node).T, waves(np.array(element)).T, rcond=1e-9)[0].T
     return np.ascontiguousarray(fitted, np.float32)

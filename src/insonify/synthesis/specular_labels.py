@@ -1,6 +1,6 @@
-"""Energy and places of echoes of smooth targets: facets within one bin of delay are added in phase, then squared.
+"""Energy and positions of echoes of smooth targets: facets within one bin of delay add in phase and are then squared.
 
-A large target comes in parts, whose echoes interfere like those of one part: pressures are kept until all have come.
+A large target comes in several blocks that interfere: pressures are kept until all blocks are complete.
 """
 
 from dataclasses import dataclass
@@ -19,30 +19,31 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Flashes:
-    """Pressures of one smooth target by one pair of families, in bins of delay."""
+    """Sums of pressures of one smooth target by one pair of families, in bins of delay."""
 
     pressure: NDArray[np.complex128]
     """Sum of the pressures [uPa], shape (channels, bins)."""
     apart: Floats
-    """Sum of their squared magnitudes [uPa^2], and of these times each column of places, (channels, bins, MOMENTS)."""
+    """Sum of squared magnitudes [uPa^2], alone and times each position column, shape (channels, bins, MOMENTS)."""
 
     @classmethod
     def empty(cls, channels: int, bins: int) -> "Flashes":
-        """Return sums of nothing."""
+        """Empty sums."""
         return cls(np.zeros((channels, bins), complex), np.zeros((channels, bins, MOMENTS)))
 
     def __iadd__(self, other: "Flashes") -> "Flashes":
-        """Add other parts of the same target, in phase."""
+        """Add other blocks of the same target, in phase."""
         self.pressure[...] += other.pressure
         self.apart[...] += other.apart
         return self
 
     @property
     def bins(self) -> Floats:
-        """Energy, and energy times place, of all parts together, shape (channels, bins, MOMENTS).
+        """Energy, and energy times position, of all blocks, shape (channels, bins, MOMENTS).
 
-        Facets cancel one another but for the flash: the energy of a bin is that of their sum, its place the mean of
-        theirs weighted by what each sends back. Bins do not interfere with one another.
+        Facets cancel except at the specular flash: the energy of a bin is that of the sum of pressures, its position
+        the
+        energy-weighted mean over the facets. Bins do not interfere with one another.
         """
         energy, weight = np.abs(self.pressure) ** 2, self.apart[..., :1]
         means = np.divide(self.apart, weight, out=np.zeros_like(self.apart), where=weight > 0)
@@ -52,13 +53,13 @@ class Flashes:
 def deposit_specular_labels(
     sums: Flashes, start: float, rate: float, pairs: Pairs, ping_geometry: PingGeometry
 ) -> None:
-    """Add facets that interfere to the bins of their delays.
+    """Add interfering facets to the bins of their delays.
 
     Args:
-        sums: Added to in place.
+        sums: Sums, added to in place.
         start: Delay of the first bin [s].
         rate: Bins per second [Hz].
-        pairs: Facets of one target, or of a part of it, and their pairs of legs.
+        pairs: Facets of one target or of a part of it, and their pairs of legs.
         ping_geometry: The sonar at that ping.
     """
     i, j = pairs.pair.T

@@ -1,7 +1,7 @@
-"""Sums of the arrivals of one smooth target, which interfere: built up from parts of it, squared when all are there.
+"""Sums of the interfering arrivals of one smooth target, accumulated block by block and squared at the end.
 
-The facets of a target are worked through a part at a time, so that a ping takes no more memory for a large one. What
-interferes must be summed as pressures until the last part has come. Each sum holds the cells of the times that the
+The facets of a target are processed in blocks, which bounds the memory of a ping. Interfering arrivals are
+summed as pressures until the last block is complete. Each sum holds the cells of the times that the
 target's arrivals reach, and no others.
 """
 
@@ -20,12 +20,12 @@ from insonify.synthesis.time_grid import OVERSAMPLING, TimeGrid, convolve_pulse,
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 PAGE = 64
-"""Samples by which the times of a sum grow at a time."""
+"""Increment of the samples of a sum."""
 
 
 @dataclass(slots=True)
 class _PressureSum:
-    """Pressures on the cells of some samples."""
+    """Pressures on the cells of a range of samples."""
 
     first_sample: int
     """Number of the first sample."""
@@ -33,7 +33,7 @@ class _PressureSum:
     """Grid of pressures, shape (channels, cells)."""
 
     def extended(self, first: int, stop: int) -> "_PressureSum":
-        """The same, with room for samples from a first to before a last."""
+        """Copy extended to samples from `first` to before `stop`."""
         last = self.first_sample + self.cells.shape[1] // OVERSAMPLING
         if first >= self.first_sample and stop <= last:
             return self
@@ -46,20 +46,20 @@ class _PressureSum:
 
 @dataclass(slots=True)
 class SpecularSums:
-    """Sums of arrivals of one target that interfere, and what each counts for."""
+    """Sums of arrivals of one target that interfere, each with the weight of its power."""
 
     grid: TimeGrid
     pulse: ReceivedPulse
     object_name: str = ""
     sums: dict[Hashable, tuple[float, _PressureSum]] = field(default_factory=dict)
-    """Share of the power of each sum [1], and the sum."""
+    """Weight of the power of each sum [1], and the sum."""
 
     def add(self, key: Hashable, power_fraction: float, delay: Floats, weight: Complexes) -> None:
         """Add arrivals to one sum.
 
         Args:
-            key: Which sum.
-            power_fraction: Share of its power that counts [1].
+            key: Key of the sum.
+            power_fraction: Weight of its power [1].
             delay: Delay of each arrival [s], shape (n,).
             weight: Complex weight in each channel, carrier phase included, shape (channels, n).
         """
@@ -87,7 +87,7 @@ class SpecularSums:
             )  # fmt: skip
 
     def flush_specular(self, intensity: Floats) -> None:
-        """Add the power of all sums to an intensity [uPa^2], shape (channels, samples), and begin anew."""
+        """Add the power of all sums to an intensity [uPa^2], shape (channels, samples), and clear them."""
         rate = self.grid.sample_rate
         lead, tail = (int(np.ceil(abs(side) * rate)) + 1 for side in self.pulse.table_interval)
         for share, held in self.sums.values():
@@ -95,7 +95,9 @@ class SpecularSums:
             begin, end = max(held.first_sample - lead, 0), min(last + tail, self.grid.sample_count)
             if end <= begin:
                 continue
-            end = min(begin + -(-(end - begin) // PAGE) * PAGE, self.grid.sample_count)  # few lengths of transforms
+            end = min(
+                begin + -(-(end - begin) // PAGE) * PAGE, self.grid.sample_count
+            )  # few distinct transform lengths
             part = time_grid(
                 self.grid.start + begin / rate, self.grid.start + end / rate, rate, *self.pulse.table_interval
             )

@@ -1,4 +1,4 @@
-"""The expected intensity counted straight from a list of spikes: a second way to the energy model."""
+"""Expected intensity from a list of arrivals, as an independent check of the incoherent accumulator."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,20 +8,20 @@ from insonify.sonar.ping_geometry import PingGeometry
 from insonify.synthesis.arrival_weights import arrival_weights
 
 AT_ONCE = 200_000
-"""Spikes that are laid down together: their pulses fit in memory."""
+"""Arrivals that are deposited together: their pulses fit in memory."""
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 
 def spike_power(arrivals: Arrivals, ping_geometry: PingGeometry, time: Floats, channel: int = 0) -> Floats:
-    """Expected intensity: |A p|^2 of every spike, and 2 Re A p A* p* of every two of one group.
+    """Expected intensity: |A p|^2 of every arrival, and 2 Re A p A* p* of every two of one group.
 
     Args:
-        arrivals: Paths of one ping, all that are heard at those times.
+        arrivals: Paths of one ping, all that are received at those times.
         ping_geometry: The sonar at that ping.
         time: Times in equal steps [s], shape (time,).
-        channel: Which beam.
+        channel: Index of the beam.
 
     Returns:
         Intensity at those times [uPa^2], shape (time,).
@@ -42,7 +42,7 @@ def spike_power(arrivals: Arrivals, ping_geometry: PingGeometry, time: Floats, c
 def _deposit(
     power: Floats, time: Floats, ping_geometry: PingGeometry, first: Floats, second: Floats, product: Complexes
 ) -> None:
-    """Add Re product p(t - first) p*(t - second) to the samples in which both are heard."""
+    """Add Re product p(t - first) p*(t - second) to the samples in which both overlap."""
     step = time[1] - time[0]
     samples = np.arange(int(np.ceil((ping_geometry.pulse.stop - ping_geometry.pulse.start) / step)) + 1)
     for start in range(0, len(first), AT_ONCE):

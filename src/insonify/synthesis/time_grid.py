@@ -1,9 +1,9 @@
-"""The fine time grid on which echoes are laid down before the pulse is put on them.
+"""Fine time grid on which arrivals are deposited before convolution with the pulse.
 
-An echo is a spike in time: no sample has its delay. So each is spread over a few cells of a grid
-twice as fine as the recording, with a smooth kernel; one Fourier transform then gives the sum of all
-the echoes' spectra, the kernel is divided out, the pulse multiplied in, and a second transform
-returns to time. The cost does not depend on how long the pulse lasts.
+An arrival is a spike in time whose delay falls between samples. So each is spread over a few cells of a grid
+twice as fine as the recording, with a smooth gridding kernel; one Fourier transform then gives the sum of all
+the arrivals' spectra, the kernel is divided out, the pulse multiplied in, and a second transform
+returns to time. The cost does not depend on the pulse duration.
 
 Method: Greengard & Lee (2004), SIAM Review 46(3), section 2 (non-uniform FFT of type 1).
 """
@@ -27,7 +27,7 @@ _LINE = 8
 
 @dataclass(frozen=True, slots=True)
 class TimeGrid:
-    """The recorded window, and the longer periodic stretch of time that it is cut from."""
+    """Recorded window, and the longer periodic interval that contains it."""
 
     start: float
     """Time of the first output sample [s]."""
@@ -36,9 +36,9 @@ class TimeGrid:
     sample_count: int
     """Output samples in the window."""
     lead_samples: int
-    """Samples before the window, where echoes begin that are still heard in it."""
+    """Samples before the window, for arrivals that begin there and extend into it."""
     padded_samples: int
-    """Samples of the periodic stretch: late echoes do not wrap into the window, and the FFT is quick."""
+    """Samples of the periodic interval: late arrivals do not wrap into the window, and the FFT length is a fast one."""
 
     @property
     def first_time(self) -> float:
@@ -57,7 +57,7 @@ class TimeGrid:
 
     @property
     def energy_padded(self) -> int:
-        """Samples of the periodic stretch of energies: a little more, for a transform of real numbers to be quick."""
+        """Samples of the periodic interval of energies, slightly longer, for a fast real FFT."""
         return fast_length(self.padded_samples, real=True)
 
     @property
@@ -67,34 +67,35 @@ class TimeGrid:
 
     @property
     def frequencies(self) -> NDArray[np.float64]:
-        """Offsets from the carrier at which the pulse spectrum is wanted [Hz], shape (padded,), in DFT order."""
+        """Offsets from the carrier at which the pulse spectrum is evaluated [Hz], shape (padded,), in DFT order."""
         return np.asarray(np.fft.fftfreq(self.padded_samples, 1 / self.sample_rate))
 
     def cells(self, channels: int = 1) -> NDArray[np.complex64]:
-        """An empty grid of pressures, shape (channels, OVERSAMPLING * padded); it starts where a cache line does."""
+        """Empty grid of pressures, shape (channels, OVERSAMPLING * padded), aligned to cache lines."""
         count = channels * OVERSAMPLING * self.padded_samples
         room = np.zeros(count + _LINE, np.complex64)
         begin = -room.ctypes.data // room.itemsize % _LINE
         return room[begin : begin + count].reshape(channels, -1)
 
     def energy_cells(self, channels: int = 1) -> NDArray[np.float64]:
-        """An empty grid of energies, shape (channels, 2 * OVERSAMPLING * energy_padded)."""
+        """Empty grid of energies, shape (channels, 2 * OVERSAMPLING * energy_padded)."""
         return np.zeros((channels, 2 * OVERSAMPLING * self.energy_padded))
 
 
 def time_grid(start: float, stop: float, sample_rate: float, pulse_start: float, pulse_stop: float) -> TimeGrid:
-    """The grid for a window, wide enough for every echo that is heard in it.
+    """Time grid of a window, wide enough for every arrival that contributes to it.
 
-    An arrival at delay tau is heard from tau + pulse_start to tau + pulse_stop, so the delays that
-    matter lie between start - pulse_stop and stop - pulse_start. The spreading kernels drop what has no
-    cells on the grid; the few cells of margin that are kept beyond those bounds are silent in the window.
+    An arrival at delay tau lasts from tau + pulse_start to tau + pulse_stop, so the delays that
+    matter lie between start - pulse_stop and stop - pulse_start. Deposits outside the grid are dropped; the few cells
+    of
+    margin beyond those bounds do not contribute to the window.
 
     Args:
         start: First time of the window [s].
         stop: End of the window [s], after start.
         sample_rate: Output samples per second [Hz].
-        pulse_start: First time at which the pulse, as received, is not negligible [s]; negative when compressed.
-        pulse_stop: Last such time [s].
+        pulse_start: First time at which the received pulse is not negligible [s]; negative after a matched filter.
+        pulse_stop: Last time at which the received pulse is not negligible [s].
 
     Returns:
         A window of round((stop - start) * sample_rate) samples, at least one.
@@ -109,7 +110,7 @@ def time_grid(start: float, stop: float, sample_rate: float, pulse_start: float,
 def convolve_pulse(
     cells: NDArray[np.complex64], grid: TimeGrid, spectrum: NDArray[np.complex128]
 ) -> NDArray[np.complex64]:
-    """What is heard: the sum over arrivals of weight times p(t - delay), from cells filled by spreading.
+    """Convolve deposited arrivals with one pulse: the sum of weight times p(t - delay).
 
     Args:
         cells: Grid of pressures, shape (channels, OVERSAMPLING * padded).
@@ -125,7 +126,7 @@ def convolve_pulse(
     window = slice(grid.lead_samples, grid.lead_samples + grid.sample_count)
     heard = np.empty((len(cells), grid.sample_count), np.complex64)
     for channel, row in enumerate(cells):
-        # float64: a float32 transform smears 1e-7 of the loudest echo over the whole record.
+        # float64: a float32 transform spreads 1e-7 of the strongest arrival over the whole record.
         transform = scipy.fft.fft(row.astype(np.complex128), overwrite_x=True)
         heard[channel] = scipy.fft.ifft(_central(transform, grid.padded_samples) * shape, overwrite_x=True)[window]
     return heard
@@ -134,12 +135,12 @@ def convolve_pulse(
 def convolve_waveforms(
     cells: NDArray[np.complex64], grid: TimeGrid, spectra: NDArray[np.complex128]
 ) -> NDArray[np.complex64]:  # fmt: skip
-    """What is heard of echoes that are sums of several shapes.
+    """Convolve deposited arrivals that are weighted sums of several waveforms.
 
     Args:
-        cells: Grids of pressure, shape (bands, channels, groups, OVERSAMPLING * padded, dopplers of a group).
+        cells: Grids of pressure, shape (bands, channels, groups, OVERSAMPLING * padded, waveforms of a group).
         grid: The grid the cells belong to.
-        spectra: Of each shape, as of `convolve_pulse`, shape (bands, dopplers, padded).
+        spectra: Spectrum of each waveform at grid.frequencies [s], shape (bands, dopplers, padded).
 
     Returns:
         Complex envelope at grid.time, in the units of the weights, shape (channels, count).
@@ -151,7 +152,7 @@ def convolve_waveforms(
     for channel in range(len(heard)):
         total = np.zeros(grid.padded_samples, complex)
         for band, group in np.ndindex(cells.shape[0], cells.shape[2]):
-            # float64: as in `convolve_pulse`; all shapes of a group at once, which takes less time than one after the
+            # float64: as in `convolve_pulse`; all waveforms of a group at once, which is faster than one after the
             # other
             rows = scipy.fft.fft(cells[band, channel, group].astype(np.complex128), axis=0, overwrite_x=True)
             shapes = bare[band, group * rows.shape[1] :]  # the last group may have room for more
@@ -167,7 +168,7 @@ def convolve_waveforms(
 def convolve_energy(
     cells: NDArray[np.float64], grid: TimeGrid, spectrum: NDArray[np.complex128]
 ) -> NDArray[np.float64]:
-    """The expected intensity: the sum over arrivals of energy times |p(t - delay)|^2.
+    """Expected intensity: the sum over arrivals of energy times |p(t - delay)|^2.
 
     Args:
         cells: Grid of energies, shape (channels, 2 * OVERSAMPLING * energy_padded).
@@ -183,19 +184,19 @@ def convolve_energy(
 def convolve_energy_spectrum(
     cells: NDArray[np.float64], grid: TimeGrid, shape: NDArray[np.complex128]
 ) -> NDArray[np.float64]:
-    """The expected intensity, for many pings of one pulse: as `convolve_energy`, with what it makes of the spectrum.
+    """Expected intensity for many pings of one pulse: `convolve_energy` with prepared spectrum factors.
 
     Args:
         cells: Grid of energies, shape (channels, 2 * OVERSAMPLING * energy_padded).
         grid: The grid the cells belong to.
-        shape: Of `energy_spectrum_factors`.
+        shape: Spectrum factors from `energy_spectrum_factors`.
 
     Returns:
         Intensity at grid.time, shape (channels, count).
     """
     heard = np.empty((len(cells), grid.sample_count))
     for channel, row in enumerate(cells):
-        # Every fourth cell is a series at the output's own rate: four short transforms, each with a filter of its own.
+        # Every fourth cell is a series at the output's own rate: four short transforms, each with its own filter.
         parts = scipy.fft.rfft(row.reshape(-1, 2 * OVERSAMPLING), axis=0)
         whole = scipy.fft.irfft(np.einsum("jr,jr->j", parts, shape), grid.energy_padded)
         heard[channel] = whole[grid.lead_samples : grid.lead_samples + grid.sample_count]
@@ -203,27 +204,27 @@ def convolve_energy_spectrum(
 
 
 def energy_spectrum_factors(grid: TimeGrid, spectrum: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    """What turns the transform of the energy grid into that of the intensity: |p|^2 over the spreading kernel.
+    """Factors from the transform of the energy grid to that of the intensity: |p|^2 over the gridding kernel.
 
     Args:
         grid: The grid.
-        spectrum: Of the received pulse at grid.frequencies [s], shape (padded,).
+        spectrum: Spectrum of the received pulse at grid.frequencies [s], shape (padded,).
 
     Returns:
-        Factors [1] of the transforms of every fourth cell, from the first, the second, the third and the fourth one on;
+        Factors [1] of the transforms of every fourth cell, starting at the first, second, third and fourth cell;
         shape (energy_padded // 2 + 1, 4).
     """
-    # |p|^2 in samples at twice the output rate, over one period: exact, for p has no more than the output band.
+    # |p|^2 in samples at twice the output rate, over one period: exact, because p is limited to the output band.
     spread = np.zeros(2 * grid.padded_samples, np.complex128)
     half, period = grid.padded_samples // 2, grid.energy_padded
     spread[:half] = spectrum[:half]
     spread[-half:] = spectrum[-half:]
     power = np.abs(scipy.fft.ifft(spread) * 2 * grid.sample_rate) ** 2
-    # The period of energies is longer: by silence, between what rings after the pulse and what rings before it.
+    # The period of energies is longer: zeros between the ringing after the pulse and the ringing before it.
     silent = 2 * grid.lead_samples + grid.sample_count
     power = np.insert(power, silent, np.zeros(2 * (period - grid.padded_samples)))
     shape = scipy.fft.rfft(power) / _kernel_of_bins(period, 2 * OVERSAMPLING * period) / 2
-    # Every second sample of it is wanted: the upper half of the band is folded onto the lower.
+    # Every second sample of it is needed: the upper half of the band is folded onto the lower.
     low, part = np.arange(period // 2 + 1)[:, None], np.arange(2 * OVERSAMPLING)
     turn = -2j * np.pi / (2 * OVERSAMPLING * period)
     high = period - low
@@ -237,7 +238,7 @@ def _central(transform: NDArray[np.complex128], count: int) -> NDArray[np.comple
 
 @lru_cache(maxsize=16)
 def _kernel_of_bins(last: int, cells: int) -> NDArray[np.float64]:
-    """Transform of the spreading kernel at bins 0..last of a grid of so many cells, shape (last + 1,)."""
+    """Transform of the gridding kernel at bins 0..last of a grid of `cells` cells, shape (last + 1,)."""
     transform = kernel_transform(np.arange(last + 1) / cells)
     transform.flags.writeable = False  # shared by all pings
     return transform

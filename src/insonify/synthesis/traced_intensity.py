@@ -1,4 +1,4 @@
-"""What traced rays sound like: their energies laid down over time, all together or by contribution and pair of families."""
+"""Expected intensity of traced rays: energies deposited over time, in total or by contribution and pair of families."""
 
 from dataclasses import dataclass
 
@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class TracedAccumulator:
-    """Hears the echoes of rays: expected intensity [uPa^2]."""
+    """Accumulator of the expected intensity of traced rays [uPa^2]."""
 
     ping_geometry: PingGeometry
     grid: TimeGrid
@@ -30,16 +30,16 @@ class TracedAccumulator:
         return Requirements(rays=True)
 
     def empty(self) -> Floats:
-        """Nothing heard yet: energies on the energy grid, shape (channels, cells)."""
+        """Empty grid of energies, shape (channels, cells)."""
         return self.grid.energy_cells(self.ping_geometry.channel_count)
 
     def add(self, cells: Floats, traced_echoes: list[EchoEnergies]) -> None:
-        """Add what one block of rays brings back."""
+        """Add the echo energies of one block of rays."""
         for echoes in traced_echoes:
             self.deposit(cells, echoes)
 
     def deposit(self, cells: Floats, echoes: EchoEnergies) -> None:
-        """Add the energies of some echoes, with their share of interference."""
+        """Add the energies of some echoes, including their interference."""
         share = self.replica_jitter.mean_energy + self.replica_jitter.interference_factor * echoes.reciprocal
         for channel, energy in enumerate(echoes.energy):
             weight = np.asarray(energy * share)
@@ -54,7 +54,7 @@ class TracedLevelBuffers(dict[tuple[str, str], Floats]):
     """Energies by (contribution, pair)."""
 
     def __iadd__(self, other: "TracedLevelBuffers") -> "TracedLevelBuffers":
-        """Add what another has heard, curve by curve."""
+        """Add the curves of another buffer."""
         for key, cells in other.items():
             self[key] = self[key] + cells if key in self else cells
         return self
@@ -62,7 +62,7 @@ class TracedLevelBuffers(dict[tuple[str, str], Floats]):
 
 @dataclass(frozen=True, slots=True)
 class TracedLevelAccumulator:
-    """Hears the echoes of rays apart, by contribution and by pair [uPa^2]."""
+    """Accumulator of the expected intensity of traced rays by contribution and by pair [uPa^2]."""
 
     accumulator: TracedAccumulator
 
@@ -72,11 +72,11 @@ class TracedLevelAccumulator:
         return Requirements(rays=True)
 
     def empty(self) -> TracedLevelBuffers:
-        """Nothing heard yet."""
+        """Empty buffer."""
         return TracedLevelBuffers()
 
     def add(self, curves: TracedLevelBuffers, traced_echoes: list[EchoEnergies]) -> None:
-        """Add what one block of rays brings back to its curves."""
+        """Add the echo energies of one block of rays to their curves."""
         for echoes in traced_echoes:
             for key in (
                 (echoes.contribution, pair_name(echoes.transmit_chain, echoes.receive_chain)),

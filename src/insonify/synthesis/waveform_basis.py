@@ -1,9 +1,9 @@
-"""The shapes in which echoes of one pulse come back to a sonar under way: quicker or slower than it was sent.
+"""Waveform basis: Doppler-stretched copies of a pulse, of which the echoes of a moving sonar are weighted sums.
 
-An echo from ahead is the pulse in fast motion. Instead of a waveform for every echo there are a few, at Chebyshev's
-nodes over the range of Doppler factors that the beams hear, and every echo is a sum of these: as many as hold the
-error of the sum. Each is stretched about its middle, where its phase is that of the pulse that was sent: so the phase
-that has to be met is that of half a pulse only.
+An echo from ahead is the pulse compressed in time. Instead of a waveform for every echo there are a few, at Chebyshev
+nodes over the range of Doppler factors in the beams, and every echo is a weighted sum of these; their number follows
+from the error bound. Each is stretched about its middle, where its phase is that of the transmitted pulse: only the
+phase of half a pulse has to be approximated.
 
 Source: interpolation at Chebyshev nodes, error of exp(j phi x) on -1..1 at most 2 (phi / 2)^n / n!; Trefethen (2013),
 Approximation Theory and Approximation Practice, ch. 8 (bound for entire functions, from memory).
@@ -26,41 +26,41 @@ from insonify.sonar.sub_bands import half_bandwidth, lagrange_weights
 Floats = NDArray[np.float64]
 
 ERROR = 1e-6
-"""Of the sum of shapes, relative to the pulse's peak [1]."""
+"""Error of the weighted sum, re the pulse's peak [1]."""
 MOST = 48
-"""Shapes at most [1]."""
+"""Largest number of waveforms [1]."""
 FAINT = 10 ** (-45 / 20)
-"""Two-way gain below which a direction's Doppler need not be met exactly, relative to the loudest [1]."""
+"""Two-way gain below which a direction's Doppler factor is neglected, re the largest gain [1]."""
 _AZIMUTHS, _ELEVATIONS = 720, 37
 
 
 @dataclass(frozen=True, slots=True)
 class WaveformBasis:
-    """Waveforms of which every echo is a sum: one for each node of Doppler, at each node of frequency."""
+    """Waveforms of which every echo is a weighted sum: one for each Doppler node at each frequency node."""
 
     doppler: Floats
     """Doppler factor less one of each node, increasing [1], shape (dopplers,)."""
     band: Floats = field(default_factory=lambda: np.zeros(1))
     """Offset of each node from the carrier, increasing [Hz], shape (bands,)."""
     band_edge: float = np.inf
-    """Offset from the carrier beyond which what an echo loses changes no more [Hz]."""
+    """Offset from the carrier beyond which the absorption of an echo is held constant [Hz]."""
 
     def spectra(self, pulse: ReceivedPulse, frequencies: Floats) -> NDArray[np.complex128]:
-        """Spectrum of each shape at offsets from the carrier [s], shape (bands, dopplers, frequencies).
+        """Spectrum of each waveform at offsets from the carrier [s], shape (bands, dopplers, frequencies).
 
-        Those of the last few sonars are kept: one that keeps its speed and attitude asks for the same at every ping.
+        Cached for the last few sonars: at constant speed and attitude they are the same at every ping.
         """
         key = (id(pulse), self.doppler.tobytes(), self.band.tobytes(), self.band_edge, hash(frequencies.tobytes()))
         held = _SPECTRUM_CACHE.get(key)
         if held is None:
             if len(_SPECTRUM_CACHE) >= _MAX_CACHE_BYTES:
                 _SPECTRUM_CACHE.clear()
-            # the pulse is kept, so that no other can take its number
+            # the cached pulse stays alive, so that no other takes its identity
             held = _SPECTRUM_CACHE[key] = self._spectra(pulse, frequencies), pulse
         return held[0]
 
     def _spectra(self, pulse: ReceivedPulse, frequencies: Floats) -> NDArray[np.complex128]:
-        """The same, made anew."""
+        """Spectrum of each waveform, computed."""
         moved = [
             pulse.spectrum(frequencies, float(factor)) * _stretch_about_middle(pulse, float(factor), frequencies)
             for factor in self.doppler
@@ -70,27 +70,27 @@ class WaveformBasis:
         )
 
     def _part(self, pulse: ReceivedPulse, band: int, row: int, offset: Floats) -> NDArray[np.complex128]:
-        """What one shape makes of a stretched pulse's spectrum at offsets from the carrier [Hz]."""
+        """Weight of one waveform's frequency node at offsets from the carrier [Hz], with the shift about its middle."""
         centred = _stretch_about_middle(pulse, float(self.doppler[row]), offset)
         return np.asarray(lagrange_weights(self.band, offset, -self.band_edge, self.band_edge)[band] * centred)
 
     def weights(self, doppler: Floats) -> Floats:
-        """What each node of Doppler contributes to some echoes [1], shape (dopplers, n).
+        """Weight of each Doppler node in some echoes [1], shape (dopplers, n).
 
         Args:
-            doppler: Their Doppler factors less one [1], shape (n,).
+            doppler: Doppler factors of the echoes less one [1], shape (n,).
         """
         middle, half = (self.doppler[0] + self.doppler[-1]) / 2, (self.doppler[-1] - self.doppler[0]) / 2
         half = half / math.cos(math.pi / 2 / len(self.doppler)) if half > 0 else 0.0
         return lagrange_weights(self.doppler, doppler, middle - half, middle + half)
 
     def samples(self, pulse: ReceivedPulse, time: Floats, doppler: Floats) -> NDArray[np.complex128]:
-        """Waveforms of some echoes of unit pressure in each band [1], shape (bands, n); their sum is heard.
+        """Waveforms of some echoes of unit pressure in each band [1], shape (bands, n), of which the echo is the sum.
 
         Args:
-            pulse: As the receiver hears it.
-            time: Since each echo's delay [s], shape (n,).
-            doppler: Their Doppler factors less one [1], shape (n,).
+            pulse: The received pulse.
+            time: Time since each echo's delay [s], shape (n,).
+            doppler: Doppler factors of the echoes less one [1], shape (n,).
         """
         if len(self.band) == 1 and len(self.doppler) == 1:
             return pulse.samples(time)[None]
@@ -103,10 +103,10 @@ class WaveformBasis:
 
 
 def start_delay(pulse: ReceivedPulse, doppler: ArrayLike) -> Floats:
-    """How much later an echo starts than an unstretched pulse would that has the same middle [s], shape of doppler.
+    """Delay of a stretched pulse's start re an unstretched pulse with the same middle [s], shape of doppler.
 
     Args:
-        pulse: What was sent, as heard.
+        pulse: The received pulse.
         doppler: Doppler factors less one [1], any shape.
     """
     d = np.asarray(doppler, float)
@@ -114,16 +114,16 @@ def start_delay(pulse: ReceivedPulse, doppler: ArrayLike) -> Floats:
 
 
 def _stretch_about_middle(pulse: ReceivedPulse, doppler: float, offset: Floats) -> NDArray[np.complex128]:
-    """What shifts a pulse stretched about its start to one stretched about its middle, where it keeps its phase."""
+    """Phase factors that shift a pulse stretched about its start to one stretched about its middle."""
     return np.asarray(np.exp(-2j * np.pi * (pulse.pulse.frequency + offset) * start_delay(pulse, doppler)))
 
 
 def waveform_basis(ping_geometry: PingGeometry, error: float = ERROR) -> WaveformBasis:
-    """The shapes that one ping takes.
+    """Waveform basis of one ping.
 
     Args:
-        ping_geometry: The sonar, which may be under way.
-        error: What the sum may be wrong by, relative to the pulse's peak [1].
+        ping_geometry: The sonar, which may be moving.
+        error: Largest error of the weighted sum, re the pulse's peak [1].
     """
     band, edge = np.array([0.0]), np.inf
     if ping_geometry.sub_bands:
@@ -137,12 +137,12 @@ def waveform_basis(ping_geometry: PingGeometry, error: float = ERROR) -> Wavefor
 
 
 def doppler_node_count(pulse: Pulse, width: float, error: float = ERROR) -> int:
-    """How many shapes a range of Doppler factors takes; `MOST` where that is not enough.
+    """Number of waveforms for a range of Doppler factors; `MOST` where that is not enough.
 
     Args:
-        pulse: What was sent.
+        pulse: The transmitted pulse.
         width: Greatest less least Doppler factor [1].
-        error: What the sum may be wrong by, relative to the pulse's peak [1].
+        error: Largest error of the weighted sum, re the pulse's peak [1].
     """
     turn = math.pi * (pulse.frequency + pulse.bandwidth / 2) * pulse.duration * width / 2
     count = 1
@@ -152,12 +152,12 @@ def doppler_node_count(pulse: Pulse, width: float, error: float = ERROR) -> int:
 
 
 def doppler_range(ping_geometry: PingGeometry) -> tuple[float, float]:
-    """Least and greatest Doppler factor less one of what the beams hear during one ping [1].
+    """Least and greatest Doppler factor less one in the beams during one ping [1].
 
-    On one platform both legs go the same way; between two any way that the one sends meets any that the other hears.
+    A monostatic sonar has both legs in one direction; a bistatic one combines all transmit with all receive directions.
 
     Args:
-        ping_geometry: The sonar under way.
+        ping_geometry: The moving sonar.
     """
     assert ping_geometry.receive_motion is not None
     apart = ping_geometry.receive_track_extent is not None
@@ -171,7 +171,7 @@ def doppler_range(ping_geometry: PingGeometry) -> tuple[float, float]:
     leaving = 1 - sent_to @ sent / ping_geometry.sound_speed
     coming = [1 + heard_from @ velocity / ping_geometry.receive_sound_speed for velocity in heard]
     if apart:
-        leaving, coming = _ends(leaving)[:, None], [_ends(part) for part in coming]
+        leaving, coming = _extremes(leaving)[:, None], [_extremes(part) for part in coming]
     factor = np.concatenate([(part / leaving - 1).ravel() for part in coming])
     margin = 0.02 * float(max(np.linalg.norm(sent), *(np.linalg.norm(v) for v in heard))) / ping_geometry.sound_speed
     return float(factor.min()) - margin, float(factor.max()) + margin
@@ -185,12 +185,12 @@ _MAX_CACHE_BYTES = 8
 def _insonified_directions(
     transmit_beams: Beams, receive_beams: Beams | None, *, is_bistatic: bool
 ) -> tuple[Floats, Floats]:
-    """Directions that beams send to and hear from, of some all around, each (any, 3); kept for the same beams.
+    """Directions in the beams, out of a set all around, each (any, 3); cached for the same beams.
 
     Args:
         transmit_beams: Transmit beams.
-        receive_beams: Receive beams; None: they hear all around.
-        is_bistatic: Whether they are on two platforms, or else what counts is heard both ways.
+        receive_beams: Receive beams; None: omnidirectional.
+        is_bistatic: True for two platforms; otherwise the two-way gain counts.
     """
     ends = [beams for beams in (transmit_beams, receive_beams) if beams is not None]
     key = (is_bistatic, *((beams.axes.tobytes(), beams.pattern_key) for beams in ends))
@@ -207,11 +207,11 @@ def _insonified_directions(
         one, other = (way[gain >= FAINT * gain.max()] for gain in gains)
         if len(_DIRECTION_CACHE) >= _MAX_CACHE_BYTES:
             _DIRECTION_CACHE.clear()
-        # the beams are kept, so that no others can take their tables' numbers
+        # the cached beams keep their tables alive, so that no other table takes their identity
         held = _DIRECTION_CACHE[key] = one, other, ends
     return held[:2]
 
 
-def _ends(values: Floats) -> Floats:
-    """The least and the greatest of some values, shape (2,)."""
+def _extremes(values: Floats) -> Floats:
+    """Least and greatest of some values, shape (2,)."""
     return np.array([values.min(), values.max()])

@@ -1,4 +1,4 @@
-"""Energies and places of the points of a swath by delay, and as the pulse smears them. Plain numbers and arrays only.
+"""Energies and positions of seabed samples by delay, and their convolution with the pulse. Plain numbers and arrays.
 
 Bins are those of `_label_kernel`: energy, then energy times north, east, depth, distance and grazing angle.
 """
@@ -16,26 +16,26 @@ Singles = NDArray[np.float32]
 Integers = NDArray[Any]
 
 BLOCK = 512
-"""Energies that are worked out before they are laid down: few enough for the nearest cache."""
+"""Energies that are computed before they are deposited: few enough for the first-level cache."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def lay_energies(
+def deposit_positions(
     bins: Floats, start: float, rate: float, delay: Floats, energy: Floats, points: Integers, position: Floats,
     out: Singles, back: Singles, receiver: Floats,
 ) -> None:  # fmt: skip
-    """Add energies, and energies times places, to the two bins beside each delay.
+    """Add energies, and energies times positions, to the two bins beside each delay.
 
     Args:
         bins: Added to in place, (bins, MOMENTS).
         start: Delay of the first bin [s].
         rate: Bins per second [Hz].
-        delay: Out and back [s], (m,).
+        delay: Two-way delay [s], (m,).
         energy: Energies [uPa^2], (m,).
-        points: Point that each comes from, (m,).
+        points: Index of the point of each, (m,).
         position: North, east, depth of the points [m], (3, n).
-        out: Grazing angle of the legs out at the points [rad], (n,).
-        back: Grazing angle of the legs back, (n,).
+        out: Grazing angle of the transmit legs at the points [rad], (n,).
+        back: Grazing angle of the receive legs at the points [rad], (n,).
         receiver: North, east, depth of the receiver [m], (3,).
     """
     last = bins.shape[0] - 1
@@ -65,24 +65,25 @@ def lay_energies(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def lay_places(
-    delay: Floats, sent: Singles, heard: Singles, pair: Integers, count: Integers, rows: Integers,
-    section: NDArray[Any], level: float, kept: float, apart: float, bins: Floats, start: float, rate: float,
+def deposit_pair_positions(
+    delay: Floats, transmit_weights: Singles, receive_weights: Singles, pair: Integers, count: Integers, rows: Integers,
+    cross_section: NDArray[Any], source_pressure: float, interference_factor: float, independent_energy: float,
+    bins: Floats, start: float, rate: float,
     position: Floats, grazing: Singles, receiver: Floats,
 ) -> None:  # fmt: skip
-    """Energies and places of all that a swath sends back, pair by pair; energies are those of `deposit_pair_energies`.
+    """Deposit energies and positions of all pairs; energies are those of `deposit_pair_energies`.
 
     Args:
-        delay: As of `_swath_energies.deposit_pair_energies`, like all up to `apart`.
-        sent: Size of each leg times the gain of the transmit beam [1], (f, n).
-        heard: Size of each leg times the gain of the receive beam [1], (f, n).
+        delay: One-way delay of each leg [s], (f, n).
+        transmit_weights: Amplitude of each leg times the gain of the transmit beam [1], (f, n).
+        receive_weights: Amplitude of each leg times the gain of the receive beam [1], (f, n).
         pair: Rows of two legs, (p, 2).
-        count: Points of each pair, (p,).
-        rows: Which they are, (p, any).
-        section: Cross section times area [m^2], (p, any).
-        level: Pressure of the source at 1 m [uPa].
-        kept: Part of interference that jitter leaves [1].
-        apart: Energy of each replica that does not interfere [1].
+        count: Number of points of each pair, (p,).
+        rows: Indices of these points, (p, any).
+        cross_section: Cross section times area [m^2], (p, any).
+        source_pressure: Pressure of the source at 1 m [uPa].
+        interference_factor: Mean product of two replicas re that without jitter [1].
+        independent_energy: Energy of each replica that does not interfere [1].
         bins: Added to in place, (p, bins, MOMENTS).
         start: Delay of the first bin [s].
         rate: Bins per second [Hz].
@@ -91,28 +92,30 @@ def lay_places(
         receiver: North, east, depth of the receiver [m], (3,).
     """
     late, energy = np.empty((2, BLOCK))
-    square = level * level
+    square = source_pressure * source_pressure
     for p in range(pair.shape[0]):
         i, j = pair[p, 0], pair[p, 1]
         other = 0.0 if i == j else 1.0
         for begin in range(0, count[p], BLOCK):
             m = min(BLOCK, count[p] - begin)
-            some, ground = rows[p, begin : begin + m], section[p, begin : begin + m]
+            some, ground = rows[p, begin : begin + m], cross_section[p, begin : begin + m]
             for k in range(m):
                 n = some[k]
-                there = np.float64(sent[i, n]) * heard[j, n]
-                back = other * np.float64(sent[j, n]) * heard[i, n]
+                there = np.float64(transmit_weights[i, n]) * receive_weights[j, n]
+                back = other * np.float64(transmit_weights[j, n]) * receive_weights[i, n]
                 late[k] = delay[i, n] + delay[j, n]
-                energy[k] = kept * (there + back) * (there + back) + apart * (there * there + back * back)
+                energy[k] = interference_factor * (there + back) * (there + back) + independent_energy * (
+                    there * there + back * back
+                )
                 energy[k] *= square * ground[k]
-            lay_energies(
+            deposit_positions(
                 bins[p], start, rate, late[:m], energy[:m], some, position, grazing[i], grazing[j], receiver
             )  # fmt: skip
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def smear(energy: Floats, pulse: Floats, out: Floats) -> None:
-    """Fill in what a pulse makes of energies: sums over the bins that each sample hears.
+    """Convolve energies with a pulse: sums over the bins that contribute to each sample.
 
     Args:
         energy: Energies by delay, (bins,).
@@ -128,13 +131,13 @@ def smear(energy: Floats, pulse: Floats, out: Floats) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-def smear_places(bins: Floats, pulse: Floats, samples: Integers, out: Floats) -> None:
-    """Fill in the mean place of what some samples hear, weighted by energy.
+def smear_positions(bins: Floats, pulse: Floats, samples: Integers, out: Floats) -> None:
+    """Mean position of the contributions to some samples, weighted by energy.
 
     Args:
-        bins: Energies and places by delay, (bins, MOMENTS).
-        pulse: As of `smear`.
-        samples: Which samples, (m,).
+        bins: Energies and positions by delay, (bins, MOMENTS).
+        pulse: Energy of the pulse at the lag of each bin, the first bin first [1], (bins - samples + 1,).
+        samples: Indices of the samples, (m,).
         out: Result, (MOMENTS - 1, m).
     """
     for m in range(samples.size):
