@@ -6,7 +6,7 @@ BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 SHOWN  := src tests tools benchmarks examples
 
-.PHONY: help setup demo test check format-check lint types contract shape fast bench validate format clean clean-venv
+.PHONY: help setup demo test check format-check lint types contract shape words fast bench validate format clean clean-venv
 
 help:  ## say what can be made
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -34,7 +34,7 @@ demo: $(READY)  ## simulate the nominal scene and draw it
 test: $(READY)  ## run every test but the slow statistics (at most 8 minutes on two cores)
 	$(BIN)/python -m pytest -n 2 --dist worksteal
 
-check: format-check lint types contract shape fast  ## what a reviewer would check (at most 90 seconds)
+check: format-check lint types contract shape words fast  ## what a reviewer would check (at most 90 seconds)
 
 format-check: $(READY)
 	$(BIN)/ruff format --check $(wildcard $(SHOWN))
@@ -50,6 +50,9 @@ contract: $(READY)
 
 shape: $(READY)
 	$(BIN)/python tools/shape.py
+
+words: $(READY)  ## list where words of the code are not those of the glossary
+	$(BIN)/python tools/words.py
 
 fast: $(READY)
 	$(BIN)/python -m pytest -q -n 2 --dist worksteal -m 'not validate and not slow'
