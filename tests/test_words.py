@@ -30,7 +30,8 @@ def test_a_class_name_in_two_files_is_noticed(words):
     ("text", "count"),
     [
         ('def f():\n    """Which rows."""', 1), ('def f():\n    """Rows of a table."""', 0),
-        ('class A:\n    x: int\n    """How many."""', 1), ('"""Whether it is."""', 1), ('x = 1\n"""Whatever else."""', 0),
+        ('class A:\n    x: int\n    """How many."""', 1), ('"""Whether it is."""', 1),
+        ('x = 1\n"""Whatever else."""', 0),
         ('def f():\n    return "Which one?"', 0),
     ],
 )  # fmt: skip
