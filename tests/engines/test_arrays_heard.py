@@ -1,4 +1,4 @@
-"""Arrays of every kind, on ships that lean, heard through the whole engine against a sum over their points."""
+"""Arrays of every kind, on ships that lean, received through the whole engine against a sum over their points."""
 
 import warnings
 
@@ -43,8 +43,10 @@ def described(array: dict[str, object]) -> dict[str, object]:
     return one | {name: array[name] for name in kept if name in array}
 
 
-def told(transmit: dict[str, object], receive: dict[str, object], lean: dict[str, float], tilt: float) -> object:
-    """Five buoys in clear water heard by one sonar, direct paths and one bounce."""
+def described_of(
+    transmit: dict[str, object], receive: dict[str, object], lean: dict[str, float], tilt: float
+) -> object:
+    """Five buoys in clear water received by one sonar, direct paths and one bounce."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)
         return nominal(
@@ -101,7 +103,7 @@ def test_an_array_is_the_sum_of_its_points(name: str, lean: dict[str, float]) ->
     Patterns from tables are good to 1e-7, the time grid to 1e-5.
     """
     array = ARRAYS[name]
-    scenario = told(array, array, lean, 0.05)
+    scenario = described_of(array, array, lean, 0.05)
     pressure = simulate(scenario)
     truth = summed(array, array, lean, 0.05, [(steer_of(array), steer_of(array))], pressure.time.values)
     assert relative_rms(pressure.pressure.values[0], truth) < 1e-5
@@ -112,7 +114,7 @@ def test_many_ears_share_one_voice() -> None:
     steer = [-0.12, 0.0, 0.15]
     transmit = {"length": 0.06, "shading": "uniform", "steer": [0.0], "offset": (2.0, 0.0, -0.5)}
     receive = {"length": 0.5, "shading": "hann", "steer": steer, "offset": (-1.0, 0.4, 0.3)}
-    scenario = told(transmit, receive, LEANING, 0.1)
+    scenario = described_of(transmit, receive, LEANING, 0.1)
     pressure = simulate(scenario)
     pairs = [((0.0, 0.0), (angle, 0.0)) for angle in steer]
     truth = summed(transmit, receive, LEANING, 0.1, pairs, pressure.time.values)
@@ -130,7 +132,7 @@ def test_a_voice_without_a_steer_follows_the_ears() -> None:
     down, steer = 0.1, [-0.1, 0.2]
     transmit = {"length": 0.3}
     receive = panel(steer=steer, steer_down=down)
-    scenario = told(transmit, receive, LEVEL_SHIP, 0.0)
+    scenario = described_of(transmit, receive, LEVEL_SHIP, 0.0)
     pressure = simulate(scenario)
     cones = [np.arcsin(np.sin(angle) * np.cos(down)) for angle in steer]
     pairs = [((cone, 0.0), (angle, down)) for cone, angle in zip(cones, steer, strict=True)]
@@ -139,11 +141,11 @@ def test_a_voice_without_a_steer_follows_the_ears() -> None:
         assert relative_rms(pressure.pressure.values[0, channel], truth[channel]) < 1e-5, channel
 
 
-def test_a_rolled_ship_hears_as_one_with_its_array_tilted() -> None:
+def test_a_rolled_ship_receives_as_one_with_its_array_tilted() -> None:
     """Roll to starboard dips a starboard array: 0.2 rad of roll is 0.2 rad of tilt, to rounding."""
     array = panel()
-    rolled = simulate(told(array, array, {**LEVEL_SHIP, "roll": 0.2}, 0.0)).pressure.values
-    tilted = simulate(told(array, array, LEVEL_SHIP, 0.2)).pressure.values
+    rolled = simulate(described_of(array, array, {**LEVEL_SHIP, "roll": 0.2}, 0.0)).pressure.values
+    tilted = simulate(described_of(array, array, LEVEL_SHIP, 0.2)).pressure.values
     assert relative_rms(rolled, tilted) < 1e-6
 
 

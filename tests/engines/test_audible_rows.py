@@ -1,4 +1,4 @@
-"""Claims about which rows of what is audible belong to which pair of legs, and what a run is told of shares ahead."""
+"""Claims about which rows of what is audible belong to which pair of legs, and what a run is given of shares ahead."""
 
 import numpy as np
 import pytest
@@ -22,15 +22,15 @@ ROUGH = {"depth": 20.0, "relief": {"kind": "power-law", "hurst": 0.8, "rms": 0.0
 
 
 def known(seed=1):
-    """Four families and a table of shares whose every number is its own, for one place in each of 30 stretches."""
+    """Four families and a table of distinct keep probabilities, for one position in each of 30 range bins."""
     keep_probability = (np.random.default_rng(seed).permutation(16 * 30) + 1).reshape(16, 30).astype(np.float32) / 500
     number, stretch = np.full(30, 1e-4, np.float32), np.arange(30).astype(np.uint8)
     return PairSelection(NAMES, np.ones((4, 30), bool), PairSampling(number, stretch, keep_probability))
 
 
-def row_of(heard, one, other):
-    """Shares of one pair of families."""
-    return heard.sampling.keep_probability[4 * NAMES.index(one) + NAMES.index(other)]
+def row_of(received, one, other):
+    """Keep probabilities of one pair of families."""
+    return received.sampling.keep_probability[4 * NAMES.index(one) + NAMES.index(other)]
 
 
 def scene(**more):
@@ -41,42 +41,45 @@ def scene(**more):
 @given(st.lists(st.tuples(st.sampled_from(NAMES), st.sampled_from(NAMES)), max_size=20))
 def test_each_pair_has_the_row_of_its_two_names(pairs):
     """Out first and back second, however many pairs, in any order, some more than once."""
-    heard, out, back = known(), *(tuple(pair[k] for pair in pairs) for k in (0, 1))
-    rows = heard.sampling_of(out, back)
+    received, out, back = known(), *(tuple(pair[k] for pair in pairs) for k in (0, 1))
+    rows = received.sampling_of(out, back)
     assert rows.amplitude_weight.shape == (len(pairs), 30)
     for row, (one, other) in zip(rows.keep_probability, pairs, strict=True):
-        np.testing.assert_array_equal(row, row_of(heard, one, other))
+        np.testing.assert_array_equal(row, row_of(received, one, other))
 
 
-def test_the_way_out_is_told_from_the_way_back():
-    """A pair and its twin have rows of their own, though shares make them alike."""
-    heard = known()
-    there, back = heard.sampling_of(("D",), ("B",)).keep_probability, heard.sampling_of(("B",), ("D",)).keep_probability
+def test_the_transmit_leg_is_distinguished_from_the_receive_leg():
+    """A pair and its twin have rows of their own, though keep probabilities make them alike."""
+    received = known()
+    there, back = (
+        received.sampling_of(("D",), ("B",)).keep_probability,
+        received.sampling_of(("B",), ("D",)).keep_probability,
+    )
     assert (there != back).all()
 
 
 def test_all_pairs_in_their_order_are_the_table_itself():
-    """Nothing is copied where everything is asked for as it lies."""
-    heard = known()
+    """Nothing is copied where everything is requested as it lies."""
+    received = known()
     out, back = (tuple(NAMES[k] for k in np.indices((4, 4))[axis].ravel()) for axis in (0, 1))
-    assert np.shares_memory(heard.sampling_of(out, back).keep_probability, heard.sampling.keep_probability)
+    assert np.shares_memory(received.sampling_of(out, back).keep_probability, received.sampling.keep_probability)
     assert not np.shares_memory(
-        heard.sampling_of(out[::-1], back[::-1]).keep_probability, heard.sampling.keep_probability
+        received.sampling_of(out[::-1], back[::-1]).keep_probability, received.sampling.keep_probability
     )
 
 
 def test_glints_of_one_family_share_its_row():
     """A rough surface splits a family into several legs of one name: all are met where the family is."""
-    heard = known()
+    received = known()
     out, back = ("S", "S", "S", "D"), ("D", "S", "D", "S")
-    rows = heard.sampling_of(out, back).keep_probability
+    rows = received.sampling_of(out, back).keep_probability
     np.testing.assert_array_equal(rows[0], rows[2])
-    np.testing.assert_array_equal(rows[1], row_of(heard, "S", "S"))
-    np.testing.assert_array_equal(rows[3], row_of(heard, "D", "S"))
+    np.testing.assert_array_equal(rows[1], row_of(received, "S", "S"))
+    np.testing.assert_array_equal(rows[3], row_of(received, "D", "S"))
 
 
-def test_a_pair_is_met_where_the_number_lies_below_its_share():
-    """Over all places met, what is louder squared times the share is one; elsewhere nothing is heard."""
+def test_a_pair_is_evaluated_where_the_number_lies_below_its_keep_probability():
+    """Over all positions evaluated, amplitude weight squared times keep probability is one; elsewhere both are zero."""
     number = np.linspace(0, 1, 1001)[:-1].astype(np.float32)
     keep_probability = np.array([[1.0, 0.3], [0.05, 1 / 32]], np.float32)
     stretch = np.repeat([0, 1], 500).astype(np.uint8)
@@ -85,7 +88,7 @@ def test_a_pair_is_met_where_the_number_lies_below_its_share():
     np.testing.assert_allclose((amplitude_weight**2 * keep_probability[:, stretch])[amplitude_weight > 0], 1, rtol=1e-6)
 
 
-def test_where_all_is_met_nothing_is_multiplied():
+def test_without_sampling_amplitude_weights_are_one():
     """No table, no factor, whatever the pairs; and a family that is not followed has no row."""
     assert PairSelection(NAMES, None, None).sampling_of(("D", "D"), ("B", "S")) is None
     with pytest.raises(KeyError):
@@ -93,30 +96,30 @@ def test_where_all_is_met_nothing_is_multiplied():
 
 
 @pytest.mark.parametrize("reflections", [1, 2])
-def test_shares_told_ahead_are_those_of_the_scatterers(reflections):
+def test_keep_probabilities_estimated_ahead_are_those_of_the_scatterers(reflections):
     """Pairs met by all of a ping's scatterers, by their distances, are those that its blocks meet: to 2 %.
 
     Some 10 000 scatterers, of which one number each decides: its standard error is below 1 %.
     """
     simulator = build_simulator(scene(paths={"max_reflections": reflections}))
     here = simulator.ping_geometry(0)
-    met = told = 0.0
+    computed = expected = 0.0
     for block in simulator.engine.blocks(here):
         points = block()
-        heard = simulator.engine._pair_selection(here, points)
+        received = simulator.engine._pair_selection(here, points)
         distance = np.hypot(*(points.position[:, :2] - here.midpoint[:2]).T)
         families, keep_probability = simulator.engine.family_keep_probabilities(here, distance)
-        told += keep_probability.sum()
-        met += (
-            len(heard.families) ** 2 * len(points)
-            if heard.sampling is None
-            else (heard.sampling.amplitude_weight > 0).sum()
+        expected += keep_probability.sum()
+        computed += (
+            len(received.families) ** 2 * len(points)
+            if received.sampling is None
+            else (received.sampling.amplitude_weight > 0).sum()
         )
         assert families == families_reaching("seabed", simulator.scenario.paths.followed_families)
-    assert told == pytest.approx(met, rel=0.02)
+    assert expected == pytest.approx(computed, rel=0.02)
 
 
-def test_shares_lie_between_the_least_and_all():
+def test_keep_probabilities_lie_between_the_least_and_all():
     """Direct pairs everywhere, others from 1 in 32 upwards or, where a leg is not followed, nowhere; twins alike."""
     simulator = build_simulator(scene(paths={"max_reflections": 4}))
     families, keep_probability = simulator.engine.family_keep_probabilities(
@@ -132,8 +135,8 @@ def test_shares_lie_between_the_least_and_all():
     assert keep_probability.shape == (len(families), len(families), 500)
 
 
-def test_a_family_that_is_drowned_has_no_share():
-    """Parts of a hundred-thousandth throughout: neither its own pairs nor those with others are met at any place."""
+def test_a_family_that_is_negligible_has_no_keep_probability():
+    """Parts of a hundred-thousandth throughout: neither its own pairs nor those with others are met at any position."""
     simulator = build_simulator(scene())
     here, families = simulator.ping_geometry(0), ("D", "B", "S")
     part = np.full((3, 3, RANGE_BINS), 0.2)
@@ -143,14 +146,14 @@ def test_a_family_that_is_drowned_has_no_share():
 
 
 @pytest.mark.parametrize("changes", [{"seabed": {"depth": 20.0}}, {"paths": {"geometry": "slice"}}])
-def test_where_nothing_is_known_all_is_met(changes):
-    """Over a flat bed, and in a slice: no shares."""
+def test_without_energy_fractions_all_pairs_are_evaluated(changes):
+    """Over a flat bed, and in a slice: no keep probabilities."""
     simulator = build_simulator(scene(**changes))
     assert simulator.engine.family_keep_probabilities(simulator.ping_geometry(0), np.array([50.0])) is None
 
 
-def test_what_is_alone_is_all_that_is_heard():
-    """One family: its pair has all of what arrives with it, to 5 %, wherever anything is heard within the window."""
+def test_a_single_pair_has_all_the_energy():
+    """One family: its pair has all of what arrives with it, to 5 %, wherever anything is received within the window."""
     simulator = build_simulator(scene(paths={"max_reflections": 0}))
     here, bed = simulator.ping_geometry(0), simulator.engine.scene.seabed.terrain
     law = simulator.engine.scene.seabed.law(here.frequency, 1500.0)

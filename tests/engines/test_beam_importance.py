@@ -1,4 +1,4 @@
-"""Scatterers are left out where a beam hardly listens, and nothing that is heard changes."""
+"""Scatterers are left out where a beam hardly listens, and nothing that is received changes."""
 
 import numpy as np
 import pytest
@@ -23,14 +23,14 @@ def bed(seed=1, *, window=(0.12, 0.16), order=0, **top):
 
 def passing(*, step, pings=2, order=2, window=(0.12, 0.16)):
     """The nominal bed under a sonar that stops and hops northward."""
-    told = bed(order=order).model_dump()
-    told["track"] = {"kind": "line", "start": (0, 0, 11.0), "speed": 1.0, "pings": pings, "interval": step,
+    expected = bed(order=order).model_dump()
+    expected["track"] = {"kind": "line", "start": (0, 0, 11.0), "speed": 1.0, "pings": pings, "interval": step,
                      "window": window, "stop_and_hop": True}  # fmt: skip
-    return Scenario(**told)
+    return Scenario(**expected)
 
 
-def met(scenario, ping=0):
-    """Place, key and area of all scatterers of one ping."""
+def evaluate(scenario, ping=0):
+    """Position, key and area of all scatterers of one ping."""
     simulator = build_simulator(scenario)
     found = [block() for block in simulator.engine.blocks(simulator.ping_geometry(ping))]
     return (np.concatenate([getattr(part, name) for part in found]) for name in ("position", "scatterer_id", "area"))
@@ -50,9 +50,9 @@ def unthinned(monkeypatch):
 
 def test_the_main_lobe_keeps_all_and_side_lobes_few(monkeypatch):
     """Within 13 dB of the axis the very scatterers of an endless share; of what lies beyond the first zero, a tenth."""
-    place, key, area = met(bed())
+    place, key, area = evaluate(bed())
     unthinned(monkeypatch)
-    every, known, whole = met(bed())
+    every, known, whole = evaluate(bed())
     axis, all_axis = off_axis(place), off_axis(every)
     lobe = np.sinc(0.62) ** 2  # 13 dB down
     assert lobe == pytest.approx(10 ** (-13 / 20), rel=0.05)
@@ -66,9 +66,9 @@ def test_what_is_kept_stands_for_what_is_not(monkeypatch):
 
     Each is kept or left out by itself at worst, so the variance of the sum is no more than that of all the squares.
     """
-    place, _, area = met(bed(window=(0.08, 0.16)))
+    place, _, area = evaluate(bed(window=(0.08, 0.16)))
     unthinned(monkeypatch)
-    every, _, whole = met(bed(window=(0.08, 0.16)))
+    every, _, whole = evaluate(bed(window=(0.08, 0.16)))
     for low, high in ((1.0, 2.0), (2.0, 5.0)):
         kept, there = ((off_axis(some) > low) & (off_axis(some) < high) for some in (place, every))
         part = area[kept] * off_axis(place[kept]) ** -4
@@ -78,17 +78,17 @@ def test_what_is_kept_stands_for_what_is_not(monkeypatch):
 
 
 def test_what_is_kept_is_what_the_lattice_draws():
-    """Of 60 tiles near and far, loud and faint: the very places and phases of the lattice, each by its priority.
+    """60 tiles of high and low gain: the positions and phases of the scatterer grid, each by its priority.
 
-    Who stands for 1/p of a cell has a priority below p; the phase is the turn's to 3e-7.
+    Who represents 1/p of a cell has a priority below p; the phase is the turn's to 3e-7.
     """
     scenario = bed(order=2)
     lattice, simulator = ScattererGrid(heading=0.3), build_simulator(scenario)
     here, rays = simulator.ping_geometry(0), simulator.engine.rays
     along, across = np.meshgrid(np.arange(-2, 4), np.arange(-1, 9))
     tiles = Tiles(np.full(60, 2), along.ravel() * 4, across.ravel() * 4)
-    loud = beam_importance.BeamImportance(here, 20.0, rays, ("D", "S"), lattice, 100.0)
-    kept = loud.kept_scatterers(tiles, loud.bounds(tiles, np.full(60, 0.7)), 7, random_keys.SEABED, 20.0)
+    importance = beam_importance.BeamImportance(here, 20.0, rays, ("D", "S"), lattice, 100.0)
+    kept = importance.kept_scatterers(tiles, importance.bounds(tiles, np.full(60, 0.7)), 7, random_keys.SEABED, 20.0)
     cell = jittered_points(tiles, 7, random_keys.SEABED)
     order = np.argsort(cell.scatterer_id)
     rows = order[np.searchsorted(cell.scatterer_id, kept.key, sorter=order)]
@@ -101,21 +101,21 @@ def test_what_is_kept_is_what_the_lattice_draws():
     assert np.ptp(kept.area) > 20 * kept.area.min()
 
 
-def test_no_scatterer_left_over_is_louder_than_those_at_the_edge():
+def test_no_scatterer_left_over_is_stronger_than_those_at_the_edge():
     """Area times two-way energy gain, of an aperture sinc^4: off the main lobe no more than 11 dB down.
 
     14 dB, and 3 dB for the parts of tiles between whose corners gains are interpolated.
     """
-    place, _, area = met(bed())
+    place, _, area = evaluate(bed())
     axis = off_axis(place)
     far = axis > 1
     assert np.max(area[far] * np.sinc(axis[far]) ** 4) < 8e-2 * area[axis < 0.5].max()
 
 
 def test_pings_nearby_keep_the_same():
-    """A sonar that moves by 5 cm keeps nearly all; whoever stays has the same key, place and phase.
+    """A sonar that moves by 5 cm keeps nearly all; a scatterer that stays has the same key, position and phase.
 
-    Nine in ten stand for as much ground as before, to a quarter, and those of the main lobe, down to 12 dB below its
+    Nine in ten represent as much ground as before, to a quarter, and those of the main lobe, down to 12 dB below its
     axis, to 1e-3: at its flank and beyond weights follow the beam.
     """
     simulator = build_simulator(passing(step=0.05))
@@ -136,34 +136,36 @@ def test_pings_nearby_keep_the_same():
 def test_the_coherence_of_pings_is_that_of_all_scatterers(monkeypatch):
     """Ping to ping, 10 and 30 cm on: within 0.01 of that without any left out; the sound itself within -20 dB."""
 
-    def heard(step):
+    def received(step):
         return simulate(passing(step=step), threads=2).pressure.values[:, 0]
 
     def coherence(pair):
         return np.abs(np.vdot(*pair)) / np.prod([np.linalg.norm(one) for one in pair])
 
-    thin = [heard(step) for step in (0.1, 0.3)]
+    sampled = [received(step) for step in (0.1, 0.3)]
     unthinned(monkeypatch)
-    full = [heard(step) for step in (0.1, 0.3)]
-    for some, every in zip(thin, full, strict=True):
+    full = [received(step) for step in (0.1, 0.3)]
+    for some, every in zip(sampled, full, strict=True):
         assert coherence(some) == pytest.approx(coherence(every), abs=0.01)
         assert np.linalg.norm(some[0] - every[0]) < 0.1 * np.linalg.norm(every[0])
 
 
 @pytest.mark.slow
-def test_a_shadow_that_side_lobes_fill_is_as_loud_and_speckles():
+def test_a_shadow_that_side_lobes_fill_is_as_strong_and_speckles():
     """A wall 4 m wide cuts the main lobe: behind it 48 beds come to the expectation within 0.5 dB, 20 dB down or more.
 
     12 ms of 0.155 ms, N = 3700: 0.1 dB if Rayleigh; its index is 2 to 4, for few scatterers share the work.
     """
     wall = {"box": {"size": (4.0, 1.0, 1.0)}, "window": (0.19, 0.2225)}
-    heard = each_ping([bed(seed, **wall) for seed in range(48)], lambda s: simulate(s, threads=1).pressure.values[0, 0])
+    received = each_ping(
+        [bed(seed, **wall) for seed in range(48)], lambda s: simulate(s, threads=1).pressure.values[0, 0]
+    )
     scenario = bed(**wall)
     expected = simulate(scenario.model_copy(update={"field": "incoherent"})).intensity.values[0, 0]
     time = build_simulator(scenario).grid.time
     dark = (time > 0.2145) & (time < 0.2220)
     assert expected[dark].mean() < 1e-2 * expected[time < 0.2].mean()
-    power = np.abs(heard[:, dark]) ** 2 / expected[dark]
+    power = np.abs(received[:, dark]) ** 2 / expected[dark]
     assert 10 * np.log10(power.mean()) == pytest.approx(0, abs=0.5)
     assert 1.8 < np.mean(power**2) / np.mean(power) ** 2 < 4
 
@@ -171,10 +173,10 @@ def test_a_shadow_that_side_lobes_fill_is_as_loud_and_speckles():
 def test_recorded_elements_keep_what_they_are_sent():
     """All that the transmitter insonifies within 6 dB, and its second side lobe, 17.8 dB down, in proportion.
 
-    42 %, and 30 % of that: where few are kept the middle of a tile speaks for places up to 3 dB louder.
+    42 %, and 30 % of that: where few are kept the middle of a tile speaks for positions up to 3 dB stronger.
     """
     line = {"receive": {"kind": "line", "length": 0.24, "elements": 4}}
-    place, _, area = met(bed(**line, sonar={"receiver": {"record": "elements"}}))
+    place, _, area = evaluate(bed(**line, sonar={"receiver": {"record": "elements"}}))
     axis = off_axis(place)
     whole = area[axis < 0.6]
     assert whole.max() < 1.5 * whole.min()
@@ -189,23 +191,23 @@ def test_a_world_moved_keeps_its_choice():
         water=QUIET, track={**WINDOW, "position": (*shift, 11.0), "heading": turn}, paths={"max_reflections": 2},
         seabed={"scatterer_grid": {"origin": tuple(shift), "heading": turn}},
     )  # fmt: skip
-    _, here, _ = met(bed(order=2))
-    _, there, _ = met(moved)
+    _, here, _ = evaluate(bed(order=2))
+    _, there, _ = evaluate(moved)
     assert len(here) == len(there) and np.mean(here == there) == 1.0
 
 
 def test_a_ping_fills_the_cells_that_it_has_itself():
     """Right below the sonar cells are larger than the track has them at 45 degrees: no more are kept than fill them.
 
-    In the main lobe each scatterer stands for half of its part of a cell to all of it; those of the whole track would
-    stand for 0.3 of it on the average.
+    In the main lobe each scatterer represents half of its part of a cell to all of it; those of the whole track would
+    represent 0.3 of it on the average.
     """
     scenario = passing(step=0.5, window=(0.011, 0.02), pings=40)
     simulator = build_simulator(scenario)
     here = simulator.ping_geometry(20)
     seen = ping_scatterers(scenario.scene, scenario.paths, scenario.seed, here, simulator.engine.rays)
     height = scenario.seabed.depth - here.transmit_position[2]
-    place, _, area = met(scenario, 20)
+    place, _, area = evaluate(scenario, 20)
     distance = np.linalg.norm(place[:, :2] - here.transmit_position[:2], axis=1)
     below = (off_axis(place, here.transmit_position) < 0.6) & (distance < 0.3 * height)
     part = area[below] / seen.resolution.cell_area(distance[below], height)

@@ -1,4 +1,4 @@
-"""Bounced legs that are asked for are those of all asked together, and others are silent."""
+"""Bounced legs that are requested are those of all asked together, and others are silent."""
 
 import numpy as np
 import pytest
@@ -11,13 +11,15 @@ from insonify.simulator import build_simulator
 from oracles.scenes import nominal
 
 FAMILIES = ("D", "S", "BS", "SBS")
-COLUMNS = ("delay", "length", "spreading", "absorption", "reflection_coefficient", "visibility", "status", "occluder", "grazing",
+COLUMNS = (
+    "delay", "length", "spreading", "absorption", "reflection_coefficient", "visibility", "status", "occluder",
+    "grazing",
            "departure", "arrival")  # fmt: skip
 
 
 @pytest.fixture(scope="module", params=[0.02, 0.065, 0.3], ids=["gentle", "middling", "rough"])
 def world(request):
-    """300 places of rough ground, the legs over the mean plane to them, and what the ground hides."""
+    """300 positions of rough ground, the legs over the mean plane to them, and what the seabed hides."""
     relief = {"kind": "power-law", "hurst": 0.8, "rms": request.param, "outer_scale": 20.0}
     scenario = nominal(seabed={"relief": relief, "cutoff_wavelength": 0.5}, track={"window": (0.02, 0.08)},
                        paths={"families": list(FAMILIES), "max_reflections": 3})  # fmt: skip
@@ -38,28 +40,29 @@ def world(request):
     def legs(which=slice(None)):
         return simulator.engine.rays.legs(sonar, points.take(which), FAMILIES, here.frequency)
 
-    def asked(wanted=None, which=slice(None), soft=False):
-        terrain_occlusion = TerrainOcclusion(bed, sonar, StraightLaunchAngles(11.0, 20.0), farthest=80.0, wavelength=0.015,
+    def evaluate_at(wanted=None, which=slice(None), soft=False):
+        terrain_occlusion = TerrainOcclusion(bed, sonar, StraightLaunchAngles(11.0, 20.0), farthest=80.0,
+        wavelength=0.015,
                             min_profile_width=4e-3)  # fmt: skip
         return reflect_off_relief(
             legs(which), points.take(which), sonar, terrain_occlusion, scene, soft=soft, wanted=wanted
         )
 
-    return asked, legs
+    return evaluate_at, legs
 
 
 def assert_same(one, other, name):
-    """The same to rounding: the last digit may depend on the place in an array, where loops run in vectors."""
+    """The same to rounding: the last digit may depend on the position in an array, where loops run in vectors."""
     np.testing.assert_allclose(one, other, rtol=1e-11, atol=1e-14, err_msg=name)
 
 
 @pytest.mark.parametrize("soft", [False, True])
 @pytest.mark.parametrize("chance", [0.0, 0.02, 0.5, 1.0])
-def test_legs_asked_for_are_those_of_all_and_others_are_silent(world, chance, soft):
+def test_legs_requested_are_those_of_all_and_others_are_zero(world, chance, soft):
     """None, a few, half and all of each family: the same to rounding; the rest silent; legs without bottom as ever."""
-    asked, _ = world
-    every, wanted = asked(soft=soft), np.random.default_rng(2).random((len(FAMILIES), 300)) < chance
-    some = asked(wanted, soft=soft)
+    requested, _ = world
+    every, wanted = requested(soft=soft), np.random.default_rng(2).random((len(FAMILIES), 300)) < chance
+    some = requested(wanted, soft=soft)
     for row, family in enumerate(FAMILIES):
         here = wanted[row] if "B" in family else np.ones(300, bool)
         for name in COLUMNS:
@@ -69,20 +72,20 @@ def test_legs_asked_for_are_those_of_all_and_others_are_silent(world, chance, so
 
 def test_points_have_the_same_bounces_alone_as_in_company(world):
     """Every seventh of them, and one by itself, over ground read anew: the same to rounding."""
-    asked, _ = world
-    every = asked()
+    requested, _ = world
+    every = requested()
     for which in (np.arange(0, 300, 7), np.array([123])):
-        few = asked(which=which)
+        few = requested(which=which)
         for name in COLUMNS:
             assert_same(getattr(few, name), getattr(every, name)[:, which], name)
 
 
-def test_a_leg_takes_as_long_as_its_way_and_fades_with_it(world):
+def test_a_leg_takes_as_long_as_its_path_and_fades_with_it(world):
     """Delay times speed is the length, spreading its inverse; absorption is that per metre of the level leg."""
-    asked, level = world
-    found, flat = asked(), level()
-    heard = np.abs(found.reflection_coefficient) > 0
-    assert heard[:2].all()
+    requested, level = world
+    found, flat = requested(), level()
+    received = np.abs(found.reflection_coefficient) > 0
+    assert received[:2].all()
     np.testing.assert_allclose(found.delay * 1500.0, found.length, rtol=1e-9)
     np.testing.assert_allclose(found.spreading, 1 / found.length, rtol=1e-9)
     np.testing.assert_allclose(
@@ -92,7 +95,7 @@ def test_a_leg_takes_as_long_as_its_way_and_fades_with_it(world):
 
 
 def test_a_mirror_takes_no_less_than_its_own_coefficient(world):
-    """Of the bed's 0.35 for each bottom bounce at most that is left, rough or not; those off the surface lose none."""
+    """At most 0.35 for each bottom bounce is left, rough or not; surface bounces lose nothing."""
     found = world[0]()
     for row, family in enumerate(FAMILIES):
         times = [*bounce_sequence(family)].count("B")
@@ -102,7 +105,7 @@ def test_a_mirror_takes_no_less_than_its_own_coefficient(world):
 
 def test_no_points_have_no_bounces(world):
     """Columns of no rows; what was asked of them is nothing."""
-    asked, _ = world
-    none = asked(which=np.empty(0, np.int64))
+    requested, _ = world
+    none = requested(which=np.empty(0, np.int64))
     assert none.delay.shape == (len(FAMILIES), 0)
     assert none.families == FAMILIES

@@ -99,8 +99,8 @@ def test_the_direct_path_ends_where_rays_have_turned_away():
 
 @settings(max_examples=30, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.sampled_from([THERMO, CAUSTIC, [[0.0, 1480.0], [20.0, 1486.0]]]))
-def test_legs_are_the_same_both_ways(seed, profile):
-    """Sonar and point change places: as many rays, equal delays and amplitudes, directions turned round."""
+def test_legs_are_reciprocal(seed, profile):
+    """Sonar and point change positions: as many rays, equal delays and amplitudes, directions turned round."""
     random = np.random.default_rng(seed)
     one, other = (np.array([0.0, away, random.uniform(0.5, 19.5)]) for away in (0.0, random.uniform(5, 120)))
     water = rays(profile)
@@ -191,7 +191,7 @@ def test_a_ray_that_only_dips_into_a_box_where_it_turns_is_cut():
 
 
 def test_beyond_a_caustic_a_ray_is_a_quarter_turn_ahead():
-    """Of the turned rays to one place, those that have touched the caustic carry +90 degrees, and none is boundless."""
+    """Turned rays to one position that have touched the caustic carry +90 degrees, and all amplitudes are finite."""
     away = np.linspace(140, 175, 400)
     low = points(np.column_stack([0 * away, away, np.full(away.size, 15.0)]))
     water = rays(CAUSTIC)
@@ -207,7 +207,7 @@ def test_beyond_a_caustic_a_ray_is_a_quarter_turn_ahead():
 @pytest.mark.parametrize("profile", [THERMO, CAUSTIC], ids=["thermocline", "caustic"])
 @pytest.mark.parametrize("boundary", [0.0, DEPTH])
 def test_no_ray_leaves_outside_the_cone_that_was_promised(profile, boundary):
-    """Every leg to a place within a neighbourhood departs inside that neighbourhood's cone."""
+    """Every leg to a position within a neighbourhood departs inside that neighbourhood's cone."""
     sonar, water = np.array([0.0, 0.0, 11.0]), rays(profile)
     random = np.random.default_rng(1)
     centre = np.column_stack([random.uniform(-20, 20, 300), random.uniform(-150, 150, 300)])
@@ -286,8 +286,8 @@ def test_a_table_that_fails_its_test_gives_way_to_the_exact_solver(monkeypatch):
         water.legs(sonar, points(bed, boundary="seabed"), ("D",), 1e5)
 
 
-def test_all_that_is_heard_is_in_reach():
-    """Places on the bed whose earliest or latest pair of legs falls into the window lie in the ring; it is tight."""
+def test_all_that_is_received_is_in_reach():
+    """Seabed positions with an earliest or latest pair of legs in the window lie in the ring; it is tight."""
     scenario = nominal(
         water={"noise_level_db": None, "profile": THERMO}, track={"window": (0.12, 0.15)}, paths={"max_reflections": 2}
     )
@@ -301,9 +301,9 @@ def test_all_that_is_heard_is_in_reach():
     there = legs.status == LegStatus.CLEAR
     earliest = 2 * np.where(there, legs.delay, np.inf).min(axis=0)
     latest = 2 * np.where(there, legs.delay, -np.inf).max(axis=0)
-    heard = away[(earliest <= last) & (latest >= first)]
-    assert ring.nearest <= heard.min() < ring.nearest + 1
-    assert ring.farthest - 1 < heard.max() <= ring.farthest
+    received = away[(earliest <= last) & (latest >= first)]
+    assert ring.nearest <= received.min() < ring.nearest + 1
+    assert ring.farthest - 1 < received.max() <= ring.farthest
 
 
 @pytest.mark.filterwarnings("ignore:water.profile")  # its corner is meant

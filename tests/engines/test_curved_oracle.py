@@ -27,7 +27,9 @@ def scenario(**paths):
     return nominal(
         transmit={"length": 0.4, "elements": 60, "shading": "hamming", "element": "cosine", "offset": offsets[0]},
         receive={"length": 0.3, "shading": "hann", "offset": offsets[1]},
-        sonar={"pulse": PULSE, "receiver": {"bandwidth": 20e3, "matched_filter": False}, "mounting": {"bearing": np.pi / 2}},
+        sonar={
+            "pulse": PULSE, "receiver": {"bandwidth": 20e3, "matched_filter": False},
+            "mounting": {"bearing": np.pi / 2}},
         track={"position": tuple(base), "window": WINDOW},
         paths={"max_reflections": 1, **paths},
         water={"noise_level_db": None, "absorption_db_per_m": 0.035,
@@ -40,14 +42,14 @@ def scatterers():
     """Fifty points on the seabed, on the surface and in the water, the last of them beyond the direct path's end."""
     random = np.random.default_rng(8)
 
-    def block(owner, n, depth, normal, law, drawn):
+    def block(label, n, depth, normal, law, drawn):
         position = np.column_stack([random.uniform(-3, 5, n), random.uniform(55, 140, n), np.broadcast_to(depth, n)])
         position[-1, 1] = 145.0
         phase = np.exp(2j * np.pi * random.random(n)) if drawn else np.ones(n, complex)
-        boundary = owner if owner in ("seabed", "surface") else "target"
+        boundary = label if label in ("seabed", "surface") else "target"
         area = random.uniform(0.5, 2, n) if drawn else np.ones(n)
         place = random.integers(0, 2**62, n).astype(np.uint64)
-        return Scatterers(owner, boundary, law, position, np.tile(normal, (n, 1)), area, phase, place, drawn)
+        return Scatterers(label, boundary, law, position, np.tile(normal, (n, 1)), area, phase, place, drawn)
 
     flat = Lambert(strength_db=-20)
     return [
@@ -71,12 +73,12 @@ def mirror(sine):
     return (sand - water) / (sand + water)
 
 
-def legs(end, place, owner):
+def legs(end, place, label):
     """Delay, complex amplitude, direction at the sonar and sine of grazing at the point of every ray there is."""
     offset = np.array(place[:2]) - np.array(end[:2])
     away = float(np.hypot(*offset))
     ahead = offset / away
-    own = {"seabed": "B", "surface": "S"}.get(owner, "-")
+    own = {"seabed": "B", "surface": "S"}.get(label, "-")
     for family in ("D", "S", "B"):
         if family == own:
             continue
@@ -88,7 +90,7 @@ def legs(end, place, owner):
                 bounced = mirror(np.sqrt(1 - (ray.slowness * SPEEDS[-1]) ** 2))
             lost = 10 ** (-0.035 * ray.length / 20)
             way = np.append(np.cos(ray.launch) * ahead, np.sin(ray.launch))
-            sine = 1.0 if owner == "buoy" else abs(np.sin(ray.arrival))
+            sine = 1.0 if label == "buoy" else abs(np.sin(ray.arrival))
             yield ray.delay, ray.amplitude * bounced * lost * 1j**ray.caustics, way, sine
 
 
@@ -99,7 +101,7 @@ def transmit_gain(way):
 
 
 def receive_gain(way):
-    """A continuous line of 0.3 m, elements that hear all around in front and behind."""
+    """A continuous line of 0.3 m, elements that receive all around in front and behind."""
     wave = sound_speed_at(ENDS[1][2]) / CARRIER
     return row(0.3 / wave, None, "hann", [-way[0]], 0.0)[0]
 
@@ -125,7 +127,7 @@ def test_a_ping_through_a_thermocline_is_the_sum_over_its_rays():
     Ends apart at unlike depths and sound speeds, beams, a sand bed, direct and once reflected rays out and back.
     Relative rms 1e-5.
     """
-    told, blocks = scenario(), scatterers()
+    case, blocks = scenario(), scatterers()
     delay, weight = brute_force(blocks)
     assert len(delay) > 200
     assert delay.min() > WINDOW[0] + 5e-3 and delay.max() < WINDOW[1] - 5e-3
@@ -135,5 +137,5 @@ def test_a_ping_through_a_thermocline_is_the_sum_over_its_rays():
 
     time = WINDOW[0] + np.arange(round((WINDOW[1] - WINDOW[0]) * 25e3)) / 25e3
     truth = heard(delay, weight, time, CARRIER, spectrum, 25e3, 8192)
-    assert build_simulator(told).ping_geometry(0).sound_speed == sound_speed_at(ENDS[0][2])
-    assert relative_rms(hear_blocks(told, blocks), truth) < 1e-5
+    assert build_simulator(case).ping_geometry(0).sound_speed == sound_speed_at(ENDS[0][2])
+    assert relative_rms(hear_blocks(case, blocks), truth) < 1e-5

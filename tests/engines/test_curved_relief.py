@@ -1,4 +1,4 @@
-"""Claims about uneven ground under bent rays: what it hides, where its shadows end, and ground below the mean plane."""
+"""Terrain occlusion of refracted rays: hidden ground, ends of shadows, and ground below the mean plane."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -43,7 +43,7 @@ class Ridge(Relief):
     height: float
 
     def sample(self, north, east):
-        """Height and slope; the slope is not asked for."""
+        """Height and slope; the slope is not requested."""
         north, _ = np.broadcast_arrays(np.asarray(north, float), east)
         height = self.height * np.maximum(0.0, 1 - np.abs(north - self.crest) / self.height)
         return TerrainSample(height, np.zeros((*height.shape, 2)))
@@ -55,7 +55,7 @@ class Ridge(Relief):
 
 
 def ridge(crest, height):
-    """A bed with one ridge."""
+    """A seabed with one ridge."""
     return SeabedTerrain(
         DEPTH, CompositeRelief(ReliefSum((Ridge(crest, height),), ScattererGrid()), (), RoughnessCutoff(wavelength=0.5))
     )
@@ -68,7 +68,7 @@ def fractal():
 
 
 def seen_from(bed, profile, farthest=170.0):
-    """TerrainOcclusion of bent rays at 100 kHz, and the water down to the deepest ground."""
+    """TerrainOcclusion of refracted rays at 100 kHz, and the water down to the deepest ground."""
     water = sound_speed_layers(profile, max(bed.span[1], DEPTH), plane=DEPTH)
     launches = RefractedLaunchAngles(water, SONAR, farthest, bed.span)
     here = np.array([0.0, 0.0, SONAR])
@@ -76,7 +76,7 @@ def seen_from(bed, profile, farthest=170.0):
 
 
 def rays_to(water, family, distance, depth):
-    """The first ray of a family to each place that has not turned, and where there is one."""
+    """The first ray of a family to each position that has not turned, and where there is one."""
     found = exact_rays(water, family, SONAR, depth, distance)
     return found.rays[:, 0], (found.count == 1) & (found.rays[:, 0, TURNS] == 0) & (found.rays[:, 0, CAUSTICS] == 0)
 
@@ -85,7 +85,7 @@ def rays_to(water, family, distance, depth):
     ("name", "family"), [("thermocline", "D"), ("upward", "D"), ("downward", "D"), ("upward", "S")]
 )
 def test_the_shadow_of_a_ridge_ends_where_the_ray_over_its_crest_comes_down(name, family):
-    """A 1.2 m ridge at 50 m: the ray that grazes the crest is traced on, and meets the bed where the light begins.
+    """A 1.2 m ridge at 50 m: the ray that grazes the crest is traced on, and reaches the seabed where the light begins.
 
     Sampling at 6 cm cuts up to 6 cm off the crest: the light begins between the rays over either height.
     """
@@ -94,7 +94,8 @@ def test_the_shadow_of_a_ridge_ends_where_the_ray_over_its_crest_comes_down(name
     distance = np.arange(45.0, 90.0, 0.02)
     ray, there = rays_to(water, family, distance, np.full(distance.shape, DEPTH))
     groups = terrain_occlusion.profile_groups(np.zeros(distance.size), distance)
-    lit = terrain_occlusion.visible((family,), distance, ray[None, :, SIN_LAUNCH], np.full(distance.shape, DEPTH), groups,
+    lit = terrain_occlusion.visible((family,), distance, ray[None, :, SIN_LAUNCH], np.full(distance.shape, DEPTH),
+    groups,
                            ground=True)[0]  # fmt: skip
     ends = []
     for top in (height - 0.06, height):
@@ -112,7 +113,7 @@ def test_the_shadow_of_a_ridge_ends_where_the_ray_over_its_crest_comes_down(name
 def test_skylines_are_right_about_rays_that_are_walked_step_by_step(name, family):
     """200 points close above fractal ground, 0.4 m rms, each ray traced by the fan: 98 of 100 are seen alike.
 
-    The fan knows nothing of launches, terrain_occlusion or tables. What is left are rays that graze the ground, for the
+    The fan knows nothing of launches, terrain_occlusion or tables. What is left are rays that graze the seabed, for the
     skyline follows the middle of a slice; with bounces 95 of 100, for the mirror's zone ends at a sample.
     """
     bed = fractal()
@@ -124,25 +125,25 @@ def test_skylines_are_right_about_rays_that_are_walked_step_by_step(name, family
     ray, there = rays_to(water, family, distance, depth)
     there &= np.isfinite(ray[:, SIN_LAUNCH])
     distance, azimuth, depth, sine = distance[there], azimuth[there], depth[there], ray[there, SIN_LAUNCH]
-    told = terrain_occlusion.visible(
+    expected = terrain_occlusion.visible(
         (family,), distance, sine[None], depth, terrain_occlusion.profile_groups(azimuth, distance)
     )[0]
     seen = [_walked(bed, PROFILES[name], family, *row) for row in zip(distance, azimuth, sine, strict=True)]
     assert len(seen) > 80
-    assert np.mean(told == seen) > (0.98 if family in ("D", "S") else 0.95)
+    assert np.mean(expected == seen) > (0.98 if family in ("D", "S") else 0.95)
     if family in ("D", "B"):
         assert 0.05 < np.mean(seen) < 0.95
 
 
 def _walked(bed, profile, family, distance, azimuth, sine):
-    """Whether one ray clears the ground on its own bearing; near its bottom bounces the ground is the mirror."""
+    """Return True if one ray clears the seabed on its own bearing; near its bottom bounces the seabed is the mirror."""
     string = bounce_sequence(family)
     water = sound_speed_layers(profile, DEPTH if "B" in string else bed.span[1])
     traced = trace_fan(water, SONAR, [np.arcsin(sine)], max_range=distance, max_bounces=len(string), step=0.05)
     x = np.arange(0.05, distance - 0.05, 0.05)
     z = np.interp(x, traced.range, traced.depth)  # of straight pieces the fan has the ends only
     ground = bed.depth_at(x * np.cos(azimuth), x * np.sin(azimuth))
-    asked = np.ones(x.shape, bool)
+    requested = np.ones(x.shape, bool)
     if "B" in string:
         speed = np.interp([SONAR, DEPTH], water.depth, water.speed)
         slope = np.sqrt(max((speed[0] / speed[1]) ** 2 / (1 - sine**2) - 1, 1e-12))  # at the plane
@@ -150,8 +151,8 @@ def _walked(bed, profile, family, distance, azimuth, sine):
         for letter, hop in zip(string, hops, strict=True):
             if letter == "B":
                 half = np.sqrt(0.015 * hop * (1 - hop / distance) * np.hypot(1, slope)) * np.hypot(1, slope) / slope
-                asked &= np.abs(x - hop) > half
-    return not np.any((z > ground)[asked])
+                requested &= np.abs(x - hop) > half
+    return not np.any((z > ground)[requested])
 
 
 def test_rays_go_on_below_the_mean_plane_as_smoothly_as_above_it():

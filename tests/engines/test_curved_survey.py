@@ -30,7 +30,7 @@ def layered(profile=THERMO, **changes):
 
 
 def test_water_says_which_rays_it_has():
-    """Straight for one speed, curved for a profile; a profile that does not reach the bed is refused."""
+    """Straight for one speed, curved for a profile; a profile that does not reach the seabed is refused."""
     assert isinstance(build_simulator(nominal(water=QUIET)).engine.rays, StraightRays)
     assert isinstance(build_simulator(layered()).engine.rays, RefractedRays)
     with pytest.raises(ValueError, match=r"profile"):
@@ -40,10 +40,10 @@ def test_water_says_which_rays_it_has():
 @pytest.mark.parametrize("field", ["coherent", "incoherent"])
 def test_threads_and_parts_do_not_change_a_bit(field):
     """Three pings of a passing sonar, with a box and a point: one thread or two, all at once or each alone."""
-    told = _passing(field)
+    scenario = _passing(field)
     name = "pressure" if field == "coherent" else "intensity"
-    whole = insonify.simulate(told, threads=2)[name].values
-    alone = np.concatenate([insonify.simulate(told, pings=[ping], threads=1)[name].values for ping in (2, 0, 1)])
+    whole = insonify.simulate(scenario, threads=2)[name].values
+    alone = np.concatenate([insonify.simulate(scenario, pings=[ping], threads=1)[name].values for ping in (2, 0, 1)])
     np.testing.assert_array_equal(whole, alone[[1, 2, 0]])
     assert np.abs(whole).max() > 0
 
@@ -56,17 +56,17 @@ def _passing(field):
 
 
 def test_level_curves_add_up_to_the_expected_intensity():
-    """All causes together are the incoherent reading; pairs are told by family, several rays of one together."""
-    told = layered(CAUSTIC, track={"window": (0.21, 0.22)}, paths={"max_reflections": 1}, field="incoherent",
+    """All causes together are the incoherent reading; pairs are given by family, several rays of one together."""
+    scenario = layered(CAUSTIC, track={"window": (0.21, 0.22)}, paths={"max_reflections": 1}, field="incoherent",
                    targets=[point(0, 160, 15)])  # fmt: skip
-    curves = insonify.levels(told)
+    curves = insonify.levels(scenario)
     total = 10 ** (curves.level_db.sel(contribution="total", pair="all").values / 10)
-    heard = insonify.simulate(told).intensity.values[0, 0]
-    np.testing.assert_allclose(total, heard, rtol=1e-9, atol=1e-12 * heard.max())
+    received = insonify.simulate(scenario).intensity.values[0, 0]
+    np.testing.assert_allclose(total, received, rtol=1e-9, atol=1e-12 * received.max())
     assert set(curves.pair.values) == {"all", "D-D", "D-S", "D-B", "S-S", "S-B", "B-B"}
 
 
-def test_a_slice_hears_the_thermocline():
+def test_a_slice_is_refracted_by_the_thermocline():
     """The direct reverberation of a slice ends with the direct path, at 162 m; in water of one speed it goes on."""
     few = {
         "track": {"window": (0.15, 0.24)},
@@ -75,8 +75,8 @@ def test_a_slice_hears_the_thermocline():
     }
     bent, straight = layered(**few), nominal(water=QUIET, **few)
     ends = {}
-    for name, told in (("bent", bent), ("straight", straight)):
-        series = insonify.simulate(told)
+    for name, scenario in (("bent", bent), ("straight", straight)):
+        series = insonify.simulate(scenario)
         intensity = series.intensity.values[0, 0]
         ends[name] = float(series.time.values[np.flatnonzero(intensity > 1e-6 * intensity.max())[-1]])
     assert ends["bent"] == pytest.approx(2 * 162 / 1493, abs=2e-3)
@@ -85,14 +85,14 @@ def test_a_slice_hears_the_thermocline():
 
 def test_each_end_has_the_beam_of_its_own_depth():
     """A transmitter at 5 m in fast water and a receiver at 16 m in slow: beams by the wavelength at each."""
-    told = layered(transmit={"offset": (0.0, 0.0, -6.0)}, receive={"offset": (0.0, 0.0, 5.0)})
-    here = build_simulator(told).ping_geometry(0)
+    scenario = layered(transmit={"offset": (0.0, 0.0, -6.0)}, receive={"offset": (0.0, 0.0, 5.0)})
+    here = build_simulator(scenario).ping_geometry(0)
     aside = np.array([[np.sin(0.005), np.cos(0.005), 0.0]])
-    sent, heard = here.transmit_beams.gain(aside)[0, 0], here.receive_beams.gain(aside)[0, 0]
-    for gain, speed in ((sent, 1510.0), (heard, 1490.0)):
+    sent, received = here.transmit_beams.gain(aside)[0, 0], here.receive_beams.gain(aside)[0, 0]
+    for gain, speed in ((sent, 1510.0), (received, 1490.0)):
         assert abs(gain) == pytest.approx(abs(np.sinc(1.5 * 100e3 / speed * np.sin(0.005))), abs=1e-5)
     assert here.sound_speed == 1510.0
-    np.testing.assert_allclose(array_depths(told.sonar, build_simulator(told).poses), [5.0, 16.0])
+    np.testing.assert_allclose(array_depths(scenario.sonar, build_simulator(scenario).poses), [5.0, 16.0])
 
 
 def test_each_ray_of_a_family_has_a_jitter_of_its_own():

@@ -1,4 +1,4 @@
-"""Scatterers drawn and judged at once against all that there are, drawn and judged one by one."""
+"""Scatterers drawn and evaluated at once against all that there are, drawn and evaluated one by one."""
 
 import numpy as np
 import pytest
@@ -23,10 +23,12 @@ from oracles.scenes import nominal
 SEED = 5
 
 
-def listener(*, order=1, importance_sampling=True, window=(0.035, 0.042), **told):
-    """A ping's loudness over the bed, its tiles, and the parts of them that fill the sonar's cells."""
+def listener(*, order=1, importance_sampling=True, window=(0.035, 0.042), **changes):
+    """A ping's level over the seabed, its tiles, and the parts of them that fill the sonar's cells."""
     scenario = nominal(
-        track={"window": window}, paths={"max_reflections": order, "importance_sampling": importance_sampling}, **told
+        track={"window": window},
+        paths={"max_reflections": order, "importance_sampling": importance_sampling},
+        **changes,
     )
     simulator = build_simulator(scenario)
     here, families = simulator.ping_geometry(0), families_reaching("seabed", scenario.paths.followed_families)
@@ -43,9 +45,12 @@ def keep_probability_of(gain, wide=False):
     return np.clip(np.maximum(gain**2, 0 if wide else LINEAR_BELOW * gain), MIN_KEEP_PROBABILITY, 1)
 
 
-def judged(loud, tiles, bounds, *, wide=False):
+def judged(strong, tiles, bounds, *, wide=False):
     """Key, area and tile of what is kept, by drawing every cell of every tile and asking for each by itself."""
-    drawn, keep_probabilities = jittered_points(tiles, SEED, random_keys.SEABED), loud.keep_probabilities(tiles, bounds)
+    drawn, keep_probabilities = (
+        jittered_points(tiles, SEED, random_keys.SEABED),
+        strong.keep_probabilities(tiles, bounds),
+    )
     pitch = BASE_PITCH * 2.0 ** tiles.level[drawn.tile]
     a, b = ((at / pitch - TILE * tile[drawn.tile]) / SIDE for at, tile in
             ((drawn.along, tiles.along), (drawn.across, tiles.across)))  # fmt: skip
@@ -55,8 +60,8 @@ def judged(loud, tiles, bounds, *, wide=False):
     between = (1 - x) * ((1 - y) * corner[t, i, j] + y * corner[t, i, j + 1])
     between += x * ((1 - y) * corner[t, i + 1, j] + y * corner[t, i + 1, j + 1])
     own = np.empty(len(t))
-    place = loud.lattice.to_world(drawn.along, drawn.across)
-    _gain_envelope_kernel.gain_re_threshold(loud._gains, place, np.zeros(len(t)), own)
+    place = strong.lattice.to_world(drawn.along, drawn.across)
+    _gain_envelope_kernel.gain_re_threshold(strong._gains, place, np.zeros(len(t)), own)
     gain = np.where(keep_probabilities.is_peaked[t, i, j], own, between)
     share = np.minimum(bounds.density[t] * keep_probability_of(gain, wide), keep_probabilities.max_probability[t, i, j])
     kept = drawn.priority < share
@@ -90,11 +95,11 @@ CASES = {
 
 @pytest.mark.parametrize("case", CASES)
 def test_what_is_kept_at_once_is_what_is_kept_one_by_one(case):
-    """The same keys; areas, places, phases, ranks to rounding: squares only save questions, and change the order."""
-    loud, tiles, density = listener(**CASES[case])
-    bounds = loud.bounds(tiles, density)
-    kept = by_key(loud.kept_scatterers(tiles, bounds, SEED, random_keys.SEABED, 20.0))
-    key, area, tile, place, phase, rank = judged(loud, tiles, bounds, wide=case == "elements")
+    """The same keys; areas, positions, phases, ranks to rounding: squares only save questions, and change the order."""
+    importance, tiles, density = listener(**CASES[case])
+    bounds = importance.bounds(tiles, density)
+    kept = by_key(importance.kept_scatterers(tiles, bounds, SEED, random_keys.SEABED, 20.0))
+    key, area, tile, place, phase, rank = judged(importance, tiles, bounds, wide=case == "elements")
     np.testing.assert_array_equal(kept.key, key)
     np.testing.assert_array_equal(kept.tile, tile)
     np.testing.assert_array_equal(kept.rank, rank)
@@ -104,26 +109,27 @@ def test_what_is_kept_at_once_is_what_is_kept_one_by_one(case):
     assert np.all(kept.position[:, 2] == 20.0) and BATCH < len(key) < 0.9 * TILE**2 * density.sum()
 
 
-def test_without_thinning_every_scatterer_that_fills_the_cells_is_kept():
-    """`importance_sampling=False`: shares are what fills the cells and nothing less, wherever the beams look; areas are 1 / that.
+def test_without_importance_sampling_every_scatterer_that_fills_the_cells_is_kept():
+    """`importance_sampling=False`: keep probabilities fill the cells wherever the beams point; areas are their inverse.
 
-    Tile by tile the scatterers of `jittered_points` below it, and the ground that these stand for is the tile's to one scatterer.
+    Tile by tile the scatterers of `jittered_points` below it, and the seabed that these represent is the tile's to one
+    scatterer.
     """
-    loud, tiles, density = listener(importance_sampling=False)
-    bounds = loud.bounds(tiles, density)
-    kept = by_key(loud.kept_scatterers(tiles, bounds, SEED, random_keys.SEABED, 20.0))
+    importance, tiles, density = listener(importance_sampling=False)
+    bounds = importance.bounds(tiles, density)
+    kept = by_key(importance.kept_scatterers(tiles, bounds, SEED, random_keys.SEABED, 20.0))
     whole = np.broadcast_to(density[:, None, None], (len(density), PARTS, PARTS))
     every = jittered_points(tiles, SEED, random_keys.SEABED, whole)
     np.testing.assert_array_equal(kept.key, np.sort(every.scatterer_id))
-    np.testing.assert_allclose(loud.expected(bounds), density * TILE**2)
-    np.testing.assert_array_equal(loud.mean_keep_probability(np.array([1.0, 30.0])), 1.0)
+    np.testing.assert_allclose(importance.expected(bounds), density * TILE**2)
+    np.testing.assert_array_equal(importance.mean_keep_probability(np.array([1.0, 30.0])), 1.0)
     pitch = BASE_PITCH * 2.0**tiles.level
     np.testing.assert_allclose(kept.area, (pitch**2 / density)[kept.tile], rtol=1e-12)
     ground = np.bincount(kept.tile, kept.area, len(density))
     # of priorities that are stratified as many as not lie below any share
     np.testing.assert_allclose(ground, TILE**2 * pitch**2, atol=1.01 * np.max(pitch**2 / density))
-    thin = listener()[0]
-    some = by_key(thin.kept_scatterers(tiles, thin.bounds(tiles, density), SEED, random_keys.SEABED, 20.0))
+    sampled = listener()[0]
+    some = by_key(sampled.kept_scatterers(tiles, sampled.bounds(tiles, density), SEED, random_keys.SEABED, 20.0))
     assert set(some.key.tolist()) < set(kept.key.tolist())
     same = np.isin(kept.key, some.key)
     assert np.all(some.area >= kept.area[same] * (1 - 1e-12))
@@ -131,13 +137,14 @@ def test_without_thinning_every_scatterer_that_fills_the_cells_is_kept():
 
 @pytest.mark.parametrize("blocks", [1, 2, 3, 7])
 def test_tiles_cut_in_any_blocks_keep_the_same(blocks):
-    """All at once or some tiles at a time, an empty block among them: the same bits, place by place."""
-    loud, tiles, density = listener(order=2)
-    bounds, cuts = loud.bounds(tiles, density), np.linspace(0, len(density), blocks + 1).astype(int)
-    every = by_key(loud.kept_scatterers(tiles, bounds, SEED, random_keys.SEABED, 20.0))
+    """All at once or some tiles at a time, an empty block among them: the same bits, position by position."""
+    importance, tiles, density = listener(order=2)
+    bounds, cuts = importance.bounds(tiles, density), np.linspace(0, len(density), blocks + 1).astype(int)
+    every = by_key(importance.kept_scatterers(tiles, bounds, SEED, random_keys.SEABED, 20.0))
     parts = [slice(a, b) for a, b in zip([0, *cuts], [0, *cuts[1:], cuts[-1]], strict=False)]
     found = [
-        loud.kept_scatterers(tiles.take(rows), bounds.take(rows), SEED, random_keys.SEABED, 20.0) for rows in parts
+        importance.kept_scatterers(tiles.take(rows), bounds.take(rows), SEED, random_keys.SEABED, 20.0)
+        for rows in parts
     ]
     together = by_key(KeptScatterers(*(np.concatenate(column) for column in zip(*found, strict=True))))
     for name in ("position", "area", "phase", "key", "rank"):
@@ -147,31 +154,32 @@ def test_tiles_cut_in_any_blocks_keep_the_same(blocks):
 def test_the_mean_ground_kept_is_the_ground():
     """80 seeds, tile by tile: areas add up to the tile's within 4 standard errors, in all within 3.
 
-    Where gains are judged by corners, where they are judged one by one, and where a thousandth is kept.
+    Where gains are evaluated by corners, where they are evaluated one by one, and where a thousandth is kept.
     """
-    loud, tiles, density = listener(order=0, window=(0.035, 0.038))
-    bounds = loud.bounds(tiles, density)
-    told = np.stack([
+    importance, tiles, density = listener(order=0, window=(0.035, 0.038))
+    bounds = importance.bounds(tiles, density)
+    expected = np.stack([
         np.bincount(kept.tile, kept.area, len(density)) for kept in
-        (loud.kept_scatterers(tiles, bounds, seed, random_keys.SEABED, 20.0) for seed in range(80))
+        (importance.kept_scatterers(tiles, bounds, seed, random_keys.SEABED, 20.0) for seed in range(80))
     ])  # fmt: skip
     ground = (TILE * BASE_PITCH * 2.0**tiles.level) ** 2
-    spread = told.std(axis=0, ddof=1) / np.sqrt(len(told))
-    off = (told.mean(axis=0) - ground) / np.maximum(spread, 1e-3 * ground)
+    spread = expected.std(axis=0, ddof=1) / np.sqrt(len(expected))
+    off = (expected.mean(axis=0) - ground) / np.maximum(spread, 1e-3 * ground)
     assert np.abs(off[spread < 0.5 * ground]).max() < 4.5 and (spread < 0.5 * ground).mean() > 0.5
-    total = told.sum(axis=1)
-    assert total.mean() == pytest.approx(ground.sum(), abs=3 * total.std(ddof=1) / np.sqrt(len(told)))
+    total = expected.sum(axis=1)
+    assert total.mean() == pytest.approx(ground.sum(), abs=3 * total.std(ddof=1) / np.sqrt(len(expected)))
     assert (
-        loud.keep_probabilities(tiles, bounds).is_peaked.any()
-        and loud.keep_probabilities(tiles, bounds).max_probability.min() < 0.01
+        importance.keep_probabilities(tiles, bounds).is_peaked.any()
+        and importance.keep_probabilities(tiles, bounds).max_probability.min() < 0.01
     )
 
 
 def test_a_split_scatterer_stands_for_the_same_ground():
-    """Half the share, twice the area: on the average over the share's law, area times share is the cell's."""
-    loud, tiles, density = listener(order=1)
-    bounds = loud.bounds(tiles, density)
-    one, half = (loud.kept_scatterers(tiles, bounds._replace(density=part), SEED, random_keys.SEABED, 20.0) for part in
+    """Half the keep probability, twice the area: on average, area times keep probability is that of the cell."""
+    importance, tiles, density = listener(order=1)
+    bounds = importance.bounds(tiles, density)
+    one, half = (importance.kept_scatterers(tiles, bounds._replace(density=part), SEED, random_keys.SEABED,
+    20.0) for part in
                  (density, density / 2))  # fmt: skip
     both, own, other = np.intersect1d(one.key, half.key, return_indices=True)
     assert set(half.key.tolist()) <= set(one.key.tolist())
@@ -181,13 +189,13 @@ def test_a_split_scatterer_stands_for_the_same_ground():
 
 def test_no_tiles_keep_nothing():
     """Columns without rows."""
-    loud, _, _ = listener()
+    importance, _, _ = listener()
     none = Tiles(*np.empty((3, 0), np.int64))
-    kept = loud.kept_scatterers(none, loud.bounds(none, np.empty(0)), SEED, random_keys.SEABED, 20.0)
+    kept = importance.kept_scatterers(none, importance.bounds(none, np.empty(0)), SEED, random_keys.SEABED, 20.0)
     assert [len(column) for column in kept] == [0] * 6
 
 
-def test_shares_fall_with_the_square_then_with_the_gain_and_never_below_a_thousandth():
+def test_keep_probabilities_fall_with_the_square_then_with_the_gain_and_never_below_a_thousandth():
     """1 at the edge, 1/4 at half of it, 1/16 at a quarter, then a quarter of the gain; or squared all the way."""
     gain = np.array([0.0, 1e-9, 1e-3, 0.1, 0.25, 0.5, 0.9, 1.0, 7.0, np.inf])
     for fewer, wide in ((LINEAR_BELOW, False), (0.0, True)):
@@ -199,7 +207,7 @@ def test_shares_fall_with_the_square_then_with_the_gain_and_never_below_a_thousa
 
 
 @pytest.mark.parametrize("count", [0, 1, 9])
-def test_shares_are_laid_out_as_told(count):
+def test_keep_probabilities_have_the_documented_layout(count):
     """Random tiles: whole ones, those with parts, those whose middles do not speak; by plain loops."""
     rng = np.random.default_rng(count)
     whole, middle = rng.uniform(0, 2, count), rng.uniform(0, 1, count)
@@ -236,21 +244,21 @@ def test_shares_are_laid_out_as_told(count):
         assert most[t, i, j] == pytest.approx(density[t] * keep_probability_of(top))
 
 
-def test_places_in_tiles_are_those_of_the_lattice():
-    """Parts of tiles of many levels, some left out: as the lattice itself puts them into the world."""
-    loud, _, _ = listener(**CASES["moved and turned"])
+def test_positions_in_tiles_are_those_of_the_scatterer_grid():
+    """Parts of tiles of many levels, some left out: as the scatterer grid itself puts them into the world."""
+    importance, _, _ = listener(**CASES["moved and turned"])
     rng = np.random.default_rng(2)
     tiles, rows = Tiles(rng.integers(0, 6, 20), *rng.integers(-300, 300, (2, 20))), np.array([3, 3, 0, 19])
     part = np.array([0.0, 0.3, 1.0])
     side = TILE * BASE_PITCH * 2.0 ** tiles.level[rows, None, None]
     a, b = (side * (at + way) for at, way in zip((tiles.along[rows, None, None], tiles.across[rows, None, None]),
                                                  (part[:, None], part[None, :]), strict=True))  # fmt: skip
-    want = loud.lattice.to_world(*(x.ravel() for x in np.broadcast_arrays(a, b)))
-    np.testing.assert_allclose(loud._positions(tiles, rows, part), want, atol=1e-9)
+    want = importance.lattice.to_world(*(x.ravel() for x in np.broadcast_arrays(a, b)))
+    np.testing.assert_allclose(importance._positions(tiles, rows, part), want, atol=1e-9)
 
 
 def test_there_is_room_for_all_that_may_be_drawn():
-    """Shares of any kind, 0 and 1 and beyond: never fewer rows than `jittered_points` fills, and no more than one a part more."""
+    """For any keep probabilities: at least the rows that `jittered_points` fills, at most one a part more."""
     rng = np.random.default_rng(9)
     tiles = Tiles(rng.integers(0, 4, 60), *rng.integers(-99, 99, (2, 60)))
     most = np.where(rng.random((60, PARTS, PARTS)) < 0.3, rng.choice([-0.5, 0.0, 1e-9, 1.0, 1.5], (60, PARTS, PARTS)),

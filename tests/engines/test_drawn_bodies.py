@@ -30,23 +30,23 @@ def points_of(targets, slant=0.06, even=False, **changes):
 @pytest.mark.parametrize("even", [False, True])
 def test_of_a_quay_wall_only_what_is_in_reach_is_drawn(even, monkeypatch):
     """Each point is one of the whole wall's, bit by bit; all of the whole that can be received are among them."""
-    asked = []
+    requested = []
 
     def counted(*args, **how):
-        asked.append((args, box_scatterers(*args, **how)))
-        return asked[-1][1]
+        requested.append((args, box_scatterers(*args, **how)))
+        return requested[-1][1]
 
     monkeypatch.setattr(target_engine, "box_scatterers", counted)
     (found,), _, sight = points_of([QUAY], slant=0.5, even=even, track={"window": (0.08, 0.1)})
-    args, near = asked[-1]
+    args, near = requested[-1]
     whole = box_scatterers(*args[:5], rise=asked_rise(near, args), quadrature=even)
     assert 0 < len(found) < len(near) < len(whole) / 4
     row = {int(key): n for n, key in enumerate(whole.scatterer_id)}
     rows = np.array([row[int(key)] for key in found.scatterer_id])
     for column in ("position", "normal", "area", "phase"):
         np.testing.assert_array_equal(getattr(found, column), getattr(whole, column)[rows])
-    heard = sight.reaches(whole.position, np.zeros(len(whole))) & facing(whole.position, whole.normal, sight)
-    assert set(np.flatnonzero(heard)) <= set(rows)
+    received = sight.reaches(whole.position, np.zeros(len(whole))) & facing(whole.position, whole.normal, sight)
+    assert set(np.flatnonzero(received)) <= set(rows)
 
 
 def asked_rise(points, args):

@@ -66,7 +66,7 @@ def test_pressure_is_a_polynomial_of_the_reflection_coefficient(seabed, sea):
 
 
 def test_the_same_scatterers_have_the_same_pairs():
-    """Over relief each pair is met at the same scatterers, and is as strong, with R = 0.1, 0.9 or -0.5 as with 0.35."""
+    """Over relief each pair is evaluated at the same scatterers, and as strong, for R = 0.1, 0.9, -0.5 and 0.35."""
 
     def strengths(reflection):
         scenario = nominal(

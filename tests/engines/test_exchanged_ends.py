@@ -19,14 +19,14 @@ FLAT = Scene(seabed={"depth": DEPTH})
 
 
 def beyond_crests(here, there, families, *crests):
-    """Legs from one place to another past ridges, soft."""
+    """Legs from one position to another past ridges, soft."""
     point = point_scatterer(PointTarget(position=tuple(there)))
     flat = image_legs(FLAT, np.array(here), point, families, 1e5)
     return occlude_by_terrain(flat, point, np.array(here), seen_from(bed_of(*crests), here), soft=True)
 
 
 def ends(seed, count, farthest=100):
-    """Pairs of places in the water, to the south and to the north of ridges between 30 and 60 m."""
+    """Pairs of positions in the water, to the south and to the north of ridges between 30 and 60 m."""
     rng = np.random.default_rng(seed)
     for _ in range(count):
         # whole metres: the lines of either end have a node on each crest
@@ -42,8 +42,8 @@ def ends(seed, count, farthest=100):
         ("B", [Ridge(30.0, 5.0)]),
     ],
 )
-def test_what_bends_around_a_crest_bends_back_as_well(family, crests):
-    """25 pairs of ends beyond one ridge or two: the same complex part of the pressure both ways, to 0.025.
+def test_diffraction_over_a_crest_is_reciprocal(family, crests):
+    """25 pairs of ends beyond one ridge or two: the same complex part of the pressure both paths, to 0.025.
 
     But for bounces within 5 m of a crest, which lies in their mirror then.
     """
@@ -76,7 +76,7 @@ def test_a_higher_crest_leaves_no_more_in_the_shadow():
     assert left[:first].max() < 1.18  # the first maximum of Fresnel's integral
 
 
-def test_two_like_crests_of_a_symmetric_way_leave_what_one_does_or_less():
+def test_two_like_crests_of_a_symmetric_path_leave_what_one_does_or_less():
     """A second ridge, lower than the ray, takes nothing that matters; one as high takes no less than the first."""
     here, there = (0.0, 0.0, 15.0), (100.0, 0.0, 15.0)
     one, low, two = (
@@ -91,11 +91,11 @@ BEYOND = "ignore:.*not in the survey:insonify.validity.PhysicsWarning"
 
 
 def wavy(north, east):
-    """A bed of gentle swells, with no way of its own between north and east."""
+    """A seabed of gentle swells, with no way of its own between north and east."""
     return 20 + 0.15 * np.sin(2 * np.pi * (north + 0.3 * east) / 70) + 0.1 * np.cos(2 * np.pi * (east - north) / 90)
 
 
-def met(scenario, points):
+def evaluate(scenario, points):
     """Legs from the nominal sonar of a scenario to points."""
     simulator = build_simulator(scenario)
     count = len(points)
@@ -109,7 +109,7 @@ def met(scenario, points):
 
 @pytest.mark.filterwarnings(BEYOND)
 def test_a_bounce_off_uneven_ground_is_the_same_from_either_end(tmp_path):
-    """Twelve pairs of ends over swells of the bed: B and SBS as long and as loud, SB as BS; to 1 us and 0.3 dB."""
+    """Twelve pairs of ends over swells of the seabed: B and SBS as long and as strong, SB as BS; to 1 us and 0.3 dB."""
     seabed = surveyed(tmp_path, wavy, reach=100.0, cell=1.0)
     paths = {"families": list(FAMILIES), "max_reflections": 3}
     rng = np.random.default_rng(7)
@@ -119,7 +119,7 @@ def test_a_bounce_off_uneven_ground_is_the_same_from_either_end(tmp_path):
         one = np.array([0.0, 0.0, rng.uniform(8, 14)])
         other = np.array([distance * np.cos(turn), distance * np.sin(turn), rng.uniform(6, 15)])
         out, back = (
-            met(nominal(seabed=seabed, track={"position": tuple(a), "window": (0.01, 0.25)}, paths=paths), [b])
+            evaluate(nominal(seabed=seabed, track={"position": tuple(a), "window": (0.01, 0.25)}, paths=paths), [b])
             for a, b in ((one, other), (other, one))
         )
         for family in ("B", "SB", "BS", "SBS"):
@@ -134,7 +134,7 @@ def test_a_bounce_off_uneven_ground_is_the_same_from_either_end(tmp_path):
 
 @pytest.mark.filterwarnings(BEYOND)
 def test_an_inclined_world_may_be_turned(tmp_path):
-    """A slope of 4 % towards any bearing, with the points turned along: delays to 1e-8 s, loudness to 1e-5."""
+    """A slope of 4 % towards any bearing, with the points turned along: delays to 1e-8 s, level to 1e-5."""
     rng = np.random.default_rng(5)
     distance, bearing = rng.uniform(15, 90, 60), rng.uniform(-np.pi, np.pi, 60)
     depth = rng.uniform(0.2, 0.9, 60) * (20 + 0.04 * distance * np.cos(bearing))
@@ -146,7 +146,7 @@ def test_an_inclined_world_may_be_turned(tmp_path):
         seabed = surveyed(folder, lambda n, e, c=c, s=s: 20 + 0.04 * (c * n + s * e), reach=150.0)
         points = np.column_stack([distance * np.cos(bearing + turn), distance * np.sin(bearing + turn), depth])
         paths = {"families": list(FAMILIES), "max_reflections": 3}
-        found.append(met(nominal(seabed=seabed, track={"window": (0.01, 0.25)}, paths=paths), points))
+        found.append(evaluate(nominal(seabed=seabed, track={"window": (0.01, 0.25)}, paths=paths), points))
     for other in found[1:]:
         np.testing.assert_array_equal(other.status, found[0].status)
         np.testing.assert_allclose(other.delay, found[0].delay, rtol=0, atol=2e-8)

@@ -1,4 +1,4 @@
-"""Claims about what is too faint to be worked out: it is as faint as that, and the sum does not miss it."""
+"""Claims about what is too faint to be computed: it is as faint as that, and the sum does not miss it."""
 
 import itertools
 from types import SimpleNamespace
@@ -19,15 +19,15 @@ ROUGH = {"depth": 20.0, "relief": {"kind": "power-law", "hurst": 0.8, "rms": 0.0
 
 
 def amplitudes(seabed, points, families):
-    """Amplitudes of the legs to some points above the bed, (families, n)."""
+    """Amplitudes of the legs to some points above the seabed, (families, n)."""
     scenario = nominal(
         seabed=seabed, track={"window": (0.01, 0.25)}, paths={"families": families, "max_reflections": 4}
     )
     simulator = build_simulator(scenario)
     ones, keys = np.ones(len(points)), np.arange(len(points)).astype(np.uint64)
     law = scenario.seabed.law(1e5, 1500.0)
-    met = Scatterers("any", "target", law, points, np.zeros(points.shape), ones, ones.astype(complex), keys)
-    legs = simulator.engine.path_pairs(simulator.ping_geometry(0), met).out
+    scatterers = Scatterers("any", "target", law, points, np.zeros(points.shape), ones, ones.astype(complex), keys)
+    legs = simulator.engine.path_pairs(simulator.ping_geometry(0), scatterers).out
     return np.abs(legs.amplitude) / legs.spreading
 
 
@@ -38,15 +38,15 @@ def test_legs_that_are_wanted_do_not_care_which_others_are():
     points = np.stack([rng.uniform(20, 90, 300), rng.uniform(-30, 30, 300), rng.uniform(12, 18, 300)], axis=1)
     normal = np.broadcast_to([0.0, 0.0, -1.0], points.shape).copy()
     ones, keys = np.ones(300), np.arange(300).astype(np.uint64)
-    met = Scatterers(
+    scatterers = Scatterers(
         "any", "target", scenario.seabed.law(1e5, 1500.0), points, normal, ones, ones.astype(complex), keys
     )
-    every = simulator.engine.path_pairs(simulator.ping_geometry(0), met).out
+    every = simulator.engine.path_pairs(simulator.ping_geometry(0), scatterers).out
     wanted = np.ones((len(every.families), 300), bool)
     bounces = [row for row, family in enumerate(every.families) if "B" in family]
     wanted[bounces] = np.arange(300) % 3 == 0
     some = simulator.engine.path_pairs(
-        simulator.ping_geometry(0), met, pair_importance.PairSelection(every.families, wanted, None)
+        simulator.ping_geometry(0), scatterers, pair_importance.PairSelection(every.families, wanted, None)
     ).out
     for name in ("delay", "amplitude", "arrival", "departure", "grazing", "status", "visibility"):
         np.testing.assert_array_equal(getattr(some, name)[wanted], getattr(every, name)[wanted])
@@ -68,8 +68,8 @@ def test_legs_left_out_are_seventy_decibels_down(monkeypatch):
     assert every[left_out].max() < 1e-3 and np.median(every[left_out]) < 3e-4
 
 
-def test_families_left_out_are_drowned_in_what_arrives_with_them(monkeypatch):
-    """Of a ping over rough ground with up to 4 bounces a leg, in every 10 ms at least 40 dB below what is heard."""
+def test_families_left_out_are_negligible_beside_simultaneous_arrivals(monkeypatch):
+    """Of a ping over rough ground with up to 4 bounces a leg, in every 10 ms at least 40 dB below what is received."""
     scenario = nominal(
         seabed=ROUGH, track={"window": (0.01, 0.11)}, paths={"max_reflections": 4, "scatterers_per_cell": 0.5}
     )
@@ -81,13 +81,14 @@ def test_families_left_out_are_drowned_in_what_arrives_with_them(monkeypatch):
     fewer = dict(simulate_pings(simulator, [0], 2))[0]
     monkeypatch.setattr(pair_importance, "NEGLIGIBLE", 0.0)
     every = dict(simulate_pings(build_simulator(scenario), [0], 2))[0]
-    missing, heard = (np.sum(np.abs(a[:, : a.shape[1] // 10 * 10].reshape(-1, 10, a.shape[1] // 10)) ** 2, axis=(0, 2))
+    missing, received = (np.sum(np.abs(a[:, : a.shape[1] // 10 * 10].reshape(-1, 10, a.shape[1] // 10)) ** 2, axis=(0,
+    2))
                       for a in (fewer - every, every))  # fmt: skip
-    assert missing.max() > 0 and (missing < 1e-4 * heard).all()
+    assert missing.max() > 0 and (missing < 1e-4 * received).all()
 
 
 def test_crests_passed_over_change_as_little_as_that():
-    """50000 crests below rays, of any depth and place: told to change the pressure by less than a part, they do."""
+    """50000 crests below rays, of any depth and position: told to change the pressure by less than a part, they do."""
     rng, table = np.random.default_rng(2), edge_diffraction_table()
     count = 0
     for clear, hollow, behind, before, exponent in zip(
@@ -102,7 +103,7 @@ def test_crests_passed_over_change_as_little_as_that():
 
 
 @pytest.mark.parametrize("family", ["B", "BS", "SBS", "BSBS"])
-def test_legs_that_cannot_be_faint_are_told_before_they_are_judged(family):
+def test_legs_that_cannot_be_negligible_are_recognised_first(family):
     """Where the widest zone and the steepest bounce together leave enough, every leg on the mean plane has enough."""
     bed = Seabed(**ROUGH, cutoff_wavelength=0.5, seed=1).completed(1, 1e5, 1500.0).terrain
     place, found = np.array([0.0, 0.0, 12.0]), set()

@@ -18,20 +18,21 @@ ROUGH = {"depth": 20.0, "relief": {"kind": "power-law", "hurst": 0.8, "rms": 0.0
 def scene(**more):
     """Rough ground at 60 m, where legs off the bottom are 15 to 25 dB fainter than all that arrives with them."""
     return nominal(**{
-        "seabed": ROUGH, "track": {"window": (0.08, 0.092)}, "paths": {"max_reflections": 2, "scatterers_per_cell": 2.0},
+        "seabed": ROUGH, "track": {"window": (0.08, 0.092)},
+        "paths": {"max_reflections": 2, "scatterers_per_cell": 2.0},
         **more,
     })  # fmt: skip
 
 
 def ground(simulator):
-    """Pairs of the first blocks of the ground, thinned."""
+    """Pairs of the first blocks of the seabed, sampled."""
     here = simulator.ping_geometry(0)
     blocks = [block for block in simulator.engine.blocks(here) if block().boundary == "seabed"]
     return [simulator.engine.pairs(here, block, include_negligible=False) for block in blocks]
 
 
 def test_scatterers_stand_for_those_left_out():
-    """Of 200 000 places a pair meets its share to 4 standard errors, and their weights squared come to the whole."""
+    """At 200 000 positions a pair attains its keep probability to 4 standard errors, and squared weights sum to all."""
     rng = np.random.default_rng(1)
     place, count = rng.integers(0, 2**63, 200_000).astype(np.uint64), 200_000
     distance, bearing = rng.uniform(0, 3.0, count), rng.uniform(0, 2 * np.pi, count)
@@ -46,14 +47,14 @@ def test_scatterers_stand_for_those_left_out():
     louder = PairSampling(number, stretch, share.reshape(4, 2)).amplitude_weight.reshape(2, 2, count)
     for b in range(2):
         own = stretch == b
-        met, error = (louder[..., own] > 0).mean(axis=-1), np.sqrt(share[..., b] * (1 - share[..., b]) / own.sum())
-        assert (np.abs(met - share[..., b]) <= 4 * error).all()
-        np.testing.assert_allclose((louder[..., own] ** 2).mean(axis=-1) * share[..., b], met, rtol=1e-5)
+        computed, error = (louder[..., own] > 0).mean(axis=-1), np.sqrt(share[..., b] * (1 - share[..., b]) / own.sum())
+        assert (np.abs(computed - share[..., b]) <= 4 * error).all()
+        np.testing.assert_allclose((louder[..., own] ** 2).mean(axis=-1) * share[..., b], computed, rtol=1e-5)
     np.testing.assert_array_equal(wanted, (louder > 0).any(axis=1))
 
 
-def test_shares_follow_what_a_pair_has_of_all():
-    """A pair and its twin count together; a quarter of all is whole, the least is heard at one place in 32."""
+def test_keep_probabilities_follow_what_a_pair_has_of_all():
+    """A pair and its twin count together; a quarter of all is whole, the least is received at one position in 32."""
     part = np.zeros((2, 2, RANGE_BINS))
     part[0, 1], part[1, 0], part[1, 1] = 0.02, 0.03, 1e-9
     share = _keep_probabilities(part)
@@ -65,30 +66,30 @@ def test_shares_follow_what_a_pair_has_of_all():
 
 
 def test_a_recording_is_the_sum_of_its_arrivals():
-    """Faint pairs thinned in both: to 1e-5 of the rms."""
+    """Faint pairs sampled in both: to 1e-5 of the rms."""
     scenario = scene(track={"window": (0.08, 0.084)})
     simulator = build_simulator(scenario)
     assert any((pairs.strength == 0).any(axis=1).any() for pairs in ground(simulator))
-    heard = simulate(scenario, threads=1).pressure.values[0]
+    received = simulate(scenario, threads=1).pressure.values[0]
     written = coherent_from_arrivals(arrivals(scenario), simulator.ping_geometry(0), simulator.grid)
-    assert np.sqrt(np.mean(np.abs(heard - written) ** 2) / np.mean(np.abs(heard) ** 2)) < 1e-5
+    assert np.sqrt(np.mean(np.abs(received - written) ** 2) / np.mean(np.abs(received) ** 2)) < 1e-5
 
 
-def test_a_leg_is_followed_where_any_of_its_pairs_is_met():
-    """Legs off the bottom are silent at more than half of the places; where a pair is met, its legs are there."""
+def test_a_leg_is_followed_where_any_of_its_pairs_is_evaluated():
+    """Legs off the bottom are zero at more than half of the positions; where a pair is evaluated, its legs exist."""
     for pairs in ground(build_simulator(scene())):
         if "BS" not in pairs.out.families:
             continue
         row = pairs.out.families.index("BS")
-        met = (pairs.strength[(pairs.pair == row).any(axis=1)] > 0).any(axis=0)
-        assert met.mean() < 0.5
-        assert (pairs.out.amplitude[row][~met] == 0).all()
-        assert (pairs.out.amplitude[row][met] != 0).mean() > 0.5
+        computed = (pairs.strength[(pairs.pair == row).any(axis=1)] > 0).any(axis=0)
+        assert computed.mean() < 0.5
+        assert (pairs.out.amplitude[row][~computed] == 0).all()
+        assert (pairs.out.amplitude[row][computed] != 0).mean() > 0.5
 
 
 @pytest.mark.slow
-def test_faint_pairs_keep_their_energy(monkeypatch):
-    """Bottom legs by themselves, 16 grounds: thinned over whole 0 dB, within 3 standard errors, those below 0.5 dB."""
+def test_weak_pairs_keep_their_energy(monkeypatch):
+    """Bottom legs by themselves, 16 grounds: sampled over whole 0 dB, within 3 standard errors, those below 0.5 dB."""
     ratio = []
     for seed in range(16):
         scenario = scene(seed=seed)
@@ -99,21 +100,21 @@ def test_faint_pairs_keep_their_energy(monkeypatch):
             direct = simulate(scenario.model_copy(update={"paths": scenario.paths.model_copy(
                 update={"families": ("D", "S")})}), threads=1).pressure.values[0]  # fmt: skip
         ratio.append([np.sum(np.abs(one - direct) ** 2) for one in (thinned, whole)])
-    thin, full = np.array(ratio).T
-    error = np.std(thin - full) / np.sqrt(len(thin)) / full.mean()
+    sampled, full = np.array(ratio).T
+    error = np.std(sampled - full) / np.sqrt(len(sampled)) / full.mean()
     assert error < 0.12
-    assert abs(thin.mean() / full.mean() - 1) < 3 * error
+    assert abs(sampled.mean() / full.mean() - 1) < 3 * error
 
 
 def test_ends_at_two_depths_may_be_exchanged_over_rough_ground():
-    """Transmitter 8 m above the receiver, or below it: one sound to 1e-4 (by the shares of one end alone 0.2 off)."""
+    """Transmitter 8 m above the receiver, or below it: equal to 1e-4 (0.2 with keep probabilities of one end alone)."""
     apart = (0.0, 0.0, -4.0), (0.0, 0.0, 4.0)
     one, other = (
         simulate(
-            scene(transmit={"offset": sent}, receive={"offset": heard}, water={"noise_level_db": None},
+            scene(transmit={"offset": sent}, receive={"offset": received}, water={"noise_level_db": None},
                   track={"window": (0.05, 0.054)}),
             threads=1,
         ).pressure.values
-        for sent, heard in (apart, apart[::-1])
+        for sent, received in (apart, apart[::-1])
     )  # fmt: skip
     assert np.linalg.norm(one) > 0 and relative_rms(other, one) < 1e-4

@@ -1,4 +1,4 @@
-"""Bottom bounces in the quick way to expected intensity go off the planes that the general way fits to the bed."""
+"""Bottom bounces of fast reverberation are reflected by the planes that the general engine fits to the terrain."""
 
 from typing import Any
 
@@ -14,7 +14,7 @@ from insonify.simulator import build_simulator, simulate
 
 
 @pytest.mark.parametrize(("relief", "off"), [(0.02, 30.0), (0.03, 30.0), (0.03, -0.35)])
-def test_open_ground_and_shadow_by_all_paths_are_those_of_the_general_way(relief: float, off: float) -> None:
+def test_open_ground_and_shadow_by_all_paths_are_those_of_the_general_engine(relief: float, off: float) -> None:
     """Any 2 ms within 0.3 dB, beside the box and behind it: bounces off the mean plane were 0.7 to 1.5 dB off."""
     families = ("D", "S", "BS")
     general = means(scene(relief, off, families, scatterers_per_cell=20.0), thoroughly)
@@ -23,7 +23,7 @@ def test_open_ground_and_shadow_by_all_paths_are_those_of_the_general_way(relief
 
 
 @pytest.mark.parametrize("order", [2, 4])
-def test_a_wide_view_by_up_to_four_bounces_is_that_of_the_general_way(order: int) -> None:
+def test_a_wide_view_by_up_to_four_bounces_is_that_of_the_general_engine(order: int) -> None:
     """Any 2 ms of 10 m of water over 3 cm of relief within 0.35 dB, 0.1 dB rms."""
     simulator = build_simulator(made(order))
     general = build_simulator(
@@ -37,7 +37,7 @@ def test_a_wide_view_by_up_to_four_bounces_is_that_of_the_general_way(order: int
     assert np.abs(apart).max() < 0.35 and apart.std() < 0.1
 
 
-def test_each_leg_is_that_of_the_general_way(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_each_leg_is_that_of_the_general_engine(monkeypatch: pytest.MonkeyPatch) -> None:
     """Legs with bottom bounces, at many points: delays within 1 ns of the general engine's, directions in 1e-6.
 
     Off the mean plane they are late or early by 11 us rms, and leave elsewhere by 10 mrad.
@@ -45,15 +45,15 @@ def test_each_leg_is_that_of_the_general_way(monkeypatch: pytest.MonkeyPatch) ->
     simulator = build_simulator(made(4))
     here, kept = simulator.ping_geometry(0), []
 
-    def spied(*told: Any) -> None:
-        part, first, place, departure = told[4], told[5], told[6], told[12]
-        level = told[10][:, : first[-1]].copy(), departure[:, :, : first[-1]].copy()
-        bounce_off_relief(*told)
+    def spied(*expected: Any) -> None:
+        part, first, place, departure = expected[4], expected[5], expected[6], expected[12]
+        level = expected[10][:, : first[-1]].copy(), departure[:, :, : first[-1]].copy()
+        bounce_off_relief(*expected)
         listed = np.concatenate([part.lists.first[one] + np.arange(n) for one, n in
                                  zip(part.taken, np.diff(first), strict=True)])  # fmt: skip
         reach, depth = place[:, : first[-1]]
         points = np.stack([*(here.transmit_position[:2, None] + reach * part.lists.ahead[:, listed]), depth], axis=-1)
-        kept.append((points, told[10][:, : first[-1]].copy(), departure[:, :, : first[-1]].copy(), *level))
+        kept.append((points, expected[10][:, : first[-1]].copy(), departure[:, :, : first[-1]].copy(), *level))
 
     monkeypatch.setattr(fast_reverberation, "bounce_off_relief", spied)
     quickly(simulator)
@@ -75,13 +75,15 @@ def test_each_leg_is_that_of_the_general_way(monkeypatch: pytest.MonkeyPatch) ->
             assert (departure - straight)[row][:, moved].std() > 5e-3
 
 
-def test_flat_beds_and_paths_without_bottom_bounces_ask_for_no_planes(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A flat bed with all paths, and relief with direct and surface paths alone: no ways off fitted planes at all."""
-    asked: list[Any] = []
-    monkeypatch.setattr("insonify.engines.fast_relief_reflections.local_plane_paths", lambda *told: asked.append(told))
+def test_flat_beds_and_paths_without_bottom_bounces_request_no_planes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A flat bed with all paths, and relief with direct and surface paths alone: no paths off fitted planes at all."""
+    requested: list[Any] = []
+    monkeypatch.setattr(
+        "insonify.engines.fast_relief_reflections.local_plane_paths", lambda *expected: requested.append(expected)
+    )
     quickly(build_simulator(made(2, seabed={**SIDESCAN["seabed"], "relief": None})))
     quickly(build_simulator(made(2, paths={"max_reflections": 2, "families": ["D", "S"], "edge_diffraction": "none"})))
-    assert not asked
+    assert not requested
 
 
 def test_bits_of_shadows_with_bottom_bounces_do_not_depend_on_threads() -> None:

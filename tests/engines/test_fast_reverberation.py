@@ -1,4 +1,4 @@
-"""The quick way to an expected intensity tells the same as the general one, whatever it leaves out on its way."""
+"""Fast reverberation to an expected intensity tells the same as the general one, whatever it leaves out on its way."""
 
 from dataclasses import replace
 from typing import Any
@@ -43,41 +43,41 @@ def made(order: int = 0, **changes: Any) -> Scenario:
 
 
 def quickly(simulator: Simulator, ping: int = 0) -> Floats:
-    """One ping, its ground by the quick way, all else by the general one."""
+    """One ping, its ground by fast reverberation, all else by the general one."""
     here, engine = simulator.ping_geometry(ping), simulator.engine
     reading = simulator.incoherent_accumulator(here)
     ground = prepare_fast_reverberation(engine.scene, engine.choice, here, engine.rays)
     assert ground is not None
-    heard = reading.empty()
-    ground.accumulate(map, lambda swath: reading.add_fast_reverberation(heard, swath))
+    received = reading.empty()
+    ground.accumulate(map, lambda swath: reading.add_fast_reverberation(received, swath))
     for pairs in replace(engine, choice=ground.remaining_choice).all_pairs(here, quadrature=True):
-        reading.add(heard, pairs)
-    return np.asarray(reading.time_series(heard))
+        reading.add(received, pairs)
+    return np.asarray(reading.time_series(received))
 
 
 def thoroughly(simulator: Simulator, ping: int = 0) -> Floats:
     """The same ping, every block of it through the general engine."""
     here = simulator.ping_geometry(ping)
     reading = simulator.incoherent_accumulator(here)
-    heard = reading.empty()
+    received = reading.empty()
     for pairs in simulator.engine.all_pairs(here, quadrature=True):
-        reading.add(heard, pairs)
-    return np.asarray(reading.time_series(heard))
+        reading.add(received, pairs)
+    return np.asarray(reading.time_series(received))
 
 
 def difference_db(simulator: Simulator, part: slice = GROUND) -> float:
-    """Mean level of the quick way over that of the general one [dB]."""
+    """Mean level of fast reverberation over that of the general one [dB]."""
     quick, general = quickly(simulator)[0, part], thoroughly(simulator)[0, part]
     return float(10 * np.log10(quick.mean() / general.mean()))
 
 
 @pytest.mark.parametrize("order", [0, 2, 4])
-def test_both_ways_tell_the_same_of_fractal_ground(order: int) -> None:
+def test_both_engines_agree_over_fractal_ground(order: int) -> None:
     """Direct paths, 9 pairs and 25 pairs: within 0.05 dB, mean of 850 samples, some 20 pulses' worth of ground."""
     assert abs(difference_db(build_simulator(made(order)))) < 0.05
 
 
-def test_a_flat_bed_is_smooth_and_as_loud_as_by_the_general_way() -> None:
+def test_a_flat_bed_is_smooth_and_as_strong_as_by_the_general_engine() -> None:
     """Sample for sample 0.08 dB rms and within 0.3 dB, and 0.02 dB in the mean."""
     simulator = build_simulator(made(seabed={**SIDESCAN["seabed"], "relief": None}))
     ratio = 10 * np.log10(quickly(simulator)[0, GROUND] / thoroughly(simulator)[0, GROUND])
@@ -85,7 +85,7 @@ def test_a_flat_bed_is_smooth_and_as_loud_as_by_the_general_way() -> None:
     assert ratio.std() < 0.08 and np.abs(ratio).max() < 0.3
 
 
-def test_ground_under_vertical_side_lobes_is_as_loud_as_by_the_general_way() -> None:
+def test_ground_under_vertical_side_lobes_is_as_strong_as_by_the_general_engine() -> None:
     """Narrow beams at 400 kHz, 43 to 58 degrees down: 0.5 dB rms over 2 m; lines of 16 cells are 9 dB off."""
     beam = {"kind": "planar", "width": 0.5, "height": 0.01}
     sonar = {**SIDESCAN["sonar"], "transmit": beam, "receive": beam,
@@ -100,7 +100,7 @@ def test_ground_under_vertical_side_lobes_is_as_loud_as_by_the_general_way() -> 
     assert np.sqrt(np.mean(ratio**2)) < 0.5
 
 
-def test_paths_of_one_place_interfere_as_they_do_by_the_general_way() -> None:
+def test_paths_of_one_position_interfere_as_they_do_by_the_general_engine() -> None:
     """A sonar just under the surface: direct and surface path overlap within the pulse, and make fringes."""
     track = {**SIDESCAN["track"], "start": [0.0, 0.0, 0.15]}
     flat = {**SIDESCAN["seabed"], "relief": None}
@@ -127,7 +127,7 @@ def test_a_box_casts_the_same_shadow(order: int) -> None:
 def test_a_box_has_the_same_soft_edges() -> None:
     """Only the box has edges on a flat bed: three pings are within 1 dB of the general way behind it, 0.05 dB beyond.
 
-    Behind it the few lines of the quick way meet the ripples of the light from the sides at single bearings.
+    Behind it the few lines of fast reverberation meet the ripples of the light from the sides at single bearings.
     """
     flat, soft = {**SIDESCAN["seabed"], "relief": None}, {"max_reflections": 0, "edge_diffraction": "knife-edge"}
     simulator = build_simulator(made(0, targets=[CRATE], seabed=flat, paths=soft))
@@ -172,7 +172,7 @@ def test_the_map_is_the_ground() -> None:
     assert off[..., 1:].std() < 0.01 * slope.std()
 
 
-def test_what_asks_for_more_is_left_to_the_general_way() -> None:
+def test_unsupported_scenes_are_left_to_the_general_engine() -> None:
     """Ends apart, layered water, a slice, a moving surface with its paths."""
     apart = {**SIDESCAN["sonar"], "receive": {**SIDESCAN["sonar"]["receive"], "offset": [0.0, 0.0, 0.1]}}
     layered = {"profile": [[0.0, 1500.0], [10.0, 1490.0]]}

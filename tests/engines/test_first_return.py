@@ -1,4 +1,4 @@
-"""The first return under a sonar that looks aside: from the steep side lobes of its panels, by counting the ground."""
+"""The first return under a sonar that looks aside: from the steep side lobes of its panels, by counting the seabed."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ def counted(simulator):
     """The ping from 770 000 cells of equal area and width, rings and sectors about the point under the sonar."""
     here = simulator.ping_geometry(0)
     reading = simulator.incoherent_accumulator(here)
-    heard = reading.empty()
+    received = reading.empty()
     law = simulator.engine.scene.seabed.law(1e5, 1500.0)
     edge = FARTHEST * np.sqrt(np.linspace(0, 1, RINGS + 1))
     area = np.pi * FARTHEST**2 / RINGS / SECTORS
@@ -37,8 +37,8 @@ def counted(simulator):
         key = (np.arange(len(place)) + start * SECTORS).astype(np.uint64)
         cells = Scatterers("seabed", "seabed", law, place, np.tile([0.0, 0.0, -1.0], (len(place), 1)), area * ones,
                            ones.astype(complex), key)  # fmt: skip
-        reading.add(heard, simulator.engine.path_pairs(here, cells))
-    return np.asarray(reading.time_series(heard))[0]
+        reading.add(received, simulator.engine.path_pairs(here, cells))
+    return np.asarray(reading.time_series(received))[0]
 
 
 @pytest.mark.parametrize(("floor_db", "low", "high"), [(-100.0, -0.3, 0.3), (-50.0, -12.0, -3.0)])
@@ -52,9 +52,9 @@ def test_the_first_return_is_whole_where_the_floor_lies_below_its_side_lobes(flo
     simulator = build_simulator(scenario)
     here = simulator.ping_geometry(0)
     reading = simulator.incoherent_accumulator(here)
-    heard = reading.empty()
+    received = reading.empty()
     for pairs in simulator.engine.all_pairs(here, quadrature=True):
-        reading.add(heard, pairs)
-    series = np.asarray(reading.time_series(heard))[0]
+        reading.add(received, pairs)
+    series = np.asarray(reading.time_series(received))[0]
     first = (simulator.grid.time > 8.05e-3) & (simulator.grid.time < 8.25e-3)
     assert low < 10 * np.log10(series[first].mean() / counted(simulator)[first].mean()) < high

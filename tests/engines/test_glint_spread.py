@@ -17,7 +17,7 @@ FREQUENCY = 100e3
 
 
 def departures(family, distance, wind, count=4000):
-    """Elevation [rad] and bearing times cosine of it [rad] of the glints to many places north of the sonar."""
+    """Elevation [rad] and bearing times cosine of it [rad] of the glints to many positions north of the sonar."""
     scene = build_simulator(
         nominal(surface={"reflection": "statistical", "wind_speed": wind, "wave_direction": 0.6})
     ).engine.scene
@@ -64,7 +64,7 @@ def test_a_calm_has_neither_glints_nor_spread():
 
 @pytest.mark.parametrize("spread", [0.001, 0.01, 0.05, 0.3])
 def test_spread_patterns_are_fourth_means_over_directions(spread):
-    """Envelope of a 0.6 m array at 100 kHz, at 40 places: the integral over both halves of the slopes, within 20 %.
+    """Envelope of a 0.6 m array at 100 kHz, at 40 positions: the integral over both halves of the slopes, within 20 %.
 
     RaySpreads between those tabulated, an octave apart, are interpolated.
     """

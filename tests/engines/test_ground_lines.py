@@ -1,4 +1,4 @@
-"""Lines of the ground about a ping_geometry: they cover what is heard once, whatever the beam, the heading and the floor."""
+"""Radials cover what is received exactly once, for any beam, heading and floor."""
 
 from dataclasses import replace
 
@@ -23,13 +23,13 @@ def simulator():
     return build_simulator(nominal(paths={"max_reflections": 0}))
 
 
-def lines(simulator, floor=0.0, heading=0.0, heard=HEARD, resolution=RESOLUTION, families=("D",)):
-    """Lines of the ground of the nominal sonar."""
-    return radials_in_view(simulator.ping_geometry(0), DEPTH, heard, resolution, families, floor, heading)
+def lines(simulator, floor=0.0, heading=0.0, received=HEARD, resolution=RESOLUTION, families=("D",)):
+    """Lines of the seabed of the nominal sonar."""
+    return radials_in_view(simulator.ping_geometry(0), DEPTH, received, resolution, families, floor, heading)
 
 
 def area(found):
-    """Of the sectors of a ring that lines stand for [m^2]."""
+    """Of the sectors of a ring that lines represent [m^2]."""
     return np.sum(found[:, 2] / 2 * (found[:, 5] ** 2 - found[:, 4] ** 2))
 
 
@@ -38,29 +38,29 @@ def width_at(found, distance):
     return found[(found[:, 4] <= distance) & (distance < found[:, 5]), 2].sum()
 
 
-@pytest.mark.parametrize("heard", [HEARD, ReachableRange(HEIGHT, 90.0, 91.0), ReachableRange(HEIGHT, 12.0, 500.0)])
-def test_without_a_floor_the_whole_ring_is_covered_once(simulator, heard):
+@pytest.mark.parametrize("received", [HEARD, ReachableRange(HEIGHT, 90.0, 91.0), ReachableRange(HEIGHT, 12.0, 500.0)])
+def test_without_a_floor_the_whole_ring_is_covered_once(simulator, received):
     """Sectors add up to the annulus, and at any distance to the whole circle."""
-    found = lines(simulator, heard=heard)
-    assert area(found) == pytest.approx(np.pi * (heard.farthest**2 - heard.nearest**2), rel=1e-9)
-    for distance in np.linspace(heard.nearest, heard.farthest, 9)[1:-1]:
+    found = lines(simulator, received=received)
+    assert area(found) == pytest.approx(np.pi * (received.farthest**2 - received.nearest**2), rel=1e-9)
+    for distance in np.linspace(received.nearest, received.farthest, 9)[1:-1]:
         assert width_at(found, distance) == pytest.approx(2 * np.pi, rel=1e-9)
 
 
 def test_below_the_sonar_too_the_ring_is_covered_once(simulator):
-    """Down to the point under the sonar, where lines stand for ever more cells: the whole circle at any distance."""
-    found = lines(simulator, heard=ReachableRange(HEIGHT, 0.0, 30.0))
+    """Down to the point under the sonar, where lines represent ever more cells: the whole circle at any distance."""
+    found = lines(simulator, received=ReachableRange(HEIGHT, 0.0, 30.0))
     covered = [width_at(found, distance) for distance in np.geomspace(0.1, 29, 30)]
     np.testing.assert_allclose(covered, 2 * np.pi, rtol=1e-9)
 
 
 @pytest.mark.parametrize(("height", "tilt_deg", "distance"), [(0.12, 60.0, 5.2), (0.12, 40.0, 10.7), (0.08, 45.0, 9.0)])
-def test_a_narrow_beam_that_looks_down_meets_each_place_once(height, tilt_deg, distance):
-    """Tall panels, tilted: where their axis meets the bed, 9 m below, no bearing has two lines."""
+def test_a_narrow_beam_that_looks_down_reaches_each_position_once(height, tilt_deg, distance):
+    """Tall panels, tilted: where their axis reaches the seabed, 9 m below, no bearing has two lines."""
     panel = {"kind": "planar", "width": 0.3, "height": height}
     mounting = {"tilt": float(np.radians(tilt_deg))}
-    told = nominal(paths={"max_reflections": 0}, sonar={"mounting": mounting, "transmit": panel, "receive": panel})
-    found = lines(build_simulator(told), 1e-3, heard=ReachableRange(HEIGHT, 0.0, 60.0))
+    scenario = nominal(paths={"max_reflections": 0}, sonar={"mounting": mounting, "transmit": panel, "receive": panel})
+    found = lines(build_simulator(scenario), 1e-3, received=ReachableRange(HEIGHT, 0.0, 60.0))
     there = (found[:, 4] <= distance) & (distance < found[:, 5])
     bearing = np.pi / 2 + np.linspace(-0.5, 0.5, 4001) + 1e-5
     off = np.angle(np.exp(1j * (bearing[:, None] - np.arctan2(found[there, 1], found[there, 0]))))
@@ -69,7 +69,7 @@ def test_a_narrow_beam_that_looks_down_meets_each_place_once(height, tilt_deg, d
 
 @pytest.mark.parametrize("floor", [1e-3, 1e-2, 0.3])
 def test_lines_do_not_overlap(simulator, floor):
-    """At any distance the sectors, side by side, are disjoint."""
+    """At any distance the sectors, concurrently, are disjoint."""
     found = lines(simulator, floor)
     middle = np.arctan2(found[:, 1], found[:, 0])
     for distance in (21.0, 47.0, 74.0, 76.0, 149.0):
@@ -92,7 +92,7 @@ def test_a_lower_floor_only_adds(simulator):
 
 @pytest.mark.parametrize("floor", [1e-2, 0.2])
 def test_what_no_line_covers_is_below_the_floor(simulator, floor):
-    """3000 places in the ring: where the two-way gain reaches the floor there is a line; gains by another program."""
+    """3000 positions in the ring: where the two-way gain exceeds the floor there is a radial; gains by other code."""
     rng = np.random.default_rng(5)
     here, found = simulator.ping_geometry(0), lines(simulator, floor)
     distance = rng.uniform(21, 149, 3000)
@@ -106,13 +106,13 @@ def test_what_no_line_covers_is_below_the_floor(simulator, floor):
     covered = (within & (distance[:, None] <= found[:, 5])).any(axis=1)
     assert np.all(covered[gain >= floor]) and np.mean(gain >= floor) > 0.02
     assert not covered.all()
-    # and the bound by which tiles are chosen agrees that nothing loud was left out
+    # and the bound by which tiles are chosen agrees that nothing strong was left out
     bound = two_way_gain_bound(place, np.zeros(3000), here, DEPTH, simulator.engine.rays, ("D",))
     assert bound[~covered].max() < floor * (1 + 1e-6)
 
 
-def test_no_loud_line_is_wider_than_a_cell(simulator):
-    """Away from the sonar and from the beam's outskirts, where the ground is broad, each cell has its own line."""
+def test_no_high_gain_line_is_wider_than_a_cell(simulator):
+    """Away from the sonar and from the beam's outskirts, where the seabed is broad, each cell has its own line."""
     cell = min(RESOLUTION.beam_width, MAX_CELL_WIDTH) / np.sqrt(RESOLUTION.scatterers_per_cell)
     found = lines(simulator)
     alone = (found[:, 3] == 0) & (found[:, 4] > HEIGHT)
@@ -127,11 +127,11 @@ def test_no_loud_line_is_wider_than_a_cell(simulator):
 
 
 def test_finer_cells_are_more_lines(simulator):
-    """Four times the points to a cell: lines half as wide in the loud part, about twice as many, on the same ground."""
+    """Four times the points to a cell: radials half as wide at high gain, about twice as many, on the same ground."""
     coarse, fine = (lines(simulator, 1e-3, resolution=Resolution(0.12, 0.0076, n)) for n in (4.0, 16.0))
-    loud = [found[(found[:, 3] == 0) & (found[:, 5] > 40)] for found in (coarse, fine)]
-    assert loud[1][:, 2].max() == pytest.approx(loud[0][:, 2].max() / 2, rel=0.05)
-    assert len(loud[1]) == pytest.approx(2 * len(loud[0]), rel=0.15)
+    strong = [found[(found[:, 3] == 0) & (found[:, 5] > 40)] for found in (coarse, fine)]
+    assert strong[1][:, 2].max() == pytest.approx(strong[0][:, 2].max() / 2, rel=0.05)
+    assert len(strong[1]) == pytest.approx(2 * len(strong[0]), rel=0.15)
 
 
 @pytest.mark.parametrize("heading", [0.4, -2.0, np.pi])
@@ -144,7 +144,7 @@ def test_a_frame_turned_is_the_same_lines_turned(simulator, heading):
     np.testing.assert_array_equal(turned[:, 2:], plain[:, 2:])
 
 
-def test_what_is_asked_again_is_the_same_whatever_was_asked_between(simulator):
+def test_what_is_requested_again_is_the_same_whatever_was_requested_between(simulator):
     """Lines are remembered for the pings to come: twelve other questions later, the same numbers."""
     first = lines(simulator, 1e-2).copy()
     for heading in np.linspace(0.1, 3, 12):
@@ -153,7 +153,7 @@ def test_what_is_asked_again_is_the_same_whatever_was_asked_between(simulator):
 
 
 def test_more_families_take_in_no_less(simulator):
-    """What any of the families hears is in view: with the surface's too the ground covered cannot shrink."""
+    """What any of the families receives is in view: with the surface's too the seabed covered cannot shrink."""
     direct, both = (area(lines(simulator, 1e-2, families=families)) for families in (("D",), ("D", "S")))
     assert both >= direct * (1 - 1e-12)
 
@@ -168,34 +168,34 @@ def test_samples_are_staggered_evenly(simulator):
         assert np.diff(np.append(shift, shift[0] + 1)).max() < 2 / 34
 
 
-def test_nothing_heard_is_no_line(simulator):
-    """A window that closes before the first echo, and a floor above the loudest beam."""
-    assert lines(simulator, heard=ReachableRange(HEIGHT, 0.0, -1.0)).shape == (0, 9)
+def test_an_empty_range_has_no_radial(simulator):
+    """A window that closes before the first echo, and a floor above the largest gain beam."""
+    assert lines(simulator, received=ReachableRange(HEIGHT, 0.0, -1.0)).shape == (0, 9)
     assert lines(simulator, floor=1.5).shape == (0, 9)
 
 
 @pytest.mark.parametrize(("family", "climb", "up"), [("D", 9.0, 1), ("S", 31.0, -1), ("BS", 49.0, 1)])
 @pytest.mark.parametrize("zone", [(20.0, 40.0), (40.0, 200.0)])
-def test_no_place_of_a_patch_is_louder_than_the_patch_is_said_to_be(simulator, zone, family, climb, up):
-    """4000 places in 64 patches of 0.02 rad about the beam: two-way gains by another program stay below the bound.
+def test_the_gain_in_a_patch_is_at_most_its_bound(simulator, zone, family, climb, up):
+    """4000 positions in 64 patches of 0.02 rad about the beam: two-way gains by another program stay below the bound.
 
-    Nor is the bound far off: its loudest patch is at most 1.5 times as loud as the loudest place.
+    Nor is the bound far off: its strongest patch is at most 1.5 times as strong as the position of largest gain.
     """
     here, rng = simulator.ping_geometry(0), np.random.default_rng(9)
-    heard = straight_gain_bound(here, DEPTH, (family,))
+    gain_bound = straight_gain_bound(here, DEPTH, (family,))
     middle = np.pi / 2 + 0.02 * (np.arange(64) - 31.5)
-    told = heard(middle, 0.02, zone)
+    expected = gain_bound(middle, 0.02, zone)
     patch = rng.integers(0, 64, 4000)
     bearing, distance = middle[patch] + rng.uniform(-0.01, 0.01, 4000), rng.uniform(*zone, 4000)
     way = np.column_stack([distance * np.cos(bearing), distance * np.sin(bearing), np.full(4000, up * climb)])
     way /= np.linalg.norm(way, axis=1, keepdims=True)
     gain = np.abs(here.transmit_beams.gain(way)[0] * here.receive_beams.gain(way)[0])
-    assert np.all(gain <= told[patch] * (1 + 1e-6) + 1e-9)
-    assert told.max() < 1.5 * gain.max()
+    assert np.all(gain <= expected[patch] * (1 + 1e-6) + 1e-9)
+    assert expected.max() < 1.5 * gain.max()
 
 
-def test_ends_apart_widen_what_is_asked_and_wide_patches_are_not_told(simulator):
-    """Ends 2 m apart: at 20 m a patch is 0.2 rad wider for the other end, never less loud; near by nothing is told.
+def test_bistatic_parallax_widens_patches_and_wide_patches_have_no_bound(simulator):
+    """Ends 2 m apart: at 20 m a patch is 0.2 rad wider for the other end, never less strong; near by nothing is given.
 
     Beyond half a radian, and of two platforms, there is no bound.
     """

@@ -1,4 +1,4 @@
-"""Where next to nothing is heard slices are merged: the bound that tells so, and what is lost by it."""
+"""Where next to nothing is received slices are merged: the bound that tells so, and what is lost by it."""
 
 import numpy as np
 import pytest
@@ -18,13 +18,13 @@ BEAMS = {
 }
 
 
-def stance_of(**told):
+def stance_of(**changes):
     """The nominal sonar's first ping."""
-    return build_simulator(nominal(**told)).ping_geometry(0)
+    return build_simulator(nominal(**changes)).ping_geometry(0)
 
 
 def gain(ping_geometry, families, bearing, distance):
-    """Two-way gain towards places on the level bed, the loudest channel and pair of families, from both ends [1]."""
+    """Two-way gain towards a flat seabed, the largest of all channels and pairs of families, from both ends [1]."""
     both, at = 1.0, ping_geometry.midpoint + distance[:, None] * np.stack([np.cos(bearing), np.sin(bearing)], axis=-1)
     for place, beams in (
         (ping_geometry.transmit_position, ping_geometry.transmit_beams),
@@ -39,15 +39,15 @@ def gain(ping_geometry, families, bearing, distance):
 
 @pytest.mark.parametrize("beams", BEAMS)
 @pytest.mark.parametrize("families", [("D",), ("D", "S")])
-def test_no_place_of_a_patch_is_louder_than_is_told(beams, families):
-    """200 patches of four widths and distances, 10 places in each: nowhere more than the bound; loud where axes are."""
+def test_the_gain_in_a_patch_is_at_most_the_bound(beams, families):
+    """200 patches of four widths and distances, 10 positions in each: never above the bound; high on the axes."""
     ping_geometry, rng, closest = stance_of(**BEAMS[beams]), np.random.default_rng(1), []
-    heard = straight_gain_bound(ping_geometry, 20.0, families)
+    gain_bound = straight_gain_bound(ping_geometry, 20.0, families)
     for width in (0.005, 0.03, 0.1, 0.3):
         middle = np.append(ping_geometry.first_beam_bearing, rng.uniform(-np.pi, np.pi, 49))
         near = float(rng.uniform(12, 60))
         zone = near, near * 2
-        bound = heard(middle, width, zone)
+        bound = gain_bound(middle, width, zone)
         turn, away = rng.random((2, 50, 10))
         places = middle[:, None] + width * (turn - 0.5), near + away * near
         found = gain(ping_geometry, families, *(part.ravel() for part in places)).reshape(50, 10)
@@ -56,8 +56,8 @@ def test_no_place_of_a_patch_is_louder_than_is_told(beams, families):
     assert max(closest) > 0.3  # it is no bound that is never met
 
 
-def test_more_families_and_wider_patches_are_no_fainter():
-    """What is added can only be louder."""
+def test_bounds_grow_with_families_and_width():
+    """What is added can only be stronger."""
     ping_geometry, bearing = stance_of(), np.linspace(-3, 3, 40)
     one, two = (straight_gain_bound(ping_geometry, 20.0, families) for families in (("D",), ("D", "S", "BS")))
     for width in (0.01, 0.1):
@@ -66,29 +66,30 @@ def test_more_families_and_wider_patches_are_no_fainter():
         assert np.all(one(bearing, 4 * width, (20.0, 40.0)) >= 0.99 * one(bearing, width, (20.0, 40.0)))
 
 
-def test_it_is_not_told_what_is_heard_of_wide_patches_nor_by_two_platforms_nor_by_nobody():
+def test_wide_patches_two_platforms_and_no_families_have_no_bound():
     """Infinite where a patch, or what ends apart make of it, is too wide; nothing told without families."""
     ping_geometry = stance_of(**BEAMS["apart"])
-    heard = straight_gain_bound(ping_geometry, 20.0, ("D",))
-    assert np.all(np.isinf(heard(np.zeros(3), MAX_PATCH_WIDTH * 1.01, (20.0, 40.0))))
-    assert np.all(np.isinf(heard(np.zeros(3), 0.01, (0.0, 40.0))))
-    assert np.all(np.isfinite(heard(np.zeros(3), 0.01, (20.0, 40.0))))
+    gain_bound = straight_gain_bound(ping_geometry, 20.0, ("D",))
+    assert np.all(np.isinf(gain_bound(np.zeros(3), MAX_PATCH_WIDTH * 1.01, (20.0, 40.0))))
+    assert np.all(np.isinf(gain_bound(np.zeros(3), 0.01, (0.0, 40.0))))
+    assert np.all(np.isfinite(gain_bound(np.zeros(3), 0.01, (20.0, 40.0))))
     assert straight_gain_bound(ping_geometry, 20.0, ()) is None
 
 
-def cut_of(heard, *, finest=4e-3, bed=None):
+def cut_of(received, *, finest=4e-3, bed=None):
     """Slices about the sonar at 11 m."""
-    return AzimuthProfiles(bed or bed_of(), np.array([0.0, 0.0, 11.0]), StraightLaunchAngles(11.0, 20.0), farthest=120.0,
-                  wavelength=0.015, min_profile_width=finest, gain_bound=heard)  # fmt: skip
+    return AzimuthProfiles(bed or bed_of(), np.array([0.0, 0.0, 11.0]), StraightLaunchAngles(11.0, 20.0),
+    farthest=120.0,
+                  wavelength=0.015, min_profile_width=finest, gain_bound=received)  # fmt: skip
 
 
-def test_slices_are_merged_where_their_eight_are_faint_and_nowhere_else():
-    """ShadowSector by zone: those whose level, asked for all alike, is below a tenth of the loudest's; none without a bound."""
-    heard = straight_gain_bound(stance_of(), 20.0, ("D",))
-    cut, inner = cut_of(heard), 0.0
+def test_slices_are_merged_where_their_eight_have_low_gain_and_nowhere_else():
+    """Merged slices by zone: those with a gain below a tenth of the largest at that distance; none without a bound."""
+    gain_bound = straight_gain_bound(stance_of(), 20.0, ("D",))
+    cut, inner = cut_of(gain_bound), 0.0
     for start, count, outer in zip(cut.starts, cut.counts, cut.edges, strict=False):
         first, width = np.arange(0, count, MERGE_GROUP), 2 * np.pi / count
-        level = heard((first + MERGE_GROUP / 2) * width, MERGE_GROUP * width, (inner, float(outer)))
+        level = gain_bound((first + MERGE_GROUP / 2) * width, MERGE_GROUP * width, (inner, float(outer)))
         found = cut.merged[start // MERGE_GROUP : (start + count) // MERGE_GROUP]
         if np.isinf(level).any():
             assert not found.any()
@@ -109,14 +110,16 @@ def test_ground_that_does_not_change_with_bearing_loses_nothing_by_merged_slices
     azimuth, distance = rng.uniform(-0.1, 0.1, 3000), rng.uniform(20, 100, 3000)
     position = np.stack([distance * np.cos(azimuth), distance * np.sin(azimuth)], axis=-1)
     lit, place = [], np.array([0.0, 0.0, 11.0])
-    for heard in (None, lambda bearing, width, zone: np.where(np.cos(bearing - np.pi) > 0.9, 1.0, 0.01)):
-        terrain_occlusion = TerrainOcclusion(bed, place, StraightLaunchAngles(11.0, 20.0), farthest=120.0, wavelength=0.015,
-                            min_profile_width=4e-3, gain_bound=heard)  # fmt: skip
+    for received in (None, lambda bearing, width, zone: np.where(np.cos(bearing - np.pi) > 0.9, 1.0, 0.01)):
+        terrain_occlusion = TerrainOcclusion(bed, place, StraightLaunchAngles(11.0, 20.0), farthest=120.0,
+        wavelength=0.015,
+                            min_profile_width=4e-3, gain_bound=received)  # fmt: skip
         seen = locate_points(terrain_occlusion, place, position)
         merged = terrain_occlusion.profiles.merged
-        lit.append(terrain_occlusion.visible(("D",), seen.distance, np.zeros((1, 3000)), np.full(3000, 20.0), seen.groups,
+        lit.append(terrain_occlusion.visible(
+            ("D",), seen.distance, np.zeros((1, 3000)), np.full(3000, 20.0), seen.groups,
                                     ground=True)[0])  # fmt: skip
-        assert (merged.max() > 0) == (heard is not None)
+        assert (merged.max() > 0) == (received is not None)
     assert 0.2 < lit[0].mean() < 0.98
     assert np.mean(lit[0] != lit[1]) < 0.04
     assert lit[1].mean() == pytest.approx(lit[0].mean(), abs=0.01)

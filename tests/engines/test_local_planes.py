@@ -1,4 +1,4 @@
-"""Bottom bounces over uneven ground: off the plane that the bed comes to where sound meets it, not off the mean one."""
+"""Bottom bounces over relief: reflected by the plane fitted at the bounce, not by the mean plane."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ WINDOW = {"window": (0.01, 0.25)}
 
 
 def surveyed(tmp_path, depth_at, *, reach=200.0, cell=2.0, **bed):
-    """A bed whose depth is a function of north and east, as a grid in a file."""
+    """A seabed whose depth is a function of north and east, as a grid in a file."""
     nodes = np.arange(-reach, reach + cell / 2, cell)
     np.savez(tmp_path / "survey.npz", depth=depth_at(nodes[:, None], nodes[None, :]), north=nodes, east=nodes)
     relief = {"kind": "grid", "file": str(tmp_path / "survey.npz"), "origin": (0.0, 0.0)}
@@ -24,7 +24,7 @@ def surveyed(tmp_path, depth_at, *, reach=200.0, cell=2.0, **bed):
 
 
 def inclined(tmp_path, **bed):
-    """A bed that falls to the north and rises to the east by 3 %, 20 m deep under the sonar."""
+    """A seabed that falls to the north and rises to the east by 3 %, 20 m deep under the sonar."""
     return surveyed(tmp_path, lambda n, e: 20 + NORTHWARD * n + EASTWARD * e, **bed)
 
 
@@ -39,8 +39,8 @@ def legs_to(points, seabed, *, normal=(0.0, 0.0, 0.0), boundary="target", famili
     ones, keys = np.ones(count), np.arange(count).astype(np.uint64)
     facing = np.tile(np.array(normal, float), (count, 1))
     law = scenario.seabed.law(1e5, 1500.0)
-    met = Scatterers("any", boundary, law, points, facing, ones, ones.astype(complex), keys)
-    return simulator.engine.path_pairs(here, met).out, scenario
+    scatterers = Scatterers("any", boundary, law, points, facing, ones, ones.astype(complex), keys)
+    return simulator.engine.path_pairs(here, scatterers).out, scenario
 
 
 def unfolded(family, points):
@@ -87,8 +87,8 @@ def test_an_inclined_bed_mirrors_as_one_inclined_plane(tmp_path):
         np.testing.assert_allclose(legs.amplitude[row], level, rtol=1e-5)
 
 
-def test_the_ground_of_an_inclined_bed_hears_its_multiples_as_that_plane_has_them(tmp_path):
-    """D, S and BS to 300 places of the bed itself: in place to 1e-8 s, none hidden, and faced as the plane is."""
+def test_the_ground_of_an_inclined_bed_receives_its_multiples_as_that_plane_has_them(tmp_path):
+    """D, S and BS to 300 positions of the seabed: delays to 1e-8 s, none hidden, grazing angles those of the plane."""
     points = scattered(300)
     points[:, 2] = 20 + NORTHWARD * points[:, 0] + EASTWARD * points[:, 1]
     up = np.array([NORTHWARD, EASTWARD, -1.0]) / np.sqrt(1 + NORTHWARD**2 + EASTWARD**2)
@@ -105,7 +105,7 @@ def test_the_ground_of_an_inclined_bed_hears_its_multiples_as_that_plane_has_the
 def test_a_bounce_off_a_long_swell_of_the_bed_is_where_fermat_has_it(tmp_path):
     """Waves of 60 m and 0.5 m: the shortest way over the true ground, found by search, within 2 us; 40 us off the mean.
 
-    Legs of 50 m or less, whose one bounce is sharp: further away the bed focuses.
+    Legs of 50 m or less, whose one bounce is sharp: further away the seabed focuses.
     """
 
     def depth_at(north, east):
@@ -153,7 +153,7 @@ def test_what_a_bounce_loses_is_the_roughness_between_its_zone_and_the_sound(tmp
 
 
 def test_a_point_below_the_plane_of_its_bounce_has_none(tmp_path):
-    """Behind the crest of a bank, deeper than its slope goes on: B finds no mirror, and the ground is to blame."""
+    """Behind the crest of a bank, deeper than its slope goes on: B finds no mirror, and the seabed is to blame."""
     seabed = surveyed(tmp_path, lambda n, e: 20 + 0.6 * np.maximum(e - 40, 0) + 0 * n, cell=1.0)
     points = np.array([[0.0, 60.0, 28.0], [0.0, 60.0, 12.0]])
     legs, _ = legs_to(points, seabed, families=("B",))
@@ -162,7 +162,7 @@ def test_a_point_below_the_plane_of_its_bounce_has_none(tmp_path):
 
 
 def test_a_wall_of_ground_cuts_the_rising_leg(tmp_path):
-    """B to 100 m bounces at 50 m and is 3.6 m above the bed at 70 m: a dyke of 5 m cuts it, 2 m do not."""
+    """B to 100 m bounces at 50 m and is 3.6 m above the seabed at 70 m: a dyke of 5 m cuts it, 2 m do not."""
     for height, cut in ((5.0, True), (2.0, False)):
         seabed = surveyed(tmp_path, lambda n, e, h=height: 20 - h * np.exp(-((e - 70) ** 2) / 4) + 0 * n, cell=0.5,
                           reach=110.0)  # fmt: skip
@@ -174,7 +174,7 @@ PROFILE = [[0.0, 1502.0], [8.0, 1500.0], [14.0, 1490.0], [20.0, 1488.0]]
 
 
 def test_in_layered_water_bounces_move_with_the_ground(tmp_path):
-    """A bed that lies 0.3 m above its mean plane, under a thermocline: legs of the bed at that depth within 2 us.
+    """A seabed that lies 0.3 m above its mean plane, under a thermocline: legs of the seabed at that depth within 2 us.
 
     Off the mean plane they are up to 200 us late.
     """
@@ -206,16 +206,16 @@ def test_waves_of_a_survey_that_are_shorter_than_the_zone_roughen_the_mirror(tmp
     scenario = nominal(seabed=seabed, track=place, paths={"families": ["B"], "max_reflections": 1})
     simulator = build_simulator(scenario)
     ones = np.ones(40)
-    met = Scatterers("any", "target", scenario.seabed.law(1e5, 1500.0), points, np.zeros((40, 3)), ones,
+    scatterers = Scatterers("any", "target", scenario.seabed.law(1e5, 1500.0), points, np.zeros((40, 3)), ones,
                      ones.astype(complex), np.arange(40).astype(np.uint64))  # fmt: skip
-    legs = simulator.engine.path_pairs(simulator.ping_geometry(0), met).out
+    legs = simulator.engine.path_pairs(simulator.ping_geometry(0), scatterers).out
     sine = 4 / np.hypot(4, np.hypot(points[:, 0], 70))
     exponent = -np.log(np.abs(legs.reflection_coefficient[0]) / 0.35)
     assert np.mean(exponent / (2 * (2 * np.pi / 0.015 * 0.01 * sine) ** 2)) == pytest.approx(1.0, abs=0.12)
 
 
 def test_late_multiples_off_a_deep_part_of_the_bed_are_in_reach(tmp_path):
-    """A bed 3 m deeper to the east than its mean plane: BS to it comes 6 m later, and its tiles are asked."""
+    """A seabed 3 m deeper to the east than its mean plane: BS to it comes 6 m later, and its tiles are evaluated."""
     seabed = surveyed(tmp_path, lambda n, e: np.where(e < -150, 20.0, 23.0) + 0 * n, reach=160.0)
     place = np.array([0.0, 6.0, 23.0])
     legs, _ = legs_to([place], seabed, normal=(0.0, 0.0, -1.0), boundary="seabed", families=("BS",))

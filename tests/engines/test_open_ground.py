@@ -23,13 +23,13 @@ def crests_of(depth: np.ndarray, image: np.float32) -> int:
     distance = (np.arange(depth.shape[1], dtype=np.float32) + 1) * np.float32(STEP)
     launch = (depth - image) / distance
     bound, crest = np.empty_like(launch), np.empty(launch.shape, np.int32)
-    met = np.empty((len(launch), launch.shape[1] // 2 + 1, 4), np.float32)
-    find_crests(launch, distance, False, WAVE, bound, crest, met)
+    crests = np.empty((len(launch), launch.shape[1] // 2 + 1, 4), np.float32)
+    find_crests(launch, distance, False, WAVE, bound, crest, crests)
     return int(crest.max()) + 1
 
 
 @given(st.integers(0, 10**6), st.floats(0.0, 0.1), st.floats(2.0, 60.0))
-def test_lines_that_are_told_to_be_open_have_no_crest(seed: int, rough: float, height: float) -> None:
+def test_lines_that_are_reported_open_have_no_crest(seed: int, rough: float, height: float) -> None:
     """Any ground of up to 10 cm of roughness, seen from 2 to 60 m above: the walk finds nothing either."""
     depth = (20 + rough * np.random.default_rng(seed).standard_normal((3, 400)).cumsum(axis=1) / 20).astype(np.float32)
     distance = (np.arange(400, dtype=np.float32) + 1) * np.float32(STEP)
@@ -56,7 +56,7 @@ def test_level_ground_is_open_and_a_step_up_is_not() -> None:
 def test_beyond_its_reach_a_crest_changes_nothing_that_clears_it(wavelength: float) -> None:
     """3000 drawn crests, rays and distances, 10 to 500 kHz: as the full reckoning says, below 60 dB."""
     rng = np.random.default_rng(11)
-    told = 0
+    expected = 0
     for _ in range(3000):
         near, hollow = rng.uniform(0.1, 200), 10 ** rng.uniform(-4, 0)
         until = negligible_beyond(near, hollow, wavelength)
@@ -68,8 +68,8 @@ def test_beyond_its_reach_a_crest_changes_nothing_that_clears_it(wavelength: flo
         assert crest_is_negligible(
             clear, hollow / stretch, length - near * stretch, length, wavelength, NEGLIGIBLE_CHANGE**2
         )
-        told += 1
-    assert told > 300
+        expected += 1
+    assert expected > 300
 
 
 def test_quarters_of_a_turn_are_those_of_sine_and_cosine() -> None:
@@ -83,7 +83,7 @@ def test_quarters_of_a_turn_are_those_of_sine_and_cosine() -> None:
 def walked_by_hand(launch: np.ndarray, distance: np.ndarray, rising: bool) -> tuple[list, list, list]:
     """Bound, number of the last crest and (sample, launch, hollow) of each, for one line, from their definitions."""
     sense, order = (-1.0, range(len(launch) - 1, -1, -1)) if rising else (1.0, range(len(launch)))
-    bound, crest, met = [0.0] * len(launch), [0] * len(launch), []
+    bound, crest, crests = [0.0] * len(launch), [0] * len(launch), []
     seen: list[int] = []
     dark = False
     for k in order:
@@ -94,13 +94,13 @@ def walked_by_hand(launch: np.ndarray, distance: np.ndarray, rising: bool) -> tu
             else:
                 best = max((i for i in seen if launch[i] == launch[best]), key=seen.index)
                 if not dark:
-                    met.append([best, launch[best], 0.0])
-                met[-1][2] = max(met[-1][2], sense * (launch[k] - launch[best]) * distance[k])
+                    crests.append([best, launch[best], 0.0])
+                crests[-1][2] = max(crests[-1][2], sense * (launch[k] - launch[best]) * distance[k])
                 dark = True
             seen.append(k)
         bound[k] = sense * min((sense * launch[i] for i in seen), default=np.inf)
-        crest[k] = len(met) - 1
-    return bound, crest, met
+        crest[k] = len(crests) - 1
+    return bound, crest, crests
 
 
 @pytest.mark.parametrize("rising", [False, True])
@@ -113,32 +113,33 @@ def test_crests_are_where_the_skyline_stops_sinking(seed: int, rising: bool) -> 
     launch[rng.random(launch.shape) < 0.05] = np.nan
     by_hand = [walked_by_hand(line.astype(float), distance.astype(float), rising) for line in launch]
     bound, crest = np.empty_like(launch), np.empty(launch.shape, np.int32)
-    met = np.empty((4, 61, 4), np.float32)
-    find_crests(launch, distance, rising, WAVE, bound, crest, met)
+    crest_rows = np.empty((4, 61, 4), np.float32)
+    find_crests(launch, distance, rising, WAVE, bound, crest, crest_rows)
     for s, (lowest, last, crests) in enumerate(by_hand):
         np.testing.assert_array_equal(bound[s], np.array(lowest, np.float32))
         np.testing.assert_array_equal(crest[s], last)
-        np.testing.assert_allclose(met[s, : len(crests), :3], np.reshape(crests, (-1, 3)), rtol=1e-5)
-        assert np.all(met[s, : len(crests), 3] > 0)
+        np.testing.assert_allclose(crest_rows[s, : len(crests), :3], np.reshape(crests, (-1, 3)), rtol=1e-5)
+        assert np.all(crest_rows[s, : len(crests), 3] > 0)
 
 
 def test_a_ray_to_ground_is_one_of_that_launch() -> None:
-    """At samples of drawn ground, seen or hidden: told by the ground or by the ray's own launch, the same is left."""
+    """At samples of drawn ground, seen or hidden: told by the seabed or by the ray's own launch, the same is left."""
     rng = np.random.default_rng(5)
     distance = (np.arange(400, dtype=np.float32) + 1) * np.float32(STEP)
     launch = ((8 + rng.standard_normal((2, 400)).cumsum(axis=1) / 30) / distance).astype(np.float32)
-    bound, crest, met = np.empty_like(launch), np.empty(launch.shape, np.int32), np.empty((2, 201, 4), np.float32)
-    find_crests(launch, distance, False, WAVE, bound, crest, met)
+    bound, crest, crests = np.empty_like(launch), np.empty(launch.shape, np.int32), np.empty((2, 201, 4), np.float32)
+    find_crests(launch, distance, False, WAVE, bound, crest, crests)
     points, rows = np.arange(700), np.repeat([0, 1], 350)
     sample = np.tile(np.arange(20, 370), 2)
     reach, steep = distance[sample].astype(float), launch[rows, sample].astype(float)
-    told = []
+    expected = []
     for ground in (True, False):
         lit, left = np.ones(700, bool), np.ones(700, complex)
-        diffract_over_crests(launch, bound, crest, met, rows, points, reach, steep, STEP, reach, WAVE, edge_diffraction_table(), PER_UNIT,
+        diffract_over_crests(launch, bound, crest, crests, rows, points, reach, steep, STEP, reach, WAVE,
+        edge_diffraction_table(), PER_UNIT,
                     ground, True, lit, left)  # fmt: skip
-        told.append((lit, left))
+        expected.append((lit, left))
     hidden = steep > bound[rows, sample]
-    np.testing.assert_array_equal(told[0][0], ~hidden)
-    assert 0.1 < hidden.mean() < 0.9 and np.abs(told[0][1] - 1).max() > 0.3
-    np.testing.assert_allclose(told[0][1], told[1][1], atol=1e-6)
+    np.testing.assert_array_equal(expected[0][0], ~hidden)
+    assert 0.1 < hidden.mean() < 0.9 and np.abs(expected[0][1] - 1).max() > 0.3
+    np.testing.assert_allclose(expected[0][1], expected[1][1], atol=1e-6)

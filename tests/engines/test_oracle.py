@@ -1,4 +1,4 @@
-"""The whole engine against a sum over echoes, frequency by frequency, that shares nothing with it but the draws."""
+"""The engine against a sum over echoes, frequency by frequency, that shares nothing with it but the scatterers."""
 
 from functools import cache
 
@@ -49,13 +49,13 @@ def scatterers():
     """Two hundred points: seabed (some in the box's shadow), surface, the box's faces, and points in the water."""
     random = np.random.default_rng(5)
 
-    def block(owner, position, normal, law, *, drawn=True, occluder=-1):
+    def block(label, position, normal, law, *, drawn=True, occluder=-1):
         n = len(position)
         phase = np.exp(2j * np.pi * random.random(n)) if drawn else np.ones(n, complex)
-        boundary = owner if owner in ("seabed", "surface") else "target"
+        boundary = label if label in ("seabed", "surface") else "target"
         area = random.uniform(0.5, 2, n) if drawn else np.ones(n)
         place = random.integers(0, 2**62, n).astype(np.uint64)
-        return Scatterers(owner, boundary, law, position, normal, area, phase, place, drawn, occluder)
+        return Scatterers(label, boundary, law, position, normal, area, phase, place, drawn, occluder)
 
     def spot(n, depth):
         return np.column_stack([random.uniform(-6, 9, n), random.uniform(95, 130, n), np.broadcast_to(depth, n)])
@@ -194,10 +194,11 @@ def test_the_engine_is_the_sum_over_all_echoes(case):
 def test_a_non_uniform_transform_of_the_arrivals_agrees():
     """The arrivals through finufft (type 1, 1e-12) give the same series.
 
-    Relative rms 1e-5 of the fast path; and `coherent_from_arrivals` makes of them what the fast path makes of the pairs.
+    Relative rms 1e-5 of the fast path; and `coherent_from_arrivals` makes of them what the fast path makes of the
+    pairs.
     """
-    told, blocks = scenario(*CASES["sweep, shaken"]), scatterers()
-    simulator = build_simulator(told)
+    case, blocks = scenario(*CASES["sweep, shaken"]), scatterers()
+    simulator = build_simulator(case)
     here = simulator.ping_geometry(0)
     moved = simulator.coherent_accumulator(here).replica_jitter
     rows = []
@@ -207,7 +208,7 @@ def test_a_non_uniform_transform_of_the_arrivals_agrees():
             expand_arrivals(pairs, 0, {names: moved.factor(block.scatterer_id, *names) for names in pairs.names()})
         )
     found = concatenate_arrivals(rows)
-    fast = hear_blocks(told, blocks)
+    fast = hear_blocks(case, blocks)
     assert relative_rms(coherent_from_arrivals(found, here, simulator.grid), fast) < 1e-5
     bins, start, count = 4096, WINDOW[0], simulator.grid.sample_count
     turns = 2 * np.pi * 25e3 / bins * (found.delay - start)
@@ -219,24 +220,24 @@ def test_a_non_uniform_transform_of_the_arrivals_agrees():
     assert relative_rms(fast, series) < 1e-5
 
 
-def test_a_scenario_told_in_full_is_the_sum_over_its_arrivals():
+def test_a_scenario_in_full_is_the_sum_over_its_arrivals():
     """From nouns to series through the public doors.
 
     A small window with seabed, box and point, against the frequency-domain sum over the arrivals that the same
     doors hand out. Relative rms 1e-5.
     """
-    told = nominal(
+    case = nominal(
         box={},
         paths={"max_reflections": 1, "beam_cutoff_db": -25},
         track={"window": (0.2010, 0.2022)},
         line={"shading": "hann"},
     )
-    told = told.model_copy(update={"targets": (*told.targets, *nominal(targets=[point(1, 148, 15)]).targets)})
-    found, here = arrivals(told, window=(0.19, 0.215)), build_simulator(told).ping_geometry(0)
+    case = case.model_copy(update={"targets": (*case.targets, *nominal(targets=[point(1, 148, 15)]).targets)})
+    found, here = arrivals(case, window=(0.19, 0.215)), build_simulator(case).ping_geometry(0)
     assert set(found.object) == {"seabed", "box", "point"}
     gain = here.transmit_beams.gain(found.departure)[0] * here.receive_beams.gain(found.arrival)[0]
-    received_pulse = build_simulator(told).pulse.spectrum
-    heard_ping = simulate(told)
+    received_pulse = build_simulator(case).pulse.spectrum
+    heard_ping = simulate(case)
     kept = np.abs(gain) > 0
     truth = heard(found.delay[kept], 1e11 * (gain * found.amplitude[:, 0])[kept], heard_ping.time.values, CARRIER,
                   received_pulse, 25e3, 2048)  # fmt: skip

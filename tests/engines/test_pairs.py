@@ -1,4 +1,4 @@
-"""How many ways there are out and back, and what each of them costs."""
+"""How many paths there are out and back, and what each of them costs."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ SONAR, TARGET = np.array([0.0, 0.0, 11.0]), np.array([0.0, 150.0, 19.5])
 
 
 def raised(order, **changes):
-    """Arrivals of a point target 0.5 m above the bed and nothing else."""
+    """Arrivals of a point target 0.5 m above the seabed and nothing else."""
     return arrivals(
         nominal(targets=[point(*TARGET)], paths={"max_reflections": order, "contributions": ["target"]},
                 track={"window": (0.0, 0.5)}, **changes)
@@ -23,7 +23,7 @@ def raised(order, **changes):
 
 
 @pytest.mark.parametrize(("order", "ordered", "distinct"), [(0, 1, 1), (1, 9, 6), (2, 25, 15)])
-def test_a_raised_target_is_met_by_every_leg_out_with_every_leg_back(order, ordered, distinct):
+def test_a_raised_target_pairs_every_transmit_leg_with_every_receive_leg(order, ordered, distinct):
     """1, 3, 5 legs give 1, 9, 25 ordered pairs; reciprocal ones arrive together: 1, 6, 15 delays."""
     found = raised(order)
     assert len(found) == ordered
@@ -33,7 +33,7 @@ def test_a_raised_target_is_met_by_every_leg_out_with_every_leg_back(order, orde
 
 @pytest.mark.parametrize(("order", "ordered"), [(0, 1), (1, 4), (2, 9), (3, 16), (4, 25)])
 def test_a_seabed_point_counts_no_bounce_on_its_own_ground(order, ordered):
-    """1, 2, 3, 4, 5 distinct legs reach the bed at orders 0 to 4: 1, 4, 9, 16, 25 ordered pairs."""
+    """1, 2, 3, 4, 5 distinct legs reach the seabed at orders 0 to 4: 1, 4, 9, 16, 25 ordered pairs."""
     simulator = build_simulator(nominal(paths={"max_reflections": order}))
     one = Scatterers("seabed", "seabed", Lambert(), np.array([[0, 150.0, 20]]), np.array([[0, 0, -1.0]]), np.ones(1),
                      np.ones(1, complex), np.ones(1, np.uint64))  # fmt: skip
@@ -68,7 +68,7 @@ def test_each_pair_has_its_own_sign_phase_and_loss(reflection):
 
 
 def test_families_that_end_on_the_bed_add_nothing_to_its_reverberation():
-    """Paper's c and d are a and b at the bed: level change 0 +- 0.05 dB (counted twice: 40 log 1.35 = +5.2 dB)."""
+    """Paper's c and d are a and b at the seabed: level change 0 +- 0.05 dB (counted twice: 40 log 1.35 = +5.2 dB)."""
     level = [
         10 * np.log10(simulate(nominal(field="incoherent", track={"window": (0.198, 0.235)},
                                        paths={"max_reflections": 2, "families": names})).intensity.values.mean())
@@ -78,7 +78,7 @@ def test_families_that_end_on_the_bed_add_nothing_to_its_reverberation():
 
 
 def test_the_records_say_what_happened():
-    """Bounces, owners, angles and columns of each arrival fit together; the page of the notebook shows them."""
+    """Bounces, object, angles and columns of each arrival fit together; the page of the notebook shows them."""
     found = raised(2)
     strings = [(a + b).replace("D", "") for a, b in zip(found.transmit_family, found.receive_family, strict=True)]
     assert list(found.bounces) == [len(string) for string in strings]

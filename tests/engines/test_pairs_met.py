@@ -31,16 +31,16 @@ def bed_points(count=60, seed=1, area=0.01):
     )  # fmt: skip
 
 
-def met(scatterers, order=2, **changes):
+def evaluate(scatterers, order=2, **changes):
     """Pairs of some points by name of the pair, and the pairs themselves."""
     simulator = build_simulator(nominal(paths={"max_reflections": order}, **changes))
     pairs = simulator.engine.path_pairs(simulator.ping_geometry(0), scatterers)
     return dict(zip(pairs.names(), pairs.strength, strict=True)), pairs
 
 
-def points_of(*targets, slant=0.15, even=False, seed=1, **told):
+def points_of(*targets, slant=0.15, even=False, seed=1, **changes):
     """Points of the targets of a scene at its first ping."""
-    simulator = build_simulator(nominal(targets=targets, **told))
+    simulator = build_simulator(nominal(targets=targets, **changes))
     engine = simulator.engine
     return target_points(engine.scene, engine.choice, seed, simulator.ping_geometry(0), slant, quadrature=even)
 
@@ -48,7 +48,7 @@ def points_of(*targets, slant=0.15, even=False, seed=1, **told):
 def test_a_pair_off_a_lambert_bed_has_its_closed_form():
     """Strength is the root of mu sin(in) sin(out) area; sines are those of images: height over length."""
     bed = bed_points()
-    found, _ = met(bed)
+    found, _ = evaluate(bed)
     across = np.linalg.norm(bed.position[:, :2], axis=1)
     climb = {"D": 9.0, "S": 31.0, "BS": 49.0}
     assert set(found) == {(i, j) for i in climb for j in climb}
@@ -58,18 +58,18 @@ def test_a_pair_off_a_lambert_bed_has_its_closed_form():
 
 
 def test_out_and_back_may_be_exchanged():
-    """With both ends at one place pair (i, j) is as strong as (j, i), whatever the points lie on."""
+    """With both ends at one position pair (i, j) is as strong as (j, i), whatever the points lie on."""
     solid = points_of(BALL, slant=0.3)[0]
     for scatterers in (bed_points(), solid):
-        found, _ = met(scatterers)
+        found, _ = evaluate(scatterers)
         for (i, j), strength in found.items():
             np.testing.assert_allclose(strength, found[j, i], rtol=1e-9)
 
 
-def test_points_answer_alone_as_they_do_in_company():
+def test_points_scatter_alone_as_they_do_in_company():
     """Every third point of a block: its legs and strengths to the last bit those within the block."""
     bed = bed_points(90)
-    (_, whole), (_, part) = met(bed), met(bed.take(slice(0, 90, 3)))
+    (_, whole), (_, part) = evaluate(bed), evaluate(bed.take(slice(0, 90, 3)))
     np.testing.assert_array_equal(part.strength, whole.strength[:, ::3])
     np.testing.assert_array_equal(part.out.delay, whole.out.delay[:, ::3])
     np.testing.assert_array_equal(part.out.amplitude, whole.out.amplitude[:, ::3])
@@ -77,7 +77,7 @@ def test_points_answer_alone_as_they_do_in_company():
 
 def test_more_families_leave_the_others_alone():
     """Pairs of order 1 are among those of order 3, unchanged."""
-    few, many = met(bed_points(), order=1)[0], met(bed_points(), order=3)[0]
+    few, many = evaluate(bed_points(), order=1)[0], evaluate(bed_points(), order=3)[0]
     assert set(few) < set(many)
     for names, strength in few.items():
         np.testing.assert_array_equal(strength, many[names])
@@ -85,7 +85,7 @@ def test_more_families_leave_the_others_alone():
 
 def test_four_times_the_area_scatters_twice_the_pressure():
     """Strength is a root of the area; legs do not know it."""
-    one, four = met(bed_points(area=0.01))[1], met(bed_points(area=0.04))[1]
+    one, four = evaluate(bed_points(area=0.01))[1], evaluate(bed_points(area=0.04))[1]
     np.testing.assert_allclose(four.strength, 2 * one.strength, rtol=1e-12)
     np.testing.assert_array_equal(four.out.delay, one.out.delay)
 
@@ -96,7 +96,7 @@ depths = st.floats(0.5, 19.5)
 
 @given(families_asked, depths, depths, st.floats(1, 100), st.floats(-np.pi, np.pi))
 @settings(max_examples=60, deadline=None)
-def test_a_way_may_be_gone_backwards(family, one, other, distance, bearing):
+def test_a_path_is_reciprocal(family, one, other, distance, bearing):
     """By SB one way is by BS the other: as long, as strong, directions turned round."""
     scene = Scene(seabed={"depth": DEPTH, "reflection": 0.35})
     here = np.array([0.0, 0.0, one])
@@ -119,7 +119,7 @@ def test_mirrors_undo_themselves(family, depth):
 
 
 def test_every_bounce_takes_the_same_share_again():
-    """Pressure 0.35 at the bed: intensity 0.35^2 for each B, nothing for S."""
+    """Pressure 0.35 at the seabed: intensity 0.35^2 for each B, nothing for S."""
     scene = Scene(seabed={"depth": DEPTH, "reflection": 0.35})
     for family in families_up_to(5):
         left = reflected_intensity(scene, family, np.array([0.1, 0.7]))
@@ -143,7 +143,7 @@ def test_a_mirror_is_as_large_seen_from_either_end(share, distance, tangent, wav
     assert longer == pytest.approx(wavelength / 2, rel=1e-9)
 
 
-def test_the_places_asked_for_longest_ago_are_forgotten():
+def test_the_positions_requested_longest_ago_are_forgotten():
     """Three are remembered and made once each; a fourth takes the place of the first."""
     store, made = OcclusionCache(3), []
     for key in ("a", "b", "a", "c", "d", "b", "a"):
@@ -161,7 +161,7 @@ def test_targets_come_in_their_order_and_a_point_is_one():
 
 @pytest.mark.parametrize("even", [False, True])
 def test_points_stand_for_the_whole_surface(even):
-    """A box on the bed: its area without the base. A ball: 4 pi a^2, less what its triangles cut off, under 3 %.
+    """A box on the seabed: its area without the base. A ball: 4 pi a^2, less what its triangles cut off, under 3 %.
 
     Of a body with more than 20,000 points only those on faces towards the sonar are kept, so these have fewer.
     """

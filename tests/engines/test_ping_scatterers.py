@@ -9,7 +9,7 @@ from oracles.scenes import nominal
 WINDOW = {"window": (0.15, 0.16)}
 
 
-def met(scenario, ping=0):
+def evaluate(scenario, ping=0):
     """Positions and areas of all seabed scatterers of one ping, and its ping_geometry."""
     simulator = build_simulator(scenario)
     here = simulator.ping_geometry(ping)
@@ -22,16 +22,16 @@ def test_the_ground_in_beam_and_window_is_covered_once():
 
     The scatterers' areas add up to its area within 1 %.
     """
-    place, area, _ = met(nominal(paths={"max_reflections": 0}, track=WINDOW))
+    place, area, _ = evaluate(nominal(paths={"max_reflections": 0}, track=WINDOW))
     slant, bearing = np.linalg.norm(place - [0, 0, 11], axis=1), np.arctan2(place[:, 1], place[:, 0]) - np.pi / 2
     rows = (np.abs(bearing) < 0.01) & (slant > 113) & (slant < 119)
     assert area[rows].sum() == pytest.approx(0.01 * (119**2 - 113**2), rel=0.01)
 
 
-def test_there_are_as_many_scatterers_to_a_cell_as_asked_for():
+def test_there_are_as_many_scatterers_to_a_cell_as_requested():
     """Five per resolution cell (0.12 m by the half-power beam) on the beam's axis, a tenth more as tiles are cut."""
     scenario = nominal(paths={"max_reflections": 0}, track=WINDOW)
-    place, area, here = met(scenario)
+    place, area, here = evaluate(scenario)
     slant = here.pulse.range_resolution(1500.0)
     cell = slant * np.linalg.norm(place - [0, 0, 11], axis=1) * 0.638 * 0.015 / 1.5
     axis = np.abs(np.arctan2(place[:, 0], place[:, 1])) < 0.003
@@ -40,15 +40,15 @@ def test_there_are_as_many_scatterers_to_a_cell_as_asked_for():
 
 
 def test_a_lower_floor_of_the_beam_changes_little():
-    """What the beam's floor leaves out, 50 dB down, is heard below -40 dB of the rest; the places kept are the same."""
-    heard = [
+    """Echoes below the beam cutoff of 50 dB are below -40 dB of the rest; scatterers above it are the same."""
+    received = [
         simulate(nominal(paths={"max_reflections": 0, "beam_cutoff_db": floor}, track=WINDOW)).pressure.values
         for floor in (-50, -70)
     ]
-    assert 20 * np.log10(np.linalg.norm(heard[0] - heard[1]) / np.linalg.norm(heard[1])) < -40
+    assert 20 * np.log10(np.linalg.norm(received[0] - received[1]) / np.linalg.norm(received[1])) < -40
 
 
-def test_the_draw_of_places_does_not_change_the_level():
+def test_the_draw_of_positions_does_not_change_the_level():
     """Twice or half the scatterers to a cell: the same mean level within 0.1 dB over 10 ms."""
     level = [
         10 * np.log10(simulate(nominal(field="incoherent", paths={"max_reflections": 0, "scatterers_per_cell": n},
@@ -59,7 +59,7 @@ def test_the_draw_of_places_does_not_change_the_level():
 
 
 def test_a_slice_has_the_level_of_the_whole_scene():
-    """The paper's plane: each point stands for its share of the beam's footprint; 0 +- 0.2 dB of three dimensions."""
+    """The paper's plane: each point represents its part of the beam's footprint; 0 +- 0.2 dB re three dimensions."""
     flat, whole = (
         simulate(nominal(field="incoherent", track=WINDOW, paths={"families": ("D", "S"), "geometry": geometry}))
         .intensity.values.mean()
@@ -68,18 +68,19 @@ def test_a_slice_has_the_level_of_the_whole_scene():
     assert 10 * np.log10(flat / whole) == pytest.approx(0, abs=0.2)
 
 
-def test_a_world_without_scattering_is_silent():
-    """A bed that only mirrors, and a surface too: nothing is met, nothing is heard."""
+def test_a_world_without_scattering_has_no_echo():
+    """A seabed that only mirrors, and a surface too: nothing is met, nothing is received."""
     scenario = nominal(seabed={"depth": 20, "scattering": None}, track=WINDOW)
     assert not build_simulator(scenario).engine.blocks(build_simulator(scenario).ping_geometry(0))
     assert np.all(simulate(scenario).pressure.values == 0)
 
 
-def test_causes_left_out_are_not_heard_but_still_cast_shadows():
-    """The box's own echo goes; its shadow on the bed stays."""
+def test_contributions_left_out_are_not_received_but_still_cast_shadows():
+    """The box's own echo goes; its shadow on the seabed stays."""
     shadow = {"window": (0.2145, 0.2255)}
     free, hidden = (
-        simulate(nominal(field="incoherent", box=box, track=shadow, paths={"max_reflections": 0, "contributions": ["seabed"]}))
+        simulate(nominal(
+            field="incoherent", box=box, track=shadow, paths={"max_reflections": 0, "contributions": ["seabed"]}))
         .intensity.values.mean()
         for box in (None, {"size": (6.0, 1.0, 1.0)})
     )  # fmt: skip

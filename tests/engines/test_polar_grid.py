@@ -1,4 +1,4 @@
-"""Even points about the sonar: a quadrature of the ground, whose weights add up and whose places lie where they say."""
+"""Polar grid: a quadrature of the seabed with weights that add up and points inside their cells."""
 
 import numpy as np
 import pytest
@@ -12,23 +12,23 @@ from oracles.scenes import nominal
 DEPTH = 20.0
 
 
-def rings(per_cell=4.0, window=(0.05, 0.12), slant=0.15, width=0.02, **told):
+def rings(per_cell=4.0, window=(0.05, 0.12), slant=0.15, width=0.02, **changes):
     """The cells of the nominal sonar over the flat bed, with what made them."""
-    simulator = build_simulator(nominal(track={"window": window}, **told))
+    simulator = build_simulator(nominal(track={"window": window}, **changes))
     here = simulator.ping_geometry(0)
-    heard = receivable_range(here, DEPTH, simulator.engine.rays, ("D",))
-    return PolarGrid(here, DEPTH, heard, Resolution(slant, width, per_cell)), here, heard, simulator
+    received = receivable_range(here, DEPTH, simulator.engine.rays, ("D",))
+    return PolarGrid(here, DEPTH, received, Resolution(slant, width, per_cell)), here, received, simulator
 
 
-def test_the_cells_fill_the_ring_that_is_heard():
+def test_the_cells_fill_the_ring_that_is_received():
     """Areas of all points add up to the annulus between the innermost and the outermost ring, exactly."""
-    cells, here, heard, _ = rings()
+    cells, here, received, _ = rings()
     place, area, _ = cells.points(cells.tiles)
     first, last = (
         cells.tiles[:, 0].min() * RINGS_PER_TILE * cells.slant,
         (cells.tiles[:, 0].max() + 1) * RINGS_PER_TILE * cells.slant,
     )
-    height = heard.vertical_distance
+    height = received.vertical_distance
     assert area.sum() == pytest.approx(np.pi * (last**2 - max(first, height) ** 2), rel=1e-9)
     distance = np.hypot(*(place - here.transmit_position[:2]).T)
     slant = np.hypot(distance, height)
@@ -44,16 +44,16 @@ def test_sparse_rings_are_a_pulse_apart():
         assert whole.azimuth / cells.azimuth == pytest.approx(per_cell / along, rel=0.1)
 
 
-def test_what_is_heard_lies_within_the_cells():
-    """Nearest and farthest distance that the window hears are inside the outermost rings."""
-    cells, _, heard, _ = rings()
+def test_what_is_received_lies_within_the_cells():
+    """Nearest and farthest distance that the window receives are inside the outermost rings."""
+    cells, _, received, _ = rings()
     inner, outer = cells.tiles[:, 0].min() * RINGS_PER_TILE, (cells.tiles[:, 0].max() + 1) * RINGS_PER_TILE
-    assert inner * cells.slant <= np.hypot(heard.nearest, heard.vertical_distance)
-    assert outer * cells.slant >= np.hypot(heard.farthest, heard.vertical_distance)
+    assert inner * cells.slant <= np.hypot(received.nearest, received.vertical_distance)
+    assert outer * cells.slant >= np.hypot(received.farthest, received.vertical_distance)
 
 
 def test_points_lie_evenly_in_every_direction():
-    """Any narrow sector holds its share of the points, and any narrow ring too."""
+    """Any narrow sector holds its keep probability of the points, and any narrow ring too."""
     cells, here, _, _ = rings()
     place, area, _ = cells.points(cells.tiles)
     away = place - here.transmit_position[:2]
@@ -80,15 +80,15 @@ def test_a_smooth_function_of_the_ground_is_integrated_well():
     assert np.sum(weight * area) == pytest.approx(exact, rel=2e-3)
 
 
-def test_more_points_to_a_cell_are_finer_both_ways():
+def test_more_points_to_a_cell_are_finer_in_range_and_azimuth():
     """Sixteen times the points are a quarter of the range step and of the sector."""
     coarse, fine = rings(per_cell=1.0)[0], rings(per_cell=16.0)[0]
     assert coarse.slant / fine.slant == pytest.approx(4)
     assert coarse.azimuth / fine.azimuth == pytest.approx(4, rel=0.2)  # sectors come in whole tiles
 
 
-def test_keys_tell_all_cells_apart():
-    """No two cells share a key, and a cell keeps its key whichever tiles it is asked with."""
+def test_keys_distinguish_all_cells():
+    """No two cells share a key, and a cell keeps its key whichever tiles it is evaluated with."""
     cells, _, _, _ = rings(window=(0.1, 0.11))
     _, _, key = cells.points(cells.tiles)
     assert len(np.unique(key)) == len(key)
@@ -135,8 +135,8 @@ def test_the_bound_over_rising_ground_is_no_lower():
     assert np.all(raised >= flat)
 
 
-def test_ground_that_rises_is_heard_from_nearer_and_from_farther():
-    """A bed that may stand 2 m higher or lie 2 m deeper widens the distances that a window reaches."""
-    _, here, heard, simulator = rings()
+def test_ground_that_rises_is_received_from_nearer_and_from_farther():
+    """A seabed that may stand 2 m higher or lie 2 m deeper widens the distances that a window reaches."""
+    _, here, received, simulator = rings()
     more = receivable_range(here, DEPTH, simulator.engine.rays, ("D",), rise=2.0)
-    assert more.nearest < heard.nearest and more.farthest > heard.farthest
+    assert more.nearest < received.nearest and more.farthest > received.farthest

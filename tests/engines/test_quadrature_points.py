@@ -1,4 +1,4 @@
-"""Even points thinned by the beams: the same ground in fewer points, whichever ping came before."""
+"""Even points sampled by the beams: the same ground in fewer points, whichever ping came before."""
 
 from dataclasses import replace
 
@@ -13,12 +13,12 @@ from oracles.scenes import nominal
 BOX = {"label": "box", "position": (0.0, 80.0), "size": (6.0, 1.0, 1.0)}
 
 
-def points(importance_sampling=True, layouts=None, ping=0, box=None, **told):
-    """Places and areas of all even points of the bed, with the sonar that meets them."""
+def points(importance_sampling=True, layouts=None, ping=0, box=None, **changes):
+    """Positions and areas of all even points of the seabed, with the sonar that meets them."""
     made = {
         "track": {"window": (0.08, 0.12)},
         "paths": {"importance_sampling": importance_sampling, "contributions": ["seabed"]},
-        **told,
+        **changes,
     }
     ready = build_simulator(nominal(box=box, **made))
     here, engine = ready.ping_geometry(ping), ready.engine
@@ -30,7 +30,7 @@ def points(importance_sampling=True, layouts=None, ping=0, box=None, **told):
     return place, area, here, ready
 
 
-def heard(place, area, here):
+def received(place, area, here):
     """Energy that the two-way beam takes of ground, by distance, in bins of 1 m."""
     way = place - here.transmit_position
     slant = np.linalg.norm(way, axis=1)
@@ -46,12 +46,12 @@ def test_few_points_hold_the_energy_of_all():
     """
     whole, some = points(importance_sampling=False), points()
     assert len(some[0]) < len(whole[0]) / 4.5
-    ratio = 10 * np.log10(heard(*some[:3]) / heard(*whole[:3]))
+    ratio = 10 * np.log10(received(*some[:3]) / received(*whole[:3]))
     assert np.abs(ratio).max() < 0.01 and abs(ratio.mean()) < 0.001
 
 
 def test_the_points_left_stand_for_all_the_ground():
-    """Areas add up to those of all points: to 2 %, though far out one point stands for a thousand."""
+    """Areas add up to those of all points: to 2 %, though far out one point represents a thousand."""
     whole, some = points(importance_sampling=False), points()
     assert some[1].sum() == pytest.approx(whole[1].sum(), rel=0.02)
     assert some[1].max() > 20 * whole[1].max()
@@ -77,7 +77,7 @@ def test_points_do_not_depend_on_what_was_kept_of_other_pings():
 
 
 def test_ranges_of_a_targets_shadow_keep_more_points():
-    """A box in the beam: behind it, where the loudest ground is dark, three times the points; none more before it."""
+    """A box in the beam: three times the points in the shadow behind it, no more in front of it."""
     bare, boxed = points(), points(box=BOX)
 
     def count(found, near, far):
@@ -98,7 +98,7 @@ def test_a_sonar_that_turns_has_other_points():
     assert before[0].shape != after[0].shape or not np.array_equal(before[0], after[0])
 
 
-def test_a_sonar_elsewhere_meets_the_same_points_moved():
+def test_a_sonar_elsewhere_reaches_the_same_points_moved():
     """Two metres on, as far as single numbers of doubles tell: the same offsets and areas."""
     one = points()
     way = np.array([2.0, 1.0, 0.0])

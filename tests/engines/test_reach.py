@@ -1,4 +1,4 @@
-"""Nothing that could be heard is left out of view, and what is left out could not be heard."""
+"""Nothing that could be received is left out of view, and what is left out could not be received."""
 
 import itertools
 
@@ -39,7 +39,7 @@ def tiles(scenario: Scenario, boundary: str) -> tuple[Tiles, PingGeometry, tuple
 
 
 def covered(found: Tiles, scenario: Scenario, place: np.ndarray) -> np.ndarray:
-    """In how many tiles each place lies, shape (n,)."""
+    """In how many tiles each position lies, shape (n,)."""
     local = scenario.seabed.scatterer_grid.from_world(place[:, :2])
     count = np.zeros(len(place), int)
     for level, along, across in zip(*found, strict=True):
@@ -49,7 +49,7 @@ def covered(found: Tiles, scenario: Scenario, place: np.ndarray) -> np.ndarray:
 
 
 def audible(here: PingGeometry, kept: tuple[str, ...], place: np.ndarray, depth: float, floor: float) -> bool:
-    """Whether any pair of walked legs to a place falls into the window with a two-way gain above the floor."""
+    """Return True if any pair of legs to a position falls into the window with a two-way gain above the floor."""
     out, back = (
         [fold(end, place, name, depth).length / 1500 for name in kept] for end in
         (here.transmit_position, here.receive_position)
@@ -73,10 +73,10 @@ def pulse_of(duration: float) -> dict[str, object]:
 @pytest.mark.parametrize("window", WINDOWS)
 @pytest.mark.parametrize("ends", FAR_APART)
 @pytest.mark.parametrize("boundary", ["seabed", "surface"])
-def test_what_can_be_heard_is_in_view(boundary: str, ends: str, window: str) -> None:
-    """300 places of a boundary, legs walked one bounce at a time from two ends metres apart.
+def test_what_can_be_received_is_in_view(boundary: str, ends: str, window: str) -> None:
+    """300 positions of a boundary, legs walked one bounce at a time from two ends metres apart.
 
-    Each place whose echo falls into the window, by any pair of families and above the beam's floor, lies in one
+    Each position whose echo falls into the window, by any pair of families and above the beam's floor, lies in one
     tile that the ping visits; none lies in two.
     """
     array = {"length": 0.06, "steer": [0.2]}
@@ -91,13 +91,13 @@ def test_what_can_be_heard_is_in_view(boundary: str, ends: str, window: str) -> 
     place = np.column_stack([radius * np.cos(turn), radius * np.sin(turn), np.full(300, depth)])
     count = covered(found, scenario, place)
     assert count.max(initial=0) <= 1
-    heard = np.array([audible(here, kept, p, 20.0, 1e-2) for p in place])
-    assert np.all(count[heard] == 1)
-    assert heard.any() or window == "under the sonar"
+    received = np.array([audible(here, kept, p, 20.0, 1e-2) for p in place])
+    assert np.all(count[received] == 1)
+    assert received.any() or window == "under the sonar"
 
 
 @pytest.mark.parametrize("name", ["D", "S", "BS"])
-def test_the_ring_that_one_family_hears_is_the_ring_in_reach(name: str) -> None:
+def test_the_ring_that_one_family_receives_is_the_ring_in_reach(name: str) -> None:
     """One family and one end: radii from sqrt((ct/2)^2 - h^2) of the window's ends, h from the walked leg."""
     scenario = nominal(paths={"families": (name,)}, track={"window": (0.1, 0.12)})
     here = build_simulator(scenario).ping_geometry(0)
@@ -120,11 +120,11 @@ def test_before_the_first_return_nothing_is_in_view() -> None:
 
 @pytest.mark.parametrize("window", [(0.0, 0.03), (0.1, 0.11)], ids=["from below the sonar", "far"])
 @pytest.mark.parametrize("per_cell", [2.0, 5.0])
-def test_every_resolution_cell_holds_what_was_asked_for(window: tuple[float, float], per_cell: float) -> None:
-    """Each scatterer in the main lobe stands for no more than a cell's area over the number asked for.
+def test_every_resolution_cell_holds_what_was_requested(window: tuple[float, float], per_cell: float) -> None:
+    """Each scatterer in the main lobe represents no more than a cell's area over the number requested.
 
-    The cell on the ground: slant resolution by R / x deep, or the first return's disc below the sonar; the beam's
-    half-power width across. The floor of a tile is its finest place, not its middle.
+    The cell on the seabed: slant resolution by R / x deep, or the first return's disc below the sonar; the beam's
+    half-power width across. The floor of a tile is its finest position, not its middle.
     """
     scenario = nominal(line={"length": 0.3}, paths={"max_reflections": 0, "scatterers_per_cell": per_cell},
                        track={"window": window})  # fmt: skip
@@ -144,9 +144,9 @@ def test_every_resolution_cell_holds_what_was_asked_for(window: tuple[float, flo
 
 
 def test_ground_is_drawn_as_finely_as_it_will_be_focused() -> None:
-    """A synthetic aperture of 6 m resolves wavelength / 12 m of angle: such cells hold as many scatterers as are asked.
+    """A synthetic aperture of 6 m resolves wavelength / 12 m of angle: such cells hold the requested scatterers.
 
-    Half a wavelength over the aperture, for both ways; the beam of 0.3 m is ten times as wide.
+    Half a wavelength over the aperture, for both paths; the beam of 0.3 m is ten times as wide.
     """
     kept = {"bandwidth": 20e3, "record": "elements"}
     most = np.zeros(2)
@@ -193,8 +193,8 @@ def test_the_finest_cell_of_a_stretch_is_its_finest(
     assert said >= 0.98 * every.min()
 
 
-def test_what_the_floor_leaves_out_is_fainter_than_the_floor() -> None:
-    """Places in the window's ring that no tile covers: their two-way gain is below the floor, all 2000 of them."""
+def test_what_the_floor_leaves_out_is_weaker_than_the_floor() -> None:
+    """Positions in the window's ring that no tile covers: their two-way gain is below the floor, all 2000 of them."""
     scenario = nominal(line={"length": 0.3}, paths={"max_reflections": 0, "beam_cutoff_db": -30},
                        track={"window": (0.06, 0.062)})  # fmt: skip
     found, here, _ = tiles(scenario, "seabed")
@@ -209,8 +209,8 @@ def test_what_the_floor_leaves_out_is_fainter_than_the_floor() -> None:
 
 
 @pytest.mark.parametrize("per_cell", [(2.5, 5.0), (5.0, 10.0)])
-def test_twice_the_scatterers_are_as_loud(per_cell: tuple[float, float]) -> None:
-    """Density doubled: the mean level over 60 ms moves by less than 0.1 dB, for each stands for its own area."""
+def test_twice_the_scatterers_are_as_strong(per_cell: tuple[float, float]) -> None:
+    """Density doubled: the mean level over 60 ms moves by less than 0.1 dB, for each represents its own area."""
     level = [
         10 * np.log10(simulate(nominal(field="incoherent", line={"length": 0.5}, track={"window": (0.1, 0.16)},
                                        paths={"max_reflections": 0, "scatterers_per_cell": n})).intensity.values.mean())

@@ -16,7 +16,7 @@ FRACTAL = {"kind": "power-law", "hurst": 0.8, "rms": 0.05, "outer_scale": 20.0}
 FAR = {"window": (0.16, 0.2)}
 
 
-def heard(**changes):
+def received(**changes):
     """What one ping of the nominal scene sounds like: time, and series."""
     found = simulate(nominal(**changes), threads=2)
     series = found.pressure if "pressure" in found else found.intensity
@@ -33,15 +33,15 @@ def detrended_std_db(intensity, time):
 def test_relief_of_no_height_is_a_flat_bed_bit_for_bit(field):
     """Nothing is rounded, hidden or lost by asking for ground that is flat."""
     relief = {"relief": {"kind": "ripples", "height": 0.0, "wavelength": 2.0}}
-    _, flat = heard(field=field, track=FAR)
-    _, same = heard(field=field, track=FAR, seabed=relief)
+    _, flat = received(field=field, track=FAR)
+    _, same = received(field=field, track=FAR, seabed=relief)
     np.testing.assert_array_equal(flat, same)
 
 
 def test_a_fractal_bed_flickers_and_a_flat_one_does_not():
     """The A-scan of the expectation at 120 to 150 m: above 3 dB for 5 cm rms, below 0.2 dB for none."""
     for seabed, low, high in (({}, 0.0, 0.2), ({"relief": FRACTAL}, 3.0, 12.0)):
-        time, intensity = heard(field="incoherent", seabed=seabed, track={"window": (0.15, 0.21)},
+        time, intensity = received(field="incoherent", seabed=seabed, track={"window": (0.15, 0.21)},
                                 paths={"families": ["D"]})  # fmt: skip
         inner = (time > 0.16) & (time < 0.2)
         assert low <= detrended_std_db(intensity[inner], time[inner]) < high
@@ -51,7 +51,8 @@ def test_more_points_do_not_change_the_mean():
     """Twice and four times the points on the same ground: the mean over 25 m of bed within 0.1 dB."""
     seabed = {"relief": FRACTAL, "cutoff_wavelength": 0.5}
     mean = [
-        10 * np.log10(heard(field="incoherent", seabed=seabed, track=FAR, paths={"scatterers_per_cell": n})[1].mean())
+        10
+        * np.log10(received(field="incoherent", seabed=seabed, track=FAR, paths={"scatterers_per_cell": n})[1].mean())
         for n in (5.0, 10.0, 20.0)
     ]
     assert np.ptp(mean) < 0.1
@@ -60,30 +61,31 @@ def test_more_points_do_not_change_the_mean():
 def test_relief_moved_with_its_world_gives_the_same_echoes():
     """ScattererGrid, ship and relief 1 km away and turned by 1 rad: pressure within 1e-3 of the same draw."""
     lattice = {"origin": (800.0, -600.0), "heading": 1.0}
-    still = heard(seabed={"relief": FRACTAL}, track=FAR)[1]
+    still = received(seabed={"relief": FRACTAL}, track=FAR)[1]
     place = {"position": (800.0, -600.0, 11.0), "heading": 1.0}
-    moved = heard(seabed={"relief": FRACTAL, "scatterer_grid": lattice}, track={**FAR, **place})[1]
+    moved = received(seabed={"relief": FRACTAL, "scatterer_grid": lattice}, track={**FAR, **place})[1]
     assert np.linalg.norm(moved - still) < 1e-2 * np.linalg.norm(still)
 
 
 def test_the_mean_over_gentle_relief_is_that_of_its_lit_facets():
     """Direct echoes of 12 m of bed, against a sum over a plain grid of facets with rays walked one by one: 0.2 dB.
 
-    The oracle shares the ground's heights and Lambert's law, but neither points, slices nor sectors.
+    The oracle shares the seabed's heights and Lambert's law, but neither points, slices nor sectors.
     """
-    scenario = nominal(seabed={"relief": FRACTAL, "cutoff_wavelength": 1.0}, paths={"families": ["D"]}, field="incoherent",
+    scenario = nominal(seabed={"relief": FRACTAL, "cutoff_wavelength": 1.0}, paths={"families": ["D"]},
+                       field="incoherent",
                        track={"window": (0.13, 0.16)})  # fmt: skip
     simulator = build_simulator(scenario)
     here, bed = simulator.ping_geometry(0), scenario.scene.seabed.terrain
     east = np.arange(0.1, 112.0, 0.04)
     north = np.arange(-4.0, 4.0, 0.05)
-    told = _facet_sum(bed, here.transmit_position, north, east, (100.0, 112.0))
-    met = 0.0
+    expected = _facet_sum(bed, here.transmit_position, north, east, (100.0, 112.0))
+    computed = 0.0
     for pairs in simulator.engine.all_pairs(here, quadrature=True):
         place = pairs.scatterers.position
         inside = (np.abs(place[:, 0]) < 4.0 * place[:, 1] / 112.0) & (place[:, 1] > 100.0) & (place[:, 1] < 112.0)
-        met += np.sum((np.abs(pairs.out.amplitude[0]) ** 2 * pairs.strength[0])[inside] ** 2)
-    assert 10 * np.log10(met / told) == pytest.approx(0.0, abs=0.2)
+        computed += np.sum((np.abs(pairs.out.amplitude[0]) ** 2 * pairs.strength[0])[inside] ** 2)
+    assert 10 * np.log10(computed / expected) == pytest.approx(0.0, abs=0.2)
 
 
 def _facet_sum(bed, sonar, north, east, heard_east):
@@ -104,7 +106,7 @@ def _facet_sum(bed, sonar, north, east, heard_east):
 
 
 def test_a_facet_lies_and_faces_as_the_ground_does():
-    """Positions are on the ground, normals are its gradient's, areas are the cell's over the normal's vertical part."""
+    """Positions are on the seabed, normals are its gradient's, areas are the cell's over the normal's vertical part."""
     scenario = nominal(seabed={"relief": FRACTAL}, track=FAR)
     simulator = build_simulator(scenario)
     here, bed = simulator.ping_geometry(0), scenario.scene.seabed.terrain
@@ -163,7 +165,7 @@ def strength_db(seabed, grazing, seed):
     point = {"kind": "point", "length": None}
     level = []
     for bed in ({}, seabed):
-        time, intensity = heard(
+        time, intensity = received(
             field="incoherent", seed=seed, seabed=bed, transmit=point, receive=point, paths={"families": ["D"]},
             sonar={"pulse": {"kind": "cw", "frequency": 30e3, "duration": 0.5e-3}},
             track={"window": (arrival - 1e-3, arrival + 1e-3)},
@@ -190,8 +192,8 @@ def test_a_sediments_relief_and_its_law_are_the_handbooks_composite_bed(grazing_
         assert strength_db({"scattering": law}, grazing, 1) < found - 1.5
 
 
-def test_a_target_in_the_shadow_of_a_bank_is_not_heard(tmp_path):
-    """A bank 3 m high at 40 m, from a survey: a point 1 m above the bed at 45 m is silent, at 90 m it is heard."""
+def test_a_target_in_the_shadow_of_a_bank_is_not_received(tmp_path):
+    """A surveyed bank 3 m high at 40 m: a point 1 m above the seabed has no echo at 45 m, and one at 90 m."""
     east = np.arange(-20.0, 121.0, 0.5)
     depth = 20 - np.maximum(0, 3 - 2 * np.abs(east - 40)) + np.zeros((61, 1))
     np.savez(tmp_path / "bank.npz", depth=depth, north=np.linspace(-15, 15, 61), east=east)
@@ -207,9 +209,9 @@ def test_a_target_in_the_shadow_of_a_bank_is_not_heard(tmp_path):
 
 
 def test_ripples_across_the_beam_are_seen_as_bands():
-    """Ripples of 2 m across the beam: the A-scan's strongest period along the ground is 2 m."""
+    """Ripples of 2 m across the beam: the A-scan's strongest period along the seabed is 2 m."""
     ripples = {"kind": "ripples", "wavelength": 2.0, "height": 0.08, "direction": np.pi / 2, "irregularity": 0.0}
-    time, intensity = heard(field="incoherent", seabed={"relief": ripples}, track={"window": (0.055, 0.11)},
+    time, intensity = received(field="incoherent", seabed={"relief": ripples}, track={"window": (0.055, 0.11)},
                             paths={"families": ["D"]})  # fmt: skip
     ground = np.sqrt((time * 750) ** 2 - 81)
     even = np.arange(45.0, 77.0, 0.05)
@@ -221,7 +223,7 @@ def test_ripples_across_the_beam_are_seen_as_bands():
 
 
 def test_one_thread_and_two_give_the_same_bits_over_relief():
-    """Ground and shadows are made when they are first asked for, by whichever thread comes first."""
+    """Ground and shadows are made when they are first requested, by whichever thread comes first."""
     scenario = nominal(seabed={"relief": FRACTAL, "seed": 77}, track=FAR)
     one, two = (simulate(scenario, threads=threads).pressure.values for threads in (1, 2))
     np.testing.assert_array_equal(one, two)

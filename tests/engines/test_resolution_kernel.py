@@ -27,7 +27,7 @@ def cell_area(distance, height, pulse=0.15):
 @pytest.mark.parametrize("resolution", [RESOLUTION, LONG_PULSE])
 @pytest.mark.parametrize("count", [0, 1, 500])
 def test_cells_are_those_of_the_range_cell_and_the_beam(count, resolution):
-    """From right below the sonar to 300 m, whatever the shape that is asked in; a long pulse where it is far enough."""
+    """From right below the sonar to 300 m, for any array shape; a long pulse where the distance allows it."""
     rng = np.random.default_rng(count)
     distance = np.where(rng.random(count) < 0.1, 0.0, rng.uniform(0, 300, count))
     for height in (0.1, 9.0):
@@ -49,7 +49,7 @@ def test_no_cell_is_larger_than_the_coarsest_nor_smaller_than_the_finest(resolut
         area = cell_area(inside, height, max(resolution.pulse_resolution, 0.15))
         assert np.all(resolution.finest(near, near + length, height) <= area.min(axis=0) * (1 + 1e-12))
         assert area.max() <= resolution.coarsest(float(inside.max()), height) * (1 + 1e-12)
-    # no end alone asks for less than both together
+    # no end alone requests less than both together
     ends = [(near, near + length, 9.0), (near + 3, near + length + 3, 5.0)]
     apart = resolution.finest_bistatic(ends)
     for one, far, height in ends:
@@ -57,8 +57,8 @@ def test_no_cell_is_larger_than_the_coarsest_nor_smaller_than_the_finest(resolut
 
 
 @pytest.mark.parametrize("count", [0, 1, 200])
-def test_spans_hold_every_place_of_a_tile_and_of_the_track(count):
-    """Any place within half a diagonal of the centre, any place within the wander of the polyline: in the span."""
+def test_spans_hold_every_position_of_a_tile_and_of_the_track(count):
+    """Any position within half a diagonal of the centre, any position within the error of the polyline: in the span."""
     rng = np.random.default_rng(count)
     corners, wander = rng.uniform(-50, 50, (5, 2)), 2.0
     centre, half = rng.uniform(-200, 200, (count, 2)), rng.uniform(0.1, 20, count)
@@ -77,7 +77,7 @@ def test_spans_hold_every_place_of_a_tile_and_of_the_track(count):
 @pytest.mark.parametrize("widest", [np.inf, 130.0])
 @pytest.mark.parametrize("corner", [(0, 0), (-7, 2), (3, -9)])
 def test_tiles_in_reach_are_those_that_a_loop_finds(corner, widest):
-    """All numbers between two corners, row by row; kept where a circle about the tile may be heard; places turned."""
+    """All numbers between two corners, row by row; kept where a circle about the tile may be received; rotated."""
     lattice, here, other = (
         ScattererGrid(origin=(700.0, -30.0), heading=0.9),
         np.array([3.0, -2.0]),
@@ -102,13 +102,13 @@ def test_tiles_in_reach_are_those_that_a_loop_finds(corner, widest):
     np.testing.assert_allclose(place[:n], lattice.to_world(*centre[:n].T), atol=1e-9)
     bound = np.random.default_rng(1).random(n)
     before = np.column_stack([along[:n], across[:n], centre[:n]])[bound >= 0.4]
-    loud = kernel.tiles_above_floor(bound, 0.4, along, across, centre)
-    np.testing.assert_array_equal(np.column_stack([along[:loud], across[:loud], centre[:loud]]), before)
+    strong = kernel.tiles_above_floor(bound, 0.4, along, across, centre)
+    np.testing.assert_array_equal(np.column_stack([along[:strong], across[:strong], centre[:strong]]), before)
 
 
 @pytest.mark.parametrize(("level", "count"), [(-4, 5), (0, 5), (3, 0), (3, 1), (4, 300)])
 def test_tiles_that_are_too_coarse_are_cut_in_four_and_no_ground_is_lost(level, count):
-    """Each is kept or cut; those kept tell the share that fills the cells, at the finest level at most all."""
+    """Kept tiles have the keep probability that fills the cells, at most 1 at the finest level."""
     rng = np.random.default_rng(count)
     along, across = rng.permutation(1000)[:count] - 500, rng.integers(-500, 500, count)
     cell = (BASE_PITCH * 2.0**level) ** 2
@@ -121,9 +121,9 @@ def test_tiles_that_are_too_coarse_are_cut_in_four_and_no_ground_is_lost(level, 
     np.testing.assert_array_equal([part_along, part_across], [want.along, want.across])
 
 
-def seen(**told):
-    """One ping's ping_geometry, tiles of the bed, their density, and what fills the cells of this ping."""
-    scenario = nominal(**{"paths": {"max_reflections": 1}, **told})
+def seen(**changes):
+    """One ping's ping_geometry, tiles of the seabed, their density, and what fills the cells of this ping."""
+    scenario = nominal(**{"paths": {"max_reflections": 1}, **changes})
     simulator = build_simulator(scenario)
     here, families, lattice = (
         simulator.ping_geometry(0),
@@ -134,13 +134,14 @@ def seen(**told):
     tiles, density = tiles_in_view(
         here, lattice.scatterer_grid, 20.0, simulator.engine.rays, families, resolution, 1e-3, widest=2 * 1500.0
     )
-    return here, lattice.scatterer_grid, resolution, tiles, density, fill_fraction(here, lattice.scatterer_grid, 20.0, resolution, tiles,
+    return here, lattice.scatterer_grid, resolution, tiles, density, fill_fraction(here, lattice.scatterer_grid, 20.0,
+    resolution, tiles,
                                                                       density)  # fmt: skip
 
 
 @pytest.mark.parametrize("ends", [{}, {"transmit": {"offset": (0.0, -4.0, 1.0)}, "receive": {"offset": (1.0, 4, 0)}}])
 def test_what_fills_a_pings_cells_leaves_none_without_its_scatterers(ends):
-    """Cell of the lattice over the share is nowhere larger than the cell wanted: 50 places of each tile, both ends."""
+    """Grid cell area over keep probability is nowhere above the area required: 50 positions of each tile, both ends."""
     here, lattice, resolution, tiles, density, own = seen(track={"window": (0.02, 0.034)}, **ends)
     assert np.all(own <= density) and np.all(own > 0) and len(own) > 20
     rng = np.random.default_rng(3)
@@ -156,7 +157,7 @@ def test_what_fills_a_pings_cells_leaves_none_without_its_scatterers(ends):
         assert own[t] == density[t] or np.all(stands_for <= np.min(area, axis=0) * (1 + 1e-9))
 
 
-def test_tiles_do_not_overlap_and_move_with_the_lattice():
+def test_tiles_do_not_overlap_and_move_with_the_scatterer_grid():
     """No tile is twice there, nor within another; sonar and lattice moved and turned: the same tiles and densities."""
     window = (0.02, 0.05)
     _, _, _, tiles, density, _ = seen(track={"window": window})

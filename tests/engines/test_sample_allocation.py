@@ -1,4 +1,4 @@
-"""Faint pairs of paths are asked at few points of the ground, and nothing that can be heard is lost by it."""
+"""Faint pairs of paths are evaluated at few points of the seabed, and nothing that can be received is lost by it."""
 
 import numpy as np
 import pytest
@@ -29,82 +29,82 @@ def forget():
 
 @pytest.fixture
 def whole(monkeypatch):
-    """Calls a function twice: with faint pairs thinned, and with every point of every pair."""
+    """Calls a function twice: with faint pairs sampled, and with every point of every pair."""
 
     def both(listen):
         forget()
-        thin = listen()
+        sampled = listen()
         with monkeypatch.context() as all_of_it:
             all_of_it.setattr(sample_allocation, "MIN_PROBABILITY_STEPS", sample_allocation.FULL_PROBABILITY)
             all_of_it.setattr(sample_allocation, "NEGLIGIBLE", 0.0)
             forget()
             full = listen()
         forget()
-        return thin, full
+        return sampled, full
 
     return both
 
 
 def points(simulator):
-    """Points that all pairs are asked at, in sum."""
+    """Points that all pairs are evaluated at, in sum."""
     here = simulator.ping_geometry(0)
     ground = simulator.fast_reverberation(here)
     return sum(ground.accumulate(map, lambda swath: int(swath.count.sum())))
 
 
 @pytest.mark.parametrize("order", [0, 2, 4])
-def test_thinning_is_not_heard_on_fractal_ground(whole, order):
+def test_importance_sampling_does_not_bias_fractal_ground(whole, order):
     """Within 0.02 dB of all points in the mean, 0.1 dB over any 2 ms; single samples within 0.3 dB rms."""
     simulator = build_simulator(made(order))
-    thin, full = whole(lambda: np.concatenate([quickly(simulator, ping)[:, PART] for ping in (0, 1)]))
-    runs = [x.reshape(2, -1, 50).mean(axis=2) for x in (thin, full)]
+    sampled, full = whole(lambda: np.concatenate([quickly(simulator, ping)[:, PART] for ping in (0, 1)]))
+    runs = [x.reshape(2, -1, 50).mean(axis=2) for x in (sampled, full)]
     assert np.abs(10 * np.log10(runs[0] / runs[1])).max() < 0.1
-    assert abs(10 * np.log10(thin.mean() / full.mean())) < 0.02
-    loud = full > 0.1 * np.repeat(runs[1], 50, axis=1)
-    assert np.std(10 * np.log10(thin / full)[loud]) < 0.3
+    assert abs(10 * np.log10(sampled.mean() / full.mean())) < 0.02
+    strong = full > 0.1 * np.repeat(runs[1], 50, axis=1)
+    assert np.std(10 * np.log10(sampled / full)[strong]) < 0.3
 
 
 @pytest.mark.parametrize("order", [0, 4])
 def test_a_flat_bed_stays_smooth(whole, order):
-    """Ripple from thinning on a flat bed: 0.1 dB rms, and never 0.5 dB."""
+    """Ripple from importance sampling on a flat bed: 0.1 dB rms, and never 0.5 dB."""
     simulator = build_simulator(made(order, seabed=FLAT))
-    thin, full = whole(lambda: quickly(simulator)[:, PART])
-    ripple = 10 * np.log10(thin / full)
+    sampled, full = whole(lambda: quickly(simulator)[:, PART])
+    ripple = 10 * np.log10(sampled / full)
     assert ripple.std() < 0.1 and np.abs(ripple).max() < 0.5 and abs(ripple.mean()) < 0.01
 
 
-def test_many_bounces_ask_for_few_more_points(whole):
+def test_many_bounces_request_few_more_points(whole):
     """25 pairs, 15 that differ, take less than four times the points of one, and less than a fifth of all there are."""
     direct, some = points(build_simulator(made(0))), build_simulator(made(4))
-    thin, full = whole(lambda: points(some))
-    assert thin < 4 * direct and full > 5 * thin
+    sampled, full = whole(lambda: points(some))
+    assert sampled < 4 * direct and full > 5 * sampled
 
 
 def test_pairs_that_may_interfere_share_their_points():
-    """A sonar just under the surface: wherever D-D and D-S arrive within a pulse they are asked at the same points.
+    """A sonar just under the surface: wherever D-D and D-S arrive within a pulse they are evaluated at the same points.
 
-    S-S is too, but for places where it is not heard at all.
+    S-S is too, but for positions where it is not received at all.
     """
     track = {**SIDESCAN["track"], "start": [0.0, 0.0, 0.15]}
     simulator = build_simulator(made(1, track=track, seabed=FLAT))
-    told = {}
+    changes = {}
 
     def hear(swath):
         for first, last in swath.interference_ranges:
             for k, rows in enumerate(swath.rows):
                 there = rows[: swath.count[k]]
-                told.setdefault(k, []).append(there[(there >= first) & (there < last)])
+                changes.setdefault(k, []).append(there[(there >= first) & (there < last)])
 
     here, engine = simulator.ping_geometry(0), simulator.engine
     prepare_fast_reverberation(engine.scene, engine.choice, here, engine.rays).accumulate(map, hear)
-    direct, mixed, surface = (np.concatenate(told[k]) for k in range(3))
+    direct, mixed, surface = (np.concatenate(changes[k]) for k in range(3))
     assert len(direct) > 1000
     np.testing.assert_array_equal(direct, mixed)
     assert np.isin(surface, direct).all() and len(surface) > 0.5 * len(direct)
 
 
 def test_priorities_are_spread_evenly():
-    """Along any line, and across lines at any sample, each share has its part of any 320 places, within 4."""
+    """Along any radial, and across them at any sample, each keep probability keeps its part of 320 positions, +- 4."""
     turn = np.empty((320, 320), np.int32)
     for number in range(320):
         _radial_samples_kernel.priorities(float(number), 320, turn[number])
@@ -116,7 +116,7 @@ def test_priorities_are_spread_evenly():
 
 
 def test_lines_in_longer_steps_cover_the_same_ground():
-    """Cut or not, each line still reaches from its start to its stop, and loud stretches keep the shortest step."""
+    """Cut or not, each line still reaches from its start to its stop, and strong stretches keep the shortest step."""
     lines = np.zeros((3, 9))
     lines[:, 4], lines[:, 5], lines[:, 7], lines[:, 8] = 5.0, 100.0, np.arange(3), 1
     edges = np.linspace(0, 100, 21)
@@ -130,7 +130,7 @@ def test_lines_in_longer_steps_cover_the_same_ground():
     np.testing.assert_array_equal(made_of[:, 8], [8, 1, 8, 1])
 
 
-def test_every_piece_that_a_line_reads_is_asked_for():
+def test_every_piece_that_a_line_reads_is_requested():
     """200 lines at any angle, in steps of 1 to 8: the pieces under all their samples, one by one, are among those."""
     rng = np.random.default_rng(4)
     bearing, lines = rng.uniform(0, 2 * np.pi, 200), np.zeros((200, 9))
@@ -142,12 +142,12 @@ def test_every_piece_that_a_line_reads_is_asked_for():
     count = _radial_terrain_kernel.tiles_under_radials(
         63.3, 60.9, lines, 0.05, samples, np.arange(200), 0.05, mark, found
     )
-    told = set(map(tuple, found[:count].tolist()))
-    assert count == len(told) and not mark.any()
+    expected = set(map(tuple, found[:count].tolist()))
+    assert count == len(expected) and not mark.any()
     for line, many in zip(lines, samples, strict=True):
         r = (np.arange(many) + line[6]) * 0.05 * line[8]
         cell = np.floor(np.stack([63.3 + r * line[0], 60.9 + r * line[1]], axis=-1) / 0.05)
-        assert set(map(tuple, (cell // 64).astype(int).tolist())) <= told
+        assert set(map(tuple, (cell // 64).astype(int).tolist())) <= expected
 
 
 def test_ground_along_a_line_is_that_of_the_map():
@@ -170,7 +170,7 @@ def test_ground_along_a_line_is_that_of_the_map():
         assert np.abs(slope[0, :300] - x).max() <= 0.5 + 1e-4 and np.abs(slope[1, :300] - y).max() <= 0.5 + 1e-4
 
 
-def test_a_law_of_two_factors_may_as_well_be_asked_pair_by_pair(monkeypatch):
+def test_a_law_of_two_factors_may_as_well_be_evaluated_pair_by_pair(monkeypatch):
     """Lambert's law as a part of each leg, or as an answer to each pair: the same to a ten thousandth."""
     simulator = build_simulator(made(2))
     forget()
@@ -181,7 +181,7 @@ def test_a_law_of_two_factors_may_as_well_be_asked_pair_by_pair(monkeypatch):
     forget()
 
 
-def test_a_law_that_is_no_product_is_told_the_same_by_both_ways():
+def test_a_law_that_is_no_product_has_the_same_energy_by_both_paths():
     """Medium sand with its roughness and its inside, 9 pairs: within 0.05 dB of the general way."""
     sand = build_simulator(
         made(2, seabed={**SIDESCAN["seabed"], "scattering": {"law": "jackson", "sediment": "medium sand"}})
@@ -204,8 +204,8 @@ def test_a_sonar_that_only_moves_on_keeps_its_plan():
     np.testing.assert_array_equal(quickly(simulator), first)
 
 
-def test_ground_behind_a_target_is_not_thinned():
-    """In its shadow the faint paths are all there is: lines that pass the box take every point of every pair heard."""
+def test_ground_behind_a_target_is_fully_sampled():
+    """In a shadow only weak paths remain: radials that pass the box take every point of every pair received."""
     crate = {"shape": "box", "label": "crate", "position": [0.0, 20.0], "size": [4.0, 2.0, 1.5]}
     counts = [points(build_simulator(made(2, targets=targets))) for targets in ([crate], [])]
     assert counts[0] > 1.2 * counts[1]
@@ -263,19 +263,19 @@ def test_pairs_that_arrive_within_a_pulse_are_known_however_deep_the_ground():
     pair = np.array([[0, 0], [0, 1], [1, 1]])
     edges, wanted = np.linspace(10, 100, 31), np.ones((30, 3), bool)
 
-    def met(climbs, rise):
+    def evaluate(climbs, rise):
         together = sample_allocation._interfering_pairs(edges, np.array(climbs), pair, 1500.0, rise, 2e-4, wanted)
         return (together != np.arange(3)).any(axis=1)
 
-    assert met([10.0, 10.01], 0.0).all()
-    apart = met([10.0, 20.0], 0.0)
-    assert not apart.any() and not met([10.0, 20.0], 0.3).any()
-    far = met([10.0, 12.0], 0.0)
-    assert far[-1] and not far[0] and (met([10.0, 12.0], 1.0) | ~far).all()
+    assert evaluate([10.0, 10.01], 0.0).all()
+    apart = evaluate([10.0, 20.0], 0.0)
+    assert not apart.any() and not evaluate([10.0, 20.0], 0.3).any()
+    far = evaluate([10.0, 12.0], 0.0)
+    assert far[-1] and not far[0] and (evaluate([10.0, 12.0], 1.0) | ~far).all()
 
 
-def test_what_is_louder_than_a_hundredth_takes_every_point():
-    """A point that adds a hundredth takes part always, one that adds a third of it at a third of all places."""
+def test_what_is_stronger_than_a_hundredth_takes_every_point():
+    """A point that adds a hundredth takes part always, one that adds a third of it at a third of all positions."""
     energy = np.array([[[1.0, 0.3, 1e-4, 0.0]]], np.float32) * 10
     share, ones = np.empty((1, 1, 4), np.uint8), np.ones((1, 4))
     pair_keep_probabilities(energy, np.full((1, 1), 10.0), ones, ones > 0, np.arange(4)[None], share, 32, 1)

@@ -12,32 +12,33 @@ from insonify.scene.terrain import PowerLaw, RoughnessCutoff, build_terrain
 from oracles.ridges import Corduroy, bed_of, seen_from
 
 
-def skylines_of(finest, *, farthest=200.0, heard=None, bed=None):
+def skylines_of(finest, *, farthest=200.0, received=None, bed=None):
     """TerrainOcclusion of flat ground for beams of which a third is so wide."""
     return TerrainOcclusion(
-        bed or bed_of(), np.array([0.0, 0.0, 11.0]), StraightLaunchAngles(11.0, 20.0), farthest=farthest, wavelength=0.015,
-        min_profile_width=finest, gain_bound=heard,
+        bed or bed_of(), np.array([0.0, 0.0, 11.0]), StraightLaunchAngles(11.0, 20.0), farthest=farthest,
+        wavelength=0.015,
+        min_profile_width=finest, gain_bound=received,
     )  # fmt: skip
 
 
 def narrow(bearing, width, zone):
-    """A beam that hears within 0.2 rad of north alone, a hundredth elsewhere."""
+    """A beam that receives within 0.2 rad of north alone, a hundredth elsewhere."""
     return np.where(np.abs(np.angle(np.exp(1j * bearing))) < 0.2 + width / 2, 1.0, 0.01)
 
 
-@pytest.mark.parametrize("heard", [None, narrow])
+@pytest.mark.parametrize("received", [None, narrow])
 @pytest.mark.parametrize("count", [0, 1, 2000])
-def test_every_point_lies_in_the_slice_that_passes_it(count, heard):
-    """Each point once, by a line at most half a slice aside, or half of four slices where next to nothing is heard."""
-    terrain_occlusion = skylines_of(1e-3, heard=heard)
+def test_every_point_lies_in_the_slice_that_passes_it(count, received):
+    """Each point once, by a line at most half a slice aside, or half of four slices at low gain."""
+    terrain_occlusion = skylines_of(1e-3, received=received)
     rng = np.random.default_rng(count)
     place, heading = np.array([0.0, 0.0, 10.0]), terrain_occlusion.bed.relief.resolved.scatterer_grid.heading
     position = np.concatenate([rng.uniform(-15, 15, (count, 2)), np.full((count, 1), 20.0)], axis=1)
     seen, cut = locate_points(terrain_occlusion, place, position), terrain_occlusion.profiles
     azimuth = np.arctan2(position[:, 1], position[:, 0])
     np.testing.assert_allclose(seen.distance, np.hypot(*position[:, :2].T))
-    met = [np.asarray(points) for _, points, _ in seen.groups]
-    np.testing.assert_array_equal(np.sort(np.concatenate([np.empty(0, int), *met])), np.arange(count))
+    computed = [np.asarray(points) for _, points, _ in seen.groups]
+    np.testing.assert_array_equal(np.sort(np.concatenate([np.empty(0, int), *computed])), np.arange(count))
     merged = 0
     for lines, points, rows in seen.groups:
         assert np.all(np.diff(points) > 0)
@@ -47,13 +48,13 @@ def test_every_point_lies_in_the_slice_that_passes_it(count, heard):
         off = np.abs(np.angle(np.exp(1j * (azimuth[points] - heading - lines.turn[rows]))))
         half = np.pi / cut.counts[zone[0]]
         faint = off > half + 1e-7
-        assert np.all(off < (4 * half if heard else half) + 1e-7)
+        assert np.all(off < (4 * half if received else half) + 1e-7)
         assert np.all(np.abs(azimuth[points][faint]) > 0.2)
         merged += faint.sum()
-    assert (merged > count / 4) == (heard is not None and count > 0)
+    assert (merged > count / 4) == (received is not None and count > 0)
 
 
-def test_bearings_are_told_to_a_few_micrometres_at_any_distance_heard():
+def test_bearings_are_accurate_to_a_few_micrometres_at_any_distance():
     """4001 directions all around: turns to 3e-9, which is 4 um at 200 m."""
     angle = np.linspace(-np.pi, np.pi, 4001)[:-1]
     found = np.array([bearing_in_turns(np.cos(a), np.sin(a)) for a in angle])
@@ -61,8 +62,8 @@ def test_bearings_are_told_to_a_few_micrometres_at_any_distance_heard():
     assert np.abs(off).max() < 3e-9
 
 
-def test_lines_reach_as_far_as_is_heard_and_zones_of_like_slices_are_one():
-    """Slices differ from zone to zone, and the last zone ends at the farthest distance that is asked."""
+def test_lines_reach_the_last_echo_and_zones_of_equal_slices_are_merged():
+    """Slices differ from zone to zone, and the last zone ends at the farthest distance that is evaluated."""
     terrain_occlusion = TerrainOcclusion(
         bed_of(), np.array([0.0, 0.0, 10.0]), StraightLaunchAngles(10.0, 20.0), farthest=150.0, wavelength=0.015,
         min_profile_width=0.01,
@@ -73,7 +74,7 @@ def test_lines_reach_as_far_as_is_heard_and_zones_of_like_slices_are_one():
     assert terrain_occlusion.profiles.edges[-1] == 150.0
 
 
-def test_the_ground_along_a_line_is_that_of_the_place():
+def test_the_ground_along_a_line_is_that_of_the_position():
     """Heights read along lines, across pieces of the map, are those of a sine within linear interpolation."""
     wave, height = 8.0, 1.0
     terrain_occlusion = seen_from(bed_of(Corduroy(wave, height)))
@@ -113,14 +114,15 @@ def test_a_finer_beam_wants_more_slices_far_away_and_none_near():
     assert [int(slices[-1]) for slices in counts] == [256, 512, 1024]
 
 
-def test_zones_do_not_depend_on_how_far_is_asked():
+def test_zones_do_not_depend_on_how_far_is_requested():
     """Ground nearer than the farthest is cut the same however long the window is."""
     near, far = skylines_of(0.01, farthest=60.0), skylines_of(0.01, farthest=200.0)
     distance, azimuth = np.linspace(0.5, 59.5, 200), np.linspace(-3, 3, 200)
     for points in (slice(None, 100), slice(100, None)):
         cut = [
-            {(int(at), float(lines.turn[row])) for lines, met, rows in one.profile_groups(azimuth[points], distance[points])
-             for at, row in zip(met, rows, strict=True)}
+            {(int(at), float(lines.turn[row])) for lines, computed, rows in one.profile_groups(azimuth[points],
+            distance[points])
+             for at, row in zip(computed, rows, strict=True)}
             for one in (near, far)
         ]  # fmt: skip
         assert cut[0] == cut[1]
@@ -129,8 +131,8 @@ def test_zones_do_not_depend_on_how_far_is_asked():
 def test_ground_in_merged_slices_is_lit_as_often_and_nearly_as_brightly():
     """Half of rough ground is lit either way, within 1.5 %; what it answers there falls by less than 0.3 dB.
 
-    24 000 places of a fractal of 20 cm rms, 30 to 150 m from 9 m above it: who faces the sonar is more often lit, and
-    slices that are four times as wide know less of that. Halves of the places differ by 0.5 %.
+    24 000 positions of a fractal of 20 cm rms, 30 to 150 m from 9 m above it: who faces the sonar is more often lit,
+    and slices that are four times as wide know less of that. Halves of the positions differ by 0.5 %.
     """
     bed = SeabedTerrain(
         20.0, build_terrain([PowerLaw(hurst=0.7, rms=0.2)], seed=3, cutoff=RoughnessCutoff(wavelength=0.5))
@@ -141,8 +143,8 @@ def test_ground_in_merged_slices_is_lit_as_often_and_nearly_as_brightly():
     ground = bed.relief.sample(*(distance[:, None] * ahead).T)
     facing = np.maximum((9.0 - ground.height) / distance + np.sum(ground.slope * ahead, axis=1), 0.0) ** 2
     seen = []
-    for heard in (None, lambda bearing, width, zone: np.where(bearing < 0.1, 1.0, 0.01)):
-        terrain_occlusion = skylines_of(4e-3, farthest=150.0, heard=heard, bed=bed)
+    for received in (None, lambda bearing, width, zone: np.where(bearing < 0.1, 1.0, 0.01)):
+        terrain_occlusion = skylines_of(4e-3, farthest=150.0, received=received, bed=bed)
         level, groups = np.full(distance.shape, 20.0), terrain_occlusion.profile_groups(azimuth, distance)
         seen.append(terrain_occlusion.visible(("D",), distance, np.zeros((1, 24_000)), level, groups, ground=True)[0])
     own, merged = seen
@@ -151,15 +153,15 @@ def test_ground_in_merged_slices_is_lit_as_often_and_nearly_as_brightly():
     assert 0.935 < (facing * merged).mean() / (facing * own).mean() < 1.0
 
 
-def test_threads_that_ask_together_read_the_same_ground():
-    """Eight threads, each asking for lines that others ask for too: every line once, as deep as for one alone."""
+def test_concurrent_threads_read_the_same_ground():
+    """Eight threads, each asking for lines that others request too: every line once, as deep as for one alone."""
     rng = np.random.default_rng(2)
     bed = SeabedTerrain(
         20.0, build_terrain([PowerLaw(hurst=0.7, rms=0.2)], seed=3, cutoff=RoughnessCutoff(wavelength=1.0))
     )
     places = [np.column_stack([*rng.uniform(-40, 40, (2, 400)), np.full(400, 20.0)]) for _ in range(8)]
 
-    def told(terrain_occlusion, position):
+    def described(terrain_occlusion, position):
         found = np.empty(len(position))
         for lines, points, rows in locate_points(terrain_occlusion, np.zeros(3), position).groups:
             found[points] = lines.depth[rows, -1]
@@ -167,7 +169,7 @@ def test_threads_that_ask_together_read_the_same_ground():
 
     alone, together = skylines_of(0.01, bed=bed), skylines_of(0.01, bed=bed)
     with ThreadPoolExecutor(8) as pool:
-        found = list(pool.map(lambda position: told(together, position), places))
-    np.testing.assert_array_equal(found, [told(alone, position) for position in places])
+        found = list(pool.map(lambda position: described(together, position), places))
+    np.testing.assert_array_equal(found, [described(alone, position) for position in places])
     sizes = [sum(len(lines.depth) for lines in one.profiles._lines) for one in (alone, together)]
     assert sizes[0] == sizes[1]

@@ -27,13 +27,13 @@ DARK = np.arange(0.2020, 0.2259, STEP)
 @lru_cache(maxsize=32)
 def scene(relief: float = 0.02, off: float = 0.0, families: tuple[str, ...] = ("D",), water: Any = "one speed",
           **paths: Any) -> Any:  # fmt: skip
-    """The paper's box, a distance to the north of the sonar's boresight [m], over a bed of some rms relief [m]."""
-    told = {
+    """The paper's box, a distance to the north of the sonar's boresight [m], over a seabed of some rms relief [m]."""
+    changes = {
         "paths.max_reflections": max(len(name) for name in families) if families != ("D",) else 0,
         "paths.families": list(families), "track.window": WINDOW, "targets": [{**box(2.0), "position": [off, 150.5]}],
         **{f"paths.{key}": value for key, value in paths.items()},
     }  # fmt: skip
-    return sidescan_model.scene(water, told, relief=relief)
+    return sidescan_model.scene(water, changes, relief=relief)
 
 
 def means(scenario: Any, listen: Any = None, starts: Floats = DARK) -> Floats:
@@ -71,7 +71,7 @@ def test_shadows_over_relief_are_those_of_the_tracer(relief: float, most: float,
 @pytest.mark.parametrize("relief", [0.01, 0.02, 0.03, 0.05])
 @pytest.mark.parametrize("off", [0.0, 0.35, 0.6, -0.9, 1.5])
 def test_shadows_of_many_rows_are_those_of_the_tracer(relief: float, off: float) -> None:
-    """Both ways of the first engine against four million rays: within 0.4 dB any 2 ms, 0.15 dB rms."""
+    """Both paths of the first engine against four million rays: within 0.4 dB any 2 ms, 0.15 dB rms."""
     traced = means(scene(relief, off, engine="tracer", rays=4_000_000))
     for way in (quickly, thoroughly):
         error = means(scene(relief, off), way) - traced
@@ -114,8 +114,8 @@ def test_shadows_on_a_flat_bed_are_smooth(water: Any, off: float, most: float) -
     assert np.abs(ripple).max() < most and ripple.std() < 0.3
 
 
-def test_a_shadow_that_the_beam_hardly_meets_takes_no_more_lines() -> None:
-    """A box in the side lobes: the plan's own lines; one on boresight: narrower lines in their place."""
+def test_a_shadow_that_the_beam_hardly_reaches_takes_no_more_lines() -> None:
+    """A box in the side lobes: the plan's own lines; one on boresight: narrower lines in their position."""
     counts = []
     for off in (0.0, 30.0):
         simulator = build_simulator(scene(0.02, off))
@@ -127,8 +127,8 @@ def test_a_shadow_that_the_beam_hardly_meets_takes_no_more_lines() -> None:
 
 
 def test_overlapping_shadows_are_looked_at_once() -> None:
-    """The box, and three more in a row with it: no more looks at any stretch of distance than for the box alone."""
-    asked = []
+    """The box, and three more in a row with it: no more looks at any range bin than for the box alone."""
+    requested = []
     for many in (1, 4):
         row = [{**box(2.0), "label": f"box {k}", "position": [0.1 * k, 150.5]} for k in range(many)]
         simulator = build_simulator(scene(0.02).with_("targets", row))
@@ -138,8 +138,8 @@ def test_overlapping_shadows_are_looked_at_once() -> None:
         passing = radials_past_targets(ground.plan, here, ground.known.heading, "none")
         stretch, distance, _ = _probed(ground.plan, ground.scene, here, ground.choice, passing)
         assert passing.any(axis=1).sum() == many and len(np.unique(distance)) == len(distance)
-        asked.append(np.bincount(stretch).max())
-    assert asked[1] == asked[0]
+        requested.append(np.bincount(stretch).max())
+    assert requested[1] == requested[0]
 
 
 def test_narrow_lines_cover_the_ground_of_those_they_replace() -> None:
@@ -188,7 +188,7 @@ def test_strips_follow_what_a_line_would_send_back_and_parts_what_it_does() -> N
 
 
 @pytest.mark.parametrize("water", sidescan_model.WATERS)
-def test_a_zone_holds_the_shadow_that_exact_rays_tell(water: Any) -> None:
+def test_a_zone_holds_the_shadow_that_exact_rays_give(water: Any) -> None:
     """From the box's face to where the ray over its far edge comes down, and not half as far again behind that."""
     simulator = build_simulator(scene(0.0, water=water))
     engine, here = simulator.engine, simulator.ping_geometry(0)

@@ -1,4 +1,4 @@
-"""Smooth faces as the engine meets them: canonical bodies, plates near and far, the corner with the bed."""
+"""Smooth faces as the engine meets them: canonical bodies, plates near and far, the corner with the seabed."""
 
 import numpy as np
 import pytest
@@ -31,7 +31,7 @@ def test_a_rigid_sphere_is_half_its_radius(radius, frequency, far):
     assert strength_db(echo, near) == pytest.approx(20 * np.log10(radius / 2 * near / (near + radius)), abs=0.3)
 
 
-def test_the_attitude_of_a_sphere_is_not_heard():
+def test_the_echo_of_a_sphere_does_not_depend_on_attitude():
     """Turned, pitched and rolled, or seen from another bearing: the same echo to 0.05 dB."""
     ball = {"shape": "sphere", "position": (0.0, 20.0), "diameter": 0.4, "base_depth": 10.2}
     turned = [{}, {"heading": 1.0, "pitch": 0.6}, {"roll": -2.0, "heading": 0.4}, {"position": (4.0, 19.596)}]
@@ -45,8 +45,8 @@ def test_a_cylinder_is_its_closed_form_near_broadside(tilt_deg):
     log = {"shape": "cylinder", "position": (0.0, 100.0), "length": 0.6, "diameter": 0.5, "base_depth": 10.25,
            "heading": np.radians(tilt_deg)}  # fmt: skip
     echo = flashes(log, **HIGH)["D", "D"]
-    told = cylinder_strength_db(0.25, 0.6, 100e3, tilt=np.radians(tilt_deg))
-    assert strength_db(echo, 99.75) == pytest.approx(float(told), abs=0.3)
+    expected = cylinder_strength_db(0.25, 0.6, 100e3, tilt=np.radians(tilt_deg))
+    assert strength_db(echo, 99.75) == pytest.approx(float(expected), abs=0.3)
 
 
 def test_a_plate_in_its_far_field_flashes_as_area_over_wavelength():
@@ -59,10 +59,10 @@ def test_a_plate_in_its_far_field_flashes_as_area_over_wavelength():
 def test_a_plate_in_its_near_field_is_the_brute_sum(far):
     """2 x 1 m from 3 to 60 m, all in its near field (to 270 m): patches of an eighth of a wavelength; within 0.1 dB."""
     places, area = upright_face(2.0, 1.0, far, 10.5, 100e3)
-    told = brute(places, area, np.array([0.0, -1, 0]), "D", "D", 100e3, (0, 0, 10.0))
+    expected = brute(places, area, np.array([0.0, -1, 0]), "D", "D", 100e3, (0, 0, 10.0))
     echo = flashes(standing(2.0, 1.0, far), **HIGH)["D", "D"]
-    assert 20 * np.log10(abs(echo / told)) == pytest.approx(0, abs=0.1)
-    assert np.angle(echo / told) == pytest.approx(0, abs=0.06)
+    assert 20 * np.log10(abs(echo / expected)) == pytest.approx(0, abs=0.1)
+    assert np.angle(echo / expected) == pytest.approx(0, abs=0.06)
 
 
 @pytest.mark.parametrize("off_deg", [0.5, 1.3, 2.4, 6.0])
@@ -70,9 +70,9 @@ def test_off_normal_a_plate_falls_as_a_sinc(off_deg):
     """0.4 m wide, turned: cos(off) sinc(2 width sin(off) / wavelength) re normal, within 1 % of the flash."""
     off = np.radians(off_deg)
     plate = {**standing(0.4, 0.3, 100.0), "heading": off}
-    told = 0.12 / 0.015 * np.cos(off) * np.sinc(2 * 0.4 * np.sin(off) / 0.015)
+    expected = 0.12 / 0.015 * np.cos(off) * np.sinc(2 * 0.4 * np.sin(off) / 0.015)
     echo = flashes(plate, facing=lambda place: place[:, 1] < 100.005 + 0.5, **HIGH)["D", "D"]
-    assert abs(abs(echo) * 100.0**2 - abs(told)) < 0.01 * 0.12 / 0.015 + 0.12
+    assert abs(abs(echo) * 100.0**2 - abs(expected)) < 0.01 * 0.12 / 0.015 + 0.12
 
 
 CORNER = {("D", "D"): 11.8, ("D", "B"): 33.1, ("B", "B"): -7.6, ("S", "SB"): 33.1, ("D", "S"): -4.5, ("S", "S"): 0.4}
@@ -87,16 +87,16 @@ def test_an_upright_face_on_the_bed_is_a_corner_reflector(pair):
     what is left of wavefronts that are not quite flat makes 0.3 dB.
     """
     places, area = upright_face(2.0, 1.0, 150.0, 20.0, 100e3)
-    told = brute(places, area, np.array([0.0, -1, 0]), *pair, 100e3)
+    expected = brute(places, area, np.array([0.0, -1, 0]), *pair, 100e3)
     echoes = flashes(BOX, 2, facing=lambda place: np.abs(place[:, 1] - 150) < 1e-6)
     whole = sum(echoes[way] for way in {pair, pair[::-1]})
     both = len({pair, pair[::-1]})
     near = 0.1 if CORNER[pair] > 0.5 else 0.3
-    assert 20 * np.log10(abs(whole / (both * told))) == pytest.approx(0, abs=near)
+    assert 20 * np.log10(abs(whole / (both * expected))) == pytest.approx(0, abs=near)
     assert strength_db(whole, np.hypot(150, 8.5)) == pytest.approx(CORNER[pair], abs=near + 0.05)
 
 
-def test_ends_that_change_places_hear_the_same():
+def test_exchanged_ends_receive_the_same():
     """Transmitter and receiver 3 m apart, exchanged, order 2: sums of all pairs equal to 1e-6."""
     body = {"shape": "box", "position": (1.0, 40.3), "size": (1.0, 0.7, 0.6), "heading": 0.1}
     offsets = ({"offset": (1.5, 0.0, 1.0)}, {"offset": (-1.5, 0.0, -1.0)})
@@ -105,7 +105,7 @@ def test_ends_that_change_places_hear_the_same():
         assert echo == pytest.approx(back[home, out], rel=1e-5, abs=1e-9)
 
 
-def test_bent_rays_carry_the_same_closed_form():
+def test_refracted_rays_carry_the_same_closed_form():
     """A profile of next to no gradient gives what straight rays give: within 1 % of the corner's flash."""
     straight = flashes(BOX, 1)
     layered = {"noise_level_db": None, "absorption_db_per_m": 0.0, "sound_speed": None,

@@ -1,4 +1,4 @@
-"""Sound bends around crests of the ground: a half plane's field behind a ridge, nothing lost over smooth ripples."""
+"""Sound bends around crests of the seabed: a half plane's field behind a ridge, nothing lost over smooth ripples."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ CREST = 50.0
 
 
 def lay_on_terrain(terrain_occlusion, family, distance):
-    """Whether the ground due north is lit by one family, and what of the pressure is left there."""
+    """Return True if the seabed due north is lit by one family, and what of the pressure is left there."""
     tangent = terrain_occlusion.launches.launch_slope(family, distance, np.full(distance.shape, DEPTH))
     sine = (-1 if bounce_sequence(family).startswith("S") else 1) * tangent / np.hypot(1, tangent)
     left = np.empty((1, len(distance)), complex)
@@ -65,7 +65,7 @@ def test_half_is_left_on_the_line_nearly_all_above_it_and_a_ninth_in_the_middle(
 
 
 def test_a_level_bed_takes_nothing_from_any_family():
-    """No crest, no edge: exactly 1 on the bed and above it, for all families up to four bounces."""
+    """No crest, no edge: exactly 1 on the seabed and above it, for all families up to four bounces."""
     terrain_occlusion = seen_from(bed_of())
     for family in families_up_to(4):
         if not family.endswith("B"):
@@ -76,7 +76,7 @@ def test_a_level_bed_takes_nothing_from_any_family():
 
 
 @pytest.mark.parametrize(("crest", "height"), [(25.0, 4.3), (25.0, 4.6), (90.0, 7.0), (90.0, 7.35)])
-def test_a_bounce_bends_on_its_way_down_and_on_its_way_up(crest, height):
+def test_a_bounce_is_diffracted_on_both_segments(crest, height):
     """B to 100 m and 11 m deep, past a crest on its way down or up: the half plane of the unfolded way, to 0.06."""
     point = point_scatterer(PointTarget(position=(100.0, 0.0, SONAR)))
     flat = image_legs(Scene(seabed={"depth": DEPTH}), HERE, point, ("B",), 1e5)

@@ -50,7 +50,7 @@ def turned(array: LineArray | PlanarArray | PointTransducer, rng: np.random.Gene
 
 @pytest.mark.parametrize("array", ARRAYS, ids=lambda array: f"{array.kind} {array.element}")
 def test_gains_agree_to_the_bit(array):
-    """Beams keep what gains on their axes were worked out from: numba or not, the bits are the same."""
+    """Beams keep what gains on their axes were computed from: numba or not, the bits are the same."""
     rng = np.random.default_rng(3)
     made = turned(array, rng)
     way = np.concatenate([directions(rng), made.axes, -made.axes])
@@ -66,14 +66,14 @@ def test_bounds_agree(array):
     rng = np.random.default_rng(4)
     made, way, margin = turned(array, rng), directions(rng), rng.exponential(0.1, 4000)
     kernel, plain = np.empty((2, len(way)))
-    told = way, margin, made.axes, made.steer, made.scale, made.majorants, made.per_unit, made.element
-    beam_bounds.dispatcher(*told, kernel)
-    beam_bounds._stand_in(*told, plain)
+    expected = way, margin, made.axes, made.steer, made.scale, made.majorants, made.per_unit, made.element
+    beam_bounds.dispatcher(*expected, kernel)
+    beam_bounds._stand_in(*expected, plain)
     assert np.mean(~np.isclose(plain, kernel, rtol=1e-12, atol=0)) < 1e-3
 
 
-def test_cones_cells_and_shares_agree():
-    """DepartureCones of straight rays, sizes of cells and shares of scatterers, to rounding."""
+def test_cones_cells_and_keep_probabilities_agree():
+    """DepartureCones of straight rays, sizes of cells and keep probabilities of scatterers, to rounding."""
     rng = np.random.default_rng(5)
     place, centre, radius = rng.uniform(-9, 9, 3), rng.uniform(-50, 50, (500, 2)), rng.exponential(5.0, 500)
     found = [(np.empty((500, 3)), np.empty(500)) for _ in range(2)]
@@ -96,8 +96,8 @@ def test_cones_cells_and_shares_agree():
 
 
 @pytest.mark.parametrize("surface", ["{reflection: flat}", "{reflection: statistical, wind_speed: 5 m/s}"])
-def test_loudness_agrees_with_and_without_a_moving_surface(surface):
-    """Loudest gains at all distances, and gains re their edges at places and around them, within 1e-6."""
+def test_beam_importance_agrees_with_and_without_a_moving_surface(surface):
+    """Largest gains at all distances, and gains re their edges at positions and around them, within 1e-6."""
     scenario = parse_model(Scenario, SCENE.replace("SURFACE", surface))
     simulator = build_simulator(scenario)
     ping_geometry = simulator.ping_geometry(0)
@@ -110,7 +110,7 @@ def test_loudness_agrees_with_and_without_a_moving_surface(surface):
     out, back = one._ends
     far = loud._nodes(45.0)
     sectors = np.arange(loud.SECTORS) * 2 * np.pi / loud.SECTORS
-    told = (
+    expected = (
         out,
         back,
         out is back,
@@ -122,8 +122,8 @@ def test_loudness_agrees_with_and_without_a_moving_surface(surface):
         loud.FIRST_NODE,
     )
     kernel, plain = np.empty((2, len(far)))
-    max_two_way_gain.dispatcher(*told, kernel)
-    max_two_way_gain._stand_in(*told, plain)
+    max_two_way_gain.dispatcher(*expected, kernel)
+    max_two_way_gain._stand_in(*expected, plain)
     np.testing.assert_allclose(plain, kernel, rtol=1e-6)
     rng = np.random.default_rng(6)
     there, kernel, plain = rng.uniform(-40, 40, (1000, 2)), *np.empty((2, 1000))

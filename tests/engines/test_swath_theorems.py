@@ -1,4 +1,4 @@
-"""Laws that the quick way to the seabed cannot know of: sonar equations pair by pair, scales, windows, densities."""
+"""Fast reverberation obeys laws not built into it: sonar equations pair by pair, scales, windows, densities."""
 
 import numpy as np
 import pytest
@@ -50,30 +50,30 @@ def sonar_equation(pairs, time, energy):
     return 1e22 * total * energy / (time[1] - time[0])
 
 
-def heard(families, time):
-    """Mean intensity of the quick way over the flat bed, and the energy of its pulse."""
+def received(families, time):
+    """Mean intensity of fast reverberation over the flat bed, and the energy of its pulse."""
     paths = {"families": families, "max_reflections": 4, "edge_diffraction": "none", "beam_cutoff_db": -90}
     track = {**SIDESCAN["track"], "window": [time[0] - 1e-3, time[1] + 1e-3]}
     low = {"kind": "planar", "width": 0.3, "height": 0.008}
     sonar = {**SIDESCAN["sonar"], "transmit": low, "receive": low}
     simulator = build_simulator(made(seabed=FLAT, paths=paths, water=LOSSLESS, track=track, sonar=sonar))
-    heard = quickly(simulator)[0]
+    received = quickly(simulator)[0]
     when = (simulator.grid.time > time[0]) & (simulator.grid.time < time[1])
     fine = np.arange(simulator.pulse.start, simulator.pulse.stop, 1e-7)
-    return heard[when].mean(), float(np.sum(np.abs(simulator.pulse.samples(fine)) ** 2) * 1e-7)
+    return received[when].mean(), float(np.sum(np.abs(simulator.pulse.samples(fine)) ** 2) * 1e-7)
 
 
 @pytest.mark.parametrize(
     "families", [["D"], ["S"], ["BS"], ["SBS"], ["BSBS"], ["D", "S"], ["S", "BS"], ["D", "SBS"]], ids="+".join
 )
-def test_each_pair_is_as_loud_as_its_sonar_equation(families):
+def test_each_pair_is_as_strong_as_its_sonar_equation(families):
     """One family alone, and two with both of their mixed pairs in phase: within 0.05 dB of a sum over the flat bed."""
-    time = (0.08, 0.095)  # all are a while past the ground below the sonar, which BSBS meets at 61 ms
-    found, energy = heard(families, time)
+    time = (0.08, 0.095)  # all are a while past the seabed below the sonar, which BSBS meets at 61 ms
+    found, energy = received(families, time)
     pairs = [(f, f) for f in families] + ([tuple(families)] if len(families) == 2 else [])
     shift = 0.1e-3  # middle of the pulse
-    told = sonar_equation(pairs, (time[0] - shift, time[1] - shift), energy)
-    assert 10 * np.log10(found / told) == pytest.approx(0, abs=0.05)
+    expected = sonar_equation(pairs, (time[0] - shift, time[1] - shift), energy)
+    assert 10 * np.log10(found / expected) == pytest.approx(0, abs=0.05)
 
 
 def scaled(factor):
@@ -93,7 +93,7 @@ def scaled(factor):
 
 
 @pytest.mark.parametrize("factor", [0.5, 2.0])
-def test_a_world_of_twice_the_size_is_heard_in_twice_the_time(factor):
+def test_a_world_of_twice_the_size_takes_twice_the_time(factor):
     """All lengths, times and the wavelength scaled: intensity by 1 / scale^2, sample by sample, shadow and all."""
     own, other = (build_simulator(scaled(one)) for one in (1.0, factor))
     here, there = quickly(own)[0], quickly(other)[0]
@@ -105,44 +105,44 @@ def test_a_world_of_twice_the_size_is_heard_in_twice_the_time(factor):
 @pytest.mark.parametrize("order", [0, 2])
 def test_ten_decibels_of_scattering_are_ten_decibels_of_sound(order):
     """A product law that is ten times as strong, over the same relief: ten times the intensity, to a millionth."""
-    loud = {**SIDESCAN["seabed"], "scattering": {"law": "lambert", "strength_db": -17}}
-    base, other = (quickly(build_simulator(made(order, **changes))) for changes in ({}, {"seabed": loud}))
+    stronger = {**SIDESCAN["seabed"], "scattering": {"law": "lambert", "strength_db": -17}}
+    base, other = (quickly(build_simulator(made(order, **changes))) for changes in ({}, {"seabed": stronger}))
     np.testing.assert_allclose(other[0, GROUND], 10 * base[0, GROUND], rtol=1e-4)
 
 
 @pytest.mark.parametrize("order", [0, 2])
-def test_a_later_window_hears_what_the_whole_one_does(order):
+def test_a_later_window_receives_what_the_whole_one_does(order):
     """From 25 to 40 ms alone: over each 2 ms within 0.1 dB of those samples of the whole recording."""
     track = {**SIDESCAN["track"], "window": [0.025, 0.04]}
     whole, part = build_simulator(made(order)), build_simulator(made(order, track=track))
     first = round((part.grid.time[0] - whole.grid.time[0]) * whole.grid.sample_rate)
-    heard = quickly(part)[0]
-    told = quickly(whole)[0, first : first + heard.size]
-    runs = [x[: x.size // 50 * 50].reshape(-1, 50).mean(axis=1) for x in (heard, told)]
+    received = quickly(part)[0]
+    expected = quickly(whole)[0, first : first + received.size]
+    runs = [x[: x.size // 50 * 50].reshape(-1, 50).mean(axis=1) for x in (received, expected)]
     assert np.abs(10 * np.log10(runs[0] / runs[1])).max() < 0.1
 
 
 @pytest.mark.parametrize("order", [0, 2])
-def test_twice_the_points_tell_the_same(order):
+def test_twice_the_points_agree(order):
     """Two, four and eight points a cell over fractal relief: means within 0.05 dB of each other."""
 
-    def heard(count):
+    def received(count):
         paths = {"max_reflections": order, "edge_diffraction": "none", "scatterers_per_cell": count}
         return quickly(build_simulator(made(paths=paths)))[0, GROUND].mean()
 
-    level = 10 * np.log10([heard(count) for count in (2.0, 4.0, 8.0)])
+    level = 10 * np.log10([received(count) for count in (2.0, 4.0, 8.0)])
     assert np.ptp(level) < 0.05
 
 
 def test_levels_of_ends_add_up():
-    """10 dB more source level are 10 dB more of everything but the noise: no gain depends on loudness."""
-    loud = {**SIDESCAN["sonar"], "source_level_db": 230}
-    base, other = (quickly(build_simulator(made(2, **changes))) for changes in ({}, {"sonar": loud}))
+    """10 dB more source level are 10 dB more of everything but the noise: no gain depends on level."""
+    stronger = {**SIDESCAN["sonar"], "source_level_db": 230}
+    base, other = (quickly(build_simulator(made(2, **changes))) for changes in ({}, {"sonar": stronger}))
     np.testing.assert_allclose(other[:, GROUND], 10 * base[:, GROUND], rtol=1e-5)
 
 
 @pytest.mark.parametrize("away", [3.0, 7.0])
-def test_a_target_beside_the_sonar_is_heard_alike_by_both_ways(away):
+def test_a_target_beside_the_sonar_is_the_same_by_both_engines(away):
     """A crate 3 or 7 m off, where lines are few and its shadow long: echo and shadow within 0.3 dB in the mean."""
     crate = {**CRATE, "position": [0.0, away], "size": [0.6, 0.5, 1.0]}
     simulator = build_simulator(made(1, targets=[crate]))
@@ -152,8 +152,8 @@ def test_a_target_beside_the_sonar_is_heard_alike_by_both_ways(away):
 
 
 @pytest.mark.parametrize(("roll", "pitch", "heading"), [(12.0, 0.0, 0.0), (-9.0, 4.0, 70.0), (0.0, -6.0, 200.0)])
-def test_a_platform_that_leans_hears_the_same_by_both_ways(roll, pitch, heading):
-    """Roll, pitch and heading turn the panel off its place: means within 0.07 dB."""
+def test_a_platform_that_leans_receives_the_same_by_both_engines(roll, pitch, heading):
+    """Roll, pitch and heading turn the panel off its position: means within 0.07 dB."""
     lean = {"kind": "static", "position": [0.0, 0.0, 4.0], "heading": np.radians(heading), "roll": np.radians(roll),
             "pitch": np.radians(pitch), "window": [0.0, "50 ms"]}  # fmt: skip
     simulator = build_simulator(made(2, track=lean))

@@ -1,4 +1,4 @@
-"""A claim about threads that share what the quick way knows."""
+"""A claim about threads that share what fast reverberation knows."""
 
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -9,8 +9,8 @@ from insonify.simulator import build_simulator
 from oracles.scenes import nominal
 
 
-def test_threads_make_room_side_by_side(monkeypatch):
-    """Eight threads that each ask for 6000 ping_geometries of their own, of which few are kept: none is disturbed."""
+def test_threads_share_the_cache(monkeypatch):
+    """Eight threads that each request 6000 ping_geometries of their own, of which few are kept: none is disturbed."""
     simulator = build_simulator(nominal(field="incoherent"))
     scenario, here, rays = simulator.scenario, simulator.ping_geometry(0), simulator.engine.rays
     monkeypatch.setattr(fast_reverberation, "_prepare", lambda *_: None)

@@ -19,7 +19,7 @@ TRIO = (
 
 
 def drawn(*targets, slant=0.06, even=False, seed=1, **changes):
-    """Points of some targets, by their owners."""
+    """Points of some targets, by their object."""
     scenario = nominal(targets=targets, **changes)
     here = build_simulator(scenario).ping_geometry(0)
     found = target_points(scenario.scene, scenario.paths, seed, here, slant, quadrature=even)
@@ -27,7 +27,7 @@ def drawn(*targets, slant=0.06, even=False, seed=1, **changes):
 
 
 def test_targets_come_in_the_order_of_the_scene_and_know_their_occluder():
-    """Point, solid and box: owners in the scene's order; boxes come first among the occluders, points are none."""
+    """Point, solid and box: object in the scene's order; boxes come first among the occluders, points are none."""
     found = drawn(*TRIO)
     assert list(found) == ["buoy", "drum", "box"]
     assert [points.occluder for points in found.values()] == [-1, 1, 0]
@@ -36,10 +36,10 @@ def test_targets_come_in_the_order_of_the_scene_and_know_their_occluder():
 
 @pytest.mark.parametrize("slant", [0.02, 0.05, 0.2])
 def test_a_face_has_three_cells_to_a_resolution_cell_at_least(slant):
-    """No point of a box or a drum stands for more than the square of a third of what the sonar resolves."""
+    """No point of a box or a drum represents more than the square of a third of what the sonar resolves."""
     found = drawn(*TRIO, slant=slant)
-    for owner in ("drum", "box"):
-        assert found[owner].area.max() <= (slant / FACE_CELLS) ** 2 * (1 + 1e-9)
+    for label in ("drum", "box"):
+        assert found[label].area.max() <= (slant / FACE_CELLS) ** 2 * (1 + 1e-9)
 
 
 def test_however_finely_drawn_a_target_keeps_its_surface(monkeypatch):
@@ -51,7 +51,7 @@ def test_however_finely_drawn_a_target_keeps_its_surface(monkeypatch):
         assert found["drum"].area.sum() == pytest.approx(np.pi * 0.572 * (0.851 + 0.286), rel=5e-3)
 
 
-def test_a_finer_sonar_asks_for_as_many_more_points_as_its_cells_are_smaller():
+def test_a_finer_sonar_requests_as_many_more_points_as_its_cells_are_smaller():
     """Where fringes are dear, four times the points for half the resolution; never fewer than the fewest."""
     wreck = {"shape": "wreck", "position": (0.0, 100.0), "size": (20.0, 6.0, 5.0)}
     counts = [len(drawn(wreck, slant=slant)["wreck"]) for slant in (0.3, 0.15)]
@@ -70,11 +70,11 @@ def test_fringes_are_resolved_only_while_that_is_cheap():
 
 
 def test_other_seeds_draw_other_points_and_even_points_follow_none():
-    """Places of a solid and of a box: drawn by the seed, or laid out the same for all."""
+    """Positions of a solid and of a box: drawn by the seed, or laid out the same for all."""
     for even in (False, True):
         one, other = drawn(*TRIO, even=even, seed=1), drawn(*TRIO, even=even, seed=2)
-        for owner in ("drum", "box"):
-            same = np.array_equal(one[owner].position, other[owner].position)
+        for label in ("drum", "box"):
+            same = np.array_equal(one[label].position, other[label].position)
             assert same is even
         np.testing.assert_array_equal(one["buoy"].position, other["buoy"].position)
 
@@ -87,7 +87,7 @@ def test_a_target_is_drawn_alike_in_any_company():
     assert alone.occluder == 0 and among.occluder == 1
 
 
-def test_a_slice_keeps_of_a_box_what_its_plane_meets():
+def test_a_slice_keeps_of_a_box_what_its_plane_reaches():
     """Faces that the plane cuts, squeezed into it, with no more area than they have; points and solids stay whole."""
     box = {**TRIO[2], "position": (0.2, 72.0)}
     whole, cut = (drawn(box, TRIO[0], paths={"geometry": geometry}) for geometry in ("3d", "slice"))
@@ -111,7 +111,7 @@ def test_a_slice_keeps_of_a_box_what_its_plane_meets():
         ({"shape": "drum", "position": (0, 50), "label": "noise"}, r"label: 'noise' is taken"),
     ],
 )
-def test_a_target_that_cannot_be_there_is_told_why(target, said):
+def test_a_target_that_cannot_be_there_is_refused_with_the_reason(target, said):
     """What, its value, the limit, the way out."""
     with pytest.raises(ValidationError, match=said):
         Scene(seabed={"depth": 20.0}, targets=[target])
@@ -121,7 +121,7 @@ def test_a_target_that_cannot_be_there_is_told_why(target, said):
     {"shape": "sphere", "label": "body", "position": (0, 50), "diameter": 2},
     {"shape": "box", "label": "body", "position": (0, 50), "size": (2, 2, 2), "roll": 0.1},
 ])  # fmt: skip
-def test_a_point_in_a_solid_is_refused_and_one_beside_it_is_heard(body):
+def test_a_point_in_a_solid_is_refused_and_one_beside_it_is_received(body):
     """Inside no sound reaches it; the message names whom it is inside of, whichever comes first."""
     inside, beside = ({"shape": "point", "position": (0, east, 19.0)} for east in (50.3, 51.5))
     Scene(targets=[body, beside])
@@ -130,11 +130,11 @@ def test_a_point_in_a_solid_is_refused_and_one_beside_it_is_heard(body):
             Scene(targets=targets)
 
 
-def test_all_faults_of_a_scene_are_told_at_once():
+def test_all_errors_of_a_scene_are_reported_at_once():
     """Three targets that cannot be there: one answer names all three."""
     deep, high, twin = (0, 50, 30), (0, 50, -1), (0, 50, 5)
-    with pytest.raises(ValidationError) as told:
+    with pytest.raises(ValidationError) as scenario:
         Scene(targets=[{"shape": "point", "label": "a", "position": place} for place in (deep, high, twin)])
-    said = str(told.value)
+    said = str(scenario.value)
     assert all(word in said for word in ("targets.0.position.2: 30 m", "targets.1.position.2: -1 m", "targets.1.label",
                                          "targets.2.label"))  # fmt: skip

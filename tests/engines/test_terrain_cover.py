@@ -1,4 +1,4 @@
-"""Terrain that hides much of the bed: told rightly, and expected intensities over it are those of the general path."""
+"""Terrain that hides much of the seabed is recognised, and the general engine then gives the expected intensity."""
 
 import numpy as np
 import pytest
@@ -45,7 +45,7 @@ def test_the_part_that_terrain_hides_is_that_of_the_legs(rms):
 
 
 def test_a_level_or_gentle_bed_hides_nothing_and_keeps_the_fast_path():
-    """Relief of 2 cm to 100 m: not one place in a hundred is hidden, and the fast path serves."""
+    """Relief of 2 cm to 100 m: not one position in a hundred is hidden, and the fast path serves."""
     simulator = build_simulator(scene(0.02, (0.03, 0.13)))
     here = simulator.ping_geometry(0)
     assert hidden_part(simulator.engine.scene.seabed.terrain, here) < 0.01
@@ -59,14 +59,14 @@ def test_what_ridges_leave_is_that_of_many_points(edges):
     To 0.3 dB with soft edges, 0.6 dB with hard ones, which fall on either side of a point. The fast path itself is off
     by more than 1 dB.
     """
-    told = scene(0.1, (0.13, 0.19), edges)
-    simulator = build_simulator(told)
+    scenario = scene(0.1, (0.13, 0.19), edges)
+    simulator = build_simulator(scenario)
     assert hidden_part(simulator.engine.scene.seabed.terrain, simulator.ping_geometry(0)) > 2 * MOST_HIDDEN
     assert simulator.fast_reverberation(simulator.ping_geometry(0)) is None
-    many = told.model_copy(update={"paths": told.paths.model_copy(update={"scatterers_per_cell": 20.0})})
+    many = scenario.model_copy(update={"paths": scenario.paths.model_copy(update={"scatterers_per_cell": 20.0})})
     time = simulator.grid.time
     truth = levels_db(thoroughly(build_simulator(many))[0], time)
-    loud = truth > np.median(truth) - 20
-    found = levels_db(simulate(told, threads=1).intensity.values[0, 0], time)
-    assert np.abs(found - truth)[loud].max() < (0.3 if edges == "knife-edge" else 0.6)
-    assert np.abs(levels_db(quickly(simulator)[0], time) - truth)[loud].max() > 1.0
+    strong = truth > np.median(truth) - 20
+    found = levels_db(simulate(scenario, threads=1).intensity.values[0, 0], time)
+    assert np.abs(found - truth)[strong].max() < (0.3 if edges == "knife-edge" else 0.6)
+    assert np.abs(levels_db(quickly(simulator)[0], time) - truth)[strong].max() > 1.0

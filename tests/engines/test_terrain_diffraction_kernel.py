@@ -1,4 +1,4 @@
-"""TerrainOcclusion and crests against a walk in plain words, and what bends around them against the edge that takes most."""
+"""Launch horizons and crests against a plain walk, and diffraction over them against the strongest single edge."""
 
 import numpy as np
 import pytest
@@ -20,13 +20,13 @@ WAVELENGTH, STEP = 0.015, 0.5
 
 
 def found_along(launch, *, rising=False):
-    """LaunchHorizon, number of the crest met last, and crests of some lines; launches that are no numbers are set."""
+    """LaunchHorizon, number of the last crest, and crests of some lines; launches that are no numbers are set."""
     launch = np.array(launch, np.float32)
     distance = ((np.arange(launch.shape[1]) + 1) * STEP).astype(np.float32)
     bound, crest = np.empty_like(launch), np.empty(launch.shape, np.int32)
-    met = np.full((len(launch), launch.shape[1] // 2 + 1, 4), np.nan, np.float32)
-    find_crests(launch, distance, rising, WAVELENGTH, bound, crest, met)
-    return launch, distance, bound, crest, met
+    crests = np.full((len(launch), launch.shape[1] // 2 + 1, 4), np.nan, np.float32)
+    find_crests(launch, distance, rising, WAVELENGTH, bound, crest, crests)
+    return launch, distance, bound, crest, crests
 
 
 def lines_of_ground(seed, count, samples):
@@ -44,9 +44,9 @@ def lines_of_ground(seed, count, samples):
 @pytest.mark.parametrize("samples", [1, 2, 3, 100])
 def test_a_skyline_is_the_least_launch_so_far_and_a_crest_where_it_stops_sinking(samples, rising):
     """50 lines: the running minimum (of rising rays the maximum from the far end), and crests told one by one."""
-    told = lines_of_ground(samples, 50, samples)
-    launch, distance, bound, crest, met = found_along(told, rising=rising)
-    known, sense = np.where(np.isfinite(told), told, -np.inf if rising else np.inf), -1 if rising else 1
+    expected = lines_of_ground(samples, 50, samples)
+    launch, distance, bound, crest, computed = found_along(expected, rising=rising)
+    known, sense = np.where(np.isfinite(expected), expected, -np.inf if rising else np.inf), -1 if rising else 1
     np.testing.assert_array_equal(launch, known.astype(np.float32))
     order = slice(None, None, sense)
     walk = (sense * launch)[:, order]
@@ -66,13 +66,13 @@ def test_a_skyline_is_the_least_launch_so_far_and_a_crest_where_it_stops_sinking
             if np.isfinite(walk[s, k]):
                 assert crest[s, order][k] == last
         ends = np.array([samples - 1 - at if rising else at for at in starts], int)
-        np.testing.assert_array_equal(met[s, : len(ends), 0], ends)
-        np.testing.assert_array_equal(met[s, : len(ends), 1], launch[s, ends])
-        np.testing.assert_allclose(met[s, : len(ends), 2], deepest, rtol=1e-5)
+        np.testing.assert_array_equal(computed[s, : len(ends), 0], ends)
+        np.testing.assert_array_equal(computed[s, : len(ends), 1], launch[s, ends])
+        np.testing.assert_allclose(computed[s, : len(ends), 2], deepest, rtol=1e-5)
         for number, at in enumerate(ends):
-            told_here = negligible_beyond(float(distance[at]), float(met[s, number, 2]), WAVELENGTH)
-            assert met[s, number, 3] == pytest.approx(told_here, rel=1e-6)
-        assert np.isnan(met[s, len(ends) :]).all()
+            told_here = negligible_beyond(float(distance[at]), float(computed[s, number, 2]), WAVELENGTH)
+            assert computed[s, number, 3] == pytest.approx(told_here, rel=1e-6)
+        assert np.isnan(computed[s, len(ends) :]).all()
 
 
 def test_a_crest_that_is_no_longer_felt_changes_nothing_that_counts():
@@ -83,7 +83,7 @@ def test_a_crest_that_is_no_longer_felt_changes_nothing_that_counts():
     some = np.flatnonzero(np.isfinite(until) & (until < 1e4))
     assert len(some) > 100 and np.isinf(until).any() and (until > near).all()
     for n in some:
-        # the longer the leg, the wider the zone: beyond the distance it is told for
+        # the longer the leg, the wider the zone: beyond the distance it is given for
         length = until[n] * 1.001
         for clear in 10 ** rng.uniform(-6, 1, 2):
             left = crest_diffraction_factor(
@@ -96,7 +96,7 @@ def test_a_crest_that_is_no_longer_felt_changes_nothing_that_counts():
 def test_what_never_rises_is_what_falls_at_every_sample(samples):
     """Each launch below the one before, by more than rounding: otherwise, wherever it is, not; nor where none is known.
 
-    Depths of 9 m and less than a mirror wave of ground: level ground never rises, a step of 3 % at any sample does.
+    Depths of 9 m and less than a mirror wave of ground: a flat seabed never rises, a step of 3 % at any sample does.
     """
     distance = ((np.arange(samples) + 1) * STEP).astype(np.float32)
     level = np.full((3, samples), 20.0, np.float32)
@@ -112,8 +112,8 @@ def test_what_never_rises_is_what_falls_at_every_sample(samples):
             assert not surely_unobstructed(above, distance, np.float32(11), 256)
 
 
-def test_ground_told_to_be_open_hides_none_of_itself():
-    """Rough lines of growing roughness: where `surely_unobstructed` says so, the walk finds no crest; it says so of some."""
+def test_ground_reported_open_hides_none_of_itself():
+    """Growing roughness: where `surely_unobstructed` is true, the walk finds no crest; it is true for some."""
     rng, said = np.random.default_rng(5), 0
     for rms in np.repeat([0.003, 0.01, 0.03, 0.1], 25):
         depth = (20 + rng.normal(0, rms, (1, 60))).astype(np.float32)
@@ -125,12 +125,13 @@ def test_ground_told_to_be_open_hides_none_of_itself():
     assert 10 < said < 90
 
 
-def past_the_worst(launch, met, last, way, distance):
+def past_the_worst(launch, computed, last, way, distance):
     """Of the crests looked at, what the one leaves that differs most from 1."""
     stretch, every = np.hypot(1, way), [1 + 0j]
     for number in range(last, max(last - MAX_CRESTS, -1), -1):
-        near = (met[number, 0] + 1) * STEP
-        every.append(crest_diffraction_factor((way - met[number, 1]) * near / stretch, met[number, 2] / stretch,
+        near = (computed[number, 0] + 1) * STEP
+        every.append(crest_diffraction_factor((way - computed[number, 1]) * near / stretch, computed[number,
+        2] / stretch,
                                  (distance - near) * stretch, distance * stretch, WAVELENGTH, edge_diffraction_table(),
                                  PER_UNIT))  # fmt: skip
     return max(every, key=lambda left: abs(left - 1))
@@ -138,15 +139,16 @@ def past_the_worst(launch, met, last, way, distance):
 
 def test_the_crest_that_takes_most_is_found_whatever_is_passed_over():
     """1000 rays over rough lines: what is left is that of the worst of the last crests, within what is called faint."""
-    launch, _, bound, crest, met = found_along(lines_of_ground(7, 40, 120))
+    launch, _, bound, crest, computed = found_along(lines_of_ground(7, 40, 120))
     rng, checked = np.random.default_rng(8), 0
     for s, k in zip(rng.integers(0, 40, 1000), rng.integers(20, 120, 1000), strict=True):
         if crest[s, k] < 0:
             continue
         way, distance = float(bound[s, k] * rng.uniform(0.9, 1.1)), (k + 1.5) * STEP
-        found = strongest_crest_factor(launch, met, s, crest[s, k], -1, 1.0, way, ENDLESS, STEP, distance, WAVELENGTH,
+        found = strongest_crest_factor(launch, computed, s, crest[s, k], -1, 1.0, way, ENDLESS, STEP, distance,
+        WAVELENGTH,
                            edge_diffraction_table(), PER_UNIT)  # fmt: skip
-        assert abs(found - past_the_worst(launch[s], met[s], crest[s, k], way, distance)) < 2 * NEGLIGIBLE_CHANGE
+        assert abs(found - past_the_worst(launch[s], computed[s], crest[s, k], way, distance)) < 2 * NEGLIGIBLE_CHANGE
         checked += 1
     assert checked > 500
 
@@ -156,7 +158,8 @@ def test_ground_that_still_rises_cuts_like_an_endless_screen():
     launch = np.full(50, 0.3, np.float32)
     for way in (0.2, 0.299, 0.3, 0.301, 0.35):
         stretch, near, distance = np.hypot(1, way), 21 * STEP, 40.0
-        left = strongest_crest_factor(launch[None], np.empty((1, 1, 4), np.float32), 0, -1, 20, 1.0, way, ENDLESS, STEP, distance,
+        left = strongest_crest_factor(launch[None], np.empty((1, 1, 4), np.float32), 0, -1, 20, 1.0, way, ENDLESS,
+        STEP, distance,
                           WAVELENGTH, edge_diffraction_table(), PER_UNIT)  # fmt: skip
         high, d1, d2 = (way - float(launch[20])) * near / stretch, near * stretch, (distance - near) * stretch
         longer = np.hypot(d1, high) - d1 + np.hypot(d2, high) - d2  # than the straight way
@@ -164,21 +167,21 @@ def test_ground_that_still_rises_cuts_like_an_endless_screen():
         assert left == pytest.approx(complex(knife_edge(number)), abs=2e-5)
 
 
-def asked_over(way, reach, launch, bound, crest, met, *, ground, soft=True):
+def asked_over(way, reach, launch, bound, crest, computed, *, ground, soft=True):
     """What is seen of some points of line 0, and what is left of the rays."""
     count = len(reach)
     lit, left = np.ones(count, bool), np.full(count, 1 + 0j)
-    diffract_over_crests(launch, bound, crest, met, np.zeros(count, np.int64), np.arange(count), reach, way, STEP,
+    diffract_over_crests(launch, bound, crest, computed, np.zeros(count, np.int64), np.arange(count), reach, way, STEP,
                 reach + 1.0, WAVELENGTH, edge_diffraction_table(), PER_UNIT, ground, soft, lit, left)  # fmt: skip
     return lit, left
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_ground_is_seen_where_nothing_before_it_is_met_more_flatly(seed):
-    """Places between samples, a launch linear between two: lit where it is not above the least of all before it."""
-    launch, _, bound, crest, met = found_along(np.nan_to_num(lines_of_ground(seed, 1, 80), nan=0.4))
+def test_ground_is_visible_where_no_nearer_ground_has_a_flatter_launch(seed):
+    """Positions between samples, a launch linear between two: lit where it is not above the least of all before it."""
+    launch, _, bound, crest, computed = found_along(np.nan_to_num(lines_of_ground(seed, 1, 80), nan=0.4))
     reach = np.random.default_rng(seed).uniform(0.2, 40.4, 400)
-    lit, left = asked_over(np.empty(400), reach, launch, bound, crest, met, ground=True)
+    lit, left = asked_over(np.empty(400), reach, launch, bound, crest, computed, ground=True)
     for far, seen, part in zip(reach, lit, left, strict=True):
         k = min(int(far / STEP) - 1, 78)
         if k < 0:
@@ -189,20 +192,21 @@ def test_ground_is_seen_where_nothing_before_it_is_met_more_flatly(seed):
         if abs(way - float(bound[0, k])) > 1e-6:
             assert seen == (way < bound[0, k])
         assert seen or part != 1  # what is dark is dimmed
-    hard, same = asked_over(np.empty(400), reach, launch, bound, crest, met, ground=True, soft=False)
+    hard, same = asked_over(np.empty(400), reach, launch, bound, crest, computed, ground=True, soft=False)
     np.testing.assert_array_equal(hard, lit)
     assert np.all(same == 1)
 
 
-def test_points_are_answered_alone_as_in_company_and_each_once():
+def test_points_do_not_depend_on_the_others_and_are_evaluated_once():
     """Any order, any part of them: the same bits; those that are not asked keep what they had."""
-    launch, _, bound, crest, met = found_along(lines_of_ground(3, 5, 90))
+    launch, _, bound, crest, computed = found_along(lines_of_ground(3, 5, 90))
     rng = np.random.default_rng(4)
     reach, way, rows = rng.uniform(1, 45, 300), rng.uniform(0.1, 0.6, 300), rng.integers(0, 5, 300)
 
     def left_of(points):
         left = np.full(300, 2 - 1j)
-        diffract_over_crests(launch, bound, crest, met, rows[points], points, reach, way, STEP, reach + 1.0, WAVELENGTH,
+        diffract_over_crests(launch, bound, crest, computed, rows[points], points, reach, way, STEP, reach + 1.0,
+        WAVELENGTH,
                     edge_diffraction_table(), PER_UNIT, False, True, np.empty(0, bool), left)  # fmt: skip
         return left
 
@@ -222,8 +226,10 @@ def test_a_ray_that_rises_out_of_ground_is_as_one_that_comes_down_on_it():
         left = np.full((2, 1), 1 + 0j)
         way = np.array([0.3 - clearance])  # rising rays are launched below the knife's where they are cut
         points, reach = np.zeros(1, np.int64), np.array([40.0])
-        diffract_rising_rays(up[0], up[3], up[4], points, points, np.ones(1), np.array([79.0]), way, STEP, reach, WAVELENGTH,
+        diffract_rising_rays(up[0], up[3], up[4], points, points, np.ones(1), np.array([79.0]), way, STEP, reach,
+        WAVELENGTH,
                      edge_diffraction_table(), PER_UNIT, np.ones(1, bool), left[0])  # fmt: skip
         diffract_over_crests(down[0], down[2], down[3], down[4], points, points, np.array([39.5]), -way, STEP, reach,
-                    WAVELENGTH, edge_diffraction_table(), PER_UNIT, False, True, np.empty(0, bool), left[1])  # fmt: skip
+                    WAVELENGTH, edge_diffraction_table(), PER_UNIT, False, True, np.empty(0, bool),
+                    left[1])  # fmt: skip
         assert left[0, 0] == pytest.approx(left[1, 0], abs=1e-6)

@@ -1,4 +1,4 @@
-"""Shadows of the ground: where they end, whom they hide, and that they are those of a ray walked step by step."""
+"""Shadows of the seabed: where they end, whom they hide, and that they are those of a ray walked step by step."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ from oracles.ridges import DEPTH, SONAR, Ridge, bed_of, seen_from
 
 
 def lit_ground(terrain_occlusion, family, distance, azimuth=0.0):
-    """Whether the ground of a line is seen by one family, its launch towards the mean plane."""
+    """Return True if the seabed of a line is seen by one family, its launch towards the mean plane."""
     tangent = terrain_occlusion.launches.launch_slope(family, distance, np.full(distance.shape, DEPTH))
     first = -1 if bounce_sequence(family).startswith("S") else 1
     sine = first * tangent / np.hypot(1, tangent)
@@ -29,9 +29,9 @@ def lit_ground(terrain_occlusion, family, distance, azimuth=0.0):
 @pytest.mark.parametrize(("family", "climb"), [("D", 9.0), ("S", 31.0)])
 @pytest.mark.parametrize("height", [0.5, 1.0, 2.0])
 def test_the_shadow_of_a_ridge_ends_where_geometry_says(family, climb, height):
-    """A ridge h high at 50 m under a source c above the bed throws its shadow to 50 c / (c - h), by D and by S.
+    """A ridge h high at 50 m under a source c above the seabed throws its shadow to 50 c / (c - h), by D and by S.
 
-    The image of S stands 31 m above the bed. Sampling at 6 cm cuts up to 6 cm off a crest of slope 1.
+    The image of S stands 31 m above the seabed. Sampling at 6 cm cuts up to 6 cm off a crest of slope 1.
     """
     distance = np.arange(40.0, 80.0, 0.02)
     lit = lit_ground(seen_from(bed_of(Ridge(50.0, height, half_width=height))), family, distance)
@@ -44,7 +44,7 @@ def test_the_shadow_of_a_ridge_ends_where_geometry_says(family, climb, height):
 
 
 def test_a_flat_bed_hides_nothing_of_itself_whatever_the_family():
-    """No family that reaches the bed is cut anywhere on a flat one; nor is any family that reaches a point above it."""
+    """On a flat seabed no family is cut, neither to the seabed nor to points above it."""
     terrain_occlusion = seen_from(bed_of())
     distance = np.linspace(1.0, 199.0, 800)
     for family in families_up_to(4):
@@ -79,8 +79,8 @@ def test_a_ridge_hides_what_is_low_behind_it_and_says_so(depth, clear):
     ("crest", "height", "cut"),
     [(40.0, 4.0, True), (40.0, 0.5, False), (90.0, 8.0, True), (120.0, 8.0, False), (120.0, 15.0, False)],
 )
-def test_a_bounce_is_hidden_on_its_way_down_and_on_its_way_up(crest, height, cut):
-    """B to a point at 100 m and 11 m bounces at 50 m: 1.8 m above the bed at 40 m, 7.2 m at 90 m, ended at 120 m."""
+def test_a_bounce_is_hidden_on_either_segment(crest, height, cut):
+    """B to a point at 100 m and 11 m bounces at 50 m: 1.8 m above the seabed at 40 m, 7.2 m at 90 m, ended at 120 m."""
     terrain_occlusion = seen_from(bed_of(Ridge(crest, height)))
     point = point_scatterer(PointTarget(position=(100.0, 0.0, SONAR)))
     here = np.array([0.0, 0.0, SONAR])
@@ -91,7 +91,7 @@ def test_a_bounce_is_hidden_on_its_way_down_and_on_its_way_up(crest, height, cut
 
 
 def test_a_ridge_above_the_sonar_hides_the_surface_bounce_too():
-    """S to the bed at 60 m leaves at 27 degrees upwards: 7.9 m deep at 6 m, where a crest up to 5 m is in its way."""
+    """S to the seabed at 60 m leaves at 27 degrees upwards: 7.9 m deep at 6 m, where a crest up to 5 m occludes it."""
     distance = np.array([60.0])
     assert lit_ground(seen_from(bed_of(Ridge(20.0, 8.0))), "S", distance).all()
     assert lit_ground(seen_from(bed_of(Ridge(10.0, 12.0))), "S", distance).all()  # above the sonar, below the ray
@@ -99,8 +99,8 @@ def test_a_ridge_above_the_sonar_hides_the_surface_bounce_too():
 
 
 def test_a_bounce_off_the_bed_before_the_surface_is_cut_behind_it():
-    """BS to the bed at 150 m rises from its bounce at 27.6 m: a crest as high as the rising ray cuts it."""
-    # unfolded climb 9 + 20 + 20 over 150 m: the ray leaves the bed at 27.6 m and is 6.5 m up at 47.4 m
+    """BS to the seabed at 150 m rises from its bounce at 27.6 m: a crest as high as the rising ray cuts it."""
+    # unfolded climb 9 + 20 + 20 over 150 m: the ray leaves the seabed at 27.6 m and is 6.5 m up at 47.4 m
     distance = np.array([150.0])
     assert lit_ground(seen_from(bed_of(Ridge(47.4, 6.0))), "BS", distance).all()
     assert not lit_ground(seen_from(bed_of(Ridge(47.4, 7.0))), "BS", distance).any()
@@ -108,7 +108,7 @@ def test_a_bounce_off_the_bed_before_the_surface_is_cut_behind_it():
 
 @pytest.mark.parametrize("family", ["D", "S"])
 def test_the_walk_agrees_with_rays_walked_step_by_step(family):
-    """On a slice's own line, 96 % of 3000 places of a fractal bed are lit where a ray walked alone gets there.
+    """On a slice's own line, 96 % of 3000 positions of a fractal bed are lit where a ray walked alone gets there.
 
     The walk has samples every 6 cm, the lone ray every 2 cm; what differs lies at edges.
     """

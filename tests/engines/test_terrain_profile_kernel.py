@@ -56,14 +56,14 @@ def test_the_slice_of_a_point_is_its_bearing_in_steps_of_its_zone(count):
 
 
 def test_a_point_right_above_has_a_slice_and_those_on_edges_the_inner_one():
-    """No distance at all is the first zone; a place on an edge belongs within; far outside is the last zone."""
+    """No distance at all is the first zone; a position on an edge belongs within; far outside is the last zone."""
     position = np.array([[0.0, 0.0], [5.0, 0.0], [5.0001, 0.0], [20.0, 0.0], [1e6, 0.0]])
     _, own, _, _ = sliced(np.zeros(2), position)
     assert np.searchsorted(STARTS, own, side="right").tolist() == [1, 1, 2, 2, 3]
 
 
-def test_slices_turn_with_the_lattice():
-    """Place, points and heading turned and moved by kilometres together: the same slices, but on their borders."""
+def test_slices_turn_with_the_scatterer_grid():
+    """Position, points and heading turned and moved by kilometres together: the same slices, but on their borders."""
     rng = np.random.default_rng(3)
     position, turn, shift = rng.uniform(-80, 80, (2000, 2)), 1.1, np.array([4000.0, -900.0])
     c, s = np.cos(turn), np.sin(turn)
@@ -83,7 +83,7 @@ def test_port_is_starboard_in_a_mirror():
 
 @pytest.mark.parametrize("count", [0, 1, 500])
 def test_points_sorted_by_lines_are_each_there_once_in_their_order(count):
-    """As a stable sort of where each one's line is kept; places that nobody asks for are empty."""
+    """As a stable sort of where each one's line is kept; positions that nobody requests are empty."""
     rng = np.random.default_rng(count)
     home, row = rng.integers(0, 9, 64).astype(np.int32), rng.integers(0, 50, 64).astype(np.int32)
     own, starts = rng.integers(0, 64, count), np.empty(12, np.int64)
@@ -151,7 +151,7 @@ def test_pieces_that_are_missing_are_named_and_nothing_else_is():
 
 
 def test_beyond_the_map_its_border_is_named():
-    """A line that leaves the pieces there are: the first corner of the border stands for whatever lies beyond."""
+    """A line that leaves the pieces there are: the first corner of the border represents whatever lies beyond."""
     ground = map_of(swell(4), 0.5, first=(-1, -1), pieces=(2, 2))
     depth, wanted = np.empty((1, 100), np.float32), ground.none_wanted()
     ray = np.array([[[1.0, 0.0]]])

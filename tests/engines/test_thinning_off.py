@@ -1,4 +1,4 @@
-"""Claims about `paths.importance_sampling: false`: every scatterer is drawn, every pair is met, and nobody else hears of it."""
+"""`paths.importance_sampling: false`: every scatterer and every pair is evaluated; expectations do not change."""
 
 import numpy as np
 import pytest
@@ -22,12 +22,12 @@ def ground(*, importance_sampling, seabed=ROUGH, **more):
         **more.pop("paths", {}),
     }
     line = {"length": 0.4, "elements": 56, "element": "baffled"}
-    told = {"seabed": seabed, "track": {"window": (0.08, 0.086)}, "line": line, "paths": paths}
-    return build_simulator(nominal(**{**told, **more}))
+    changes = {"seabed": seabed, "track": {"window": (0.08, 0.086)}, "line": line, "paths": paths}
+    return build_simulator(nominal(**{**changes, **more}))
 
 
 def drawn(simulator):
-    """Places, areas and distances of all scatterers of the ground, in the order of their keys."""
+    """Positions, areas and distances of all scatterers of the seabed, in the order of their keys."""
     here = simulator.ping_geometry(0)
     blocks = [block() for block in simulator.engine.blocks(here)]
     key, area = (np.concatenate([getattr(one, name) for one in blocks]) for name in ("scatterer_id", "area"))
@@ -38,7 +38,7 @@ def drawn(simulator):
 
 @pytest.mark.parametrize("seabed", [ROUGH, {"depth": 20.0}], ids=["rough", "flat"])
 def test_those_left_are_some_of_all(seabed):
-    """Whoever is drawn with importance_sampling is drawn without it, at the same place, no smaller; and they are fewer."""
+    """Scatterers kept with importance sampling are among all, at the same positions, no smaller; and they are fewer."""
     few, all_of_them = (drawn(ground(importance_sampling=on, seabed=seabed)) for on in (True, False))
     found = np.searchsorted(all_of_them[0], few[0])
     np.testing.assert_array_equal(all_of_them[0][found], few[0])
@@ -48,7 +48,7 @@ def test_those_left_are_some_of_all(seabed):
 
 
 def test_areas_of_those_left_come_to_the_whole():
-    """Each stands for others: the sum of areas is that of all, within 4 standard errors, which are below 4 %."""
+    """Each represents others: the sum of areas is that of all, within 4 standard errors, which are below 4 %."""
     few, all_of_them = (
         drawn(ground(importance_sampling=on, seabed={"depth": 20.0}, paths={"scatterers_per_cell": 30.0}))
         for on in (True, False)
@@ -60,8 +60,8 @@ def test_areas_of_those_left_come_to_the_whole():
     assert abs(few[1].sum() - all_of_them[1].sum()) < 4 * error
 
 
-def test_all_pairs_are_met_everywhere():
-    """Rough ground, 9 pairs: no shares, no number; each pair answers at each place whose two legs are there."""
+def test_all_pairs_are_evaluated_everywhere():
+    """Rough ground, 9 pairs: no keep probabilities; each pair scatters at each position that both legs reach."""
     simulator = ground(importance_sampling=False, paths={"max_reflections": 2})
     here = simulator.ping_geometry(0)
     assert simulator.engine.family_keep_probabilities(here, np.array([50.0])) is None
@@ -75,7 +75,7 @@ def test_all_pairs_are_met_everywhere():
 
 @pytest.mark.parametrize("importance_sampling", [True, False])
 def test_elements_and_beams_have_one_ground(importance_sampling):
-    """Within 11 degrees a line recorded by its elements draws the places that its beam does; with importance_sampling, others."""
+    """Within 11 degrees, elements and beam of a line share all scatterers; with importance sampling, they differ."""
     lobes = {"transmit": {"kind": "point", "length": None, "elements": None, "element": "omni"}}
     one, other = (
         drawn(
@@ -93,23 +93,23 @@ def test_elements_and_beams_have_one_ground(importance_sampling):
 
 def test_expected_intensities_do_not_know_it():
     """Nothing is drawn for them: the same bits."""
-    heard = [simulate(ground(importance_sampling=on).scenario.model_copy(update={"field": "incoherent"}), threads=1)
+    received = [simulate(ground(importance_sampling=on).scenario.model_copy(update={"field": "incoherent"}), threads=1)
              for on in (True, False)]  # fmt: skip
-    np.testing.assert_array_equal(*(one.intensity.values for one in heard))
-    assert heard[0].intensity.values.max() > 0
+    np.testing.assert_array_equal(*(one.intensity.values for one in received))
+    assert received[0].intensity.values.max() > 0
 
 
 def test_targets_alone_do_not_know_it():
     """A ball and no ground: the same bits with and without."""
     ball = [{"shape": "sphere", "label": "ball", "diameter": 0.6, "position": (0.0, 60.0)}]
-    heard = [
+    received = [
         simulate(
             ground(importance_sampling=on, targets=ball, paths={"contributions": ["target"]}).scenario, threads=1
         ).pressure.values
         for on in (True, False)
     ]
-    np.testing.assert_array_equal(*heard)
-    assert np.abs(heard[0]).max() > 0
+    np.testing.assert_array_equal(*received)
+    assert np.abs(received[0]).max() > 0
 
 
 def test_the_choice_is_written_and_read():

@@ -1,4 +1,4 @@
-"""The tracer and the engine find their paths in ways that share nothing: where both can hear, they hear the same."""
+"""The tracer and the eigenray engine find paths by separate code: where both are valid, their intensities agree."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,7 @@ def test_a_flat_bed_sounds_the_same_by_rays_and_by_images(law):
 
 
 def test_a_bed_with_a_mirror_of_its_own_material_sounds_the_same():
-    """Bottom bounces take the sediment's reflection at their own angle, and order 3 brings ten pairs to the bed."""
+    """Bottom bounces take the sediment's reflection at their own angle, and order 3 brings ten pairs to the seabed."""
     apart = assert_agree(0.03, seabed={"reflection": "medium sand"}, paths={"max_reflections": 3})
     assert len([key for key in apart if key[0] == "seabed"]) == 11
 
@@ -47,7 +47,7 @@ def test_the_surface_reverberates_the_same():
 @pytest.mark.parametrize("base_depth", [None, 12.0])
 @pytest.mark.parametrize("target", [BOX, CYLINDER], ids=["box", "cylinder"])
 def test_targets_sound_the_same_and_cast_the_same_shadows(target, base_depth):
-    """Box and cylinder on the bed and in mid-water, fifteen pairs with surface and bed each: within 0.1 dB.
+    """Box and cylinder on the seabed and in mid-water, fifteen pairs with surface and bed each: within 0.1 dB.
 
     The engine lays three points on a range cell of a face; this is its error more than the rays' (0.02 dB).
     """
@@ -89,7 +89,7 @@ def test_uneven_ground_sounds_the_same(relief, tolerance_db):
     )
 
 
-def test_a_ripple_is_heard_where_it_lies():
+def test_a_ripple_is_received_where_it_lies():
     """Curves over time, in cells of 0.5 ms: the tracer follows each crest of fractal ground within 0.5 dB rms."""
     bed = {"relief": FRACTAL, "seed": 3, "cutoff_wavelength": 0.5}
     changes = {"window": (0.09, 0.11), "seabed": bed, "paths": {"families": ["D"]}}
@@ -106,15 +106,15 @@ def test_a_ripple_is_heard_where_it_lies():
     )
 
 
-def test_a_point_is_heard_by_every_way_out_and_back():
-    """A point half a metre above the bed: 15 pairs, each the engine's to 1e-5; reciprocal ones add up fourfold."""
+def test_a_point_is_received_by_every_two_way_path():
+    """A point half a metre above the seabed: 15 pairs, each the engine's to 1e-5; reciprocal ones add up fourfold."""
     apart = assert_agree(
         1e-4, targets=[point(0.0, 75.0, 19.5)], rays=1000, paths={"contributions": ["target"]}, whole=False
     )
     assert len(apart) == 15
 
 
-def test_ends_that_stand_apart_lose_the_gain_of_reciprocal_ways():
+def test_ends_that_stand_apart_lose_the_gain_of_reciprocal_paths():
     """A receiver 5 cm above the transmitter: pair D-S falls by its interference, as far as the engine says."""
     together, apart = (
         curves(scene("tracer", receive={"offset": (0.0, 0.0, z)}))["seabed", "D-S"] for z in (0.0, -0.05)
@@ -143,7 +143,7 @@ def test_a_world_moved_as_a_whole_sounds_the_same():
 
 
 def test_threads_do_not_change_a_bit():
-    """One thread or two: the same bits over relief, whoever fetches the ground."""
+    """One thread or two: the same bits over relief, a scatterer that fetches the seabed."""
     scenario = scene("tracer", rays=5000, seabed={"relief": FRACTAL, "seed": 3}, targets=[BOX])
     one, two = (simulate(scenario, threads=n).intensity.values for n in (1, 2))
     np.testing.assert_array_equal(one, two)
@@ -172,20 +172,20 @@ def test_rays_scatter_about_one_mean_and_less_the_more_there_are():
         ({"paths": {"engine": "tracer", "geometry": "slice"}}, "throws its rays all round"),
     ],
 )
-def test_what_rays_cannot_tell_is_refused_with_a_way_out(changes, said):
-    """Phases, bent rays and slices are the other engine's."""
+def test_what_rays_cannot_trace_is_refused_with_a_remedy(changes, said):
+    """Phases, refracted rays and slices are the other engine's."""
     with pytest.raises(ValueError, match=said):
         nominal(**{"field": "incoherent", "paths": {"engine": "tracer"}, **changes})
 
 
 def test_rays_are_no_list_of_paths():
-    """Arrivals are asked of the other engine; the error says how."""
+    """Arrivals are evaluated of the other engine; the error says how."""
     with pytest.raises(ValueError, match="engine: eigenrays"):
         arrivals(scene("tracer"))
 
 
 def test_each_side_and_each_ping_has_rays_of_its_own():
-    """Two sides over a box to starboard, two pings: starboard alone hears it, and pings differ by less than 0.05 dB."""
+    """Two sides over a box to starboard, two pings: its echo is on that side; pings differ by less than 0.05 dB."""
     changes = {"sonar": {"sides": ["port", "starboard"]}, "track": {"pings": 2}}
     found = simulate(scene("tracer", rays=20_000, targets=[BOX], **changes), threads=2).intensity.values
     assert found.shape[:2] == (2, 2)
@@ -195,7 +195,7 @@ def test_each_side_and_each_ping_has_rays_of_its_own():
 
 
 def test_labels_are_those_of_the_other_engine():
-    """Who echoes from where does not depend on the engine that is heard: bit for bit."""
+    """Who echoes from where does not depend on the engine that is received: bit for bit."""
     ours, theirs = (labels(scene(engine, targets=[BOX], window=(0.09, 0.105))) for engine in ("tracer", "eigenrays"))
     for name in theirs:
         np.testing.assert_array_equal(ours[name].values, theirs[name].values)

@@ -31,7 +31,7 @@ def assert_agree(ours, theirs, tolerance_db, faint_db=60.0):
 
 @pytest.mark.parametrize("depth", [2.0, 4.0, 6.5])
 def test_shoal_water_rings_the_same_at_any_depth_of_the_sonar(depth):
-    """8 m of water, a bed that mirrors 0.6: six pairs and their sum within 0.05 dB, 37 to 53 m."""
+    """8 m of water, a seabed that mirrors 0.6: six pairs and their sum within 0.05 dB, 37 to 53 m."""
     apart = assert_agree(*both(**SHOAL, track={"position": (0.0, 0.0, depth)}), 0.05)
     assert len(apart) == 7
 
@@ -50,7 +50,7 @@ def test_each_pair_is_the_sum_over_rings_of_the_bed():
             assert apart_db(found, ring) == pytest.approx(0, abs=0.15), pair
 
 
-def test_a_beam_that_looks_down_and_astern_hears_the_same():
+def test_a_beam_that_looks_down_and_astern_receives_the_same():
     """Planar arrays tilted by 12 degrees on a ship that pitches, rolls and heads elsewhere: within 0.1 dB."""
     planar = {"kind": "planar", "length": None, "width": 0.3, "height": 0.06}
     changes = {
@@ -60,8 +60,8 @@ def test_a_beam_that_looks_down_and_astern_hears_the_same():
     assert_agree(*both(**changes), 0.1, faint_db=30.0)
 
 
-def test_two_points_are_heard_each_by_its_own_ways():
-    """Near the surface and near the bed, apart in bearing: fifteen pairs of families, to 1e-4 dB."""
+def test_two_points_are_received_each_by_its_own_paths():
+    """Near the surface and near the seabed, apart in bearing: fifteen pairs of families, to 1e-4 dB."""
     targets = [point(0.0, 75.0, 1.5, label="float"), point(1.0, 74.0, 18.0, strength=3.0, label="buoy")]
     ours, theirs = both(1000, targets=targets, paths={"contributions": ["target"]})
     del ours["target", "all"], theirs["target", "all"]

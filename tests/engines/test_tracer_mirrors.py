@@ -37,27 +37,27 @@ def test_half_a_mirror_returns_a_quarter_of_what_passes_it_twice():
 
 @pytest.mark.parametrize("smooth", [0.7, -0.7, 0.0])
 def test_smooth_faces_mirror_the_square_of_their_coefficient(smooth):
-    """A wall of coefficient 0.7 is the wall of which the tracer is told to mirror 0.49; of 0, it mirrors nothing."""
+    """A wall of coefficient 0.7 is the wall of which the tracer is given to mirror 0.49; of 0, it mirrors nothing."""
     short = {**FAR, "window": (0.075, 0.1)}
-    told = {**short, "paths": {**FAR["paths"], "target_specular_fraction": smooth**2}}
-    asked = curves(scene("tracer", targets=[WALL], rays=20_000, **told))
+    changes = {**short, "paths": {**FAR["paths"], "target_specular_fraction": smooth**2}}
+    requested = curves(scene("tracer", targets=[WALL], rays=20_000, **changes))
     known = curves(scene("tracer", targets=[{**WALL, "face_reflection_coefficient": smooth}], rays=20_000, **short))
     assert (("seabed", "D-T") in known) is (smooth != 0)
-    for key, energy in asked.items():
+    for key, energy in requested.items():
         np.testing.assert_allclose(known[key], energy, rtol=1e-12)
 
 
-def test_the_bed_lit_by_a_wall_answers_as_a_plain_sum_over_it():
-    """Out by the wall and straight back, and the other way round: 4 |A|^2 of every patch of a grid on the bed.
+def test_the_bed_lit_by_a_wall_scatters_as_a_plain_sum_over_it():
+    """Out by the wall and straight back, and the other way round: 4 |A|^2 of every patch of a grid on the seabed.
 
     The oracle shares the beams and the absorption only: an image of the sonar behind the wall lights each patch. Only
-    the outer 35 m of the bed: the few rays that come back right under the sonar are loud, and scatter more.
+    the outer 35 m of the seabed: the few rays that come back right under the sonar are strong, and scatter more.
     """
     scenario = scene("tracer", window=(0.06, 0.115), targets=[WALL], rays=100_000,
                      paths={**FAR["paths"]})  # fmt: skip
     simulator = build_simulator(scenario)
     here = simulator.ping_geometry(0)
-    met = sum(
+    computed = sum(
         np.sum((echoes.energy * (1 + echoes.reciprocal))[0, echoes.delay < 0.0815])
         for block in simulator.tracer.blocks(here) for echoes in block()
         if (echoes.contribution, echoes.transmit_chain, echoes.receive_chain) == ("seabed", "T", "D")
@@ -72,8 +72,8 @@ def test_the_bed_lit_by_a_wall_answers_as_a_plain_sum_over_it():
     loss = 10 ** (-float(Water().absorption(1e5)) * (long + short) / 10)
     area = 0.01 * 0.1 * 10**22.0
     gain *= long + short < 1500 * 0.0815
-    told = 4 * np.sum(10**-2.7 * 9 / long * 9 / short * gain * loss / (long * short) ** 2) * area
-    assert 10 * np.log10(met / told) == pytest.approx(0, abs=0.1)
+    expected = 4 * np.sum(10**-2.7 * 9 / long * 9 / short * gain * loss / (long * short) ** 2) * area
+    assert 10 * np.log10(computed / expected) == pytest.approx(0, abs=0.1)
 
 
 def test_bottom_bounces_and_faces_alone_brighten_the_front_of_a_box():

@@ -27,7 +27,7 @@ def thrown(**changes):
 
 @pytest.mark.parametrize("targets", [[], [BOX]], ids=["open", "box"])
 def test_rays_stand_for_the_whole_sphere(targets):
-    """However unevenly rays are thrown, what they stand for adds up: 4 pi, and 4 pi / 3 under cosine squared."""
+    """However unevenly rays are thrown, what they represent adds up: 4 pi, and 4 pi / 3 under cosine squared."""
     way, solid_angle, _ = thrown(targets=targets, rays=100_000)
     np.testing.assert_allclose(np.linalg.norm(way, axis=1), 1)
     assert solid_angle.sum() == pytest.approx(4 * np.pi, rel=0.02)
@@ -36,27 +36,27 @@ def test_rays_stand_for_the_whole_sphere(targets):
 
 
 def test_rays_carry_what_the_beam_sends():
-    """Power sent: the sum over 200 000 rays, which scatters by 0.4 %, against an integral of the beam, within 1.5 %."""
+    """Transmitted power: the sum over 200 000 rays (scatter 0.4 %) against an integral of the beam, within 1.5 %."""
     way, solid_angle, ping = thrown(rays=200_000)
-    told = np.sum(solid_angle * ping.transmit_beams.gain(way)[0] ** 2)
+    expected = np.sum(solid_angle * ping.transmit_beams.gain(way)[0] ** 2)
     u = np.linspace(-1, 1, 100_001)
     u = (u[1:] + u[:-1]) / 2
     ahead = np.stack([np.sqrt(1 - u**2), u, 0 * u], axis=-1) @ ping.launch_sampler.axes
     around = np.pi if ping.transmit_beams.element else 2 * np.pi
-    assert told == pytest.approx(around * np.sum(ping.transmit_beams.gain(ahead)[0] ** 2) * 2e-5, rel=0.015)
+    assert expected == pytest.approx(around * np.sum(ping.transmit_beams.gain(ahead)[0] ** 2) * 2e-5, rel=0.015)
 
 
-def test_rays_fill_what_is_heard():
-    """Of 10 000 rays at least four fifths leave for bed that some pair of families lets the window hear."""
+def test_rays_fill_what_is_received():
+    """Of 10 000 rays at least four fifths leave for bed that some pair of families lets the window receive."""
     way, *_ = thrown(rays=10_000, window=(0.09, 0.12))
     climb = np.where(way[:, 2] > 0, 9.0, 31.0) / np.maximum(np.abs(way[:, 2]), 1e-9)
     further = np.where(way[:, 2] > 0, 49.0 / np.maximum(way[:, 2], 1e-9), np.inf)
-    heard = [(reach > 58) & (reach < 97) for reach in (climb, further)]
-    assert np.mean(heard[0] | heard[1]) > 0.8
+    received = [(reach > 58) & (reach < 97) for reach in (climb, further)]
+    assert np.mean(received[0] | received[1]) > 0.8
 
 
 def test_a_table_is_its_own_inverse():
-    """Places of even parts have the density that was asked for: histogram against weights."""
+    """Positions of even parts have the density that was requested: histogram against weights."""
     weight = RNG.uniform(0, 1, 20) * (np.arange(20) != 7)
     one = tabulated_density(-1.0, 3.0, weight)
     found, _ = np.histogram(one.place((np.arange(100_000) + 0.5) / 100_000), np.linspace(-1, 3, 21))
@@ -65,7 +65,7 @@ def test_a_table_is_its_own_inverse():
     assert one.density(np.array([-1.5, 3.5])).max() == 0
 
 
-def test_sorted_triangles_are_met_where_each_of_them_is():
+def test_sorted_triangles_are_hit_where_each_of_them_is():
     """1000 rays at a ring and a sphere: nearest hit by the sorted boxes against the smallest over all triangles."""
     parts = [
         triangle_surfaces.torus(2.0, 0.4).transformed(np.eye(3), np.array([3.0, 0, 0])),
@@ -78,7 +78,7 @@ def test_sorted_triangles_are_met_where_each_of_them_is():
     way /= np.linalg.norm(way, axis=1, keepdims=True)
     a, b, c = np.moveaxis(corners, 1, 0)
     normal = np.cross(b - a, c - a)
-    met = 0
+    computed = 0
     for x, d in zip(start, way, strict=True):
         found, row = bvh_hit(*x, *d, 100.0, bodies)
         along = np.einsum("ij,ij->i", a - x, normal) / (normal @ d)
@@ -86,24 +86,24 @@ def test_sorted_triangles_are_met_where_each_of_them_is():
         inside = np.all(
             [np.einsum("ij,ij->i", np.cross(q - p, place - p), normal) > 0 for p, q in ((a, b), (b, c), (c, a))], axis=0
         )
-        told = np.min(np.where(inside & (along > 1e-6), along, 100.0))
-        assert found == pytest.approx(told, abs=1e-9)
-        met += row >= 0
-    assert met > 150
+        expected = np.min(np.where(inside & (along > 1e-6), along, 100.0))
+        assert found == pytest.approx(expected, abs=1e-9)
+        computed += row >= 0
+    assert computed > 150
 
 
-def test_marched_ground_is_met_where_it_is():
-    """Rays of 1 to 60 degrees over fractal ground: at the hit the ray is on the ground, and before it nowhere under it.
+def test_marched_ground_is_hit_where_it_is():
+    """Rays of 1 to 60 degrees over fractal ground: at the hit the ray is on the seabed, and before it nowhere under it.
 
-    The map is bilinear with eight cells on the shortest wave: its heights are within a few mm of the ground's own.
+    The map is bilinear with eight cells on the shortest wave: its heights are within a few mm of the seabed's own.
     """
     simulator = build_simulator(scene("tracer", seabed={"relief": FRACTAL, "seed": 3, "cutoff_wavelength": 0.5}))
     ping, bed = simulator.tracer.ping(simulator.ping_geometry(0)), simulator.scenario.scene.seabed.terrain
     turn, dip = RNG.uniform(-np.pi, np.pi, 200), np.radians(np.geomspace(4, 60, 200))
     way = np.stack([np.cos(dip) * np.cos(turn), np.cos(dip) * np.sin(turn), np.sin(dip)], axis=-1)
     origin = np.tile([0.0, 0.0, 11.0], (200, 1))
-    distance, met, owner, normal = ping.intersector.hits(origin, way, np.full(200, 150.0))
-    assert np.all(met == 1) and np.all(owner == -1)
+    distance, crests, label, normal = ping.intersector.hits(origin, way, np.full(200, 150.0))
+    assert np.all(crests == 1) and np.all(label == -1)
     place = origin + distance[:, None] * way
     np.testing.assert_allclose(place[:, 2], bed.depth_at(place[:, 0], place[:, 1]), atol=5e-3)
     ground = bed.relief.sample(place[:, 0], place[:, 1])
@@ -117,8 +117,8 @@ def test_a_family_runs_straight_from_its_image():
     """Lengths, directions and mirrors of the nominal legs: the paper's figure 10, to 0.1 mm."""
     simulator = build_simulator(scene("tracer"))
     end, place = np.array([0.0, 0.0, 11.0]), np.array([[0.0, 150.0, 19.5]])
-    told = {"D": 150.2406, "S": 153.0694, "B": 150.3005, "SB": 153.2718, "BS": 157.6460}
-    for family, length in told.items():
+    changes = {"D": 150.2406, "S": 153.0694, "B": 150.3005, "SB": 153.2718, "BS": 157.6460}
+    for family, length in changes.items():
         found = image_legs(simulator.scenario.scene, end, place, family, 0.015)
         assert found.length[0] == pytest.approx(length, abs=1e-4)
         assert np.sign(found.departure[0, 2]) == (-1 if family.startswith("S") else 1)
@@ -126,7 +126,7 @@ def test_a_family_runs_straight_from_its_image():
     assert image_source_depth("BS", 11.0, 20.0) == -29.0
 
 
-def test_laws_are_asked_by_directions():
+def test_laws_are_evaluated_by_directions():
     """Lambert's law, its compiled form and the sea surface's: energy over the sine of what arrives; 0 from behind."""
     into = RNG.normal(size=(500, 3))
     into /= np.linalg.norm(into, axis=1, keepdims=True)
@@ -141,8 +141,8 @@ def test_laws_are_asked_by_directions():
     sea = AplSurface(5.0, 30e3)
     straight = np.array([[0.0, np.cos(0.3), -np.sin(0.3)]])
     back = scattered_per_steradian(sea, straight, -straight, np.array([[0.0, 0.0, 1.0]]))
-    told = sea.cross_section(np.array([0.3]), np.array([0.3]), np.array([np.pi])) / np.sin(0.3)
-    np.testing.assert_allclose(back, told, rtol=1e-9)
+    expected = sea.cross_section(np.array([0.3]), np.array([0.3]), np.array([np.pi])) / np.sin(0.3)
+    np.testing.assert_allclose(back, expected, rtol=1e-9)
 
 
 def test_mirrors_turn_rays_round_and_keep_what_is_not_scattered():

@@ -24,7 +24,7 @@ def imaging(
     contributions=("seabed", "target"),
     **sonar,
 ):
-    """A 900 kHz imaging sonar 1.5 m above a bed: 64 elements half a wavelength apart, sound sent over 130 deg."""
+    """A 900 kHz imaging sonar 1.5 m above a seabed: 64 elements half a wavelength apart, transmitting over 130 deg."""
     return Scenario(
         field=field,
         seed=seed,
@@ -63,7 +63,7 @@ def drawn(scenario):
 
 @pytest.mark.parametrize(("bandwidth", "per_cell"), [(300e3, 5.0), (30e3, 60.0)])
 def test_cells_finer_than_a_centimetre_have_their_scatterers(bandwidth, per_cell):
-    """2 m ahead, where each stands for less than 1 cm^2: as many in a cell as asked for, up to a fifth more."""
+    """2 m ahead, where each represents less than 1 cm^2: as many in a cell as requested, up to a fifth more."""
     place, area, here = drawn(imaging(bandwidth=bandwidth, per_cell=per_cell, stop=3.6e-3))
     far, slant = np.hypot(place[:, 0], place[:, 1]), np.linalg.norm(place - here.transmit_position, axis=1)
     ahead = (np.abs(np.arctan2(place[:, 1], place[:, 0])) < 0.5) & (far > 2.0) & (far < 2.2)
@@ -75,7 +75,7 @@ def test_cells_finer_than_a_centimetre_have_their_scatterers(bandwidth, per_cell
     assert ground == pytest.approx(1, abs=0.01)
 
 
-def test_a_wide_field_has_as_many_scatterers_as_its_resolution_cells_ask_for():
+def test_a_wide_field_has_as_many_scatterers_as_its_resolution_cells_request():
     """300 kHz of band over the front half: 5 for each range cell and width of the array, a third more at most."""
     place, _, here = drawn(imaging(bandwidth=300e3, stop=8e-3))
     slant = np.linalg.norm(place - here.transmit_position, axis=1)
@@ -109,17 +109,17 @@ BLOCKS = [
 
 
 def on_targets(scenario):
-    """Position, normal and area of all points of each target that the first ping meets, by label; the sonar's place."""
+    """Position, normal and area of all points of each target at the first ping, by label; the sonar's position."""
     simulator, found = build_simulator(scenario), {}
     here = simulator.ping_geometry(0)
     for block in (block() for block in simulator.engine.blocks(here)):
         if block.boundary == "target":
             found.setdefault(block.object, []).append(np.c_[block.position, block.normal, block.area])
-    return {owner: np.concatenate(parts) for owner, parts in found.items()}, here.transmit_position
+    return {label: np.concatenate(parts) for label, parts in found.items()}, here.transmit_position
 
 
 def test_bodies_have_the_points_that_fill_resolution_cells():
-    """Two bodies at 3.5 m: each point stands for a fifth of 2.5 mm by 9 cm at its nearest, at most 15 % less.
+    """Two bodies at 3.5 m: each point represents a fifth of 2.5 mm by 9 cm at its nearest, at most 15 % less.
 
     Of bodies with so many points only those towards the sonar are met: front, side and top of the box are whole, and
     of the cylinder, half of its round and of its ends in sight, nine tenths. None past the window.
@@ -142,9 +142,10 @@ def test_fewer_points_on_a_body_return_the_same_energy():
     beams = {"kind": "line", "length": 0.0533, "elements": 64, "steer": tuple(np.radians(np.arange(-20, 21, 4)))}
 
     def energy(field, seed):
-        told = imaging(bandwidth=50e3, stop=6e-3, targets=BLOCKS[:1], field=field, seed=seed, receiver={"bandwidth": 60e3},
+        scenario = imaging(
+            bandwidth=50e3, stop=6e-3, targets=BLOCKS[:1], field=field, seed=seed, receiver={"bandwidth": 60e3},
                        receive=beams, contributions=("target",))  # fmt: skip
-        series = simulate(told, threads=1)
+        series = simulate(scenario, threads=1)
         return float(np.sum(series.intensity if field == "incoherent" else np.abs(series.pressure.values) ** 2))
 
     drawn_mean = np.mean([energy("coherent", seed) for seed in range(6)])

@@ -58,8 +58,8 @@ def test_a_sample_of_pieces_counts_all_of_them(body):
     ready = build_simulator(scene)
     here = ready.ping_geometry(0)
     slant = ping_scatterers(scene.scene, scene.paths, scene.seed, here, ready.engine.rays).resolution.slant_resolution
-    asked = (scene.scene, scene.targets[0], scene.paths, here, slant, ready.engine.rays)
-    assert facet_count(*asked) == pytest.approx(len(smooth_facets(*asked)), rel=0.2)
+    requested = (scene.scene, scene.targets[0], scene.paths, here, slant, ready.engine.rays)
+    assert facet_count(*requested) == pytest.approx(len(smooth_facets(*requested)), rel=0.2)
 
 
 def test_a_large_smooth_target_is_counted_by_few_pieces(monkeypatch):
@@ -83,7 +83,7 @@ def test_bounces_off_waves_make_smooth_targets_dear():
     assert seconds[1] - rough > 15 * (seconds[0] - rough) > 0
 
 
-def test_a_pipeline_of_200_m_is_not_told_to_need_70_gb():
+def test_a_pipeline_of_200_m_is_not_estimated_to_need_70_gb():
     """Its slivers are cut into no more than a million pieces, and estimates know it."""
     pipe = {"shape": "cylinder", "label": "pipe", "position": (0, 9), "length": 200, "diameter": 0.5}
     found = estimate_cost(near(pipe))

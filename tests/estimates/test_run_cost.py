@@ -49,8 +49,8 @@ BODIES = [
 @pytest.mark.parametrize("body", BODIES, ids=lambda body: body["shape"])
 def test_points_on_targets_are_counted_before_they_are_drawn(body):
     """All of them, and those that face the sonar, to a fifth: of upright, flat, half-buried and uneven bodies."""
-    told = {"contributions": ["target"], "max_reflections": 0}
-    scenario = nominal(targets=[{**body, "position": (0, 40)}], track={"window": (0.02, 0.1)}, paths=told)
+    changes = {"contributions": ["target"], "max_reflections": 0}
+    scenario = nominal(targets=[{**body, "position": (0, 40)}], track={"window": (0.02, 0.1)}, paths=changes)
     simulator = build_simulator(scenario)
     here = simulator.ping_geometry(0)
     blocks = [block() for block in simulator.engine.blocks(here)]
@@ -64,14 +64,14 @@ def test_points_on_targets_are_counted_before_they_are_drawn(body):
     assert estimate_cost(scenario).scatterers == pytest.approx(drawn, rel=0.2)
 
 
-@pytest.mark.parametrize(("east", "heard"), [(-50.0, False), (50.0, True), (400.0, False)])
-def test_targets_out_of_beams_and_window_cost_nothing(east, heard):
+@pytest.mark.parametrize(("east", "received"), [(-50.0, False), (50.0, True), (400.0, False)])
+def test_targets_out_of_beams_and_window_cost_nothing(east, received):
     """A cylinder behind the baffle of a sonar that looks east, before it, and beyond the window."""
     body = {"shape": "cylinder", "length": 2, "diameter": 1, "position": (0, east)}
-    told = nominal(
+    scenario = nominal(
         targets=[body], track={"window": (0.02, 0.1)}, paths={"contributions": ["target"], "max_reflections": 0}
     )
-    assert (estimate_cost(told).scatterers > 0) == heard
+    assert (estimate_cost(scenario).scatterers > 0) == received
 
 
 def test_cost_grows_with_pings_and_sides():
@@ -85,11 +85,11 @@ def test_cost_grows_with_pings_and_sides():
     assert both.disk - files == pytest.approx(2 * (one.disk - files), rel=0.5)
 
 
-def test_ground_heard_the_quick_way_is_counted_as_it_is_walked():
-    """A relief's expected intensity takes milliseconds, its drawn scatterers several times as long."""
+def test_fast_reverberation_is_counted_as_it_is_walked():
+    """A relief's expected intensity takes milliseconds, its random scatterers several times as long."""
     rough = {"relief": {"kind": "power-law", "hurst": 0.8, "rms": 0.05}}
-    told = {"seabed": rough, "track": {"window": (0.02, 0.2)}, "paths": CHEAP, "sonar": SIDES}
-    quick, drawn = (estimate_cost(nominal(field=field, **told)) for field in ("incoherent", "coherent"))
+    changes = {"seabed": rough, "track": {"window": (0.02, 0.2)}, "paths": CHEAP, "sonar": SIDES}
+    quick, drawn = (estimate_cost(nominal(field=field, **changes)) for field in ("incoherent", "coherent"))
     start = unit_costs.START_SECONDS
     assert quick.seconds - start < 0.15 and quick.seconds - start < (drawn.seconds - start) / 2
 
@@ -110,7 +110,7 @@ def test_what_a_machine_cannot_hold_is_refused_with_what_to_change():
 
 @pytest.mark.filterwarnings("ignore")
 def test_check_and_run_refuse_a_run_that_is_too_big(tmp_path, capsys):
-    """100 s of recording at 100 kHz: refused at once, by name, exit code 2; a long run is told its cost."""
+    """100 s of recording at 100 kHz: refused at once, by name, exit code 2; a long run is given its cost."""
     end = "{kind: line, length: 1 m}"
     text = (
         "sonar: {source_level_db: 200, pulse: {kind: cw, frequency: 100 kHz, duration: 0.1 ms}, "
@@ -144,9 +144,10 @@ def test_a_large_array_is_held_in_fewer_parts():
 
 @pytest.mark.parametrize("field", ["coherent", "incoherent"])
 def test_points_in_the_water_are_counted(field):
-    """As many as one ping then draws, to a twentieth: those under the ground are the difference."""
+    """As many as one ping then draws, to a twentieth: those under the seabed are the difference."""
     murky = nominal(water={"noise_level_db": None, "volume_strength_db": -70}, field=field,
-                    paths={"max_reflections": 0, "contributions": ["water"]}, track={"window": (0.03, 0.05)})  # fmt: skip
+                    paths={"max_reflections": 0, "contributions": ["water"]},
+                    track={"window": (0.03, 0.05)})  # fmt: skip
     simulator = build_simulator(murky)
     blocks = simulator.engine.blocks(simulator.ping_geometry(0), quadrature=field == "incoherent")
     drawn = sum(len(block()) for block in blocks)
@@ -158,7 +159,8 @@ def test_water_that_would_take_forever_is_refused_with_what_to_change(monkeypatc
     """More blocks than anybody waits for, here a hundred: named before anything is drawn, and if nobody asked, then."""
     monkeypatch.setattr(volume, limit, 100)
     endless = nominal(water={"noise_level_db": None, "volume_strength_db": -70}, field=field,
-                      track={"window": (0.0, 0.2)}, paths={"max_reflections": 0, "contributions": ["water"]})  # fmt: skip
+                      track={"window": (0.0, 0.2)},
+                      paths={"max_reflections": 0, "contributions": ["water"]})  # fmt: skip
     said = size_refusal(estimate_cost(endless), memory=1e12)
     assert "water.volume_strength_db" in said and "Shorten track.window" in said
     simulator = build_simulator(endless)
@@ -170,8 +172,8 @@ ROUGH = {"relief": {"kind": "power-law", "hurst": 0.8, "rms": 0.05}}
 DRAWN = {"max_reflections": 2, "contributions": ["seabed"]}
 
 
-def test_faint_pairs_are_counted_as_they_are_met():
-    """Rough ground with up to four bounces takes less than twice its direct paths: most pairs are met at few places."""
+def test_weak_pairs_are_counted_as_they_are_sampled():
+    """Rough ground with up to four bounces takes less than twice its direct paths: most pairs have few scatterers."""
     few, many = (
         estimate_cost(
             nominal(seabed=ROUGH, track={"window": (0.02, 0.1)}, paths={**DRAWN, "max_reflections": order})
@@ -188,15 +190,15 @@ def test_faint_pairs_are_counted_as_they_are_met():
 
 
 def test_targets_below_the_floor_of_the_beams_cost_nothing():
-    """A cylinder 60 degrees aside of a beam 0.6 degrees wide: nothing is drawn, and nothing is told."""
+    """A cylinder 60 degrees aside of a beam 0.6 degrees wide: nothing is drawn, and nothing is given."""
     body = {"shape": "cylinder", "length": 2, "diameter": 1, "position": (45, 25)}
-    told = [
+    expected = [
         nominal(targets=[body], track={"window": (0.02, 0.1)},
                 paths={"contributions": ["target"], "max_reflections": 0, "beam_cutoff_db": floor})
         for floor in (-30, -120)
     ]  # fmt: skip
-    assert [estimate_cost(scenario).scatterers > 0 for scenario in told] == [False, True]
-    for scenario in told:
+    assert [estimate_cost(scenario).scatterers > 0 for scenario in expected] == [False, True]
+    for scenario in expected:
         simulator = build_simulator(scenario)
         drawn = sum(len(block()) for block in simulator.engine.blocks(simulator.ping_geometry(0)))
         assert (drawn > 0) == (estimate_cost(scenario).scatterers > 0)
@@ -218,7 +220,7 @@ def test_a_surface_that_moves_costs_more_than_a_mirror(moves):
         assert (moving.seconds - start > 1.2 * (still.seconds - start)) == dearer
 
 
-def test_bent_rays_cost_more_than_straight_ones():
+def test_refracted_rays_cost_more_than_straight_ones():
     """The same scene in layered water: as many scatterers to a fifth, and more time for their legs."""
     layers = {"noise_level_db": None, "profile": [(0, 1500), (10, 1495), (20, 1490)]}
     straight, bent = (
@@ -230,12 +232,12 @@ def test_bent_rays_cost_more_than_straight_ones():
 
 def test_labels_are_part_of_the_estimate():
     """Asked for on the command line or in the file: the same, more time, memory and disk, and the line says so."""
-    plain, asked, written = (
+    plain, requested, written = (
         estimate_cost(nominal(track={"window": (0.02, 0.1)}, paths=CHEAP, output={"labels": inside}), labels=outside)
         for inside, outside in ((False, False), (False, True), (True, False))
     )
-    assert asked == written and asked.seconds > plain.seconds and asked.disk > 1.5 * plain.disk
-    assert "labels included" in asked.summary() and "labels" not in plain.summary()
+    assert requested == written and requested.seconds > plain.seconds and requested.disk > 1.5 * plain.disk
+    assert "labels included" in requested.summary() and "labels" not in plain.summary()
 
 
 def test_labels_of_pressures_in_sub_bands_are_part_of_the_estimate():
@@ -248,7 +250,7 @@ def test_labels_of_pressures_in_sub_bands_are_part_of_the_estimate():
     assert labelled.seconds > plain.seconds
 
 
-def test_kernels_that_no_cache_holds_are_told(monkeypatch):
+def test_kernels_that_no_cache_holds_are_reported(monkeypatch):
     """All kernels of a feature stand or fall with one of them: with it, nothing; without it, the time to compile."""
     monkeypatch.setattr(compile_time, "_kept", lambda feature: True)
     warm = estimate_cost(nominal(track={"window": (0.02, 0.1)}, paths=CHEAP))

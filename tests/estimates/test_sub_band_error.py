@@ -16,11 +16,12 @@ def wide(count, targets=((0.0, 20.0, 5.0),)):
     """A sidescan's 1.5 m arrays over a band of 20 kHz."""
     return heard_by_elements(
         targets, pulse=SWEEP, transmit=LINE, receive=LINE, track={"speed": 0.0},
-        receiver={"record": "beams", "bandwidth": 20e3, "sub_bands": count}, paths={"max_reflections": 0, "contributions": ["target"]},
+        receiver={"record": "beams", "bandwidth": 20e3, "sub_bands": count},
+        paths={"max_reflections": 0, "contributions": ["target"]},
     )  # fmt: skip
 
 
-def test_the_error_foretold_is_the_error_made():
+def test_the_error_estimated_is_the_error_made():
     """48 targets of all phases, evenly across main lobe and first side lobes, one node against nine: 1.5 dB."""
     bearing = HEADING + np.pi / 2 + np.linspace(-0.02, 0.02, 48)
     away = 30 + 8 * np.random.default_rng(1).random(48)
@@ -34,9 +35,11 @@ def test_the_number_that_would_do_does():
     """One is -26 dB off and names a number; that number is within -40 dB, and needs no more words."""
     one = estimate_sub_band_error(wide(1))
     assert -29 < one.error_db < -23 and one.enough is not None
-    told = estimate_sub_band_error(wide(one.enough))
+    expected = estimate_sub_band_error(wide(one.enough))
     assert (
-        told.error_db <= -40 and told.summary() == "" and estimate_sub_band_error(wide(one.enough - 1)).error_db > -40
+        expected.error_db <= -40
+        and expected.summary() == ""
+        and estimate_sub_band_error(wide(one.enough - 1)).error_db > -40
     )
 
 

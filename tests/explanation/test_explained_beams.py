@@ -14,7 +14,7 @@ from oracles.scenes import nominal
 
 
 def elements():
-    """Two points at one range, 20 deg apart, heard by a line of 16 elements that faces starboard."""
+    """Two points at one range, 20 deg apart, received by a line of 16 elements that faces starboard."""
     places = [(30 * np.cos(a), 30 * np.sin(a), 10.0) for a in np.radians([80, 100])]
     track = {"kind": "static", "position": (0, 0, 10), "heading": 0.0, "window": (0.035, 0.045), "speed": None}
     scenario = heard_by_elements(places, receive={"kind": "line", "length": 0.24, "elements": 16})
@@ -22,7 +22,7 @@ def elements():
 
 
 @pytest.fixture(scope="module")
-def heard():
+def received():
     """One ping of it."""
     return simulate(elements())
 
@@ -33,35 +33,35 @@ def lines_of(page, start):
 
 
 @pytest.mark.parametrize(("bearing", "label", "other"), [(80.0, "t0", "t1"), (100.0, "t1", "t0")])
-def test_a_bearing_tells_two_points_at_one_range_apart(heard, bearing, label, other):
+def test_a_bearing_separates_two_points_at_one_range(received, bearing, label, other):
     """In the beam towards it a point keeps its level, and the other one is a side lobe; a single element has both."""
     scenario = elements()
-    level = np.abs(heard["pressure"].values[0]).max(axis=0)
-    time = float(heard["time"][int(level.argmax())])
+    level = np.abs(received["pressure"].values[0]).max(axis=0)
+    time = float(received["time"][int(level.argmax())])
     mixed = SampleArrivals(scenario, 0, time, 8)
-    formed = formed_beam(heard, scenario, 0, np.radians(bearing))
+    formed = formed_beam(received, scenario, 0, np.radians(bearing))
     behind = SampleArrivals(scenario, 0, time, formed.reference, formed=formed)
 
-    def strongest(one, owner):
-        return 20 * np.log10(np.abs(one.pressure[one.paths.object == owner]).max())
+    def strongest(one, name_of):
+        return 20 * np.log10(np.abs(one.pressure[one.paths.object == name_of]).max())
 
     assert abs(strongest(mixed, label) - strongest(mixed, other)) < 1.5
     assert strongest(behind, label) == pytest.approx(strongest(mixed, label), abs=1.0)
     assert strongest(behind, label) - strongest(behind, other) > 10
-    page = explain_sample(heard, 0, time, bearing=np.radians(bearing))
+    page = explain_sample(received, 0, time, bearing=np.radians(bearing))
     assert f"towards {bearing:+g} deg from the bow" in page
     assert page.index(f"{label} D-D") < page.index(f"{other} D-D") if f"{other} D-D" in page else True
 
 
-def test_arrivals_in_the_beam_add_up_to_the_beam_of_the_recording(heard):
+def test_arrivals_in_the_beam_add_up_to_the_beam_of_the_recording(received):
     """Against delay and sum of all elements: the direct echo of a point, within 0.3 dB."""
     scenario = elements()
-    formed = formed_beam(heard, scenario, 0, np.radians(80))
-    beam = beam_recording(heard, [formed.bearing], sound_speed=scenario.water.sound_speed)["pressure"].values[0, 0]
+    formed = formed_beam(received, scenario, 0, np.radians(80))
+    beam = beam_recording(received, [formed.bearing], sound_speed=scenario.water.sound_speed)["pressure"].values[0, 0]
     row = int(np.abs(beam).argmax())
-    time = float(heard["time"][row])
+    time = float(received["time"][row])
     behind = SampleArrivals(scenario, 0, time, formed.reference, formed=formed)
-    assert formed.recorded(heard["pressure"].isel(ping=0), time) == pytest.approx(complex(beam[row]), rel=1e-4)
+    assert formed.recorded(received["pressure"].isel(ping=0), time) == pytest.approx(complex(beam[row]), rel=1e-4)
     assert abs(20 * np.log10(abs(behind.pressure.sum()) / abs(beam[row]))) < 0.3
     terms = behind.sonar_equation_terms()
     near = np.isfinite(terms).all(axis=1)
@@ -79,7 +79,7 @@ def test_a_bearing_of_beams_is_refused():
 TRACED = {"engine": "tracer", "rays": 20_000, "edge_diffraction": "none"}
 
 
-def test_a_page_of_the_tracer_names_causes_and_pairs(tmp_path, capsys):
+def test_a_page_of_the_tracer_names_contributions_and_pairs(tmp_path, capsys):
     """What rays can tell, and a total that is the sample; on the command line as well."""
     scenario = nominal(box={"position": (0, 83)}, field="incoherent", paths=TRACED, track={"window": (0.1, 0.12)})
     traced = simulate(scenario)

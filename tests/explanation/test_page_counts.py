@@ -27,15 +27,15 @@ ABEAM = point(0.0, SLANT, 11.0, strength=-12.0)
 
 @given(st.integers(1, 9), *(st.floats(low, high) for low, high in ((1, 1e12), (2, 1e8), (1e3, 1e14), (1e3, 1e14))))
 def test_the_words_of_a_cost_are_its_numbers(pings, scatterers, seconds, memory, disk):
-    """Read back with their units, each is right to the digits that are told."""
+    """Read back with their units, each is right to the digits that are given."""
     said = RunCost(pings, scatterers, seconds, memory, disk).summary()
-    told = re.fullmatch(
+    expected = re.fullmatch(
         r"(\d+) pings?, about ([\d.e+]+) ?([kMG]?) scatterers(?: each)?: about (\S+) (\w+) of processor time, "
         r"(\S+) (\w+) of memory, (\S+) (\w+) on disk",
         said,
     )
-    assert told is not None, said
-    count, points, size, long, unit, held, held_unit, stored, stored_unit = told.groups()
+    assert expected is not None, said
+    count, points, size, long, unit, held, held_unit, stored, stored_unit = expected.groups()
     assert int(count) == pings
     assert float(points) * COUNTS[size] == pytest.approx(scatterers, rel=0.051, abs=0.5)
     assert float(long) * TIMES[unit] == pytest.approx(seconds, rel=0.051, abs=0.5)
@@ -60,17 +60,19 @@ def test_cost_does_not_care_where_and_whither():
     assert (there.disk, there.pings) == (here.disk, here.pings)
 
 
-def test_cost_goes_with_what_is_asked():
+def test_cost_follows_the_request():
     """Nearly in proportion to the scatterers in a cell; more with a lower floor; few in a slice."""
 
-    def asked(**paths):
+    def evaluate_at(**paths):
         return estimate_cost(nominal(track={"window": (0.05, 0.08)}, field="incoherent", paths={**CHEAP, **paths}))
 
-    few, many = (asked(scatterers_per_cell=number) for number in (30, 120))
-    assert 3 < many.scatterers / few.scatterers < 4  # finer tiles fit the ground in reach more closely
-    assert asked(beam_cutoff_db=-70).memory > asked(beam_cutoff_db=-30).memory  # more tiles, hardly more points
-    assert asked(max_reflections=2).seconds > asked().seconds
-    assert 0 < asked(geometry="slice").scatterers < few.scatterers / 10
+    few, many = (evaluate_at(scatterers_per_cell=number) for number in (30, 120))
+    assert 3 < many.scatterers / few.scatterers < 4  # finer tiles fit the seabed in reach more closely
+    assert (
+        evaluate_at(beam_cutoff_db=-70).memory > evaluate_at(beam_cutoff_db=-30).memory
+    )  # more tiles, hardly more points
+    assert evaluate_at(max_reflections=2).seconds > evaluate_at().seconds
+    assert 0 < evaluate_at(geometry="slice").scatterers < few.scatterers / 10
 
 
 def test_disk_is_what_is_written(tmp_path):
@@ -139,10 +141,12 @@ def test_pings_that_stand_still_have_one_page(recording):
 def test_what_stands_behind_a_sample_scales_with_the_source(scenario):
     """6 dB more at the source are 6 dB more of each arrival, and of the mean square."""
     louder = scenario.model_copy(update={"sonar": scenario.sonar.model_copy(update={"source_level_db": 226.0})})
-    quiet, loud = (SampleArrivals(told, 0, 0.0801, 0) for told in (scenario, louder))
-    np.testing.assert_allclose(loud.pressure, quiet.pressure * 10**0.3, rtol=1e-6)
-    np.testing.assert_allclose(loud.sonar_equation_terms()[:, -1] - quiet.sonar_equation_terms()[:, -1], 6.0, atol=1e-5)
-    assert loud.mean_square() == pytest.approx(quiet.mean_square() * 10**0.6, rel=1e-6)
+    quiet, strong = (SampleArrivals(case, 0, 0.0801, 0) for case in (scenario, louder))
+    np.testing.assert_allclose(strong.pressure, quiet.pressure * 10**0.3, rtol=1e-6)
+    np.testing.assert_allclose(
+        strong.sonar_equation_terms()[:, -1] - quiet.sonar_equation_terms()[:, -1], 6.0, atol=1e-5
+    )
+    assert strong.mean_square() == pytest.approx(quiet.mean_square() * 10**0.6, rel=1e-6)
 
 
 def test_the_numbers_of_a_figure_name_the_scenarios_they_came_from(tmp_path, scenario):
@@ -152,10 +156,10 @@ def test_the_numbers_of_a_figure_name_the_scenarios_they_came_from(tmp_path, sce
     path = write_numbers(
         tmp_path / "a.json", 7, "Seven", {"one": scenario, "same": scenario, "other": other}, iter(rows)
     )
-    told = json.loads(path.read_text(encoding="utf-8"))
-    assert told["scenarios"]["one"]["sha256"] == hashlib.sha256(to_yaml(scenario).encode()).hexdigest()
-    assert told["scenarios"]["one"] == told["scenarios"]["same"] != told["scenarios"]["other"]
-    assert told["scenarios"]["other"]["seed"] == 77 and told["figure"] == 7
-    assert [(row["value"], row["unit"], row["relation"], row["holds"]) for row in told["numbers"]] == [
+    expected = json.loads(path.read_text(encoding="utf-8"))
+    assert expected["scenarios"]["one"]["sha256"] == hashlib.sha256(to_yaml(scenario).encode()).hexdigest()
+    assert expected["scenarios"]["one"] == expected["scenarios"]["same"] != expected["scenarios"]["other"]
+    assert expected["scenarios"]["other"]["seed"] == 77 and expected["figure"] == 7
+    assert [(row["value"], row["unit"], row["relation"], row["holds"]) for row in expected["numbers"]] == [
         (1.25, "m", "=", True), (3, "dB", None, None),
     ]  # fmt: skip

@@ -61,13 +61,13 @@ def test_the_terms_add_up_to_the_level() -> None:
     """Source level, beams, spreading, absorption, bounces, scattering and pulse: decibels add."""
     behind, _, _ = sample(nominal({**SLICE, "paths.amplitude_perturbation": 0.3}), 0.2023)
     terms = behind.sonar_equation_terms()
-    heard = np.isfinite(terms).all(axis=1)
-    assert heard.sum() > 1000
-    np.testing.assert_allclose(terms[heard, :-1].sum(axis=1), terms[heard, -1], atol=1e-4)
+    received = np.isfinite(terms).all(axis=1)
+    assert received.sum() > 1000
+    np.testing.assert_allclose(terms[received, :-1].sum(axis=1), terms[received, -1], atol=1e-4)
 
 
 def test_the_terms_are_those_of_the_sonar_equation() -> None:
-    """A point on the axis, direct: -20 log10 of both ways, no beam loss, its target strength."""
+    """A point on the axis, direct: -20 log10 of both paths, no beam loss, its target strength."""
     point = {"shape": "point", "label": "point", "position": [0, 150, 11], "target_strength_db": -12.0}
     changes = {
         "targets": [point],
@@ -76,10 +76,10 @@ def test_the_terms_are_those_of_the_sonar_equation() -> None:
         "paths.geometry": "3d",
     }
     behind, _, _ = sample(nominal({**SLICE, **changes}), 0.2001)
-    ((source, sent, heard, spread, relative_absorption, bounced, scattered, pulse, level),) = (
+    ((source, sent, received, spread, relative_absorption, bounced, scattered, pulse, level),) = (
         behind.sonar_equation_terms()
     )
-    assert (source, sent, heard) == pytest.approx((220.0, 0.0, 0.0), abs=1e-6)
+    assert (source, sent, received) == pytest.approx((220.0, 0.0, 0.0), abs=1e-6)
     assert spread == pytest.approx(-40 * np.log10(150.0), abs=1e-6)
     loss = float(behind.simulator.scenario.water.absorption(100e3))
     assert relative_absorption == pytest.approx(-300 * loss, abs=1e-6)
@@ -88,7 +88,7 @@ def test_the_terms_are_those_of_the_sonar_equation() -> None:
     assert level == pytest.approx(220 - 40 * np.log10(150.0) - 300 * loss - 12 + pulse, abs=1e-4)
 
 
-def test_the_page_names_what_is_heard() -> None:
+def test_the_page_names_what_is_received() -> None:
     """Owner, pair, counts, and both sums, which agree to a tenth of a decibel."""
     _, _, data = sample(nominal(SLICE), 0.2023)
     page = explain_sample(data, 0, 0.2023)
@@ -99,7 +99,7 @@ def test_the_page_names_what_is_heard() -> None:
     assert together == recorded
 
 
-def test_noise_is_told_apart() -> None:
+def test_noise_is_listed_apart() -> None:
     """With noise the difference is named so, and is about as strong as the noise."""
     _, _, data = sample(nominal({**SLICE, "water.noise_level_db": 20.0}), 0.2)
     (line,) = (line for line in explain_sample(data, 0, 0.2).splitlines() if line.startswith("difference"))
@@ -107,7 +107,7 @@ def test_noise_is_told_apart() -> None:
     assert float(line.split()[-5]) == pytest.approx(20 + 10 * np.log10(21e3), abs=12)
 
 
-def test_nothing_heard_has_a_page_too() -> None:
+def test_a_sample_without_arrivals_has_a_page() -> None:
     """A sample before all echoes."""
     quiet = simulate(nominal({**SLICE, "targets": [], "paths.contributions": ["target"]}))
     page = explain_sample(quiet, 0, 0.2)
@@ -130,10 +130,10 @@ def test_a_ping_that_is_not_there_cannot_be_explained() -> None:
 
 
 def test_the_page_says_why_it_speaks_of_a_beam() -> None:
-    """The loudest of several; asked for by number, no reason is given."""
+    """The strongest of several; requested by number, no reason is given."""
     steer = [0.0, 0.02]
     data = simulate(nominal({"track.window": [0.2, 0.201], "sonar.receive.steer": steer, "paths.max_reflections": 0}))
-    assert "beam 0 (+0 deg, the loudest of 2)" in explain_sample(data, 0, 0.2005)
+    assert "beam 0 (+0 deg, the strongest of 2)" in explain_sample(data, 0, 0.2005)
     assert "beam 1 (+1.14592 deg)" in explain_sample(data, 0, 0.2005, channel=1)
 
 
@@ -150,7 +150,7 @@ def test_what_bends_around_a_target_has_its_own_column() -> None:
     """Behind the box with soft edges: levels still add up, the scatter column is free of the edges' loss."""
     scenario = nominal({**SLICE, "paths.edge_diffraction": "knife-edge", "paths.max_reflections": 0})
     behind, recorded, data = sample(scenario, 0.208)
-    # the face is 60 dB louder, and its filter rings for longer than it is followed
+    # the face is 60 dB stronger, and its filter rings for longer than it is followed
     assert abs(behind.pressure.sum() - recorded) < 0.05 * abs(recorded)
     edges = behind.extra_columns()["edges"]
     bed = behind.paths.object == "seabed"
@@ -171,7 +171,7 @@ def test_columns_of_nothing_are_left_out() -> None:
 
 def test_the_page_says_what_further_rays_off_a_moving_surface_are() -> None:
     """Glints of a rough sea, bounce points of a swell that is drawn."""
-    for surface, told in (
+    for surface, scenario in (
         ({"surface.reflection": "statistical", "surface.wind_speed": 3.0}, "is a glint"),
         ({"surface.reflection": "explicit", "surface.swell": {"height": 0.1, "length": 30.0}}, "another bounce point"),
     ):
@@ -179,4 +179,4 @@ def test_the_page_says_what_further_rays_off_a_moving_surface_are() -> None:
             nominal({"track.window": [0.2, 0.203], "paths.contributions": ["target"], **surface}), 0.2023
         )
         note = next(line for line in explain_sample(data, 0, 0.2023).splitlines() if line.startswith("bounce: "))
-        assert told in note
+        assert scenario in note

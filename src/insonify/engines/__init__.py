@@ -1,5 +1,5 @@
-"""From a scene, a sonar and a pose to the pairs of legs that make a ping."""
+"""Engines: the pairs of transmit and receive legs of one ping, for a scene and a sonar."""
 
 from insonify.engines.eigenray_engine import EigenrayEngine
 
-__all__ = ["Paths"]
+__all__ = ["EigenrayEngine"]

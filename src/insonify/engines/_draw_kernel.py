@@ -1,4 +1,4 @@
-"""Scatterers of tiles, each drawn and kept or left out at once: the arithmetic of `engines.loudness`."""
+"""Scatterers of tiles, each drawn and kept or left out at once: the arithmetic of `engines.beam_importance`."""
 
 import math
 
@@ -14,17 +14,17 @@ from insonify.scene.scatterer_grid import BASE_PITCH, PARTS, SIDE, TILE, priorit
 from insonify.scene.scatterers import KEY_ROW
 
 SQUARE = 2
-"""Cells along the side of the squares of a part for which its corners do not speak."""
+"""Cells along the side of the squares into which a part with a gain peak is divided."""
 SQUARES = TILE // SQUARE
 MIN_SUBDIVIDED = 12
-"""Scatterers of such a part above which its squares are asked about one by one."""
+"""Scatterers of such a part above which its squares are evaluated one by one."""
 BATCH = 256
-"""Scatterers for which the corners of their parts do not speak that are asked about together."""
+"""Scatterers in parts with a gain peak that are evaluated together."""
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 ProbabilityColumns = tuple[Floats, Floats, Floats, NDArray[np.bool_], float, float]
-"""Density, most, corner and peaked of `loudness.Shares`, the gain below which shares fall no longer with its square,
-and the smallest share."""
+"""Density, most, corner and peaked of `beam_importance.KeepProbabilities`, the gain below which keep probabilities
+is proportional to its square, and the smallest keep probability."""
 ScattererColumns = tuple[
     Floats, Floats, NDArray[np.complex128], NDArray[np.uint64], NDArray[np.int32], NDArray[np.int32]
 ]
@@ -34,30 +34,30 @@ ScattererColumns = tuple[
 @njit(cache=True, nogil=True, error_model="numpy")
 def draw_and_keep(
     level: Integers, along: Integers, across: Integers, first_key: NDArray[np.uint64], k0: int, k1: int,
-    shares: ProbabilityColumns, gains: EnvelopeArguments, frame: GridFrame, depth: float, made: ScattererColumns,
+    shares: ProbabilityColumns, gains: EnvelopeArguments, frame: GridFrame, depth: float, columns: ScattererColumns,
 ) -> int:  # fmt: skip
-    """Draw the scatterers of some tiles and keep those whose priority lies below their share; returns their number.
+    """Draw scatterers of some tiles and keep those with a priority below their keep probability; returns the number.
 
     Args:
-        level: Of the tiles, shape (tiles,).
-        along: Number of each along the lattice's first axis, likewise.
-        across: Along its second, likewise.
-        first_key: Key of the place of each tile's first cell, likewise.
+        level: Level of each tile, shape (tiles,).
+        along: Number of each along the scatterer grid's first axis, shape (tiles,).
+        across: Along its second, shape (tiles,).
+        first_key: Key of the place of each tile's first cell, shape (tiles,).
         k0: First word of the key of the draws.
         k1: Its second word.
-        shares: What is kept of them.
+        shares: Keep probabilities.
         gains: First arguments of `gain_re_threshold`.
-        frame: Of the lattice.
+        frame: Frame of the scatterer grid.
         depth: Put down as that of all [m].
-        made: To be filled.
+        columns: Result.
     """
-    position, area, phase, key, tile, rank = made
+    position, area, phase, key, tile, rank = columns
     density, max_probability, corner, is_peaked, linear_below, min_probability = shares
     north, east, c, s = frame
     words = np.empty((4, TILE * TILE), np.uint32)
     row, column, order = np.empty((3, TILE * TILE), np.int64)
-    there, told = np.empty((BATCH + TILE * TILE, 2)), np.empty((BATCH + TILE * TILE, 5))
-    who, names = np.empty((BATCH + TILE * TILE, 2), np.int64), np.empty(BATCH + TILE * TILE, np.uint64)
+    positions, pending = np.empty((BATCH + TILE * TILE, 2)), np.empty((BATCH + TILE * TILE, 5))
+    tile_rank, keys = np.empty((BATCH + TILE * TILE, 2), np.int64), np.empty(BATCH + TILE * TILE, np.uint64)
     top = np.empty((SQUARES, SQUARES))
     n = waiting = 0
     for t in range(level.size):
@@ -102,27 +102,34 @@ def draw_and_keep(
             x, y = north + c * x - s * y, east + s * x + c * y
             name = first_key[t] + np.uint64(a * KEY_ROW + b)
             if is_peaked[t, i, j]:
-                there[waiting, 0], there[waiting, 1], told[waiting, 0], told[waiting, 1] = x, y, priority, density[t]
-                told[waiting, 2], told[waiting, 3], told[waiting, 4] = (
+                positions[waiting, 0], positions[waiting, 1], pending[waiting, 0], pending[waiting, 1] = (
+                    x,
+                    y,
+                    priority,
+                    density[t],
+                )
+                pending[waiting, 2], pending[waiting, 3], pending[waiting, 4] = (
                     share,
                     pitch * pitch,
                     uniform_from_word(words[2, w]),
                 )
-                who[waiting, 0], who[waiting, 1], names[waiting], waiting = t, order[w], name, waiting + 1
+                tile_rank[waiting, 0], tile_rank[waiting, 1], keys[waiting], waiting = t, order[w], name, waiting + 1
                 continue
             position[n, 0], position[n, 1], position[n, 2] = x, y, depth
             area[n], key[n], tile[n], rank[n] = pitch * pitch / share, name, t, order[w]
             sine, cosine = sincos_cycles(uniform_from_word(words[2, w]))
             phase[n], n = complex(cosine, sine), n + 1
         if waiting > BATCH or t == level.size - 1:
-            n = _decide_batch(there[:waiting], told, who, names, linear_below, min_probability, gains, depth, made, n)
+            n = _decide_batch(
+                positions[:waiting], pending, tile_rank, keys, linear_below, min_probability, gains, depth, columns, n
+            )
             waiting = 0
     return n
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _subdivided_parts(max_probability: Floats, is_peaked: NDArray[np.bool_]) -> int:
-    """Parts of a tile with many scatterers for which their corners do not speak."""
+    """Number of parts of a tile with many scatterers and a gain peak."""
     count = 0
     for i in range(PARTS):
         for j in range(PARTS):
@@ -135,32 +142,32 @@ def _bound_squares(
     crowded: int, a0: int, b0: int, pitch: float, density: float, max_probability: Floats, is_peaked: NDArray[np.bool_],
     linear_below: float, min_probability: float, gains: EnvelopeArguments, frame: GridFrame, top: Floats,
 ) -> None:  # fmt: skip
-    """The largest share in each square of one tile, into top (SQUARES, SQUARES).
+    """The largest keep probability in each square of one tile, into top (SQUARES, SQUARES).
 
     Args:
-        crowded: Parts whose squares are asked about, as `_subdivided_parts` has it.
-        a0: Number of the tile's first cell along the lattice's first axis.
+        crowded: Parts whose squares are evaluated, as `_subdivided_parts` has it.
+        a0: Number of the tile's first cell along the scatterer grid's first axis.
         b0: Along its second.
         pitch: Side of its cells [m].
-        density: As of `loudness.Shares`, of this tile.
-        max_probability: Likewise.
-        is_peaked: Likewise.
-        linear_below: As of `keep_probability_of`.
-        min_probability: Likewise.
+        density: See `beam_importance.KeepProbabilities`, of this tile.
+        max_probability: See `beam_importance.KeepProbabilities`, of this tile.
+        is_peaked: See `beam_importance.KeepProbabilities`, of this tile.
+        linear_below: See `keep_probability_of`.
+        min_probability: See `keep_probability_of`.
         gains: First argument of `gain_re_threshold`.
-        frame: Of the lattice.
-        top: To be filled.
+        frame: Frame of the scatterer grid.
+        top: Result.
     """
-    asked, each = crowded * (SIDE // SQUARE) ** 2, SIDE // SQUARE
+    count, each = crowded * (SIDE // SQUARE) ** 2, SIDE // SQUARE
     north, east, c, s = frame
-    there, gain, n = np.empty((asked, 2)), np.empty(asked), 0
+    positions, gain, n = np.empty((count, 2)), np.empty(count), 0
     for i in range(SQUARES):
         for j in range(SQUARES):
             top[i, j] = max_probability[i // each, j // each]
             if is_peaked[i // each, j // each] and top[i, j] * SIDE * SIDE > MIN_SUBDIVIDED:
                 x, y = (a0 + (i + 0.5) * SQUARE) * pitch, (b0 + (j + 0.5) * SQUARE) * pitch
-                there[n, 0], there[n, 1], n = north + c * x - s * y, east + s * x + c * y, n + 1
-    gain_re_threshold(gains, there, np.full(asked, SQUARE * pitch * math.sqrt(0.5)), gain)
+                positions[n, 0], positions[n, 1], n = north + c * x - s * y, east + s * x + c * y, n + 1
+    gain_re_threshold(gains, positions, np.full(count, SQUARE * pitch * math.sqrt(0.5)), gain)
     n = 0
     for i in range(SQUARES):
         for j in range(SQUARES):
@@ -173,37 +180,43 @@ def _bound_squares(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _decide_batch(
-    there: Floats, told: Floats, who: Integers, names: NDArray[np.uint64], linear_below: float, min_probability: float, gains: EnvelopeArguments,
-    depth: float, made: ScattererColumns, count: int,
+    positions: Floats, pending: Floats, tile_rank: Integers, keys: NDArray[np.uint64], linear_below: float,
+    min_probability: float, gains: EnvelopeArguments,
+    depth: float, columns: ScattererColumns, count: int,
 ) -> int:  # fmt: skip
-    """Keep or leave out scatterers for which the corners of their parts do not speak.
+    """Keep or leave out scatterers in parts with a gain peak.
 
     Args:
-        there: North and east of each [m], shape (n, 2).
-        told: Its priority, what fills the sonar's cells, the largest share, the area of the cell [m^2] and the phase
-            [turns], shape (n or more, 5).
-        who: Row of its tile and its rank, shape (n or more, 2).
-        names: Its key, shape (n or more,).
-        linear_below: As of `keep_probability_of`.
-        min_probability: Likewise.
+        positions: North and east of each [m], shape (n, 2).
+        pending: Priority, fraction that fills the sonar's cells, largest keep probability, area of the cell [m^2] and
+            phase [turns] of each, shape (n or more, 5).
+        tile_rank: Row of its tile and its rank, shape (n or more, 2).
+        keys: Its key, shape (n or more,).
+        linear_below: See `keep_probability_of`.
+        min_probability: See `keep_probability_of`.
         gains: First argument of `gain_re_threshold`.
         depth: Put down as that of all [m].
-        made: The columns, to which those kept are added.
+        columns: The columns, to which those kept are added.
         count: Rows in them.
 
     Returns:
         Rows in them now.
     """
-    position, area, phase, key, tile, rank = made
-    gain = np.empty(there.shape[0])
-    gain_re_threshold(gains, there, np.zeros(gain.size), gain)
+    position, area, phase, key, tile, rank = columns
+    gain = np.empty(positions.shape[0])
+    gain_re_threshold(gains, positions, np.zeros(gain.size), gain)
     for m in range(gain.size):
-        share = min(told[m, 1] * keep_probability_of(gain[m], linear_below, min_probability), told[m, 2])
-        if told[m, 0] >= share:
+        share = min(pending[m, 1] * keep_probability_of(gain[m], linear_below, min_probability), pending[m, 2])
+        if pending[m, 0] >= share:
             continue
-        position[count, 0], position[count, 1], position[count, 2] = there[m, 0], there[m, 1], depth
-        area[count], key[count], tile[count], rank[count] = told[m, 3] / share, names[m], who[m, 0], who[m, 1]
-        sine, cosine = sincos_cycles(told[m, 4])
+        position[count, 0], position[count, 1], position[count, 2] = positions[m, 0], positions[m, 1], depth
+        area[count], key[count], tile[count], rank[count] = (
+            pending[m, 3] / share,
+            keys[m],
+            tile_rank[m, 0],
+            tile_rank[m, 1],
+        )
+        sine, cosine = sincos_cycles(pending[m, 4])
         phase[count], count = complex(cosine, sine), count + 1
     return count
 

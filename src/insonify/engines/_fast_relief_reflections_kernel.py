@@ -1,4 +1,4 @@
-"""Legs of the quick way off local planes, as columns of its points. Plain numbers and arrays only."""
+"""Legs of fast reverberation off local planes, as columns of its points. Plain numbers and arrays only."""
 
 import math
 from typing import Any
@@ -23,10 +23,10 @@ def write_image_paths(
 
     Args:
         some: Which points they lead to, (m,).
-        way: The ways off local planes, m of them.
+        way: The paths off local planes, m of them.
         mirrors: What all mirrors of each way leave [1], (m,).
         normal: Unit normal into the water, (3, n).
-        factor: Of a law that is a product of one for each direction, as of `CompiledLaw.factor`; empty for any other.
+        factor: Of a law that is a product of one for each direction, see `CompiledLaw.factor`; empty for any other.
         loss: Absorption [octaves of pressure/m].
         slowness: One over the speed of sound [s/m].
         delay: Result, one-way travel time [s], (n,).

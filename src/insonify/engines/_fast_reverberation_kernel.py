@@ -1,7 +1,7 @@
-"""Walks along lines of the ground that gather everything about it in one go: where it is lit, and by which legs.
+"""Seabed legs along radials: line of sight, delays and amplitudes of all samples of a radial in one pass.
 
-One line is one azimuth. Its ground is looked up in the map, sample after sample outwards; shadows of every family
-follow by the rules of `insonify.engines.terrain_occlusion`; what comes out are columns of the points that its list names.
+A radial is a line of one azimuth. Its depths are read from the map, sample after sample outwards; shadows of every
+family follow by the rules of `insonify.engines.terrain_occlusion`. The results are columns of the points on its list.
 """
 
 from typing import Any
@@ -24,38 +24,39 @@ Singles = NDArray[np.float32]
 def walk_radials(
     along: float, across: float, heading: float, source: float, water_depth: float, speed: float,
     wavelength: float, radials: Floats, step: float, lists: SampleLists, chosen: Integers, cell: float, slot: Integers,
-    pieces: Singles, flat: bool, images: Floats, bounce_codes: Integers, horizon_row: Integers, launch_image_depths: Floats,
+    pieces: Singles, flat: bool, images: Floats, bounce_codes: Integers, horizon_row: Integers,
+    launch_image_depths: Floats,
     launch_rising: NDArray[np.bool_], mirrors: NDArray[np.complex64], factor: Singles, loss: float, place: Floats,
     delay: Floats, amplitude: NDArray[np.complex64], departure: Singles, arrival: Singles, normal: Singles,
     rows: Integers, weight: Singles, found: Integers, first_of: Integers, interference_ranges: Integers,
 ) -> int:  # fmt: skip
-    """The points of the ground along some lines that any pair of families wants, and their legs.
+    """The points of the seabed along some lines that any pair of families wants, and their legs.
 
     Args:
         along: Where the lines start, in the frame of the map, from the first node of its window [m].
-        across: Likewise [m].
-        heading: Of that frame in the world [rad].
+        across: Offset across the frame [m].
+        heading: Heading of that frame in the world [rad].
         source: Depth of the sonar [m].
-        water_depth: Of the mean plane [m].
-        speed: Of sound [m/s].
-        wavelength: Of the sound [m].
+        water_depth: Depth of the mean seabed [m].
+        speed: Sound speed [m/s].
+        wavelength: Acoustic wavelength [m].
         radials: Cosine and sine of each line in the frame of the map; width of its cell [rad]; width over which the
-            beam is asked in turn, 0 for its middle alone [rad]; start and stop of what is heard [m]; place of its first
-            sample in its own steps; its number; how many steps its own are; (s, 9).
+            beam is evaluated in turn, 0 for its middle alone [rad]; start and stop of what is received [m]; place of
+            its first sample in its own steps; its number; how many steps its own are; (s, 9).
         step: Distance of samples [m].
         lists: Points of each line, and of each pair.
         chosen: Which of the lists each line has, (s,).
         cell: Side of a cell of the map [m].
         slot: Row in `pieces` of each piece of the window, (any, any).
         pieces: Height [m] and slopes [1] on nodes, (pieces, 65, 65, 3).
-        flat: Whether the bed is level, and has no map.
+        flat: True if the seabed is level, and has no map.
         images: Depth of the image source of each family [m], (f,).
-        bounce_codes: As of `mark_reached_samples`.
-        horizon_row: As of `mark_reached_samples`.
-        launch_image_depths: Depth of the image source of each row of launches [m], (ways,).
-        launch_rising: Whether its last bounce is off the bottom, (ways,).
+        bounce_codes: See `mark_reached_samples`.
+        horizon_row: See `mark_reached_samples`.
+        launch_image_depths: Depth of the image source of each row of launches [m], (paths,).
+        launch_rising: True if its last bounce is off the bottom, (paths,).
         mirrors: Product of all bounces of a family, over evenly spaced sines of the grazing angle [1], (f, nodes).
-        factor: Of a law that is a product of one for each direction, as of `CompiledLaw.factor`; empty for any other.
+        factor: Of a law that is a product of one for each direction, see `CompiledLaw.factor`; empty for any other.
         loss: Absorption [octaves of pressure/m].
         place: Result, horizontal distance and depth of each point [m], (2, most).
         delay: Result, one-way travel time [s], (f, most).
@@ -65,10 +66,11 @@ def walk_radials(
         arrival: Result, direction of travel at the point, (f, 3, most).
         normal: Result, unit normal into the water, (3, most).
         rows: Result, points of each pair, (p, most).
-        weight: Result, ground that they stand for [m^2], (p, most).
-        found: Result, how many they are, (p,).
+        weight: Result, ground that they represent [m^2], (p, most).
+        found: Result, numbers of points, (p,).
         first_of: Result, first point of each line, (s + 1,).
-        interference_ranges: Result, first point and after the last of ranges where pairs may arrive within one pulse, (any, 2).
+        interference_ranges: Result, first point and after the last of ranges where pairs may arrive within one pulse,
+            (any, 2).
 
     Returns:
         Number of these ranges.
@@ -100,8 +102,10 @@ def walk_radials(
         gather_samples(lists.sample[begin:stop], ground, slope, place[1, n : n + m], facet, bits)
         for f in range(images.size):
             mark_reached_samples(f, bits, lists.sample[begin:stop], lists.wanted[begin:stop], count, first, own, ground,
-                       images[f], source, water_depth, wavelength, bounce_codes, horizon_row, launch, bound)  # fmt: skip
-        legs_along_radial(radials[s], heading, own, m, speed, loss, images, bounce_codes, mirrors, factor, lists.families[one],
+                       images[f], source, water_depth, wavelength, bounce_codes, horizon_row, launch,
+                       bound)  # fmt: skip
+        legs_along_radial(radials[s], heading, own, m, speed, loss, images, bounce_codes, mirrors, factor,
+                          lists.families[one],
                    lists.ahead[0, begin:stop], lists.ahead[1, begin:stop], facet, bits, n, place, delay, amplitude,
                    departure, arrival, normal)  # fmt: skip
         append_pair_samples(lists, one, facet[3], n, rows, weight, found)
@@ -115,7 +119,7 @@ def walk_radials(
 def gather_samples(
     sample: Integers, ground: Singles, slope: Singles, depth: Floats, facet: Singles, bits: Integers
 ) -> None:
-    """Gather the ground at the points of one line.
+    """Gather the seabed at the points of one line.
 
     Args:
         sample: Number of each point along the line, (m,).
@@ -138,13 +142,13 @@ def append_pair_samples(
     """Append the points of one line to those of each pair.
 
     Args:
-        lists: As of `walk_radials`.
+        lists: See `walk_radials`.
         one: Which of them the line has.
-        area: Of the points [m^2], (points,).
+        area: Areas of the points [m^2], (points,).
         n: Number of the line's first point.
-        rows: As of `walk_radials`.
-        weight: As of `walk_radials`.
-        found: As of `walk_radials`, added to.
+        rows: See `walk_radials`.
+        weight: See `walk_radials`.
+        found: See `walk_radials`, added to.
     """
     for p in range(found.size):
         begin, stop = lists.pair_first[one, p], lists.pair_first[one, p + 1]
@@ -157,7 +161,7 @@ def append_pair_samples(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def append_interference_ranges(lists: SampleLists, one: int, n: int, interference_ranges: Integers, ranges: int) -> int:
-    """Append the ranges of one line where pairs may interfere to those before; arguments as of `append_pair_samples`."""
+    """Append the ranges of one line where pairs may interfere to those before; arguments see `append_pair_samples`."""
     for c in range(lists.close_first[one], lists.close_first[one + 1]):
         if ranges == 0 or interference_ranges[ranges - 1, 1] != n + lists.close[c, 0]:
             interference_ranges[ranges, 0] = n + lists.close[c, 0]
@@ -170,16 +174,16 @@ def append_interference_ranges(lists: SampleLists, one: int, n: int, interferenc
 def gather_directions(
     incoming: Singles, outgoing: Singles, normal: Singles, rows: Integers, into: Singles, out: Singles, up: Singles
 ) -> None:
-    """The questions that a pair asks the law, side by side.
+    """Arguments of the scattering law for all points of a pair.
 
     Args:
-        incoming: Directions of travel at the points by the leg out, (3, n).
-        outgoing: By the leg back, (3, n).
-        normal: Of the points, (3, n).
+        incoming: Directions of travel at the points by the transmit leg, (3, n).
+        outgoing: By the receive leg, (3, n).
+        normal: Normals of the points, (3, n).
         rows: Points of the pair, (m,).
         into: Result, as the law wants it, (3, m).
-        out: Result, likewise.
-        up: Result, likewise.
+        out: Result, shape (3, m).
+        up: Result, shape (3, m).
     """
     for c in range(3):
         one, two, three = incoming[c], outgoing[c], normal[c]

@@ -1,7 +1,7 @@
-"""How loud both ends of the sonar hear places of a level boundary: the arithmetic of `engines.loudness`.
+"""Envelope of the two-way gain at positions on a flat boundary: the arithmetic of `engines.beam_importance`.
 
-Places are gone through in stretches that stay in the nearest cache; what they need of one another lies in rows of one
-piece of memory, which is how compilers can tell that loops over them may run in vectors.
+Positions are processed in batches that stay in the nearest cache. The columns of a batch lie in rows of one array, so
+that the compiler can vectorise loops over them.
 """
 
 import math
@@ -26,26 +26,26 @@ class RaySpreads(NamedTuple):
     level: Floats
     """Pressure of a row re a calm surface, at the nodes [1], shape (rows, nodes); (rows, 0) where all are 1."""
     tilt: Floats
-    """As of `glint_spread.LegSpread`, likewise; read for glints only."""
+    """Standard deviation of elevation, see `glint_spread.LegSpread`, shape (rows, nodes); read for glints only."""
     turn: Floats
-    """Likewise."""
+    """Standard deviation of bearing, shape (rows, nodes); read for glints only."""
     glints: NDArray[np.bool_]
     """Rows whose directions are spread, shape (rows,)."""
     slopes: Floats
-    """As of `glint_spread.GlintSpread`, shape (3,)."""
+    """See `glint_spread.GlintSpread`, shape (3,)."""
     patterns: tuple[Floats, Floats, Floats, Floats]
-    """As of `glint_spread.spread_patterns`."""
+    """See `glint_spread.spread_patterns`."""
 
 
 EnvelopeEnd = tuple[Floats, Floats, float, float, BeamArguments, RaySpreads]
 """Place of one end [m], shape (3,); sines of the rays' departure at nodes of distance, positive down, NaN for none,
 shape (rows, nodes): one row a family, and one more for its glints; distance of the last node [m]; height of the end
-above the boundary, or depth below it [m]; its beams; and what a moving surface does to the rows."""
+above the boundary, or depth below it [m]; its beams; and the spreads of its rows by a moving surface."""
 EnvelopeArguments = tuple[EnvelopeEnd, EnvelopeEnd, bool, Floats, float, Floats, float]
 """The first argument of `gain_re_threshold`."""
 
 BATCH = 128
-"""Places that are worked out together."""
+"""Positions that are computed together."""
 _ROWS = 20
 _NORTH, _EAST, _RADIUS, _SUFFICIENT, _RESULT, _SPARE = range(
     6
@@ -66,19 +66,19 @@ def _envelope(bound: Floats, per_unit: float, x: float) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _node(distance: float, last: float, count: int) -> float:
-    """Place among nodes that lie at last * (n / (count - 1))**2 [m]."""
+    """Position among nodes that lie at last * (n / (count - 1))**2 [m]."""
     return math.sqrt(min(max(distance, 0.0) / last, 1.0)) * (count - 1)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _row(workspace: Floats, number: int) -> Floats:
-    """One row of the memory of a stretch."""
+    """One row of the memory of a batch."""
     return workspace[number * BATCH : (number + 1) * BATCH]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _locate(end: EnvelopeEnd, workspace: Floats, has_radius: bool, size: int) -> None:
-    """Which way the places of a stretch lie, between which nodes, and how far around them a ray can leave."""
+    """Directions of the positions of a batch, the nodes about them, and the angles that their radii subtend."""
     place, sines, last, height, _, _ = end
     north, east, radius = _row(workspace, _NORTH), _row(workspace, _EAST), _row(workspace, _RADIUS)
     node, part, ahead, aside = _row(workspace, 6), _row(workspace, 7), _row(workspace, 8), _row(workspace, 9)
@@ -98,7 +98,7 @@ def _locate(end: EnvelopeEnd, workspace: Floats, has_radius: bool, size: int) ->
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _direction_cosines(axes: Floats, workspace: Floats, has_radius: bool, size: int) -> None:
-    """Cosines to the axes of a beam of the rays of one family to the places of a stretch, or their spans."""
+    """Cosines to the axes of a beam of the rays of one family to the positions of a batch, or their spans."""
     ahead, aside, sine, cosine = _row(workspace, 8), _row(workspace, 9), _row(workspace, 10), _row(workspace, 11)
     down, w, u, v = _row(workspace, 12), _row(workspace, 13), _row(workspace, 14), _row(workspace, 15)
     u_most, v_most = _row(workspace, 16), _row(workspace, _SPARE)
@@ -119,7 +119,7 @@ def _direction_cosines(axes: Floats, workspace: Floats, has_radius: bool, size: 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _add_beam_envelope(beam: BeamArguments, workspace: Floats, size: int) -> None:
-    """Make what was found in a stretch at least the envelope of the beams there, unless it is enough."""
+    """Raise the result of a batch to the envelope of the beams there, unless it is sufficient already."""
     _, steer, scale, (across, deep, long, tall), per_unit, element = beam
     enough, result, down, level = (
         _row(workspace, _SUFFICIENT),
@@ -154,7 +154,7 @@ def _add_beam_envelope(beam: BeamArguments, workspace: Floats, size: int) -> Non
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _add_glint_envelope(end: EnvelopeEnd, row: int, workspace: Floats, size: int) -> None:
-    """The same as `_add_beam_envelope` by the glints of one row, in the fourth mean over their directions."""
+    """Raise the result of a batch to the envelope over one row's glints, in the fourth mean of their directions."""
     (axes, steer, scale, (across, deep, long, tall), per_unit, element), spreads = end[4], end[5]
     enough, result, down, level = (
         _row(workspace, _SUFFICIENT),
@@ -197,14 +197,14 @@ def _add_glint_envelope(end: EnvelopeEnd, row: int, workspace: Floats, size: int
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _one_way_envelope(end: EnvelopeEnd, workspace: Floats, has_radius: bool, size: int) -> None:
-    """Envelope of one end's beams near the places of a stretch, by the loudest row of rays, into the row `_RESULT`.
+    """Envelope of one end's beams near the positions of a batch, the largest of all rows of rays, into `_RESULT`.
 
     Args:
         end: That end.
-        workspace: Memory of the stretch: north and east of the places, how far around each it is the largest that is told
-            [m], and the envelope at which no louder family need be looked for.
-        has_radius: Whether anything around them is asked for.
-        size: Places of the stretch.
+        workspace: Memory of the batch: north and east of the positions, radius about each [m], and the envelope at
+            which no further family is evaluated.
+        has_radius: True if anything around them is requested.
+        size: Positions of the batch.
     """
     _, sines, _, _, beam, spreads = end
     _locate(end, workspace, has_radius, size)
@@ -229,7 +229,7 @@ def _one_way_envelope(end: EnvelopeEnd, workspace: Floats, has_radius: bool, siz
 def _two_way(
     out: EnvelopeEnd, back: EnvelopeEnd, same_beams: bool, workspace: Floats, has_radius: bool, size: int
 ) -> None:
-    """Envelope of the two-way gain near the places of a stretch, as `_one_way_envelope` has that of one way."""
+    """Envelope of the two-way gain near the positions of a batch, as `_one_way_envelope` has that of one way."""
     enough, result, once = _row(workspace, _SUFFICIENT), _row(workspace, _RESULT), _row(workspace, _ROWS)
     if same_beams:
         for n in range(size):
@@ -238,7 +238,7 @@ def _two_way(
         for n in range(size):
             result[n] *= result[n]
         return
-    enough[:size] = np.inf  # or it would matter which end was asked first
+    enough[:size] = np.inf  # so that the result does not depend on the order of the ends
     _one_way_envelope(out, workspace, has_radius, size)
     once[:size] = result[:size]
     _one_way_envelope(back, workspace, has_radius, size)
@@ -248,7 +248,7 @@ def _two_way(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _load_batch(position: Floats, radius: Floats, first: int, workspace: Floats) -> tuple[bool, int]:
-    """Put the next places where a stretch has them; returns whether anything around them is asked for, and how many."""
+    """Load the next positions into a batch; returns whether any has a radius, and their number."""
     size, has_radius = min(BATCH, radius.size - first), False
     for n in range(size):
         workspace[_NORTH * BATCH + n], workspace[_EAST * BATCH + n] = position[first + n, 0], position[first + n, 1]
@@ -261,15 +261,15 @@ def _load_batch(position: Floats, radius: Floats, first: int, workspace: Floats)
 def two_way_envelope(
     out: EnvelopeEnd, back: EnvelopeEnd, same_beams: bool, position: Floats, radius: Floats, result: Floats
 ) -> None:
-    """Envelope of the two-way gain no farther than so far from some places, into found (n,) [1].
+    """Largest envelope of the two-way gain within a radius of each position, into result (n,) [1].
 
     Args:
-        out: The end that sends.
-        back: The end that hears.
-        same_beams: Whether these are the same.
-        position: North and east of the places [m], shape (n, 2).
-        radius: How far around each place it is the largest that is told [m], shape (n,).
-        result: To be filled.
+        out: Transmitting end.
+        back: Receiving end.
+        same_beams: True if these are the same.
+        position: Positions (north, east) [m], shape (n, 2).
+        radius: How far around each position it is the largest that is given [m], shape (n,).
+        result: Result.
     """
     workspace = np.empty((_ROWS + 1) * BATCH)
     for first in range(0, result.size, BATCH):
@@ -286,10 +286,10 @@ def gain_re_threshold(gains: EnvelopeArguments, position: Floats, radius: Floats
     Args:
         gains: Both ends, whether they are the same, the gain above which all are kept at the nodes of distance, the
             distance of the last node [m], north and east of where distances are counted from [m], and the least gain
-            that others are compared with. Where it is reached no louder family is looked for.
-        position: As of `two_way_envelope`.
-        radius: Likewise.
-        result: To be filled.
+            that others are compared with. Where it is reached no stronger family is looked for.
+        position: See `two_way_envelope`.
+        radius: See `two_way_envelope`.
+        result: Result.
     """
     out, back, same_beams, edge, last, midpoint, faintest = gains
     workspace, least = np.empty((_ROWS + 1) * BATCH), np.empty(BATCH)
@@ -317,24 +317,25 @@ def _at_nodes(value: Floats, last: float, distance: float) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def max_two_way_gain(
-    out: EnvelopeEnd, back: EnvelopeEnd, same_beams: bool, far: Floats, midpoint: Floats, axes: Floats, sectors: Floats, halvings: int,
+    out: EnvelopeEnd, back: EnvelopeEnd, same_beams: bool, far: Floats, midpoint: Floats, axes: Floats,
+    sectors: Floats, halvings: int,
     close: float, best: Floats,
 ) -> None:  # fmt: skip
-    """Envelope of the loudest two-way gain at some distances, over all bearings, into best (n,) [1].
+    """Envelope of the largest two-way gain at some distances, over all bearings, into best (n,) [1].
 
-    Sectors that may hold a louder place than was found are halved.
+    Sectors that may hold a stronger position than was found are halved.
 
     Args:
-        out: As of `two_way_envelope`.
-        back: Likewise.
-        same_beams: Likewise.
+        out: See `two_way_envelope`.
+        back: See `two_way_envelope`.
+        same_beams: See `two_way_envelope`.
         far: Distances [m], shape (n,).
         midpoint: North and east of where they are counted from [m], shape (2,).
-        axes: Bearings where the loudest places are likely to lie [rad].
+        axes: Bearings where the positions of largest gain are likely to lie [rad].
         sectors: Bearings of the middles of equal sectors all round [rad].
         halvings: Of a sector, at most.
-        close: Ratio to which the loudest gain is found [1].
-        best: To be filled.
+        close: Ratio to which the largest gain is found [1].
+        best: Result.
     """
     node, bearing = np.arange(far.size).repeat(axes.size), np.empty(far.size * axes.size)
     for n in range(bearing.size):
@@ -373,7 +374,7 @@ def _raise_best(
     bearing: Floats,
     best: Floats,
 ) -> Floats:
-    """Make the best at some nodes at least what is heard in some bearings there; returns these places."""
+    """Raise the best at some nodes to the gain in some bearings there; returns these positions."""
     position, result = np.empty((node.size, 2)), np.empty(node.size)
     for n in range(node.size):
         position[n, 0] = midpoint[0] + far[node[n]] * math.cos(bearing[n])

@@ -56,9 +56,9 @@ def cosine_spreads(
         ahead: North of the horizontal direction to the far end of the leg [1].
         aside: East of it [1].
         down: Downward component of the departure [1].
-        tilt: As of `glint_spread.LegSpread`.
-        turn: Likewise.
-        slopes: As of `glint_spread.GlintSpread`.
+        tilt: See `glint_spread.LegSpread`.
+        turn: See `glint_spread.LegSpread`.
+        slopes: See `glint_spread.GlintSpread`.
         axes: Boresight, right and down of the array in the world, as rows, shape (3, 3).
     """
     level = math.sqrt(max(1.0 - down * down, 0.0))
@@ -84,9 +84,9 @@ def glint_bounds(
         direction: Unit vectors of departure off a calm surface, shape (n, 3).
         margin: How far from them rays to the neighbourhood can leave [rad], shape (n,).
         ahead: Horizontal directions to the neighbourhoods [1], shape (n, 2).
-        tilt: As of `glint_spread.LegSpread`, shape (n,).
-        turn: Likewise.
-        slopes: As of `glint_spread.GlintSpread`.
+        tilt: See `glint_spread.LegSpread`, shape (n,).
+        turn: See `glint_spread.LegSpread`, shape (n,).
+        slopes: See `glint_spread.GlintSpread`.
         reach: Standard deviations that count.
         axes: Columns of `Beams`, as are all the rest.
         steer: Cosines of the steered axes.

@@ -1,4 +1,4 @@
-"""What share of the scatterers of tiles is kept, part by part: the arithmetic of `engines.loudness`."""
+"""Keep probabilities of the scatterers of tiles, part by part: the arithmetic of `engines.beam_importance`."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,19 +9,19 @@ from insonify.scene.scatterer_grid import BASE_PITCH, PARTS, TILE
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 GridFrame = tuple[float, float, float, float]
-"""North and east of the lattice's origin [m], cosine and sine of its heading."""
+"""North and east of the scatterer grid's origin [m], cosine and sine of its heading."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def keep_probability_of(gain: float, linear_below: float, min_probability: float) -> float:
-    """Part of the scatterers that is kept, by the gain re that above which all are [1]."""
-    gain = min(gain, 1.0)  # what is loud where nothing else is heard is any number of times louder
+    """Keep probability of the scatterers, by the gain re that above which all are [1]."""
+    gain = min(gain, 1.0)  # where nothing else arrives, the ratio has no upper bound
     return min(max(gain * gain, linear_below * gain, min_probability), 1.0)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def keep_probabilities(gain: Floats, linear_below: float, min_probability: float, found: Floats) -> None:
-    """Parts of the scatterers that are kept where gains are so large, re that above which all are, into found (n,)."""
+    """Keep probabilities of the scatterers where gains are so large, re that above which all are, into found (n,)."""
     for n in range(gain.size):
         found[n] = keep_probability_of(gain[n], linear_below, min_probability)
 
@@ -33,13 +33,13 @@ def grid_positions(
     """North and east at the same parts of the sides of some tiles [m], into there (rows * parts * parts, 2).
 
     Args:
-        level: Of all tiles, shape (tiles,).
-        along: Number of each along the lattice's first axis, likewise.
-        across: Along its second, likewise.
-        rows: Which tiles are asked for.
+        level: Level of each tile, shape (tiles,).
+        along: Number of each along the scatterer grid's first axis, shape (tiles,).
+        across: Along its second, shape (tiles,).
+        rows: Which tiles are requested.
         part: Parts of their sides [1].
-        frame: Of the lattice.
-        position: To be filled.
+        frame: Frame of the scatterer grid.
+        position: Result.
     """
     north, east, c, s = frame
     n = 0
@@ -55,13 +55,13 @@ def grid_positions(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def classify_tiles(tile_gain: Floats, centre_gain: Floats, row: Integers, peak: float) -> tuple[Integers, Integers]:
-    """Tiles that are judged part by part, and those judged as a whole for which their middles do not speak.
+    """Tiles that are evaluated part by part, and those evaluated as a whole with a gain that is not uniform.
 
     Args:
-        tile_gain: Loudest gain anywhere in each tile, re that above which all scatterers are kept, shape (tiles,).
-        centre_gain: Gain in its middle, likewise.
-        row: -1 for one that is judged as a whole, likewise.
-        peak: Gain re the loudest place from which on it speaks for that place [1].
+        tile_gain: Largest gain anywhere in each tile, re that above which all scatterers are kept, shape (tiles,).
+        centre_gain: Gain in its middle, shape (tiles,).
+        row: -1 for one that is evaluated as a whole, shape (tiles,).
+        peak: Gain in the middle of a tile re its largest, above which the tile counts as uniform [1].
     """
     by_part, nonuniform = np.empty((2, tile_gain.size), np.int64)
     m = n = 0
@@ -75,29 +75,30 @@ def classify_tiles(tile_gain: Floats, centre_gain: Floats, row: Integers, peak: 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def interpolate_corner_gains(
-    tile_gain: Floats, centre_gain: Floats, row: Integers, parts: Floats, by_part: Integers, at_parts: Floats, nonuniform: Integers,
-    at_ends: Floats, corner: Floats, loudest: Floats,
+    tile_gain: Floats, centre_gain: Floats, row: Integers, parts: Floats, by_part: Integers, at_parts: Floats,
+    nonuniform: Integers,
+    at_ends: Floats, corner: Floats, largest: Floats,
 ) -> None:  # fmt: skip
-    """Gains at the corners of all parts of some tiles, and the loudest in each part.
+    """Gains at the corners of all parts of some tiles, and the largest gain in each part.
 
     Args:
-        tile_gain: As of `classify_tiles`.
-        centre_gain: Likewise.
-        row: Row in `parts` of each tile, -1 for one that is judged as a whole, shape (tiles,).
-        parts: Loudest gain in each part of some tiles, shape (any, PARTS, PARTS).
+        tile_gain: See `classify_tiles`.
+        centre_gain: See `classify_tiles`.
+        row: Row in `parts` of each tile, -1 for one that is evaluated as a whole, shape (tiles,).
+        parts: Largest gain in each part of some tiles, shape (any, PARTS, PARTS).
         by_part: As returned by `classify_tiles`.
         at_parts: Gain at the corners of their parts, shape (many * (PARTS + 1)**2,).
         nonuniform: As returned by `classify_tiles`.
         at_ends: Gain at the corners of these tiles, shape (odd * 4,).
         corner: Result, shape (tiles, PARTS + 1, PARTS + 1).
-        loudest: Result, shape (tiles, PARTS, PARTS).
+        largest: Result, shape (tiles, PARTS, PARTS).
     """
     for t in range(tile_gain.size):
         corner[t] = centre_gain[t]
         if row[t] < 0:
-            loudest[t] = tile_gain[t]
+            largest[t] = tile_gain[t]
         else:
-            loudest[t] = parts[row[t]]
+            largest[t] = parts[row[t]]
     for m in range(by_part.size):
         for i in range(PARTS + 1):
             for j in range(PARTS + 1):
@@ -112,34 +113,36 @@ def interpolate_corner_gains(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def find_peaked_parts(
-    corner: Floats, loudest: Floats, row: Integers, density: Floats, peak: float, linear_below: float, min_probability: float,
+    corner: Floats, largest: Floats, row: Integers, density: Floats, peak: float, linear_below: float,
+    min_probability: float,
     is_peaked: NDArray[np.bool_], most: Floats,
 ) -> None:  # fmt: skip
-    """Parts of tiles that hold a place much louder than their corners, and the largest share in each part.
+    """Parts of tiles with a gain peak far above their corners, and the largest keep probability in each part.
 
     Args:
         corner: Gains re that above which all scatterers are kept, shape (tiles, PARTS + 1, PARTS + 1).
-        loudest: Loudest gain in each part, or in the tile, shape (tiles, PARTS, PARTS).
-        row: -1 for tiles of which the corners and the loudest place of all are told, shape (tiles,).
-        density: Share that fills the sonar's cells, shape (tiles,).
-        peak: Loudest corner re the loudest place below which it is [1].
-        linear_below: As of `keep_probability_of`.
-        min_probability: Likewise.
+        largest: Largest gain in each part, or in the tile, shape (tiles, PARTS, PARTS).
+        row: -1 for tiles of which the corners and the position of largest gain of all are given, shape (tiles,).
+        density: Fraction of scatterers that fills the sonar's cells, shape (tiles,).
+        peak: Largest corner re the position of largest gain below which it is [1].
+        linear_below: See `keep_probability_of`.
+        min_probability: See `keep_probability_of`.
         is_peaked: Result, shape (tiles, PARTS, PARTS).
-        most: Result, likewise: the share at the loudest place, or at the loudest corner where corners speak for a part.
+        most: Result, shape (tiles, PARTS, PARTS): the keep probability at the position of largest gain, or at the
+            largest corner in parts without a gain peak.
     """
     for t in range(corner.shape[0]):
         for i in range(PARTS):
             for j in range(PARTS):
                 near = _max_corner_gain(corner[t], i, j, 1)
                 known = _max_corner_gain(corner[t], 0, 0, PARTS) if row[t] < 0 else near
-                is_peaked[t, i, j] = known < peak * min(loudest[t, i, j], 1.0)
-                top = loudest[t, i, j] if is_peaked[t, i, j] else min(loudest[t, i, j], near)
+                is_peaked[t, i, j] = known < peak * min(largest[t, i, j], 1.0)
+                top = largest[t, i, j] if is_peaked[t, i, j] else min(largest[t, i, j], near)
                 most[t, i, j] = density[t] * keep_probability_of(top, linear_below, min_probability)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _max_corner_gain(corner: Floats, i: int, j: int, step: int) -> float:
-    """Largest of four values at the corners of a square of so many parts."""
+    """Largest of four values at the corners of a square of `step` parts."""
     low, high = max(corner[i, j], corner[i, j + step]), max(corner[i + step, j], corner[i + step, j + step])
     return max(low, high)

@@ -1,4 +1,4 @@
-"""Where the ground along a line is lit, and by which families, by the rules of `insonify.engines.terrain_occlusion`."""
+"""Line of sight to the samples of a line, by family, by the rules of `insonify.engines.terrain_occlusion`."""
 
 import math
 from typing import Any
@@ -16,12 +16,12 @@ Singles = NDArray[np.float32]
 @njit(cache=True, nogil=True, error_model="numpy")
 def running_horizon(terrain: Singles, image: float, rising: bool, step: float, first: float, count: int,
               launch: Singles, bound: Singles) -> None:  # fmt: skip
-    """Launch that meets the ground at each sample of a line, and what hides by it, as in `skyline._Lines.of`.
+    """Launch that reaches the seabed at each sample of a line, and the launch horizon, as in `terrain_profiles`.
 
     Args:
-        terrain: Depth of the ground [m], (at least count,).
+        terrain: Depth of the seabed [m], (at least count,).
         image: Depth of the image source of a family [m].
-        rising: Whether the family's last bounce is off the bottom.
+        rising: True if the family's last bounce is off the bottom.
         step: Distance of samples [m].
         first: Place of the first sample in steps.
         count: Samples of the line.
@@ -64,18 +64,18 @@ def mark_reached_samples(
         terrain: Depth [m], (at least count,).
         image: Depth of the family's image source [m].
         source: Depth of the sonar [m].
-        water_depth: Of the mean plane [m].
-        wavelength: Of the sound, for the size of a bounce's mirror [m].
+        water_depth: Depth of the mean seabed [m].
+        wavelength: Acoustic wavelength, for the size of a bounce's mirror [m].
         bounce_codes: Bounces of each family, 1 surface, 2 bottom, 0 no more, (f, most).
         horizon_row: Row in `launch` of what has been passed up to each segment, (f, most + 1).
         launch: Of `running_horizon`, (rows, samples).
-        bound: Likewise.
+        bound: Result, see `launch_bound`.
     """
     bounces = 0
     while bounces < bounce_codes.shape[1] and bounce_codes[family, bounces] > 0:
         bounces += 1
     bit, none = np.int32(1 << family), np.int32(0)
-    free = bounces == 0 or (bounces == 1 and bounce_codes[family, 0] == 1)  # on its way up it meets no ground
+    free = bounces == 0 or (bounces == 1 and bounce_codes[family, 0] == 1)  # on its way up it clears the seabed
     own_launch, own_bound = launch[horizon_row[family, bounces]], bound[horizon_row[family, bounces]]
     for i in range(sample.size if free else 0):
         k = np.uint32(sample[i])
@@ -94,9 +94,10 @@ def mark_reached_samples(
 @njit(cache=True, nogil=True, error_model="numpy")
 def _clears_terrain(
     family: int, bounces: int, reach: float, tangent: float, count: int, first: float, step: float, source: float,
-    water_depth: float, wavelength: float, bounce_codes: Integers, horizon_row: Integers, launch: Singles, bound: Singles,
+    water_depth: float, wavelength: float, bounce_codes: Integers, horizon_row: Integers, launch: Singles,
+    bound: Singles,
 ) -> bool:  # fmt: skip
-    """Whether a ray to a distance meets no ground before its last bounce; arguments as of `mark_reached_samples`."""
+    """Return True if a ray clears the seabed before its last bounce; arguments see `mark_reached_samples`."""
     stretch = math.sqrt(1 + tangent * tangent)
     begin = water_depth - source if bounce_codes[family, 0] == 2 else source
     before, before_half = 0.0, 0.0

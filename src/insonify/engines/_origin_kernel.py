@@ -19,7 +19,7 @@ _A = (
 
 @njit(inline="always")
 def arcsine(x: float) -> float:
-    """Arcsine of a number from 0 to 1, to 3e-8 rad: no call, so that eight are worked out at once.
+    """Arcsine of a number from 0 to 1, to 3e-8 rad: no call, so that eight are computed at once.
 
     Source: Abramowitz & Stegun (1964), 4.4.46; from memory, and held against the library's.
     """
@@ -51,8 +51,8 @@ def positions(
     """Fill the positions of the points of some lines.
 
     Args:
-        north: Of the sonar [m].
-        east: Of the sonar [m].
+        north: North of the sonar [m].
+        east: East of the sonar [m].
         first: First point of each line, (s + 1,).
         begin: First point of each line in `ahead`, (s,).
         ahead: North and east of the bearing of listed points [1], (2, any).

@@ -1,4 +1,4 @@
-"""Which scatterers answer which families. Plain numbers and arrays only."""
+"""Priorities of scatterers, and the families sampled at each. Plain numbers and arrays only."""
 
 import math
 
@@ -13,25 +13,26 @@ Floats = NDArray[np.float64]
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def assign_priorities(
-    position: Floats, north: float, east: float, edges: Floats, first: NDArray[np.uint8], scatterer_id: NDArray[np.uint64],
+    position: Floats, north: float, east: float, edges: Floats, first: NDArray[np.uint8],
+    scatterer_id: NDArray[np.uint64],
     key: np.uint64, range_bin: NDArray[np.uint8], priority: NDArray[np.float32],
 ) -> tuple[int, int]:  # fmt: skip
-    """The number of each place, and the stretch of distance that it lies in, the last for those beyond.
+    """The number of each position, and the range bin that it lies in, the last for those beyond.
 
     Args:
-        position: North, east and any further coordinates of the places [m], (n, 2 or more).
+        position: North, east and any further coordinates of the positions [m], (n, 2 or more).
         north: Where distances are counted from [m].
-        east: Likewise [m].
-        edges: Of the stretches, growing from 0 [m], (stretches + 1,).
-        first: Stretch that each of many even parts of the distance up to the last edge begins in, (parts,); no part
-            is longer than a stretch.
-        scatterer_id: Keys of the places, (n,).
-        key: Of the draw, any word.
+        east: The same to the east [m].
+        edges: Edges of the range bins, growing from 0 [m], (range bins + 1,).
+        first: Range bin that each of many even parts of the distance up to the last edge begins in, (parts,); no part
+            is longer than a range bin.
+        scatterer_id: Keys of the positions, (n,).
+        key: Key of the draw, any word.
         range_bin: Result, (n,).
         priority: Result, 0 to 1, (n,).
 
     Returns:
-        The least and the greatest stretch.
+        The least and the greatest range bin.
     """
     last, low, high = edges.size - 2, edges.size - 2, 0
     cells, once = first.size, first.size / edges[-1]
@@ -50,14 +51,15 @@ def assign_priorities(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def mark_sampled_families(
-    priority: NDArray[np.float32], range_bin: NDArray[np.uint8], keep_probability: NDArray[np.float32], wanted: NDArray[np.bool_]
+    priority: NDArray[np.float32], range_bin: NDArray[np.uint8], keep_probability: NDArray[np.float32],
+    wanted: NDArray[np.bool_]
 ) -> None:  # fmt: skip
-    """Where any pair of each family is met.
+    """Mark the scatterers at which any pair of each family is evaluated.
 
     Args:
-        priority: Of the places, (n,).
+        priority: Priorities of the positions, (n,).
         range_bin: Of distance that each lies in, (n,).
-        keep_probability: Largest part of the places at which any pair of a family is met, (f, stretches).
+        keep_probability: Largest keep probability of the pairs of a family, (f, range bins).
         wanted: Result, (f, n).
     """
     for i in range(keep_probability.shape[0]):

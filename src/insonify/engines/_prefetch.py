@@ -18,7 +18,7 @@ def prefetch(typing_context: Any, array: Any, at: Any) -> Any:
     """Have one element of a contiguous array brought near without waiting for it.
 
     Args:
-        typing_context: Of the compiler.
+        typing_context: Typing context of the compiler.
         array: What will be read.
         at: Which element of it.
     """

@@ -1,4 +1,4 @@
-"""Which lines of the ground a sonar's beams can hear, and from where to where. Plain numbers and arrays only."""
+"""Bounds of the two-way gain towards patches of the seabed, by radial and distance. Plain numbers and arrays only."""
 
 import math
 
@@ -27,13 +27,13 @@ def patch_gain_bound(
         near: Horizontal distance of its inner edge [m].
         far: Of its outer edge [m].
         vertical: From the image source down to it [m].
-        odd: Whether the family has an odd number of bounces.
-        axes: As of `Beams`.
-        steer: Likewise.
-        scale: Likewise.
-        majorants: Likewise.
-        per_unit: Likewise.
-        element: Likewise.
+        odd: True if the family has an odd number of bounces.
+        axes: See `Beams`.
+        steer: See `Beams`.
+        scale: See `Beams`.
+        majorants: See `Beams`.
+        per_unit: See `Beams`.
+        element: See `Beams`.
     """
     across, down, piston_across, piston_down = majorants
     u_least = v_least = np.inf
@@ -67,9 +67,10 @@ def patch_gain_bounds(
     bearing: Floats, width: float, near: float, far: float, verticals: Floats, odd: NDArray[np.bool_], axes: Floats,
     steer: Floats, scale: Floats, majorants: tuple[Floats, ...], per_unit: Floats, element: int, out: Floats,
 ) -> None:  # fmt: skip
-    """`patch_gain_bound` of all families towards some patches, into out of the shape of `bearing`; arguments as there."""
+    """Apply `patch_gain_bound` of all families to some patches, into out of the shape of `bearing`."""
     for n in range(bearing.size):
         out[n] = 0.0
         for f in range(verticals.size):
-            out[n] = max(out[n], patch_gain_bound(bearing[n], width, near, far, verticals[f], odd[f], axes, steer, scale,
+            out[n] = max(out[n], patch_gain_bound(bearing[n], width, near, far, verticals[f], odd[f], axes, steer,
+            scale,
                                          majorants, per_unit, element))  # fmt: skip

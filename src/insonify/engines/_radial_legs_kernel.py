@@ -18,7 +18,7 @@ _E = tuple(np.float32(c) for c in (1.0, 0.69314718, 0.24022651, 0.05550411, 0.00
 
 @njit(inline="always")
 def exp2_of(x: Any) -> Any:
-    """2^x for x up to 0, within 1e-6 of itself; nothing below 2^-100."""
+    """2^x for x up to 0, within 1e-6 of itself; 0 below 2^-100."""
     y: Any = max(x, np.float32(-100.0))
     whole = np.int32(y - np.float32(0.5))  # towards 0: nearest, for all that is not above 0
     part = y - np.float32(whole)
@@ -66,27 +66,27 @@ def straight_legs(
 
     Args:
         reach: Horizontal distance [m], (n,).
-        depth: Of the points [m], (n,).
+        depth: Depths of the points [m], (n,).
         image: Depth of the image source [m].
         slowness: One over the speed of sound [s/m].
         loss: Absorption [octaves of pressure/m].
-        cosine: Of the line's bearing.
-        sine: Likewise.
+        cosine: Cosine of the line's bearing.
+        sine: Sine of that bearing.
         turned: -1 for an odd number of bounces, else 1.
-        bit: Of the family in `bits`.
-        bits: Families that reach each point, (n,); cleared where its facet looks away.
-        normal_n: Of the facets, (n,).
-        normal_e: Likewise.
-        normal_d: Likewise.
-        ahead_n: North of the bearing at which the beams are asked there [1], (n,).
+        bit: Bit of the family in `bits`.
+        bits: Families that reach each point, (n,); cleared where its facet faces away.
+        normal_n: North component of the facets' unit normals, (n,).
+        normal_e: East component, (n,).
+        normal_d: Down component, (n,).
+        ahead_n: North of the bearing at which the beams are evaluated there [1], (n,).
         ahead_e: East of it, (n,).
         delay: Result [s], (n,).
         into_n: Result, direction of travel at the point, (n,).
-        into_e: Likewise.
-        into_d: Likewise.
+        into_e: Result, direction of travel at the point, (n,).
+        into_d: Result, direction of travel at the point, (n,).
         out_n: Result, direction at the sonar, (n,).
-        out_e: Likewise.
-        out_d: Likewise.
+        out_e: Result, direction at the sonar, (n,).
+        out_d: Result, direction at the sonar, (n,).
         size: Result, pressure re 1 m but for bounces, 0 where the leg is not there [1], (n,).
         root_slant: Result, root of one less the sine of the facet's grazing angle [1], (n,).
     """
@@ -114,9 +114,9 @@ def apply_direction_factor(factor: Singles, root_slant: Singles, size: Singles) 
     """Multiply pressures by the root of what their directions contribute to a law that is a product.
 
     Args:
-        factor: As of `walk`.
-        root_slant: As of `straight_legs`, (n,).
-        size: Result, likewise, (n,).
+        factor: See `walk`.
+        root_slant: See `straight_legs`, (n,).
+        size: Result, see `amplitude`, (n,).
     """
     rate, last = np.float32(factor.size - 1), np.uint32(factor.size - 2)
     for i in range(size.size):
@@ -128,41 +128,42 @@ def apply_direction_factor(factor: Singles, root_slant: Singles, size: Singles) 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def legs_along_radial(
-    line: Floats, heading: float, step: float, m: int, speed: float, loss: float, images: Floats, bounce_codes: Integers,
+    line: Floats, heading: float, step: float, m: int, speed: float, loss: float, images: Floats,
+    bounce_codes: Integers,
     mirrors: NDArray[np.complex64], factor: Singles, families: int, ahead_n: Singles, ahead_e: Singles,
     facet: Singles, bits: Integers, n: int, place: Floats, delay: Floats, amplitude: NDArray[np.complex64],
     departure: Singles, arrival: Singles, normal: Singles,
 ) -> None:  # fmt: skip
-    """Legs to the m points of one line, as rows from n on; other arguments as of `walk` and of `points_of`.
+    """Legs to the m points of one line, as rows from n on; other arguments see `walk` and of `points_of`.
 
     Args:
         line: One row of `lines`, (9,).
-        heading: As of `walk`.
+        heading: See `walk`.
         step: Distance of the line's own samples [m].
         m: Points.
-        speed: As of `walk`, like those that follow up to `factor`.
-        loss: Likewise.
-        images: Likewise.
-        bounce_codes: Likewise.
-        mirrors: Likewise.
-        factor: Likewise.
+        speed: See `walk`, like those that follow up to `factor`.
+        loss: See `walk`, like those that follow up to `factor`.
+        images: See `walk`, like those that follow up to `factor`.
+        bounce_codes: See `walk`, like those that follow up to `factor`.
+        mirrors: See `walk`, like those that follow up to `factor`.
+        factor: See `walk`, like those that follow up to `factor`.
         families: Those that any of the points is wanted by, a bit for each.
-        ahead_n: As of `straight_legs`, (m,).
-        ahead_e: Likewise.
-        facet: As of `points_of`; areas into the fourth row.
+        ahead_n: See `straight_legs`, (m,).
+        ahead_e: See `straight_legs`, (m,).
+        facet: See `points_of`; areas into the fourth row.
         bits: Families that reach each point, (at least m,).
         n: Number of the first point.
-        place: As of `walk`, like those that follow.
-        delay: Likewise.
-        amplitude: Likewise.
-        departure: Likewise.
-        arrival: Likewise.
-        normal: Likewise.
+        place: See `walk`, like those that follow.
+        delay: See `walk`, like those that follow.
+        amplitude: See `walk`, like those that follow.
+        departure: See `walk`, like those that follow.
+        arrival: See `walk`, like those that follow.
+        normal: See `walk`, like those that follow.
     """
     stop = n + m
     cos_h, sin_h = math.cos(heading), math.sin(heading)
     cosine, sine = cos_h * line[0] - sin_h * line[1], sin_h * line[0] + cos_h * line[1]
-    # rows of whole arrays: the compiler must see that they lie side by side
+    # rows of whole arrays: the compiler must see that they lie concurrently
     reach, depth, size, area, root_slant = place[0, n:stop], place[1, n:stop], facet[2, :m], facet[3, :m], facet[4, :m]
     north, east, down = normal[0, n:stop], normal[1, n:stop], normal[2, n:stop]
     facet_normals(reach, facet[0, :m], facet[1, :m], cos_h, sin_h, step * line[2], north, east, down, area)

@@ -1,6 +1,7 @@
-"""Which samples of some lines of the ground are asked about, and by which pairs of legs. Plain numbers and arrays only.
+"""Lists of the samples of each radial, and of those at which each pair of families is evaluated.
 
-Both follow from the lines and the shares of all pairs alone: they are listed once, and every ping walks the lists.
+Both follow from the radials and the keep probabilities of all pairs alone: they are listed once, and every ping uses
+the same lists. Plain numbers and arrays only.
 """
 
 import math
@@ -17,7 +18,7 @@ Integers = NDArray[Any]
 Singles = NDArray[np.float32]
 
 FULL_PROBABILITY = 32
-"""Shares are counted in parts of this."""
+"""Keep probabilities are counted in parts of this."""
 _SAMPLE_PACE, _LINE_PACE = 3242174889, 2447445414  # of 2^32: the inverse of the plastic number, and its square
 
 
@@ -31,7 +32,7 @@ class SampleLists(NamedTuple):
     families: Integers
     """Families that any point of each list is wanted by, a bit for each, (lists,)."""
     passed: NDArray[np.bool_]
-    """Rows of launches that any of these passes by, (lists, ways)."""
+    """Rows of launches that any of these passes by, (lists, paths)."""
     sample: Integers
     """Number of each point along its line, (n,)."""
     wanted: Integers
@@ -39,13 +40,13 @@ class SampleLists(NamedTuple):
     reach: Floats
     """Horizontal distance of each point [m], (n,)."""
     ahead: Singles
-    """North and east of the bearing at which the beams are asked there [1], (2, n)."""
+    """North and east of the bearing at which the beams are evaluated there [1], (2, n)."""
     pair_first: Integers
     """First row of each pair in each list, (lists, p + 1)."""
     row: Integers
     """Number of the point in its list, (rows,)."""
     more: Singles
-    """How many points each row stands for [1], (rows,)."""
+    """Number of points that each row represents [1], (rows,)."""
     close_first: Integers
     """First range of each list, (lists + 1,)."""
     close: Integers
@@ -57,20 +58,21 @@ def list_samples(
     radials: Floats, heading: float, step: float, edges: Floats, pair: Integers, keep_probability: Integers,
     close: NDArray[np.bool_], bounce_codes: Integers, horizon_row: Integers, lists: SampleLists, fill: bool,
 ) -> None:  # fmt: skip
-    """Fill one list for each line, or only count: `first`, `pair_first` and `close_first` are told in either case.
+    """Fill one list for each line, or only count: `first`, `pair_first` and `close_first` are given in either case.
 
     Args:
-        radials: As of `_swath_kernel.walk`, (s, 9).
-        heading: Of their frame [rad].
+        radials: See `_swath_kernel.walk`, (s, 9).
+        heading: Heading of their frame [rad].
         step: Distance of samples [m].
-        edges: Of the stretches, horizontal distances [m], (b + 1,).
+        edges: Edges of the range bins, horizontal distances [m], (b + 1,).
         pair: Rows of two families, (p, 2).
-        keep_probability: Part of the points of each line and stretch that every pair takes, in parts of `FULL_PROBABILITY`, (s, b, p).
-        close: Whether pairs of a stretch may arrive within one pulse, (b,).
-        bounce_codes: As of `_lit_kernel.mark_reached_samples`.
-        horizon_row: Likewise.
+        keep_probability: Part of the points of each line and range bin that every pair takes, in parts of
+            `FULL_PROBABILITY`, (s, b, p).
+        close: True if pairs of a range bin may arrive within one pulse, (b,).
+        bounce_codes: See `_line_of_sight_kernel.mark_reached_samples`.
+        horizon_row: See `_line_of_sight_kernel.mark_reached_samples`.
         lists: Result.
-        fill: Whether to fill in what there is, not only how much.
+        fill: True to fill the lists, False to count their rows only.
     """
     families = bounce_codes.shape[0]
     range_bin, wanted = np.empty(edges.size, np.int64), np.empty((families, edges.size - 1), np.uint8)
@@ -118,7 +120,7 @@ def list_samples(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _positions(line: Floats, heading: float, step: float, sample: Integers, reach: Floats, ahead: Singles) -> None:
-    """How far points are, and at which bearing within the width of the line the beams are asked there.
+    """Distances of points, and the bearings within the width of the radial at which the beams are evaluated there.
 
     It is another part of that width for each sample, and the middle of a line that is one cell wide.
     """
@@ -134,16 +136,17 @@ def _positions(line: Floats, heading: float, step: float, sample: Integers, reac
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def range_bins_of(
-    line: Floats, step: float, edges: Floats, pair: Integers, keep_probability: Integers, range_bin: Integers, wanted: Integers
+    line: Floats, step: float, edges: Floats, pair: Integers, keep_probability: Integers, range_bin: Integers,
+    wanted: Integers
 ) -> int:  # fmt: skip
-    """First sample of each stretch of a line, and the largest share of each family there.
+    """First sample of each range bin of a line, and the largest keep probability of each family there.
 
     Args:
         line: One row of `radials`, (9,).
         step: Distance of the line's own samples [m].
-        edges: As of `list_samples`.
-        pair: Likewise.
-        keep_probability: Of the line, (b, p).
+        edges: See `list_samples`.
+        pair: See `list_samples`.
+        keep_probability: Keep probability of the line, (b, p).
         range_bin: Result, (b + 1,).
         wanted: Result, (f, b).
 
@@ -176,7 +179,7 @@ def priorities(number: float, count: int, priority: Integers) -> None:
     Source: Roberts (2018), "The unreasonable effectiveness of quasirandom sequences", the sequence R2; from memory.
 
     Args:
-        number: Of the line.
+        number: Number of the line.
         count: Samples.
         priority: Result, (at least count,).
     """
@@ -190,7 +193,7 @@ def priorities(number: float, count: int, priority: Integers) -> None:
 def mark_needed_launches(
     wanted: Integers, bounce_codes: Integers, horizon_row: Integers, passed: NDArray[np.bool_]
 ) -> None:
-    """Mark the rows of launches that any wanted family passes by; arguments as of `list_samples`."""
+    """Mark the rows of launches that any wanted family passes by; arguments see `list_samples`."""
     passed[:] = False
     for f in range(bounce_codes.shape[0]):
         if wanted[f].max() > 0:

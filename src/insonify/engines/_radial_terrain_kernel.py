@@ -1,4 +1,4 @@
-"""The ground along lines, read off its map, and the pieces of the map that this takes. Numbers and arrays only."""
+"""The seabed along lines, read off its map, and the pieces of the map that this takes. Numbers and arrays only."""
 
 from typing import Any
 
@@ -29,8 +29,8 @@ def tiles_under_radials(
 
     Args:
         along: Where the lines start, from the first node of the window [m].
-        across: Likewise [m].
-        radials: As of `walk`.
+        across: The same across [m].
+        radials: See `walk`.
         step: Distance of samples [m].
         samples: How many are looked at, of the lists of points, (lists,).
         chosen: Which of these lists each line has, (s,).
@@ -66,16 +66,16 @@ def sample_radial_terrain(
     """Ground along one line: heights linear between nodes, slopes of the nearest node, so that none gets gentler.
 
     Args:
-        along: As of `walk`.
-        across: As of `walk`.
+        along: See `walk`.
+        across: See `walk`.
         line: One row of `radials`, (9,).
         step: Distance of the line's own samples [m].
         count: Samples wanted.
-        cell: As of `walk`.
+        cell: See `walk`.
         level: Depth of the mean plane [m].
-        slot: As of `walk`.
-        pieces: As of `walk`.
-        flat: As of `walk`.
+        slot: See `walk`.
+        pieces: See `walk`.
+        flat: See `walk`.
         where: Scratch, unsigned, (at least count,).
         depth: Result [m], (at least count,).
         slope: Result, along the frame's axes [1], (2, at least count).
@@ -88,7 +88,7 @@ def sample_radial_terrain(
     a, b, step_a, step_b = along / cell, across / cell, line[0] * step / cell, line[1] * step / cell
     node, half = pieces.reshape(pieces.size), np.float32(0.5)
     slope_a, slope_b = slope[0], slope[1]
-    for k in range(count):  # each sample for itself, and first all places: the map is far larger than any cache
+    for k in range(count):  # each sample for itself, and first all positions: the map is far larger than any cache
         place = k + line[6]
         x, y = a + place * step_a, b + place * step_b
         i, j = np.uint32(x), np.uint32(y)

@@ -1,4 +1,4 @@
-"""Straight legs off local planes: their nodes over the ground, and their columns. Plain numbers and arrays only."""
+"""Straight legs off local planes: their nodes over the seabed, and their columns. Plain numbers and arrays only."""
 
 import math
 from typing import Any
@@ -19,14 +19,14 @@ CLEAR, FACING_AWAY, OCCLUDED, GROUND = 0, 1, 2, -2  # the values of records.legs
 def set_path_nodes(
     way: ImagePaths, place: Floats, points: Floats, distance: Floats, wavelength: float, nodes: Floats, spared: Floats
 ) -> None:
-    """Ends of all segments of some ways, as `TerrainOcclusion.image_paths_clear` asks for them.
+    """Ends of all segments of some paths, as `TerrainOcclusion.image_paths_clear` requests them.
 
     Args:
-        way: The ways, n of them off m mirrors.
+        way: The paths, n of them off m mirrors.
         place: North, east, depth of the sonar's end [m], (3,).
         points: The same of the points [m], (n, 3).
         distance: Horizontal distance of the points [m], (n,).
-        wavelength: Of the sound [m].
+        wavelength: Acoustic wavelength [m].
         nodes: Result, horizontal distance and depth [m], (m + 2, n, 2).
         spared: Result, half the length of the zone about each [m], (m + 2, n).
     """
@@ -56,13 +56,13 @@ def write_bounced_legs(
 
     Args:
         some: Which points they lead to, (n,).
-        way: The ways off local planes, n of them.
+        way: The paths off local planes, n of them.
         mirrored: What the mirrors leave [1], (n,).
         taken: What the water leaves [1], (n,).
-        clear: Whether the ways are there and meet no ground, (n,).
+        clear: True if the paths are there and clear the seabed, (n,).
         normals: Unit normals of all points, (all, 3).
         slowness: Of sound [s/m].
-        soft: Whether `visibility` is what the ground alone leaves of legs that targets cut.
+        soft: True if `visibility` is the factor of terrain alone on legs that targets cut.
         delay: Result, (all,), as are those that follow; directions are of shape (all, 3).
         length: Result.
         spreading: Result.
@@ -72,8 +72,8 @@ def write_bounced_legs(
         arrival: Result.
         grazing: Result.
         status: Changed, as of the level leg: cut by targets, or clear.
-        occluder: Changed where the ground cuts.
-        visibility: Changed likewise.
+        occluder: Changed where the seabed cuts.
+        visibility: Result, factor on the pressure of each leg [1], (all,).
     """
     for m in range(some.size):
         n = some[m]
@@ -86,7 +86,7 @@ def write_bounced_legs(
         grazing[n] = math.asin(min(max(sine, -1.0), 1.0))
         free = normals[n, 0] == 0 and normals[n, 1] == 0 and normals[n, 2] == 0
         behind = sine <= 0 and not free
-        # a side that looked away from the level mirror's ray may look at this one
+        # a face turned away from the ray off the mean plane may face this one
         now, left = (CLEAR, visibility[n] * 0 + 1) if status[n] == FACING_AWAY else (status[n], visibility[n])
         if now == CLEAR and behind:
             now = FACING_AWAY

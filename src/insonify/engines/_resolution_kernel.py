@@ -1,4 +1,4 @@
-"""How fine the cells of a boundary must be, and which tiles are heard: the arithmetic of `engines.sampling`."""
+"""Cell areas of a boundary, and the tiles in reach of one ping: the arithmetic of `engines.resolution`."""
 
 import math
 from typing import NamedTuple
@@ -12,11 +12,11 @@ from insonify.scene.scatterer_grid import BASE_PITCH, FINEST_LEVEL, TILE
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 GridFrame = tuple[float, float, float, float]
-"""North and east of the lattice's origin [m], cosine and sine of its heading."""
+"""North and east of the scatterer grid's origin [m], cosine and sine of its heading."""
 
 
 class ResolutionCell(NamedTuple):
-    """Size of a resolution cell, and how many scatterers it holds: the columns of `sampling.Resolution`."""
+    """Size of a resolution cell, and its number of scatterers: the columns of `resolution.Resolution`."""
 
     slant: float
     width: float
@@ -26,7 +26,7 @@ class ResolutionCell(NamedTuple):
 
 
 MAX_ELONGATION = 6.0
-"""Largest side of the square that one scatterer stands for, over the length of a resolution cell on the ground [1].
+"""Largest side of the square that one scatterer represents, over the length of a resolution cell on the seabed [1].
 
 A square that is much longer than a range cell spreads its one point over several of them, so that the points of a cell
 are counted as if by chance. With 5 points in cells that are 200 times as wide as long, the scintillation index is 2.05
@@ -38,7 +38,7 @@ MAX_CELL_LENGTH_RATIO = 0.05
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _ground(cell: ResolutionCell, distance: float, height: float) -> float:
-    """Length of a resolution cell on the ground [m]; see `Resolution.ground_length`."""
+    """Length of a resolution cell on the seabed [m]; see `Resolution.ground_length`."""
     slant_range = math.hypot(distance, height)
     slant = max(cell.slant, min(cell.pulse, MAX_CELL_LENGTH_RATIO * slant_range))
     # Below the sonar the first return is a disc, not a strip.
@@ -47,21 +47,21 @@ def _ground(cell: ResolutionCell, distance: float, height: float) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _cell(cell: ResolutionCell, distance: float, height: float) -> float:
-    """Largest area that one scatterer may stand for [m^2]; see `Resolution.cell_area`."""
+    """Largest area that one scatterer may represent [m^2]; see `Resolution.cell_area`."""
     ground = _ground(cell, distance, height)
     return min(ground * (math.hypot(distance, height) * cell.width) / cell.per_cell, (cell.elongation * ground) ** 2)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def ground(cell: ResolutionCell, distance: Floats, height: float, result: Floats) -> None:
-    """Length of a resolution cell on the ground [m] at some distances [m], into found (n,)."""
+    """Length of a resolution cell on the seabed [m] at some distances [m], into found (n,)."""
     for n in range(distance.size):
         result[n] = _ground(cell, distance[n], height)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def cell_areas(cell: ResolutionCell, distance: Floats, height: float, result: Floats) -> None:
-    """Largest area that one scatterer may stand for [m^2] at some distances [m], into found (n,)."""
+    """Largest area that one scatterer may represent [m^2] at some distances [m], into found (n,)."""
     for n in range(distance.size):
         result[n] = _cell(cell, distance[n], height)
 
@@ -90,7 +90,7 @@ def finest(cell: ResolutionCell, nearest: Floats, farthest: Floats, height: floa
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def min_ground_lengths(cell: ResolutionCell, nearest: Floats, farthest: Floats, height: float, result: Floats) -> None:
-    """Least length of a resolution cell on the ground [m] between two distances [m], into found (n,)."""
+    """Least length of a resolution cell on the seabed [m] between two distances [m], into found (n,)."""
     turns = _extremum_distances(cell, height)
     for n in range(nearest.size):
         least = min(_ground(cell, nearest[n], height), _ground(cell, farthest[n], height))
@@ -106,13 +106,13 @@ def tile_distance_bounds(
     """Least and greatest distance of tiles from a track [m], into nearest and farthest (n,).
 
     Args:
-        centre: Of each in lattice coordinates [m], shape (n, 2).
+        centre: Centre of each in grid coordinates [m], shape (n, 2).
         half: Half its diagonal [m], shape (n,).
-        away: Distance of its centre from the polyline that stands for the track [m], likewise.
+        away: Distance of its centre from the polyline that represents the track [m], shape (n,).
         outermost: Corners of that that may be the farthest [m], shape (m, 2).
         wander: Largest distance between the track and its polyline [m].
-        nearest: To be filled.
-        farthest: To be filled.
+        nearest: Result.
+        farthest: Result.
     """
     for n in range(half.size):
         most = 0.0
@@ -123,7 +123,7 @@ def tile_distance_bounds(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _distance(x: float, y: float, place: Floats) -> float:
-    """Of two places in a plane [m]."""
+    """Distance between two positions in a plane [m]."""
     return math.sqrt((x - place[0]) ** 2 + (y - place[1]) ** 2)
 
 
@@ -145,15 +145,15 @@ def tiles_in_reach(
 
     Args:
         pitch: Side of their cells [m].
-        along: Number of each along the lattice's first axis, shape (n,).
-        across: Along its second, likewise.
+        along: Number of each along the scatterer grid's first axis, shape (n,).
+        across: Along its second, shape (n,).
         here: ScattererGrid coordinates of the transmitter [m], shape (2,).
-        other: Of the receiver.
-        nearest: Distance from the transmitter from which on something is heard [m].
+        other: The same of the receiver.
+        nearest: Distance from the transmitter from which on something is received [m].
         farthest: Up to which [m].
-        widest: Longest way from one end by way of a place to the other that is heard [m].
-        frame: Of the lattice.
-        centre: Result, of each that is left, in lattice coordinates [m], shape (n, 2).
+        widest: Longest way from one end by way of a position to the other that is received [m].
+        frame: Frame of the scatterer grid.
+        centre: Result, of each that is left, in grid coordinates [m], shape (n, 2).
         place: Result, the same as north and east [m].
     """
     north, east, c, s = frame
@@ -173,7 +173,7 @@ def tiles_in_reach(
 
 @njit(cache=True, nogil=True)
 def tiles_above_floor(bound: Floats, floor: float, along: Integers, across: Integers, centre: Floats) -> int:
-    """Of some tiles those that may be as loud as a floor move to the front; their number is returned."""
+    """Move the tiles whose gain may exceed a floor to the front; returns their number."""
     m = 0
     for n in range(bound.size):
         if bound[n] >= floor:
@@ -188,10 +188,10 @@ def subdivide_tiles(
     """Tiles of one level that are fine enough, and those of the next finer level that the others are cut into.
 
     Args:
-        level: Of the tiles.
-        along: Number of each along the lattice's first axis, shape (n,).
-        across: Along its second, likewise.
-        finest: Smallest area that one scatterer may stand for in each [m^2], likewise.
+        level: Level of each tile.
+        along: Number of each along the scatterer grid's first axis, shape (n,).
+        across: Along its second, shape (n,).
+        finest: Smallest area that one scatterer may represent in each [m^2], shape (n,).
 
     Returns:
         Numbers of those that are fine enough, part of their scatterers that fills the sonar's cells [1]; numbers of

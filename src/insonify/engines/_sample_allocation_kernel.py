@@ -1,4 +1,4 @@
-"""What the ground along each line sends back by each pair of legs, by the sonar equation over a flat bed."""
+"""Energy scattered back by the seabed along each radial, by pair of families: sonar equation over a flat seabed."""
 
 import math
 from typing import Any
@@ -13,7 +13,7 @@ Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 
 POINTS_NARROW, POINTS_WIDE = 2, 5
-"""Places in a stretch of a line at which the beams are asked, for lines of one cell and for wide ones."""
+"""Positions in a range bin of a line at which the beams are evaluated, for lines of one cell and for wide ones."""
 GOLDEN = 0.6180339887498949
 BeamArguments = tuple[Floats, Floats, Floats, tuple[Floats, ...], Floats, int]
 """Axes, steer, scale, tables, per_unit and element of `Beams`."""
@@ -38,36 +38,37 @@ def pair_energies(
     radials: Floats, heading: float, edges: Floats, verticals: Floats, odd: NDArray[np.bool_], pair: NDArray[np.int64],
     strength: Floats, transmit_beam: BeamArguments, receive_beam: BeamArguments, same_beams: bool, energy: Singles,
 ) -> None:  # fmt: skip
-    """Energy of every pair from each stretch of each line [m^-2], both orders of a pair together.
+    """Energy of every pair from each range bin of each line [m^-2], both orders of a pair together.
 
     Args:
-        radials: As of `_swath_kernel.walk`.
-        heading: Of their frame in the world [rad].
-        edges: Of the stretches, horizontal distances [m], increasing, (b + 1,).
-        verticals: From each image source down to the bed [m], (f,).
-        odd: Whether the family has an odd number of bounces, (f,).
+        radials: See `_swath_kernel.walk`.
+        heading: Heading of their frame in the world [rad].
+        edges: Edges of the range bins, horizontal distances [m], increasing, (b + 1,).
+        verticals: From each image source down to the seabed [m], (f,).
+        odd: True if the family has an odd number of bounces, (f,).
         pair: Rows of two legs, (p, 2).
-        strength: Cross section of each pair times the squares of both legs' pressures, in each stretch [m^-4], (p, b).
-        transmit_beam: Of the transmitter.
-        receive_beam: Of the receiver.
-        same_beams: Whether both are the same.
+        strength: Cross section of each pair times the squares of both legs' pressures, in each range bin [m^-4], (p,
+            b).
+        transmit_beam: Beam pattern of the transmitter.
+        receive_beam: Beam pattern of the receiver.
+        same_beams: True if both are the same.
         energy: Result, (s, b, p).
     """
     one, two = np.empty(verticals.size), np.empty(verticals.size)
     c0, s0 = math.cos(heading), math.sin(heading)
     for s in range(radials.shape[0]):
         c, d = c0 * radials[s, 0] - s0 * radials[s, 1], s0 * radials[s, 0] + c0 * radials[s, 1]
-        asked = POINTS_WIDE if radials[s, 3] > 0 else POINTS_NARROW
+        samples = POINTS_WIDE if radials[s, 3] > 0 else POINTS_NARROW
         for b in range(edges.size - 1):
             near, far = max(edges[b], radials[s, 4]), min(edges[b + 1], radials[s, 5])
             energy[s, b] = 0
             if far <= near:
                 continue
-            area = 0.5 * (far * far - near * near) * radials[s, 2] / asked
-            for k in range(asked):
-                turn = radials[s, 3] * ((k + 0.5) / asked - 0.5)
+            area = 0.5 * (far * far - near * near) * radials[s, 2] / samples
+            for k in range(samples):
+                turn = radials[s, 3] * ((k + 0.5) / samples - 0.5)
                 x, y = c - d * turn, d + c * turn
-                reach = near + (far - near) * (((2 * k + 1) * asked // 2 + k) % asked + 0.5) / asked
+                reach = near + (far - near) * (((2 * k + 1) * samples // 2 + k) % samples + 0.5) / samples
                 for f in range(verticals.size):
                     inverse = 1 / math.sqrt(reach * reach + verticals[f] * verticals[f])
                     level, fall = reach * inverse, verticals[f] * inverse
@@ -82,20 +83,21 @@ def pair_energies(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def pair_keep_probabilities(
-    energy: Singles, points: Floats, least: Floats, wanted: Any, together: NDArray[np.int64], keep_probability: NDArray[np.uint8],
+    energy: Singles, points: Floats, least: Floats, wanted: Any, together: NDArray[np.int64],
+    keep_probability: NDArray[np.uint8],
     whole: int, fewest: int,
 ) -> None:  # fmt: skip
-    """Which part of the points of each stretch of each line every pair needs.
+    """Fraction of the points of each range bin of each line that every pair needs.
 
     Args:
         energy: Of `pair_energies`, (s, b, p).
-        points: Points that each line has in each stretch, (s, b).
+        points: Points that each line has in each range bin, (s, b).
         least: Energy of a point from which on every point is needed, (b, p).
-        wanted: Whether the pair is heard at all there, (b, p).
+        wanted: True if the pair is received at all there, (b, p).
         together: First of the pairs that may arrive together with each one there, itself for none, (b, p).
         keep_probability: Result, parts of `whole`, (s, b, p).
-        whole: What stands for all points.
-        fewest: Smallest part of a pair that is heard.
+        whole: What represents all points.
+        fewest: Smallest part of a pair that is received.
     """
     count = energy.shape[2]
     for b in range(energy.shape[1]):
@@ -110,7 +112,7 @@ def pair_keep_probabilities(
                 keep_probability[s, b, p] = most if wanted[b, p] and part > 0 else 0
             if alone:
                 continue
-            # pairs that interfere are asked at the same points: the loudest of them leads
+            # pairs that interfere are evaluated at the same points: the largest gain of them leads
             for p in range(count):
                 keep_probability[s, b, together[b, p]] = max(
                     keep_probability[s, b, together[b, p]], keep_probability[s, b, p]
@@ -130,9 +132,9 @@ def lengthen_steps(
 
     Args:
         radials: As they are, (s, 9).
-        edges: Of the stretches [m], (b + 1,).
-        keep_probability: Of each line and stretch, (s, b, p).
-        whole: What stands for all points.
+        edges: Edges of the range bins [m], (b + 1,).
+        keep_probability: Keep probability of each line and range bin, (s, b, p).
+        whole: What represents all points.
         longest: Longest step [steps], a power of 2.
         result: Result, lines, (2 s, 9).
         row: Result, which one of those before each is a part of, (2 s,).

@@ -1,7 +1,7 @@
-"""Crests of the ground along lines, and what bends around them. Plain numbers and arrays only.
+"""Crests of the seabed along lines, and diffraction over them. Plain numbers and arrays only.
 
-A crest is ground behind which ground lies hidden. It acts as a knife edge, in the measure in which its shadow is a
-shadow at all: a hollow that is shallow against a Fresnel zone is filled by diffraction, and its rim dims nothing.
+A crest is terrain behind which terrain lies hidden. It acts as a knife edge, less so the shallower the hollow behind
+it: one that is shallow against a Fresnel zone is filled by diffraction, and its rim takes nothing.
 """
 
 import math
@@ -22,22 +22,22 @@ MAX_CRESTS = 4
 """Crests that are looked at before a point: the nearest ones that stand out."""
 
 NEGLIGIBLE_CHANGE = 1e-3
-"""Crests that change the pressure by less take nothing: 60 dB below what passes them [1]."""
+"""Largest change of the pressure by a crest that is neglected: 60 dB below what passes it [1]."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def find_crests(
     launch: Floats, distance: Floats, rising: bool, wavelength: float, bound: Floats, last_crest: Rows, crests: Floats
 ) -> None:
-    """TerrainOcclusion, and crests along them: where a skyline stops sinking, and how deep the hollow behind each is.
+    """Launch horizons, and crests along them: samples at which a horizon stops sinking, and the depth of the hollows.
 
     Args:
-        launch: Launch that meets the ground at each sample, (s, n); where none does, one that hides nothing is set.
-        distance: Of the samples, evenly from the first on [m], (n,).
-        rising: Whether rays rise from a bounce: then lines are walked inwards, and what lies above hides.
-        wavelength: Of the sound [m].
+        launch: Launch that reaches the seabed at each sample, (s, n); where none does, one that hides nothing.
+        distance: Distances of the samples, evenly from the first on [m], (n,).
+        rising: True if rays rise from a bounce: lines are then walked inwards, and terrain above a ray hides.
+        wavelength: Acoustic wavelength [m].
         bound: Result, smallest launch up to each sample; of rays that rise, the largest from it on, (s, n).
-        last_crest: Result, number of the crest met last up to each sample, -1 for none, (s, n).
+        last_crest: Result, number of the last crest up to each sample, -1 for none, (s, n).
         crests: Result, for each crest in the order of the walk: its sample, its launch, the most by which ground behind
             lies below the ray over it [m], and of `negligible_beyond` [m], (s, n // 2 + 1, 4).
     """
@@ -77,7 +77,7 @@ def negligible_beyond(near: float, hollow_depth: float, wavelength: float) -> fl
     Args:
         near: Distance of the crest [m].
         hollow_depth: Depth of the hollow [m].
-        wavelength: Of the sound [m].
+        wavelength: Acoustic wavelength [m].
     """
     left = (
         0.999 * 2 * NEGLIGIBLE_CHANGE * wavelength / (2 * math.pi * max(hollow_depth * hollow_depth, 1e-30)) - 1 / near
@@ -87,22 +87,22 @@ def negligible_beyond(near: float, hollow_depth: float, wavelength: float) -> fl
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def surely_unobstructed(depth: Floats, distance: Floats, image: np.float32, step: int) -> bool:
-    """Whether rays that go straight from an image of the sonar surely meet farther ground less steeply: none is hidden.
+    """Return True if launch angles from an image of the sonar surely steepen with distance: no terrain is hidden.
 
     Args:
-        depth: Depth of the ground at the samples [m], (s, n).
-        distance: Of the samples [m], (n,).
-        image: Depth of the image [m]; ground above it is not told about.
-        step: Samples that are looked at before it is asked whether that was enough.
+        depth: Depth of the seabed at the samples [m], (s, n).
+        distance: Distances of the samples [m], (n,).
+        image: Depth of the image [m]; terrain above it is not evaluated.
+        step: Samples that are looked at before it is evaluated whether that was enough.
     """
-    more = np.float32(1 + 1e-6)  # than what rounding can make of a product, or of a quotient
+    more = np.float32(1 + 1e-6)  # above the rounding error of a product or a quotient
     for s in range(depth.shape[0]):
         for first in range(0, depth.shape[1] - 1, step):
             end = min(first + step, depth.shape[1] - 1)
             here, there = depth[s, first:end], depth[s, first + 1 : end + 1]
             near, far = distance[first:end], distance[first + 1 : end + 1]
             sinks = 0
-            for k in range(near.size):  # no number where the ground is not known: nothing is told then
+            for k in range(near.size):  # NaN where the depth is unknown: then nothing is certain
                 low, high = here[k] - image, there[k] - image
                 sinks += (high * near[k] * more <= low * far[k]) & (low > 0) & (high > 0)
             if sinks < near.size:
@@ -116,25 +116,25 @@ def diffract_over_crests(
     steepness: Floats, step: float, distance: Floats, wavelength: float, table: Complexes, per_unit: float,
     ground: bool, soft: bool, visible: NDArray[np.bool_], left: Complexes,
 ) -> None:  # fmt: skip
-    """What crests leave of rays that pass over the ground of a line, and whether the ground itself is seen.
+    """Factor by which crests reduce rays over the seabed of a line, and whether the seabed itself is visible.
 
     Args:
-        launch: Launch that meets the ground at each sample, (s, n).
+        launch: Launch that reaches the seabed at each sample, (s, n).
         lowest: Smallest up to each sample, (s, n).
         last_crest: Of `find_crests`, (s, n).
-        crests: Likewise, (s, crests, 4).
+        crests: Crests of `find_crests`, (s, crests, 4).
         rows: Line of each point, (points,).
         points: Which points, (points,).
-        reach: Distance [m] up to which the ground can cut, (all,).
-        steepness: Of the rays; not read where they end on the ground, (all,).
+        reach: Distance [m] up to which the seabed can cut, (all,).
+        steepness: Launch slopes of the rays; not read where they end on the seabed, (all,).
         step: Distance of samples [m].
         distance: Horizontal length of the whole leg [m], (all,).
-        wavelength: Of the sound [m].
+        wavelength: Acoustic wavelength [m].
         table: See `insonify.propagation.knife_edge_kernel.edge_diffraction`.
-        per_unit: Likewise.
-        ground: Whether rays end on the ground of the lines: between samples it is as linear as the launches to it.
-        soft: Whether sound bends around crests.
-        visible: Result, False is written where the ground is hidden that rays end on, (all,).
+        per_unit: See `insonify.propagation.knife_edge_kernel.edge_diffraction`.
+        ground: True if rays end on the seabed of the lines: between samples it is as linear as the launches to it.
+        soft: True if sound bends around crests.
+        visible: Result, False is written where the seabed is hidden that rays end on, (all,).
         left: Result, multiplied, where edges are soft [1], (all,).
     """
     last, per_step = launch.shape[1] - 2, 1 / step
@@ -147,7 +147,7 @@ def diffract_over_crests(
         here, at, blocking_sample = launch[s, k], last_crest[s, k], -1
         if ground:
             way = float(here + min(steps - (k + 1), 1.0) * (launch[s, k + 1] - here))
-            # the skyline is the ground itself, or the launch over the last crest
+            # the launch horizon is the seabed itself, or the launch over the last crest
             if way > (here if at < 0 else min(here, crests[s, at, 1])):
                 visible[n], at = False, last_crest[s, k + 1]
         else:
@@ -155,7 +155,8 @@ def diffract_over_crests(
             if way > lowest[s, k] and here <= lowest[s, k]:
                 blocking_sample = k  # it dips into ground that still rises
         if soft and (at >= 0 or blocking_sample >= 0):
-            left[n] *= strongest_crest_factor(launch, crests, s, at, blocking_sample, 1.0, way, ENDLESS, step, distance[n], wavelength,
+            left[n] *= strongest_crest_factor(launch, crests, s, at, blocking_sample, 1.0, way, ENDLESS, step,
+            distance[n], wavelength,
                                   table, per_unit)  # fmt: skip
 
 
@@ -168,20 +169,20 @@ def diffract_rising_rays(
     """Multiply what crests leave of rays that rise from a bounce into `left`.
 
     Args:
-        launch: As of `diffract_over_crests`.
-        last_crest: As of `diffract_over_crests`.
-        crests: As of `diffract_over_crests`.
-        rows: As of `diffract_over_crests`.
-        points: As of `diffract_over_crests`.
+        launch: See `diffract_over_crests`.
+        last_crest: See `diffract_over_crests`.
+        crests: See `diffract_over_crests`.
+        rows: See `diffract_over_crests`.
+        points: See `diffract_over_crests`.
         start: Distance in steps from which the ray is looked at, (all,).
         stop: Distance at which it ends, (all,).
-        steepness: As of `diffract_over_crests`.
-        step: As of `diffract_over_crests`.
-        distance: As of `diffract_over_crests`.
-        wavelength: As of `diffract_over_crests`.
-        table: As of `diffract_over_crests`.
-        per_unit: As of `diffract_over_crests`.
-        visible: Whether this segment of each ray clears the ground, (all,).
+        steepness: See `diffract_over_crests`.
+        step: See `diffract_over_crests`.
+        distance: See `diffract_over_crests`.
+        wavelength: See `diffract_over_crests`.
+        table: See `diffract_over_crests`.
+        per_unit: See `diffract_over_crests`.
+        visible: True if this segment of each ray clears the seabed, (all,).
         left: Result [1], (all,).
     """
     for m in range(points.size):
@@ -191,32 +192,34 @@ def diffract_rising_rays(
             continue
         way, blocking_sample = float(steepness[n]), -1
         if not visible[n] and launch[s, first] > way:
-            blocking_sample = first  # it rises out of the ground itself
-        left[n] *= strongest_crest_factor(launch, crests, s, last_crest[s, first], blocking_sample, -1.0, way, float(end), step,
+            blocking_sample = first  # it rises out of the seabed itself
+        left[n] *= strongest_crest_factor(launch, crests, s, last_crest[s, first], blocking_sample, -1.0, way,
+        float(end), step,
                               distance[n], wavelength, table, per_unit)  # fmt: skip
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def strongest_crest_factor(
-    launch: Floats, crests: Floats, s: int, last: int, blocking_sample: int, sense: float, way: float, end: float, step: float,
+    launch: Floats, crests: Floats, s: int, last: int, blocking_sample: int, sense: float, way: float, end: float,
+    step: float,
     distance: float, wavelength: float, table: Complexes, per_unit: float,
 ) -> complex:  # fmt: skip
-    """What the crest that takes most leaves of one ray [1].
+    """Factor of the crest that reduces one ray most [1].
 
     Args:
-        launch: Launch that meets the ground at each sample, (lines, n).
-        crests: Of `find_crests`, (lines, crests, 4).
+        launch: Launch that reaches the seabed at each sample, (lines, n).
+        crests: See `find_crests`, (lines, crests, 4).
         s: Line of the ray.
         last: Number of the first crest to look at, -1 for none.
         blocking_sample: Sample of ground that cuts without being a crest, -1 for none.
-        sense: 1 for rays that come down on the ground, -1 for those that rise.
+        sense: 1 for rays that come down on the seabed, -1 for those that rise.
         way: Launch of the ray.
-        end: Sample from which on nothing cuts.
+        end: Sample from which on no terrain is hidden.
         step: Distance of samples [m].
         distance: Horizontal length of the whole leg [m].
-        wavelength: Of the sound [m].
+        wavelength: Acoustic wavelength [m].
         table: See `diffract_over_crests`.
-        per_unit: Likewise.
+        per_unit: See `diffract_over_crests`.
     """
     stretch, least, most = math.sqrt(1 + way * way), 1 + 0j, 0.0
     length, level = distance * stretch, 1 / stretch

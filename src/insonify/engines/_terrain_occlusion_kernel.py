@@ -1,4 +1,4 @@
-"""Walks along lines of the ground: what it hides."""
+"""Occlusion by the seabed along lines. Plain numbers and arrays only."""
 
 import math
 from typing import Any
@@ -16,10 +16,10 @@ CLEAR, OCCLUDED, TERRAIN = 0, 2, -2  # the values of records.legs.LegStatus, and
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def horizon_at(lowest: Floats, rows: Integers, reach: Floats, points: Integers, found: Floats) -> None:
-    """The skyline of some points at a distance, infinite before the first sample.
+    """The launch horizon of some points at a distance, infinite before the first sample.
 
     Args:
-        lowest: Of `_crest_kernel.find_crests`, (s, n).
+        lowest: Of `_terrain_diffraction_kernel.find_crests`, (s, n).
         rows: Line of each point, (points,).
         reach: Distance in steps of each point, (all,).
         points: Which points, (points,).
@@ -37,12 +37,12 @@ def rising_rays_clear(
     launch: Floats, highest: Floats, steepness: Floats, rows: Integers, start: Floats, stop: Floats, points: Integers,
     clear: NDArray[np.bool_],
 ) -> None:  # fmt: skip
-    """Whether rays that rise from a bounce stay above the ground, from one distance to another.
+    """Return True if rays that rise from a bounce stay above the seabed, from one distance to another.
 
     Args:
-        launch: Launch that would meet the ground at each sample, (s, n).
+        launch: Launch that would reach the seabed at each sample, (s, n).
         highest: Largest from each sample on, (s, n): most rays pass above all that follows, and need no walk.
-        steepness: Of the rays, (all,).
+        steepness: Launch slopes of the rays, (all,).
         rows: Line of each point, (points,).
         start: Distance in steps from which the ray is looked at, (all,).
         stop: Distance at which it ends, (all,).
@@ -62,12 +62,12 @@ def rising_rays_clear(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def mark_terrain_occlusion(clear: NDArray[np.bool_], status: NDArray[Any], occluder: NDArray[Any]) -> None:
-    """Mark the legs that the ground cuts: those that are there but not lit.
+    """Mark the legs that the seabed cuts: those that are there but not lit.
 
     Args:
-        clear: Whether the ground lets each pass, (f, n).
+        clear: True if the seabed lets each pass, (f, n).
         status: Changed from clear to cut, (f, n).
-        occluder: Changed to the ground where that happens, (f, n).
+        occluder: Changed to the seabed where that happens, (f, n).
     """
     for f in range(clear.shape[0]):
         for n in range(clear.shape[1]):
@@ -95,17 +95,17 @@ def clear_of_terrain(
     penetration: float,
     on_terrain: bool,
 ) -> NDArray[np.bool_]:
-    """Whether rays, given by their depths, stay above the ground of a line until they end.
+    """Return True if rays, given by their depths, stay above the seabed of a line until they end.
 
     Args:
         ray_depths: Depths of the rays at the samples [m], (n, samples).
-        depth: Depth of the ground there [m], (lines, samples).
+        depth: Depth of the seabed there [m], (lines, samples).
         rows: Line of each ray, (n,).
         reach: Where it ends, in steps, (n,).
         ends: Depth at which it ends [m], (n,).
-        ignored_below: Depth below which it is not asked [m], (n,).
-        penetration: How far it may dip into the ground [m].
-        on_terrain: Whether it is to end on the ground of its line, and leans to it from end to end.
+        ignored_below: Depth below which it is not evaluated [m], (n,).
+        penetration: How far it may dip into the seabed [m].
+        on_terrain: True if it is to end on the seabed of its line, and leans to it from end to end.
 
     Returns:
         True where a ray is clear, (n,).
@@ -128,21 +128,22 @@ def clear_of_terrain(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def segments_clear(
-    depth: Floats, shallowest: Floats, step: float, rows: Integers, points: Integers, nodes: Floats, bounce_margin: Floats,
+    depth: Floats, shallowest: Floats, step: float, rows: Integers, points: Integers, nodes: Floats,
+    bounce_margin: Floats,
     on_terrain: bool, penetration: float, clear: NDArray[np.bool_],
 ) -> None:  # fmt: skip
-    """Whether ways of straight segments stay above the ground of a line; only what is below its highest is walked.
+    """Return True if paths of straight segments clear the seabed of a line; only parts below its highest are walked.
 
     Args:
-        depth: Depth of the ground at the samples [m], (lines, samples).
+        depth: Depth of the seabed at the samples [m], (lines, samples).
         shallowest: Least of each line [m], (lines,).
         step: Distance of the samples [m].
         rows: Line of each point, (points,).
         points: Which points, (points,).
         nodes: Distance and depth of the ends of all segments [m], (segments + 1, all, 2).
-        bounce_margin: Distance about each of them within which the ground is not asked [m], (segments + 1, all).
-        on_terrain: Whether the ways end on the ground of their line.
-        penetration: How far they may dip into the ground [m].
+        bounce_margin: Distance about each bounce within which the seabed is not evaluated [m], (segments + 1, all).
+        on_terrain: True if the paths end on the seabed of their line.
+        penetration: How far they may dip into the seabed [m].
         clear: Result, False is written where a way is cut, (all,).
     """
     for m in range(points.size):

@@ -1,4 +1,4 @@
-"""Slices of azimuth about one end of the sonar: which points lie in which, and how deep the ground is along them."""
+"""Slices of azimuth about one end of the sonar: which points lie in which, and how deep the seabed is along them."""
 
 import math
 from typing import Any
@@ -17,7 +17,7 @@ EAST_NEIGHBOUR, NORTH_NEIGHBOUR = np.uint32(1), np.uint32(NODES)
 SAMPLES_PER_RUN = 64
 """Samples of one line that are taken before those of the next: neighbours read the same piece of the map."""
 MERGE_BLOCK_LOG2 = 3
-"""Two to this power slices are merged alike."""
+"""Two to this power slices are merged in one decision."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -25,7 +25,7 @@ def sample_profiles(
     here: Floats, rays: Floats, step: float, firsts: Integers, level: float, pages: HeightmapTiles,
     wanted: NDArray[np.bool_], done: NDArray[np.bool_], depth: Floats,
 ) -> bool:  # fmt: skip
-    """Depths of the ground along lines, linear between the nodes of the map; sample k lies (k + 1) steps out.
+    """Depths of the seabed along lines, linear between the nodes of the map; sample k lies (k + 1) steps out.
 
     Args:
         here: Where the lines start on the map [m], (2,).
@@ -35,7 +35,7 @@ def sample_profiles(
         level: Depth of the plane from which heights are counted [m].
         pages: The map.
         wanted: Result, True for the pieces that are missing, (rows, columns) of pieces.
-        done: Which stretches of `SAMPLES_PER_RUN` samples of a zone need not be walked again, (stretches,).
+        done: True for runs of `SAMPLES_PER_RUN` samples of a zone that are complete already, (runs,).
         depth: Result [m], (s, samples).
 
     Returns:
@@ -60,9 +60,9 @@ def _sample_line(
     here: NDArray[np.float64], ray: NDArray[np.float64], step: float, first: int, stop: int, top: np.float32,
     pages: HeightmapTiles, wanted: NDArray[np.bool_], at: NDArray[np.uint32], part: Floats, depth: Floats,
 ) -> bool:  # fmt: skip
-    """Depths along a stretch of one line; whether no piece of the map is missing. Arguments as of `sample_profiles`.
+    """Depths along a run of one line; returns True if no tile of the map is missing. Arguments see `sample_profiles`.
 
-    Cells and places in them are worked out first, in vectors, into `at` and `part` of (TOGETHER,), (2, TOGETHER + 1).
+    Cells and positions in them are computed first, in vectors, into `at` and `part` of (TOGETHER,), (2, TOGETHER + 1).
     """
     x0, y0, dx, dy = here[0] / pages.cell, here[1] / pages.cell, ray[0] * step / pages.cell, ray[1] * step / pages.cell
     flat, rows, height, width = pages.heights, pages.row_of, wanted.shape[0], wanted.shape[1]
@@ -89,7 +89,7 @@ def _sample_line(
             a, b = np.int32(x), np.int32(y)
             at[m], part[0, m], part[1, m] = a * NODES + b, np.float32(x - a), np.float32(y - b)
         slice_of, touched = depth[k : k + run], np.float32(0)
-        for m in range(0, run, 2):  # all that will be read is asked for at once, before anything waits for it
+        for m in range(0, run, 2):  # all that will be read is requested at once, before anything waits for it
             touched += piece[at[m]] + piece[at[m] + NORTH_NEIGHBOUR]
         part[0, SAMPLES_PER_RUN] = touched
         for m in range(run):
@@ -105,7 +105,7 @@ def _sample_line(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _samples_left(start: float, step: float, first: int) -> int:
-    """How many samples of a line, from one that lies on a piece of the map on, lie there along one axis for certain.
+    """Number of samples of a line, from one on a tile of the map on, that certainly lie on that tile along one axis.
 
     Args:
         start: Where the line starts, from the edge of the piece [cells].
@@ -125,7 +125,7 @@ def profiles_of(
     place: Floats, position: Floats, heading: float, edges: Floats, counts: Integers, starts: Integers,
     merged: NDArray[np.uint8], home: Rows, distance: Floats, slice_of: Integers, wanted: NDArray[np.bool_],
 ) -> int:  # fmt: skip
-    """How far away points are, and the slices that they lie in.
+    """Distances of points, and the azimuth slices in which they lie.
 
     Args:
         place: North and east from where they are seen [m], (2 or more,).
@@ -135,10 +135,10 @@ def profiles_of(
         counts: Slices of azimuth in each zone, (zones,).
         starts: Number of the first slice of each zone, (zones,).
         merged: Slices that are walked as one, as a power of two, for every 2^`MERGE_BLOCK_LOG2` of all slices.
-        home: Where the line of each slice is kept, -1 for nowhere, (slices,).
+        home: Array in which the line of each slice is stored, -1 for none, (slices,).
         distance: Result, horizontal [m], (n,).
         slice_of: Result, number of the slice of each point, of merged ones the first, (n,).
-        wanted: Result, True for slices whose lines are nowhere, (slices,).
+        wanted: Result, True for slices whose lines are not stored, (slices,).
 
     Returns:
         How many points those are wanted for.
@@ -190,10 +190,10 @@ def profile_bearings(
     Args:
         wanted: Numbers of the slices, of merged ones the first, (s,).
         zone: Number of their zone.
-        counts: As of `profiles_of`.
-        starts: As of `profiles_of`.
-        merged: As of `profiles_of`.
-        turn: Result, bearings on the lattice [rad], (s, zone + 1).
+        counts: See `profiles_of`.
+        starts: See `profiles_of`.
+        merged: See `profiles_of`.
+        turn: Result, bearings on the scatterer grid [rad], (s, zone + 1).
         rays: Result, directions there, (s, zone + 1, 2).
     """
     for n in range(wanted.size):
@@ -203,7 +203,7 @@ def profile_bearings(
             middle = ((piece >> power) << power) + (1 << power) / 2
             turn[n, k] = middle * (2 * math.pi / counts[k])
             rays[n, k, 0], rays[n, k, 1] = math.cos(turn[n, k]), math.sin(turn[n, k])
-            # its own middle all the way: that of merged slices is the border of two wider ones
+            # its own middle throughout: that of merged slices is the border of two wider ones
             slice_of = middle if k == zone else slice_of
             piece = int(slice_of * counts[k - 1] / counts[zone]) if k > 0 else piece
 
@@ -212,14 +212,14 @@ def profile_bearings(
 def group_by_profile(
     slice_of: Integers, home: Rows, row: Rows, starts: Integers, points: Integers, rows: Integers
 ) -> None:
-    """Points sorted by where the lines of their slices are kept, those of one place in their order.
+    """Points sorted by the array in which the lines of their slices are stored, otherwise in their order.
 
     Args:
         slice_of: Slice of each point, (n,).
-        home: Where the line of each slice is kept, (slices,).
-        row: Its row there, (slices,).
-        starts: Result, where each place begins among `points`; the last number is the end of all, (places + 1,).
-        points: Result, points by place, (n,).
+        home: Array in which the line of each slice is stored, (slices,).
+        row: Row of that array, (slices,).
+        starts: Result, where each position begins among `points`; the last number is the end of all, (positions + 1,).
+        points: Result, points by position, (n,).
         rows: Result, row of the line of each of these, (n,).
     """
     starts[:] = 0

@@ -1,14 +1,14 @@
-"""Which scatterers one ping asks for: all where a beam looks, few where it hardly listens.
+"""Importance sampling of scatterers by the two-way beam gain: all within the beam, few far outside it.
 
-A scatterer is kept where its priority, which belongs to its place, lies below a share, and stands for as much more
-ground as others beside it were left out. The share is one wherever the two-way gain is within 14 dB of the loudest at
-its distance. It falls with the square of the gain's envelope below, so that each that is left is about as loud as one
-at that edge; far below, only with the envelope, for side lobes far out are all that fills a wide shadow. Every path,
-beam and element of a ping has the same scatterers, so that what is coherent stays so; from ping to ping they come and
-go only where shares are below one. The mean is that of all scatterers, whatever the share is.
+A scatterer is kept where its priority, which belongs to its position, lies below a keep probability; its area is
+divided by that probability. The probability is one wherever the two-way gain is within 14 dB of the largest at the same
+distance. Below, it falls with the square of the gain's envelope, so that each scatterer kept is about as strong as one
+at that edge; far below, it is proportional to the envelope, because far side lobes alone fill a wide shadow. Every
+path, beam and element of a ping has the same scatterers, so that coherence is preserved; from ping to ping, scatterers
+change only where probabilities are below one. The mean is unbiased for any keep probability.
 
-Recorded elements that are to be steered as one aperture each hear more than the beams that will be made of them: their
-share falls from 14 dB below the loudest on, and with the square of the gain all the way.
+Recorded elements that are not focused to a synthetic aperture receive from more directions than one beam: their keep
+probability falls from 14 dB below the largest gain on, and with the square of the gain throughout.
 """
 
 from dataclasses import dataclass
@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify import random_keys
+from insonify.engines import _gain_envelope_arrays as _gain_envelope_arrays  # stand-ins of the kernels
 from insonify.engines import _gain_envelope_kernel as kernel
 from insonify.engines import _keep_probability_kernel as share_kernel
-from insonify.engines import _loudness_arrays as _loudness_arrays  # stand-ins of the kernels
 from insonify.engines._draw_kernel import draw_and_keep
 from insonify.engines.glint_spread import GlintSpread, spread_patterns
 from insonify.propagation.propagation_model import PropagationModel
@@ -35,64 +35,64 @@ Floats = NDArray[np.float64]
 
 Integers = NDArray[np.int64]
 BEAM_EDGE_DB = -14.0
-"""Two-way gain of a beam, re the loudest at its distance, above which every scatterer is kept [dB]."""
+"""Two-way gain of a beam, re the largest gain at its distance, above which every scatterer is kept [dB]."""
 ELEMENT_EDGE_DB = -14.0
-"""The same for recorded elements."""
+"""Two-way gain of recorded elements, re the largest gain at its distance, above which every scatterer is kept [dB]."""
 LINEAR_BELOW = 0.25
-"""Gain of a beam, re that edge, below which shares fall no longer with its square, but with it: side lobes far out are
-all that fills a wide shadow [1]."""
+"""Gain of a beam, re that edge, below which keep probabilities fall no longer with its square, but with it: side lobes
+far out are all that fills a wide shadow [1]."""
 MIN_KEEP_PROBABILITY = 0.001
-"""Smallest share."""
+"""Smallest keep probability."""
 PEAK_RATIO = 0.7
-"""Loudest corner of a part, re its loudest place, above which scatterers are judged by the corners [1]."""
+"""Largest corner of a part, re its strongest position, above which scatterers are evaluated by the corners [1]."""
 MIN_GAIN = 1e-300
 """Least gain that others are compared with."""
 FIRST_NODE = 0.05
-"""Distance of the first of the nodes, at which rays and the loudest gain are worked out; the n-th is n^2 as far [m]."""
+"""Distance of the first of the nodes, at which rays and the largest gain are computed; the n-th is n^2 as far [m]."""
 BEARINGS = 3600
-"""Bearings over which a mean share is taken."""
+"""Bearings over which a mean keep probability is taken."""
 SECTORS = 16
-"""Sectors in which the loudest direction is looked for first."""
+"""Sectors in which the largest gain direction is looked for first."""
 MIN_SCATTERERS_BY_PART = 48
-"""Scatterers of a tile below which it is judged as a whole, not part by part."""
+"""Scatterers of a tile below which it is evaluated as a whole, not part by part."""
 HALVINGS = 12
-"""Of a sector, at most."""
+"""Largest number of halvings of a sector."""
 GAIN_TOLERANCE = 1.05
-"""Ratio to which the loudest gain is found [1]."""
+"""Ratio to which the largest gain is found [1]."""
 
 
 class GainBounds(NamedTuple):
-    """How loud n tiles are at most, before anything is drawn in them."""
+    """Upper bounds of the gain over n tiles."""
 
     density: Floats
-    """Share of their scatterers that fills the sonar's cells: the lattice's come in powers of two, shape (n,)."""
+    """Fraction of the scatterers that fills the sonar's cells: tile levels come in powers of two, shape (n,)."""
     tile_gain: Floats
-    """Loudest gain anywhere in each, re that above which all are kept, shape (n,)."""
+    """Largest gain anywhere in each, re that above which all are kept, shape (n,)."""
     centre_gain: Floats
-    """Gain in the middle of each, likewise."""
+    """Gain in the middle of each, re that above which all are kept, shape (n,)."""
     row: Integers
-    """Row in `parts` of each, -1 for one with few scatterers that is judged as a whole, shape (n,)."""
+    """Row in `parts` of each, -1 for one with few scatterers that is evaluated as a whole, shape (n,)."""
     part_gains: Floats
-    """The loudest gain in each part of some tiles, shape (any, PARTS, PARTS)."""
+    """The largest gain in each part of some tiles, shape (any, PARTS, PARTS)."""
 
     def take(self, rows: slice) -> "GainBounds":
-        """Those of some tiles."""
+        """Bounds of some tiles."""
         return GainBounds(
             self.density[rows], self.tile_gain[rows], self.centre_gain[rows], self.row[rows], self.part_gains
         )
 
 
 class KeepProbabilities(NamedTuple):
-    """How many of the scatterers of n tiles one ping keeps, part by part."""
+    """Keep probabilities of the scatterers of n tiles, part by part."""
 
     density: Floats
-    """As of `GainBounds`, shape (n,)."""
+    """See `GainBounds`, shape (n,)."""
     max_probability: Floats
-    """Largest share anywhere in each part, shape (n, PARTS, PARTS); no scatterer is given more."""
+    """Largest keep probability anywhere in each part, shape (n, PARTS, PARTS); no scatterer is given more."""
     corner: Floats
     """Gain at the corners of the parts, re that above which all are kept, shape (n, PARTS + 1, PARTS + 1)."""
     is_peaked: NDArray[np.bool_]
-    """Parts that hold a place much louder than their corners, shape (n, PARTS, PARTS)."""
+    """Parts that hold a position much stronger than their corners, shape (n, PARTS, PARTS)."""
 
 
 class KeptScatterers(NamedTuple):
@@ -101,44 +101,44 @@ class KeptScatterers(NamedTuple):
     position: Floats
     """North, east, depth [m], shape (n, 3)."""
     area: Floats
-    """Ground that each stands for [m^2]."""
+    """Ground that each represents [m^2]."""
     phase: NDArray[np.complex128]
-    """Unit phasor of its place [1]."""
+    """Unit phasor of its position [1]."""
     key: NDArray[np.uint64]
-    """Key of its place."""
+    """Key of its position."""
     tile: NDArray[np.int32]
     """Row of its tile."""
     rank: NDArray[np.int32]
-    """Its place in the tile's order."""
+    """Its position in the tile's order."""
 
 
 @dataclass(frozen=True)
 class BeamImportance:
-    """How loud one ping hears the places of one level boundary."""
+    """Two-way gain and keep probabilities over one flat boundary at one ping."""
 
     ping_geometry: PingGeometry
     depth: float
-    """Of the boundary [m]."""
+    """Depth of the boundary [m]."""
     rays: PropagationModel
     families: tuple[str, ...]
     """Families that reach it."""
     lattice: ScattererGrid
     farthest: float
-    """Distance from the middle between both ends that is asked about at most [m]."""
+    """Distance from the middle between both ends that is evaluated at most [m]."""
     importance_sampling: bool = True
-    """Whether any scatterer is left out at all."""
+    """True: any scatterer is left out at all."""
     glints: GlintSpread | None = None
     """Angular spread of legs by a moving surface; None: it is still."""
 
     def bounds(self, tiles: Tiles, density: Floats) -> GainBounds:
-        """How loud some tiles are at most, those with many scatterers part by part.
+        """Upper bounds of the gain over some tiles, part by part for those with many scatterers.
 
         Args:
             tiles: The tiles.
             density: Share of their scatterers that fills the sonar's cells, shape (n,).
         """
         row, none = np.full(len(density), -1), np.empty((0, PARTS, PARTS))
-        # what is loudest at a distance is told of one place only
+        # the largest gain at a distance is known for one origin only
         if self.ping_geometry.receive_track_extent is not None or not self.importance_sampling:
             return GainBounds(density, np.ones(len(density)), np.ones(len(density)), row, none)
         every, around = np.arange(len(density)), TILE * tiles.pitch * np.sqrt(0.5)
@@ -157,52 +157,52 @@ class BeamImportance:
         return bounds.density * share * TILE**2
 
     def keep_probabilities(self, tiles: Tiles, bounds: GainBounds) -> KeepProbabilities:
-        """Shares in some tiles, few enough that the answer is small.
+        """Keep probabilities of the scatterers of some tiles.
 
         Args:
             tiles: The tiles.
             bounds: Of these tiles.
         """
-        many, odd = share_kernel.classify_tiles(bounds.tile_gain, bounds.centre_gain, bounds.row, PEAK_RATIO)
-        at_parts = self._relative_gain(self._positions(tiles, many, np.arange(PARTS + 1) / PARTS))
-        at_ends = self._relative_gain(self._positions(tiles, odd, np.arange(2.0)))
+        by_part, nonuniform = share_kernel.classify_tiles(bounds.tile_gain, bounds.centre_gain, bounds.row, PEAK_RATIO)
+        at_parts = self._relative_gain(self._positions(tiles, by_part, np.arange(PARTS + 1) / PARTS))
+        at_ends = self._relative_gain(self._positions(tiles, nonuniform, np.arange(2.0)))
         count = len(bounds.row)
-        corner, loudest = np.empty((count, PARTS + 1, PARTS + 1)), np.empty((count, PARTS, PARTS))
+        corner, largest = np.empty((count, PARTS + 1, PARTS + 1)), np.empty((count, PARTS, PARTS))
         share_kernel.interpolate_corner_gains(
             bounds.tile_gain,
             bounds.centre_gain,
             bounds.row,
             bounds.part_gains,
-            many,
+            by_part,
             at_parts,
-            odd,
+            nonuniform,
             at_ends,
             corner,
-            loudest,
+            largest,
         )
-        peaked, most = np.empty(loudest.shape, np.bool_), np.empty(loudest.shape)
+        peaked, max_probability = np.empty(largest.shape, np.bool_), np.empty(largest.shape)
         share_kernel.find_peaked_parts(
             corner,
-            loudest,
+            largest,
             bounds.row,
             bounds.density,
             PEAK_RATIO,
             self._linear_below,
             MIN_KEEP_PROBABILITY,
             peaked,
-            most,
+            max_probability,
         )
-        return KeepProbabilities(bounds.density, most, corner, peaked)
+        return KeepProbabilities(bounds.density, max_probability, corner, peaked)
 
-    def _relative_gain(self, place: Floats, around: Floats | None = None) -> Floats:
-        """Gain at some places, or the loudest within so far [m] of them, re that above which all are kept."""
-        found = np.empty(len(place))
-        if len(place):
-            kernel.gain_re_threshold(self._gains, place, np.zeros(len(place)) if around is None else around, found)
-        return found
+    def _relative_gain(self, position: Floats, around: Floats | None = None) -> Floats:
+        """Gain at some positions, or the largest within a radius [m] of them, re that above which all are kept."""
+        gain = np.empty(len(position))
+        if len(position):
+            kernel.gain_re_threshold(self._gains, position, np.zeros(len(position)) if around is None else around, gain)
+        return gain
 
     def kept_scatterers(self, tiles: Tiles, bounds: GainBounds, seed: int, stream: int, depth: float) -> KeptScatterers:
-        """The scatterers of some tiles that are kept, each drawn, judged and kept or left out at once.
+        """The scatterers of some tiles that are kept, each drawn, evaluated and kept or left out at once.
 
         Args:
             tiles: The tiles.
@@ -213,12 +213,12 @@ class BeamImportance:
         """
         keep_probabilities = self.keep_probabilities(tiles, bounds)
         count = max_point_count(keep_probabilities.max_probability)
-        made = (
+        columns = (
             np.empty((count, 3)), np.empty(count), np.empty(count, complex), np.empty(count, np.uint64),
             np.empty(count, np.int32), np.empty(count, np.int32),
         )  # fmt: skip
         first = grid_scatterer_id(stream, tiles.level, tiles.along * TILE, tiles.across * TILE)
-        told = (
+        probabilities = (
             keep_probabilities.density,
             keep_probabilities.max_probability,
             keep_probabilities.corner,
@@ -227,25 +227,33 @@ class BeamImportance:
             MIN_KEEP_PROBABILITY,
         )
         count = draw_and_keep(
-            *tiles, first, *random_keys.stream_key(seed, stream), told, self._gains, self.lattice.frame, depth, made
+            *tiles,
+            first,
+            *random_keys.stream_key(seed, stream),
+            probabilities,
+            self._gains,
+            self.lattice.frame,
+            depth,
+            columns,
         )
-        return KeptScatterers(*(column[:count] for column in made))
+        return KeptScatterers(*(column[:count] for column in columns))
 
-    def gain_at(self, place: Floats, around: Floats | None = None) -> Floats:
-        """Largest two-way gain at or about some places, re that above which all scatterers are kept [1], shape (n,).
+    def gain_at(self, position: Floats, around: Floats | None = None) -> Floats:
+        """Largest two-way gain at or about some positions, re that above which all scatterers are kept [1], shape (n,).
 
         Args:
-            place: North and east [m], shape (n, 2).
-            around: Distance from each place within which the gain is the largest [m], shape (n,); None: at the place.
+            position: North and east [m], shape (n, 2).
+            around: Distance from each position within which the gain is the largest [m], shape (n,); None: at the
+                position.
         """
-        return self._relative_gain(place, around)
+        return self._relative_gain(position, around)
 
     def keep_probability_of(self, gain: Floats) -> Floats:
-        """Part of the points that is kept where the gain is that of `gain_at` [1], any shape."""
+        """Keep probability of the points where the gain is that of `gain_at` [1], any shape."""
         return self._keep_probability(gain) if self.importance_sampling else np.ones(gain.shape)
 
     def mean_keep_probability(self, distance: Floats) -> Floats:
-        """Part of the scatterers that is kept, on the average over all bearings.
+        """Keep probability of the scatterers, on the average over all bearings.
 
         Args:
             distance: From the middle between both ends [m], shape (n,).
@@ -256,32 +264,32 @@ class BeamImportance:
         if not self.importance_sampling:
             return np.ones(len(distance))
         bearing = np.arange(BEARINGS) * (2 * np.pi / BEARINGS)
-        way = np.stack([np.cos(bearing), np.sin(bearing)], axis=-1)
-        place = (self.ping_geometry.midpoint + distance[:, None, None] * way).reshape(-1, 2)
+        direction = np.stack([np.cos(bearing), np.sin(bearing)], axis=-1)
+        position = (self.ping_geometry.midpoint + distance[:, None, None] * direction).reshape(-1, 2)
         return np.asarray(
-            self._keep_probability(self._relative_gain(place)).reshape(len(distance), BEARINGS).mean(axis=1)
+            self._keep_probability(self._relative_gain(position)).reshape(len(distance), BEARINGS).mean(axis=1)
         )
 
     def _positions(self, tiles: Tiles, rows: Integers, part: Floats) -> Floats:
         """North and east at the same parts of the sides of some tiles [m], shape (rows * parts * parts, 2)."""
-        there = np.empty((len(rows) * len(part) ** 2, 2))
-        share_kernel.grid_positions(*tiles, rows, part, self.lattice.frame, there)
-        return there
+        position = np.empty((len(rows) * len(part) ** 2, 2))
+        share_kernel.grid_positions(*tiles, rows, part, self.lattice.frame, position)
+        return position
 
     def _keep_probability(self, gain: Floats) -> Floats:
-        """Part of the scatterers that is kept, by the gain re that above which all are [1]."""
-        found = np.empty(gain.shape)
-        share_kernel.keep_probabilities(np.ravel(gain), self._linear_below, MIN_KEEP_PROBABILITY, found.ravel())
-        return found
+        """Keep probability of the scatterers, by the gain re that above which all are [1]."""
+        probability = np.empty(gain.shape)
+        share_kernel.keep_probabilities(np.ravel(gain), self._linear_below, MIN_KEEP_PROBABILITY, probability.ravel())
+        return probability
 
     @property
     def _linear_below(self) -> float:
-        """Gain below which shares fall no longer with its square, but with it [1]."""
+        """Gain below which keep probabilities fall no longer with its square, but with it [1]."""
         return 0.0 if self._needs_all_directions else LINEAR_BELOW
 
     @cached_property
     def _gains(self) -> kernel.EnvelopeArguments:
-        """What tells how loud a place is."""
+        """First argument of `gain_re_threshold`."""
         out, back = self._ends
         return (
             out,
@@ -302,23 +310,23 @@ class BeamImportance:
 
     @property
     def _needs_all_directions(self) -> bool:
-        """Whether elements are heard that no motion of the sonar joins to an aperture."""
+        """Return True if elements are received that no motion of the sonar joins to an aperture."""
         return self.ping_geometry.elements is not None and self.ping_geometry.pulse.receiver.synthetic_aperture is None
 
     @cached_property
     def _max_gain(self) -> Floats:
-        """Envelope of the loudest gain at each node [1], shape (nodes,), within `GAIN_TOLERANCE` of it.
+        """Envelope of the largest gain at each node [1], shape (nodes,), within `GAIN_TOLERANCE` of it.
 
-        Sectors that may hold a louder one than was found are halved.
+        Sectors that may hold a stronger one than was found are halved.
         """
-        far, (out, back) = _nodes(self.farthest), self._ends
+        distance, (out, back) = _nodes(self.farthest), self._ends
         sectors = self.ping_geometry.first_beam_bearing + (2 * np.arange(SECTORS) + 1) * (np.pi / SECTORS)
-        best = np.empty(len(far))
+        best = np.empty(len(distance))
         kernel.max_two_way_gain(
             out,
             back,
             out is back,
-            far,
+            distance,
             self.ping_geometry.midpoint,
             np.array(self._axes),
             sectors,
@@ -330,50 +338,50 @@ class BeamImportance:
 
     @property
     def _axes(self) -> list[float]:
-        """Bearings of the axes of some beams [rad], where the loudest places are likely to lie."""
-        found = {self.ping_geometry.first_beam_bearing}
+        """Bearings of the axes of some beams [rad], where the positions of largest gain are likely to lie."""
+        bearings = {self.ping_geometry.first_beam_bearing}
         for beams in (self.ping_geometry.transmit_beams, self.ping_geometry.receive_beams):
             across, deep = beams.steer[:: max(1, len(beams.steer) // SECTORS)].T
             ahead = np.sqrt(np.maximum(1 - across**2 - deep**2, 0))
-            way = np.stack([ahead, across, deep], axis=-1) @ beams.axes
-            found |= set(np.arctan2(way[:, 1], way[:, 0]).tolist())
-        return sorted(found)
+            direction = np.stack([ahead, across, deep], axis=-1) @ beams.axes
+            bearings |= set(np.arctan2(direction[:, 1], direction[:, 0]).tolist())
+        return sorted(bearings)
 
     @cached_property
     def _ends(self) -> tuple[kernel.EnvelopeEnd, kernel.EnvelopeEnd]:
-        here = self.ping_geometry
-        apart = float(np.linalg.norm(here.transmit_position - here.receive_position))
-        out = self._end(here.transmit_position, here.transmit_beams, self.farthest + apart)
-        if here.is_monostatic and here.same_beams:
+        geometry = self.ping_geometry
+        separation = float(np.linalg.norm(geometry.transmit_position - geometry.receive_position))
+        out = self._end(geometry.transmit_position, geometry.transmit_beams, self.farthest + separation)
+        if geometry.is_monostatic and geometry.same_beams:
             return out, out
-        return out, self._end(here.receive_position, here.bounding_receive_beams, self.farthest + apart)
+        return out, self._end(geometry.receive_position, geometry.bounding_receive_beams, self.farthest + separation)
 
-    def _end(self, place: Floats, beams: Beams, farthest: float) -> kernel.EnvelopeEnd:
+    def _end(self, position: Floats, beams: Beams, farthest: float) -> kernel.EnvelopeEnd:
         distance = np.maximum(_nodes(farthest), 1e-6)
-        centre = place[:2] + distance[:, None] * [1.0, 0.0]
+        centre = position[:2] + distance[:, None] * [1.0, 0.0]
         sines = np.empty((len(self.families), len(distance)))
         for row, name in enumerate(self.families):
-            cones = self.rays.departure_cones(name, place, centre, np.zeros(len(distance)), self.depth)
+            cones = self.rays.departure_cones(name, position, centre, np.zeros(len(distance)), self.depth)
             sines[row] = np.where(cones.exists, cones.axis[:, 2], np.nan)
-        spread, sines = self._spread(beams, float(place[2]), distance, sines)
+        spread, sines = self._spread(beams, float(position[2]), distance, sines)
         beam = beams.axes, beams.steer, beams.scale, beams.majorants, beams.per_unit, beams.element
-        return place, sines, float(distance[-1]), abs(self.depth - float(place[2])), beam, spread
+        return position, sines, float(distance[-1]), abs(self.depth - float(position[2])), beam, spread
 
     def _spread(
         self, beams: Beams, source_depth: float, distance: Floats, sines: Floats
     ) -> tuple[kernel.RaySpreads, Floats]:
         """Levels and spreads of the rays of one end, and their sines with rows for glints behind them."""
-        found = [] if self.glints is None else [
+        glint_rows = [] if self.glints is None else [
             (row, legs) for row, name in enumerate(self.families)
             if (legs := self.glints.legs(name, source_depth, distance, self.depth)) is not None
         ]  # fmt: skip
         count = len(sines)
-        glinting = np.arange(count + len(found)) >= count
-        if self.glints is None or not found:
+        glinting = np.arange(count + len(glint_rows)) >= count
+        if self.glints is None or not glint_rows:
             none = np.empty((count, 0))
             return kernel.RaySpreads(none, none, none, glinting, np.zeros(3), (none, none, none, none)), sines
         level, (tilt, turn) = np.ones((len(glinting), len(distance))), np.zeros((2, len(glinting), len(distance)))
-        for to, (row, legs) in enumerate(found, count):
+        for to, (row, legs) in enumerate(glint_rows, count):
             level[row], level[to], tilt[to], turn[to] = (
                 legs.coherent,
                 legs.glints,
@@ -381,16 +389,16 @@ class BeamImportance:
                 legs.bearing_change,
             )
         spread = kernel.RaySpreads(level, tilt, turn, glinting, np.array(self.glints.slopes), spread_patterns(beams))
-        return spread, np.concatenate([sines, sines[[row for row, _ in found]]])
+        return spread, np.concatenate([sines, sines[[row for row, _ in glint_rows]]])
 
 
 @share_kernel.keep_probabilities.stand_in
 def _shares(gain: Floats, fewer: float, least: float, found: Floats) -> None:
-    """Parts of the scatterers that are kept, as the kernel `keep_probabilities`, into found (n,)."""
+    """Keep probabilities of the scatterers, as the kernel `keep_probabilities`, into found (n,)."""
     gain = np.minimum(gain, 1.0)
     found[:] = np.clip(np.maximum(gain * gain, fewer * gain), least, 1.0)
 
 
 def _nodes(farthest: float) -> Floats:
-    """Distances at which things are worked out, up to one beyond the farthest [m]: the same whatever that is."""
+    """Distances at which things are computed, up to one beyond the farthest [m]: the same whatever that is."""
     return np.asarray(FIRST_NODE * np.arange(np.ceil(np.sqrt(farthest / FIRST_NODE)) + 2) ** 2)

@@ -11,7 +11,7 @@ MAX_CONCURRENT_PING_BYTES = 256 << 20
 
 
 class DrawnBodies:
-    """Points of bodies by what they follow from; those not used for longest are dropped first."""
+    """Cache of the points of bodies, by all that they depend on; the least recently used are dropped first."""
 
     def __init__(self, most: int = MAX_CONCURRENT_PING_BYTES) -> None:
         """Nothing kept yet.

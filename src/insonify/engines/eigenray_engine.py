@@ -1,8 +1,7 @@
-"""The engine: every leg out, met at a scatterer by every leg back.
+"""Eigenray engine: all ordered pairs of a transmit leg and a receive leg at every scatterer.
 
-For one ping the scene offers its scatterers in blocks; propagation reaches each from both ends; each
-ordered pair of legs scatters with the strength that the owner's law gives it. What comes out is
-heard by synthesis.
+For one ping the scene supplies scatterers in blocks. Propagation computes the legs to each from both ends of the
+sonar. Each ordered pair of legs scatters with the strength that the object's law gives. Synthesis sums the pairs.
 """
 
 from collections.abc import Iterator
@@ -44,46 +43,46 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class EigenrayEngine:
-    """The engine for one scene and one choice of paths."""
+    """Eigenrays of one scene with one choice of paths."""
 
     scene: Scene
     choice: PathSettings
     seed: int
     rays: PropagationModel
-    """How sound travels in the scene."""
+    """Propagation model of the scene."""
     terrain_occlusion: OcclusionCache = field(default_factory=lambda: OcclusionCache(4), compare=False, repr=False)
-    """What the ground hides from the last few places."""
+    """Terrain occlusion at the last few positions of the sonar's ends."""
     energy_fraction_cache: ArrayCache = field(default_factory=lambda: ArrayCache(1 << 20), compare=False, repr=False)
-    """What families have of all that is heard of the ground at the last attitudes."""
+    """Energy fractions of pairs of families at the last depths and attitudes."""
     layouts: LayoutCache = field(default_factory=LayoutCache, compare=False, repr=False)
-    """Even points about the sonar in its last attitudes."""
+    """Quadrature points about the sonar at its last attitudes."""
     delay_field: DelayField | None = None
-    """What uneven water adds to travel times; None: nothing, and an expectation takes its mean."""
+    """Random travel-time delays of inhomogeneous water; None: none, as for an expected intensity."""
 
     def blocks(self, ping_geometry: PingGeometry, *, quadrature: bool = False) -> list[Block]:
-        """The scatterers of one ping, as blocks that are drawn when they are called.
+        """Scatterers of one ping, as blocks that are generated when called.
 
         Args:
             ping_geometry: The sonar at this ping.
-            quadrature: Points laid out evenly for an expectation, not drawn ones that belong to their places.
+            quadrature: True: quadrature points for an expectation. False: random scatterers fixed to the world.
 
         Returns:
-            Blocks in a fixed order, however many threads will draw them.
+            Blocks, in an order that does not depend on the number of threads.
         """
         if not self.choice.contributions:
             return []
-        seen = ping_scatterers(
+        sampler = ping_scatterers(
             self.scene, self.choice, self.seed, ping_geometry, self.rays, quadrature=quadrature, layouts=self.layouts
         )
-        return seen.blocks()
+        return sampler.blocks()
 
     def pairs(self, ping_geometry: PingGeometry, block: Block, *, include_negligible: bool = True) -> Pairs:
-        """Legs out and back of one block, and the strength of each ordered pair.
+        """Transmit and receive legs of one block, and the scattering strength of each ordered pair.
 
         Args:
             ping_geometry: The sonar at this ping.
             block: One of `blocks(ping_geometry)`.
-            include_negligible: Whether pairs are met everywhere that others drown at all times, see `select_pairs`.
+            include_negligible: True: pairs weak against simultaneous arrivals are evaluated too, see `select_pairs`.
         """
         scatterers = block()
         return self.path_pairs(
@@ -93,30 +92,30 @@ class EigenrayEngine:
     def pair_batches(
         self, ping_geometry: PingGeometry, block: Block, *, include_negligible: bool = True
     ) -> Iterator[Pairs]:
-        """Pairs of one block, a part of it at a time: the memory that they take is bounded, see `points_at_once`.
+        """Pairs of one block in batches of bounded memory, see `points_at_once`.
 
         Args:
             ping_geometry: The sonar at this ping.
             block: One of `blocks(ping_geometry)`.
-            include_negligible: As of `pairs`.
+            include_negligible: See `pairs`.
         """
         scatterers = block()
         size = points_at_once(self.scene, self.choice, scatterers)
         for start in range(0, max(len(scatterers), 1), size):
-            some = scatterers if len(scatterers) <= size else scatterers.take(slice(start, start + size))
+            batch = scatterers if len(scatterers) <= size else scatterers.take(slice(start, start + size))
             yield self.path_pairs(
-                ping_geometry, some, None if include_negligible else self._pair_selection(ping_geometry, some)
+                ping_geometry, batch, None if include_negligible else self._pair_selection(ping_geometry, batch)
             )
 
     def path_pairs(
         self, ping_geometry: PingGeometry, scatterers: Scatterers, selection: PairSelection | None = None
     ) -> Pairs:
-        """Legs out and back of any scatterers, and the strength of each ordered pair.
+        """Transmit and receive legs of scatterers, and the scattering strength of each ordered pair.
 
         Args:
             ping_geometry: The sonar at this ping.
-            scatterers: The points to reach.
-            selection: Families that are followed, and where their pairs are met; None: all that are chosen, everywhere.
+            scatterers: End points of the legs.
+            selection: Families and the scatterers at which their pairs are evaluated; None: all of both.
         """
         out = self._end_legs(
             ping_geometry.transmit_position, scatterers, ping_geometry, selection, elements=ping_geometry.is_monostatic
@@ -133,49 +132,57 @@ class EigenrayEngine:
         weight = repeated_glint_weight(out, back, pair)
         pair, weight = pair[weight > 0], weight[weight > 0]
         sampling = None if selection is None else selection.sampling_of(*_names(out, back, pair))
-        wide = self.choice.geometry == "slice" and scatterers.boundary != "target"
-        answer = self._pair_strengths(scatterers, out, back, pair, weight, ping_geometry.frequency, sampling)
-        if wide:
-            answer = Pairs(scatterers, out, back, pair, answer).strength * _slice_width(ping_geometry, out, back, pair)
-        return Pairs(scatterers, out, back, pair, answer)
+        is_slice = self.choice.geometry == "slice" and scatterers.boundary != "target"
+        strengths = self._pair_strengths(scatterers, out, back, pair, weight, ping_geometry.frequency, sampling)
+        if is_slice:
+            strengths = Pairs(scatterers, out, back, pair, strengths).strength * _slice_width(
+                ping_geometry, out, back, pair
+            )
+        return Pairs(scatterers, out, back, pair, strengths)
 
     def family_keep_probabilities(
         self, ping_geometry: PingGeometry, distance: Floats
     ) -> tuple[tuple[str, ...], Floats] | None:
-        """Families that reach the seabed, and at what share of its scatterers drawn pings meet their pairs.
+        """Families that reach the seabed, and the probabilities with which their pairs are evaluated at a scatterer.
 
         Args:
             ping_geometry: The sonar at this ping.
-            distance: Over ground from the middle between both ends [m], shape (n,).
+            distance: Ground range from the midpoint of both ends [m], shape (n,).
 
         Returns:
-            Families, f of them, and shares [1], shape (f, f, n); None: all pairs are met everywhere.
+            Families, f of them, and keep probabilities [1], shape (f, f, n); None: all are 1.
         """
         seabed = self.scene.seabed
         law = seabed.law(ping_geometry.frequency, float(self.scene.water.sound_speed_at(seabed.depth)))
-        told = None if law is None else self._energy_fractions(ping_geometry, law)
+        fractions = None if law is None else self._energy_fractions(ping_geometry, law)
         return (
             None
-            if told is None
-            else (told[0], np.asarray(keep_probabilities_at(*told, ping_geometry, distance), float))
+            if fractions is None
+            else (fractions[0], np.asarray(keep_probabilities_at(*fractions, ping_geometry, distance), float))
         )
 
     def _pair_selection(self, ping_geometry: PingGeometry, scatterers: Scatterers) -> PairSelection | None:
-        """What is heard of the ground at some scatterers; None where nothing is known of that."""
+        """Selection of pairs at scatterers of the seabed; None where every pair is evaluated."""
         if scatterers.boundary != "seabed" or isinstance(scatterers.law, KirchhoffFacet | KirchhoffPatch):
             return None
-        told = self._energy_fractions(ping_geometry, scatterers.law)
+        fractions = self._energy_fractions(ping_geometry, scatterers.law)
         return (
             None
-            if told is None
-            else select_pairs(*told, ping_geometry, scatterers.position, scatterers.scatterer_id, self.seed)
+            if fractions is None
+            else select_pairs(*fractions, ping_geometry, scatterers.position, scatterers.scatterer_id, self.seed)
         )
 
     def _energy_fractions(self, ping_geometry: PingGeometry, law: Law) -> tuple[tuple[str, ...], Floats] | None:
-        """Families that reach the bed, and of `pair_energy_fractions` what they have of all that is heard of it."""
-        bed = self.scene.seabed.terrain
-        straight, apart = isinstance(self.rays, StraightRays), ping_geometry.receive_track_extent is not None
-        if bed is None or bed.span[0] == bed.span[1] or apart or not straight or not self.choice.importance_sampling:
+        """Families that reach the seabed, and their `pair_energy_fractions`; None where they do not apply."""
+        terrain = self.scene.seabed.terrain
+        is_straight, is_bistatic = isinstance(self.rays, StraightRays), ping_geometry.receive_track_extent is not None
+        if (
+            terrain is None
+            or terrain.span[0] == terrain.span[1]
+            or is_bistatic
+            or not is_straight
+            or not self.choice.importance_sampling
+        ):
             return None
         families = families_reaching("seabed", self.choice.followed_families)
         if families[:1] != (DIRECT,) or self.choice.geometry == "slice":
@@ -183,43 +190,43 @@ class EigenrayEngine:
         beams = ping_geometry.transmit_beams, ping_geometry.receive_beams
         depths = ping_geometry.transmit_position[2], ping_geometry.receive_position[2]
         key = (families, depths, ping_geometry.recorded_delays, *(beam.axes.tobytes() for beam in beams))
-        part = self.energy_fraction_cache.get(
-            key, lambda: pair_energy_fractions(self.scene, bed, ping_geometry, families, law)
+        fractions = self.energy_fraction_cache.get(
+            key, lambda: pair_energy_fractions(self.scene, terrain, ping_geometry, families, law)
         )
-        return families, np.asarray(part, float)
+        return families, np.asarray(fractions, float)
 
     def _end_legs(
         self,
-        place: Floats,
+        position: Floats,
         scatterers: Scatterers,
         ping_geometry: PingGeometry,
-        heard: PairSelection | None,
+        selection: PairSelection | None,
         *,
         elements: bool,
     ) -> Legs:
-        """Legs between one end and the scatterers, off level mirrors and uneven ground.
+        """Legs between one end and the scatterers, with bounces off flat boundaries and terrain.
 
         Args:
-            place: North, east, depth of that end [m], shape (3,).
-            scatterers: The points to reach.
+            position: Position (north, east, depth) of that end [m], shape (3,).
+            scatterers: End points of the legs.
             ping_geometry: The sonar at this ping.
-            heard: Families that are followed, and where; None: all that are chosen, everywhere.
-            elements: Whether elements about that end hear them.
+            selection: Families and the scatterers at which they are followed; None: all of both.
+            elements: True: array elements about that end receive them.
         """
-        families = self.choice.followed_families if heard is None else heard.families
-        legs = self.rays.legs(place, scatterers, families, ping_geometry.frequency)
+        families = self.choice.followed_families if selection is None else selection.families
+        legs = self.rays.legs(position, scatterers, families, ping_geometry.frequency)
         if elements and ping_geometry.elements is not None:
-            legs = self.rays.with_aperture_expansion(legs, place, scatterers, ping_geometry.element_extent)
-        wanted = None if heard is None else heard.wanted
+            legs = self.rays.with_aperture_expansion(legs, position, scatterers, ping_geometry.element_extent)
+        wanted = None if selection is None else selection.wanted
         return self._with_water_delays(
-            self._with_terrain(legs, scatterers, ping_geometry, place, wanted), scatterers, ping_geometry, place
+            self._with_terrain(legs, scatterers, ping_geometry, position, wanted), scatterers, ping_geometry, position
         )
 
     def _pair_strengths(
         self, scatterers: Scatterers, out: Legs, back: Legs, pair: NDArray[np.int64], weight: Floats, frequency: float,
         sampling: PairSampling | None,
     ) -> Strengths | SeparableStrengths:  # fmt: skip
-        """Pressure that each ordered pair scatters to 1 m re incident pressure [m], where it is met, (p, n)."""
+        """Scattering amplitude of each ordered pair, 0 where it is not evaluated [m], shape (p, n)."""
         if isinstance(scatterers.law, KirchhoffFacet | KirchhoffPatch):
             return np.asarray(self._specular(scatterers, out, back, pair, frequency) * weight[:, None])
         root = np.sqrt(scatterers.area)
@@ -234,13 +241,13 @@ class EigenrayEngine:
     def _specular(
         self, scatterers: Scatterers, out: Legs, back: Legs, pair: NDArray[np.int64], frequency: float
     ) -> NDArray[np.complex128]:
-        """Pressure that smooth faces send back to 1 m re incident pressure [m], shape (p, n)."""
+        """Scattering amplitude of smooth faces [m], shape (p, n)."""
         assert scatterers.corners is not None
         if out.arrival is back.arrival and out.length is back.length:
             # reciprocal: the two orders of a pair are evaluated once
-            low, where = np.unique(np.sort(pair, axis=1), axis=0, return_inverse=True)
-            if len(low) < len(pair):
-                return self._specular(scatterers, out, back, low, frequency)[where.ravel()]
+            unique, inverse = np.unique(np.sort(pair, axis=1), axis=0, return_inverse=True)
+            if len(unique) < len(pair):
+                return self._specular(scatterers, out, back, unique, frequency)[inverse.ravel()]
         wavenumber = 2 * np.pi * frequency / self.scene.water.sound_speed_at(scatterers.position[:, 2])
         arriving, leaving = out.arrival[pair[:, 0]], back.arrival[pair[:, 1]]
         if isinstance(scatterers.law, KirchhoffFacet):
@@ -252,132 +259,137 @@ class EigenrayEngine:
         )  # fmt: skip
 
     def _with_water_delays(
-        self, legs: Legs, scatterers: Scatterers, ping_geometry: PingGeometry, place: Floats
+        self, legs: Legs, scatterers: Scatterers, ping_geometry: PingGeometry, position: Floats
     ) -> Legs:
-        """The legs as uneven water delays them; in even water, as they are."""
+        """Add the random delays of inhomogeneous water to legs."""
         return (
             legs
             if self.delay_field is None
-            else self.delay_field.with_delays(legs, place, scatterers.position, ping_geometry.time)
+            else self.delay_field.with_delays(legs, position, scatterers.position, ping_geometry.time)
         )
 
     def _with_surface_reflection(
         self, out: Legs, back: Legs, scatterers: Scatterers, ping_geometry: PingGeometry
     ) -> tuple[Legs, Legs]:
-        """The legs as a moving surface leaves them, each end's at its own times."""
+        """Apply the reflection off a moving surface to the legs of each end, at its own times."""
 
-        def moved(legs: Legs, place: Floats) -> tuple[Legs, Legs]:
-            end = SonarEnd(place, ping_geometry.time, ping_geometry.transmit_position)
+        def reflected(legs: Legs, position: Floats) -> tuple[Legs, Legs]:
+            end = SonarEnd(position, ping_geometry.time, ping_geometry.transmit_position)
             return apply_surface_reflection(legs, self.scene, self.seed, scatterers, ping_geometry.frequency, end)
 
-        first = moved(out, ping_geometry.transmit_position)
-        return first[0], (first if out is back else moved(back, ping_geometry.receive_position))[1]
+        first = reflected(out, ping_geometry.transmit_position)
+        return first[0], (first if out is back else reflected(back, ping_geometry.receive_position))[1]
 
     def _with_diffraction(
         self, out: Legs, back: Legs, scatterers: Scatterers, ping_geometry: PingGeometry
     ) -> tuple[Legs, Legs]:
-        """The legs with what bends around the edges of targets; that of the ground is in them already."""
+        """Apply diffraction at the edges of targets to legs; that at terrain crests is included already."""
 
-        def bent(legs: Legs, place: Floats) -> Legs:
-            wide = self.choice.geometry == "slice"
+        def diffracted(legs: Legs, position: Floats) -> Legs:
+            is_slice = self.choice.geometry == "slice"
             return diffract_at_edges(
-                legs, scatterers, place, self.scene, self._wavelength(ping_geometry, place), infinitely_wide=wide
+                legs,
+                scatterers,
+                position,
+                self.scene,
+                self._wavelength(ping_geometry, position),
+                infinitely_wide=is_slice,
             )
 
-        first = bent(out, ping_geometry.transmit_position)
-        return first, (first if out is back else bent(back, ping_geometry.receive_position))
+        first = diffracted(out, ping_geometry.transmit_position)
+        return first, (first if out is back else diffracted(back, ping_geometry.receive_position))
 
     def _with_terrain(
         self,
         legs: Legs,
         scatterers: Scatterers,
         ping_geometry: PingGeometry,
-        place: Floats,
+        position: Floats,
         wanted: NDArray[np.bool_] | None,
     ) -> Legs:
-        """The legs as relief leaves them; over a flat bed, as they are."""
-        bed = self.scene.seabed.terrain
-        if bed is None or not len(scatterers):  # a block of water may lie all under the ground
+        """Apply terrain occlusion and relief reflections to legs."""
+        terrain = self.scene.seabed.terrain
+        if terrain is None or not len(scatterers):  # a block of water may lie wholly below the seabed
             return legs
 
-        def walked() -> TerrainOcclusion:
-            apart = float(np.linalg.norm(ping_geometry.transmit_position - ping_geometry.receive_position))
-            farthest = self.scene.water.max_sound_speed * ping_geometry.recorded_delays[1] / 2 + apart
+        def occlude() -> TerrainOcclusion:
+            separation = float(np.linalg.norm(ping_geometry.transmit_position - ping_geometry.receive_position))
+            farthest = self.scene.water.max_sound_speed * ping_geometry.recorded_delays[1] / 2 + separation
             width = min(two_way_width(ping_geometry.transmit_beams, ping_geometry.receive_beams), MAX_CELL_WIDTH)
-            launches = self.rays.launch_angles(float(place[2]))
-            wavelength = self._wavelength(ping_geometry, place)
-            heard = None
+            launches = self.rays.launch_angles(float(position[2]))
+            wavelength = self._wavelength(ping_geometry, position)
+            gain_bound = None
             if isinstance(self.rays, StraightRays) and self.choice.importance_sampling:
-                heard = straight_gain_bound(
-                    ping_geometry, bed.depth, families_reaching("seabed", self.choice.followed_families)
+                gain_bound = straight_gain_bound(
+                    ping_geometry, terrain.depth, families_reaching("seabed", self.choice.followed_families)
                 )
             return TerrainOcclusion(
-                bed,
-                place,
+                terrain,
+                position,
                 launches,
                 farthest=farthest,
                 wavelength=wavelength,
                 min_profile_width=width / 3,
-                gain_bound=heard,
+                gain_bound=gain_bound,
             )
 
-        key = (ping_geometry.ping, place.tobytes(), ping_geometry.first_beam_bearing)
+        key = (ping_geometry.ping, position.tobytes(), ping_geometry.first_beam_bearing)
         soft = self.choice.edge_diffraction == "knife-edge"
         return reflect_off_relief(
-            legs, scatterers, place, self.terrain_occlusion.get(key, walked), self.scene, soft=soft, wanted=wanted
+            legs, scatterers, position, self.terrain_occlusion.get(key, occlude), self.scene, soft=soft, wanted=wanted
         )
 
-    def _wavelength(self, ping_geometry: PingGeometry, place: Floats) -> float:
-        """Wavelength at one end of the sonar [m]: an edge does not care whether that end sends or hears."""
-        return float(self.scene.water.sound_speed_at(float(place[2]))) / ping_geometry.frequency
+    def _wavelength(self, ping_geometry: PingGeometry, position: Floats) -> float:
+        """Wavelength at one end of the sonar [m]; the same for transmitter and receiver."""
+        return float(self.scene.water.sound_speed_at(float(position[2]))) / ping_geometry.frequency
 
     def all_pairs(self, ping_geometry: PingGeometry, *, quadrature: bool = False) -> Iterator[Pairs]:
-        """Every block of one ping in turn: what a recording of drawn scatterers is made of, or an expectation."""
+        """Pairs of every block of one ping in turn, for a coherent recording or an expectation."""
         for block in self.blocks(ping_geometry, quadrature=quadrature):
             yield self.pairs(ping_geometry, block, include_negligible=quadrature)
 
 
 def _names(out: Legs, back: Legs, pair: NDArray[np.int64]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Families out and back of each ordered pair."""
+    """Transmit and receive families of each ordered pair."""
     return tuple(out.families[i] for i in pair[:, 0]), tuple(back.families[j] for j in pair[:, 1])
 
 
 def _slice_width(ping_geometry: PingGeometry, out: Legs, back: Legs, pair: NDArray[np.int64]) -> Floats:
-    """Root of the width of the beam that each point of a boundary stands for [m^0.5], (p, n).
+    """Root of the beam width that each point of a boundary represents in a slice [m^0.5], shape (p, n).
 
-    The footprint at the geometric mean of both legs: exact where they are alike.
+    The footprint at the geometric mean of both legs' lengths: exact for equal lengths.
     """
-    reach = out.length[pair[:, 0]] * back.length[pair[:, 1]]
-    return np.asarray(np.sqrt(slice_footprint(ping_geometry)) * reach**0.25)
+    product = out.length[pair[:, 0]] * back.length[pair[:, 1]]
+    return np.asarray(np.sqrt(slice_footprint(ping_geometry)) * product**0.25)
 
 
 @lru_cache(maxsize=8)
 def _contributions(law: Lambert) -> Floats:
-    """What one direction contributes to a law that is a product of two, linear in sines, at sines of 0 and 1."""
-    level, straight = np.array(np.pi / 2), np.array(np.pi)
-    facing = law.cross_section(level, level, straight)
-    return np.asarray(law.cross_section(np.array([0.0, np.pi / 2]), level, straight) / np.sqrt(facing))
+    """Factor of one leg in a separable law (linear in the sine of grazing angle), at sines of 0 and 1 [1]."""
+    horizontal, forward = np.array(np.pi / 2), np.array(np.pi)
+    facing = law.cross_section(horizontal, horizontal, forward)
+    return np.asarray(law.cross_section(np.array([0.0, np.pi / 2]), horizontal, forward) / np.sqrt(facing))
 
 
 def _cross_section(
     scatterers: Scatterers, law: Law, out: Legs, back: Legs, pair: NDArray[np.int64],
     amplitude_weight: NDArray[np.float32] | None = None,
 ) -> Floats:  # fmt: skip
-    """Cross section of each ordered pair, (p, n); legs that are not there, and pairs not met, weigh nothing later."""
+    """Cross section of each ordered pair [1], shape (p, n); missing legs and pairs get zero weight later."""
     i, j = pair.T
     if out.arrival is back.arrival:
-        # every law is reciprocal: each two legs are asked about once
-        low, where = np.unique(np.sort(pair, axis=1), axis=0, return_inverse=True)
-        if len(low) < len(pair):
-            first = (
-                None if amplitude_weight is None else amplitude_weight[np.unique(where.ravel(), return_index=True)[1]]
+        # every law is reciprocal: the two orders of a pair are evaluated once
+        unique, inverse = np.unique(np.sort(pair, axis=1), axis=0, return_inverse=True)
+        if len(unique) < len(pair):
+            unique_weight = (
+                None if amplitude_weight is None else amplitude_weight[np.unique(inverse.ravel(), return_index=True)[1]]
             )
-            return _cross_section(scatterers, law, out, back, low, first)[where.ravel()]
+            return _cross_section(scatterers, law, out, back, unique, unique_weight)[inverse.ravel()]
     if isinstance(law, CompiledLaw):
         return _compiled_sections(law, scatterers.normal, out, back, pair, amplitude_weight)
-    # On a level boundary all legs to and from one place share one bearing.
-    level = scatterers.boundary != "target" and bool(np.all(scatterers.normal[:, :2] == 0))
-    backscatter_curves = out is back and level
+    # On a flat boundary all legs to and from one position share one bearing.
+    is_flat = scatterers.boundary != "target" and bool(np.all(scatterers.normal[:, :2] == 0))
+    backscatter_curves = out is back and is_flat
     azimuth = np.array(np.pi) if backscatter_curves else _azimuth(scatterers.normal, out.arrival[i], back.arrival[j])
     return np.asarray(law.cross_section(np.abs(out.grazing[i]), np.abs(back.grazing[j]), azimuth))
 
@@ -390,20 +402,22 @@ def _compiled_sections(
     pair: NDArray[np.int64],
     amplitude_weight: NDArray[np.float32] | None,
 ) -> Floats:
-    """Cross sections by a compiled law, asked only where a pair is met, (p, n)."""
-    made = np.zeros((len(pair), len(normal)))
+    """Cross sections by a compiled law, 0 where a pair is not evaluated [1], shape (p, n)."""
+    sections = np.zeros((len(pair), len(normal)))
     for row, (i, j) in enumerate(pair):
-        met = (
+        columns = (
             slice(None)
             if amplitude_weight is None or amplitude_weight[row].all()
             else np.flatnonzero(amplitude_weight[row])
         )
-        made[row, met] = law.cross_section(out.arrival[i, met].T, -back.arrival[j, met].T, normal[met].T)
-    return made
+        sections[row, columns] = law.cross_section(
+            out.arrival[i, columns].T, -back.arrival[j, columns].T, normal[columns].T
+        )
+    return sections
 
 
 def _azimuth(normal: Floats, arriving: Floats, leaving: Floats) -> Floats:
-    """Bistatic azimuth between two rays that both point to the scatterer, in its plane: pi where they coincide."""
+    """Bistatic azimuth between two rays towards the scatterer, in its plane, pi for backscatter [rad]."""
     a, b = (ray - np.sum(ray * normal, axis=-1, keepdims=True) * normal for ray in (arriving, leaving))
     cross = np.sum(np.cross(a, b) * normal, axis=-1)
     return np.asarray(np.pi - np.abs(np.arctan2(cross, np.sum(a * b, axis=-1))))

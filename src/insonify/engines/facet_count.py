@@ -1,7 +1,7 @@
 """Number of patches or facets into which one ping splits a smooth target, estimated from a sample.
 
-Pieces are split as `insonify.engines.facet_subdivision` splits them, level by level; of the pieces of one level no more than a
-sample goes on, each for several.
+Pieces are split as `insonify.engines.facet_subdivision` splits them, level by level; of the pieces of one level no
+more than a sample goes on, each for several.
 """
 
 import numpy as np
@@ -31,7 +31,7 @@ def facet_count(
     slant: float,
     rays: PropagationModel | None = None,
 ) -> float:
-    """Number of smooth pieces of a target that one ping meets [1]: arguments as of `faces.smooth_facets`."""
+    """Number of smooth pieces of a target at one ping [1]; arguments see `facet_subdivision.smooth_facets`."""
     sight = facet_subdivision.solid_insonification(scene, solid, choice, ping_geometry, slant, rays)
     closed = panels(solid, scene.seabed, ping_geometry.transmit_position)
     if closed:
@@ -78,6 +78,6 @@ def _triangle_count(scene: Scene, corners: Floats, sight: TargetInsonification) 
 
 
 def _sample(count: int) -> NDArray[np.int64]:
-    """Rows of an even sample of so many pieces."""
+    """Rows of an even sample of `count` pieces."""
     some = min(count, SAMPLE)
     return ((np.arange(some) + 0.5) * (count / max(some, 1))).astype(np.int64)

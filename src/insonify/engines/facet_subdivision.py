@@ -1,9 +1,9 @@
 """The smooth faces of targets: curved patches of bodies in closed form, or flat triangles of meshes.
 
-Faces answer in closed form for the directions at the middle of each piece, so pieces must be small beside the beam and
-shallow along every ray beside the pulse, for all of a piece is heard at one delay. Patches keep phases to second order,
-and are as large as third-order terms allow. On triangles the phase is linear: they are split until the wavefronts there
-and back stay within a fraction of a radian of a plane.
+The closed form holds for the directions at the middle of each piece, so pieces must be small beside the beam and, along
+every ray, shallow beside the pulse, because all of a piece is received at one delay. Patches keep phases to second
+order, and are as large as third-order terms allow. On triangles the phase is linear: they are split until incident and
+scattered wavefronts stay within a fraction of a radian of a plane.
 """
 
 import warnings
@@ -39,7 +39,7 @@ MAX_WAVEFRONT_PHASE = 0.03
 CORNER_DISTANCE = 0.6
 """A corner lies no farther from the middle of a triangle than this part of its longest side [1]."""
 CUT_RESOLUTION = 1 / 6
-"""Length to which an oblique cut by the bed or the surface is resolved [wavelengths]."""
+"""Length to which an oblique cut by the seabed or the surface is resolved [wavelengths]."""
 MAX_FACETS = 300_000
 """Triangles of one target [1]."""
 
@@ -60,7 +60,7 @@ def smooth_facets(
         choice: Paths followed, and the floor of the beams.
         ping_geometry: The sonar at this ping.
         slant: What it resolves along the slant range [m].
-        rays: How sound travels in the scene; None: not known, and beams drop nothing.
+        rays: Propagation model of the scene; None: unknown, and no piece is dropped by its beam gain.
     """
     insonification = solid_insonification(scene, solid, choice, ping_geometry, slant, rays)
     closed = panels(solid, scene.seabed, ping_geometry.transmit_position)
@@ -84,7 +84,7 @@ def solid_insonification(
     slant: float,
     rays: PropagationModel | None,
 ) -> TargetInsonification:
-    """The sonar as one target sees it: arguments as of `smooth_facets`."""
+    """The sonar as one target sees it: arguments see `smooth_facets`."""
     surface = world_triangles(solid, scene.seabed)
     ends = ping_geometry.transmit_position, ping_geometry.receive_position
     distance = min(float(np.linalg.norm(np.clip(end, surface.low, surface.high) - end)) for end in ends)
@@ -107,7 +107,8 @@ def _patches(
     place, normal, area, rows = (np.concatenate(column) for column in zip(*columns, strict=True))
     count = len(area)
     return Scatterers(
-        object=solid.label, boundary="target", law=KirchhoffPatch(solid.face_reflection_coefficient), position=place, normal=normal, area=area,
+        object=solid.label, boundary="target", law=KirchhoffPatch(solid.face_reflection_coefficient), position=place,
+        normal=normal, area=area,
         phase=np.ones(count, complex), scatterer_id=whole_target_id(solid.label, count), has_random_phase=False,
         occluder=scene.occluders.index(solid), corners=rows, centre=_middle(scene, solid),
     ), complete  # fmt: skip
@@ -191,7 +192,7 @@ def _receivable(corners: Floats, insonification: TargetInsonification) -> NDArra
 
 
 def _relative_sides(corners: Floats, sides: Floats, insonification: TargetInsonification) -> Floats:
-    """Sides of triangles as parts of what they may be [1], shape (t, 3)."""
+    """Sides of triangles re the largest permitted [1], shape (t, 3)."""
     middle = corners.mean(axis=1)
     length = np.linalg.norm(sides, axis=2)
     nearness, along, turned = np.zeros(len(middle)), np.zeros(length.shape), np.zeros(length.shape)
@@ -218,7 +219,7 @@ def _relative_sides(corners: Floats, sides: Floats, insonification: TargetInsoni
 
 
 def _faces_any(corners: Floats, places: Floats, max_deviation: float) -> NDArray[np.bool_]:
-    """Which triangles look at any of some places, or away by a sine of no more than `max_deviation`, shape (t,)."""
+    """True for triangles that face any of some positions, within a sine of `max_deviation`, shape (t,)."""
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
     seen = np.zeros(len(corners), bool)

@@ -1,8 +1,8 @@
-"""Bottom bounces over relief in the quick way: legs off the planes that the bed comes to where they bounce.
+"""Bottom bounces over relief in fast reverberation: legs reflected by planes fitted to the terrain at their bounces.
 
-The walk along lines takes the mean plane for every bounce, as the shares of pairs do. Where ground is uneven its legs
-with bottom bounces are written anew, at the points where any pair asks for them, by the planes of `local_plane_paths`. What
-ground and targets hide of them stays as over the mean plane.
+The walk along radials takes the mean plane for every bounce, as do the keep probabilities of pairs. Over relief, legs
+with bottom bounces are replaced by those of `local_plane_paths` at the points where any pair requests them. Occlusion
+by terrain and targets remains that over the mean plane.
 """
 
 from typing import Any
@@ -24,11 +24,12 @@ Singles = NDArray[np.float32]
 
 
 def bounce_off_relief(
-    scene: Scene, bed: SeabedTerrain, ping_geometry: PingGeometry, plan: ReverberationPlan, part: RadialSet, first: NDArray[np.int64], place: Floats,
+    scene: Scene, bed: SeabedTerrain, ping_geometry: PingGeometry, plan: ReverberationPlan, part: RadialSet,
+    first: NDArray[np.int64], place: Floats,
     normal: Singles, rows: NDArray[np.int32], found: NDArray[np.int64], delay: Floats,
     amplitude: NDArray[np.complex64], departure: Singles, arrival: Singles,
 ) -> None:  # fmt: skip
-    """Write the legs with bottom bounces of some lines anew, off the planes fitted to the bed under each bounce.
+    """Write the legs with bottom bounces of some lines anew, off the planes fitted to the seabed under each bounce.
 
     Args:
         scene: The scene.
@@ -42,17 +43,17 @@ def bounce_off_relief(
         rows: Points of each pair, shape (p, most).
         found: How many they are, shape (p,).
         delay: Changed, one-way travel time [s], shape (f, n).
-        amplitude: Changed, as of `_swath_kernel.walk`, (f, n).
+        amplitude: Changed, see `_swath_kernel.walk`, (f, n).
         departure: Changed, direction of travel at the sonar, (f, 3, n).
         arrival: Changed, direction of travel at the point, (f, 3, n).
     """
     bounced = [f for f, name in enumerate(plan.families) if "B" in name]
     listed: Any = None
     for f in bounced:
-        asked = np.zeros(int(first[-1]), bool)
+        requested = np.zeros(int(first[-1]), bool)
         for k in np.flatnonzero((plan.allocation.pair == f).any(axis=1)):
-            asked[rows[k, : found[k]]] = True
-        some = np.flatnonzero(asked & (np.abs(amplitude[f, : len(asked)]) > 0))
+            requested[rows[k, : found[k]]] = True
+        some = np.flatnonzero(requested & (np.abs(amplitude[f, : len(requested)]) > 0))
         if not len(some):
             continue
         if listed is None:

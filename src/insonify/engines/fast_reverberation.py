@@ -1,8 +1,9 @@
-"""The seabed of one ping in a few big strokes: the quick way to an expected intensity.
+"""Fast reverberation: the expected intensity of the seabed at one ping, evaluated along radials.
 
-`engines.paths` answers any question about any block of scatterers; an expectation over a whole seabed asks the same
-few of every point. Here lines of the ground are walked once each (`_swath_kernel`), and all that is drawn or tabled is
-kept for the next ping. What it holds for is asked by `prepare_fast_reverberation`; everything else is left to the general engine.
+`engines.eigenray_engine` evaluates any block of scatterers; an expectation over a whole seabed needs the same few
+quantities at every point. Here each radial is walked once (`_fast_reverberation_kernel`), and all sample lists and
+tables are kept for the next ping. `prepare_fast_reverberation` checks the conditions: straight rays, a monostatic
+sonar, one beam a side. All other scenes are left to the general engine.
 """
 
 import math
@@ -45,15 +46,15 @@ Floats = NDArray[np.float64]
 Mapped = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
 
 DIRECTIONS_PER_BATCH = 8192
-"""Questions asked of a law in one go."""
+"""Directions at which a law is evaluated in one call."""
 MAX_RADIAL_STEP = 0.5
 """Longest step along a line over a flat bed [m]."""
 RECHECK_DISTANCE = 4.0
-"""Distance within which a sonar that moves on need not ask again whether it hears a target [m]."""
+"""Displacement of the sonar within which the reach of its beams to targets is not evaluated again [m]."""
 
 
 class _Scratch(local):
-    """Columns that every thread uses again: new memory would cost more than what is written there."""
+    """Arrays of one thread that are used again: new memory would cost more than the writing."""
 
     def __init__(self) -> None:
         self._held: dict[str, NDArray[Any]] = {}
@@ -71,24 +72,24 @@ _SCRATCH = _Scratch()
 
 @dataclass(frozen=True, eq=False)
 class PreparedReverberation:
-    """What all pings have in common while the sonar only moves on."""
+    """Tables of all pings between which the sonar only moves horizontally."""
 
     plan: ReverberationPlan
     heading: float
-    """Of the frame of the lines [rad]."""
+    """Heading of the frame of the radials [rad]."""
     farthest: float
-    """Distance that is heard [m]."""
+    """Distance that is received [m]."""
     remaining_choice: PathSettings
-    """The same paths for all that is not the seabed."""
+    """The path settings without the seabed."""
     choice_without_targets: PathSettings
     """Without targets, too."""
     positions_off_targets: list[Floats] = field(default_factory=list)
-    """The last place from `RECHECK_DISTANCE` about which no beam comes near any target [m]."""
+    """The last position from `RECHECK_DISTANCE` about which no beam comes near any target [m]."""
 
 
 @dataclass(frozen=True)
 class FastReverberation:
-    """What the quick way knows of one ping before it walks."""
+    """Fast reverberation of one ping."""
 
     scene: Scene
     choice: PathSettings
@@ -97,21 +98,21 @@ class FastReverberation:
     parts: list[RadialSet]
     """Its lines: the plan's own, and those in shadows of targets."""
     window: TerrainWindow
-    """Where on the ground's map they are."""
+    """Position of the radials' start on the seabed's map."""
 
     @property
     def plan(self) -> ReverberationPlan:
-        """What is done at every such ping."""
+        """Tables that all such pings share."""
         return self.known.plan
 
     @property
     def remaining_choice(self) -> PathSettings:
-        """The same paths for all that is not the seabed, without targets that no beam comes near."""
+        """The path settings without the seabed, and without targets that no beam reaches."""
         near = "target" in self.choice.contributions and self._near_a_target()
         return self.known.remaining_choice if near else self.known.choice_without_targets
 
     def _near_a_target(self) -> bool:
-        """Whether any beam is above the floor towards any target; points are always heard."""
+        """Return True if any beam is above the floor towards any target; points are always received."""
         scene = self.scene
         if len(scene.targets) > len(scene.occluders):
             return True
@@ -126,12 +127,13 @@ class FastReverberation:
         return self._may_reach_target_from(0.0)
 
     def _may_reach_target_from(self, away: float) -> bool:
-        """Whether any beam may be above the floor towards any target, from within a distance of where it is [m]."""
+        """Return True if any beam may exceed the floor at any target, within a displacement of the sonar [m]."""
         bounding_cylinders = self.plan.bounding_cylinders[:, :3]
         top, base = _depths(self.scene)
         floor = float(amplitude_ratio(self.choice.beam_cutoff_db))
         bound = two_way_gain_bound(
-            bounding_cylinders[:, :2], bounding_cylinders[:, 2] + away, self.ping_geometry, (top + base) / 2, StraightRays(self.scene),
+            bounding_cylinders[:, :2], bounding_cylinders[:, 2] + away, self.ping_geometry, (top + base) / 2,
+            StraightRays(self.scene),
             self.choice.followed_families, rise=(base - top) / 2,
         )  # fmt: skip
         return bool((bound >= floor).any())
@@ -139,7 +141,7 @@ class FastReverberation:
     def accumulate(
         self, map_function: Mapped, accumulate_samples: Callable[[ReverberationSamples], Any], *, labelled: bool = False
     ) -> list[Any]:
-        """All the ground heard.
+        """All the seabed received.
 
         Args:
             map_function: Calls a function with each of some things, as `map` does, perhaps on several threads.
@@ -147,7 +149,7 @@ class FastReverberation:
             labelled: True: with the `Origins` of its points.
 
         Returns:
-            What hearing it came to.
+            What reception it came to.
         """
         bed, window = self.scene.seabed.terrain, self.window
         if bed is None:
@@ -177,15 +179,19 @@ class FastReverberation:
         found, first = np.empty(p, np.int64), np.empty(len(radials) + 1, np.int64)
         interference_ranges = _SCRATCH.of("meeting", (ranges, 2), np.int64)
         ranges = kernel.walk_radials(
-            *self.window.start, heading, float(ping_geometry.transmit_position[2]), seabed.depth, self.scene.water.sound_speed,
-            ping_geometry.wavelength, radials, plan.step, lists, taken, cell, slot, pieces, seabed.terrain is None, plan.images,
-            plan.bounce_codes, plan.horizon_row, plan.launch_image_depths, plan.launch_rising, plan.mirrors, plan.factor, plan.loss, place,
+            *self.window.start, heading, float(ping_geometry.transmit_position[2]), seabed.depth,
+            self.scene.water.sound_speed,
+            ping_geometry.wavelength, radials, plan.step, lists, taken, cell, slot, pieces, seabed.terrain is None,
+            plan.images,
+            plan.bounce_codes, plan.horizon_row, plan.launch_image_depths, plan.launch_rising, plan.mirrors,
+            plan.factor, plan.loss, place,
             delay, amplitude, departure, arrival, normal, rows, weight, found, first, interference_ranges,
         )  # fmt: skip
         bed = seabed.terrain
         if bed is not None and bed.span[0] < bed.span[1]:
             bounce_off_relief(
-                self.scene, bed, ping_geometry, plan, part, first, place, normal, rows, found, delay, amplitude, departure,
+                self.scene, bed, ping_geometry, plan, part, first, place, normal, rows, found, delay, amplitude,
+                departure,
                 arrival,
             )  # fmt: skip
         walked = Walked(first, place, normal, arrival, rows, found)
@@ -203,7 +209,7 @@ class FastReverberation:
         )
 
     def _texture(self, radials: Floats, heading: float, first: NDArray[np.int64], place: Floats) -> Floats:
-        """What the seabed's texture makes of the points of some lines [1], shape (n,)."""
+        """Factor of the seabed's texture on the area of points of some radials [1], shape (n,)."""
         bearing = np.repeat(np.arctan2(radials[:, 1], radials[:, 0]) + heading, np.diff(first))
         ahead = np.stack([np.cos(bearing), np.sin(bearing)], axis=-1)
         here = self.ping_geometry.transmit_position[:2]
@@ -213,21 +219,21 @@ class FastReverberation:
         self, into: NDArray[np.float32], out: NDArray[np.float32], normal: NDArray[np.float32],
         rows: NDArray[np.int32], section: NDArray[np.float32],
     ) -> None:  # fmt: skip
-        """Multiply the ground that points stand for by the law's answer for one pair."""
+        """Multiply the seabed that points represent by the law's cross section for one pair."""
         held = _SCRATCH.of("questions", (9 * DIRECTIONS_PER_BATCH,), np.float32)
-        answer = _SCRATCH.of("answer", (DIRECTIONS_PER_BATCH,), np.float32)
+        values = _SCRATCH.of("law", (DIRECTIONS_PER_BATCH,), np.float32)
         for begin in range(0, len(rows), DIRECTIONS_PER_BATCH):
             some = rows[begin : begin + DIRECTIONS_PER_BATCH]
             one, two, up = held[: 9 * len(some)].reshape(3, 3, len(some))
             kernel.gather_directions(into, out, normal, some, one, two, up)
-            self.plan.law.fill(one, two, up, answer[: len(some)])
-            section[begin : begin + DIRECTIONS_PER_BATCH] *= answer[: len(some)]
+            self.plan.law.fill(one, two, up, values[: len(some)])
+            section[begin : begin + DIRECTIONS_PER_BATCH] *= values[: len(some)]
 
     def _apply_target_shadows(
         self, part: RadialSet, first: NDArray[np.int64], place: Floats, normal: NDArray[np.float32],
         amplitude: NDArray[np.complex64],
     ) -> Shaded | None:  # fmt: skip
-        """Take away what targets cut of the legs, from lines that pass one; these legs, if there are any."""
+        """Reduce legs by the occlusion of targets, on radials that pass one; returns these legs, if any."""
         here, ahead = self.ping_geometry.transmit_position, part.lists.ahead
         nearest = min(
             np.hypot(north - here[0], east - here[1]) - radius
@@ -258,27 +264,29 @@ def _column_sizes(lists: SampleLists, taken: NDArray[np.int64]) -> tuple[int, in
 def prepare_fast_reverberation(
     scene: Scene, choice: PathSettings, ping_geometry: PingGeometry, rays: PropagationModel
 ) -> FastReverberation | None:
-    """The quick way for one ping, or None where the scene asks more than it can do.
+    """Prepare fast reverberation of one ping; None where the scene does not meet its conditions.
 
-    It takes water of one sound speed, a three-dimensional scene, both ends of the sonar at one place, one beam to a
+    It takes water of one sound speed, a three-dimensional scene, both ends of the sonar at one position, one beam to a
     side, a sea surface that only mirrors, and ground that lies below the sonar.
 
     Args:
         scene: The scene.
         choice: Which paths are followed.
         ping_geometry: The sonar at this ping.
-        rays: How sound travels in the scene.
+        rays: Propagation model of the scene.
     """
     if not ping_geometry.is_monostatic:
         return None
-    # a sonar that only moves on, its attitude kept in the very same beams, asks for the same again
+    # a sonar that only moves on, its attitude kept in the very same beams, requests the same again
     key = (
-        id(scene), id(choice), id(rays), id(ping_geometry.transmit_beams), id(ping_geometry.receive_beams), id(ping_geometry.track_extent),
-        id(ping_geometry.pulse), float(ping_geometry.transmit_position[2]), ping_geometry.max_displacement, ping_geometry.window,
+        id(scene), id(choice), id(rays), id(ping_geometry.transmit_beams), id(ping_geometry.receive_beams),
+        id(ping_geometry.track_extent),
+        id(ping_geometry.pulse), float(ping_geometry.transmit_position[2]), ping_geometry.max_displacement,
+        ping_geometry.window,
     )  # fmt: skip
     held = _CACHE.get(key)
     if held is None:
-        # what the key names is kept, so that nothing else can take its number
+        # objects named in the key are kept, so that no other object can have their id
         names = (
             scene,
             choice,
@@ -327,7 +335,7 @@ _CACHE_SIZE = 8
 def _prepare(
     scene: Scene, choice: PathSettings, ping_geometry: PingGeometry, rays: PropagationModel
 ) -> PreparedReverberation | None:
-    """What does not change while the sonar only moves on; None where the scene asks more than the quick way can do."""
+    """Tables of a sonar that only moves horizontally; None where the scene does not meet the conditions."""
     seabed, bed = scene.seabed, scene.seabed.terrain
     law = _compiled_law(seabed.law(ping_geometry.frequency, float(scene.water.sound_speed_at(seabed.depth))))
     families = families_reaching("seabed", choice.followed_families)
@@ -341,25 +349,27 @@ def _prepare(
         if bed.span[0] <= source:
             return None
         rise = max(bed.depth - bed.span[0], bed.span[1] - bed.depth)
-    heard = receivable_range(ping_geometry, seabed.depth, rays, families, rise=rise)
+    window_range = receivable_range(ping_geometry, seabed.depth, rays, families, rise=rise)
     sampling = ping_scatterers(scene, choice, 0, ping_geometry, rays, quadrature=True).resolution
     step = min(sampling.slant_resolution, MAX_RADIAL_STEP)
     if bed is not None:
         step = bed.heightmap_cell_size / int(np.ceil(bed.heightmap_cell_size / sampling.slant_resolution))
-        if 2 * heard.farthest / (bed.heightmap_cell_size * CELLS) > AROUND - 4:
+        if 2 * window_range.farthest / (bed.heightmap_cell_size * CELLS) > AROUND - 4:
             return None
     floor = float(amplitude_ratio(choice.beam_cutoff_db))
     heading = 0.0 if bed is None else bed.relief.resolved.scatterer_grid.heading
-    radials = radials_in_view(ping_geometry, seabed.depth, heard, sampling, families, floor, heading)
+    radials = radials_in_view(ping_geometry, seabed.depth, window_range, sampling, families, floor, heading)
     plan = plan_reverberation(scene, ping_geometry, families, law, radials, step, heading, rise)
-    return PreparedReverberation(plan, heading, heard.farthest, _reduced_choice(choice, scene, ping_geometry, ()),
-                 _reduced_choice(choice, scene, ping_geometry, ("target",)))  # fmt: skip
+    return PreparedReverberation(
+        plan, heading, window_range.farthest, _reduced_choice(choice, scene, ping_geometry, ()),
+        _reduced_choice(choice, scene, ping_geometry, ("target",)),
+    )  # fmt: skip
 
 
 def _reduced_choice(
     choice: PathSettings, scene: Scene, ping_geometry: PingGeometry, more: tuple[str, ...]
 ) -> PathSettings:
-    """The same paths for all but the seabed, what does not answer in this scene, and some contributions more."""
+    """The path settings without the seabed, contributions that do not scatter, and some further ones."""
     silent = ["seabed", *more]
     silent += ["surface"] if scene.surface.law(ping_geometry.frequency) is None else []
     silent += [] if scene.water.scatters else ["water"]
@@ -373,7 +383,7 @@ def _fast(law: Lambert) -> CompiledLaw:
 
 
 def _compiled_law(law: Law | None) -> CompiledLaw | None:
-    """A law as the quick way asks it; None where it has no such form."""
+    """A law in the form of fast reverberation; None where it has no such form."""
     if isinstance(law, Lambert):
         return _fast(law)
     return law if isinstance(law, CompiledLaw) else None

@@ -1,12 +1,12 @@
-"""Spread of glint legs about the leg off a calm surface: how far a moving surface turns departures from the sonar.
+"""Spread of glint legs about the leg off a calm surface: change of departure angles by a moving surface.
 
-A facet of slope s sends sound to the same place by another bounce point, so that its leg leaves the sonar at another
+A facet of slope s reflects to the same position at another bounce point, so that its leg leaves the sonar at another
 elevation and bearing. Scatterers far off a beam by their geometric direction are then received through its main lobe,
 each of them seldom. Sampling follows the fourth moment of the gain over the distribution of slopes: the square root of
-an echo's fourth moment is the allocation of least variance for echoes that are there by chance.
+an echo's fourth moment is the allocation of least variance for intermittent echoes.
 
 Approximations: slopes are those of the whole sea, a mixture of two normal distributions; spreads in elevation and in
-bearing are uncorrelated; layered water spreads as water of one sound speed does; bubbles take nothing.
+bearing are uncorrelated; refraction and bubbles do not change the spread.
 """
 
 import math
@@ -29,11 +29,11 @@ from insonify.sonar.beam import Beams
 Floats = NDArray[np.float64]
 
 REACH = 1.5
-"""Standard deviations of a departure within which ground is not left out: two ways lose 0.01 dB of their energy [1]."""
+"""Standard deviations of a departure within which scatterers are included; outside is 0.01 dB of the energy [1]."""
 LEAST_SHARE = 1e-6
 """Part of a leg's energy that glints have at least, for the spread of their slopes [1]."""
 _NODES = np.geomspace(0.01, 1e5, 141)
-"""Distances over ground at which spreads are worked out for bounds [m]."""
+"""Distances over ground at which spreads are computed for bounds [m]."""
 
 
 class LegSpread(NamedTuple):
@@ -42,7 +42,7 @@ class LegSpread(NamedTuple):
     coherent: Floats
     """Pressure that is left in the direction of a calm surface, re a calm surface [1]."""
     glints: Floats
-    """Root of the energy of all glints together, likewise [1]."""
+    """Root of the energy of all glints together, shape (n,) [1]."""
     elevation_change: Floats
     """Change of a glint's elevation at the sonar, over the slope of the surface along the path [rad]."""
     bearing_change: Floats
@@ -51,7 +51,7 @@ class LegSpread(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class GlintSpread:
-    """Statistics of one moving surface as sound of one frequency meets it."""
+    """Slope statistics of one moving surface for sound of one frequency."""
 
     per_height: float
     """Phase of a bounce at normal incidence per height of the surface [rad/m]."""
@@ -188,7 +188,7 @@ def spread_patterns(beams: Beams) -> tuple[Floats, Floats, Floats, Floats]:
 
     Returns:
         Of the four patterns of `Beams.majorants`, shape (spreads, rows): spreads double from `kernel.FIRST` rows of
-        the majorant's table, of which each row here stands for `kernel.ROWS`.
+        the majorant's table, of which each row here represents `kernel.ROWS`.
     """
     a, b, c, d = (
         _table(bound.tobytes(), float(per)) for bound, per in zip(beams.majorants, beams.per_unit, strict=True)

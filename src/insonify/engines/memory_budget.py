@@ -15,7 +15,7 @@ MIN_POINTS = 16
 
 
 def legs_per_point(scene: Scene, choice: PathSettings, boundary: Boundary, *, drawn: bool) -> int:
-    """Legs between one end and one point: one for each family, and the glints of those that meet a moving surface.
+    """Number of legs between one end and one point: one for each family, and glints for those with surface bounces.
 
     Args:
         scene: The scene.
@@ -31,7 +31,7 @@ def legs_per_point(scene: Scene, choice: PathSettings, boundary: Boundary, *, dr
 
 
 def bytes_per_point(scene: Scene, choice: PathSettings, boundary: Boundary, *, drawn: bool) -> float:
-    """Memory that the legs and pairs of one point take [bytes]: arguments as of `legs_per_point`."""
+    """Memory that the legs and pairs of one point take [bytes]: arguments see `legs_per_point`."""
     legs = legs_per_point(scene, choice, boundary, drawn=drawn)
     return legs * BYTES_PER_LEG + legs**2 * (BYTES_PER_PAIR if drawn else BYTES_PER_SPECULAR_PAIR)
 

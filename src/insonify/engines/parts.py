@@ -15,10 +15,10 @@ MIN_PARTS = 2
 
 
 class WorkerPool(Protocol):
-    """Who does the parts of a ping: a `ThreadPoolExecutor`, or `SerialPool`."""
+    """Workers for the parts of a ping: a `ThreadPoolExecutor`, or `SerialPool`."""
 
     def map(self, fn: Callable[[Any], Any], things: Iterable[Any], /) -> Iterator[Any]:
-        """What a function makes of each thing, in their order."""
+        """Results of a function for each item, in their order."""
 
 
 class SerialPool:
@@ -30,7 +30,7 @@ class SerialPool:
         """Terrain occlusion at that ping, shared by its sound and its labels."""
 
     def map(self, fn: Callable[[Any], Any], things: Iterable[Any], /) -> Iterator[Any]:
-        """What a function makes of each thing, one when it is asked for."""
+        """Results of a function for each item, each computed when requested."""
         return map(fn, things)
 
 

@@ -1,8 +1,8 @@
 """Panels of smooth bodies as patches: halved until third-order phases, beams and pulses no longer matter on each.
 
-A patch scatters in closed form for the directions at its middle, see `insonify.scattering.kirchhoff_patch`. What no
-image of the sonar can see, what lies outside the window, and what beams hear below their floor is dropped while the
-patches are still large; so the number of patches follows from what one ping can receive, not from the size of the body.
+A patch scatters in closed form for the directions at its middle, see `insonify.scattering.kirchhoff_patch`. Patches
+without line of sight to any image of the sonar, outside the window, or below the beam cutoff are dropped while they are
+still large; so the number of patches follows from one ping's reach, not from the size of the body.
 """
 
 from collections.abc import Callable
@@ -24,7 +24,7 @@ MAX_NORMAL_TURN = 0.07
 MAX_MIXED_PHASE = 0.8
 """Most mixed phase of second order, whose exponential is kept to second order [rad]."""
 TOUCHING = 1e-6
-"""Height above the bed, or depth below the surface, at which a face touches it [m]."""
+"""Height above the seabed, or depth below the surface, at which a face touches it [m]."""
 MAX_PATCHES = 300_000
 """Patches of one target [1]."""
 
@@ -43,7 +43,7 @@ class TargetInsonification:
     """The ends of the sonar as a body sees them, and what one ping resolves there."""
 
     images: tuple[Floats, Floats]
-    """Places of the images of transmitter and receiver [m], shapes (f, 3)."""
+    """Positions of the images of transmitter and receiver [m], shapes (f, 3)."""
     wavenumber: float
     """Largest wavenumber in the water [rad/m]."""
     lobes: tuple[Lobe, ...]
@@ -148,7 +148,7 @@ def by_size(panel: Panel, patches: Patches, insonification: TargetInsonification
 
 
 def _rays(place: Floats, image: Floats) -> tuple[Floats, Floats]:
-    """Directions from an image to places, (n, 3), and distances [m], (n,)."""
+    """Directions from an image to positions, (n, 3), and distances [m], (n,)."""
     ray = place - image
     length = np.maximum(np.linalg.norm(ray, axis=1), 1e-6)
     return ray / length[:, None], length
@@ -186,7 +186,7 @@ def outward_normals(d: PanelDerivatives) -> Floats:
 
 
 def _sizes(d: PanelDerivatives, patches: Patches, insonification: TargetInsonification) -> tuple[Floats, Floats]:
-    """Sizes of patches along s and along t as parts of what they may be [1], each of shape (n,)."""
+    """Sizes of patches along s and along t re the largest permitted [1], each of shape (n,)."""
     s, t = patches.half_s[:, None], patches.half_t[:, None]
     side, other = d.s * s, d.t * t
     long, wide = np.linalg.norm(side, axis=1), np.linalg.norm(other, axis=1)
@@ -254,7 +254,7 @@ def clip_to_water(panel: Panel, patches: Patches, clear: Callable[[Floats], Floa
     Args:
         panel: What they are patches of.
         patches: The patches.
-        clear: Distance of places (n, 3) from the boundary, positive in the water [m].
+        clear: Distance of positions (n, 3) from the boundary, positive in the water [m].
         finest: Length to which an oblique cut is resolved [m].
     """
     done: list[Patches] = []
@@ -306,7 +306,7 @@ def _cut(patches: Patches, level: Floats, sides: Floats, free: Mask, finest: flo
 
 
 def patch_terms(panel: Panel, patches: Patches) -> tuple[PanelDerivatives, Floats, Floats]:
-    """Places and derivatives of patches, the rows of `kirchhoff_patch.TERMS`, (n, 7, 3), and areas [m^2], (n,)."""
+    """Positions and derivatives of patches, the rows of `kirchhoff_patch.TERMS`, (n, 7, 3), and areas [m^2], (n,)."""
     d = panel.at(patches.s, patches.t)
     s, t = patches.half_s[:, None], patches.half_t[:, None]
     across = np.cross(d.t, d.s)

@@ -1,8 +1,8 @@
-"""What of the scene one ping can meet, as blocks of scatterers that are drawn only when they are wanted.
+"""Scatterers in reach of one ping, as blocks that are generated only when they are requested.
 
-The whole seabed and surface in three dimensions, or in a slice the one line of them under the beam, each
-point standing for its share of the beam's footprint; and every target. For a coherent reading the points are
-drawn and belong to their places; for an expectation they are laid out evenly, and no speckle is left.
+The scatterers are those of the whole seabed and surface in three dimensions (or, in a slice, of one line of them under
+the beam, each point with its part of the beam's footprint) and of every target. For coherent pressure the points are
+random and fixed to the world; for an expectation they are quadrature points, without speckle.
 """
 
 from collections.abc import Callable
@@ -45,16 +45,16 @@ SCATTERERS_PER_BLOCK = 49152
 MIN_TILE_COST = 4
 """Scatterers of a block that one more tile counts for at least."""
 QUADRATURE_ELONGATION = 2.0
-"""Largest side of the square that one point of an expectation stands for, over the length of a cell [1]."""
+"""Largest side of the square that one point of an expectation represents, over the length of a cell [1]."""
 QUADRATURE_SEED = 0
-"""Of the places in their cells at which an expectation is taken: the same for every seed."""
+"""Seed of the positions of quadrature points in their cells: the same for every scenario seed."""
 
 Block = Callable[[], Scatterers]
 
 
 @dataclass(frozen=True, slots=True)
 class PingScatterers:
-    """The scene as one ping meets it."""
+    """Scatterers of the scene in reach of one ping."""
 
     scene: Scene
     choice: PathSettings
@@ -63,12 +63,12 @@ class PingScatterers:
     rays: PropagationModel
     resolution: Resolution
     quadrature: bool
-    """Even points for an expectation, or drawn ones that belong to their places."""
+    """Even points for an expectation, or drawn ones that belong to their positions."""
     layouts: LayoutCache = field(default_factory=LayoutCache)
     """Even points of the last few attitudes."""
 
     def blocks(self) -> list[Block]:
-        """Every scatterer that this ping can meet, in blocks of a fixed order."""
+        """Blocks of every scatterer in reach of this ping, in a fixed order."""
         seabed, surface = self.scene.seabed, self.scene.surface
         made: list[Block] = []
         if "target" in self.choice.contributions:
@@ -90,7 +90,7 @@ class PingScatterers:
             return []
         if self.choice.geometry == "slice":
             return self._slice_points(boundary, depth, law, kept)
-        # rings follow what one place resolves; between two the cells of the lattice do
+        # rings follow what one position resolves; between two the cells of the scatterer grid do
         by_rings = self.quadrature and self.ping_geometry.receive_track_extent is None
         return (self._polar_points if by_rings else self._grid_points)(boundary, depth, law, kept)
 
@@ -110,12 +110,13 @@ class PingScatterers:
             density = np.ones_like(density)
         stream = random_keys.SEABED if boundary == "seabed" else random_keys.SURFACE
         farthest = max(self._reach(boundary, depth, kept).farthest, 1.0)
-        beam_importance = BeamImportance(self.ping_geometry, depth, self.rays, kept, lattice, farthest, self.choice.importance_sampling,
+        beam_importance = BeamImportance(self.ping_geometry, depth, self.rays, kept, lattice, farthest,
+        self.choice.importance_sampling,
                             self.glints)  # fmt: skip
         own = density
         if (
             not self.quadrature and self.ping_geometry.pulse.receiver.synthetic_aperture is None
-        ):  # its pings are heard as one
+        ):  # its pings are received as one
             own = fill_fraction(self.ping_geometry, lattice, depth, self.resolution, tiles, density)
         bounds = beam_importance.bounds(tiles, own)
         bed = self.bed
@@ -136,31 +137,31 @@ class PingScatterers:
 
     def _polar_points(self, boundary: Boundary, depth: float, law: Law, kept: tuple[str, ...]) -> list[Block]:
         """Even cells of slant range and azimuth about the sonar."""
-        heard = self._reach(boundary, depth, kept)
-        if heard.farthest < 0:
+        reach = self._reach(boundary, depth, kept)
+        if reach.farthest < 0:
             return []
         even = QuadraturePoints(
-            self.scene, self.ping_geometry, self.rays, depth, kept, heard, self.resolution, self.rise(boundary),
+            self.scene, self.ping_geometry, self.rays, depth, kept, reach, self.resolution, self.rise(boundary),
             float(amplitude_ratio(self.choice.beam_cutoff_db)), self.choice.importance_sampling, self.layouts,
             self.choice.edge_diffraction == "knife-edge",
         )  # fmt: skip
 
-        def lie(laid: Callable[[], Columns]) -> Scatterers:
-            place, area, key = laid()
+        def lie(lay: Callable[[], Columns]) -> Scatterers:
+            place, area, key = lay()
             return self._points_on_boundary(boundary, depth, law, place, area, np.ones(len(area), complex), key)
 
-        return [partial(lie, laid) for laid in even.blocks(_cut_into_blocks)]
+        return [partial(lie, lay) for lay in even.blocks(_cut_into_blocks)]
 
     def _slice_points(self, boundary: Boundary, depth: float, law: Law, kept: tuple[str, ...]) -> list[Block]:
-        """Cells along the beam's plane, a few to each cell of slant range: what the farthest ground cell comes to."""
-        heard = self._reach(boundary, depth, kept)
-        if heard.farthest < 0:
+        """Cells along the beam's plane, a few to each cell of slant range, as fine as the farthest one needs."""
+        reach = self._reach(boundary, depth, kept)
+        if reach.farthest < 0:
             return []
         pitch = self.resolution.slant_resolution / self.resolution.scatterers_per_cell
-        first, last = int(heard.nearest / pitch), int(np.ceil(heard.farthest / pitch))
+        first, last = int(reach.nearest / pitch), int(np.ceil(reach.farthest / pitch))
         ahead = np.array([np.cos(self.ping_geometry.first_beam_bearing), np.sin(self.ping_geometry.first_beam_bearing)])
         here = self.ping_geometry.transmit_position[:2]
-        # A place in a slice is a distance along one line of the lattice: another line, another seabed.
+        # A position in a slice is a distance along one line of the scatterer grid: another line has other scatterers.
         lattice = self.scene.seabed.scatterer_grid
         along, across = np.round(lattice.from_world(here) * 100).astype(int)
         line = round(float(np.mod(self.ping_geometry.first_beam_bearing - lattice.heading, 2 * np.pi)) * 1e6) * 2 + (
@@ -186,15 +187,15 @@ class PingScatterers:
 
     @property
     def bed(self) -> SeabedTerrain | None:
-        """The ground under the mean plane's points; None for a flat bed."""
+        """The seabed under the mean plane's points; None for a flat bed."""
         return self.scene.seabed.terrain
 
     def _reach(self, boundary: Boundary, depth: float, kept: tuple[str, ...]) -> ReachableRange:
-        """Distances of a boundary that are heard."""
+        """Distances of a boundary that are received."""
         return receivable_range(self.ping_geometry, depth, self.rays, kept, rise=self.rise(boundary))
 
     def rise(self, boundary: Boundary) -> float:
-        """How far a boundary stands above its mean plane, or lies below it [m]."""
+        """Largest height of a boundary above its mean plane, or depth below it [m]."""
         if boundary != "seabed" or self.bed is None:
             return 0.0
         return max(self.bed.depth - self.bed.span[0], self.bed.span[1] - self.bed.depth)
@@ -203,14 +204,14 @@ class PingScatterers:
         self, boundary: Boundary, depth: float, law: Law, place: NDArray[np.float64], area: NDArray[np.float64],
         phase: NDArray[np.complex128], key: NDArray[np.uint64],
     ) -> Scatterers:  # fmt: skip
-        """Points of a boundary at places that do not come again: on the ground, or on the plane."""
+        """Points of a boundary at positions that do not come again: on the seabed, or on the plane."""
         if boundary == "seabed" and self.bed is not None:
             ground = self.bed.relief.sample(place[:, 0], place[:, 1])
             return self._textured(seabed_scatterers(depth, ground, law, place, area, phase, key))
         return self._textured(_on_boundary(boundary, depth, law, place, area, phase, key))
 
     def _textured(self, points: Scatterers) -> Scatterers:
-        """Points of a boundary, each standing for as much more ground as the texture makes it answer more."""
+        """Points of a boundary, with areas multiplied by the seabed's texture."""
         seabed = self.scene.seabed
         if points.boundary != "seabed" or seabed.texture is None:
             return points
@@ -219,7 +220,8 @@ class PingScatterers:
     def _targets(self) -> list[Block]:
         made: list[Block] = []
         for points in target_points(
-            self.scene, self.choice, self.seed, self.ping_geometry, self.resolution.slant_resolution, quadrature=self.quadrature, rays=self.rays,
+            self.scene, self.choice, self.seed, self.ping_geometry, self.resolution.slant_resolution,
+            quadrature=self.quadrature, rays=self.rays,
             resolution=self.resolution,
         ):  # fmt: skip
             size = (
@@ -230,23 +232,24 @@ class PingScatterers:
 
 
 def ping_scatterers(
-    scene: Scene, choice: PathSettings, seed: int, ping_geometry: PingGeometry, rays: PropagationModel, *, quadrature: bool = False,
+    scene: Scene, choice: PathSettings, seed: int, ping_geometry: PingGeometry, rays: PropagationModel, *,
+    quadrature: bool = False,
     layouts: LayoutCache | None = None,
 ) -> PingScatterers:  # fmt: skip
-    """The scene as one ping meets it, sampled by the finest that can be made of the recording."""
+    """Scatterers of the scene in reach of one ping, with the finest resolution that processing can attain."""
     resolution = resolution_of(scene, choice, ping_geometry)
     return PingScatterers(scene, choice, seed, ping_geometry, rays, resolution, quadrature, layouts or LayoutCache())
 
 
 def resolution_of(scene: Scene, choice: PathSettings, ping_geometry: PingGeometry) -> Resolution:
-    """Resolution cells of one ping: the finest that can be made of the recording.
+    """Resolution cells of one ping: the finest that processing of the recording can attain.
 
     Args:
         scene: The scene.
         choice: Scatterers in each cell.
         ping_geometry: The sonar at this ping.
     """
-    # A pulse longer than the scene is deep would blur what the legs still tell apart: spreading, grazing, shadows.
+    # A pulse longer than the scene is deep would blur the legs' spreading, grazing angles and shadows.
     shallowest, deepest = ping_geometry.track_depths
     height = max(0.1, min(shallowest, scene.seabed.depth - deepest))
     speed = track_sound_speed(scene, ping_geometry)
@@ -264,7 +267,7 @@ def resolution_of(scene: Scene, choice: PathSettings, ping_geometry: PingGeometr
 
 
 def slice_footprint(ping_geometry: PingGeometry, within: float = np.pi) -> float:
-    """Energy width of the one two-way beam of a slice, up to an azimuth from its axis [rad]."""
+    """Energy width of the two-way beam of a slice, up to an azimuth from its axis [rad]."""
     return float(two_way_footprint(ping_geometry.transmit_beams, ping_geometry.receive_beams, within=within)[0])
 
 
@@ -288,22 +291,22 @@ def lay_on_terrain(
     stream: int,
     kept: KeptScatterers,
 ) -> Scatterers:
-    """Scatterers of the lattice on the ground: what is asked about it is kept for the pings to come.
+    """Scatterers of the seabed's scatterer grid on the terrain; heights and normals are cached for later pings.
 
     Of each tile all scatterers that any ping may keep, or the first quarter of them, or a quarter of that, and so on,
-    are asked together.
+    are evaluated together.
 
     Args:
-        bed: The ground.
-        law: How it answers.
+        bed: The seabed.
+        law: Scattering law.
         tiles: The tiles.
         density: The largest part of their scatterers that any ping keeps, shape (tiles,).
         seed: Seed of the scatterers.
         stream: Their stream.
-        kept: The scatterers; its columns are used for the answer.
+        kept: The scatterers; its columns are overwritten.
     """
-    asked, size = tile_prefixes(kept.tile, kept.rank, density)
-    some = tiles.take(asked)
+    requested, size = tile_prefixes(kept.tile, kept.rank, density)
+    some = tiles.take(requested)
 
     def places(rows: NDArray[np.int64], known: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         return next_positions(some.take(rows), seed, stream, known, size[rows])
@@ -311,7 +314,7 @@ def lay_on_terrain(
     key = grid_scatterer_id(stream, some.level, some.along, some.across).view(np.int64)
     rows, begin = bed.sample_tiles(seed, key, size, places)
     start = np.zeros(len(density), np.int64)
-    start[asked] = begin
+    start[requested] = begin
     return tile_scatterers(
         bed.depth, (rows, start), law, kept.tile, kept.rank, kept.position, kept.area, kept.phase, kept.key
     )

@@ -1,12 +1,12 @@
-"""Even points of a boundary for the expected intensity: rings of slant range, sectors of azimuth, about the sonar.
+"""Quadrature points of a boundary for the expected intensity: rings of slant range, sectors of azimuth.
 
-An expectation needs no scatterers, only a quadrature over the ground. Cells of equal slant range and azimuth follow
-what a sonar resolves; in each the point is shifted by the golden ratio times the number of the cell across, so that
-any strip along or across the beam meets its points at even distances. Four points a cell then give what hundreds
-thrown at random do.
+An expectation needs no random scatterers, only a quadrature over the seabed. Cells of equal slant range and azimuth
+follow the sonar's resolution. In each, the point is shifted by the golden ratio times the number of the cell across, so
+that points are evenly spaced along any strip along or across the beam. Four points a cell then give the accuracy of
+hundreds of random points.
 
-Where the beams are faint, few of the points are kept, each for as much more ground: those of the lowest priorities,
-which are spread evenly too, so that the mean and the evenness stay.
+Where the gain is low, few of the points are kept, with larger areas: those of the lowest priorities, which are evenly
+spread too, so that mean and evenness are preserved.
 """
 
 from typing import Any
@@ -36,7 +36,7 @@ STRIP_BIT = 59
 GAIN_MARGIN = 3.5
 """Factor on the gain by which points are kept: an even point left out is missed more than a drawn one [1]."""
 SPARSE_GAIN_MARGIN = 1.0
-"""The same of sparse points [1]."""
+"""Gain margin of sparse points [1]."""
 NARROW_CELL = 1.5
 """Width of a cell re that of a beam, below the sonar, at whose inverse cells begin to be left out [1]."""
 MIN_WIDTH_FRACTION = 0.1
@@ -62,8 +62,8 @@ class PolarGrid:
         Args:
             ping_geometry: The sonar.
             depth: Depth of the boundary [m].
-            reach: Distances heard in the window.
-            resolution: What the sonar can tell apart.
+            reach: Distances received in the window.
+            resolution: Resolution cells of the sonar.
             rise: How far the boundary may stand above or lie below its depth [m].
         """
         self.ping_geometry, self.depth, self.height, self.rise = ping_geometry, depth, reach.vertical_distance, rise
@@ -88,7 +88,7 @@ class PolarGrid:
         """Tiles that the two-way beam reaches above a floor [1], rows of (ring, sector), shape (n, 2).
 
         Args:
-            rays: How sound travels in the scene.
+            rays: Propagation model of the scene.
             families: Families that reach the boundary.
             floor: Two-way pressure gain [1].
             glints: How a moving surface spreads the directions of legs; None: it is still.
@@ -113,12 +113,13 @@ class PolarGrid:
     def keep_probabilities(
         self, tiles: NDArray[np.int64], beam_importance: BeamImportance, gain_factor: Floats | None = None
     ) -> Floats:
-        """Keep probability of the cells of some tiles [1], shape (tiles, PIECES_PER_TILE, ACROSS): the larger one at either end.
+        """Keep probability of the cells of some tiles, the larger of both ends [1], (tiles, PIECES_PER_TILE, ACROSS).
 
         Args:
             tiles: Rows of (ring, sector), shape (tiles, 2).
             beam_importance: Two-way gain on the boundary.
-            gain_factor: Factor on the gain in each piece of each row of tiles [1], shape (rows, PIECES_PER_TILE); None: 1.
+            gain_factor: Factor on the gain in each piece of each row of tiles [1], shape (rows, PIECES_PER_TILE);
+                None: 1.
         """
         place = np.empty((len(tiles) * (PIECES_PER_TILE + 1) * SECTORS_PER_TILE, 2))
         kernel.piece_edges(
@@ -139,7 +140,7 @@ class PolarGrid:
         )
 
     def _width_fraction(self, tiles: NDArray[np.int64]) -> Floats:
-        """Width of cells re that of a beam, which is as wide below the sonar as aside [1], (tiles, PIECES_PER_TILE, 1)."""
+        """Width of cells re that of a beam, the same below the sonar as abeam [1], (tiles, PIECES_PER_TILE, 1)."""
         outer = (tiles[:, :1] * PIECES_PER_TILE + np.arange(1, PIECES_PER_TILE + 1)) * (
             RINGS_PER_TILE / PIECES_PER_TILE * self.slant
         )

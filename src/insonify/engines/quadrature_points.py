@@ -1,11 +1,11 @@
-"""Even points of a boundary for one ping: which of the rings' cells are kept, and where they lie about the sonar.
+"""Quadrature points of a boundary for one ping: selection of the polar grid's points by gain, and their positions.
 
-Points lie about the sonar as they did at the ping before, as long as it keeps its depth and its attitude: they are laid
-out about the origin, kept, and moved along. What is kept is told by what made it alone, so that it changes no bit.
+Points keep their positions about the sonar from ping to ping, as long as its depth and attitude do not change: they are
+computed about the origin, cached, and moved along. The cache depends on its key alone, so results are bit-identical.
 
-The keep probability follows the two-way gain re the loudest at the same distance. Where a target stands in the loudest
-direction, its shadow takes that away, and what is faint is all there is: at the ranges of its shadow the points are
-kept as if the beams were `SHADOW_GAIN_FACTOR` louder.
+The keep probability follows the two-way gain re the largest gain at the same distance. Where a target stands in the
+direction of largest gain, its shadow leaves only low gains: at the ranges of its shadow the points are kept as if the
+beams were `SHADOW_GAIN_FACTOR` stronger.
 """
 
 from collections import OrderedDict
@@ -31,18 +31,18 @@ from insonify.sonar.ping_geometry import PingGeometry
 
 Floats = NDArray[np.float64]
 Columns = tuple[Floats, Floats, NDArray[np.uint64]]
-"""North and east [m] (n, 2), area that each point stands for [m^2], its key."""
+"""North and east [m] (n, 2), area that each point represents [m^2], its key."""
 
 SHADOW_GAIN_FACTOR = 16.0
-"""Factor on the gain at the ranges that a target in the loudest direction casts a shadow on [1]."""
+"""Factor on the gain at the ranges that a target in the largest gain direction casts a shadow on [1]."""
 EDGE_STRIPS = 8
 """Strips that cells are cut into across, in and about shadows of targets."""
 SPARSE_EDGE_STRIPS = 4
-"""The same of sparse points."""
+"""Number of strips for sparse points."""
 EDGE_WIDTHS = 1.0
 """Bearing beside such a shadow that counts to it [widths of the two-way beam]."""
 MIN_SHADOWED_GAIN = 0.2
-"""Two-way gain towards a target re the loudest from which on its shadow takes a part of what is received [1]."""
+"""Two-way gain towards a target re the largest gain, above which its shadow removes part of the echo [1]."""
 MAX_CACHED_POINTS = 250_000
 """Points of one layout up to which they are kept for the next ping."""
 MAX_CACHED_LAYOUTS = 8
@@ -50,7 +50,7 @@ MAX_CACHED_LAYOUTS = 8
 RINGS_PER_PIECE = polar_grid.RINGS_PER_TILE / polar_grid.PIECES_PER_TILE
 """Rings of a piece."""
 POSITION_DECIMALS = 9
-"""Decimals to which the ends of the sonar are told about their middle [m]: a sonar that only moves on is the same."""
+"""Decimals to which the ends of the sonar are given about their middle [m]: a sonar that only moves on is the same."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ class LayoutCache:
         self._made: OrderedDict[Any, QuadratureLayout] = OrderedDict()
 
     def __reduce__(self) -> tuple[type["LayoutCache"], tuple[int]]:
-        """Another process begins with nothing kept."""
+        """Reduce to an empty cache: another process starts without layouts."""
         return LayoutCache, (self._most,)
 
     def get(self, key: Any, make: Callable[[], QuadratureLayout]) -> QuadratureLayout:
@@ -117,17 +117,17 @@ class LayoutCache:
 
 @dataclass(frozen=True, slots=True)
 class QuadraturePoints:
-    """The even points of one boundary that one ping meets."""
+    """Quadrature points of one boundary in reach of one ping."""
 
     scene: Scene
     ping_geometry: PingGeometry
     rays: PropagationModel
     depth: float
-    """Of the boundary [m]."""
+    """Depth of the boundary [m]."""
     families: tuple[str, ...]
     """Families that reach it."""
     reach: ReachableRange
-    """Distances heard in the window."""
+    """Distances received in the window."""
     resolution: Resolution
     rise: float
     """Largest height of the boundary above, or depth below, its mean plane [m]."""
@@ -140,10 +140,10 @@ class QuadraturePoints:
     """True: sound is diffracted at the edges of targets."""
 
     def blocks(self, cut: Callable[[Floats], list[slice]]) -> list[Callable[[], Columns]]:
-        """The points, in blocks that are laid out when they are called.
+        """Blocks of the points, computed when they are called.
 
         Args:
-            cut: Cuts tiles into blocks, given how many points of each are likely to be kept.
+            cut: Function that divides tiles into blocks, given the expected number of points of each.
         """
         layout, middle = self.layouts.get(self._key, self._layout), self.ping_geometry.midpoint
         gain_factor = self._shadow_gain_factor(layout)
@@ -153,13 +153,13 @@ class QuadraturePoints:
             else layout.cells.keep_probabilities(layout.tiles, layout.beam_importance, gain_factor)
         )
 
-        def laid(rows: slice) -> Columns:
+        def points_of_tiles(rows: slice) -> Columns:
             place, area, key = layout.points(keep_probability, rows)
             return place + middle, area, key
 
         shaded = self._tiles_near_shadows(layout)
         if not shaded.any():
-            return [partial(laid, rows) for rows in cut(keep_probability.sum(axis=(1, 2)) * RINGS_PER_PIECE)]
+            return [partial(points_of_tiles, rows) for rows in cut(keep_probability.sum(axis=(1, 2)) * RINGS_PER_PIECE)]
 
         def cells_of(some: NDArray[np.int64], strips: int) -> Columns:
             place, area, key = layout.cells.points(layout.tiles[some], keep_probability[some], strips)
@@ -180,8 +180,8 @@ class QuadraturePoints:
         offset = held[:, :2] - self.ping_geometry.midpoint
         faced = np.flatnonzero(layout.beam_importance.gain_at(offset, held[:, 2]) >= MIN_SHADOWED_GAIN)
         for row in faced:
-            asked = self.scene, self.rays, self.ping_geometry, self.families, int(row), self.reach.farthest
-            zone = shadow_sector(*asked, soft=soft)
+            targets = self.scene, self.rays, self.ping_geometry, self.families, int(row), self.reach.farthest
+            zone = shadow_sector(*targets, soft=soft)
             shaded |= layout.cells.in_zone(layout.tiles, zone, EDGE_WIDTHS * self.resolution.beam_width)
         return shaded
 
@@ -195,11 +195,12 @@ class QuadraturePoints:
 
     @property
     def _key(self) -> Any:
-        """All that a layout depends on, but for what a scenario has once and for all."""
+        """Key of a layout: all that it depends on, except what is constant in a scenario."""
         here, beams = self._at_origin, (self.ping_geometry.transmit_beams, self.ping_geometry.bounding_receive_beams)
         return (
             self.depth, self.families, self.reach, self.resolution, self.rise, self.floor, self.importance_sampling,
-            here.transmit_position.tobytes(), here.receive_position.tobytes(), here.boresight.tobytes(), here.first_beam_bearing,
+            here.transmit_position.tobytes(), here.receive_position.tobytes(), here.boresight.tobytes(),
+            here.first_beam_bearing,
             *(part.tobytes() for beam in beams for part in (beam.axes, beam.steer, beam.scale)), here.channel_count,
         )  # fmt: skip
 
@@ -209,11 +210,12 @@ class QuadraturePoints:
         glints = glint_spread(self.scene, here.frequency)
         tiles = cells.tiles_above_floor(self.rays, self.families, self.floor, glints)
         farthest = max(self.reach.farthest, 1.0)
-        return QuadratureLayout(cells, tiles, BeamImportance(here, self.depth, self.rays, self.families, lattice, farthest,
+        return QuadratureLayout(cells, tiles, BeamImportance(here, self.depth, self.rays, self.families, lattice,
+        farthest,
                                              self.importance_sampling, glints))  # fmt: skip
 
     def _shadow_gain_factor(self, layout: QuadratureLayout) -> Floats | None:
-        """Factor on the gain in each piece of each row of tiles [1], shape (rows, PIECES_PER_TILE); None: 1 everywhere."""
+        """Factor on the gain in each piece of each row of tiles [1], shape (rows, PIECES_PER_TILE); None: 1."""
         first, last = layout.cells.rows
         gain_factor = np.ones((last + 1 - first, polar_grid.PIECES_PER_TILE))
         circles = bounding_cylinders(self.scene)
@@ -232,7 +234,7 @@ class QuadraturePoints:
         return None if (gain_factor == 1).all() else gain_factor
 
     def _shadow(self, distance: float, radius: float, top: float) -> tuple[float, float]:
-        """Slant ranges of the ground from a target to the end of its shadow, on the mean plane [m]."""
+        """Slant ranges of the seabed from a target to the end of its shadow, on the mean plane [m]."""
         height = self.reach.vertical_distance
         shallowest = min(self.ping_geometry.transmit_position[2], self.ping_geometry.receive_position[2])
         below = min(top, self.depth) - shallowest

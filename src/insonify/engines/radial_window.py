@@ -1,4 +1,4 @@
-"""Where the lines of one ping lie: on the ground's map, and beside targets."""
+"""Window of the seabed's map that the radials of one ping cross, and the targets beside them."""
 
 import math
 from dataclasses import dataclass, field
@@ -22,7 +22,7 @@ class RadialSet(NamedTuple):
     """Lines of one ping with their points."""
 
     radials: Floats
-    """As of `_swath_kernel.walk`, (m, 9)."""
+    """See `_swath_kernel.walk`, (m, 9)."""
     lists: SampleLists
     """Lists of points."""
     taken: NDArray[np.int64]
@@ -33,10 +33,10 @@ class RadialSet(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class TerrainWindow:
-    """The stretch of the ground's map that the lines of one ping may cross."""
+    """Window of the seabed's map that the radials of one ping may cross."""
 
     start: tuple[float, float] = (0.0, 0.0)
-    """Where the lines start, along its axes from the first node of the window [m]."""
+    """Start of the radials, along the map's axes from the first node of the window [m]."""
     side: int = 1
     """Pieces along each side of the window."""
     corner: NDArray[np.int64] = field(default_factory=lambda: np.zeros(2, np.int64))
@@ -51,11 +51,11 @@ def terrain_window(
     """The window of one ping, or None where its lines cross more pieces than are kept.
 
     Args:
-        bed: The ground; None for a flat bed.
+        bed: The seabed; None for a flat bed.
         ping_geometry: The sonar at this ping.
         step: Distance of samples along the lines [m].
         parts: All its lines with their points.
-        farthest: Distance that is heard [m].
+        farthest: Distance that is received [m].
     """
     if bed is None:
         return TerrainWindow()

@@ -1,11 +1,11 @@
-"""Lines of the ground about one ping_geometry, laid out evenly for an expectation: what `engines.rings` does in cells.
+"""Radials of one ping: evenly spaced lines of seabed samples for an expectation, as `engines.polar_grid` lays cells.
 
-Every line is one azimuth. Neighbours are as far apart as cells of the two-way beam; near the sonar, where the ground
-under a cell is small, a line stands for several cells, and so does one in the beam's faint outskirts, where the beam
-is asked at another azimuth of its width at each point. Samples of neighbouring lines are staggered by the golden
-ratio, so that every ring meets its points at even distances.
+Every radial has one azimuth. Neighbours are as far apart as cells of the two-way beam. Near the sonar, where a cell is
+small, and at low gain, a radial represents several cells; there the beam is evaluated at another azimuth within its
+width at each sample. Samples of neighbouring radials are staggered by the golden ratio, so that every ring has evenly
+spaced points.
 
-What is faint needs few points: there lines are wider, and their samples farther apart.
+Low gains need few points: there radials are wider, and their samples farther apart.
 """
 
 from typing import Any
@@ -27,45 +27,46 @@ Floats = NDArray[np.float64]
 CELLS_PER_SECTOR = 128
 """Cells looked at together, before each is."""
 LOW_GAIN = 10 ** (-25 / 20)
-"""Two-way gain below which lines stand for several cells each [1]."""
+"""Two-way gain below which lines represent several cells each [1]."""
 SIDE_LOBE = 10 ** (-20 / 20)
-"""Largest two-way gain at some distance below which that gain is lowered in proportion: all is faint there [1]."""
+"""Largest two-way gain at a distance below which `LOW_GAIN` is lowered in proportion: all gains are low there [1]."""
 CELLS_PER_FAINT_RADIAL = (16, 4)
-"""Cells of a line there, the most that are all faint."""
+"""Largest number of cells of a radial where all gains are low."""
 MAX_PATCH_WIDTH = 0.5
-"""Width of a patch of ground beyond which it is not told what a beam can be towards it [rad]."""
+"""Width of a patch of the seabed above which the gain towards it is not bounded [rad]."""
 FAINT_RADIAL_STRIDE = 2
 """Steps between the samples of the widest of them."""
 
 
 def radials_in_view(
-    ping_geometry: PingGeometry, depth: float, heard: ReachableRange, resolution: Resolution, families: tuple[str, ...], floor: float,
-    heading: float,
+    ping_geometry: PingGeometry, depth: float, window_range: ReachableRange, resolution: Resolution,
+    families: tuple[str, ...], floor: float, heading: float,
 ) -> Floats:  # fmt: skip
-    """The lines of a boundary that one ping can hear.
+    """The lines of a boundary that one ping can receive.
 
     Args:
-        ping_geometry: The sonar, both ends at one place.
-        depth: Of the boundary [m].
-        heard: Distances heard in the window.
-        resolution: What the sonar can tell apart.
+        ping_geometry: The sonar, both ends at one position.
+        depth: Depth of the boundary [m].
+        window_range: Distances received in the window.
+        resolution: Resolution cells of the sonar.
         families: Families that reach the boundary.
         floor: Two-way gain below which ground is left out [1].
-        heading: Of the frame in which the lines are wanted [rad].
+        heading: Heading of the frame in which the lines are wanted [rad].
 
     Returns:
         Lines as `_swath_kernel.walk` wants them, shape (n, 9).
     """
     key = (
-        ping_geometry.transmit_beams.axes.tobytes(), ping_geometry.receive_beams.axes.tobytes(), ping_geometry.boresight.tobytes(),
-        float(ping_geometry.transmit_position[2]), depth, heard, resolution, families, floor, heading,
+        ping_geometry.transmit_beams.axes.tobytes(), ping_geometry.receive_beams.axes.tobytes(),
+        ping_geometry.boresight.tobytes(),
+        float(ping_geometry.transmit_position[2]), depth, window_range, resolution, families, floor, heading,
         ping_geometry.transmit_beams.pattern_key, ping_geometry.receive_beams.pattern_key,
     )  # fmt: skip
     held = _CACHE.get(key)
     if held is None:
         if len(_CACHE) >= _CACHE_SIZE:
             _CACHE.clear()
-        lines = _radials(ping_geometry, depth, heard, resolution, families, floor, heading)
+        lines = _radials(ping_geometry, depth, window_range, resolution, families, floor, heading)
         # the tables are kept, so that no others can take their numbers
         held = _CACHE[key] = lines, (*ping_geometry.transmit_beams.tables, *ping_geometry.receive_beams.tables)
     return held[0]
@@ -76,20 +77,20 @@ _CACHE_SIZE = 8
 
 
 def _radials(
-    ping_geometry: PingGeometry, depth: float, heard: ReachableRange, resolution: Resolution, families: tuple[str, ...], floor: float,
-    heading: float,
+    ping_geometry: PingGeometry, depth: float, window_range: ReachableRange, resolution: Resolution,
+    families: tuple[str, ...], floor: float, heading: float,
 ) -> Floats:  # fmt: skip
-    """The same, laid out anew."""
+    """Lay out radials without the cache."""
     cell = min(resolution.beam_width, MAX_CELL_WIDTH) / np.sqrt(resolution.scatterers_per_cell)
     whole = int(np.ceil(2 * np.pi / cell / CELLS_PER_SECTOR)) * CELLS_PER_SECTOR
-    source, height = float(ping_geometry.transmit_position[2]), heard.vertical_distance
+    source, height = float(ping_geometry.transmit_position[2]), window_range.vertical_distance
     climbs, odd = _image_verticals(families, source, depth)
     boresight = float(np.arctan2(ping_geometry.boresight[1], ping_geometry.boresight[0]))
     keys: list[tuple[int, int]] = []
     zones: list[list[float]] = []
     last: dict[tuple[int, int], list[float]] = {}
-    outer = heard.farthest
-    while outer > heard.nearest and outer > 0:
+    outer = window_range.farthest
+    while outer > window_range.nearest and outer > 0:
         merged = 1 << int(np.clip(np.log2(np.hypot(outer, height) / outer), 0, 4))
         inner = outer / 2 if merged < 16 else 0.0
         for first, count in _cells(ping_geometry, boresight, whole, merged, (inner, outer), climbs, odd, floor):
@@ -111,7 +112,7 @@ def _radials(
     merged_there = np.array([_is_faint(key) for key in keys])
     lines[:, 3] = np.where(merged_there, width, 0.0)
     lines[:, 4:6] = np.array(zones)
-    lines[:, 4] = np.maximum(lines[:, 4], heard.nearest)
+    lines[:, 4] = np.maximum(lines[:, 4], window_range.nearest)
     lines[:, 6], lines[:, 7] = 1 - np.mod((number + 0.5) * GOLDEN, 1.0), number
     lines[:, 8] = np.where(count >= CELLS_PER_FAINT_RADIAL[0], FAINT_RADIAL_STRIDE, 1)
     return lines
@@ -125,7 +126,7 @@ def _cells(
     ping_geometry: PingGeometry, boresight: float, whole: int, merged: int, zone: tuple[float, float], climbs: Floats,
     odd: NDArray[np.bool_], floor: float,
 ) -> list[tuple[int, int]]:  # fmt: skip
-    """First cell, and how many, of each line of one zone: cells count from boresight in steps of the finest."""
+    """First cell and number of cells of each radial of one zone: cells count from boresight in steps of the finest."""
     angle = 2 * np.pi / whole
 
     def level(first: NDArray[np.int64], count: int) -> Floats:
@@ -133,17 +134,17 @@ def _cells(
         return radial_gain_bound(ping_geometry, bearing, count * angle, zone, climbs, odd)
 
     first = np.arange(-whole // 2, whole // 2, CELLS_PER_SECTOR)
-    loud = level(first, CELLS_PER_SECTOR)
-    # near the sonar even the loudest may be a side lobe of the vertical beam
-    faint = LOW_GAIN * min(float(loud.max(initial=0.0)) / SIDE_LOBE, 1.0)
-    first, kept = first[loud >= floor], []
+    is_high = level(first, CELLS_PER_SECTOR)
+    # near the sonar even the largest gain may be a side lobe of the vertical beam
+    faint = LOW_GAIN * min(float(is_high.max(initial=0.0)) / SIDE_LOBE, 1.0)
+    first, kept = first[is_high >= floor], []
     coarser = CELLS_PER_SECTOR
     for width in sorted({*(max(count, merged) for count in CELLS_PER_FAINT_RADIAL), merged}, reverse=True):
         first = (first[:, None] + np.arange(0, coarser, width)).ravel()
-        loud = level(first, width)
-        rest = (loud >= faint) if width > merged else np.zeros(len(first), bool)
+        is_high = level(first, width)
+        rest = (is_high >= faint) if width > merged else np.zeros(len(first), bool)
         if width >= CELLS_PER_FAINT_RADIAL[-1]:
-            kept += [(int(cell), width) for cell in first[(loud >= floor) & ~rest]]
+            kept += [(int(cell), width) for cell in first[(is_high >= floor) & ~rest]]
         else:
             kept += [(int(cell), width) for cell in first]
         first, coarser = first[rest], width
@@ -161,12 +162,12 @@ def radial_gain_bound(
     """Two-way gain that no patch of a boundary exceeds, about some bearings [1], shape (n,).
 
     Args:
-        ping_geometry: The sonar, both ends at one place.
+        ping_geometry: The sonar, both ends at one position.
         bearing: Middle of each patch [rad], shape (n,).
-        width: Of the patches [rad].
+        width: Width of the patches [rad].
         zone: Nearest and farthest distance of them [m].
         climbs: From the image source of each family down to the boundary [m], shape (f,).
-        odd: Whether it has an odd number of bounces, shape (f,).
+        odd: True if it has an odd number of bounces, shape (f,).
     """
     ends = (
         (ping_geometry.transmit_beams,)
@@ -178,17 +179,17 @@ def radial_gain_bound(
 
 
 def _image_verticals(families: tuple[str, ...], source: float, depth: float) -> tuple[Floats, NDArray[np.bool_]]:
-    """How far the bed lies below the image source of each family [m], and whether that has an odd number of bounces."""
+    """Height of each family's image source above the seabed [m], and True if it has an odd number of bounces."""
     climbs = np.array([depth - image_depth(name, source, depth) for name in families])
     return climbs, np.array([len(bounce_sequence(name)) % 2 == 1 for name in families])
 
 
 def straight_gain_bound(ping_geometry: PingGeometry, depth: float, families: tuple[str, ...]) -> GainBound | None:
-    """How loud straight sound of some bearings can be at one ping; None of two platforms.
+    """Bound of the two-way gain by straight rays over intervals of bearing at one ping; None if bistatic.
 
     Args:
         ping_geometry: The sonar.
-        depth: Of the bed [m].
+        depth: Depth of the seabed [m].
         families: Families that reach it.
     """
     if ping_geometry.receive_track_extent is not None or not families:
@@ -200,13 +201,13 @@ def straight_gain_bound(ping_geometry: PingGeometry, depth: float, families: tup
     )
     apart = float(np.linalg.norm(ping_geometry.transmit_position - ping_geometry.receive_position))
 
-    def heard(bearing: Floats, width: float, zone: tuple[float, float]) -> Floats:
-        turned = 2 * float(np.arctan2(apart, zone[0])) if apart > 0 else 0.0  # what the other end sees elsewhere
+    def gain_bound(bearing: Floats, width: float, zone: tuple[float, float]) -> Floats:
+        turned = 2 * float(np.arctan2(apart, zone[0])) if apart > 0 else 0.0  # parallax of the other end
         if width + turned > MAX_PATCH_WIDTH:
             return np.full(len(bearing), np.inf)
         return radial_gain_bound(ping_geometry, np.asarray(bearing, float), width + turned, zone, climbs, odd)
 
-    return heard
+    return gain_bound
 
 
 def _patch_gain_bounds(

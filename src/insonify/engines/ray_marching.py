@@ -1,7 +1,8 @@
 """Terrain occlusion of rays that cross others, sample by sample of the terrain profile under each ray.
 
-The sweep of `insonify.engines.terrain_occlusion` needs rays that do not cross. Rays that turn about a bounce, that have touched a
-caustic, or that are a second arrival at their point are out of that order; they are few, and each is marched alone.
+The sweep of `insonify.engines.terrain_occlusion` needs rays that do not cross. Rays that turn about a bounce, that
+have touched a caustic, or that are a second arrival at their point are out of that order; they are few, and each is
+marched alone.
 """
 
 from typing import Any, NamedTuple
@@ -51,7 +52,7 @@ def march_over_terrain(
         steepness: Steepness of their rays [1], see `insonify.propagation.launch_angles`, shape (n,).
         depth: Depth of the points [m], shape (n,).
         wanted: Points whose rays are marched, shape (n,).
-        on_terrain: Whether the points lie on the terrain; rays then end on the terrain of their profile instead.
+        on_terrain: True if the points lie on the terrain; rays then end on the terrain of their profile instead.
 
     Returns:
         True where a ray is clear, and where it was not marched, shape (n,).

@@ -1,8 +1,8 @@
-"""Bottom bounces over relief: legs off the planes that the bed comes to where they bounce.
+"""Bottom bounces over relief: legs reflected by planes fitted to the terrain at their bounces.
 
-Straight rays go off the fitted planes exactly, and are walked over the ground segment by segment, each from its own
-image. Bent rays keep their shadows and their refraction, and are moved by what the same planes, taken from where the
-bent ray bounces, change in straight ones.
+Straight rays are reflected exactly by the fitted planes, and walked over the seabed segment by segment, each from its
+own image. Refracted rays keep their occlusion and refraction; they are displaced by the change that the same planes,
+fitted at the refracted ray's bounces, cause in straight rays.
 """
 
 from dataclasses import replace
@@ -36,22 +36,23 @@ NEGLIGIBLE_PRESSURE = 3e-4
 
 
 def reflect_off_relief(
-    legs: Legs, scatterers: Scatterers, place: NDArray[np.float64], terrain_occlusion: TerrainOcclusion, scene: Scene, *,
+    legs: Legs, scatterers: Scatterers, place: NDArray[np.float64], terrain_occlusion: TerrainOcclusion, scene: Scene,
+    *,
     soft: bool = False, wanted: NDArray[np.bool_] | None = None,
 ) -> Legs:  # fmt: skip
     """Legs as relief leaves them: moved to the planes that they bounce off, dimmed by roughness, hidden by ground.
 
     Args:
-        legs: Legs over the mean plane, which nobody else holds: their columns are written over.
+        legs: Legs over the mean plane, owned by the caller alone: their columns are overwritten.
         scatterers: The points that they reach.
         place: North, east, depth of the sonar's end [m], shape (3,).
-        terrain_occlusion: What the ground hides from there.
+        terrain_occlusion: What the seabed hides from there.
         scene: The scene; its bed has relief.
-        soft: As of `occlude_by_terrain`; legs off local planes end at once behind ground.
-        wanted: Which bounced legs are asked for, shape (f, n); others over straight rays are silent. None: all.
+        soft: See `occlude_by_terrain`; legs off local planes end at once behind ground.
+        wanted: Which bounced legs are requested, shape (f, n); others over straight rays are silent. None: all.
 
     Returns:
-        The same rows. A bed whose relief has no height leaves everything as it is, bit for bit.
+        The same rows. A seabed whose relief has no height leaves everything as it is, bit for bit.
     """
     low, high = terrain_occlusion.bed.span
     bounced = [row for row, family in enumerate(legs.families) if "B" in family] if high > low else []
@@ -71,10 +72,11 @@ def reflect_off_relief(
 
 
 def _without_bottom_bounces(
-    legs: Legs, bounced: list[int], scatterers: Scatterers, place: NDArray[np.float64], terrain_occlusion: TerrainOcclusion, *,
+    legs: Legs, bounced: list[int], scatterers: Scatterers, place: NDArray[np.float64],
+    terrain_occlusion: TerrainOcclusion, *,
     soft: bool,
 ) -> Legs:  # fmt: skip
-    """The legs with their rows without bottom bounces as the ground leaves them, the others as they are."""
+    """The legs with their rows without bottom bounces as the seabed leaves them, the others as they are."""
     made = replace(legs, visibility=np.empty(legs.delay.shape, complex)) if soft else legs
     made.visibility[bounced] = legs.visibility[bounced]
     plain = [row for row in range(len(legs.families)) if row not in bounced]
@@ -90,7 +92,7 @@ def _without_bottom_bounces(
 def _negligible(
     legs: Legs, row: int, some: NDArray[np.int64], place: NDArray[np.float64], terrain_occlusion: TerrainOcclusion
 ) -> NDArray[np.bool_]:
-    """Which of some legs of one family are too faint to be followed, judged on the mean plane, shape of `some`."""
+    """True for legs of one family that are too weak to be followed, evaluated on the mean plane, shape of `some`."""
     family, bed, wavelength = legs.families[row], terrain_occlusion.bed, terrain_occlusion.wavelength
     length, sine = legs.length[row, some], np.abs(legs.departure[row, some, 2])
     if not _may_be_faint(family, length, sine, terrain_occlusion):
@@ -119,7 +121,7 @@ def _write_bounced(
 def _may_be_faint(
     family: str, length: NDArray[np.float64], sine: NDArray[np.float64], terrain_occlusion: TerrainOcclusion
 ) -> bool:
-    """Whether roughness may leave next to nothing of any of some legs: by the widest zone and the steepest bounce."""
+    """Return True if roughness may leave a negligible part of any leg: by the widest zone and the steepest bounce."""
     if not len(length):
         return False
     widest = np.sqrt(terrain_occlusion.wavelength * length.max()) / np.sqrt(max(float(sine.min()), 1e-9))
@@ -132,15 +134,16 @@ def reflection_product(
 ) -> NDArray[np.complex128]:
     """Product of what all mirrors of a family leave of the coherent sound, with its phase [1], shape (n,).
 
-    Each bottom bounce has the bed's own coefficient at its grazing angle with the fitted plane, times
-    exp(-2 k^2 h^2 sin^2), h the roughness between the zone's wave and the sound's, see `Bed.roughness_reflection_factor`. What it loses
-    is not mirrored; it is in the scattering law, which has no coherent part.
+    Each bottom bounce has the seabed's own coefficient at its grazing angle with the fitted plane, times
+    exp(-2 k^2 h^2 sin^2), h the roughness between the zone's wave and the sound's, see
+    `Bed.roughness_reflection_factor`. What it loses is not mirrored; it is in the scattering law, which has no
+    coherent part.
 
     Args:
         family: Name of the family.
-        way: Its ways.
-        bed: The ground.
-        wavelength: Of the sound [m].
+        way: Its paths.
+        bed: The seabed.
+        wavelength: Acoustic wavelength [m].
         scene: The scene.
     """
     left = coherent_bounce_factor(family, way, bed, wavelength)
@@ -157,13 +160,13 @@ def reflection_product(
 def coherent_bounce_factor(
     family: str, way: ImagePaths | BounceGeometry, bed: SeabedTerrain, wavelength: float
 ) -> NDArray[np.float64]:
-    """What roughness leaves of the coherent sound after all bottom bounces of a family [1], shape (n,).
+    """Coherent reflection factor of all bottom bounces of a family [1], shape (n,).
 
     Args:
         family: Name of the family.
-        way: Its ways.
-        bed: The ground.
-        wavelength: Of the sound [m].
+        way: Its paths.
+        bed: The seabed.
+        wavelength: Acoustic wavelength [m].
     """
     product = np.ones(len(way.length))
     for k, letter in enumerate(bounce_sequence(family)):
@@ -184,17 +187,17 @@ def clear_of_terrain(
     *,
     ground: bool,
 ) -> NDArray[np.bool_]:
-    """Whether ways off local planes are there, and meet no ground but the mirrors' own, shape (n,).
+    """Return True if paths off local planes are there, and clear the seabed but the mirrors' own, shape (n,).
 
-    They are walked in the vertical plane through sonar and point: planes that tilt across it bend the way by less
-    than a cell of the ground.
+    They are walked in the vertical plane through sonar and point: planes tilted across it displace the path by less
+    than a cell of the seabed.
 
     Args:
-        way: The ways.
+        way: The paths.
         place: North, east, depth of the sonar's end [m], shape (3,).
         points: The same of the points [m], shape (n, 3).
-        terrain_occlusion: The ground about that end.
-        ground: Whether the points lie on it.
+        terrain_occlusion: The seabed about that end.
+        ground: True if the points lie on it.
     """
     seen = locate_points(terrain_occlusion, place, points)
     count, n = way.fraction.shape
@@ -218,7 +221,9 @@ def _displace_refracted(
     for row in bounced:
         family = made.families[row]
         launch = steepness(family, plain.departure[row, :, 2])
-        met = np.array([np.clip(at, 0.0, distance) for at in terrain_occlusion.launches.bounce_ranges(family, launch)])
+        evaluated = np.array(
+            [np.clip(at, 0.0, distance) for at in terrain_occlusion.launches.bounce_ranges(family, launch)]
+        )
         level = flat_image_paths(family, place, scatterers.position, terrain_occlusion.bed.depth)
         local = local_plane_paths(
             family,
@@ -226,7 +231,7 @@ def _displace_refracted(
             scatterers.position,
             terrain_occlusion.bed,
             terrain_occlusion.wavelength,
-            terrain_bounce_ranges=met,
+            terrain_bounce_ranges=evaluated,
         )
         tangent = terrain_occlusion.launches.bottom_grazing_tangent(launch)
         sine = tangent / np.hypot(1, tangent)
@@ -248,7 +253,8 @@ def _displace_refracted(
 
 
 _WRITTEN_COLUMNS = (
-    "delay", "length", "spreading", "absorption", "reflection_coefficient", "departure", "arrival", "grazing", "status", "occluder",
+    "delay", "length", "spreading", "absorption", "reflection_coefficient", "departure", "arrival", "grazing",
+    "status", "occluder",
     "visibility",
 )  # fmt: skip
 """Columns in the order of `write_bounced_legs`."""

@@ -1,8 +1,7 @@
-"""Where a boundary is sampled, and how finely: by what the sonar can resolve, from the whole track.
+"""Resolution cells, and the density of a boundary's scatterers that follows from them over the whole track.
 
-The level of each tile follows from its nearest distance to the whole track, never from one ping, so a
-place has the same scatterers in every ping. What a ping visits is a choice among these tiles: those that
-its window and its beams can reach.
+The level of each tile follows from its nearest distance to the whole track, never from one ping, so a position has the
+same scatterers in every ping. A ping uses the tiles in reach of its window and beams.
 """
 
 from dataclasses import dataclass
@@ -30,7 +29,7 @@ SPARSE_LIMIT = 2.0
 
 @dataclass(frozen=True, slots=True)
 class Resolution:
-    """What the sonar can tell apart, and how many scatterers it takes to fill such a cell."""
+    """Size of the sonar's resolution cell, and the number of scatterers in it."""
 
     slant_resolution: float
     """Resolution along the slant range, nowhere more than a part of the least distance from a boundary [m]."""
@@ -39,9 +38,9 @@ class Resolution:
     scatterers_per_cell: float
     """Scatterers in each resolution cell [1]."""
     pulse_resolution: float = 0.0
-    """Resolution along the slant range where nothing but the pulse limits it [m]; 0: `slant` holds everywhere."""
+    """Slant-range resolution where only the pulse limits it [m]; 0: `slant` holds everywhere."""
     elongation: float = kernel.MAX_ELONGATION
-    """Largest side of the square that one scatterer stands for, over the length of a cell on the ground [1]."""
+    """Largest side of the square that one scatterer represents, over the length of a cell on the seabed [1]."""
 
     @property
     def sparse(self) -> bool:
@@ -50,7 +49,7 @@ class Resolution:
 
     @property
     def cell(self) -> kernel.ResolutionCell:
-        """The same for kernels."""
+        """The same columns for kernels."""
         return kernel.ResolutionCell(
             float(self.slant_resolution),
             float(self.beam_width),
@@ -60,14 +59,14 @@ class Resolution:
         )
 
     def ground_length(self, distance: Floats, height: float) -> Floats:
-        """Length of a resolution cell on the ground [m], at a horizontal distance [m] and height [m]."""
+        """Length of a resolution cell on the seabed [m], at a horizontal distance [m] and height [m]."""
         away = np.asarray(distance, float)
         found = np.empty(away.shape)
         kernel.ground(self.cell, away.ravel(), height, found.reshape(-1))
         return found
 
     def cell_area(self, distance: Floats, height: float) -> Floats:
-        """Largest area that one scatterer may stand for [m^2]; never a square very long against the range cell."""
+        """Largest area that one scatterer may represent [m^2]; never a square very long against the range cell."""
         away = np.asarray(distance, float)
         found = np.empty(away.shape)
         kernel.cell_areas(self.cell, away.ravel(), height, found.reshape(-1))
@@ -91,7 +90,7 @@ class Resolution:
     def finest(self, nearest: Floats, farthest: Floats, height: float) -> Floats:
         """Smallest `cell_area` between two horizontal distances [m^2]: at either, or where its parts have their least.
 
-        Outwards the ground cell of one pulse gets shorter and the beam wider; their product is least under 45 degrees,
+        Outwards the seabed cell of one pulse gets shorter and the beam wider; their product is least under 45 degrees,
         and under 55 degrees where the cell is limited to a part of the slant range.
         """
         found = np.empty(len(nearest))
@@ -101,11 +100,11 @@ class Resolution:
     def finest_bistatic(self, ends: list[tuple[Floats, Floats, float]]) -> Floats:
         """Bound on the smallest cell of a transmitter and a receiver that stand apart [m^2], shape (n,).
 
-        Between them the way out and back grows more slowly along the ground than it does for the farther end alone,
+        Between them the two-way path grows more slowly along the seabed than it does for the farther end alone,
         and no beam is narrower across than that of the nearer end.
 
         Args:
-            ends: Of each end its nearest and its farthest horizontal distance [m], shape (n,), and its height [m].
+            ends: For each end its nearest and its farthest horizontal distance [m], shape (n,), and its height [m].
         """
         lengths = np.empty((len(ends), len(ends[0][0])))
         for row, (nearest, farthest, height) in zip(lengths, ends, strict=True):
@@ -139,7 +138,7 @@ def min_track_height(survey: TrackExtent, boundary_depth: float) -> float:
 
 
 def max_path_length(ping_geometry: PingGeometry, fastest: float) -> float:
-    """Longest way out and back that is still heard, from one end to the other [m].
+    """Longest two-way path that is still received, from one end to the other [m].
 
     Args:
         ping_geometry: The sonar at this ping.
@@ -161,12 +160,12 @@ def receivable_range(
     Args:
         ping_geometry: The sonar at this ping.
         boundary_depth: Depth of the boundary [m].
-        rays: How sound travels in the scene.
+        rays: Propagation model of the scene.
         families: Families that reach the boundary.
         rise: How far the boundary may stand above or lie below its depth [m].
 
     Returns:
-        Horizontal distances [m]; farthest is negative where nothing is heard.
+        Horizontal distances [m]; farthest is negative where nothing is received.
     """
     first, last = ping_geometry.recorded_delays
     apart = float(np.linalg.norm(ping_geometry.transmit_position - ping_geometry.receive_position))
@@ -175,42 +174,45 @@ def receivable_range(
 
 
 def tiles_in_view(
-    ping_geometry: PingGeometry, lattice: ScattererGrid, boundary_depth: float, rays: PropagationModel, families: tuple[str, ...],
+    ping_geometry: PingGeometry, lattice: ScattererGrid, boundary_depth: float, rays: PropagationModel,
+    families: tuple[str, ...],
     resolution: Resolution, beam_floor: float, *, rise: float = 0.0, widest: float = np.inf,
     glints: GlintSpread | None = None,
 ) -> tuple[Tiles, Floats]:  # fmt: skip
-    """The tiles of a boundary that one ping can hear, each at the level that the whole track asks for.
+    """The tiles of a boundary that one ping can receive, each at the level that the whole track requests.
 
     Args:
         ping_geometry: The sonar at this ping.
         lattice: Frame of the tiles.
         boundary_depth: Depth of the boundary [m].
-        rays: How sound travels in the scene.
+        rays: Propagation model of the scene.
         families: Families that reach the boundary.
-        resolution: What the sonar can tell apart.
+        resolution: Resolution cells of the sonar.
         beam_floor: Two-way pressure gain below which a tile is left out [1].
         rise: How far the boundary may stand above or lie below its depth [m].
-        widest: Longest way from one end by way of a place to the other that is heard [m], see `max_path_length`.
+        widest: Longest way from one end by way of a position to the other that is received [m], see `max_path_length`.
         glints: How a moving surface spreads the directions of legs; None: it is still.
 
     Returns:
         Tiles in a fixed order, and the part of their scatterers that fills the sonar's cells [1], shape (n,): cells of
-        the lattice come in powers of two.
+        the scatterer grid come in powers of two.
     """
-    heard = receivable_range(ping_geometry, boundary_depth, rays, families, rise=rise)
-    if heard.farthest < 0:
+    window_range = receivable_range(ping_geometry, boundary_depth, rays, families, rise=rise)
+    if window_range.farthest < 0:
         return Tiles(*np.empty((3, 0), np.int64)), np.zeros(0)
     here, other = (
         lattice.from_world(ping_geometry.transmit_position[:2]),
         lattice.from_world(ping_geometry.receive_position[:2]),
     )
-    level = max(FINEST_LEVEL, int(np.ceil(np.log2(heard.farthest / (TILE * BASE_PITCH)))) + 1)
+    level = max(FINEST_LEVEL, int(np.ceil(np.log2(window_range.farthest / (TILE * BASE_PITCH)))) + 1)
     side = TILE * BASE_PITCH * 2.0**level
-    grain = _TrackResolution(ping_geometry, lattice, boundary_depth, resolution, heard.farthest + side)
+    grain = _TrackResolution(ping_geometry, lattice, boundary_depth, resolution, window_range.farthest + side)
     # from tiles that are all too coarse, few enough to be looked at one by one
-    while level > FINEST_LEVEL and side * FIRST_TILES > heard.farthest and (side / TILE / 2) ** 2 > grain.coarsest:
+    while (
+        level > FINEST_LEVEL and side * FIRST_TILES > window_range.farthest and (side / TILE / 2) ** 2 > grain.coarsest
+    ):
         level, side = level - 1, side / 2
-    low, high = (np.floor((here + way * heard.farthest) / side).astype(np.int64) for way in (-1, 1))
+    low, high = (np.floor((here + way * window_range.farthest) / side).astype(np.int64) for way in (-1, 1))
     along, across = np.empty((2, int(np.prod(high - low + 1))), np.int64)
     kernel.tiles_between(low, high, along, across)
     if ping_geometry.receive_track_extent is None:
@@ -219,8 +221,10 @@ def tiles_in_view(
     while len(along):
         pitch, (centre, place) = float(np.ldexp(BASE_PITCH, level)), np.empty((2, len(along), 2))
         half = TILE * pitch / np.sqrt(2)
-        n = kernel.tiles_in_reach(pitch, along, across, here, other, heard.nearest, heard.farthest, widest, lattice.frame,
-                            centre, place)  # fmt: skip
+        n = kernel.tiles_in_reach(
+            pitch, along, across, here, other, window_range.nearest, window_range.farthest, widest, lattice.frame,
+            centre, place,
+        )  # fmt: skip
         bound = two_way_gain_bound(
             place[:n], np.full(n, half), ping_geometry, boundary_depth, rays, families, rise=rise, enough=beam_floor,
             glints=glints,
@@ -235,17 +239,19 @@ def tiles_in_view(
 
 
 def fill_fraction(
-    ping_geometry: PingGeometry, lattice: ScattererGrid, boundary_depth: float, resolution: Resolution, tiles: Tiles, most: Floats
+    ping_geometry: PingGeometry, lattice: ScattererGrid, boundary_depth: float, resolution: Resolution, tiles: Tiles,
+    most: Floats
 ) -> Floats:  # fmt: skip
     """Part of the scatterers of some tiles that fills the cells of one ping, from where it is: shape (n,).
 
-    A tile is as fine as the whole track needs it. A ping that is right above it, or far away, has larger cells there.
+    A tile is as fine as the whole track needs it. A ping right above it, or at a large distance, has larger cells
+    there.
 
     Args:
         ping_geometry: The sonar at this ping.
         lattice: Frame of the tiles.
         boundary_depth: Depth of the boundary [m].
-        resolution: What the sonar can tell apart.
+        resolution: Resolution cells of the sonar.
         tiles: The tiles.
         most: Part that fills the cells of any ping, shape (n,): it is not exceeded.
     """
@@ -261,7 +267,7 @@ def fill_fraction(
 
 @kernel.cell_areas.stand_in
 def _cells(cell: kernel.ResolutionCell, distance: Floats, height: float, found: Floats) -> None:
-    """Largest area that one scatterer may stand for [m^2], as the kernel `cells`, into found (n,)."""
+    """Largest area that one scatterer may represent [m^2], as the kernel `cell_areas`, into found (n,)."""
     slant_range = np.hypot(distance, height)
     slant = np.maximum(cell.slant, np.minimum(cell.pulse, kernel.MAX_CELL_LENGTH_RATIO * slant_range))
     ground = np.minimum(slant * slant_range / np.maximum(distance, 1e-9), np.sqrt(2 * slant_range * slant))
@@ -269,7 +275,7 @@ def _cells(cell: kernel.ResolutionCell, distance: Floats, height: float, found: 
 
 
 class _TrackResolution:
-    """How fine the cells of a boundary must be at a place, from the whole track of each platform."""
+    """Scatterer density of a boundary, from the whole track of each platform."""
 
     def __init__(
         self,
@@ -285,7 +291,7 @@ class _TrackResolution:
             ping_geometry: The sonar at this ping.
             lattice: Frame of the tiles.
             boundary_depth: Depth of the boundary [m].
-            resolution: What the sonar can tell apart.
+            resolution: Resolution cells of the sonar.
             reach: Distance of the farthest tile from the transmitter [m].
         """
         self.resolution = resolution
@@ -297,14 +303,16 @@ class _TrackResolution:
         )
         self.ends = [
             (
-                lattice.from_world(one.nearest_segments(place, reach + more)), lattice.from_world(one.hull_corners), one.polyline_error,
+                lattice.from_world(one.nearest_segments(place, reach + more)), lattice.from_world(one.hull_corners),
+                one.polyline_error,
                 min_track_height(one, boundary_depth),
             )
-            for one, place, more in zip(ping_geometry.track_extents, (here, ping_geometry.receive_position[:2]), (0.0, apart), strict=False)
+            for one, place, more in zip(ping_geometry.track_extents, (here, ping_geometry.receive_position[:2]), (0.0,
+            apart), strict=False)
         ]  # fmt: skip
 
     def finest(self, centre: Floats, half_diagonal: Floats) -> Floats:
-        """Smallest area that one scatterer may stand for anywhere in some tiles [m^2], shape (n,)."""
+        """Smallest area that one scatterer may represent anywhere in some tiles [m^2], shape (n,)."""
         spans = []
         for runs, outermost, wander, height in self.ends:
             away, nearest, farthest = distance_to_segments(centre, runs), *np.empty((2, len(centre)))
@@ -317,18 +325,18 @@ def two_way_gain_bound(
     centre: Floats, half_diagonal: Floats, ping_geometry: PingGeometry, boundary_depth: float, rays: PropagationModel,
     families: tuple[str, ...], *, rise: float = 0.0, enough: float = np.inf, glints: GlintSpread | None = None,
 ) -> Floats:  # fmt: skip
-    """Upper bound of the two-way gain anywhere near some places of a boundary, by any pair of families.
+    """Upper bound of the two-way gain anywhere near some positions of a boundary, by any pair of families.
 
     Args:
-        centre: North and east of the places [m], shape (n, 2).
+        centre: Positions (north, east) [m], shape (n, 2).
         half_diagonal: How far around them the bound must hold [m], shape (n,).
         ping_geometry: The sonar.
         boundary_depth: Depth of the boundary [m].
-        rays: How sound travels in the scene.
+        rays: Propagation model of the scene.
         families: Families that reach the boundary.
         rise: How far the boundary may stand above or lie below its depth [m].
         enough: Gain at which no further family need be looked at [1]: where it is reached, less than the bound may
-            be told.
+            be evaluated.
         glints: How a moving surface spreads the directions of legs; None: it is still.
 
     Returns:

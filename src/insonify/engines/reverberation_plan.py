@@ -1,7 +1,7 @@
-"""What the quick way knows before any ping: all that stays while the sonar only moves on.
+"""Reverberation plan: all that pings from one depth in one attitude share.
 
-Lines about the sonar, the share of each pair of paths along them, tables of bounces. A sonar that keeps its depth and
-its attitude asks for the same again at every ping.
+It holds the radials about the sonar, the keep probability of each pair of families along them, and tables of bounces. A
+sonar that keeps its depth and attitude uses the same plan at every ping.
 """
 
 from dataclasses import dataclass
@@ -25,22 +25,22 @@ Floats = NDArray[np.float64]
 REFLECTION_NODES = 2049
 """Sines of the grazing angle at which the bounces of a family are tabled."""
 ASSUMED_SLOPE = 0.05
-"""Slope that is reckoned with where ground is rough, to tell which pairs are faint [1]."""
+"""Slope assumed for rough terrain when weak pairs are selected [1]."""
 
 
 @dataclass(frozen=True, eq=False)
 class ReverberationPlan:
-    """What all pings from one depth in one attitude have in common."""
+    """Radials, sample lists and reflection tables of all pings from one depth in one attitude."""
 
     families: tuple[str, ...]
     law: CompiledLaw
     radials: Floats
-    """As of `_swath_kernel.walk`, (s, 9)."""
+    """See `_swath_kernel.walk`, (s, 9)."""
     step: float
     """Distance of samples along the lines [m]."""
     allocation: SampleAllocation
     bounce_codes: NDArray[np.int64]
-    """As of `_swath_kernel.walk`, like all that follow."""
+    """See `_swath_kernel.walk`, like all that follow."""
     horizon_row: NDArray[np.int64]
     images: Floats
     launch_image_depths: Floats
@@ -56,14 +56,14 @@ class ReverberationPlan:
 
     @property
     def steps(self) -> int:
-        """Samples of the ground that a ping looks at whose lines pass no target."""
+        """Samples of the seabed that a ping looks at whose lines pass no target."""
         return int(self.lists.samples.sum())
 
     @cached_property
     def energy(self) -> NDArray[np.float32]:
-        """Energy of every pair from each stretch of each line without targets, all across the line [m^-2], (s, b, p).
+        """Energy of every pair from each range bin of each line without targets, all across the line [m^-2], (s, b, p).
 
-        A line beside a null of the beam has more than its middle tells.
+        A radial beside a null of the beam has a larger gain across its width than in its middle.
         """
         across = self.radials.copy()
         across[:, 3] = across[:, 2]
@@ -73,9 +73,10 @@ class ReverberationPlan:
         """Points of lines that are not the plan's own.
 
         Args:
-            radials: As of `_swath_kernel.walk`, (m, 9).
+            radials: See `_swath_kernel.walk`, (m, 9).
             heading: Heading of their frame [rad].
-            keep_probability: Part of the points of each line and stretch that every pair takes, in parts of `WHOLE`, (m, b, p).
+            keep_probability: Part of the points of each line and range bin that every pair takes, in parts of `WHOLE`,
+                (m, b, p).
         """
         ways = len(self.launch_image_depths)
         return _sample_lists(
@@ -84,7 +85,8 @@ class ReverberationPlan:
 
 
 def plan_reverberation(
-    scene: Scene, ping_geometry: PingGeometry, families: tuple[str, ...], law: CompiledLaw, radials: Floats, step: float, heading: float,
+    scene: Scene, ping_geometry: PingGeometry, families: tuple[str, ...], law: CompiledLaw, radials: Floats,
+    step: float, heading: float,
     rise: float,
 ) -> ReverberationPlan:  # fmt: skip
     """The plan of a ping, kept for all that `radials_in_view` gives the same lines.
@@ -93,18 +95,18 @@ def plan_reverberation(
         scene: The scene.
         ping_geometry: The sonar.
         families: Families that reach the seabed.
-        law: How the seabed answers.
+        law: Scattering law of the seabed.
         radials: Of `radials_in_view`.
         step: Distance of samples along them [m].
-        heading: Of their frame [rad].
-        rise: How far the ground may stand above or lie below its mean depth [m].
+        heading: Heading of their frame [rad].
+        rise: How far the seabed may stand above or lie below its mean depth [m].
     """
     key = id(radials), id(scene), id(law), step, ping_geometry.pulse.pulse, ping_geometry.pulse.receiver
     held = _CACHE.get(key)
     if held is None:
         if len(_CACHE) >= _CACHE_SIZE:
             _CACHE.clear()
-        # what the key names is kept, so that nothing else can take its number
+        # objects named in the key are kept, so that no other object can have their id
         held = _CACHE[key] = (
             _plan(scene, ping_geometry, families, law, radials, step, heading, rise),
             (radials, scene, law),
@@ -117,10 +119,11 @@ _CACHE_SIZE = 8
 
 
 def _plan(
-    scene: Scene, ping_geometry: PingGeometry, families: tuple[str, ...], law: CompiledLaw, radials: Floats, step: float, heading: float,
+    scene: Scene, ping_geometry: PingGeometry, families: tuple[str, ...], law: CompiledLaw, radials: Floats,
+    step: float, heading: float,
     rise: float,
 ) -> ReverberationPlan:  # fmt: skip
-    """The same, made anew."""
+    """Build the plan without the cache."""
     source, depth, rough = (
         float(ping_geometry.transmit_position[2]),
         scene.seabed.depth,
@@ -157,10 +160,11 @@ def _plan(
 
 
 def _sample_lists(
-    radials: Floats, heading: float, step: float, thin: SampleAllocation, keep_probability: NDArray[np.uint8], bounce_codes: NDArray[np.int64],
+    radials: Floats, heading: float, step: float, thin: SampleAllocation, keep_probability: NDArray[np.uint8],
+    bounce_codes: NDArray[np.int64],
     horizon_row: NDArray[np.int64], ways: int,
 ) -> SampleLists:  # fmt: skip
-    """Points of some lines with some shares: counted first, then filled in."""
+    """Points of some lines with some keep probabilities: counted first, then filled in."""
 
     def room(points: int, rows: int, ranges: int) -> SampleLists:
         count = len(radials)
@@ -172,12 +176,12 @@ def _sample_lists(
             np.empty((ranges, 2), np.int64),
         )  # fmt: skip
 
-    asked = radials, heading, step, thin.edges, thin.pair, keep_probability, thin.close, bounce_codes, horizon_row
+    requested = radials, heading, step, thin.edges, thin.pair, keep_probability, thin.close, bounce_codes, horizon_row
     counted = room(0, 0, 0)
-    list_samples(*asked, counted, False)
+    list_samples(*requested, counted, False)
     rows = int(counted.pair_first[-1, -1]) if len(radials) else 0
     lists = room(int(counted.first[-1]), rows, int(counted.close_first[-1]))
-    list_samples(*asked, lists, True)
+    list_samples(*requested, lists, True)
     return lists
 
 
@@ -192,7 +196,7 @@ def _bounce_tables(families: tuple[str, ...]) -> tuple[NDArray[np.int64], NDArra
         bounce_codes[f, : len(string)] = [1 + (letter == "B") for letter in string]
         for k in range(len(string) + 1):
             if k == 0 and string.startswith("S"):
-                continue  # on its way up it meets no ground
+                continue  # on its way up it clears the seabed
             name = string[:k] or "D"
             if name not in ways:
                 ways.append(name)

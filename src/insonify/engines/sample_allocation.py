@@ -1,9 +1,9 @@
-"""How many points of the ground each pair of legs needs: few where it is faint beside what arrives with it.
+"""Sample allocation: numbers of points at which each pair of legs is evaluated, few for weak pairs.
 
-Energies that arrive at the same time add, so an error of what is faint is lost in what is loud. Every point of a line
-has a priority that is spread evenly; a pair takes part at the points whose priority is below its share, with as much
-more weight. Nothing is lost in the mean. The share follows what one point adds to the energy heard together with it,
-by the sonar equation over a flat bed: the allocation of least variance for the work.
+Energies that arrive at the same time add, so the error of a weak pair is masked by strong ones. Every point of a radial
+has an evenly spread priority; a pair is evaluated at the points with a priority below its keep probability, with a
+correspondingly larger weight, so the mean is unbiased. The keep probability follows the energy that one point adds to
+that received at the same time, by the sonar equation over a flat seabed: the allocation of least variance for the work.
 
 Source: Neyman (1934), J. R. Stat. Soc. 97(4), optimum allocation in stratified sampling; from memory.
 """
@@ -29,14 +29,14 @@ from insonify.sonar.ping_geometry import PingGeometry
 Floats = NDArray[np.float64]
 
 MIN_PROBABILITY_STEPS = 1
-"""Smallest share of a pair that is heard."""
+"""Smallest keep probability of a pair that is received."""
 RANGE_BINS = 48
-"""Stretches of distance in which shares are the same."""
+"""Number of range bins with one keep probability each."""
 NEGLIGIBLE = 3e-5
-"""Part of what is heard at any time that a pair may lack altogether [1]."""
+"""Fraction of the energy received at any time that a pair may lack altogether [1]."""
 FULL_SAMPLING_ENERGY = 0.01
-"""Energy of a point, as part of what is heard with it, from which on every point counts: about the variance of a sample
-that thinning may cost, where all of the energy is thinned [1]."""
+"""Energy of a point, as part of what is received with it, from which on every point counts: about the variance of a
+sample that importance sampling may cost, where all of the energy is sampled [1]."""
 BOUNCE_COST_FACTOR = 2.0
 """Factor on it for pairs with bottom bounces over uneven ground, whose legs have planes of their own [1]."""
 INTERFERENCE_PULSES = 4.0
@@ -44,45 +44,46 @@ INTERFERENCE_PULSES = 4.0
 MAX_STEP = 8
 """Longest step of a line where few of its points are wanted [steps]."""
 TIME_SAMPLES = 1024
-"""Times at which the whole level is worked out."""
+"""Times at which the whole level is computed."""
 
 
 @dataclass(frozen=True, eq=False)
 class SampleAllocation:
-    """Which points of each line every pair is worked out at."""
+    """Points of each radial at which every pair is evaluated."""
 
     radials: Floats
-    """As of `_swath_kernel.walk`: those that came in, some of them cut in two, the rest in longer steps, (s, 9)."""
+    """See `_swath_kernel.walk`: those that came in, some of them cut in two, the rest in longer steps, (s, 9)."""
     pair: NDArray[np.int64]
     """Rows of two families, the first never after the second, (p, 2)."""
     edges: Floats
-    """Of the stretches, horizontal distances [m], (b + 1,)."""
+    """Edges of the range bins, horizontal distances [m], (b + 1,)."""
     keep_probability: NDArray[np.uint8]
-    """Part of the points of each line and stretch, in parts of `FULL_PROBABILITY`, (s, b, p)."""
+    """Part of the points of each line and range bin, in parts of `FULL_PROBABILITY`, (s, b, p)."""
     close: NDArray[np.bool_]
-    """Whether any pairs of a stretch may arrive within one pulse, (b,)."""
+    """True: any pairs of a range bin may arrive within one pulse, (b,)."""
     energies: Callable[[Floats], NDArray[np.float32]]
-    """Energy of every pair from each stretch of some lines over a flat bed without targets [m^-2], (s, b, p)."""
+    """Energy of every pair from each range bin of some lines over a flat bed without targets [m^-2], (s, b, p)."""
 
 
 def allocate_samples(
-    ping_geometry: PingGeometry, depth: float, rise: float, families: tuple[str, ...], radials: Floats, step: float, heading: float,
+    ping_geometry: PingGeometry, depth: float, rise: float, families: tuple[str, ...], radials: Floats, step: float,
+    heading: float,
     law: CompiledLaw, mirrors: NDArray[np.complex64], absorption_db: float, steepness: float,
 ) -> SampleAllocation:  # fmt: skip
-    """Shares of all pairs along the lines of one ping.
+    """Keep probabilities of all pairs along the lines of one ping.
 
     Args:
-        ping_geometry: The sonar, both ends at one place.
-        depth: Of the mean bed [m].
-        rise: How far the ground may stand above or lie below it [m].
-        families: Families that reach the bed.
-        radials: As of `_swath_kernel.walk`.
+        ping_geometry: The sonar, both ends at one position.
+        depth: Depth of the mean seabed [m].
+        rise: How far the seabed may stand above or lie below it [m].
+        families: Families that reach the seabed.
+        radials: See `_swath_kernel.walk`.
         step: Distance of samples along them [m].
-        heading: Of their frame [rad].
-        law: How the bed answers.
+        heading: Heading of their frame [rad].
+        law: Scattering law of the seabed.
         mirrors: Product of all bounces of a family over evenly spaced sines, (f, nodes).
-        absorption_db: Of the water [dB/m].
-        steepness: Slope of the ground that is reckoned with [1].
+        absorption_db: Absorption of the water [dB/m].
+        steepness: Slope of the seabed that is reckoned with [1].
     """
     count = len(families)
     pair = np.array([(i, j) for i in range(count) for j in range(i, count)], np.int64)
@@ -96,7 +97,7 @@ def allocate_samples(
     middle = (edges[1:] + edges[:-1]) / 2
     strength = _strengths(middle, climbs, pair, law, mirrors, absorption_db, steepness)
     odd = np.array([len(bounce_sequence(name)) % 2 == 1 for name in families])
-    sent, heard, alike = (
+    sent, received, alike = (
         _beam(ping_geometry.transmit_beams),
         _beam(ping_geometry.receive_beams),
         ping_geometry.same_beams,
@@ -104,7 +105,7 @@ def allocate_samples(
 
     def energies(some: Floats) -> NDArray[np.float32]:
         found = np.empty((len(some), RANGE_BINS, len(pair)), np.float32)
-        pair_energies(some, heading, edges, climbs, odd, pair, strength, sent, heard, alike, found)
+        pair_energies(some, heading, edges, climbs, odd, pair, strength, sent, received, alike, found)
         return found
 
     energy = energies(radials)
@@ -121,11 +122,11 @@ def allocate_samples(
         np.maximum(FULL_SAMPLING_ENERGY * np.where(dear, BOUNCE_COST_FACTOR, 1.0)[:, None] * whole, 1e-300).T
     )
 
-    def shares(some: Floats, told: NDArray[np.float32]) -> NDArray[np.uint8]:
+    def keep_probabilities(some: Floats, pair_energy: NDArray[np.float32]) -> NDArray[np.uint8]:
         length = np.clip(np.minimum(edges[1:], some[:, 5:6]) - np.maximum(edges[:-1], some[:, 4:5]), 0, None)
-        keep_probability = np.empty(told.shape, np.uint8)
+        keep_probability = np.empty(pair_energy.shape, np.uint8)
         pair_keep_probabilities(
-            told,
+            pair_energy,
             length / (step * some[:, 8:9]),
             least,
             wanted,
@@ -137,12 +138,17 @@ def allocate_samples(
         return keep_probability
 
     made, row = np.empty((2 * len(radials), radials.shape[1])), np.empty(2 * len(radials), np.int64)
-    count = lengthen_steps(radials, edges, shares(radials, energy), FULL_PROBABILITY, MAX_STEP, made, row)
+    count = lengthen_steps(radials, edges, keep_probabilities(radials, energy), FULL_PROBABILITY, MAX_STEP, made, row)
     radials, row = made[:count], row[:count]
     energy = energy[row]
     energy[(edges[1:] <= radials[:, 4:5]) | (edges[:-1] >= radials[:, 5:6])] = 0
     return SampleAllocation(
-        radials, pair, edges, shares(radials, energy), (together != np.arange(len(pair))).any(axis=1), energies
+        radials,
+        pair,
+        edges,
+        keep_probabilities(radials, energy),
+        (together != np.arange(len(pair))).any(axis=1),
+        energies,
     )
 
 
@@ -176,8 +182,8 @@ def arrived_energy(late: Floats, energy: Floats) -> Floats:
     """Energy of all pairs that has arrived by some times.
 
     Args:
-        late: Delays of each pair from the edges of the stretches [s], (p, b + 1).
-        energy: Of each pair from each stretch, (p, b).
+        late: Delays of each pair from the edges of the range bins [s], (p, b + 1).
+        energy: Energy of each pair from each range bin, (p, b).
 
     Returns:
         At each of these delays, (p, b + 1).
@@ -197,8 +203,8 @@ def _interfering_pairs(
     ends = [(np.hypot(edges, climbs[:, None] + up) / speed)[pair].sum(axis=1).T for up in (-rise, rise)]
     late = np.stack([end[part] for end in ends for part in (slice(None, -1), slice(1, None))])
     lag = late[..., :, None] - late[..., None, :]
-    met = (lag.min(axis=0) <= pulse) & (lag.max(axis=0) >= -pulse) & wanted[:, :, None] & wanted[:, None, :]
-    met |= np.eye(len(pair), dtype=bool)
-    for _ in range(int(np.ceil(np.log2(len(pair)))) if (met.sum(axis=(1, 2)) > len(pair)).any() else 0):
-        met = np.matmul(met.astype(np.float32), met.astype(np.float32)) > 0
-    return np.asarray(met.argmax(axis=2), np.int64)
+    overlap = (lag.min(axis=0) <= pulse) & (lag.max(axis=0) >= -pulse) & wanted[:, :, None] & wanted[:, None, :]
+    overlap |= np.eye(len(pair), dtype=bool)
+    for _ in range(int(np.ceil(np.log2(len(pair)))) if (overlap.sum(axis=(1, 2)) > len(pair)).any() else 0):
+        overlap = np.matmul(overlap.astype(np.float32), overlap.astype(np.float32)) > 0
+    return np.asarray(overlap.argmax(axis=2), np.int64)

@@ -1,10 +1,10 @@
-"""Lines of the seabed in the shadows of targets: narrower ones, so that an expectation converges at shadow edges.
+"""Narrow radials in the shadows of targets, so that an expectation converges at shadow edges.
 
-A target that hides most of the beam leaves a few bearings at the shadow's edges and side lobes. Lines as wide as a cell
-of the beam, and the wider ones of its side lobes, are too few there: each is one profile of uneven ground, and an edge
-falls on either side of it. Where a shadow takes a part of the energy of some distance, every line is cut into as many
-narrower ones as its part of the remaining energy asks for. The remaining energy is the flat bed's, line by line, times
-the visibility of a few probes.
+A target that hides most of the beam leaves a few bearings at the shadow's edges and side lobes. Radials as wide as a
+cell of the beam are too few there: each is one terrain profile, and an edge falls on either side of it. Where a shadow
+removes part of the energy at some distance, every radial is divided into as many narrower ones as its fraction of the
+remaining energy requires. The remaining energy is that over a flat seabed, radial by radial, times the visibility at a
+few probes.
 """
 
 from dataclasses import dataclass, replace
@@ -30,13 +30,13 @@ Floats = NDArray[np.float64]
 MIN_HIDDEN_FRACTION = 0.05
 """Part of the energy of one distance that targets must hide for lines to be cut there [1]."""
 NARROW_RADIALS_PER_POINT = 10.0
-"""Narrow lines that share the remaining energy evenly, for each point in a resolution cell [1]."""
+"""Number of narrow radials with equal parts of the remaining energy, for each point in a resolution cell [1]."""
 MIN_SPLIT_FRACTION = 0.05
-"""Part of such a line's share below which a line that passes no target stays as it is [1]."""
+"""Fraction of the energy of a narrow radial below which a radial that passes no target is not divided [1]."""
 MAX_NARROW_RADIALS = 32
 """Most narrow lines that a strip is cut into."""
 PROBES, MAX_PROBES = 3, 36
-"""Distances within a stretch at which visibility is probed, and about so many in the whole of a shadow."""
+"""Distances within a range bin at which visibility is probed, and about their number in all of a shadow."""
 STRIPS = 8
 """Strips of a line, with a probe on either side, where a shadow's edge may lie anywhere across it."""
 
@@ -48,9 +48,9 @@ class ShadowRadials:
     replaced: NDArray[np.bool_]
     """ReverberationPlan lines that these replace, (s,)."""
     radials: Floats
-    """As of `_swath_kernel.walk`, (m, 9)."""
+    """See `_swath_kernel.walk`, (m, 9)."""
     keep_probability: NDArray[np.uint8]
-    """Part of the points of each line and stretch that every pair takes, in parts of `FULL_PROBABILITY`, (m, b, p)."""
+    """Keep probability of each pair by line and range bin, in parts of `FULL_PROBABILITY`, (m, b, p)."""
     passes_target: NDArray[np.bool_]
     """Lines that may pass a target, (m,)."""
 
@@ -58,18 +58,18 @@ class ShadowRadials:
 def target_visibility(
     scene: Scene, ping_geometry: PingGeometry, plan: ReverberationPlan, edges: str, points: Floats, normal: Floats
 ) -> NDArray[np.complex128] | Floats:
-    """Pressure that targets leave of straight legs re that without targets; arguments as of `shaded_legs`."""
+    """Pressure that targets leave of straight legs re that without targets; arguments see `shaded_legs`."""
     return shaded_legs(scene, ping_geometry, plan, edges, points, normal)[0]
 
 
 def shaded_legs(
     scene: Scene, ping_geometry: PingGeometry, plan: ReverberationPlan, edges: str, points: Floats, normal: Floats
 ) -> tuple[NDArray[np.complex128] | Floats, Legs]:
-    """Pressure that targets leave of straight legs re that without targets; edges of the ground are hard [1].
+    """Pressure that targets leave of straight legs re that without targets; edges of the seabed are hard [1].
 
     Args:
         scene: The scene.
-        ping_geometry: The sonar, both ends at one place.
+        ping_geometry: The sonar, both ends at one position.
         plan: The plan of its lines.
         edges: Hard or soft edges.
         points: North, east, depth of points of the seabed [m], (n, 3).
@@ -135,7 +135,7 @@ def shadow_radials(
         rest = outside
     row, radials = (np.concatenate(column) for column in zip(*rest, *made, strict=True))
     keep_probability, whole = plan.allocation.keep_probability[row], sum(len(own) for own, _ in rest)
-    # in a shadow the faint is all there is: nothing that is wanted is left out
+    # in a shadow only weak pairs remain: all are included
     keep_probability[whole:][keep_probability[whole:] > 0] = FULL_PROBABILITY
     if scene.seabed.terrain is not None:
         # nor of what other uneven ground, before and behind it, sends back at the same time
@@ -162,18 +162,18 @@ class ShadowRun(NamedTuple):
 def _arrives_with_shadow(
     plan: ReverberationPlan, scene: Scene, ping_geometry: PingGeometry, runs: list[ShadowRun]
 ) -> NDArray[np.bool_]:
-    """True where pairs arrive from a stretch with the first pair from some shadow, over the mean plane, (b, p)."""
+    """True where pairs arrive from a range bin with the first pair from some shadow, over the mean plane, (b, p)."""
     climbs = (scene.seabed.depth - plan.images)[:, None]
 
     def late(distance: Floats) -> Floats:
         return np.asarray(np.hypot(distance, climbs)[plan.allocation.pair].sum(axis=1) / ping_geometry.sound_speed)
 
     begin, stop = (late(edge).T for edge in (plan.allocation.edges[:-1], plan.allocation.edges[1:]))
-    met = np.zeros(begin.shape, bool)
+    overlap = np.zeros(begin.shape, bool)
     for run in runs:
         first, last = late(np.array([run.near, run.far]))[0]
-        met |= (stop >= first) & (begin <= last)
-    return met
+        overlap |= (stop >= first) & (begin <= last)
+    return overlap
 
 
 def _clip_radials(row: NDArray[np.int64], radials: Floats, near: float, far: float) -> tuple[NDArray[np.int64], Floats]:
@@ -187,7 +187,7 @@ def _clip_radials(row: NDArray[np.int64], radials: Floats, near: float, far: flo
 def _split_radials(
     row: NDArray[np.int64], radials: Floats, parts: NDArray[np.int64], first: int
 ) -> tuple[NDArray[np.int64], Floats]:
-    """Cut lines into narrower ones of the shortest step, beams asked across the whole of their width.
+    """Divide radials into narrower ones of the shortest step, with beams evaluated across the whole of their width.
 
     Args:
         row: Number of the plan line that each is a part of, (n,).
@@ -241,7 +241,7 @@ def _shadow_runs(
 
 
 def _parts_of_strips(free: Floats, left: Floats) -> NDArray[np.int64]:
-    """Parts of each strip, as of `ShadowRun`.
+    """Parts of each strip, see `ShadowRun`.
 
     Args:
         free: Energy of each line without targets, in units of a narrow line's, (s,).
@@ -259,7 +259,7 @@ def _parts_of_strips(free: Floats, left: Floats) -> NDArray[np.int64]:
 def _probed(
     plan: ReverberationPlan, scene: Scene, ping_geometry: PingGeometry, choice: PathSettings, passing: NDArray[np.bool_]
 ) -> tuple[NDArray[np.int64], Floats, Floats]:
-    """Stretches and distances [m] at which visibility is probed, (j,), and the shadow they lie in, near and far [m]."""
+    """Range bins and distances [m] at which visibility is probed, (j,), and near and far end of their shadow [m]."""
     energy, edges = plan.energy.sum(axis=2), plan.allocation.edges
     free, rays, soft = energy.sum(axis=0), StraightRays(scene), choice.edge_diffraction == "knife-edge"
     zones: dict[int, tuple[float, float]] = {}
@@ -271,7 +271,7 @@ def _probed(
         for b in np.flatnonzero(hidden & (edges[1:] > zone.near) & (edges[:-1] < zone.far)).tolist():
             near, far = zones.get(b, (zone.near, zone.far))
             zones[b] = min(near, zone.near), max(far, zone.far)
-    # where shadows of several targets overlap, one look at a distance tells what all of them leave
+    # where shadows of several targets overlap, one probe at a distance gives the visibility past all of them
     probes, found = max(1, min(PROBES, MAX_PROBES // max(len(zones), 1))), []
     for b, (near, far) in sorted(zones.items()):
         first, last = max(edges[b], near), min(edges[b + 1], far)
@@ -281,7 +281,8 @@ def _probed(
 
 
 def _remaining_energy(
-    plan: ReverberationPlan, scene: Scene, ping_geometry: PingGeometry, choice: PathSettings, heading: float, row: NDArray[np.int64],
+    plan: ReverberationPlan, scene: Scene, ping_geometry: PingGeometry, choice: PathSettings, heading: float,
+    row: NDArray[np.int64],
     stretch: NDArray[np.int64], distance: Floats,
 ) -> Floats:  # fmt: skip
     """Energy of some lines over the mean plane by what targets leave on either side of its strips [m^-2].
@@ -293,7 +294,7 @@ def _remaining_energy(
         choice: The paths that are followed.
         heading: Heading of the lines' frame [rad].
         row: Numbers of the lines, (rows,).
-        stretch: Stretch of each distance, (j,).
+        stretch: Range bin of each distance, (j,).
         distance: Horizontal distances [m], (j,).
 
     Returns:

@@ -1,4 +1,4 @@
-"""What labels ask of a swath besides its energies: where its points lie, and which direct legs are cut, and by what."""
+"""Origins of fast reverberation for labels: positions of its points, and direct legs that are occluded, by object."""
 
 from typing import Any, NamedTuple
 
@@ -32,22 +32,22 @@ class Walked(NamedTuple):
     rows: NDArray[np.int32]
     """Points of each pair, (p, any)."""
     found: Rows
-    """How many they are, (p,)."""
+    """Number of points, (p,)."""
 
 
 class Shaded(NamedTuple):
     """Legs to points in reach of targets, and what targets leave of them."""
 
     points: Rows
-    """Which points, (k,)."""
+    """Rows of the points, (k,)."""
     visibility: NDArray[Any]
     """Pressure ratio [1], (f, k)."""
     legs: Legs
-    """The same legs with the reason and the target that cuts them."""
+    """The same legs with their status and the row of the target that occludes them."""
 
 
 def unlit(plan: ReverberationPlan, walked: Walked, amplitude: NDArray[np.complex64]) -> Rows:
-    """Places in the row of the direct pair of points that no direct leg reaches, before targets are asked."""
+    """Positions in the row of the direct pair of points that no direct leg reaches, before targets are evaluated."""
     straight, direct = straight_rows(plan)
     if straight < 0:
         return np.zeros(0, np.int64)
@@ -64,9 +64,10 @@ def straight_rows(plan: ReverberationPlan) -> tuple[int, int]:
 
 
 def origins(
-    plan: ReverberationPlan, ping_geometry: PingGeometry, part: RadialSet, walked: Walked, dark: Rows, shaded: Shaded | None
+    plan: ReverberationPlan, ping_geometry: PingGeometry, part: RadialSet, walked: Walked, dark: Rows,
+    shaded: Shaded | None
 ) -> Origins:  # fmt: skip
-    """Places of the points of some lines, and their cut direct legs.
+    """Positions of the points of some lines, and their cut direct legs.
 
     Args:
         plan: What all such pings have in common.
@@ -74,7 +75,7 @@ def origins(
         part: The lines.
         walked: Their points.
         dark: As from `unlit`.
-        shaded: What targets cut; None: nothing.
+        shaded: Occlusion by targets; None: none.
     """
     count, here = int(walked.first[-1]), ping_geometry.transmit_position
     position = np.empty((3, count))
@@ -93,7 +94,7 @@ def origins(
 def _cut(
     walked: Walked, dark: Rows, shaded: Shaded | None, straight: int, direct: int
 ) -> tuple[Rows, Floats, NDArray[np.int16]]:
-    """Points of the direct pair whose leg the ground or a target cuts, the part that is lost, and what cuts."""
+    """Points of the direct pair whose leg the seabed or a target cuts, the part that is lost, and what cuts."""
     lost, occluder_row = np.ones(len(dark)), np.full(len(dark), SEABED_OCCLUDER, np.int16)
     if shaded is None or straight < 0:
         return dark, lost, occluder_row
@@ -117,7 +118,7 @@ def _cut(
 def _unoccluded_power(
     plan: ReverberationPlan, ping_geometry: PingGeometry, walked: Walked, points: NDArray[np.int32], direct: int
 ) -> tuple[NDArray[np.complex64], NDArray[np.bool_]]:
-    """Amplitudes of direct legs to some points as if nothing cut them, and which of these faces look at the sonar."""
+    """Amplitudes of direct legs to some points without occlusion, and True for those that face the sonar."""
     reach, depth = walked.place[:, points]
     slant = np.hypot(reach, depth - plan.images[direct])
     facing = -np.einsum("cm,cm->m", walked.arrival[direct][:, points], walked.normal[:, points]).astype(float)

@@ -1,7 +1,7 @@
-"""Drawn points of targets that one ping can receive: those in its window, its beams, and on faces towards it.
+"""Culling of target points: those outside the window or the beams, or on faces turned away, are dropped.
 
-A long target has far more points than one ping reaches. Points that follow one another lie together, so runs of them
-are judged as spheres; of the runs that remain, points on faces turned away from all images of an end are dropped too.
+A long target has far more points than one ping reaches. Consecutive points lie together, so runs of them are evaluated
+as spheres; of the remaining runs, points on faces turned away from all images of an end are dropped too.
 """
 
 import numpy as np
@@ -39,7 +39,7 @@ def rows_in_reach(
         position: Positions of the points, neighbours one after another [m], shape (n, 3).
         normal: Unit normals of their faces, shape (n, 3).
         insonification: The sonar as the target sees it.
-        run: Points that are judged together [1].
+        run: Points that are evaluated together [1].
     """
     starts = np.arange(0, len(position), run)
     count = np.diff(np.append(starts, len(position)))

@@ -23,9 +23,9 @@ PULSE_CELLS = 6.0
 FRESNEL_FRACTION = 0.25
 """Side of a patch that others may shade in part, as a part of the scale of the first Fresnel zone [1]."""
 MAX_DEVIATION = 0.2
-"""Sine by which rays may arrive off the straight lines from the images, where they bend or waves tilt them [1]."""
+"""Sine of the deviation of rays from the straight lines to the images, by refraction or a tilted surface [1]."""
 MIN_TRAVEL_TIME_RATIO = 0.95
-"""Least time of a bent path, as a part of the straight one's [1]."""
+"""Least time of a refracted path, as a part of the straight one's [1]."""
 NEAREST_WAVES = 4.0
 """Side of a patch in wavelengths below which shade does not make it smaller [1]."""
 
@@ -46,7 +46,7 @@ def target_insonification(
         ping_geometry: The sonar at this ping.
         slant: Resolution along the slant range [m].
         distance: Distance from the nearer end to the target [m].
-        rays: How sound travels in the scene; None: not known, and beams drop nothing.
+        rays: Propagation model of the scene; None: unknown, and nothing is dropped by its beam gain.
     """
     families = families_reaching("target", choice.followed_families)
     straight = isinstance(rays, StraightRays) and scene.surface.reflection == "flat"
@@ -75,7 +75,8 @@ def target_insonification(
         return np.asarray(gain >= floor)
 
     return TargetInsonification(
-        (images[0], images[1]), 2 * np.pi / wavelength, lobes(ping_geometry), slant / PULSE_CELLS, largest, max_deviation,
+        (images[0], images[1]), 2 * np.pi / wavelength, lobes(ping_geometry), slant / PULSE_CELLS, largest,
+        max_deviation,
         (first * scene.water.min_sound_speed, last * scene.water.max_sound_speed / MIN_TRAVEL_TIME_RATIO), may_receive,
     )  # fmt: skip
 
@@ -86,15 +87,15 @@ def lobes(ping_geometry: PingGeometry) -> tuple[Lobe, ...]:
     Args:
         ping_geometry: The sonar.
     """
-    sent, heard = ping_geometry.transmit_beams, ping_geometry.full_aperture_beams or ping_geometry.receive_beams
-    width, height = (measure(sent, heard) / BEAM_CELLS for measure in (two_way_width, two_way_height))
+    sent, receive = ping_geometry.transmit_beams, ping_geometry.full_aperture_beams or ping_geometry.receive_beams
+    width, height = (measure(sent, receive) / BEAM_CELLS for measure in (two_way_width, two_way_height))
     if ping_geometry.elements is not None:
         # elements receive a patch in the phase of its middle
         wavelength = ping_geometry.sound_speed / ping_geometry.frequency
         spans = [2 * max(side, wavelength) / wavelength * BEAM_CELLS for side in ping_geometry.element_extent]
         width, height = min(width, 1 / spans[0]), min(height, 1 / spans[1])
     found: list[Lobe] = []
-    for axes in (sent.axes, heard.axes):
+    for axes in (sent.axes, receive.axes):
         for axis, span in ((axes[1], width), (axes[2], height)):
             if not any(np.allclose(axis, lobe.axis) and span == lobe.width for lobe in found):
                 found.append(Lobe(axis, span))

@@ -1,4 +1,4 @@
-"""Distances over which targets may cast shadows on the seabed, as the rays to its mean plane tell."""
+"""Distances over which targets may cast shadows on the seabed, by rays to its mean plane."""
 
 from typing import NamedTuple
 
@@ -14,7 +14,7 @@ from insonify.sonar.ping_geometry import PingGeometry
 Floats = NDArray[np.float64]
 
 PROBES = 48
-"""Places behind a target at which rays are tried."""
+"""Positions behind a target at which rays are tried."""
 
 
 class ShadowSector(NamedTuple):
@@ -31,7 +31,8 @@ class ShadowSector(NamedTuple):
 
 
 def shadow_sector(
-    scene: Scene, rays: PropagationModel, ping_geometry: PingGeometry, families: tuple[str, ...], row: int, farthest: float, *,
+    scene: Scene, rays: PropagationModel, ping_geometry: PingGeometry, families: tuple[str, ...], row: int,
+    farthest: float, *,
     soft: bool,
 ) -> ShadowSector:  # fmt: skip
     """The zone of one target; all around where the sonar is above or inside it.
@@ -43,7 +44,7 @@ def shadow_sector(
         families: Families of legs that are followed.
         row: Row of the target among the scene's occluders.
         farthest: Greatest horizontal distance that matters [m].
-        soft: Whether its edges are soft.
+        soft: True if its edges are soft.
     """
     place, (north, east, radius, *_) = ping_geometry.transmit_position, bounding_cylinders(scene)[row]
     apart, bearing = float(np.hypot(north - place[0], east - place[1])), np.arctan2(east - place[1], north - place[0])

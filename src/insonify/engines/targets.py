@@ -1,7 +1,7 @@
-"""The targets as points: how finely their faces are drawn, by what the sonar can tell apart on its whole track.
+"""Targets as points, as dense as the sonar's resolution over its whole track requires.
 
-Cells follow from the closest approach of the whole track and from the slowest water that it swims in, never from one
-ping's distance or from the speed of sound at its depth, so that a place on a target has the same phase in every ping.
+Cells follow from the closest approach of the whole track and from the slowest water at the target, never from one
+ping's distance or the sound speed at its depth, so that a position on a target has the same phase in every ping.
 """
 
 from collections.abc import Callable
@@ -49,31 +49,32 @@ FRINGE_CELLS = 8.0
 FRINGE_POINTS = 20_000
 """Points of a solid up to which its cells are made small for the sake of fringes [1]."""
 REACH_SAMPLE_POINTS = 10_000
-"""Points by which it is judged what part of a large target one ping can receive [1]."""
+"""Points by which it is evaluated what part of a large target one ping can receive [1]."""
 SPARSE_POINTS = 5_000
-"""The same of sparse points [1]."""
+"""Number of sparse points below which a body keeps all [1]."""
 MIN_DISTANCE = 0.1
 """Distance to a body below which resolution cells on it get no narrower [m]."""
 LEEWAY = 0.02
-"""Angle beside a body that is looked at too, before a beam is called deaf to it [rad]."""
+"""Angle added to the extent of a body before its gain is compared with the beam cutoff [rad]."""
 MIN_TRAVEL_TIME_RATIO = 0.95
-"""Least time of a bent path, as a part of the straight one's [1]."""
+"""Least time of a refracted path, as a part of the straight one's [1]."""
 
 
 def target_points(
-    scene: Scene, choice: PathSettings, seed: int, ping_geometry: PingGeometry, slant: float, *, quadrature: bool, rays: PropagationModel | None = None,
+    scene: Scene, choice: PathSettings, seed: int, ping_geometry: PingGeometry, slant: float, *, quadrature: bool,
+    rays: PropagationModel | None = None,
     resolution: Resolution | None = None,
 ) -> list[Scatterers]:  # fmt: skip
-    """The points of all targets that one ping can hear, target by target.
+    """The points of all targets that one ping can receive, target by target.
 
     Args:
         scene: The scene.
-        choice: Whether the whole scene is asked for, or a slice.
+        choice: Path settings: all of the scene, or a slice.
         seed: Seed of the scenario.
         ping_geometry: The sonar at this ping.
         slant: What it resolves along the slant range [m].
-        quadrature: Points laid out evenly for an expectation, or drawn ones.
-        rays: How sound travels in the scene; None: nobody asks whether beams hear a target but faintly.
+        quadrature: True: quadrature points for an expectation. False: random ones.
+        rays: Propagation model of the scene; None: targets below the beam cutoff are not dropped.
         resolution: Resolution cells, for targets of many drawn or sparse points to have no more than fill them; None:
             all points.
     """
@@ -100,32 +101,32 @@ def target_points(
 
 
 class TargetPointCount(NamedTuple):
-    """How many points on targets one ping meets, about."""
+    """Approximate number of points on targets in reach of one ping."""
 
     reached: float
     """All that legs are followed to [1]."""
     facing: float
-    """Those of them that face the sonar: others send nothing back [1]."""
+    """Number of them on faces towards the sonar: others scatter nothing back [1]."""
 
 
 def target_count(
     scene: Scene, choice: PathSettings, ping_geometry: PingGeometry, slant: float, rays: PropagationModel | None = None,
     resolution: Resolution | None = None,
 ) -> TargetPointCount:  # fmt: skip
-    """Points on the targets of a scene that one ping can hear, about: by the area of their faces, none is drawn.
+    """Points on the targets of a scene that one ping can receive, about: by the area of their faces, none is drawn.
 
     Args:
         scene: The scene.
-        choice: Which paths are heard, down to what floor of the beams.
+        choice: Which paths are received, down to what floor of the beams.
         ping_geometry: The sonar.
         slant: What it resolves along the slant range [m].
-        rays: As of `target_points`.
-        resolution: As of `target_points`.
+        rays: See `target_points`.
+        resolution: See `target_points`.
     """
-    asked = facing = 0.0
+    points_reached = facing = 0.0
     for target in scene.targets:
         if isinstance(target, PointTarget):
-            asked, facing = asked + 1, facing + 1
+            points_reached, facing = points_reached + 1, facing + 1
             continue
         surface = world_triangles(target, scene.seabed)
         if not (
@@ -145,14 +146,17 @@ def target_count(
                 solid_insonification(scene, target, choice, ping_geometry, slant, rays),
                 float(points.sum()),
             )
-            asked, facing = asked + float(points.sum()) * part, facing + min(towards, float(points.sum()) * part)
+            points_reached, facing = (
+                points_reached + float(points.sum()) * part,
+                facing + min(towards, float(points.sum()) * part),
+            )
             continue
-        asked, facing = asked + float(points.sum()), facing + towards
-    return TargetPointCount(asked, facing)
+        points_reached, facing = points_reached + float(points.sum()), facing + towards
+    return TargetPointCount(points_reached, facing)
 
 
 def _part_in_reach(target: Solid, scene: Scene, insonification: TargetInsonification, points: float) -> float:
-    """Part of the points of a target, so many, that one ping can receive [1], judged by fewer of them."""
+    """Fraction of a target's points in reach of one ping [1], estimated from a sample of them."""
     position, normal = _coarse(target, scene.seabed)
     if not len(position):
         return 0.0
@@ -175,12 +179,12 @@ def _coarse(target: Solid, seabed: Seabed) -> tuple[Floats, Floats]:
 
 
 def solid_pieces(scene: Scene, ping_geometry: PingGeometry, resolution: Resolution) -> list[float]:
-    """Pieces that each solid of a scene is cut into before points are laid on it [1], about.
+    """Approximate number of pieces into which each solid is divided before points are placed on it [1].
 
     Args:
         scene: The scene.
         ping_geometry: The sonar.
-        resolution: What it can tell apart.
+        resolution: Resolution cells of that sonar.
     """
     found = []
     for solid in scene.solids:
@@ -192,7 +196,7 @@ def solid_pieces(scene: Scene, ping_geometry: PingGeometry, resolution: Resoluti
 def _cells(
     scene: Scene, target: Solid, ping_geometry: PingGeometry, slant: float, resolution: Resolution | None
 ) -> Floats:
-    """Area of the cell that each point of a body stands for, on each of its triangles [m^2], shape (t,)."""
+    """Area of the cell that each point of a body represents, on each of its triangles [m^2], shape (t,)."""
     surface = world_triangles(target, scene.seabed)
     if isinstance(target, Box) and target.is_upright:
         pitch, rise = _box_cells(scene, target, ping_geometry, slant, resolution)
@@ -219,7 +223,7 @@ def _points_of(
         target: The body.
         cells: Resolution cells that limit the number of points; None: no limit.
         insonification: Makes the sonar as the body sees it.
-        even: Points laid out evenly for an expectation, or drawn ones.
+        even: True: quadrature points for an expectation. False: random ones.
     """
     row = scene.occluders.index(target)
     if isinstance(target, Box) and target.is_upright:
@@ -251,7 +255,7 @@ def _box_points(
 def _section(
     scene: Scene, seed: int, ping_geometry: PingGeometry, slant: float, target: Solid, *, even: bool
 ) -> Scatterers:
-    """Points of a body in a slice, each standing for the part that the beam covers."""
+    """Points of a body in a slice, each with the area that the beam covers."""
     here, row = ping_geometry.transmit_position, scene.occluders.index(target)
     distance = float(np.linalg.norm(np.array(target.position) - here[:2]))
     covered = partial(_covered_width, ping_geometry, distance=distance)
@@ -319,7 +323,7 @@ def _max_fringe_points(resolution: Resolution | None) -> int:
 
 
 def _resolution_square(scene: Scene, solid: Solid, ping_geometry: PingGeometry, resolution: Resolution) -> float:
-    """Side of the square that one of the points that fill a resolution cell stands for on a body [m].
+    """Side of the square that one of the points that fill a resolution cell represents on a body [m].
 
     On a face that looks along the line of sight the cell is as long as the range cell and as wide as the beam; on
     others it is larger.
@@ -346,7 +350,7 @@ def _cell_height(scene: Scene, target: Solid, ping_geometry: PingGeometry, pitch
 
 
 def _covered_width(ping_geometry: PingGeometry, width: float, distance: float) -> float:
-    """How much of a width [m], centred on the axis at a distance [m], the two-way beam covers [m]."""
+    """Part of a width [m], centred on the axis at a distance [m], that the two-way beam covers [m]."""
     half = float(np.arctan2(width / 2, max(distance, 1e-6)))
     return distance * float(
         two_way_footprint(ping_geometry.transmit_beams, ping_geometry.receive_beams, within=half)[0]
@@ -354,7 +358,7 @@ def _covered_width(ping_geometry: PingGeometry, width: float, distance: float) -
 
 
 def _may_fall_in_window(solid: Solid, scene: Scene, ping_geometry: PingGeometry) -> bool:
-    """Whether a solid is near enough for its first echo to fall into the window; others cost nothing."""
+    """Return True if the first echo of a solid may fall into the window."""
     surface = world_triangles(solid, scene.seabed)
     middle = (surface.low + surface.high) / 2
     radius = float(np.linalg.norm(surface.high - surface.low)) / 2
@@ -368,7 +372,7 @@ def _may_fall_in_window(solid: Solid, scene: Scene, ping_geometry: PingGeometry)
 def _within_beams(
     scene: Scene, target: Solid, choice: PathSettings, ping_geometry: PingGeometry, rays: PropagationModel | None
 ) -> bool:
-    """Whether beams hear a target at all; where it is known how sound travels, above their floor."""
+    """Return True if beams receive a target at all; where it is known how sound travels, above their floor."""
     if isinstance(rays, StraightRays):
         return not _below_beam_floor(scene, target, choice, ping_geometry, rays)
     return not _outside_beams(scene, target, ping_geometry)
@@ -377,9 +381,9 @@ def _within_beams(
 def _below_beam_floor(
     scene: Scene, target: Solid, choice: PathSettings, ping_geometry: PingGeometry, rays: PropagationModel
 ) -> bool:
-    """Whether no two paths reach a target above the floor of the beams, in water where directions follow from places.
+    """Return True if no two paths reach a target above the floor of the beams, in water of one sound speed.
 
-    A sidescan's beams swim past a target long before and after they hear more of it than their side lobes take in.
+    A sidescan's beams swim past a target long before and after they receive more of it than their side lobes take in.
     """
     bed, (north, east, radius, top, base) = (
         scene.seabed.terrain,
@@ -388,15 +392,16 @@ def _below_beam_floor(
     rise = (base - top) / 2 + (0.0 if bed is None else (bed.span[1] - bed.span[0]) / 2)
     bound = two_way_gain_bound(
         np.array([[north, east]]), np.array([radius]), ping_geometry, (top + base) / 2, rays,
-        families_reaching("target", choice.followed_families), rise=rise, glints=glint_spread(scene, ping_geometry.frequency),
+        families_reaching("target", choice.followed_families), rise=rise, glints=glint_spread(scene,
+        ping_geometry.frequency),
     )  # fmt: skip
     return float(bound[0]) < float(amplitude_ratio(choice.beam_cutoff_db))
 
 
 def _outside_beams(scene: Scene, target: Solid, ping_geometry: PingGeometry) -> bool:
-    """Whether no beam sends, or none hears, anything towards a body, however the paths rise or fall.
+    """Return True if no beam sends, or none receives, anything towards a body, however the paths rise or fall.
 
-    A sidescan's side is deaf to what lies behind its baffle; its other side is not.
+    One side of a sidescan sonar does not receive from behind its baffle; its other side does.
 
     Args:
         scene: The scene.
@@ -406,7 +411,8 @@ def _outside_beams(scene: Scene, target: Solid, ping_geometry: PingGeometry) -> 
     north, east, radius, *_ = bounding_cylinders(scene)[scene.occluders.index(target)]
     middle = np.array([north, east])
     for here, beams in (
-        (ping_geometry.transmit_position, ping_geometry.transmit_beams), (ping_geometry.receive_position, ping_geometry.bounding_receive_beams)
+        (ping_geometry.transmit_position, ping_geometry.transmit_beams), (ping_geometry.receive_position,
+        ping_geometry.bounding_receive_beams)
     ):  # fmt: skip
         offset = middle - here[:2]
         away = float(np.linalg.norm(offset))

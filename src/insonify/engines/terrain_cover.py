@@ -1,8 +1,8 @@
-"""Part of the seabed that the terrain hides from the sonar: where it is large, the fast seabed path does not serve.
+"""Fraction of the seabed that terrain hides from the sonar; where it is large, fast reverberation is not valid.
 
-The fast path takes one terrain profile for each line of azimuth, thins lines by a flat bed, and lets sound end at once
-behind crests. Where ridges hide much of the bed, the few patches in sight are most of what is received, and that is
-no longer enough: the error of 2 ms grows from 0.1 dB to several dB.
+Fast reverberation takes one terrain profile for each radial, allocates samples over a flat seabed, and ends paths
+abruptly behind crests. Where ridges hide much of the seabed, the few visible patches dominate the echo, and its error
+over 2 ms grows from 0.1 dB to several dB.
 """
 
 import numpy as np
@@ -12,7 +12,7 @@ from insonify.scene.seabed_terrain import SeabedTerrain
 from insonify.sonar.ping_geometry import PingGeometry
 
 MOST_HIDDEN = 0.1
-"""Part of the bed in the window, hidden by terrain, up to which the fast path serves [1]."""
+"""Part of the seabed in the window, hidden by terrain, up to which the fast path serves [1]."""
 BEARINGS = (-0.08, -0.04, 0.0, 0.04, 0.08)
 """Bearings of the profiles off the boresight [rad]."""
 SAMPLES = 4096

@@ -1,16 +1,16 @@
-"""Shadows of the ground: what of it, and of what stands above it, each end of the sonar can see.
+"""Terrain occlusion: visibility of the seabed, and of objects above it, from each end of the sonar.
 
-Rays of one family in one vertical plane never cross: seen from the sonar, whatever lies at a steeper launch than
-nearer ground does is hidden behind it. So one walk outwards along a line, with the shallowest launch met so far (the
-skyline), tells what is lit: O(samples). A ray with bounces is tested segment by segment. The one that ends on the
-ground, and those that come down from the surface, by the skyline of their own family; the one that rises from a
-bounce by the same walk with its sense turned.
+Rays of one family in one vertical plane never cross: seen from the sonar, all that lies at a steeper launch angle than
+nearer terrain is hidden. So one walk outwards along a line, with the launch horizon (the shallowest launch angle that
+has reached the terrain so far), determines the visible samples in O(samples). A ray with bounces is tested segment by
+segment: the last one to the seabed, and those that come down from the surface, by the launch horizon of their own
+family; one that rises from a bounce by the same walk with its sense reversed.
 
-Ground is walked along slices of azimuth, see `slices`. A point of the ground is lit where the ground of its slice's
-middle line is.
+Terrain is walked along azimuth slices, see `terrain_profiles`. A point of the seabed is visible where the seabed of its
+slice's middle line is.
 
-Where edges are soft, sound bends around the crests along a line, ground behind which ground lies dark: of the nearest
-few the one that takes most, on every segment of a leg, see `_crest_kernel`. The walk above still says what is hidden.
+With soft edges, sound is diffracted over crests, behind which terrain lies in shadow: of the nearest few, by the one
+that takes most on every segment of a leg, see `_terrain_diffraction_kernel`. The walk above still determines occlusion.
 """
 
 from __future__ import annotations
@@ -47,26 +47,27 @@ __all__ = [
 Floats = NDArray[np.floating[Any]]
 
 SEABED = -2
-"""Row of the ground where the boxes have theirs: the occluder of what it hides."""
+"""Row of the seabed among the occluders: the object that occludes."""
 
 
 class TerrainOcclusion:
-    """What the ground hides from one end of the sonar at one ping; lines are walked when they are asked for."""
+    """Occlusion by the seabed for one end of the sonar at one ping; lines are walked when they are requested."""
 
     def __init__(
-        self, bed: SeabedTerrain, place: Floats, launches: LaunchAngles, *, farthest: float, wavelength: float, min_profile_width: float,
+        self, bed: SeabedTerrain, place: Floats, launches: LaunchAngles, *, farthest: float, wavelength: float,
+        min_profile_width: float,
         gain_bound: GainBound | None = None,
     ) -> None:  # fmt: skip
-        """Walk nothing yet.
+        """Prepare without walking any line.
 
         Args:
-            bed: The ground.
+            bed: The seabed.
             place: North, east, depth of the end [m], shape (3,).
-            launches: How launch angles belong to places.
-            farthest: Horizontal distance beyond which nothing is asked [m]; what lies there is as at this distance.
-            wavelength: Of the sound, for the size of a bounce's mirror [m].
+            launches: How launch angles belong to positions.
+            farthest: Horizontal distance beyond which occlusion is that at this distance [m].
+            wavelength: Acoustic wavelength, for the size of a bounce's mirror [m].
             min_profile_width: Slices need not be narrower than this [rad].
-            gain_bound: How loud sound of some bearings can be; None: all alike.
+            gain_bound: How strong sound of some bearings can be; None: all alike.
         """
         self.bed, self.launches, self.wavelength = bed, launches, wavelength
         self._all_below = bed.span[0] > place[2]
@@ -85,16 +86,16 @@ class TerrainOcclusion:
         self, families: tuple[str, ...], distance: Floats, sine: Floats, depth: Floats, groups: list[ProfileGroup], *,
         ground: bool = False, left: NDArray[np.complex128] | None = None,
     ) -> NDArray[np.bool_]:  # fmt: skip
-        """Whether rays of some families reach places without meeting the ground on their way.
+        """Return True if rays of some families reach positions without meeting the seabed on their way.
 
         Args:
             families: Names of the families, f of them.
-            distance: Horizontal distance of each place [m], shape (n,).
+            distance: Horizontal distance of each position [m], shape (n,).
             sine: Sine of the launch angle, positive down [1], shape (f, n).
-            depth: Depth of each place [m], shape (n,).
-            groups: Of `profile_groups` these places.
-            ground: Whether the places lie on the ground: then the line of their slice is asked, not their own depth.
-            left: Result where it is given: what of the pressure bends around crests of the ground [1], shape (f, n).
+            depth: Depth of each position [m], shape (n,).
+            groups: Of `profile_groups` these positions.
+            ground: True if the positions lie on the seabed: then their depth is that of their slice's line.
+            left: Result where it is given: what of the pressure bends around crests of the seabed [1], shape (f, n).
 
         Returns:
             True where a ray is clear, shape (f, n).
@@ -122,7 +123,7 @@ class TerrainOcclusion:
         return found
 
     def _cut_on_last_segment_only(self, family: str) -> bool:
-        """Whether rays of a family to the ground can be cut on their last segment only, and are as many as places."""
+        """Return True if rays of a family to the seabed can be cut on their last segment only, one to each position."""
         return isinstance(self.launches, StraightLaunchAngles) and (
             family == "D" or (family == "S" and self._all_below)
         )
@@ -135,7 +136,7 @@ class TerrainOcclusion:
         lit: NDArray[np.bool_],
         left: NDArray[np.complex128] | None,
     ) -> None:
-        """Mark ground that the ground before it hides, and take what crests take of the rays to it, on one segment."""
+        """Mark ground that the seabed before it hides, and take what crests take of the rays to it, on one segment."""
         soft = left is not None
         held = np.empty(0, complex) if left is None else left
         for lines, points, rows in groups:
@@ -149,7 +150,7 @@ class TerrainOcclusion:
         self, family: str, groups: list[ProfileGroup], distance: Floats, sine: Floats, ground: bool,
         left: NDArray[np.complex128] | None,
     ) -> NDArray[np.bool_]:  # fmt: skip
-        """Whether rays of one family are clear, segment by segment, and what crests leave of each."""
+        """Return True if rays of one family are clear, segment by segment, and what crests leave of each."""
         string = bounce_sequence(family)
         steep = steepness(family, sine)
         stops = [*self.launches.bounce_ranges(family, steep), distance]
@@ -200,22 +201,22 @@ class TerrainOcclusion:
         lit: NDArray[np.bool_], left: NDArray[np.complex128],
     ) -> None:  # fmt: skip
         for lines, points, rows in groups:
-            launch, _, crest, met = lines.horizon(family)
+            launch, _, crest, covered = lines.horizon(family)
             crests.diffract_rising_rays(
-                launch, crest, met, rows, points, *way, steepness, self.step, distance,
+                launch, crest, covered, rows, points, *way, steepness, self.step, distance,
                 self.wavelength, edge_diffraction_table(), PER_UNIT, lit, left,
             )  # fmt: skip
 
     def image_paths_clear(
         self, groups: list[ProfileGroup], nodes: Floats, spared: Floats, *, ground: bool
     ) -> NDArray[np.bool_]:
-        """Whether ways that bounce anywhere reach places without meeting the ground, walked sample by sample.
+        """Return True if paths with any bounces clear the seabed on the way to positions, walked sample by sample.
 
         Args:
-            groups: Of `profile_groups` the places.
-            nodes: Horizontal distance and depth of the sonar, of each bounce and of the place [m], shape (k, n, 2).
-            spared: Distance about each of these within which the ground is the mirror itself [m], shape (k, n).
-            ground: Whether the places lie on the ground: then ways end on that of their slice's line.
+            groups: Of `profile_groups` the positions.
+            nodes: Horizontal distance and depth of the sonar, of each bounce and of the position [m], shape (k, n, 2).
+            spared: Distance about each of these within which the seabed is the mirror itself [m], shape (k, n).
+            ground: True if the positions lie on the seabed: then paths end on that of their slice's line.
 
         Returns:
             True where a way is clear, shape (n,).
@@ -234,7 +235,7 @@ class TerrainOcclusion:
         return found
 
     def _steps(self, distance: Floats) -> Floats:
-        """Distances [m] in samples along a line; bounces that never come are far away."""
+        """Distances [m] in samples along a line; bounces that do not exist become very large."""
         return np.asarray(np.minimum(distance, 1e12) / self.step)
 
     def profile_groups(self, azimuth: Floats, distance: Floats) -> list[ProfileGroup]:
@@ -265,10 +266,10 @@ def fresnel_half_length(bounce: Floats, distance: Floats, tangent: Floats, wavel
     Args:
         bounce: Horizontal distance of the bounce [m], shape (n,).
         distance: Horizontal length of the leg [m], shape (n,).
-        tangent: Of the grazing angle [1], shape (n,).
-        wavelength: Of the sound [m].
+        tangent: Tangent of the grazing angle [1], shape (n,).
+        wavelength: Acoustic wavelength [m].
 
-    Source: sqrt(wavelength r1 r2 / (r1 + r2)) / sin(grazing), r1 and r2 the ways before and after the bounce.
+    Source: sqrt(wavelength r1 r2 / (r1 + r2)) / sin(grazing), r1 and r2 the paths before and after the bounce.
     """
     steep = np.maximum(np.abs(tangent), 1e-9)
     stretch = np.sqrt(1 + steep**2)
@@ -286,10 +287,10 @@ class ProfiledPoints(NamedTuple):
 
 
 def locate_points(terrain_occlusion: TerrainOcclusion, place: Floats, position: Floats) -> ProfiledPoints:
-    """Where some points lie about one end of the sonar.
+    """Azimuth slices and samples of some points about one end of the sonar.
 
     Args:
-        terrain_occlusion: What the ground hides from there.
+        terrain_occlusion: What the seabed hides from there.
         place: North, east, depth of that end [m], shape (3,).
         position: The same of the points [m], shape (n, 3).
     """
@@ -300,15 +301,15 @@ def occlude_by_terrain(
     legs: Legs, scatterers: Scatterers, place: Floats, terrain_occlusion: TerrainOcclusion, *, soft: bool = False,
     seen: ProfiledPoints | None = None,
 ) -> Legs:  # fmt: skip
-    """Legs over relief: the ground hides some of them, and its roughness takes from every bottom bounce.
+    """Legs over relief: the seabed hides some of them, and its roughness takes from every bottom bounce.
 
     Args:
         legs: Legs over the mean plane.
         scatterers: The points that they reach.
         place: North, east, depth of the sonar's end [m], shape (3,).
-        terrain_occlusion: What the ground hides from there.
-        soft: Whether sound bends around crests. Visibility is complex then, and that of legs that targets cut is what
-            the ground alone leaves, for `knife_edge.diffract_at_edges` to take from.
+        terrain_occlusion: What the seabed hides from there.
+        soft: True if sound bends around crests. Visibility is complex then, and that of legs that targets cut is what
+            the seabed alone leaves, for `knife_edge.diffract_at_edges` to take from.
         seen: Of `locate_points`, where it is known.
     """
     distance, groups = locate_points(terrain_occlusion, place, scatterers.position) if seen is None else seen
@@ -335,13 +336,13 @@ def occlude_by_terrain(
 
 
 def _roughness_factor(terrain_occlusion: TerrainOcclusion, family: str, distance: Floats, steepness: Floats) -> Floats:
-    """What roughness leaves of the coherent sound after all bottom bounces of a family [1]."""
+    """Coherent reflection factor of all bottom bounces of a family [1]."""
     left, launches = np.ones(len(distance)), terrain_occlusion.launches
     tangent = launches.bottom_grazing_tangent(steepness)
     sine = np.asarray(tangent / np.hypot(1, tangent), float)
     for letter, bounce in zip(bounce_sequence(family), launches.bounce_ranges(family, steepness), strict=True):
         if letter == "B":
-            there = np.where(bounce < distance, bounce, distance / 2)  # of rays that turn before it no sum tells
+            there = np.where(bounce < distance, bounce, distance / 2)  # a ray that turns before it contributes nothing
             half = fresnel_half_length(there, distance, tangent, terrain_occlusion.wavelength)
             # An ellipse, longer along the ray than across it: its mean axis.
             zone = np.asarray(np.maximum(2 * half * np.sqrt(sine), 1e-6), float)
@@ -350,19 +351,19 @@ def _roughness_factor(terrain_occlusion: TerrainOcclusion, family: str, distance
 
 
 class OcclusionCache:
-    """The terrain_occlusion of the last few places, shared by threads."""
+    """The terrain_occlusion of the last few positions, shared by threads."""
 
     def __init__(self, most: int) -> None:
         """Nothing yet.
 
         Args:
-            most: Number of places that are remembered.
+            most: Number of positions that are remembered.
         """
         self._most, self._lock = most, Lock()
         self._made: dict[Any, TerrainOcclusion] = {}
 
     def __reduce__(self) -> tuple[type[OcclusionCache], tuple[int]]:
-        """Another process begins with nothing remembered."""
+        """Reduce to an empty cache: another process starts without occlusion."""
         return OcclusionCache, (self._most,)
 
     def get(self, key: Any, make: Callable[[], TerrainOcclusion]) -> TerrainOcclusion:

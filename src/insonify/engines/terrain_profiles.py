@@ -1,11 +1,11 @@
-"""Slices of azimuth about one end of the sonar, and the ground along the middle line of each.
+"""Terrain profiles: slices of azimuth about one end of the sonar, and the seabed along the middle line of each.
 
-Ground is walked on the map of the bed, whose cells follow the split alone: shadows do not depend on how densely
-scatterers lie. A slice is a quarter of the shortest wave wide where it ends, or a third of the finest beam where that
-is wider. A point of the ground is lit where the ground of its slice's middle line is.
+Profiles are sampled on the map of the seabed, with cells that follow the cutoff wavelength alone: shadows do not depend
+on the density of scatterers. A slice is a quarter of the shortest terrain wave wide at its end, or a third of the
+finest beam where that is wider. A point of the seabed is visible where the seabed of its slice's middle line is.
 
-Where the beams hear less than a tenth of what is loudest at a distance, few scatterers are drawn, see `loudness`:
-there slices are merged by fours, so that as many lie in one as in the main lobe.
+Where the gain is less than a tenth of the largest at a distance, few scatterers are kept, see `beam_importance`: there
+slices are merged by fours, so that each holds as many as one in the main lobe.
 """
 
 from collections.abc import Callable
@@ -27,7 +27,7 @@ Floats = NDArray[np.floating[Any]]
 Integers = NDArray[np.int64]
 GainBound = Callable[[NDArray[np.float64], float, tuple[float, float]], NDArray[np.float64]]
 """Two-way gain [1] that is surely not exceeded about some bearings [rad], given the width of each [rad] and the nearest
-and the farthest distance [m]; infinite where that is not told."""
+and the farthest distance [m]; infinite where that is unknown."""
 
 PROFILES_PER_WAVE = 4
 FIRST_ZONE = 128
@@ -35,11 +35,11 @@ FIRST_ZONE = 128
 PROFILES_PER_BATCH = 64
 """Lines that are kept together, at most."""
 SAMPLES_PER_CHECK = 256
-"""Samples of a line that are looked at before it is asked whether that was enough."""
+"""Samples of a line that are looked at before it is evaluated whether that was enough."""
 LOW_GAIN = 0.1
-"""Two-way gain, re the loudest at its distance, below which slices are merged [1]: a quarter of scatterers is left."""
+"""Two-way gain re the largest at its distance, below which slices are merged [1]: a quarter of scatterers is kept."""
 MERGE_POWER = 2
-"""Power of two of the slices that are merged."""
+"""Power of two of the number of slices that are merged."""
 MERGE_GROUP = 1 << kernel.MERGE_BLOCK_LOG2
 """Slices that are merged alike."""
 PROFILES_PER_SECTOR = 4 * MERGE_GROUP
@@ -47,32 +47,32 @@ PROFILES_PER_SECTOR = 4 * MERGE_GROUP
 
 
 class LaunchHorizon(NamedTuple):
-    """What hides along some lines, see `_crest_kernel.find_crests`."""
+    """Launch horizon along some lines, see `_terrain_diffraction_kernel.find_crests`."""
 
     launch: Floats
-    """Launch that meets the ground at each sample, shape (lines, samples)."""
+    """Launch that reaches the seabed at each sample, shape (lines, samples)."""
     bound: Floats
-    """What hides by it: the smallest up to each sample; of families that rise, the largest from it on."""
+    """Launch horizon: the smallest up to each sample; of families that rise, the largest from it on."""
     crest: NDArray[np.int32]
-    """Number of the crest that was met last, -1 for none."""
+    """Number of the last crest, -1 for none."""
     crests: Floats
     """Sample, launch, depth behind and reach of each crest, shape (lines, crests, 4)."""
 
 
 class TerrainProfiles:
-    """The ground along some lines, from the sonar outwards, and the launches that meet it."""
+    """Seabed along some lines, from the sonar outwards, and the launch angles that reach it."""
 
     def __init__(
         self, depth: Floats, turn: Floats, distance: Floats, launches: LaunchAngles, wavelength: float
     ) -> None:
-        """Nothing told yet.
+        """Prepare without any launch angle.
 
         Args:
-            depth: Of the ground at even distances [m], shape (lines, samples).
-            turn: Bearing of each line from the lattice's [rad], shape (lines,).
+            depth: Depths of the seabed at even distances [m], shape (lines, samples).
+            turn: Bearing of each line from the scatterer grid's [rad], shape (lines,).
             distance: One step, two steps, ... [m], shape (samples,).
-            launches: How launch angles belong to places.
-            wavelength: Of the sound [m].
+            launches: How launch angles belong to positions.
+            wavelength: Acoustic wavelength [m].
         """
         self.depth, self.turn, self._launches, self._wavelength = depth, turn, launches, wavelength
         self._distance = distance
@@ -89,7 +89,7 @@ class TerrainProfiles:
         return self._shallowest
 
     def unobstructed(self, family: str) -> bool:
-        """Whether surely none of the ground along the lines is hidden from straight rays of a family without bottom."""
+        """Return True if no seabed along the lines is hidden from straight rays of a family without bottom bounces."""
         with self._lock:
             if family not in self._open:
                 self._open[family] = self._never_rises(family)
@@ -103,7 +103,7 @@ class TerrainProfiles:
         return bool(crests.surely_unobstructed(self.depth, self._distance, image, SAMPLES_PER_CHECK))
 
     def horizon(self, family: str) -> LaunchHorizon:
-        """The skyline of rays of a family."""
+        """The launch horizon of rays of a family."""
         with self._lock:
             if family not in self._made:
                 self._made[family] = self._built(family)
@@ -112,9 +112,9 @@ class TerrainProfiles:
     def _built(self, family: str) -> LaunchHorizon:
         launch = self._launches.launch_slope(family, self._distance, self.depth).astype(np.float32, copy=False)
         bound, crest = np.empty_like(launch), np.empty(launch.shape, np.int32)
-        met = np.empty((len(launch), launch.shape[1] // 2 + 1, 4), np.float32)
-        crests.find_crests(launch, self._distance, family.endswith("B"), self._wavelength, bound, crest, met)
-        return LaunchHorizon(launch, bound, crest, met)
+        crossed = np.empty((len(launch), launch.shape[1] // 2 + 1, 4), np.float32)
+        crests.find_crests(launch, self._distance, family.endswith("B"), self._wavelength, bound, crest, crossed)
+        return LaunchHorizon(launch, bound, crest, crossed)
 
 
 ProfileGroup = tuple[TerrainProfiles, Integers, Integers]
@@ -122,13 +122,14 @@ ProfileGroup = tuple[TerrainProfiles, Integers, Integers]
 
 
 class AzimuthProfiles:
-    """The ground about one end of the sonar at one ping; lines are walked when they are asked for."""
+    """Seabed about one end of the sonar at one ping; lines are walked when they are requested."""
 
     def __init__(
-        self, bed: SeabedTerrain, place: Floats, launches: LaunchAngles, *, farthest: float, wavelength: float, min_profile_width: float,
+        self, bed: SeabedTerrain, place: Floats, launches: LaunchAngles, *, farthest: float, wavelength: float,
+        min_profile_width: float,
         gain_bound: GainBound | None = None,
     ) -> None:  # fmt: skip
-        """Walk nothing yet; arguments as of `skyline.TerrainOcclusion`."""
+        """Prepare without walking any line; arguments see `terrain_occlusion.TerrainOcclusion`."""
         self._bed, self._launches, self._wavelength = bed, launches, wavelength
         self._lattice, self.step = bed.relief.resolved.scatterer_grid, bed.heightmap_cell_size
         self._here = self._lattice.from_world(np.asarray(place, float)[:2])
@@ -146,20 +147,20 @@ class AzimuthProfiles:
         self._lock = Lock()
 
     def _merge_low_gain(self, gain_bound: GainBound) -> None:
-        """Find out in which eights of slices so little is heard that they are merged."""
+        """Find the groups of eight slices with gains so low that they are merged."""
         inner = 0.0
         for start, count, outer in zip(self.starts, self.counts, self.edges, strict=False):
             width, zone, sectors = 2 * np.pi / count, (inner, float(outer)), np.arange(0, count, PROFILES_PER_SECTOR)
 
-            def loud(first: Integers, slices: int, width: float = width, zone: tuple[float, float] = zone) -> Floats:
+            def is_high(first: Integers, slices: int, width: float = width, zone: tuple[float, float] = zone) -> Floats:
                 return gain_bound(
                     np.asarray((first + slices / 2) * width + self._lattice.heading), slices * width, zone
                 )
 
-            level, found = loud(sectors, PROFILES_PER_SECTOR), np.zeros(count // MERGE_GROUP)
+            level, found = is_high(sectors, PROFILES_PER_SECTOR), np.zeros(count // MERGE_GROUP)
             some = sectors[level >= LOW_GAIN * level.max()]
             eights = (some[:, None] + np.arange(0, PROFILES_PER_SECTOR, MERGE_GROUP)).ravel()
-            found[eights // MERGE_GROUP] = loud(eights, MERGE_GROUP)
+            found[eights // MERGE_GROUP] = is_high(eights, MERGE_GROUP)
             first = int(start) // MERGE_GROUP
             self.merged[first : first + len(found)] = np.where(found < LOW_GAIN * found.max(), MERGE_POWER, 0)
             inner = float(outer)
@@ -209,20 +210,20 @@ class AzimuthProfiles:
                     self._home[some] = len(self._lines) - 1
 
     def _built(self, zone: int, wanted: Integers) -> TerrainProfiles:
-        """The lines of some slices of one zone; nearer ground is that of the wider slices of nearer zones."""
+        """Lines of some slices of one zone; nearer samples are those of the wider slices of nearer zones."""
         firsts = self._firsts[: zone + 2]
         turn, rays = np.empty((len(wanted), zone + 1)), np.empty((len(wanted), zone + 1, 2))
         kernel.profile_bearings(wanted, zone, self.counts, self.starts, self.merged, turn, rays)
         depth = np.empty((len(wanted), int(firsts[-1])), np.float32)
         done = np.zeros(int((-(-np.diff(firsts) // kernel.SAMPLES_PER_RUN)).sum()), bool)
 
-        def ask(pages: HeightmapTiles, missing: NDArray[np.bool_]) -> bool:
+        def request(pages: HeightmapTiles, missing: NDArray[np.bool_]) -> bool:
             return kernel.sample_profiles(
                 self._here, rays, self.step, firsts, self._bed.depth, pages, missing, done, depth
             )
 
         ends = np.concatenate([self._here + rays[:, -1] * (self.step * depth.shape[1]), self._here[None]])
-        self._bed.read_heightmap(ends, ask)
+        self._bed.read_heightmap(ends, request)
         return TerrainProfiles(depth, turn[:, -1], self._distance[: depth.shape[1]], self._launches, self._wavelength)
 
 
@@ -230,7 +231,7 @@ def _zones(across: float, farthest: float, min_profile_width: float) -> tuple[Fl
     """Outer edges of the zones [m], and the slices of azimuth in each.
 
     Args:
-        across: Width that slices need not be narrower than [m].
+        across: Width below which slices need not be divided [m].
         farthest: Distance that the last zone reaches to [m].
         min_profile_width: Width that they need not be narrower than [rad].
     """
@@ -240,5 +241,5 @@ def _zones(across: float, farthest: float, min_profile_width: float) -> tuple[Fl
     edges[-1] = min(edges[-1], max(farthest, innermost))
     widest = 2 ** max(0, int(np.ceil(np.log2(2 * np.pi / min_profile_width / FIRST_ZONE))))
     counts = FIRST_ZONE * np.minimum(2 ** np.arange(zones + 1), widest)
-    own = np.append(counts[1:] != counts[:-1], True)  # zones of the same slices are one
+    own = np.append(counts[1:] != counts[:-1], True)  # consecutive zones with the same slices are one
     return edges[own], counts[own]

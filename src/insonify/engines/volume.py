@@ -1,9 +1,9 @@
-"""The water as points: how finely it is drawn, by what the sonar can tell apart, and which of it one ping can hear.
+"""Volume scatterers: density of points in the water by the sonar's resolution, and those in reach of one ping.
 
-A resolution cell is as long as the pulse, as wide as the finest beam, and as tall as it or as the layer that answers.
-For a coherent reading a cell has so many points of the water's own lattice, at a level that follows from the whole
-track; for an expectation, points of even shells about the sonar: on a sphere equal heights hold equal areas
-(Archimedes), so that a cell of slant range R, azimuth and depth is R dR d(azimuth) dz large.
+A resolution cell is as long as the pulse, as wide as the finest beam, and as tall as that beam or the scattering layer.
+For coherent pressure a cell has points of the water's own lattice, at a level that follows from the whole track. For an
+expectation, points lie on even shells about the sonar: on a sphere equal heights hold equal areas (Archimedes), so
+that a cell of slant range R, azimuth and depth is R dR d(azimuth) dz large.
 """
 
 from collections.abc import Callable, Iterator
@@ -40,15 +40,15 @@ Integers = NDArray[np.int64]
 CUBES_PER_BLOCK = 64
 """WaterBlocks that are drawn together."""
 MAX_CUBES = 1_600_000
-"""Blocks of one ping, 64 points each, beyond which nobody would wait for it."""
+"""Largest number of blocks of one ping, 64 points each."""
 MAX_TILES = 800_000
-"""Tiles of even points, likewise: 128 points each."""
+"""Largest number of tiles of quadrature points, 128 points each."""
 MIN_RANGE = 1.0
 """Range below which cells get no smaller [m]."""
 SHELLS_PER_TILE, SECTORS_PER_TILE = 32, 4
 """Shells and sectors of a tile of even points."""
 POINTS_PER_CELL_SIDE = 1.5
-"""Even points along the range and across the beam in a resolution cell, where scatterers_per_cell is `USUAL_PER_CELL`."""
+"""Quadrature points along range and across the beam in a resolution cell, for `USUAL_PER_CELL` scatterers a cell."""
 USUAL_PER_CELL = 5.0
 MIN_STRATA = 8.0
 """Even points up the water, at least."""
@@ -56,14 +56,14 @@ WIDEST_SECTOR = 0.05
 """Widest sector of even points [rad]."""
 TILES_PER_BLOCK = 48
 MAX_TRAVEL_TIME_RATIO = 1.1
-"""How much longer than a straight way a bent one may take [1]."""
+"""Largest travel time of a refracted path re that of the straight one [1]."""
 MIN_CELLS_PER_PATCH = 6.0
 """Cells along the shortest side of a patch, at least."""
 
 
 @dataclass(frozen=True, slots=True)
 class VolumeScatterers:
-    """What hangs in the water, as one ping meets it."""
+    """Volume scatterers in reach of one ping."""
 
     scene: Scene
     choice: PathSettings
@@ -72,10 +72,10 @@ class VolumeScatterers:
     resolution: Resolution
 
     def blocks(self, *, quadrature: bool) -> Iterator[Callable[[], Scatterers]]:
-        """All points in the water that this ping can hear, in blocks of a fixed order.
+        """All points in the water that this ping can receive, in blocks of a fixed order.
 
         Args:
-            quadrature: Points laid out evenly for an expectation, or drawn ones that belong to their places.
+            quadrature: True: quadrature points for an expectation. False: random ones fixed to the world.
 
         Raises:
             ValueError: There would be more points than anybody would wait for.
@@ -94,10 +94,10 @@ class VolumeScatterers:
         yield from self._patches(even=quadrature)
 
     def count(self, *, quadrature: bool) -> float:
-        """How many points there are in the layers of the water, about: where they are is looked up, none is drawn.
+        """Approximate number of points in the layers of the water, counted without drawing any.
 
         Args:
-            quadrature: As of `blocks`.
+            quadrature: See `blocks`.
         """
         if not len(self._layers):
             return 0.0
@@ -123,11 +123,11 @@ class VolumeScatterers:
 
     @property
     def _layers(self) -> Floats:
-        """Upper and lower side [m] and s_v [1/m] of the layers that answer, (layers, 3)."""
+        """Upper and lower side [m] and s_v [1/m] of the layers that scatter, (layers, 3)."""
         return self.scene.water.layers(max_water_depth(self.scene.seabed))
 
     def cubes(self) -> WaterBlocks:
-        """The cubes of drawn points that this ping can hear, each at the level that the whole track asks for."""
+        """The cubes of drawn points that this ping can receive, each at the level that the whole track requests."""
         ping_geometry, lattice = self.ping_geometry, self.scene.seabed.scatterer_grid
         farthest = self._farthest
         here = lattice.from_world(ping_geometry.transmit_position[:2])
@@ -148,16 +148,16 @@ class VolumeScatterers:
         return WaterBlocks(*(np.concatenate(column) for column in zip(*found, strict=True)))
 
     def _refine(self, cubes: WaterBlocks) -> tuple[WaterBlocks, NDArray[np.bool_]]:
-        """Those of some cubes that are heard, and whether they are fine enough, (n,)."""
+        """Cubes in reach, and True for those that are fine enough, (n,)."""
         lattice, bottom, layers = self.scene.seabed.scatterer_grid, max_water_depth(self.scene.seabed), self._layers
         long, wide, tall = CELLS * cubes.pitch
         top, low = cubes.down * tall, np.minimum((cubes.down + 1) * tall, bottom)
-        meets = (layers[:, 0] < low[:, None]) & (layers[:, 1] > top[:, None])
-        thin = np.where(meets, layers[:, 1] - layers[:, 0], np.inf).min(axis=1)
+        overlaps = (layers[:, 0] < low[:, None]) & (layers[:, 1] > top[:, None])
+        thin = np.where(overlaps, layers[:, 1] - layers[:, 0], np.inf).min(axis=1)
         centre = np.column_stack([lattice.to_world((cubes.along + 0.5) * long, (cubes.across + 0.5) * wide),
                                   (top + low) / 2])  # fmt: skip
         flat = np.hypot(long, wide) / 2
-        kept = meets.any(axis=1)
+        kept = overlaps.any(axis=1)
         kept[kept] = self._receivable(centre[kept], np.hypot(flat, (low - top) / 2)[kept])
         nearest = self._min_track_distance(centre, flat, top, low)
         fine = (cubes.cell <= self._cell_volume(nearest, thin) / self.resolution.scatterers_per_cell) | (
@@ -182,7 +182,7 @@ class VolumeScatterers:
         return np.asarray(np.hypot(level, up) - np.linalg.norm(self.ping_geometry.lever_arms, axis=1).max())
 
     def _receivable(self, centre: Floats, radius: Floats) -> NDArray[np.bool_]:
-        """Whether window and beams let some balls of water be heard by any pair of families, (n,)."""
+        """Return True if window and beams let some balls of water be received by any pair of families, (n,)."""
         ping_geometry, water = self.ping_geometry, self.scene.water
         near, far, gain = np.zeros((3, len(centre)))
         gain += 1
@@ -211,7 +211,7 @@ class VolumeScatterers:
         )
 
     def _refracted_directions(self, way: Floats) -> Iterator[tuple[Floats, float]]:
-        """Directions in which rays to some places may leave, and how far from these they may, given straight ones."""
+        """Departure cones of rays to some positions, given the straight directions."""
         water = self.scene.water
         if not water.layered:
             yield way, 0.0
@@ -245,10 +245,10 @@ class VolumeScatterers:
         return np.concatenate([np.zeros((0, 4)), *found])
 
     def _sectors(self, ring: int, strata: Floats, thick: float) -> Floats:
-        """Tiles of some shells that are heard, (n, 4): of all sectors, eight at a time at first."""
+        """Tiles of some shells that are received, (n, 4): of all sectors, eight at a time at first."""
         whole = round(2 * np.pi / self._steps[1]) // SECTORS_PER_TILE
 
-        def heard(sector: Integers, top: Floats, wide: int) -> NDArray[np.bool_]:
+        def reaches(sector: Integers, top: Floats, wide: int) -> NDArray[np.bool_]:
             slant, azimuth = self._steps
             inner, outer, angle = (
                 ring * SHELLS_PER_TILE * slant,
@@ -265,10 +265,10 @@ class VolumeScatterers:
 
         together = 8
         sector, row = (part.ravel() for part in np.meshgrid(np.arange(whole // together), np.arange(len(strata))))
-        kept = heard(sector, strata[row], together)
+        kept = reaches(sector, strata[row], together)
         sector = (sector[kept, None] * together + np.arange(together)).ravel()
         top = strata[row[kept].repeat(together)]
-        kept = heard(sector, top, 1)
+        kept = reaches(sector, top, 1)
         n = int(kept.sum())
         return np.column_stack([np.full(n, float(ring)), sector[kept], top[kept], np.full(n, thick)])
 
@@ -311,13 +311,13 @@ class VolumeScatterers:
 
     @property
     def _farthest(self) -> float:
-        """Greatest range heard [m]."""
+        """Greatest range received [m]."""
         apart = float(np.linalg.norm(self.ping_geometry.transmit_position - self.ping_geometry.receive_position))
         return self.scene.water.max_sound_speed * max(self.ping_geometry.recorded_delays[1], 0.0) / 2 + apart
 
     @property
     def _nearest(self) -> float:
-        """Range below which no ping hears anything, or nobody needs finer cells [m]."""
+        """Range below which nothing is recorded, or finer cells are not needed [m]."""
         start = self.ping_geometry.window[0] - self.ping_geometry.pulse.ringing_stop
         return max(MIN_RANGE, self.scene.water.min_sound_speed * start / 2)
 
@@ -331,13 +331,13 @@ class VolumeScatterers:
 
     @property
     def _relief_height(self) -> float:
-        """How far the ground stands above its mean depth, or lies below it [m]."""
+        """Largest height of the seabed above its mean depth, or depth below it [m]."""
         bed = self.scene.seabed.terrain
         return 0.0 if bed is None else max(bed.depth - bed.span[0], bed.span[1] - bed.depth)
 
 
 TOO_MANY = (
-    "water.volume_strength_db: the beams hear so much water so finely that it would take more than a hundred million "
+    "water.volume_strength_db: the beams cover so much water so finely that it would take more than a hundred million "
     "points. Shorten track.window, take a longer pulse or a wider beam, raise paths.beam_floor_db, lower "
     "paths.scatterers_per_cell, or give rows that leave clear water clear, such as [[0 m, -70], [5 m, null]]."
 )

@@ -1,6 +1,6 @@
-"""Compilation that the first run of an installation has before it: which kernels are not in numba's cache yet.
+"""Compile time of the first run of an installation: kernels that are not in numba's cache yet.
 
-One kernel stands for all those that a feature needs; whether its machine code is kept is looked up, nothing is loaded.
+One kernel represents all those that a feature needs; its cache file is looked up, nothing is loaded.
 """
 
 from pathlib import Path
@@ -18,7 +18,7 @@ class FeatureKernels(NamedTuple):
     """Kernels that a feature needs."""
 
     module: str
-    """Module of the kernel that stands for them, below `insonify`."""
+    """Module of the kernel that represents them, below `insonify`."""
     kernel: str
     """Name of that kernel."""
     seconds: float
@@ -40,11 +40,11 @@ TRACER = FeatureKernels("engines.tracer._trace_kernel", "first_hits", 20.0)
 
 
 def estimate_compile_seconds(simulator: Simulator, *, labels: bool = False) -> float:
-    """Processor time to compile what a run needs and no earlier one has left in the cache [s].
+    """Processor time to compile the kernels of a run that are not in the cache [s].
 
     Args:
         simulator: A prepared scenario.
-        labels: Whether samples are labelled.
+        labels: True if samples are labelled.
     """
     return float(sum(one.seconds for one in _needed(simulator, labels) if not _kept(one)))
 

@@ -1,7 +1,7 @@
-"""Work on the smooth faces of targets in one ping: pieces are counted as that ping would split them.
+"""Work on the smooth faces of targets in one ping, from a count of the pieces into which it divides them.
 
-How many there are depends on the wave, the beams, the window and the distance, so a sample of them is split. That
-is done once, at the ping that meets the most of the targets.
+Their number depends on wavelength, beams, window and distance, so a sample of them is divided. That is done once, at
+the ping that reaches most of the targets.
 """
 
 import numpy as np
@@ -16,11 +16,11 @@ from insonify.simulator import Simulator
 from insonify.sonar.ping_geometry import PingGeometry
 
 MOST_COUNTED = 12
-"""Targets whose pieces are counted; others are judged by their area [1]."""
+"""Targets whose pieces are counted; others are evaluated by their area [1]."""
 
 
 def facet_work(simulator: Simulator, ping_geometry: PingGeometry) -> tuple[float, float, float]:
-    """Facets on the smooth targets that one side of the sonar meets at one ping, and what they take.
+    """Number of facets on the smooth targets in reach of one side of the sonar at one ping, and their processor time.
 
     Args:
         simulator: A prepared scenario.

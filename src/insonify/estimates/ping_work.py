@@ -1,8 +1,8 @@
 """Work of one ping: scatterers, legs, pairs and transforms, counted without drawing any, and priced.
 
-The ground in reach is walked in rings and sectors; where the beams hear anything, the density of scatterers that the
-sampling asks for is added up. Targets are counted by the area of their faces, at a few pings, where beams and window
-may hear them; faces that look away are reached but send nothing back.
+The seabed in reach is divided into rings and sectors; where the gain exceeds the cutoff, the density of scatterers is
+summed. Targets are counted by the area of their faces, at a few pings, where beams and window reach them; faces turned
+away are reached but scatter nothing back.
 """
 
 from dataclasses import dataclass, replace
@@ -76,7 +76,7 @@ def ping_work(simulator: Simulator, *, labels: bool = False) -> PingWork:
 
     Args:
         simulator: A prepared scenario.
-        labels: Whether its samples are labelled too.
+        labels: True if its samples are labelled too.
     """
     total = sum((_side_work(simulator, side) for side in simulator.ping_geometries(0)), PingWork())
     total += _on_targets(simulator)
@@ -87,7 +87,7 @@ def ping_work(simulator: Simulator, *, labels: bool = False) -> PingWork:
 
 
 def label_work(simulator: Simulator) -> PingWork:
-    """Work of the labels of one ping: those of an expectation of its own, and a place for each pair."""
+    """Work of the labels of one ping: those of an expectation of its own, and a position for each pair."""
     scenario = simulator.scenario
     fewer = min(scenario.paths.scatterers_per_cell, POINTS)
     paths = scenario.paths.unchecked_copy(scatterers_per_cell=fewer, engine="eigenrays")
@@ -98,7 +98,7 @@ def label_work(simulator: Simulator) -> PingWork:
         fast = _label_swath(simulator, side)
         total += _boundaries(expected, side, label=True, seabed=fast is None) + _water(expected, side, label=True)
         total, apart = total + (fast or PingWork()), apart or fast is None
-    # by the fast path pairs share the owner's curve out
+    # in fast reverberation pairs share the curve of the object
     curves = (len(names.objects) + len(names.pairs) * apart) * scenario.sonar.channel_count
     return PingWork(total.points, total.seconds + curves * transform_seconds(simulator, expected=True), total.tiles)
 
@@ -108,7 +108,7 @@ def transform_seconds(simulator: Simulator, *, expected: bool, shapes: int = 1) 
 
     Args:
         simulator: A prepared scenario.
-        expected: Whether the series is an expected intensity.
+        expected: True if the series is an expected intensity.
         shapes: Waveforms that it is a sum of.
     """
     cells = simulator.grid.padded_samples
@@ -141,8 +141,8 @@ def _slice(simulator: Simulator, ping_geometry: PingGeometry) -> PingWork:
         kept = families_reaching(boundary, scenario.paths.followed_families)
         if boundary not in scenario.paths.contributions or _law(scenario, boundary) is None or not kept:
             continue
-        heard = receivable_range(ping_geometry, level, simulator.engine.rays, kept, rise=seen.rise(boundary))
-        points = max(heard.farthest - heard.nearest, 0.0) / (
+        reach = receivable_range(ping_geometry, level, simulator.engine.rays, kept, rise=seen.rise(boundary))
+        points = max(reach.farthest - reach.nearest, 0.0) / (
             seen.resolution.slant_resolution / seen.resolution.scatterers_per_cell
         )
         each = sum(_legs(simulator, ping_geometry, name) for name in kept)
@@ -186,7 +186,7 @@ def _boundaries(
 
 
 def _swath_seconds(steps: float, families: int) -> float:
-    """Processor time of the fast reverberation path for so many steps and families of legs [s]."""
+    """Processor time of fast reverberation for a number of steps and families of legs [s]."""
     price = unit_costs.SECONDS_PER_STEP + families * unit_costs.SECONDS_PER_STEP_LEG
     return unit_costs.SECONDS_PER_FAST_REVERBERATION + steps * price
 
@@ -228,13 +228,13 @@ def _water(simulator: Simulator, ping_geometry: PingGeometry, *, label: bool = F
     near = 1 / np.maximum(
         distance**2 + (depth - ping_geometry.transmit_position[2]) ** 2, 1.0
     )  # cells widen with the range
-    met = float(np.average(pairs[pairs > 0], weights=(distance * near)[pairs > 0])) if pairs.any() else 0.0
-    each = sum(_legs(simulator, ping_geometry, name) for name in kept) + met * pair
+    pair_count = float(np.average(pairs[pairs > 0], weights=(distance * near)[pairs > 0])) if pairs.any() else 0.0
+    each = sum(_legs(simulator, ping_geometry, name) for name in kept) + pair_count * pair
     return PingWork(count, count * (each + unit_costs.SECONDS_PER_TERRAIN_POINT * len(scenario.seabed.relief)))
 
 
 def _in_the_water(simulator: Simulator, ping_geometry: PingGeometry) -> tuple[Floats, Floats]:
-    """Horizontal distances and depths of places all over the water that the window reaches [m], shape (n,) each."""
+    """Horizontal distances and depths of positions all over the water that the window reaches [m], shape (n,) each."""
     farthest = simulator.scenario.water.max_sound_speed * ping_geometry.recorded_delays[1] / 2
     part = (np.arange(PLACES) + 0.5) / PLACES
     distance, depth = np.meshgrid(farthest * part, simulator.scenario.seabed.depth * part)
@@ -244,7 +244,7 @@ def _in_the_water(simulator: Simulator, ping_geometry: PingGeometry) -> tuple[Fl
 def _pairs_received(
     simulator: Simulator, ping_geometry: PingGeometry, kept: tuple[str, ...], distance: Floats, depth: Floats
 ) -> Floats:  # fmt: skip
-    """Number of pairs of straight legs to places, by their distance and depth [m], that fall into the window, (n,)."""
+    """Number of pairs of straight legs to positions at a distance and depth [m] within the window, (n,)."""
     lengths = []
     for end in (ping_geometry.transmit_position, ping_geometry.receive_position):
         images = np.full(len(kept), float(end[2]))
@@ -265,7 +265,7 @@ def _leg_and_pair_work(
     points: Floats,
     position: Floats,
 ) -> tuple[float, float]:
-    """A core's time for the legs to some scatterers at some distances [s], and the pairs that are met there."""
+    """Processor time of the legs to scatterers at some distances [s], and the number of pairs evaluated there."""
     drawn = boundary == "seabed" and simulator.scenario.field == "coherent"
     known = simulator.engine.family_keep_probabilities(ping_geometry, position) if drawn else None
     if known is None:
@@ -313,25 +313,25 @@ def _on_targets(simulator: Simulator, *, label: bool = False) -> PingWork:
         seen = ping_scatterers(scene, scenario.paths, scenario.seed, ping_geometry, simulator.engine.rays)
         pieces = pieces or solid_pieces(scene, ping_geometry, seen.resolution)
         drawn = seen.resolution if scenario.field == "coherent" or label else None  # labels take as few points
-        asked, facing = target_count(
+        points, facing = target_count(
             scene, scenario.paths, ping_geometry, seen.resolution.slant_resolution, simulator.engine.rays, drawn
         )
-        total += asked
-        fullest = max(fullest, (asked, ping_geometry), key=lambda one: one[0])
-        seconds += asked * sum(_legs(simulator, ping_geometry, name) for name in kept)
+        total += points
+        fullest = max(fullest, (points, ping_geometry), key=lambda one: one[0])
+        seconds += points * sum(_legs(simulator, ping_geometry, name) for name in kept)
         seconds += facing * len(kept) ** 2 * _pair_seconds(simulator, ping_geometry, label=label)
-    most, stance_there = fullest
-    if stance_there is None:
+    most, fullest_geometry = fullest
+    if fullest_geometry is None:
         return PingWork(pieces=tuple(pieces))
-    # pings that meet fewer points meet fewer facets
-    facets, split, held = facet_work(simulator, stance_there)
+    # pings that reach fewer points reach fewer facets
+    facets, split, held = facet_work(simulator, fullest_geometry)
     part = total / len(pings) / most
     return PingWork(total / len(pings) + facets * part, seconds / len(pings) + split * part, pieces=tuple(pieces),
                 facets=held)  # fmt: skip
 
 
 def _fast_reverberation_steps(simulator: Simulator, ping_geometry: PingGeometry) -> float | None:
-    """Steps along the lines of the ground by which one side is heard the quick way; None where it is not."""
+    """Steps along the lines of the seabed by which one side is received fast reverberation; None where it is not."""
     if simulator.scenario.field == "coherent" or not simulator.incoherent_accumulator(ping_geometry).is_short_pulse:
         return None
     ground = simulator.fast_reverberation(ping_geometry)
@@ -360,7 +360,8 @@ def _expected_pair_seconds(
 
 
 def _pair_seconds(
-    simulator: Simulator, ping_geometry: PingGeometry, law: object = None, boundary: Boundary = "target", *, label: bool = False
+    simulator: Simulator, ping_geometry: PingGeometry, law: object = None, boundary: Boundary = "target", *,
+    label: bool = False,
 ) -> float:  # fmt: skip
     """Processor time for one pair of legs in all channels of one side [s], by a law; None: one without angles."""
     beams = simulator.scenario.sonar.beam_count
@@ -376,13 +377,14 @@ def _pair_seconds(
 
 
 def _on_boundary(
-    ping_geometry: PingGeometry, level: float, rays: PropagationModel, families: tuple[str, ...], resolution: Resolution,
+    ping_geometry: PingGeometry, level: float, rays: PropagationModel, families: tuple[str, ...],
+    resolution: Resolution,
     scenario: Scenario, rise: float,
 ) -> tuple[Floats, Floats, float]:  # fmt: skip
-    """Scatterers at some distances [m], and tiles, in reach of window and beams: of a boundary so far [m] off level."""
+    """Scatterers at some distances [m], and tiles, in reach of window and beams, of a boundary with a rise [m]."""
     floor = float(amplitude_ratio(scenario.paths.beam_cutoff_db))
     glints = glint_spread(scenario.scene, ping_geometry.frequency)
-    if ping_geometry.receive_track_extent is not None:  # no rings about two places: its tiles are counted
+    if ping_geometry.receive_track_extent is not None:  # no rings about two positions: its tiles are counted
         widest = max_path_length(ping_geometry, scenario.water.max_sound_speed)
         found, density = tiles_in_view(
             ping_geometry,
@@ -397,41 +399,43 @@ def _on_boundary(
             glints=glints,
         )
         return density * TILE**2, np.zeros(len(density)), float(len(found.level))
-    heard = receivable_range(ping_geometry, level, rays, families, rise=rise)
-    if heard.farthest <= heard.nearest:
+    reach = receivable_range(ping_geometry, level, rays, families, rise=rise)
+    if reach.farthest <= reach.nearest:
         return np.zeros(1), np.zeros(1), 0.0
-    far = np.array([heard.farthest])
-    margin = _tile(resolution, far, heard.vertical_distance, scenario)[0] / 2  # ground comes in whole tiles
-    outer = heard.farthest + margin
-    edges = np.geomspace(max(heard.nearest - margin, outer * 1e-3), outer, RINGS + 1)
+    far = np.array([reach.farthest])
+    margin = _tile(resolution, far, reach.vertical_distance, scenario)[0] / 2  # ground comes in whole tiles
+    outer = reach.farthest + margin
+    edges = np.geomspace(max(reach.nearest - margin, outer * 1e-3), outer, RINGS + 1)
     middle = np.sqrt(edges[:-1] * edges[1:])
-    tile = _tile(resolution, middle, heard.vertical_distance, scenario)
+    tile = _tile(resolution, middle, reach.vertical_distance, scenario)
     azimuth = (np.arange(SECTORS) + 0.5) * 2 * np.pi / SECTORS
     position = np.stack(np.broadcast_arrays(middle[:, None] * np.cos(azimuth), middle[:, None] * np.sin(azimuth)), -1)
     half = np.hypot(np.diff(edges), middle * 2 * np.pi / SECTORS) / 2 + tile / 2
     bound = two_way_gain_bound(
-        position.reshape(-1, 2) + ping_geometry.transmit_position[:2], np.repeat(half, SECTORS), ping_geometry, level, rays, families,
+        position.reshape(-1, 2) + ping_geometry.transmit_position[:2], np.repeat(half, SECTORS), ping_geometry, level,
+        rays, families,
         rise=rise, glints=glints,
     )  # fmt: skip
-    loud = (bound >= floor).reshape(RINGS, SECTORS)
+    in_beam = (bound >= floor).reshape(RINGS, SECTORS)
     ground = np.pi * np.diff(edges**2)
-    tiles = ground * loud.mean(axis=1) / tile**2
-    loudness = BeamImportance(
-        ping_geometry, level, rays, families, scenario.seabed.scatterer_grid, outer, scenario.paths.importance_sampling, glints
+    tiles = ground * in_beam.mean(axis=1) / tile**2
+    importance = BeamImportance(
+        ping_geometry, level, rays, families, scenario.seabed.scatterer_grid, outer,
+        scenario.paths.importance_sampling, glints
     )  # fmt: skip
     if scenario.field == "incoherent":
         wide = min(resolution.beam_width, polar_grid.MAX_CELL_WIDTH) / np.sqrt(resolution.scatterers_per_cell)
         cell = (
             resolution.slant_resolution
             / np.sqrt(resolution.scatterers_per_cell)
-            * np.hypot(middle, heard.vertical_distance)
+            * np.hypot(middle, reach.vertical_distance)
             * wide
         )
-        tiles = ground * loud.mean(axis=1) / (cell * polar_grid.RINGS_PER_TILE * polar_grid.SECTORS_PER_TILE)
+        tiles = ground * in_beam.mean(axis=1) / (cell * polar_grid.RINGS_PER_TILE * polar_grid.SECTORS_PER_TILE)
     else:
-        cell = np.maximum(resolution.cell_area(middle, heard.vertical_distance), MIN_CELL_SIZE)
+        cell = np.maximum(resolution.cell_area(middle, reach.vertical_distance), MIN_CELL_SIZE)
     return (
-        ground * np.minimum(loudness.mean_keep_probability(middle), loud.mean(axis=1)) / cell,
+        ground * np.minimum(importance.mean_keep_probability(middle), in_beam.mean(axis=1)) / cell,
         middle,
         float(tiles.sum()),
     )
@@ -440,6 +444,6 @@ def _on_boundary(
 def _tile(resolution: Resolution, distance: Floats, height: float, scenario: Scenario) -> Floats:
     """Side of the tiles that the sampling wants at some distances [m], shape (n,)."""
     pitch = np.sqrt(resolution.cell_area(distance, height))
-    if scenario.field == "coherent":  # the lattice's cells come in powers of two
+    if scenario.field == "coherent":  # the scatterer grid's cells come in powers of two
         pitch = BASE_PITCH * 2.0 ** np.maximum(np.floor(np.log2(pitch / BASE_PITCH)), FINEST_LEVEL)
     return np.asarray(TILE * pitch)

@@ -1,6 +1,6 @@
-"""Cost of a run before it is begun: processor time, memory, disk, and the compilation that is still to be done.
+"""Cost of a run before its start: processor time, memory, disk, and outstanding compilation.
 
-All is that of the whole command: its start, every ping with its labels, what is written. Good to a factor of two; the
+All is that of the whole command: its start, every ping with its labels, and writing. Accurate to a factor of two; the
 work of a ping is counted by `insonify.estimates.ping_work`, operations are priced by `insonify.estimates.unit_costs`.
 """
 
@@ -61,11 +61,11 @@ def estimate_cost(scenario: Scenario, *, labels: bool = False, threads: int | No
 
     Args:
         scenario: The scenario.
-        labels: Whether labels are wanted that the scenario itself does not ask for.
+        labels: True if labels are wanted that the scenario itself does not request.
         threads: Threads of the run; None: one for each core.
 
     Returns:
-        The cost of all its pings, judged by the first of them, and for targets by a few.
+        The cost of all its pings, evaluated by the first of them, and for targets by a few.
     """
     simulator = build_simulator(scenario)
     labelled = (labels or scenario.output.labels) and scenario.sonar.receiver.record != "elements"
@@ -155,7 +155,7 @@ def _disk_of(simulator: Simulator, labelled: bool) -> float:
 
 
 def _memory() -> float:
-    """Memory of this machine [bytes]; endless where the system does not say."""
+    """Memory of this machine [bytes]; infinite where the system does not report it."""
     try:
         return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
     except (ValueError, OSError, AttributeError):

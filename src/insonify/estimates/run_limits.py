@@ -10,12 +10,12 @@ from insonify.simulator import build_simulator
 
 
 def run_refusal(scenario: Scenario, whole: RunCost, *, labels: bool = False) -> str:
-    """Why a run of a scenario would be refused, and what to change; empty where it can be run.
+    """Reason to refuse a run of a scenario, and the remedy; empty where it can be run.
 
     Args:
         scenario: The scenario.
         whole: Its cost.
-        labels: Whether labels are wanted that the scenario itself does not ask for.
+        labels: True if labels are wanted that the scenario itself does not request.
     """
     if labels and scenario.sonar.receiver.record == "elements":
         return (

@@ -1,6 +1,6 @@
 """Processor time and memory of single operations, by which `insonify.estimates.run_cost` prices a run.
 
-Measured on a plain x86 core of the 2020s; `python benchmarks/run.py estimate` holds the sums against runs.
+Measured on a plain x86 core of the 2020s; `python benchmarks/run.py estimate` compares the sums with runs.
 """
 
 START_SECONDS = 2.8
@@ -14,7 +14,7 @@ SECONDS_PER_LEG, SECONDS_PER_PAIR = 0.06e-6, 0.06e-6
 SECONDS_PER_EXPECTED_PAIR = 0.24e-6
 """One pair in one channel of an expectation outside the fast path: its energy is spread over the pulse [s]."""
 SECONDS_PER_GLINT_PAIR = 0.12e-6
-"""The same where a leg has met a moving surface: each of its glints makes pairs of its own [s]."""
+"""The same for legs off a moving surface: each of their glints makes pairs of its own [s]."""
 SECONDS_PER_SECTION = 0.5e-6
 """Cross section of one pair by a law other than Lambert's [s]."""
 SECONDS_PER_PAIR_APART, SECONDS_PER_SURFACE_SECTION = 1.4e-6, 5e-6
@@ -40,13 +40,13 @@ SECONDS_PER_REFRACTED_LEG = 0.5e-6
 SECONDS_PER_RAY = 6.5e-6
 """One ray of the tracer, followed to its end [s]."""
 SECONDS_PER_PIECE = 1.8e-6
-"""One of the pieces that bodies are cut into, once, before points are laid on them [s]."""
+"""One of the pieces into which bodies are divided, once, before points are placed on them [s]."""
 LABEL_SWATH_SECONDS, SECONDS_PER_LABEL_STEP_LEG = 2e-3, 0.09e-6
 """Labels of the seabed by the fast path, more than its energies: for any ping and side, for each leg to a step [s]."""
 SECONDS_PER_LABEL = 0.15e-6
 """One pair in one channel, labelled [s]."""
 SECONDS_PER_SLICE_PING = 0.02
-"""One ping of a slice, but for its points [s]."""
+"""One ping of a slice without its points [s]."""
 
 SECONDS_PER_FACET, SECONDS_PER_SPECULAR_PAIR = 11e-6, 0.15e-6
 """One facet of a smooth target, split from its face, and one of its pairs in one channel [s]."""
@@ -54,7 +54,7 @@ SECONDS_PER_FACET, SECONDS_PER_SPECULAR_PAIR = 11e-6, 0.15e-6
 BYTES_OF_PROGRAM = 310e6
 """Python with the libraries and kernels of a run."""
 BYTES_PER_TILE = 2500
-"""A tile of the ground while the tiles of a ping are searched for, and as a block in waiting."""
+"""A tile of the seabed while the tiles of a ping are searched for, and as a block in waiting."""
 BYTES_PER_LEG, BYTES_PER_PAIR, BYTES_PER_WAVE_LEG = 350, 40, 8000
 """Columns of one leg, of one pair, and of one leg off explicit waves, in a block that a thread works on."""
 BYTES_OF_RELIEF = 80e6

@@ -14,7 +14,7 @@ from insonify.sonar.ping_geometry import PingGeometry
 
 Floats = NDArray[np.float64]
 AT_ONCE = 4096
-"""Arrivals whose phases at all elements are worked out together."""
+"""Arrivals whose phases at all elements are computed together."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,23 +28,23 @@ class FormedBeam:
     channels: NDArray[np.int64]
     """Rows of the elements in the recording, shape (n,)."""
     offset: Floats
-    """Places of the elements from the reference one, in the body's axes [m], shape (n, 3)."""
+    """Positions of the elements from the reference one, in the body's axes [m], shape (n, 3)."""
     reference: int
-    """Row of the element next to their middle, whose arrivals are worked out."""
+    """Row of the element next to their middle, whose arrivals are computed."""
     sound_speed: float
     """Sound speed that the beam is formed with [m/s]."""
     rotation: Floats
-    """Of the platform at the start of the ping, body to world, shape (3, 3)."""
+    """Attitude of the platform at the start of the ping, body to world, shape (3, 3)."""
     centre_frequency: float
-    """Of the recording's baseband [Hz]."""
+    """Sample rate of the recording's baseband [Hz]."""
 
     def factor(self, arrivals: Arrivals, ping_geometry: PingGeometry, time: float) -> NDArray[np.complex128]:
         """Pressure of each arrival in the beam over that at the reference element [1], shape (n,).
 
-        Narrow band: the phase of the carrier at each element, from a place at half the arrival's way.
+        Narrow band: the phase of the carrier at each element, from a position at half the arrival's way.
 
         Args:
-            arrivals: Paths as the reference element hears them.
+            arrivals: Paths as the reference element receives them.
             ping_geometry: The sonar at that ping.
             time: Time of the sample, which sets the focus [s].
         """
@@ -63,7 +63,7 @@ class FormedBeam:
         return found
 
     def recorded(self, pressure: xr.DataArray, time: float) -> complex:
-        """The sample of the beam, formed of what the elements recorded [uPa].
+        """Sample of the beam, formed of the recorded elements [uPa].
 
         Args:
             pressure: Of one ping, over (channel, time), with its coordinates.

@@ -1,7 +1,7 @@
-"""Why a sample is what it is: the arrivals behind it, each with its sonar equation in decibels.
+"""Explanation of a sample: the arrivals behind it, each with its sonar equation in decibels.
 
-The recording carries its scenario; from that the paths are found again, and each is followed from the source
-level to the sample. Added with their phases they give back the recorded pressure, noise aside.
+The recording carries its scenario; the paths are computed again from it, and each is followed from the source level to
+the sample. Their coherent sum is the recorded pressure without noise.
 """
 
 import numpy as np
@@ -20,9 +20,9 @@ from insonify.synthesis.waveform_basis import waveform_basis
 from insonify.units import level_db
 
 RINGING = 20.0
-"""How long before and after the pulse its filter's ringing is followed [1 / band]."""
+"""Time before and after the pulse within which its filter's ringing is followed [1 / band]."""
 SHOWN = 6
-"""Kinds of arrivals (owner and pair of families) that are written out."""
+"""Kinds of arrivals (object and pair of families) that are written out."""
 STRONGEST = 3
 """Arrivals of each kind that are written out."""
 TERMS = ("source", "t beam", "r beam", "spread", "absorb", "bounce", "scatter", "pulse", "level")
@@ -30,7 +30,7 @@ TERMS = ("source", "t beam", "r beam", "spread", "absorb", "bounce", "scatter", 
 LEAST = 0.05
 """Loss by soft edges from which on they have a column of their own [dB]."""
 SURFACE_RAYS = {"statistical": "is a glint", "explicit": "has another bounce point of the waves, or is a glint"}
-"""What further rays of a family are, by `Surface.reflection`; off one plane there are none."""
+"""Kind of a family's further rays, by `Surface.reflection`; off one plane there are none."""
 NOTE = "distance: straight from the receiver to the scatterer; level: the sum of the columns before it"
 
 
@@ -61,23 +61,23 @@ class SampleArrivals:
             factor * arrival_weights(near, self.ping_geometry, self.channel, band) for band in range(len(waveforms))
         ]
         pressure = np.asarray(sum(weight * part for weight, part in zip(weights, waveforms, strict=True)))
-        heard = pressure != 0  # the rest is behind the array, or its pulse has ended
-        self.paths = near.take(heard)
-        self.shape: NDArray[np.complex128] = waveforms.sum(axis=0)[heard]
-        self.pressure: NDArray[np.complex128] = pressure[heard]
-        self.array_factor: NDArray[np.complex128] = factor[heard]
+        received = pressure != 0  # the rest is behind the array, or its pulse has ended
+        self.paths = near.take(received)
+        self.shape: NDArray[np.complex128] = waveforms.sum(axis=0)[received]
+        self.pressure: NDArray[np.complex128] = pressure[received]
+        self.array_factor: NDArray[np.complex128] = factor[received]
 
     def sonar_equation_terms(self) -> NDArray[np.float64]:
         """Terms of each arrival's sonar equation [dB], shape (n, 9), see `TERMS`."""
         p = self.paths
         middle = p.amplitude.shape[1] // 2
-        sent, heard = beam_gains(p, self.ping_geometry, self.channel, middle)
-        # what the jitter of amplitudes adds has no column of its own: it goes with the scattering
+        transmit_gain, receive_gain = beam_gains(p, self.ping_geometry, self.channel, middle)
+        # jitter of amplitudes has no column of its own: it is part of the scattering
         bare = p.spreading * p.absorption * np.abs(p.reflection_coefficient)
         scattering = np.abs(p.amplitude[:, middle]) / np.maximum(bare, 1e-300)
         factors = [
-            sent,
-            heard * self.array_factor,
+            transmit_gain,
+            receive_gain * self.array_factor,
             p.spreading,
             p.absorption,
             p.reflection_coefficient,
@@ -93,7 +93,7 @@ class SampleArrivals:
     def extra_columns(self) -> dict[str, NDArray[np.float64]]:
         """Further columns by name, each of shape (n,), those only in which anything stands.
 
-        `edges` [dB]: what soft edges of shadows take, both ways, jitter of amplitudes included; `budget` has it in
+        `edges` [dB]: what soft edges of shadows take, both paths, jitter of amplitudes included; `budget` has it in
         the scattering. `caustic` [deg]: 90 for each caustic touched; near one, the phase itself has a little less.
         """
         p = self.paths
@@ -123,9 +123,9 @@ def explain_sample(
         dataset: A recording that carries its scenario.
         ping: Number of the ping.
         time: Time after the start of transmission [s]; the nearest sample is taken.
-        channel: Which beam or element; by default the one in which that sample is loudest.
+        channel: Which beam or element; by default the one in which that sample is strongest.
         bearing: Where a beam looks that is formed of all recorded elements, clockwise from the bow [rad]; None: the
-            channel by itself, which hears all bearings.
+            channel by itself, which receives all bearings.
 
     Returns:
         A table of the strongest arrivals, their groups, and how they add up to the sample. Of a recording by the
@@ -154,7 +154,7 @@ def explain_sample(
     behind = SampleArrivals(scenario, ping, when, chosen, formed=formed)
     if formed is not None:
         recorded = formed.recorded(sample, when)
-    why = f", the loudest of {len(values)}" if channel is None and len(values) > 1 else ""
+    why = f", the strongest of {len(values)}" if channel is None and len(values) > 1 else ""
     side = {-1: "port, ", 0: "", 1: "starboard, "}[scenario.sonar.channel_sides[chosen]]
     beam = f"{side}beam {chosen} ({np.degrees(float(dataset['steer'][chosen])):+g} deg{why})"
     if scenario.sonar.receiver.record == "elements":
@@ -163,12 +163,12 @@ def explain_sample(
         beam = f"beam of {len(formed.offset)} elements towards {np.degrees(formed.bearing):+g} deg from the bow"
     count = len(behind.paths)
     head = f"ping {ping}, {beam}, {when * 1e3:.3f} ms: {count or 'no'} arrival{'s' * (count != 1)}\n"
-    told = [_table(behind), "", *_notes(behind), ""] if count else []
-    return "\n".join([head, *told, _verdict(behind, recorded, name)])
+    body = [_table(behind), "", *_notes(behind), ""] if count else []
+    return "\n".join([head, *body, _verdict(behind, recorded, name)])
 
 
 def _notes(behind: SampleArrivals) -> list[str]:
-    """What the columns of the table mean, those that need it."""
+    """Meaning of the columns of the table that need explanation."""
     extras, notes = behind.extra_columns(), [NOTE]
     rays = SURFACE_RAYS.get(behind.simulator.scenario.surface.reflection)
     if rays and np.any(behind.paths.bounces):
@@ -181,16 +181,16 @@ def _notes(behind: SampleArrivals) -> list[str]:
 
 
 def _kinds(behind: SampleArrivals) -> dict[tuple[str, str], NDArray[np.int64]]:
-    """Rows of the arrivals by owner and pair of families, the most energetic kind first."""
+    """Rows of the arrivals by object and pair of families, the most energetic kind first."""
     p = behind.paths
     legs = np.stack([p.transmit_family, p.receive_family], axis=1)
     kind = {(str(out), str(back)): pair_name(str(out), str(back)) for out, back in np.unique(legs, axis=0)}
     pair = np.array([kind[str(out), str(back)] for out, back in legs], "<U25")
     power = np.abs(behind.pressure) ** 2
     found = {}
-    for owner in np.unique(p.object):
-        for name in np.unique(pair[p.object == owner]):
-            found[str(owner), str(name)] = np.flatnonzero((p.object == owner) & (pair == name))
+    for label in np.unique(p.object):
+        for name in np.unique(pair[p.object == label]):
+            found[str(label), str(name)] = np.flatnonzero((p.object == label) & (pair == name))
     return dict(sorted(found.items(), key=lambda item: -power[item[1]].sum()))
 
 
@@ -211,11 +211,11 @@ def _table(behind: SampleArrivals) -> str:
         widest + "".join(f"{name:>8s}" for name in phases) + shift[0],
         f"{'ms':>9s}{'m':>18s}" + f"{'dB':>8s}" * len(names) + f"{'deg':>8s}" * len(phases) + shift[1],
     ]
-    for (owner, pair), rows in list(kinds.items())[:SHOWN]:
+    for (label, pair), rows in list(kinds.items())[:SHOWN]:
         apart, together = float(np.sum(strength[rows] ** 2)), float(abs(behind.pressure[rows].sum()) ** 2)
         count = f"{len(rows)} arrival{'s' * (len(rows) != 1)}"
         sums = f"incoherent sum {_db(apart)} dB, coherent sum {_db(together)} dB re 1 uPa"
-        lines.append(f"{owner} {pair}: {count}, {sums}")
+        lines.append(f"{label} {pair}: {count}, {sums}")
         strongest = rows[np.argsort(-strength[rows], kind="stable")[:STRONGEST]]
         more = [("" if turned is None else f"{turned[row]:8.0f}") + _shift(behind, int(row)) for row in strongest]
         lines += [_line(behind, int(row), terms[row]) + end for row, end in zip(strongest, more, strict=True)]
@@ -238,14 +238,14 @@ def _line(behind: SampleArrivals, row: int, terms: NDArray[np.float64]) -> str:
 
 
 def _shift(behind: SampleArrivals, row: int) -> str:
-    """By how much the carrier of one arrival is shifted, where the sonar is under way [Hz]."""
+    """Doppler shift of the carrier of one arrival on a moving sonar [Hz]."""
     return (
         "" if behind.ping_geometry.is_static else f"{behind.paths.doppler[row] * behind.ping_geometry.frequency:8.1f}"
     )
 
 
 def _verdict(behind: SampleArrivals, recorded: complex, name: str) -> str:
-    """How the arrivals add up, beside what was recorded."""
+    """Sum of the arrivals, compared with the recorded sample."""
     if name == "intensity":
         rest = float(np.real(recorded)) - behind.mean_square()
         lines = [("all arrivals, expected", behind.mean_square()), ("recorded", float(np.real(recorded)))]
@@ -262,7 +262,7 @@ def _verdict(behind: SampleArrivals, recorded: complex, name: str) -> str:
 
 
 def _residual(scenario: Scenario, name: str) -> str:
-    """What the recorded sample holds beyond its arrivals."""
+    """Contributions to the recorded sample beyond its arrivals."""
     water, receiver = scenario.water, scenario.sonar.receiver
     silent = water.noise_level_db is None and water.noise is None and receiver.self_noise is None
     parts = [] if silent else ["noise"]

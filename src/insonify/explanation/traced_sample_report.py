@@ -8,7 +8,7 @@ from insonify.synthesis.level_curves import ALL
 from insonify.units import level_db
 
 FAINTEST = 60.0
-"""Curves so far below the strongest one are left out [dB]."""
+"""Level below the strongest curve at which curves are omitted [dB]."""
 WHY = (
     "The tracer's rays carry energies and no phases, so that no arrival can be named by itself; for the paths behind a "
     "sample write engine: eigenrays under paths and run again"
@@ -34,7 +34,7 @@ def traced_sample_report(scenario: Scenario, ping: int, channel: int, time: floa
     there = sorted((row for row in rows if np.isfinite(row[0]) and row[1] != "total"), reverse=True)
     shown = [row for row in there if row[0] > there[0][0] - FAINTEST] if there else []
     lines = [
-        f"ping {ping}, beam {channel}, {time * 1e3:.3f} ms: expected levels of rays by contribution and paths out and back"
+        f"ping {ping}, beam {channel}, {time * 1e3:.3f} ms: expected levels of rays by contribution and pair of paths"
     ]
     lines += [f"  {contribution:<10s} {'all pairs' if pair == ALL else pair:<10s} {level:8.1f} dB re 1 uPa"
               for level, contribution, pair in shown]  # fmt: skip

@@ -1,6 +1,6 @@
-"""The second engine: rays thrown from the sonar and followed from mirror to mirror, to check the first one by.
+"""Tracer: a second engine that follows rays from the sonar from reflection to reflection, to verify the first.
 
-It also knows what the first does not: echoes between targets and the seabed.
+It also includes echoes between targets and the seabed, which the eigenray engine does not.
 """
 
 from insonify.engines.tracer.engine import Tracer

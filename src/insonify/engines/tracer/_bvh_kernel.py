@@ -1,7 +1,7 @@
-"""Where a straight ray first meets triangles. Plain numbers and arrays only.
+"""First intersection of a straight ray with triangles. Plain numbers and arrays only.
 
-Triangles lie in boxes within boxes, halved at the median of their longest side, in depth-first order; a box that is
-missed is stepped over with all that it holds.
+Triangles lie in a hierarchy of boxes, halved at the median of their longest side, in depth-first order; a box that a
+ray misses is skipped with all its content.
 """
 
 import math
@@ -17,7 +17,7 @@ Floats = NDArray[np.float64]
 LEAF = 4
 """Most triangles of a box that is not divided."""
 CLEARANCE = 1e-6
-"""A ray does not meet what it has just left [m]."""
+"""Distance below which an intersection is that with the face just left [m]."""
 
 
 class TriangleBvh(NamedTuple):
@@ -32,7 +32,7 @@ class TriangleBvh(NamedTuple):
     first: NDArray[np.int64]
     """First triangle of a box that is not divided, (m,)."""
     triangle_count: NDArray[np.int64]
-    """How many it holds; 0 for boxes of boxes, (m,)."""
+    """Number of triangles in each leaf; 0 for inner nodes, (m,)."""
     corner: Floats
     """One corner of each triangle [m], (t, 3)."""
     edge1: Floats
@@ -41,16 +41,16 @@ class TriangleBvh(NamedTuple):
     """The side from it to the third [m], (t, 3)."""
     normal: Floats
     """Unit normal outwards [1], (t, 3)."""
-    owner: NDArray[np.int64]
+    body_row: NDArray[np.int64]
     """Whom each belongs to, (t,)."""
 
 
-def build_bvh(corners: Floats, owner: NDArray[np.int64]) -> TriangleBvh:
+def build_bvh(corners: Floats, body_row: NDArray[np.int64]) -> TriangleBvh:
     """Triangles sorted into boxes.
 
     Args:
         corners: Corners of each triangle, counter-clockwise from outside [m], shape (t, 3, 3).
-        owner: Whom each belongs to, shape (t,).
+        body_row: Row of the body of each triangle, shape (t,).
     """
     middle, lows, highs = corners.mean(axis=1), corners.min(axis=1), corners.max(axis=1)
     boxes: list[tuple[Floats, Floats, int, int, int]] = []  # low, high, beyond, first, count
@@ -82,7 +82,9 @@ def build_bvh(corners: Floats, owner: NDArray[np.int64]) -> TriangleBvh:
     skip_to, first, count = (np.array([box[k] for box in boxes], np.int64) for k in (2, 3, 4))
     length = np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-300)
     corner, edge1, edge2, normal = (np.ascontiguousarray(part) for part in (a, b - a, c - a, across / length))
-    return TriangleBvh(low, high, skip_to, first, count, corner, edge1, edge2, normal, owner[ranked].astype(np.int64))
+    return TriangleBvh(
+        low, high, skip_to, first, count, corner, edge1, edge2, normal, body_row[ranked].astype(np.int64)
+    )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -111,7 +113,7 @@ def bvh_hit(
 def _box_hit(  # type: ignore[no-untyped-def]
     x, y, z, u, v, w, farthest, low, high
 ):
-    """Whether a ray goes through a box within a distance."""
+    """Return True if a ray goes through a box within a distance."""
     near, far = 0.0, farthest
     for at, way, least, most in ((x, u, low[0], high[0]), (y, v, low[1], high[1]), (z, w, low[2], high[2])):
         if way == 0.0:

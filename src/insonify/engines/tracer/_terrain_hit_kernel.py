@@ -1,8 +1,8 @@
-"""Where a straight ray first meets uneven ground: a march over squares of heights. Plain numbers and arrays only.
+"""First intersection of a straight ray with terrain, by a march over tiles of heights. Plain numbers and arrays only.
 
-The heights of the bed stand on square pieces of a map. Each piece knows the highest point of itself and of its
-blocks of cells, so a ray above them steps over whole squares; only in cells that it may touch is it compared with the
-ground, which is bilinear between the nodes. Where a piece is not there yet it is marked as wanted and passed over.
+Heights of the seabed lie on square tiles of a map. Each tile has the highest point of itself and of its blocks of
+cells, so a ray above them steps over whole squares; only in cells that it may touch is it compared with the terrain,
+which is bilinear between the nodes. A tile that is not loaded yet is marked as missing and passed over.
 """
 
 import math
@@ -21,7 +21,7 @@ BLOCK = 8
 NUDGE = 1e-7
 """Distance by which a ray is moved over the border of a square [m]."""
 MAX_START_DEPTH = 1e-4
-"""A ray that starts no deeper than this in the ground stands on it [m]."""
+"""A ray that starts no deeper than this in the seabed stands on it [m]."""
 HALVINGS = 24
 
 
@@ -29,7 +29,7 @@ class TerrainTiles(NamedTuple):
     """Heights about the mean plane, in pieces, and how to find them."""
 
     depth: float
-    """Of the mean plane [m]."""
+    """Depth of the mean plane [m]."""
     cell: float
     """Side of a cell [m]; 0 for a flat bed, which needs none of the rest."""
     low: float
@@ -55,18 +55,18 @@ def terrain_hit(
     x: float, y: float, z: float, u: float, v: float, w: float, start: float, stop: float, ground: TerrainTiles,
     missing: NDArray[np.bool_],
 ) -> float:  # fmt: skip
-    """Distance along a ray at which it first meets the ground, infinite where it does not before `stop` [m].
+    """Distance along a ray at which it first reaches the seabed, infinite where it does not before `stop` [m].
 
     Args:
         x: First coordinate of the ray's origin, in the frame of the map [m].
         y: Second coordinate [m].
         z: Depth [m].
         u: Components of its unit vector [1].
-        v: Likewise.
-        w: Likewise, positive down.
+        v: Second coordinate in the same frame [m].
+        w: Third coordinate, positive down [m].
         start: Distance from which on it is tested [m].
         stop: Distance up to which it is tested [m].
-        ground: The ground.
+        ground: The seabed.
         missing: Pieces that are not there and may matter are marked, shape of `ground.row_of`.
     """
     if ground.cell == 0.0:
@@ -153,7 +153,7 @@ def _height_above(  # type: ignore[no-untyped-def]
 def _bisect_hit(  # type: ignore[no-untyped-def]
     x, y, z, u, v, w, above, below, i, j, row, ground
 ):
-    """Distance at which a ray goes into the ground of one cell, between two at which it is above and below [m]."""
+    """Distance at which a ray goes into the seabed of one cell, between two at which it is above and below [m]."""
     for _ in range(HALVINGS):
         middle = (above + below) / 2
         if _height_above(x, y, z, u, v, w, middle, i, j, row, ground) > 0:
@@ -165,7 +165,7 @@ def _bisect_hit(  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def terrain_normal(x: float, y: float, ground: TerrainTiles, missing: NDArray[np.bool_]) -> tuple[float, float, float]:
-    """Unit normal of the ground at a place, in the frame of the map, depth downwards [1]; arguments as of the march."""
+    """Unit normal of the seabed at a position, in the frame of the map, depth downwards [1]."""
     if ground.cell == 0.0:
         return 0.0, 0.0, -1.0
     cells = ground.tiles.shape[1] - 1

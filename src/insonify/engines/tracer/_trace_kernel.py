@@ -1,4 +1,4 @@
-"""Straight rays between bed, surface and bodies: what they meet first, and whether a way is clear."""
+"""Straight rays between seabed, surface and bodies: their first hits, and whether a path is clear."""
 
 import math
 
@@ -16,22 +16,23 @@ NOTHING, BED, SURFACE, BODY = 0, 1, 2, 3
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def first_hits(
-    origin: Floats, way: Floats, farthest: Floats, ground: TerrainTiles, bodies: TriangleBvh, missing: NDArray[np.bool_],
-    distance: Floats, hit_kind: NDArray[np.int8], owner: NDArray[np.int64], normal: Floats,
+    origin: Floats, way: Floats, farthest: Floats, ground: TerrainTiles, bodies: TriangleBvh,
+    missing: NDArray[np.bool_],
+    distance: Floats, hit_kind: NDArray[np.int8], body_row: NDArray[np.int64], normal: Floats,
 ) -> None:  # fmt: skip
-    """What rays meet first.
+    """First hits of rays.
 
     Args:
         origin: Where they start [m], (n, 3).
         way: Unit vectors [1], (n, 3).
-        farthest: Distance beyond which nothing matters [m], (n,).
-        ground: The bed.
+        farthest: Distance beyond which no hit is searched [m], (n,).
+        ground: The seabed.
         bodies: Triangles of all bodies.
-        missing: Pieces of the ground that are not there are marked.
-        distance: Result, distance to what is met [m], (n,).
+        missing: Pieces of the seabed that are not there are marked.
+        distance: Result, distance to the hit [m], (n,).
         hit_kind: Result, NOTHING, BED, SURFACE or BODY, (n,).
-        owner: Result, owner of the triangle met, -1 for none, (n,).
-        normal: Result, unit normal of what is met, into the water [1], (n, 3).
+        body_row: Result, row of the body hit, -1 for none, (n,).
+        normal: Result, unit normal at the hit, into the water [1], (n, 3).
     """
     for n in range(farthest.size):
         x, y, z = origin[n]
@@ -39,16 +40,16 @@ def first_hits(
         far, kind, row = farthest[n], NOTHING, -1
         if w < 0 and -z / w < far:
             far, kind = -z / w, SURFACE
-        if bodies.owner.size > 0:
+        if bodies.body_row.size > 0:
             far, row = bvh_hit(x, y, z, u, v, w, far, bodies)
             if row >= 0:
                 kind = BODY
         bed = terrain_hit(x, y, z, u, v, w, 0.0, far, ground, missing)
         if bed < far:
             far, kind, row = bed, BED, -1
-        distance[n], hit_kind[n], owner[n] = far, kind, -1
+        distance[n], hit_kind[n], body_row[n] = far, kind, -1
         if kind == BODY:
-            owner[n] = bodies.owner[row]
+            body_row[n] = bodies.body_row[row]
             normal[n] = bodies.normal[row]
         elif kind == BED:
             normal[n, 0], normal[n, 1], normal[n, 2] = terrain_normal(x + u * far, y + v * far, ground, missing)
@@ -61,19 +62,19 @@ def clear_image_paths(
     end: Floats, place: Floats, bottom: NDArray[np.bool_], wavelength: float, ground: TerrainTiles, bodies: TriangleBvh,
     missing: NDArray[np.bool_], clear: NDArray[np.bool_],
 ) -> None:  # fmt: skip
-    """Whether mirrored ways between one end of the sonar and some places are clear, one straight part after another.
+    """Return True if reflected paths between one end of the sonar and some positions are clear, segment by segment.
 
-    Ground within half the first Fresnel zone of a bounce on the bed is the mirror itself, and hides nothing.
+    Terrain within half the first Fresnel zone of a bounce on the seabed is the reflecting surface, and hides nothing.
 
     Args:
         end: The sonar's end [m], (3,).
-        place: The places [m], (n, 3).
-        bottom: For each bounce from the sonar outwards, whether it is off the bed or off the surface, (bounces,).
-        wavelength: Of the sound [m].
-        ground: The bed.
+        place: The positions [m], (n, 3).
+        bottom: For each bounce from the sonar outwards, whether it is off the seabed or off the surface, (bounces,).
+        wavelength: Acoustic wavelength [m].
+        ground: The seabed.
         bodies: Triangles of all bodies.
-        missing: Pieces of the ground that are not there are marked.
-        clear: Which are asked for; False where something stands in the way, (n,).
+        missing: Pieces of the seabed that are not there are marked.
+        clear: Which are requested; False where something stands in the way, (n,).
     """
     bounces = bottom.size
     for n in range(place.shape[0]):
@@ -92,7 +93,8 @@ def clear_image_paths(
                     sine = climb / length
                     zone = math.sqrt(wavelength * length * max(passed * (1 - passed), 0.0)) / sine
                     margin = zone / max(math.sqrt(1 - sine * sine), 1e-9)
-            if not _segment_clear(end[0] + done * dx, end[1] + done * dy, z, end[0] + passed * dx, end[1] + passed * dy, goal,
+            if not _segment_clear(end[0] + done * dx, end[1] + done * dy, z, end[0] + passed * dx,
+            end[1] + passed * dy, goal,
                          skip, margin, ground, bodies, missing):  # fmt: skip
                 clear[n] = False
                 break
@@ -114,16 +116,16 @@ def _vertical_path(start: float, stop: float, bottom: NDArray[np.bool_], depth: 
 def _segment_clear(  # type: ignore[no-untyped-def]
     x, y, z, to_x, to_y, to_z, skip, margin, ground, bodies, missing
 ):
-    """Whether nothing stands between two points; ground near either end may be left out by a margin [m]."""
+    """Return True if no terrain or body is between two points; terrain within a margin [m] of either end is ignored."""
     u, v, w = to_x - x, to_y - y, to_z - z
     length = math.sqrt(u * u + v * v + w * w)
     if length <= 2 * CLEARANCE:
         return True
     u, v, w = u / length, v / length, w / length
-    if bodies.owner.size > 0 and bvh_hit(x, y, z, u, v, w, length - CLEARANCE, bodies)[1] >= 0:
+    if bodies.body_row.size > 0 and bvh_hit(x, y, z, u, v, w, length - CLEARANCE, bodies)[1] >= 0:
         return False
     if ground.cell == 0.0:
         return True
-    # Walked from the place to the sonar: where a ray starts on the ground, it may touch it.
+    # Walked from the position to the sonar: where a ray starts on the seabed, it may touch it.
     hit = terrain_hit(to_x, to_y, to_z, -u, -v, -w, margin, length - skip, ground, missing)
     return hit == math.inf

@@ -1,4 +1,4 @@
-"""The way back: what interfaces scatter of the rays that meet them, towards the receiver by every family."""
+"""Receive legs of the tracer: scattering at the interfaces that rays hit, towards the receiver by every family."""
 
 from collections.abc import Iterator
 
@@ -15,19 +15,20 @@ from insonify.units import intensity_ratio
 Floats = NDArray[np.float64]
 
 OWN_BOUNCE = {"seabed": "B", "surface": "S", "target": "-"}
-"""Mirrors that an interface does not answer through: its own, right at the place, is part of its law."""
+"""Bounces excluded from receive legs of an interface: a reflection at the scatterer itself is part of its law."""
 
 
 def echoes(ping: TracedPing, hits: RayHits) -> Iterator[EchoEnergies]:
-    """What gets back to the receiver of some hits, family by family.
+    """Echoes of some hits at the receiver, family by family.
 
     A way out by one family and back by another arrives together with the same way travelled backwards, and the two
-    interfere. Between level mirrors both are traced, each with its half of what they make of each other. No way back
-    is looked for over a target's face, save the very way out: there one stands for both.
+    interfere. Between flat interfaces both orders of a pair are traced, each with half the energy of their
+    interference. No receive leg is traced over a target's face, except along the transmit path: there one represents
+    both.
 
     Args:
         ping: The ping.
-        hits: Rays as they meet one interface.
+        hits: Hits of rays on one interface.
     """
     rays, law, own = hits.rays, hits.law, OWN_BOUNCE[hits.contribution]
     by_target = "T" in rays.chain
@@ -43,10 +44,10 @@ def echoes(ping: TracedPing, hits: RayHits) -> Iterator[EchoEnergies]:
         returned = scattered_per_steradian(law, rays.way, -back.arrival, hits.normal)
         returned *= back.intensity * np.exp(-ping.attenuation * back.length) / back.length**2
         length = rays.length + back.length
-        asked = ping.intersector.clear(
+        requested = ping.intersector.clear(
             ping.receive, rays.origin, family, ping.ping_geometry.wavelength, (returned > 0) & _in_window(ping, length)
         )
-        rows = np.flatnonzero(asked)
+        rows = np.flatnonzero(requested)
         if not rows.size:
             continue
         gain = ping.receive_beams.gain(back.departure[rows]) ** 2
@@ -59,7 +60,7 @@ def echoes(ping: TracedPing, hits: RayHits) -> Iterator[EchoEnergies]:
         else:
             reciprocal = _reciprocal(ping, rays.origin[rows], rays.family, family)
         yield EchoEnergies(
-            hits.contribution, hits.owner, rays.family, family, length[rows] / _speed(ping), energy, reciprocal
+            hits.contribution, hits.object, rays.family, family, length[rows] / _speed(ping), energy, reciprocal
         )
     if by_target and rays.flat and ping.ping_geometry.is_monostatic:
         yield from _retraced_echoes(ping, hits, sent)
@@ -78,7 +79,7 @@ def _transmitted_energy(ping: TracedPing, rays: RayBundle) -> Floats:
 
 
 def _retraced_echoes(ping: TracedPing, hits: RayHits, sent: Floats) -> Iterator[EchoEnergies]:
-    """What goes back the very way it came, over targets' faces: flat mirrors spread it as a straight way would."""
+    """Echoes that return along the transmit path, over targets' faces; flat faces spread as a straight path."""
     rays = hits.rays
     returned = (
         np.zeros(len(rays.length))
@@ -91,16 +92,16 @@ def _retraced_echoes(ping: TracedPing, hits: RayHits, sent: Floats) -> Iterator[
         gain = ping.receive_beams.gain(rays.launch[rows]) ** 2
         energy = _channels(ping, sent[:, rows], gain * returned[rows])
         delay = 2 * rays.length[rows] / _speed(ping)
-        yield EchoEnergies(hits.contribution, hits.owner, rays.family, rays.family, delay, energy, np.zeros(rows.size))
+        yield EchoEnergies(hits.contribution, hits.object, rays.family, rays.family, delay, energy, np.zeros(rows.size))
 
 
 def point_echoes(ping: TracedPing, target: PointTarget, place: Floats) -> Iterator[EchoEnergies]:
-    """Echoes of a point, which no ray would ever meet: every way out with every way back.
+    """Echoes of a point, which no ray would ever hit: every transmit leg with every receive leg.
 
     Args:
         ping: The ping.
         target: The point.
-        place: Where it is, in the lattice's frame [m], shape (1, 3).
+        place: Where it is, in the scatterer grid's frame [m], shape (1, 3).
     """
     wavelength, strength = ping.ping_geometry.wavelength, float(intensity_ratio(target.target_strength_db))
     level = float(intensity_ratio(ping.ping_geometry.source_level_db))
@@ -114,16 +115,16 @@ def point_echoes(ping: TracedPing, target: PointTarget, place: Floats) -> Iterat
             found[family] = one.length, beams.gain(one.departure) ** 2 * loss * clear
         ends.append(found)
     for out, (length_out, sent) in ends[0].items():
-        for back, (length_back, heard) in ends[1].items():
+        for back, (length_back, channels) in ends[1].items():
             length = length_out + length_back
-            energy = _channels(ping, level * sent, strength * heard)
+            energy = _channels(ping, level * sent, strength * channels)
             if _in_window(ping, length)[0] and energy.any():
                 same = np.zeros(1) if out == back else _reciprocal(ping, place, out, back)
                 yield EchoEnergies("target", target.label, out, back, length / _speed(ping), energy, same)
 
 
 def _reciprocal(ping: TracedPing, place: Floats, out: str, back: str) -> Floats:
-    """Cosine of the phase between a way and the same travelled backwards [1]: 1 where both ends are at one place."""
+    """Cosine of the phase between a way and the same travelled backwards [1]: 1 where both ends are at one position."""
     if ping.ping_geometry.is_monostatic:
         return np.ones(len(place))
     apart = np.zeros(len(place))
@@ -133,10 +134,10 @@ def _reciprocal(ping: TracedPing, place: Floats, out: str, back: str) -> Floats:
     return np.asarray(np.cos(2 * np.pi * ping.ping_geometry.frequency / _speed(ping) * apart))
 
 
-def _channels(ping: TracedPing, sent: Floats, heard: Floats) -> Floats:
+def _channels(ping: TracedPing, sent: Floats, gains: Floats) -> Floats:
     """Energy in every channel from that of its beams, (channels, n)."""
     channel = np.arange(ping.ping_geometry.channel_count)
-    return np.asarray(sent[channel % len(sent)] * heard[channel % len(heard)])
+    return np.asarray(sent[channel % len(sent)] * gains[channel % len(gains)])
 
 
 def _in_window(ping: TracedPing, length: Floats) -> NDArray[np.bool_]:

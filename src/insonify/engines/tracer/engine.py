@@ -1,9 +1,9 @@
-"""The tracer: rays of the transmit beam, followed from mirror to mirror; at every hit, what of it gets back.
+"""Tracer: rays of the transmit beam, followed from reflection to reflection, with receive legs from every hit.
 
-A ray stands for a solid angle. Where it meets the bed, the surface or a body, the law there scatters some of it
-towards the receiver, by every family of mirrors that leads back; the rest of its way is the mirror's. What an
-interface mirrors is carried by the ray that goes on, what it scatters by the way back: nothing by both. How this
-engine finds its paths shares nothing with the other one.
+A ray represents a solid angle. Where it hits the seabed, the surface or a body, the scattering law there scatters part
+of its energy towards the receiver, along every family of receive legs; the reflected part continues. Reflected energy
+is carried by the continued ray, scattered energy by the receive leg: none is counted twice. The search for paths
+shares no code with the eigenray engine.
 
 Expected intensities only, in water of one sound speed. Shadows end hard.
 """
@@ -49,14 +49,14 @@ class Tracer:
         Args:
             scene: What is traced.
             choice: Families, number of rays, what faces mirror.
-            seed: Of the scenario.
+            seed: Seed of the scenario.
 
         Raises:
-            ValueError: The scene asks for what straight rays cannot tell; with the way out.
+            ValueError: The scene needs more than straight rays; the message gives the remedy.
         """
         if scene.water.layered:
             raise ValueError(
-                "paths.engine is tracer, whose rays are straight, but water.profile bends them. Write engine: eigenrays, "
+                "paths.engine is tracer, whose rays are straight, but water.profile refracts. Write engine: eigenrays, "
                 "or give the water one sound_speed."
             )
         self.scene, self.choice, self.seed = scene, choice, seed
@@ -67,7 +67,7 @@ class Tracer:
 
         Args:
             ping_geometry: The sonar at this ping.
-            quadrature: Rays know expectations only; drawn scatterers are the other engine's.
+            quadrature: Not used: rays give expectations only; random scatterers belong to the eigenray engine.
 
         Returns:
             Blocks in a fixed order, however many threads will trace them.
@@ -90,7 +90,7 @@ class Tracer:
         yield block()
 
     def ping(self, ping_geometry: PingGeometry) -> TracedPing:
-        """One ping in the lattice's frame.
+        """One ping in the scatterer grid's frame.
 
         Args:
             ping_geometry: The sonar at this ping.
@@ -100,7 +100,7 @@ class Tracer:
             self.world.to_lattice_frame(place)
             for place in (ping_geometry.transmit_position, ping_geometry.receive_position)
         )
-        sending, hearing = (
+        transmit_beams, receive_beams = (
             one.rotated(one.axes @ turn) for one in (ping_geometry.transmit_beams, ping_geometry.receive_beams)
         )
         speed = scene.water.sound_speed
@@ -108,11 +108,13 @@ class Tracer:
             BED: scene.seabed.law(ping_geometry.frequency, speed),
             SURFACE: scene.surface.law(ping_geometry.frequency),
         }
-        heard = speed * max(ping_geometry.recorded_delays[1], 0.0) / 2 + float(np.linalg.norm(transmit - receive))
-        thrown = self._launch_sampler(
-            ping_geometry, transmit, sending, hearing, {k for k, law in laws.items() if law is not None}
+        one_way_range = speed * max(ping_geometry.recorded_delays[1], 0.0) / 2 + float(
+            np.linalg.norm(transmit - receive)
         )
-        intersector = self.world.intersector(transmit, 2 * heard)
+        thrown = self._launch_sampler(
+            ping_geometry, transmit, transmit_beams, receive_beams, {k for k, law in laws.items() if law is not None}
+        )
+        intersector = self.world.intersector(transmit, 2 * one_way_range)
         attenuation = float(scene.water.absorption(ping_geometry.frequency)) * DB_TO_NEPER
         return TracedPing(
             scene,
@@ -122,8 +124,8 @@ class Tracer:
             thrown,
             transmit,
             receive,
-            sending,
-            hearing,
+            transmit_beams,
+            receive_beams,
             laws,
             attenuation,
         )
@@ -134,8 +136,8 @@ class Tracer:
         n = len(way)
         start = np.tile(ping.transmit, (n, 1))
         rays = RayBundle("", start, way, np.zeros(n), way, solid_angle, np.ones(n))
-        loud = (ping.transmit_beams.gain(way) ** 2).max(axis=0) > 0
-        return [echo for hits in trace_hits(ping, rays.take(loud)) for echo in echoes(ping, hits)]
+        has_gain = (ping.transmit_beams.gain(way) ** 2).max(axis=0) > 0
+        return [echo for hits in trace_hits(ping, rays.take(has_gain)) for echo in echoes(ping, hits)]
 
     def _points(self, ping: TracedPing) -> list[EchoEnergies]:
         """All that comes back of point targets."""
@@ -148,7 +150,7 @@ class Tracer:
     def _launch_sampler(
         self, ping_geometry: PingGeometry, place: Floats, transmit: Beams, receive: Beams, answering: set[int]
     ) -> LaunchSampler:
-        """How rays are thrown: over the boundaries that answer, as far as is heard, and at bodies."""
+        """Sampler of launch directions: over boundaries that scatter, within the recorded window, and at bodies."""
         bed = self.scene.seabed.depth
         first, last = (self.scene.water.sound_speed * max(delay, 0.0) / 2 for delay in ping_geometry.recorded_delays)
         reaches: list[tuple[float, float, float, float]] = []
@@ -179,14 +181,14 @@ class Tracer:
                 ways = np.vstack([rays, rays.mean(axis=0)]) * np.array([1, 1, -1 if turned else 1])
                 reach = np.linalg.norm(ways, axis=1)
                 ways /= np.maximum(reach, 1e-9)[:, None]
-                loud = np.max(transmit.gain(ways) ** 2 * np.max(receive.gain(ways) ** 2, axis=0))
-                if reach.min() <= last and loud > floor and left:
+                gain = np.max(transmit.gain(ways) ** 2 * np.max(receive.gain(ways) ** 2, axis=0))
+                if reach.min() <= last and gain > floor and left:
                     left -= 1
                     yield rays, turned
 
 
 def _vertical_sense(family: str, below: float) -> float:
-    """Whether rays of a family leave downwards (1) or upwards (-1)."""
+    """Return True if rays of a family leave downwards (1) or upwards (-1)."""
     if bounce_letters(family):
         return 1.0 if bounce_letters(family)[0] == "B" else -1.0
     return 1.0 if below > 0 else -1.0

@@ -1,4 +1,4 @@
-"""Ways between one end of the sonar and places, by every family of mirrors, each unfolded into a straight line."""
+"""Ways between one end of the sonar and positions, by every family of mirrors, each unfolded into a straight line."""
 
 from dataclasses import dataclass
 
@@ -12,16 +12,16 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class ImageLegs:
-    """Ways of one family between one end and n places, clear or not."""
+    """Ways of one family between one end and n positions, clear or not."""
 
     length: Floats
-    """Of the way [m], (n,)."""
+    """Path length [m], (n,)."""
     departure: Floats
-    """Direction at the sonar, away from it [1], (n, 3)."""
+    """Direction at the sonar, outwards [1], (n, 3)."""
     arrival: Floats
-    """Direction of travel at the place, towards it [1], (n, 3)."""
+    """Direction of travel at the position, towards it [1], (n, 3)."""
     intensity: Floats
-    """What mirrors leave of the intensity, without spreading and absorption [1], (n,)."""
+    """Product of the reflections' intensity factors, without spreading and absorption [1], (n,)."""
 
 
 def bounce_letters(family: str) -> str:
@@ -30,21 +30,21 @@ def bounce_letters(family: str) -> str:
 
 
 def image_source_depth(family: str, depth: float, water_depth: float) -> float:
-    """Depth from which a family's rays run straight to a place [m]: that of the sonar, mirrored mirror by mirror."""
+    """Depth from which a family's rays run straight to a position [m]: that of the sonar, mirrored mirror by mirror."""
     for letter in bounce_letters(family):
         depth = 2 * (water_depth if letter == "B" else 0.0) - depth
     return depth
 
 
 def image_legs(scene: Scene, end: Floats, place: Floats, family: str, wavelength: float) -> ImageLegs:
-    """The ways of one family.
+    """The paths of one family.
 
     Args:
-        scene: Its mirrors: the level surface, and the mean plane of the bed.
+        scene: Its mirrors: the level surface, and the mean plane of the seabed.
         end: The sonar's end [m], shape (3,).
-        place: Places [m], shape (n, 3).
+        place: Positions [m], shape (n, 3).
         family: Name of the family.
-        wavelength: Of the sound [m].
+        wavelength: Acoustic wavelength [m].
     """
     bed = scene.seabed.depth
     ray = place - np.array([end[0], end[1], image_source_depth(family, end[2], bed)])
@@ -69,15 +69,15 @@ def reflected_intensity(scene: Scene, family: str, grazing: Floats) -> Floats:
 def coherent_intensity_factor(
     scene: Scene, family: str, depth: float, length: Floats, sine: Floats, wavelength: float
 ) -> Floats:
-    """Intensity that the roughness of the bed leaves after all bounces of a family [1], shape of `length`.
+    """Intensity that the roughness of the seabed leaves after all bounces of a family [1], shape of `length`.
 
     Args:
         scene: The scene; 1 over a flat bed.
         family: Name of the family.
-        depth: Of the sonar's end [m].
-        length: Of the ways [m].
+        depth: Depth of the sonar's end [m].
+        length: Lengths of the paths [m].
         sine: Of their grazing angles at the mirrors [1].
-        wavelength: Of the sound [m].
+        wavelength: Acoustic wavelength [m].
     """
     bed, left = scene.seabed.terrain, np.ones(np.shape(length))
     if bed is None:

@@ -1,4 +1,4 @@
-"""What boundaries and bodies answer: laws asked by directions, and what mirrors leave of the sound."""
+"""Interaction with boundaries and bodies: scattering laws by directions, and energies after reflection."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,13 +13,13 @@ Floats = NDArray[np.float64]
 def scattered_per_steradian(law: Law, incoming: Floats, outgoing: Floats, normal: Floats) -> Floats:
     """Bistatic cross section per unit area, over the sine of the grazing angle of what arrives [1/sr].
 
-    A ray that stands for a solid angle at the source brings the same energy however far it has gone; what it lights
+    A ray that represents a solid angle at the source carries the same energy at any distance; the area it insonifies
     grows as one over that sine.
 
     Args:
-        law: Of the interface.
+        law: Scattering law of the interface.
         incoming: Directions of travel towards it [1], shape (n, 3).
-        outgoing: Directions of travel away from it [1], shape (n, 3).
+        outgoing: Directions of travel from the interface [1], shape (n, 3).
         normal: Unit normals into the water [1], shape (n, 3).
     """
     sine_in, sine_out = -_dot(incoming, normal), _dot(outgoing, normal)

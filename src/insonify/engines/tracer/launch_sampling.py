@@ -1,9 +1,9 @@
-"""In which directions rays leave the sonar, and how much solid angle each of them stands for.
+"""Launch directions of rays, and the solid angle that each represents.
 
-Directions are told by the cosine u to the array's right and the turn psi about that axis: solid angle is du dpsi,
-and a side-looking beam is narrow in u alone. Some rays follow the beams and fill slant range evenly, family by
-family; others are aimed at each body. What a ray stands for follows from how densely all of them together could have
-been thrown there, so nothing is counted twice and nothing is left out.
+Directions are given by the cosine u to the array's right and the angle psi about that axis: solid angle is du dpsi, and
+a side-looking beam is narrow in u alone. Some rays follow the beams and fill slant range evenly, family by family;
+others are aimed at each body. The solid angle of a ray follows from the probability density of all of them together at
+its direction, so the estimate is unbiased.
 
 Method: stratified and importance sampling, and the balance heuristic of Veach & Guibas (1995), Proc. SIGGRAPH 95, 419.
 """
@@ -23,11 +23,11 @@ ACROSS, AROUND = 8192, 16384
 UNIFORM_ACROSS, UNIFORM_AROUND = 0.05, 0.1
 """Share of the rays that are thrown evenly over u, and over psi, whatever the beams [1]."""
 MIN_RELATIVE_GAIN = 0.02
-"""Where the beam sends less than this of its most, rays are as dense as if it sent this [1]."""
+"""Gain re the largest below which rays are as dense as at this gain [1]."""
 AIMED_FRACTION = 0.35
 """Share of the rays that are aimed at bodies, where there are any [1]."""
 WINDOW_MARGIN = 0.1
-"""How much wider than a body a window is on each side, as a part of it [1]."""
+"""Margin of a window on each side of a body, re the body's size [1]."""
 _GOLDEN = 0.6180339887498949
 _LEAST_WINDOW = 1e-4  # of u, and of psi [rad]
 
@@ -44,7 +44,7 @@ class TabulatedDensity:
     """Part of the rays below each border, shape (n + 1,)."""
 
     def density(self, x: Floats) -> Floats:
-        """Rays per unit, shape of x; nothing outside."""
+        """Rays per unit, shape of x; 0 outside."""
         row = np.floor((x - self.low) / self.step).astype(np.int64)
         inside = (row >= 0) & (row < len(self.probability))
         return np.asarray(
@@ -52,7 +52,7 @@ class TabulatedDensity:
         )
 
     def place(self, part: Floats) -> Floats:
-        """Where a part of the rays, 0 to 1, lies below, shape of `part`."""
+        """Value below which a fraction of the rays, 0 to 1, lies, shape of `part`."""
         borders = self.low + self.step * np.arange(len(self.cumulative))
         return np.interp(part, self.cumulative, borders)
 
@@ -63,7 +63,7 @@ def tabulated_density(low: float, high: float, weight: Floats) -> TabulatedDensi
     Args:
         low: Where the first step begins.
         high: Where the last one ends.
-        weight: Of each step, not negative, shape (n,).
+        weight: Weight of each step, not negative, shape (n,).
     """
     probability = weight / weight.sum()
     cumulative = np.concatenate([[0.0], np.cumsum(probability)])
@@ -89,7 +89,7 @@ class AimWindow:
 
 @dataclass(frozen=True, slots=True)
 class LaunchSampler:
-    """How the rays of one ping are thrown."""
+    """Sampler of the launch directions of one ping."""
 
     axes: Floats
     """Boresight, right and down of the array as rows [1], shape (3, 3)."""
@@ -103,14 +103,14 @@ class LaunchSampler:
         """One part of the rays: every `parts`-th of them from `part` on.
 
         Args:
-            seed: Of the scenario.
+            seed: Seed of the scenario.
             ping: Number of the ping: rays are thrown anew each time.
             count: All rays.
             part: Which part.
             parts: How many parts there are.
 
         Returns:
-            Unit vectors (n, 3), and the solid angle that each stands for [sr] (n,).
+            Unit vectors (n, 3), and the solid angle that each represents [sr] (n,).
         """
         aimed = int(AIMED_FRACTION * count / len(self.windows)) if self.windows else 0
         general = count - aimed * len(self.windows)
@@ -146,14 +146,14 @@ def launch_sampler(
     transmit: Beams, receive: Beams, reaches: list[tuple[float, float, float, float]],
     sights: list[tuple[Floats, bool]],
 ) -> LaunchSampler:  # fmt: skip
-    """How the rays of one ping are to be thrown.
+    """Sampler of the launch directions of one ping.
 
     Args:
         transmit: Beams that send, in the frame of the rays.
-        receive: Beams that listen, likewise.
-        reaches: Of each family that gets to a boundary: the vertical distance to it with all bounces [m], the sense in
-            which its rays leave (1 down, -1 up), and the least and greatest length that is heard [m].
-        sights: Of each body and family, rays to corners around it from the image of the sonar [m] (8, 3), and whether
+        receive: Receive beams, shape (channels,).
+        reaches: For each family that gets to a boundary: the vertical distance to it with all bounces [m], the sense in
+            which its rays leave (1 down, -1 up), and the least and greatest length that is received [m].
+        sights: For each body and family, rays to corners around it from the image of the sonar [m] (8, 3), and whether
             they leave with their vertical sense turned.
     """
     plain = LaunchSampler(transmit.axes, _uniform_density(-1, 1), _uniform_density(-np.pi, np.pi), ())
@@ -163,11 +163,13 @@ def launch_sampler(
     sent = _max_power(transmit, plain.direction(np.full(AROUND, steer), middle))
     around = _slant_range_density(plain.direction(np.zeros(AROUND + 1), psi)[:, 2], sent, reaches)
     u = -1 + 2 * (np.arange(ACROSS) + 0.5) / ACROSS
-    loud = np.zeros(ACROSS)
+    gain_of = np.zeros(ACROSS)
     for turn in (0.0, float(middle[np.argmax(sent)])):
         ways = plain.direction(u, np.full(ACROSS, turn))
-        loud += _max_power(transmit, ways) * _max_power(receive, ways)
-    across = tabulated_density(-1, 1, UNIFORM_ACROSS / ACROSS + (1 - UNIFORM_ACROSS) * loud / max(loud.sum(), 1e-300))
+        gain_of += _max_power(transmit, ways) * _max_power(receive, ways)
+    across = tabulated_density(
+        -1, 1, UNIFORM_ACROSS / ACROSS + (1 - UNIFORM_ACROSS) * gain_of / max(gain_of.sum(), 1e-300)
+    )
     return LaunchSampler(
         transmit.axes, across, around, tuple(_aim_window(transmit.axes, across, *sight) for sight in sights)
     )
@@ -181,7 +183,7 @@ def _slant_range_density(
     Args:
         down: Sine of the launch angle at the borders of the steps, positive down [1], shape (AROUND + 1,).
         sent: Power that the beam sends in each step [1], shape (AROUND,).
-        reaches: As of `launch_sampler`.
+        reaches: See `launch_sampler`.
     """
     weight, found = np.full(AROUND, 1.0 / AROUND), np.zeros(AROUND)
     for climb, sense, near, far in reaches:

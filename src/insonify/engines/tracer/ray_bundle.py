@@ -1,4 +1,4 @@
-"""What passes between the parts of the tracer: one ping made ready, rays under way, and what they have met."""
+"""Records of the tracer: the geometry of one ping, ray bundles, and their hits."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ Rows = NDArray[np.bool_] | NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class TracedPing:
-    """One ping in the lattice's frame: what every part of its rays needs."""
+    """One ping in the scatterer grid's frame: what every part of its rays needs."""
 
     scene: Scene
     choice: PathSettings
@@ -34,36 +34,36 @@ class TracedPing:
     transmit_beams: Beams
     receive_beams: Beams
     laws: Mapping[int, Law | None]
-    """How bed and surface answer, by what is met."""
+    """Scattering laws of seabed and surface, by interface."""
     attenuation: float
     """Intensity lost to absorption along each metre [Np/m]."""
 
     @property
     def farthest(self) -> float:
-        """Length of the longest way out and back that is heard [m]."""
+        """Length of the longest two-way path that is received [m]."""
         return self.scene.water.sound_speed * max(self.ping_geometry.recorded_delays[1], 0.0)
 
 
 @dataclass(frozen=True, slots=True)
 class RayBundle:
-    """Rays of one chain of mirrors, n of them, in the lattice's frame."""
+    """Rays of one chain of mirrors, n of them, in the scatterer grid's frame."""
 
     chain: str
-    """Letters of the mirrors met so far, in order: S surface, B bed, T a target's face."""
+    """Letters of the reflections so far, in order: S surface, B seabed, T a target's face."""
     origin: Floats
-    """Where they are [m], (n, 3)."""
+    """Positions [m], (n, 3)."""
     way: Floats
-    """Where they go [1], (n, 3)."""
+    """Directions [1], (n, 3)."""
     length: Floats
-    """Path so far [m], (n,)."""
+    """Path lengths so far [m], (n,)."""
     launch: Floats
     """Directions in which they left the sonar [1], (n, 3)."""
     solid_angle: Floats
-    """That each stands for [sr], (n,)."""
+    """That each represents [sr], (n,)."""
     left: Floats
     """Part of the energy that the mirrors have left [1], (n,)."""
     flat: bool = True
-    """Whether all mirrors so far are flat, so that rays spread as straight ones do."""
+    """True: all reflections so far are off flat faces, so that spreading is that of a straight path."""
 
     def take(self, rows: Rows) -> "RayBundle":
         """Some of the rays."""
@@ -74,27 +74,27 @@ class RayBundle:
 
     @property
     def family(self) -> str:
-        """Name of the chain: D where no mirror was met."""
+        """Name of the chain: D without reflections."""
         return self.chain or "D"
 
 
 @dataclass(frozen=True, slots=True)
 class RayHits:
-    """Where rays of one chain meet one interface."""
+    """Hits of the rays of one chain on one interface."""
 
     rays: RayBundle
     """The rays as they arrive: origin at the hit, way towards it."""
     normal: Floats
     """Unit normal into the water [1], (n, 3)."""
     contribution: str
-    """What is met: "seabed", "surface" or "target"."""
-    owner: str
-    """Who: "seabed", "surface" or a target's label."""
+    """Kind of interface: "seabed", "surface" or "target"."""
+    object: str
+    """Object: "seabed", "surface" or a target's label."""
     letter: str
-    """How the mirror is written in chains."""
+    """Letter of the reflection in chains."""
     law: Law | None
-    """How the interface scatters."""
+    """Scattering law of the interface."""
     mirror: float
     """Share of the energy that a target's face mirrors [1]; bed and surface have coefficients of their own."""
     flat: bool = True
-    """Whether the mirror is flat; a round body is told from one with faces by the angles at its edges."""
+    """True: the mirror is flat; a round body is given from one with faces by the angles at its edges."""

@@ -1,4 +1,4 @@
-"""The course of rays: straight on until something is met, then as a mirror sends them, until too little is left."""
+"""Tracing of rays: straight to the first hit, then in the specular direction, until little energy is left."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -23,14 +23,14 @@ UP = np.array([0.0, 0.0, -1.0])
 
 
 def trace_hits(ping: TracedPing, rays: RayBundle) -> Iterator[RayHits]:
-    """Everything that some rays meet, interface by interface.
+    """Hits of some rays, interface by interface.
 
     Args:
         ping: The ping.
         rays: Rays that leave the sonar.
 
     Yields:
-        RayHits, chain by chain; those that nothing follows from are among them.
+        RayHits, chain by chain, including those of chains that are not followed further.
     """
     under_way = [rays]
     while under_way:
@@ -45,30 +45,30 @@ def trace_hits(ping: TracedPing, rays: RayBundle) -> Iterator[RayHits]:
 
 
 def is_followed(ping: TracedPing, chain: str) -> bool:
-    """Whether rays of a chain of mirrors are followed.
+    """Return True if rays of a chain of mirrors are followed.
 
-    Those of level mirrors as far as a family asks for them. Those with a target's face up to the most reflections, off
+    Those of level mirrors as far as a family requests them. Those with a target's face up to the most reflections, off
     the level mirrors of the families; where families are named, only if `target_mirror` is, too.
     """
     choice = ping.choice
     if "T" not in chain:
         return any(bounce_letters(family).startswith(chain) for family in choice.followed_families)
-    asked = choice.families is None or choice.target_specular_fraction is not None
+    coefficient = choice.families is None or choice.target_specular_fraction is not None
     return (
-        asked
+        coefficient
         and len(chain) <= choice.max_reflections
         and set(chain) <= {"T", *"".join(map(bounce_letters, choice.followed_families))}
     )
 
 
 def _first_hits(ping: TracedPing, rays: RayBundle) -> list[RayHits]:
-    """What rays of one chain meet first, one interface after another."""
+    """First hits of the rays of one chain, one interface after another."""
     bodies = ping.scene.occluders
-    distance, met, owner, normal = ping.intersector.hits(rays.origin, rays.way, ping.farthest - rays.length)
+    distance, interface, body_row, normal = ping.intersector.hits(rays.origin, rays.way, ping.farthest - rays.length)
     arrived = replace(rays, origin=rays.origin + distance[:, None] * rays.way, length=rays.length + distance)
     found = []
     for kind, row in ((BED, -1), (SURFACE, -1), *((BODY, row) for row in range(len(bodies)))):
-        mine = np.flatnonzero((met == kind) & (owner == row))
+        mine = np.flatnonzero((interface == kind) & (body_row == row))
         if not mine.size:
             continue
         own, mirror, flat = ping.laws.get(kind), 0.0, True
@@ -88,20 +88,20 @@ def _first_hits(ping: TracedPing, rays: RayBundle) -> list[RayHits]:
 def _face_specular_fraction(ping: TracedPing, body: Solid) -> float:
     """Share of the energy that a target's face mirrors [1], all of it with the ray that goes on.
 
-    The law of the face is its rough part's alone, so that nothing of a mirror's lobe is scattered as well. Where the
-    scenario says how smooth the face is, its coefficient is the mirror's.
+    The law of the face is that of its rough part alone, so that no energy of the specular lobe is scattered as well. A
+    face reflection coefficient of the scenario replaces the specular fraction of the law.
     """
-    asked = (
+    specular = (
         ping.choice.target_specular_fraction
         if body.face_reflection_coefficient is None
         else body.face_reflection_coefficient**2
     )
     least = specular_fraction(body.scattering)
-    return least if asked is None else min(asked, least)
+    return least if specular is None else min(specular, least)
 
 
 def _reflected_rays(ping: TracedPing, hits: RayHits) -> RayBundle:
-    """Rays after the mirror that they have met; the bed mirrors as its mean plane does."""
+    """Rays after the reflection at their hits; the seabed reflects as its mean plane."""
     rays = hits.rays
     normal = hits.normal if hits.letter == "T" else np.broadcast_to(UP, rays.way.shape)
     left = rays.left * _reflected_fraction(ping, hits)
@@ -117,7 +117,7 @@ def _reflected_fraction(ping: TracedPing, hits: RayHits) -> Floats:
         left = reflected_intensity(ping.scene, hits.letter, np.arcsin(sine))
         bed = ping.scene.seabed.terrain
         if hits.letter == "B" and "T" in rays.chain and bed is not None:
-            # how far the ray still goes is not known: taken as far as it has come
+            # the remaining path is unknown: taken as long as the path so far
             zone = np.sqrt(wavelength * rays.length / np.maximum(sine, 1e-9))
             left = left * bed.roughness_reflection_factor(sine, wavelength, np.maximum(zone, 1e-6)) ** 2
         return left

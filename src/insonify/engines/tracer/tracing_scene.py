@@ -1,7 +1,7 @@
-"""The scene as the tracer's kernels read it: triangles, and pieces of ground fetched as rays come to them.
+"""Scene in the form of the tracer's kernels: triangles, and terrain tiles loaded as rays reach them.
 
-Everything stands in the frame of the scene's lattice, so that a world moved as a whole is traced by the same numbers.
-Upright boxes are triangles here like all other bodies.
+Coordinates are those of the scatterer grid, so that a world moved as a whole is traced with the same numbers. Upright
+boxes are triangles like all other bodies.
 """
 
 from functools import lru_cache
@@ -32,7 +32,7 @@ class TracingScene:
     """A scene for rays; shared by all pings and threads."""
 
     def __init__(self, scene: Scene) -> None:
-        """Sort the bodies; the ground is fetched when rays come to it.
+        """Sort the bodies; the seabed is fetched when rays come to it.
 
         Args:
             scene: What is traced.
@@ -43,15 +43,15 @@ class TracingScene:
         self.store = None if self.bed is None else TerrainTileCache(self.bed)
 
     def turned(self, vector: Floats) -> Floats:
-        """Vectors of the world in the lattice's frame, shape (..., 3)."""
+        """Vectors of the world in the scatterer grid's frame, shape (..., 3)."""
         return np.asarray(vector @ lattice_rotation(self.lattice).T)
 
     def to_lattice_frame(self, place: Floats) -> Floats:
-        """Places of the world in the lattice's frame [m], shape (..., 3)."""
+        """Positions of the world in the scatterer grid's frame [m], shape (..., 3)."""
         return np.concatenate([self.lattice.from_world(place[..., :2]), place[..., 2:]], axis=-1)
 
     def intersector(self, here: Floats, farthest: float) -> "RayIntersector":
-        """The ground about a place in the lattice's frame [m], as far as anything is heard [m]."""
+        """The seabed about a position in the scatterer grid's frame [m], as far as anything is received [m]."""
         if self.bed is not None and self.store is not None and len(self.store.rows) > MAX_PIECES:
             self.store = TerrainTileCache(self.bed)  # sheets under way keep the old one
         return RayIntersector(self, here, farthest)
@@ -92,14 +92,14 @@ class TerrainTileCache:
 
 
 class RayIntersector:
-    """The ground of one ping, and what rays meet on it and above it."""
+    """Intersection of rays with the seabed, the surface and bodies of one ping."""
 
     def __init__(self, world: TracingScene, here: Floats, farthest: float) -> None:
         """No piece is looked up yet.
 
         Args:
             world: Bodies and store of ground.
-            here: Middle of the sheet, in the lattice's frame [m], shape (>= 2,).
+            here: Middle of the sheet, in the scatterer grid's frame [m], shape (>= 2,).
             farthest: How far it reaches [m].
         """
         self._scene_bvh, self._store = world.bodies, world.store
@@ -139,32 +139,39 @@ class RayIntersector:
     def hits(
         self, origin: Floats, way: Floats, farthest: Floats
     ) -> tuple[Floats, NDArray[np.int8], NDArray[np.int64], Floats]:
-        """What rays meet first, see `first_hits`.
+        """First hits of rays, see `first_hits`.
 
         Returns:
-            Distance [m] (n,), what is met (n,), owner of the body met (n,), unit normal (n, 3).
+            Distance [m] (n,), interface (n,), row of the body (n,), unit normal (n, 3).
         """
         n = len(origin)
-        distance, met, owner, normal = np.empty(n), np.empty(n, np.int8), np.empty(n, np.int64), np.empty((n, 3))
+        distance, interface, body_row, normal = (
+            np.empty(n),
+            np.empty(n, np.int8),
+            np.empty(n, np.int64),
+            np.empty((n, 3)),
+        )
         while True:
             missing = np.zeros(self.ground.row_of.shape, bool)
-            first_hits(origin, way, farthest, self.ground, self._scene_bvh, missing, distance, met, owner, normal)
+            first_hits(
+                origin, way, farthest, self.ground, self._scene_bvh, missing, distance, interface, body_row, normal
+            )
             if not self._fetch_missing(missing):
-                return distance, met, owner, normal
+                return distance, interface, body_row, normal
 
-    def clear(self, end: Floats, place: Floats, family: str, wavelength: float, asked: Marks) -> Marks:
-        """Which places a mirrored way from one end of the sonar gets to, see `clear_image_paths`.
+    def clear(self, end: Floats, place: Floats, family: str, wavelength: float, requested: Marks) -> Marks:
+        """Return True for positions that a reflected path from one end of the sonar reaches, see `clear_image_paths`.
 
         Args:
-            end: The sonar's end, in the lattice's frame [m], shape (3,).
-            place: The places, likewise [m], shape (n, 3).
+            end: The sonar's end, in the scatterer grid's frame [m], shape (3,).
+            place: The positions in the same frame [m], shape (n, 3).
             family: Letters of the mirrors from the sonar outwards, D for none.
-            wavelength: Of the sound [m].
-            asked: Which are asked for, shape (n,).
+            wavelength: Acoustic wavelength [m].
+            requested: Positions to test, shape (n,).
         """
         bottom = np.array([letter == "B" for letter in family if letter != "D"], bool)
         while True:
-            found, missing = asked.copy(), np.zeros(self.ground.row_of.shape, bool)
+            found, missing = requested.copy(), np.zeros(self.ground.row_of.shape, bool)
             clear_image_paths(end, place, bottom, wavelength, self.ground, self._scene_bvh, missing, found)
             if not self._fetch_missing(missing):
                 return found
@@ -172,7 +179,7 @@ class RayIntersector:
 
 @lru_cache(maxsize=256)
 def has_flat_faces(solid: Solid) -> bool:
-    """Whether a body's faces meet at edges, and do not bend round: no angle at an edge is small but not nothing."""
+    """Return True if a body's faces meet at edges: no angle at an edge is small but not zero, as on a curved face."""
     surface = body_triangles(solid)
     a, b, c = np.moveaxis(surface.corners, 1, 0)
     normal = np.cross(b - a, c - a)
@@ -187,7 +194,7 @@ def has_flat_faces(solid: Solid) -> bool:
 
 
 def lattice_rotation(lattice: ScattererGrid) -> Floats:
-    """The lattice's axes in the world as rows: along, across, down [1], shape (3, 3)."""
+    """The scatterer grid's axes in the world as rows: along, across, down [1], shape (3, 3)."""
     c, s = np.cos(lattice.heading), np.sin(lattice.heading)
     return np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
 
@@ -200,11 +207,11 @@ def _flat_tiles(depth: float) -> TerrainTiles:
 
 @lru_cache(maxsize=8)
 def _scene_bvh(scene: Scene) -> TriangleBvh:
-    """Triangles of all occluders, in the lattice's frame."""
-    corners, owner = [np.zeros((0, 3, 3))], [np.zeros(0, np.int64)]
+    """Triangles of all occluders, in the scatterer grid's frame."""
+    corners, body_rows = [np.zeros((0, 3, 3))], [np.zeros(0, np.int64)]
     lattice = scene.seabed.scatterer_grid
     for row, solid in enumerate(scene.occluders):
         found = world_triangles(solid, scene.seabed).corners
         corners.append(np.concatenate([lattice.from_world(found[..., :2]), found[..., 2:]], axis=-1))
-        owner.append(np.full(len(found), row))
-    return build_bvh(np.concatenate(corners), np.concatenate(owner))
+        body_rows.append(np.full(len(found), row))
+    return build_bvh(np.concatenate(corners), np.concatenate(body_rows))

@@ -1,4 +1,4 @@
-"""BeamImportance of places on a level boundary in NumPy: stand-ins of kernels while numba is not loaded."""
+"""Gain envelopes on a flat boundary in NumPy: stand-ins of the kernels while numba is not loaded."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 BATCH = 1 << 15
-"""Places evaluated together [1]."""
+"""Positions evaluated together [1]."""
 
 
 def _envelope(bound: Floats, per_unit: float, x: Floats) -> Floats:
@@ -40,15 +40,15 @@ def _at_nodes(value: Floats, row: Integers, part: Floats) -> Floats:
 
 
 class _Neighbourhoods:
-    """Directions from one end to places and what lies around them."""
+    """Directions from one end to positions and what lies around them."""
 
     def __init__(self, end: EnvelopeEnd, there: Floats, around: Floats) -> None:
-        """Work out bearings and distances.
+        """Compute bearings and distances.
 
         Args:
             end: The end.
-            there: North and east of the places [m], shape (n, 2).
-            around: Distance from each place within which the gain is the largest [m], shape (n,).
+            there: Positions (north, east) [m], shape (n, 2).
+            around: Distance from each position within which the gain is the largest [m], shape (n,).
         """
         place, sines, last, height = end[:4]
         away = there - place[:2]
@@ -99,7 +99,7 @@ def _gain(
     spread: tuple[Floats, Floats] | None,
     patterns: tuple[Floats, ...],
 ) -> Floats:
-    """Envelope of the loudest of some beams where cosines lie in spans [1], in the fourth mean over glints if any."""
+    """Envelope of the largest of some beams over spans of cosines [1], in the fourth mean over glints if any."""
     _, steer, scale, majorants, per_unit, element = beam
     (_, w), right, down = seen
     more = np.zeros(len(w)) if spread is None else 2 * np.maximum(*spread)
@@ -118,7 +118,7 @@ def _gain(
 
 
 def _spread_value(table: Floats, plain: Floats, per_unit: float, x: Floats, spread: Floats) -> Floats:
-    """Pattern at distances x from its axis in the fourth mean over directions with a spread, as `pattern_with_spread` [1]."""
+    """Pattern at distances x from its axis, in the fourth mean over spread directions, as `pattern_with_spread` [1]."""
     if not len(table):
         return plain
     place = np.minimum(x * (per_unit / ROWS_PER_SPREAD_ROW), table.shape[1] - 1.0)
@@ -131,7 +131,7 @@ def _spread_value(table: Floats, plain: Floats, per_unit: float, x: Floats, spre
 
 
 def _two_way(out: EnvelopeEnd, back: EnvelopeEnd, alike: bool, there: Floats, around: Floats) -> Floats:
-    """Envelope of the two-way gain no farther than so far [m] from some places [1], shape (n,)."""
+    """Largest envelope of the two-way gain within a radius [m] of each position [1], shape (n,)."""
     once = _Neighbourhoods(out, there, around).envelope()
     return np.asarray(once * (once if alike else _Neighbourhoods(back, there, around).envelope()))
 
@@ -149,11 +149,12 @@ def _re_edge(gains: EnvelopeArguments, there: Floats, around: Floats, found: Flo
 
 
 @max_two_way_gain.stand_in
-def _loudest_at(
-    out: EnvelopeEnd, back: EnvelopeEnd, alike: bool, far: Floats, middle: Floats, axes: Floats, sectors: Floats, halvings: int,
+def _max_gain_at(
+    out: EnvelopeEnd, back: EnvelopeEnd, alike: bool, far: Floats, middle: Floats, axes: Floats, sectors: Floats,
+    halvings: int,
     close: float, best: Floats,
 ) -> None:  # fmt: skip
-    """Envelope of the loudest two-way gain at some distances, over all bearings, into best (n,) [1]."""
+    """Envelope of the largest two-way gain at some distances, over all bearings, into best (n,) [1]."""
 
     def places(node: Integers, bearing: Floats) -> Floats:
         return np.asarray(middle + far[node, None] * np.stack([np.cos(bearing), np.sin(bearing)], axis=-1))
