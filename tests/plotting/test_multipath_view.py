@@ -58,7 +58,7 @@ def test_traces_are_the_levels_of_the_mean_powers():
     by_name = {line.get_label(): line.get_ydata() for line in traces.lines}
     given = passing()
     for name, power in (("all paths", given.trace), ("direct paths alone", given.direct_trace)):
-        for kind in ("heard", "expected"):
+        for kind in ("simulated", "expected"):
             np.testing.assert_allclose(by_name[f"{name}, {kind}"], 10 * np.log10(power), atol=1e-9)
 
 

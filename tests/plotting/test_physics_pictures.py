@@ -14,7 +14,7 @@ from insonify import plotting
 from insonify.ocean import SoundSpeedProfile, significant_height
 from insonify.plotting import style
 from insonify.plotting.absorption import WATERS, losses
-from insonify.plotting.laws import GRAZING, HANDBOOK, backscatter_curves, mirror, several, sky
+from insonify.plotting.laws import GRAZING, HANDBOOK, backscatter_curves, hemisphere, reflection_curves, sediment_curves
 from insonify.plotting.profile import gradients, probe, speeds
 from insonify.plotting.relief_spectrum import ground, ground_spectrum, ring_spectrum
 from insonify.plotting.sea_state import coherence, echo, heights, seas, slopes, surface_patch, wind_sea, winds
@@ -43,7 +43,7 @@ def test_surface_and_inside_add_up_to_the_law() -> None:
     axes = blank()
     assert backscatter_curves(axes, SAND, 100e3) == ()
     drawn = {name: 10 ** (level / 10) for name, (_, level) in curves(axes).items()}
-    whole = drawn["surface (small slope)"] + drawn["inside (volume)"]
+    whole = drawn["surface (small slope)"] + drawn["volume"]
     np.testing.assert_allclose(drawn["both (Jackson)"], whole, rtol=1e-9)
     back = Jackson(SAND, 100e3).cross_section(GRAZING, GRAZING, np.asarray(np.pi))
     np.testing.assert_allclose(drawn["both (Jackson)"], back, rtol=1e-9)
@@ -61,7 +61,7 @@ def test_the_handbook_is_drawn_only_where_it_stands() -> None:
 def test_lambert_is_beside_every_sediment() -> None:
     """Lambert's -27 dB at vertical incidence, and 6 dB less at 30 degrees: the square of the sine."""
     axes = blank()
-    several(axes, [SAND, CLAY], 100e3)
+    sediment_curves(axes, [SAND, CLAY], 100e3)
     angle, level = curves(axes)["Lambert, -27 dB"]
     assert level[-1] == pytest.approx(-27.0)
     assert np.interp(30.0, angle, level) == pytest.approx(-27 + 20 * np.log10(0.5), abs=0.01)
@@ -105,7 +105,7 @@ def test_rough_rock_is_too_steep_for_the_law_and_says_so() -> None:
 def test_the_mirror_turns_from_a_reversal_to_nothing(bed: Sediment) -> None:
     """Phase is drawn in one piece: 180 degrees at grazing incidence, about 0 from above, no jump between."""
     size, phase = blank(), blank()
-    mirror(size, phase, bed)
+    reflection_curves(size, phase, bed)
     angle, turned = (np.asarray(c) for c in phase.lines[0].get_data())
     assert abs(turned[0]) == pytest.approx(180, abs=0.1) and abs(turned[-1]) < 5
     assert np.abs(np.diff(turned)).max() < 30
@@ -116,8 +116,8 @@ def test_the_mirror_turns_from_a_reversal_to_nothing(bed: Sediment) -> None:
 def test_the_critical_angle_is_where_sand_begins_to_let_sound_in() -> None:
     """Snell: cos = 1 / speed ratio, marked for sand and absent for clay, which is slower than water."""
     marked, bare = blank(), blank()
-    mirror(marked, blank(), SAND)
-    mirror(bare, blank(), CLAY)
+    reflection_curves(marked, blank(), SAND)
+    reflection_curves(bare, blank(), CLAY)
     assert marked.lines[1].get_xdata()[0] == pytest.approx(np.degrees(np.arccos(1 / SAND.speed_ratio)))
     assert len(bare.lines) == 1
 
@@ -125,7 +125,7 @@ def test_the_critical_angle_is_where_sand_begins_to_let_sound_in() -> None:
 def test_a_lobe_is_the_law_and_the_same_on_both_sides() -> None:
     """Each cell holds the strength of its middle; left and right of the plane of incidence are alike."""
     axes, law, grazing = blank(projection="polar"), Jackson(SAND, 50e3), np.radians(30.0)
-    assert sky(axes, lambda: law, grazing) == ()
+    assert hemisphere(axes, lambda: law, grazing) == ()
     level = np.asarray(axes.collections[0].get_array())
     np.testing.assert_allclose(level, level[:, ::-1], atol=1e-9)
     zenith, azimuth = np.radians(90 * (40 + 0.5) / 120), np.radians(-180 + 360 * (10 + 0.5) / 241)
@@ -136,7 +136,7 @@ def test_a_lobe_is_the_law_and_the_same_on_both_sides() -> None:
 def test_the_strongest_of_the_lobe_of_sand_is_its_mirror() -> None:
     """The brightest cell lies within a few degrees of the circle that marks the mirror direction."""
     axes, grazing = blank(projection="polar"), np.radians(60.0)
-    sky(axes, lambda: Jackson(SAND, 30e3), grazing)
+    hemisphere(axes, lambda: Jackson(SAND, 30e3), grazing)
     level = np.asarray(axes.collections[0].get_array())
     row, column = np.unravel_index(np.argmax(level), level.shape)
     azimuth, radius = axes.lines[0].get_data()
@@ -147,7 +147,7 @@ def test_the_strongest_of_the_lobe_of_sand_is_its_mirror() -> None:
 def test_a_lobe_wants_a_round_sheet() -> None:
     """Straight axes are refused with the way out."""
     with pytest.raises(TypeError, match="polar"):
-        sky(blank(), Lambert, 0.5)
+        hemisphere(blank(), Lambert, 0.5)
 
 
 def test_rings_hold_the_variance_of_a_known_wave() -> None:
@@ -280,7 +280,7 @@ def axes_of_all() -> list[Axes]:
     figure: Figure = style.new_figure(20, 20)
     a = figure.subplots(4, 3).ravel()
     backscatter_curves(a[0], SAND, 50e3)
-    mirror(a[1], a[2], SAND)
+    reflection_curves(a[1], a[2], SAND)
     ground(a[3], SAND)
     ground_spectrum(a[4], SAND)
     losses(a[5], a[6], WATERS, 0.0)

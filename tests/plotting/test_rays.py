@@ -13,7 +13,7 @@ from insonify import arrivals, plotting
 from insonify.ocean.profile import SoundSpeedProfile
 from insonify.paper.nominal_scenario import nominal
 from insonify.plotting import style
-from insonify.plotting.rays import section, silence, speed
+from insonify.plotting.rays import section, shadow_zone, speed
 from insonify.plotting.spikes_by_source import spikes_by_source
 from insonify.propagation.ray_fan import trace_fan
 from insonify.propagation.sound_speed_layers import sound_speed_layers
@@ -64,7 +64,7 @@ def test_all_rays_of_a_fan_are_drawn_to_the_end() -> None:
 def test_silent_water_is_where_no_direct_ray_goes() -> None:
     """Under a thermocline no traced direct ray of 2000 crosses a cell that is drawn silent; still water has none."""
     axes = blank()
-    assert silence(axes, THERMO, 20.0, 11.0, 200.0)
+    assert shadow_zone(axes, THERMO, 20.0, 11.0, 200.0)
     mesh = axes.collections[0]
     dark = ~np.ma.getmaskarray(np.ma.masked_invalid(mesh.get_array()))
     rows, columns = dark.shape
@@ -86,7 +86,7 @@ def test_silent_water_is_where_no_direct_ray_goes() -> None:
             inner &= np.roll(dark, step, axis)
     assert 0.05 < dark.mean() < 0.5
     assert not (hit & inner).any()
-    assert not silence(blank(), STILL, 20.0, 11.0, 200.0)
+    assert not shadow_zone(blank(), STILL, 20.0, 11.0, 200.0)
 
 
 def test_the_source_is_marked_on_the_profile() -> None:

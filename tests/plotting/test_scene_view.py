@@ -66,7 +66,7 @@ def test_the_map_takes_in_swath_track_and_targets():
     draw_seabed_map(axes, told, near=True)
     named = [text.get_text() for text in axes.get_legend().get_texts()]
     assert {"port swath", "starboard swath", "track"} <= set(named)
-    assert any("level bed, 12 m deep" in text.get_text() for text in axes.texts)
+    assert any("flat bed, 12 m deep" in text.get_text() for text in axes.texts)
 
 
 def test_the_section_shows_targets_at_their_distance_from_the_track():
@@ -87,7 +87,7 @@ def test_layered_water_is_told_of():
     """The beam is drawn straight, and the title says so where sound does not go straight."""
     axes = style.new_figure().add_subplot()
     section(axes, sidescan(water={"profile": [[0.0, 1500.0], [12.0, 1480.0]]}))
-    assert "as if sound went straight" in axes.get_title()
+    assert "without refraction" in axes.get_title()
     assert middle_bearing(sidescan().sonar.side_sonars[1], true_poses(sidescan().track), 0) == pytest.approx(
         3 * np.pi / 4
     )

@@ -82,7 +82,7 @@ def test_thinned_samples_keep_their_energy():
 @pytest.mark.parametrize("off", [0.25, -0.04])
 def test_the_error_is_what_was_sounded_less_what_is_there(off):
     """Too deep is positive, in centimetres, at the beam's angle in degrees."""
-    axes = panels(soundings_view(soundings(off=off), "swath"))["Sounded less true depth, bed alone"]
+    axes = panels(soundings_view(soundings(off=off), "swath"))["Sounded minus true depth, bed only"]
     median = next(line for line in axes.lines if line.get_label() == "median")
     np.testing.assert_allclose(median.get_ydata(), 100 * off, atol=1e-9)
     np.testing.assert_allclose(median.get_xdata(), np.degrees(ANGLE))
@@ -94,7 +94,7 @@ def test_soundings_of_targets_do_not_count_as_errors():
     found = soundings(off=0.25)
     bed, depth = found.bed.copy(), found.depth.copy()
     bed[:, 25:36], depth[:, 25:36] = False, BED - 6
-    axes = panels(soundings_view(replace(found, bed=bed, depth=depth), "swath"))["Sounded less true depth, bed alone"]
+    axes = panels(soundings_view(replace(found, bed=bed, depth=depth), "swath"))["Sounded minus true depth, bed only"]
     median = next(line for line in axes.lines if line.get_label() == "median")
     assert len(median.get_xdata()) == BEAMS - 11
     np.testing.assert_allclose(median.get_ydata(), 25.0, atol=1e-9)
@@ -105,7 +105,7 @@ def test_depths_lie_in_cells_where_they_were_put(pings):
     """North is up, starboard is right: a swath of any number of pings fills its own place and no other."""
     found = soundings(pings=pings)
     figure = panels(soundings_view(found, "swath"))
-    for title in ("Depth sounded", "True depth there"):
+    for title in ("Depth sounded", "True depth"):
         (image,) = figure[title].images
         left, right, low, high = image.get_extent()
         assert left == -right and low <= 0 and high >= pings - 1
@@ -116,7 +116,7 @@ def test_depths_lie_in_cells_where_they_were_put(pings):
 @pytest.mark.filterwarnings("error")
 def test_perfect_soundings_are_a_flat_line():
     """No error at all: the axis still has a height."""
-    axes = panels(soundings_view(soundings(), "swath"))["Sounded less true depth, bed alone"]
+    axes = panels(soundings_view(soundings(), "swath"))["Sounded minus true depth, bed only"]
     assert axes.get_ylim()[0] < 0 < axes.get_ylim()[1]
 
 
@@ -125,4 +125,4 @@ def test_a_swath_of_targets_alone_has_no_errors_to_draw():
     """Nothing is bed: depths are drawn, the panel of errors is empty, and nothing is warned of."""
     found = soundings(off=0.1)
     axes = panels(soundings_view(replace(found, bed=np.zeros_like(found.bed)), "swath"))
-    assert all(len(line.get_xdata()) in (0, 2) for line in axes["Sounded less true depth, bed alone"].lines)
+    assert all(len(line.get_xdata()) in (0, 2) for line in axes["Sounded minus true depth, bed only"].lines)

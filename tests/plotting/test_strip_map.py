@@ -22,7 +22,7 @@ def strip(level=None, single=None):
 
 
 def point():
-    """A round peak of 0 dB, 3 pixels along and 5 across from where it was put."""
+    """A round peak of 0 dB, 3 pixels along and 5 across from the true position."""
     off = np.arange(-0.1, 0.1001, 0.01)
     level = -1e4 * ((off[:, None] - 0.03) ** 2 + (off - 0.05) ** 2)
     return PointResponse("point", off, level, (13, 15), 120.0, 25.0)
@@ -94,7 +94,7 @@ def test_cuts_go_through_the_peak():
     patch, image = images(figure)["point, closer"]
     # rows of the picture are across the track: its brightest pixel is 5 across, 3 along
     assert np.unravel_index(np.argmax(image.get_array()), image.get_array().shape) == (15, 13)
-    assert (patch.get_xlabel(), patch.get_ylabel()) == ("along, from where it was put [cm]", "across [cm]")
+    assert (patch.get_xlabel(), patch.get_ylabel()) == ("along, from the true position [cm]", "across [cm]")
 
 
 @pytest.mark.parametrize(("far", "near"), [(400.0, 20.0), (22.0, 20.0)])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from insonify.plotting.target_view import echo_window, half_extent, loudest_target, middle, targets_in_view
+from insonify.plotting.target_view import echo_window, half_extent, middle, strongest_target, targets_in_view
 from insonify.simulator import arrivals
 from oracles.scenes import nominal, point
 
@@ -77,7 +77,7 @@ def test_the_loudest_target_is_the_one_with_the_greatest_strength():
     pair = [point(0, 150, 19.5, label="weak"), point(0, 149, 19.5, strength=20, label="strong")]
     for targets, row in ((pair, 1), (pair[::-1], 0)):
         scenario = nominal(targets=targets, track={"window": (0.19, 0.21)})
-        assert loudest_target(scenario, 0, [0]) == (row, 0)
+        assert strongest_target(scenario, 0, [0]) == (row, 0)
 
 
 def test_the_loudest_target_is_the_one_in_the_beam():
@@ -86,13 +86,13 @@ def test_the_loudest_target_is_the_one_in_the_beam():
         targets=[point(-20, 150, 19.5, label="left"), point(0, 150, 19.5, label="ahead")],
         receive={"steer": (0.0, float(np.arctan2(20, 150)))}, track={"window": (0.19, 0.21)},
     )  # fmt: skip
-    row, channel = loudest_target(scenario, 0, [0, 1])
+    row, channel = strongest_target(scenario, 0, [0, 1])
     assert (scenario.targets[row].label, channel) == ("ahead", 0)
 
 
 def test_a_target_outside_the_window_is_not_the_loudest():
     """What arrives later than the recording is not heard."""
-    assert loudest_target(nominal(targets=[point(0, 190, 19.5)], track={"window": (0.0, 0.1)}), 0, [0]) is None
+    assert strongest_target(nominal(targets=[point(0, 190, 19.5)], track={"window": (0.0, 0.1)}), 0, [0]) is None
 
 
 def test_bearings_are_counted_to_the_right_of_boresight():

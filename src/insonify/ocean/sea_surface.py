@@ -93,7 +93,8 @@ class SeaSurface:
         if not (isinstance(self.water_depth, float) and self.water_depth == math.inf):
             depth = require_number("SeaSurface.water_depth", self.water_depth, "m", 0.0, exclude_low=True)
             object.__setattr__(self, "water_depth", depth)
-        shortest = require_number("SeaSurface.shortest_wavelength", self.shortest_wavelength, "m", 0.0, exclude_low=True)
+        shortest = self.shortest_wavelength
+        shortest = require_number("SeaSurface.shortest_wavelength", shortest, "m", 0.0, exclude_low=True)
         object.__setattr__(self, "shortest_wavelength", shortest)
         dominant = 2 * math.pi / self.spectrum.peak
         if shortest >= dominant:

@@ -19,5 +19,5 @@ def checked_wind(spectrum: str, wind_speed: float) -> float:
     Raises:
         ValueError: The wind is not a finite number above 0.
     """
-    example = "7 (a flat sea needs no waves)"
-    return require_number(f"{spectrum}.wind_speed", wind_speed, "m/s", 0.0, STRONGEST, exclude_low=True, example=example)
+    field, example = f"{spectrum}.wind_speed", "7 (a flat sea needs no waves)"
+    return require_number(field, wind_speed, "m/s", 0.0, STRONGEST, exclude_low=True, example=example)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from insonify.paper.nominal_scenario import nominal
 from insonify.plotting import style
-from insonify.plotting.rays import section, silence
+from insonify.plotting.rays import section, shadow_zone
 from insonify.plotting.rays import speed as beside
 from insonify.propagation.ray_fan import trace_fan
 from insonify.propagation.sound_speed_layers import sound_speed_layers
@@ -105,7 +105,7 @@ def draw_rays(left: Axes, right: Axes, scenario: Scenario) -> None:
     rays = trace_fan(water, source, np.radians(np.linspace(-20, 20, 101)), max_range=FARTHEST, max_bounces=0, step=0.5)
     beside(left, water.depth, water.speed, source)
     left.set_xlim(1486, 1514)
-    dark = silence(right, profile, bed, source, FARTHEST)
+    dark = shadow_zone(right, profile, bed, source, FARTHEST)
     section(right, rays, bed, source, dark=dark)
     right.add_patch(Rectangle((150, bed - 1), 1, 1, color=style.CONTRIBUTION_COLOURS["target"], zorder=5))
     right.set_xlim(0, FARTHEST)

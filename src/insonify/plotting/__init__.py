@@ -1,6 +1,6 @@
-"""Pictures of what was simulated, for people who read sonar: axes with units, one colour for one contribution.
+"""Figures of scenarios, physics and recordings: axes with units, one colour for each contribution.
 
-Everything is drawn with matplotlib onto figures of our own; no display and no global state is needed.
+All figures are drawn with matplotlib on separate `Figure` objects; no display and no global state is needed.
 """
 
 import sys
@@ -43,11 +43,11 @@ _HOMES = {name: name for name in __all__} | {
     "geometry": "leg_diagram", "lobe": "laws", "relief": "relief_spectrum", "scene": "scene_view", "sea": "sea_state",
     "sediment": "laws",
 }  # fmt: skip
-"""Modules of the functions: each is imported when it is first used, for a picture of one kind needs few of them."""
+"""Modules of the functions, imported on first use: a figure of one kind needs few of them."""
 
 
 class _Drawing(ModuleType):
-    """This package; a function that has the name of its module stands before it, however the module was imported."""
+    """This package; a function takes precedence over the module of the same name, in any order of import."""
 
     def __getattr__(self, name: str) -> object:
         if name not in _HOMES:

@@ -1,4 +1,4 @@
-"""What different waters take from the sound, from the bass to a megahertz."""
+"""Absorption of different waters against frequency, up to a megahertz."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -24,18 +24,18 @@ FREQUENCY = np.geomspace(1e3, 1e6, 301)
 
 
 def absorption(path: str | Path, *, waters: Mapping[str, Water] = WATERS, depth: float = 0.0) -> Path:
-    """Draw absorption against frequency by both published laws, and how far they are apart.
+    """Draw absorption against frequency by both published laws, and their difference.
 
     Args:
-        path: Picture to write.
-        waters: Water under each name, at most six; a measured absorption of theirs is left aside.
-        depth: Depth at which they are asked [m].
+        path: File of the figure.
+        waters: Waters by name, at most six; their measured absorption is ignored.
+        depth: Depth [m].
 
     Returns:
         The path.
     """
     if not 1 <= len(waters) <= len(COLOURS):
-        raise ValueError(f"{len(waters)} waters were given; a picture tells 1 to {len(COLOURS)} of them apart.")
+        raise ValueError(f"{len(waters)} waters were given; a figure distinguishes 1 to {len(COLOURS)} by colour.")
     with style.plot_style():
         figure = style.new_figure(9, 8)
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
@@ -44,7 +44,7 @@ def absorption(path: str | Path, *, waters: Mapping[str, Water] = WATERS, depth:
 
 
 def losses(upper: Axes, lower: Axes, waters: Mapping[str, Water], depth: float) -> Caveats:
-    """Absorption over frequency, and below it the one law over the other.
+    """Draw absorption over frequency, and below it the difference of the laws.
 
     Args:
         upper: Axes for the absorption.
@@ -58,11 +58,12 @@ def losses(upper: Axes, lower: Axes, waters: Mapping[str, Water], depth: float) 
     caveats: Caveats = ()
     for (name, water), colour in zip(waters.items(), COLOURS, strict=False):
         francois, ainslie = (_loss(water, depth, model) for model in ("francois-garrison", "ainslie-mccolm"))
-        for answer, line, label in ((francois, "-", name), (ainslie, "--", None)):
-            alpha = 0.45 if answer.caveats else 1.0
-            upper.plot(FREQUENCY / 1e3, answer.values, line, color=colour, label=label, alpha=alpha)
-        apart = 100 * (ainslie.values / francois.values - 1)
-        lower.plot(FREQUENCY / 1e3, apart, color=colour, alpha=0.45 if francois.caveats or ainslie.caveats else 1.0)
+        for loss, line, label in ((francois, "-", name), (ainslie, "--", None)):
+            alpha = 0.45 if loss.caveats else 1.0
+            upper.plot(FREQUENCY / 1e3, loss.values, line, color=colour, label=label, alpha=alpha)
+        difference = 100 * (ainslie.values / francois.values - 1)
+        alpha = 0.45 if francois.caveats or ainslie.caveats else 1.0
+        lower.plot(FREQUENCY / 1e3, difference, color=colour, alpha=alpha)
         caveats += francois.caveats + ainslie.caveats
     upper.plot([], [], "-", color=style.QUIET, label="Francois & Garrison (1982)")
     upper.plot([], [], "--", color=style.QUIET, label="Ainslie & McColm (1998)")

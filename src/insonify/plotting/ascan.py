@@ -1,4 +1,4 @@
-"""The A-scan: what one ping brings back, as level over time, with a closer look at what lies in the water."""
+"""A-scan: level of one ping over time, with a detail around the target of the highest level."""
 
 from dataclasses import dataclass
 
@@ -9,37 +9,37 @@ from matplotlib.figure import Figure
 
 from insonify.plotting import style
 from insonify.plotting.recording_levels import RecordingLevels
-from insonify.plotting.target_view import echo_window, loudest_target
+from insonify.plotting.target_view import echo_window, strongest_target
 from insonify.units import amplitude_ratio
 
 BEFORE, AFTER = 0.2, 0.8
-"""How far the closer look reaches before and after a target's echoes, as a part of their span [1]."""
+"""Margins of the detail before and after a target's echoes, relative to their span [1]."""
 LEAST = 3.0
-"""How far it reaches at least [ms]."""
+"""Least margin of the detail [ms]."""
 MAX_BEAMS = 2
-"""Beams of one ping up to which levels are shown by contribution."""
+"""Largest number of beams for levels by contribution [1]."""
 DEEPEST = 120.0
-"""Levels this far below the loudest part of what is seen are not drawn [dB]."""
+"""Largest range of levels drawn below the maximum [dB]."""
 
 
 @dataclass(frozen=True, slots=True)
 class TargetWindow:
-    """What is drawn larger."""
+    """Target, beam and window of the detail."""
 
     label: str
-    """Of the target."""
+    """Label of the target."""
     channel: int
-    """Row of the beam in which it is loudest."""
+    """Row of the beam with its highest level."""
     window: tuple[float, float]
     """Start and stop [ms]."""
 
 
 def ascan(sound: RecordingLevels, row: int) -> Figure:
-    """One ping: the whole window in decibels, and beneath it the loudest target's neighbourhood in linear units.
+    """Draw one ping: the whole window in decibels, and below it the strongest target in linear units.
 
     Args:
-        sound: The recording.
-        row: Which ping.
+        sound: Levels of the recording.
+        row: Row of the ping.
     """
     near, contributions = target_window(sound, row), levels_by_contribution(sound, row)
     panels = sound.level.shape[1] + (near is not None)
@@ -48,7 +48,7 @@ def ascan(sound: RecordingLevels, row: int) -> Figure:
     for channel, axes in enumerate(rows[: sound.level.shape[1]]):
         trace(axes, sound, row, channel)
         if channel < len(contributions):
-            _causes(axes, sound, contributions[channel])
+            _contributions(axes, sound, contributions[channel])
         axes.set_title(sound.named(ping=row, channel=channel))
     if near is not None:
         envelope(rows[-1], sound, row, near)
@@ -56,30 +56,31 @@ def ascan(sound: RecordingLevels, row: int) -> Figure:
 
 
 def levels_by_contribution(sound: RecordingLevels, row: int) -> list[xr.Dataset]:
-    """Expected levels of one ping by contribution, for each beam shown; none where there are many, or no scenario.
+    """Expected levels of one ping by contribution, for each beam; empty with more than `MAX_BEAMS` or no scenario.
 
     Args:
-        sound: The recording.
-        row: Which ping.
+        sound: Levels of the recording.
+        row: Row of the ping.
     """
-    held = [sound.beam] if sound.beam is not None else list(range(len(sound.steer)))
-    if sound.scenario is None or len(held) > MAX_BEAMS:
+    channels = [sound.beam] if sound.beam is not None else list(range(len(sound.steer)))
+    if sound.scenario is None or len(channels) > MAX_BEAMS:
         return []
-    from insonify.simulator import levels  # all engines, which a picture of many pings does without
+    from insonify.simulator import levels  # loads all engines, which other figures do not need
 
-    return [levels(sound.scenario, row, channel=channel) for channel in held]
+    return [levels(sound.scenario, row, channel=channel) for channel in channels]
 
 
-def _causes(axes: Axes, sound: RecordingLevels, expected: xr.Dataset) -> None:
-    """Expected level of each contribution that is heard, over the trace."""
-    time, whole = expected["time"].values * 1e3, expected["level_db"].sel(pair="all")
+def _contributions(axes: Axes, sound: RecordingLevels, expected: xr.Dataset) -> None:
+    """Draw the expected level of each contribution above the lower limit of the trace."""
+    time, all_pairs = expected["time"].values * 1e3, expected["level_db"].sel(pair="all")
     lowest, shown = axes.get_ylim()[0], 0
-    for contribution in (name for name in whole["contribution"].values if name != "total"):
-        level = whole.sel(contribution=contribution).values
+    for contribution in (str(name) for name in all_pairs["contribution"].values if name != "total"):
+        level = all_pairs.sel(contribution=contribution).values
         if np.isfinite(level).any() and level.max() > lowest:
-            axes.plot(time, np.where(level > lowest, level, np.nan), color=style.CONTRIBUTION_COLOURS[str(contribution)], linewidth=1.2,
-                      linestyle="--" if contribution == "noise" else "-", alpha=0.9,
-                      label=str(contribution))  # fmt: skip
+            axes.plot(
+                time, np.where(level > lowest, level, np.nan), color=style.CONTRIBUTION_COLOURS[contribution],
+                linewidth=1.2, linestyle="--" if contribution == "noise" else "-", alpha=0.9, label=contribution,
+            )  # fmt: skip
             shown += 1
     if shown:
         name = "expected by" if sound.expected else "this ping; expected by"
@@ -89,13 +90,13 @@ def _causes(axes: Axes, sound: RecordingLevels, expected: xr.Dataset) -> None:
 def trace(
     axes: Axes, sound: RecordingLevels, row: int, channel: int, window: tuple[float, float] | None = None
 ) -> None:
-    """Level over time of one ping and channel.
+    """Draw the level over time of one ping and channel.
 
     Args:
-        axes: Where to draw.
-        sound: The recording.
-        row: Which ping.
-        channel: Which beam.
+        axes: Axes to draw on.
+        sound: Levels of the recording.
+        row: Row of the ping.
+        channel: Row of the beam.
         window: Start and stop [ms]; all by default.
     """
     time, level = sound.time * 1e3, sound.level[row, channel]
@@ -112,13 +113,13 @@ def trace(
 
 
 def envelope(axes: Axes, sound: RecordingLevels, row: int, look: TargetWindow) -> None:
-    """Rms pressure over time in linear units, in a window about a target.
+    """Draw the rms pressure over time in linear units, in a window around a target.
 
     Args:
-        axes: Where to draw.
-        sound: The recording.
-        row: Which ping.
-        look: The target, its beam and the window.
+        axes: Axes to draw on.
+        sound: Levels of the recording.
+        row: Row of the ping.
+        look: Target, beam and window of the detail.
     """
     time = sound.time * 1e3
     inside = (time >= look.window[0]) & (time <= look.window[1])
@@ -127,34 +128,35 @@ def envelope(axes: Axes, sound: RecordingLevels, row: int, look: TargetWindow) -
     axes.plot(time[inside], pressure, color=style.CONTRIBUTION_COLOURS["target"], linewidth=0.9)
     axes.set_xlim(*look.window)
     axes.set_ylim(0)
-    beam = f", beam {look.channel}, where it is loudest" if len(sound.steer) > 1 else ""
-    axes.set_title(f"About the target {look.label!r}{beam}")
+    beam = f", beam {look.channel} with its highest level" if len(sound.steer) > 1 else ""
+    axes.set_title(f"Around the target {look.label!r}{beam}")
     axes.set_xlabel("time after the start of transmission [ms]")
     axes.set_ylabel("rms pressure [mPa]")
     style.range_axis(axes, sound.sound_speed, _altitude(sound), sound.sound_speed_note)
 
 
 def target_window(sound: RecordingLevels, row: int) -> TargetWindow | None:
-    """The target that is loudest in the beams shown, and the time of all its echoes; None where none is heard.
+    """Find the strongest target in the beams shown and the window of all its echoes; None where there is none.
 
     Args:
-        sound: The recording.
-        row: Which ping.
+        sound: Levels of the recording.
+        row: Row of the ping.
     """
     scenario = sound.scenario
     if scenario is None or not scenario.targets:
         return None
-    held = [sound.beam] if sound.beam is not None else list(range(len(sound.steer)))
-    found = loudest_target(scenario, row, held) if len(scenario.targets) > 1 or len(held) > 1 else (0, held[0])
-    if found is None:
+    channels = [sound.beam] if sound.beam is not None else list(range(len(sound.steer)))
+    is_single = len(scenario.targets) == 1 and len(channels) == 1
+    strongest = (0, channels[0]) if is_single else strongest_target(scenario, row, channels)
+    if strongest is None:
         return None
-    target = scenario.targets[found[0]]
+    target = scenario.targets[strongest[0]]
     first, last = (1e3 * when for when in echo_window(scenario, row, target))
     span, start, stop = last - first, sound.time[0] * 1e3, sound.time[-1] * 1e3
     if not start < first < stop:
         return None
     window = max(start, first - max(LEAST, BEFORE * span)), min(stop, last + max(LEAST, AFTER * span))
-    return TargetWindow(target.label, held.index(found[1]), window)
+    return TargetWindow(target.label, channels.index(strongest[1]), window)
 
 
 def _altitude(sound: RecordingLevels) -> float | None:

@@ -1,4 +1,4 @@
-"""What an interferometric sidescan shows: image, phase, depth and the true depth, and the profile of one ping."""
+"""Figure of an interferometric sidescan: image, phase, depth, true depth, and the profile of one ping."""
 
 from dataclasses import dataclass
 
@@ -15,38 +15,38 @@ from insonify.plotting.waterfall import thinned
 from insonify.processing import empirical_gain_db
 
 THIN = 500
-"""Columns of each side that are drawn."""
+"""Columns drawn on each side [1]."""
 
 
 @dataclass(frozen=True, slots=True)
 class SwathSide:
-    """One side of the swath, each over (ping, time)."""
+    """One side of the swath; arrays over (ping, time)."""
 
     sign: int
     """-1 port, 1 starboard."""
     level: Floats
-    """Of the upper receiver [dB re 1 uPa]."""
+    """Level at the upper receiver [dB re 1 uPa]."""
     phase: Floats
-    """Between the receivers [rad]."""
+    """Phase between the receivers [rad]."""
     across: Floats
-    """Of each depth, to starboard [m]."""
+    """Across-track position of each depth, to starboard [m]."""
     depth: Floats
-    """Measured [m]."""
+    """Measured depth [m]."""
     truth: Floats
-    """That there is [m]."""
+    """True depth at the measured position [m]."""
     sure: NDArray[np.bool_]
-    """Whether receivers were alike enough."""
+    """True where the coherence of the receivers is sufficient."""
 
 
 def interferogram_view(sides: list[SwathSide], slant: Floats, run: Floats, row: int, title: str) -> Figure:
-    """Four pictures of a swath, and a profile.
+    """Draw four images of a swath, and the profile of one ping.
 
     Args:
-        sides: One, or port and starboard.
+        sides: One side, or port and starboard.
         slant: Slant range of the samples [m], shape (time,).
-        run: Distance run at each ping [m], shape (ping,).
-        row: Which ping's profile.
-        title: Above it all.
+        run: Along-track distance of each ping [m], shape (ping,).
+        row: Row of the ping of the profile.
+        title: Title of the figure.
     """
     figure = style.new_figure(14, 10)
     figure.suptitle(title, fontweight="bold", fontsize=11)
@@ -79,7 +79,7 @@ def interferogram_view(sides: list[SwathSide], slant: Floats, run: Floats, row: 
 
 
 def _every(values: Floats) -> Floats:
-    """Some of the columns, as many as are drawn: of phases and depths there is no mean."""
+    """Every n-th column, as many as are drawn: phases and depths are not averaged."""
     return values[:, :: max(1, -(-values.shape[1] // THIN))]
 
 
@@ -95,11 +95,12 @@ def _as_swath(axes: Axes, ends: list[float]) -> None:
 
 def _profile(axes: Axes, sides: list[SwathSide], row: int, run: Floats) -> None:
     for side in sides:
-        sure = side.sure[row]
-        order = np.argsort(side.across[row][sure])
-        axes.plot(side.across[row][sure][order], side.truth[row][sure][order], color=style.CONTRIBUTION_COLOURS["surface"],
-                  linewidth=2.5, alpha=0.5, label="true" if side is sides[0] else None)  # fmt: skip
-        axes.plot(side.across[row][sure], side.depth[row][sure], ".", markersize=2, color=style.INK,
+        sure, blue = side.sure[row], style.CONTRIBUTION_COLOURS["surface"]
+        across, truth, depth = (values[row][sure] for values in (side.across, side.truth, side.depth))
+        order = np.argsort(across)
+        axes.plot(across[order], truth[order], color=blue, linewidth=2.5, alpha=0.5,
+                  label="true" if side is sides[0] else None)  # fmt: skip
+        axes.plot(across, depth, ".", markersize=2, color=style.INK,
                   label="by phase" if side is sides[0] else None)  # fmt: skip
     deep = depth_span(np.concatenate([side.truth[row][side.sure[row]] for side in sides]))
     axes.set_ylim(deep[1] + 0.5, deep[0] - 0.5)

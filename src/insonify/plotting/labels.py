@@ -1,4 +1,4 @@
-"""Labels over the recording that they belong to: highlights, shadows and ghosts in colour, everything else in grey."""
+"""Labels over their recording: highlights, shadows and ghosts in colour, everything else in grey."""
 
 from pathlib import Path
 
@@ -24,11 +24,11 @@ MEANING = {
     "highlight": "highlight: target",
 }
 STRENGTH = 0.65
-"""Part of a labelled colour that is the mask's, not the level's [1]."""
-OWNERS = ("#009E73", "#D5350E", "#8E2F66", "#E69F00", "#1E8FD5", "#7A4B12")
+"""Weight of the mask's colour over that of the level [1]."""
+TARGET_COLOURS = ("#009E73", "#D5350E", "#8E2F66", "#E69F00", "#1E8FD5", "#7A4B12")
 """Colours of targets, in turn; seabed and surface have their own."""
 SHOWN = 80.0
-"""How far below the loudest a trace is followed [dB]."""
+"""Range of levels of a trace below its maximum [dB]."""
 
 
 def labels(
@@ -39,13 +39,13 @@ def labels(
 
     Args:
         recording: As from `open_recording`, one channel or a port and a starboard side.
-        label_dataset: Its labels, as from `open_labels`.
-        path: Picture to write, .png, .pdf or .svg.
-        ping: The only ping wanted, drawn as expected levels by owner; None: all, where there are several, as the
+        label_dataset: Labels of the recording, as from `open_labels`.
+        path: File of the figure, .png, .pdf or .svg.
+        ping: Single ping, drawn as expected levels by object; None: all pings, as the
             image beside the same image with its masks.
-        beam: Channel wanted, and its mirror image on the other side.
-        ground: Images over distance on a level bed, instead of slant range.
-        gain: Of the images: one of `insonify.processing.GAINS`.
+        beam: Channel, and the corresponding one on the other side.
+        ground: True for images over ground range on a flat seabed, instead of slant range.
+        gain: Gain of the images: one of `insonify.processing.GAINS`.
 
     Returns:
         The path.
@@ -61,8 +61,8 @@ def labels(
         return style.save_figure(figure, path)
 
 
-def _images(image: xr.Dataset, told: xr.Dataset, sound: RecordingLevels) -> Figure:
-    """The image as the instrument shows it, and beneath it the same in grey with its masks in colour."""
+def _images(image: xr.Dataset, masks_dataset: xr.Dataset, sound: RecordingLevels) -> Figure:
+    """Draw the sidescan image, and below it the same in grey with its masks in colour."""
     figure = style.new_figure(10, 9.5)
     upper, lower = figure.subplots(2, 1, sharex=True, sharey=True)
     drawn = lines(upper, image)
@@ -73,7 +73,7 @@ def _images(image: xr.Dataset, told: xr.Dataset, sound: RecordingLevels) -> Figu
     span, across = colour_span(image["level_db"].values), image["across"].values
     for half in (across <= 0, across > 0):
         if half.sum() > 1:
-            masks = {kind: _any(told[kind].values[:, half]) for kind in KINDS}
+            masks = {kind: _any(masks_dataset[kind].values[:, half]) for kind in KINDS}
             picture = _coloured(thinned(image["level_db"].values[:, half], COLUMNS), masks, span)
             lower.imshow(picture, aspect="auto", origin="lower", interpolation="nearest",
                          extent=(across[half][0], across[half][-1], low, high))  # fmt: skip
@@ -82,7 +82,7 @@ def _images(image: xr.Dataset, told: xr.Dataset, sound: RecordingLevels) -> Figu
     lower.set_xlabel(across_label(image, sound.sound_speed_note))
     lower.set_ylabel(name)
     lower.set_title("labels")
-    seen = [kind for kind in KINDS if told[kind].values.any()]
+    seen = [kind for kind in KINDS if masks_dataset[kind].values.any()]
     figure.legend(
         handles=[Patch(color=KINDS[kind], label=MEANING[kind]) for kind in seen]
         or [Patch(color="none", label="no highlight, shadow or ghost anywhere")],
@@ -92,13 +92,13 @@ def _images(image: xr.Dataset, told: xr.Dataset, sound: RecordingLevels) -> Figu
 
 
 def _any(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Masks with columns put together as `thinned` does it with levels, set where any is."""
+    """Masks with columns combined as `thinned` combines levels: True where any column is."""
     step = -(-mask.shape[-1] // COLUMNS)
     return np.asarray(mask[:, : mask.shape[-1] // step * step].reshape(len(mask), -1, step).any(axis=-1))
 
 
 def _coloured(level: Floats, masks: dict[str, NDArray[np.bool_]], span: tuple[float, float]) -> Floats:
-    """Levels as grey, with the colours of the masks mixed in, shape (ping, columns, 3)."""
+    """Levels as grey, blended with the colours of the masks, shape (ping, columns, 3)."""
     shade = np.clip((np.nan_to_num(level, nan=span[0], neginf=span[0]) - span[0]) / (span[1] - span[0]), 0, 1)
     picture = np.repeat(shade[..., None], 3, axis=-1)
     for name, colour in KINDS.items():
@@ -106,22 +106,22 @@ def _coloured(level: Floats, masks: dict[str, NDArray[np.bool_]], span: tuple[fl
     return np.asarray(picture)
 
 
-def _trace(said: xr.Dataset, sound: RecordingLevels, channel: int, ping: int) -> Figure:
-    """Expected level of each owner over one ping, with its masks behind."""
+def _trace(ping_labels: xr.Dataset, sound: RecordingLevels, channel: int, ping: int) -> Figure:
+    """Draw the expected level of each object over one ping, with its masks in the background."""
     figure = style.new_figure()
     axes = figure.subplots()
-    time, level = sound.time * 1e3, level_db(said["object_intensity"].values[channel].astype(float))
-    loudest = float(np.max(level, initial=-np.inf, where=np.isfinite(level)))
-    low, high = (loudest - SHOWN, loudest + 6) if np.isfinite(loudest) else (-1.0, 0.0)
+    time, level = sound.time * 1e3, level_db(ping_labels["object_intensity"].values[channel].astype(float))
+    peak = float(np.max(level, initial=-np.inf, where=np.isfinite(level)))
+    low, high = (peak - SHOWN, peak + 6) if np.isfinite(peak) else (-1.0, 0.0)
     for name, colour in KINDS.items():
-        mask = said[name].values[channel]
+        mask = ping_labels[name].values[channel]
         axes.fill_between(time, low, high, where=mask, step="mid", color=colour, alpha=0.25, lw=0, label=name)
     targets = 0
-    for owner, curve in zip(said["object"].values, level, strict=True):
+    for name, curve in zip(ping_labels["object"].values.astype(str), level, strict=True):
         if np.isfinite(curve).any():
-            known = style.CONTRIBUTION_COLOURS.get(str(owner))
-            axes.plot(time, np.maximum(curve, low), color=known or OWNERS[targets % len(OWNERS)], label=str(owner))
-            targets += known is None
+            colour = style.CONTRIBUTION_COLOURS.get(str(name)) or TARGET_COLOURS[targets % len(TARGET_COLOURS)]
+            axes.plot(time, np.maximum(curve, low), color=colour, label=str(name))
+            targets += name not in style.CONTRIBUTION_COLOURS
     axes.set_xlim(time[0], time[-1])
     axes.set_ylim(low, high)
     axes.set_xlabel("time [ms]")

@@ -1,7 +1,7 @@
-"""How a seabed answers, as curves over the grazing angle: what it scatters back, what it mirrors, and where to.
+"""Scattering and reflection of a seabed: backscatter and reflection coefficient over grazing angle, bistatic lobes.
 
-Straight back, the surface and the inside of the sediment stand apart, beside the handbook's level and Lambert's
-law. In all directions, one incidence makes a lobe on the sky above the patch.
+In backscatter the surface and the volume of the sediment are drawn separately, beside the strength of the handbook
+and Lambert's law. The lobe is the bistatic strength of one incidence over the hemisphere above the patch.
 """
 
 from collections.abc import Callable, Sequence
@@ -30,9 +30,9 @@ from insonify.units import level_db
 FREQUENCIES = (30e3, 100e3, 300e3)
 """Frequencies at which a sediment is shown [Hz]."""
 INCIDENCE = np.radians(20.0)
-"""Grazing angle of the sound whose lobe is drawn [rad]."""
+"""Grazing angle of incidence of the lobe [rad]."""
 WEAKEST = 45.0
-"""Strengths this far below the strongest of a lobe are not told apart [dB]."""
+"""Range of strengths of a lobe below its maximum [dB]."""
 COLOURS = ("#1A1A1A", "#D55E00", "#E69F00", "#009E73", "#56B4E9", "#0072B2", "#CC79A7", "#8A8A8A")
 """Colours of several sediments on one axis, Okabe & Ito (2008)."""
 GRAZING = np.radians(np.concatenate([np.linspace(0.5, 10, 39), np.linspace(10.5, 90, 319)]))
@@ -41,13 +41,13 @@ STRENGTH = "scattering strength [dB re 1 m$^2$/m$^2$]"
 
 
 def sediment(bed: Sediment, path: str | Path, *, frequency: float = 100e3, seed: int = 0) -> Path:
-    """Draw all that is known of a sediment: its echo, its mirror, its lobe and its relief.
+    """Draw the acoustic properties of a sediment: backscatter, reflection coefficient, lobe and relief.
 
     Args:
-        bed: The sediment.
-        path: Picture to write.
-        frequency: Of the lobe [Hz]; the echo straight back is drawn at `FREQUENCIES`.
-        seed: Of the patch of relief; another seed is another patch of the same kind [1].
+        bed: Sediment to draw.
+        path: File of the figure.
+        frequency: Frequency of the lobe [Hz]; the backscatter is drawn at `FREQUENCIES`.
+        seed: Random seed of the patch of relief [1].
 
     Returns:
         The path.
@@ -64,8 +64,8 @@ def sediment(bed: Sediment, path: str | Path, *, frequency: float = 100e3, seed:
             axes.set_xlabel("grazing angle [deg]")
         echoes[0].legend(loc="upper left", ncols=2, fontsize=8)
         panels = middle.subplot_mosaic("ABC", per_subplot_kw={"C": {"projection": "polar"}})
-        mirror(panels["A"], panels["B"], bed)
-        caveats += sky(
+        reflection_curves(panels["A"], panels["B"], bed)
+        caveats += hemisphere(
             panels["C"], lambda: Jackson(bed, frequency), INCIDENCE, title=f"Lobe at {frequency / 1e3:g} kHz"
         )
         left, right = lower.subplots(1, 2)
@@ -77,32 +77,32 @@ def sediment(bed: Sediment, path: str | Path, *, frequency: float = 100e3, seed:
 
 
 def laws(beds: Sequence[Sediment], path: str | Path, *, frequency: float = 100e3) -> Path:
-    """Draw what several sediments scatter straight back, on one axis.
+    """Draw the backscatter of several sediments, on one axis.
 
     Args:
-        beds: The sediments, at most eight.
-        path: Picture to write.
+        beds: Sediments, at most eight.
+        path: File of the figure.
         frequency: Frequency [Hz].
 
     Returns:
         The path.
     """
     if not 1 <= len(beds) <= len(COLOURS):
-        raise ValueError(f"{len(beds)} sediments were given; a picture tells 1 to {len(COLOURS)} of them apart.")
+        raise ValueError(f"{len(beds)} sediments were given; a figure distinguishes 1 to {len(COLOURS)} by colour.")
     with style.plot_style():
         figure = style.new_figure(9, 5.5)
-        add_caveats(figure, several(figure.subplots(), beds, frequency))
+        add_caveats(figure, sediment_curves(figure.subplots(), beds, frequency))
         return style.save_figure(figure, path)
 
 
 def lobe(law: ScatteringLaw, path: str | Path, *, grazing_in: float = INCIDENCE, title: str = "") -> Path:
-    """Draw where a patch of interface sends the sound that it gets from one direction.
+    """Draw the bistatic scattering strength of a patch of interface for one direction of incidence.
 
     Args:
-        law: How the patch scatters.
-        path: Picture to write.
-        grazing_in: Grazing angle of the sound that arrives [rad].
-        title: Above the picture; the law's name by default.
+        law: Scattering law of the patch.
+        path: File of the figure.
+        grazing_in: Grazing angle of the incident sound [rad].
+        title: Title of the figure; the law's name by default.
 
     Returns:
         The path.
@@ -110,16 +110,16 @@ def lobe(law: ScatteringLaw, path: str | Path, *, grazing_in: float = INCIDENCE,
     with style.plot_style():
         figure = style.new_figure(6.5, 5.8)
         axes = figure.add_subplot(projection="polar")
-        add_caveats(figure, sky(axes, lambda: law, grazing_in, title=title or type(law).__name__), "")
+        add_caveats(figure, hemisphere(axes, lambda: law, grazing_in, title=title or type(law).__name__), "")
         return style.save_figure(figure, path)
 
 
 def backscatter_curves(axes: Axes, bed: Sediment, frequency: float) -> Caveats:
-    """The echo straight back over the grazing angle: the surface's, the inside's, their sum, and what others say.
+    """Draw the backscatter over the grazing angle: surface, volume, their sum, and other laws.
 
     Args:
-        axes: Where to draw.
-        bed: The sediment.
+        axes: Axes to draw on.
+        bed: Sediment to draw.
         frequency: Frequency [Hz].
 
     Returns:
@@ -127,31 +127,31 @@ def backscatter_curves(axes: Axes, bed: Sediment, frequency: float) -> Caveats:
     """
     parts: tuple[tuple[str, str, type[SmallSlope | SedimentVolume | Jackson]], ...] = (
         ("surface (small slope)", style.CONTRIBUTION_COLOURS["seabed"], SmallSlope),
-        ("inside (volume)", style.FAMILIES["BS"], SedimentVolume),
+        ("volume", style.FAMILIES["BS"], SedimentVolume),
         ("both (Jackson)", style.INK, Jackson),
     )
-    answers = [evaluate_with_caveats(partial(_made, partial(law, bed, frequency))) for _, _, law in parts]
+    strengths = [evaluate_with_caveats(partial(_backscatter_of, partial(law, bed, frequency))) for _, _, law in parts]
     degrees = np.degrees(GRAZING)
-    for (label, colour, _), answer in zip(parts, answers, strict=True):
-        curve(axes, degrees, answer, colour, label)
+    for (label, colour, _), strength in zip(parts, strengths, strict=True):
+        curve(axes, degrees, strength, colour, label)
     handbook = evaluate_with_caveats(lambda: apl_bottom_strength_db(bed, frequency, GRAZING))
-    if not handbook.caveats:  # the handbook's level is shown where the handbook stands behind it
-        # broad and pale, so that Jackson's law is seen where it lies on it
+    if not handbook.caveats:  # the handbook's model is drawn within its validity only
+        # broad and pale, so that Jackson's law stays visible on top
         axes.plot(degrees, handbook.values, color=style.EXPECTED, linewidth=4, alpha=0.45, zorder=1.5, label=HANDBOOK)
     lambert = backscatter_db(Lambert(), GRAZING)
     axes.plot(degrees, lambert, color=style.QUIET, linestyle=":", label="Lambert, -27 dB")
-    axes.set_title(f"Straight back at {frequency / 1e3:g} kHz")
+    axes.set_title(f"Backscatter at {frequency / 1e3:g} kHz")
     _grazing_axis(axes)
     _strength_axis(axes)
-    return tuple(doubt for answer in answers for doubt in answer.caveats)
+    return tuple(caveat for strength in strengths for caveat in strength.caveats)
 
 
-def several(axes: Axes, beds: Sequence[Sediment], frequency: float) -> Caveats:
-    """The echo straight back of several sediments by Jackson's law.
+def sediment_curves(axes: Axes, beds: Sequence[Sediment], frequency: float) -> Caveats:
+    """Draw the backscatter of several sediments by Jackson's law.
 
     Args:
-        axes: Where to draw.
-        beds: The sediments.
+        axes: Axes to draw on.
+        beds: Sediments to draw.
         frequency: Frequency [Hz].
 
     Returns:
@@ -159,38 +159,38 @@ def several(axes: Axes, beds: Sequence[Sediment], frequency: float) -> Caveats:
     """
     caveats: Caveats = ()
     for bed, colour in zip(beds, COLOURS, strict=False):
-        answer = evaluate_with_caveats(partial(_made, partial(Jackson, bed, frequency)))
-        curve(axes, np.degrees(GRAZING), answer, colour, bed.name or "sediment")
-        caveats += answer.caveats
+        strength = evaluate_with_caveats(partial(_backscatter_of, partial(Jackson, bed, frequency)))
+        curve(axes, np.degrees(GRAZING), strength, colour, bed.name or "sediment")
+        caveats += strength.caveats
     axes.plot(
         np.degrees(GRAZING), backscatter_db(Lambert(), GRAZING), color=style.QUIET, linestyle=":",
         label="Lambert, -27 dB",
     )  # fmt: skip
-    axes.set_title(f"Straight back at {frequency / 1e3:g} kHz, Jackson's law")
+    axes.set_title(f"Backscatter at {frequency / 1e3:g} kHz, Jackson's law")
     _grazing_axis(axes)
     _strength_axis(axes)
     axes.legend(loc="upper left", ncols=3)
     return caveats
 
 
-def mirror(magnitude: Axes, phase: Axes, bed: Sediment) -> None:
-    """What the flat sediment reflects: how much of the pressure, and with which turn of phase.
+def reflection_curves(magnitude: Axes, phase: Axes, bed: Sediment) -> None:
+    """Draw magnitude and phase of the reflection coefficient of the flat sediment.
 
     Args:
-        magnitude: Axes for the size of the coefficient.
+        magnitude: Axes for the magnitude of the coefficient.
         phase: Axes for its phase.
-        bed: The sediment.
+        bed: Sediment to draw.
     """
     angle = np.radians(np.linspace(0, 90, 721))
     coefficient = reflection_coefficient(bed, angle)
     magnitude.plot(np.degrees(angle), np.abs(coefficient), color=style.CONTRIBUTION_COLOURS["seabed"], linewidth=1.6)
     magnitude.set_ylim(0, 1.05)
-    magnitude.set_title("Mirrored by a flat bed")
+    magnitude.set_title("Reflection by a flat bed")
     magnitude.set_ylabel("pressure reflected, |R| [1]")
-    turned = np.degrees(np.unwrap(np.angle(coefficient)))
-    turned -= 360 * np.round(turned[-1] / 360)  # unwrapped from grazing 0, where -180 and 180 are the same turn
-    phase.plot(np.degrees(angle), turned, color=style.CONTRIBUTION_COLOURS["seabed"], linewidth=1.6)
-    phase.set_title("Turn of phase, exp(+j$\\omega$t)")
+    unwrapped = np.degrees(np.unwrap(np.angle(coefficient)))
+    unwrapped -= 360 * np.round(unwrapped[-1] / 360)  # unwrapped from grazing 0, where -180 and 180 are equal
+    phase.plot(np.degrees(angle), unwrapped, color=style.CONTRIBUTION_COLOURS["seabed"], linewidth=1.6)
+    phase.set_title("Phase of reflection, exp(+j$\\omega$t)")
     phase.set_ylabel("phase of R [deg]")
     phase.yaxis.set_major_locator(MultipleLocator(45))
     for axes in (magnitude, phase):
@@ -201,31 +201,31 @@ def mirror(magnitude: Axes, phase: Axes, bed: Sediment) -> None:
         _grazing_axis(axes)
 
 
-def sky(axes: Axes, make: Callable[[], ScatteringLaw], grazing_in: float, *, title: str = "") -> Caveats:
-    """The lobe of one incidence, seen from above: the vertical in the middle, the horizon at the rim.
+def hemisphere(axes: Axes, make: Callable[[], ScatteringLaw], grazing_in: float, *, title: str = "") -> Caveats:
+    """Draw the lobe of one incidence over the hemisphere: the vertical in the centre, the horizon at the rim.
 
     Args:
         axes: Polar axes.
-        make: Gives the law by which the patch scatters.
-        grazing_in: Grazing angle of the sound that arrives [rad].
-        title: Above the picture.
+        make: Function that returns the scattering law of the patch.
+        grazing_in: Grazing angle of the incident sound [rad].
+        title: Title of the figure.
 
     Returns:
         The caveats of the law.
     """
     if not isinstance(axes, PolarAxes):
         raise TypeError("a lobe needs polar axes: figure.add_subplot(projection='polar').")
-    # the middles of the cells miss the mirror direction, where a law may be infinite
+    # the centres of the cells avoid the specular direction, where a law may be infinite
     azimuth, zenith = np.radians(np.linspace(-180, 180, 242)), np.radians(np.linspace(0, 90, 121))
     out, around = np.meshgrid(np.pi / 2 - _middles(zenith), _middles(azimuth), indexing="ij")
-    answer = evaluate_with_caveats(lambda: level_db(make().cross_section(np.asarray(grazing_in), out, around)))
-    mesh = _lobe_mesh(axes, azimuth, zenith, answer.values)
+    strength = evaluate_with_caveats(lambda: level_db(make().cross_section(np.asarray(grazing_in), out, around)))
+    mesh = _lobe_mesh(axes, azimuth, zenith, strength.values)
     axes.figure.colorbar(mesh, ax=axes, label=STRENGTH, shrink=0.8, pad=0.12)
-    for where, mark, name in ((0.0, "o", "mirror direction"), (np.pi, "x", "straight back")):
+    for where, mark, name in ((0.0, "o", "specular direction"), (np.pi, "x", "backscatter")):
         axes.plot([where], [90 - np.degrees(grazing_in)], mark, fillstyle="none", color=style.PAIRS["S-S"], label=name)
     axes.legend(loc="upper left", bbox_to_anchor=(-0.25, 0.02), fontsize=8)
-    axes.set_title(f"{title}, sound comes in at {np.degrees(grazing_in):.3g}°".removeprefix(", "))
-    return answer.caveats
+    axes.set_title(f"{title}, incidence at {np.degrees(grazing_in):.3g}°".removeprefix(", "))
+    return strength.caveats
 
 
 def backscatter_db(law: ScatteringLaw, grazing: Floats) -> Floats:
@@ -255,8 +255,8 @@ def _middles(edges: Floats) -> Floats:
     return np.asarray((edges[1:] + edges[:-1]) / 2)
 
 
-def _made(make: Callable[[], ScatteringLaw]) -> Floats:
-    """What a law scatters straight back [dB], made on the spot so that its caveats are met here."""
+def _backscatter_of(make: Callable[[], ScatteringLaw]) -> Floats:
+    """Backscattering strength of a law [dB], constructed here so that its caveats are collected."""
     return backscatter_db(make(), GRAZING)
 
 
@@ -276,5 +276,5 @@ def _facts(bed: Sediment) -> str:
         f"{bed.density_ratio:.3f} x the density of water, {bed.speed_ratio:.3f} x its sound speed, loss {bed.loss:.4f}"
     )
     rough = f"relief exponent {bed.spectral_exponent:g}, strength {bed.spectral_strength:.3g} m$^{{4-\\gamma}}$"
-    inside = f"volume parameter {bed.volume_parameter:g}"
-    return f"{bed.name[:1].upper() + bed.name[1:] or 'Sediment'}: {facts},\n{rough}, {inside}"
+    volume = f"volume parameter {bed.volume_parameter:g}"
+    return f"{bed.name[:1].upper() + bed.name[1:] or 'Sediment'}: {facts},\n{rough}, {volume}"

@@ -1,4 +1,4 @@
-"""The paper's figure 10: how the families of legs run between surface and bottom, in one vertical plane."""
+"""Families of legs between surface and seabed in a vertical plane, figure 10 of the paper."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from insonify.plotting import style
 from insonify.propagation.families import bounce_sequence, image_depth
 
 LETTERS = {"D": "a", "S": "b", "B": "c", "SB": "d", "BS": "e"}
-"""The paper's names of the families."""
+"""Letters of the families in the paper."""
 
 
 def geometry(path: str | Path, *, families: tuple[str, ...] = ("D", "S", "B", "SB", "BS"), source_depth: float = 11.0,
@@ -19,11 +19,11 @@ def geometry(path: str | Path, *, families: tuple[str, ...] = ("D", "S", "B", "S
     """Draw the legs between the sonar and a point.
 
     Args:
-        path: Picture to write.
-        families: Which legs.
+        path: File of the figure.
+        families: Families of the legs that are drawn.
         source_depth: Depth of the sonar [m].
         point_depth: Depth of the point [m].
-        distance: Horizontal distance to it [m].
+        distance: Horizontal distance to the point [m].
         water_depth: Depth of the seabed [m].
 
     Returns:
@@ -37,7 +37,7 @@ def geometry(path: str | Path, *, families: tuple[str, ...] = ("D", "S", "B", "S
 
 def section(axes: Axes, families: tuple[str, ...], source_depth: float, point_depth: float, distance: float,
             water_depth: float) -> None:  # fmt: skip
-    """The vertical plane through the sonar and a point, with one line for each leg [m]."""
+    """Draw the vertical plane through the sonar and a point, with one line for each leg [m]."""
     right = distance * 1.06
     axes.axhline(0, color=style.CONTRIBUTION_COLOURS["surface"], linewidth=2)
     axes.axhspan(water_depth, water_depth * 1.12, color=style.CONTRIBUTION_COLOURS["seabed"], alpha=0.3, linewidth=0)
@@ -60,7 +60,7 @@ def leg(family: str, source_depth: float, point_depth: float, distance: float,
         water_depth: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:  # fmt: skip
     """Corners of one leg, from the sonar to the point: ranges and depths [m].
 
-    The leg runs straight from the image of the sonar; seen in the water, it is folded at each boundary.
+    The leg is a straight line from the image source, folded at each boundary.
     """
     image = image_depth(family, source_depth, water_depth)
     string = bounce_sequence(family)
@@ -68,7 +68,7 @@ def leg(family: str, source_depth: float, point_depth: float, distance: float,
     up = image < point_depth
     planes = np.array([-water_depth * k if up else water_depth * (k + 1) for k in range(len(string))])
     if string and (string[-1] == "S") != up:
-        raise ValueError(f"a leg {family} does not end the way its image lies")
+        raise ValueError(f"the last bounce of family {family} is not on the side of its image source")
     share = (planes - image) / (point_depth - image)
     corners = share[::-1] * distance
     depths = [0.0 if letter == "S" else water_depth for letter in string]

@@ -1,4 +1,4 @@
-"""Level curves: what each contribution contributes, over time, as the sonar equation has it."""
+"""Level curves: expected level of each contribution over time."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from insonify.plotting import style
 
 BELOW = 80.0
-"""Depth of the picture below the loudest curve [dB]."""
+"""Range of levels shown below the maximum [dB]."""
 
 
 def levels(dataset: xr.Dataset, path: str | Path, *, window: tuple[float, float] | None = None) -> Path:
@@ -17,7 +17,7 @@ def levels(dataset: xr.Dataset, path: str | Path, *, window: tuple[float, float]
 
     Args:
         dataset: `level_db` over (contribution, pair, time) [dB re 1 uPa], as from `insonify.levels`.
-        path: Picture to write.
+        path: File of the figure.
         window: Start and stop [s]; all by default.
 
     Returns:
@@ -30,27 +30,27 @@ def levels(dataset: xr.Dataset, path: str | Path, *, window: tuple[float, float]
 
 
 def curves(axes: Axes, dataset: xr.Dataset, window: tuple[float, float] | None = None) -> None:
-    """One curve for each contribution that is heard.
+    """Draw one curve for each contribution with a finite level.
 
     Args:
-        axes: Where to draw.
+        axes: Axes to draw on.
         dataset: As for `levels`.
         window: Start and stop [s].
     """
     time = dataset["time"].values
     first, last = window or (time[0], time[-1])
     inside = (time >= first) & (time <= last)
-    whole = dataset["level_db"].sel(pair="all").values[:, inside]
-    for contribution, level in zip(dataset["contribution"].values, whole, strict=True):
+    all_pairs = dataset["level_db"].sel(pair="all").values[:, inside]
+    for contribution, level in zip(dataset["contribution"].values, all_pairs, strict=True):
         if np.isfinite(level).any():
-            wide = 2.6 if contribution == "total" else 1.3
+            is_total = contribution == "total"
             axes.plot(
                 time[inside] * 1e3, np.where(np.isfinite(level), level, np.nan), label=str(contribution),
-                linewidth=wide, color=style.CONTRIBUTION_COLOURS[str(contribution)],
-                alpha=0.35 if contribution == "total" else 1.0, linestyle="--" if contribution == "noise" else "-",
-                zorder=1 if contribution == "total" else 2,
+                color=style.CONTRIBUTION_COLOURS[str(contribution)], linewidth=2.6 if is_total else 1.3,
+                alpha=0.35 if is_total else 1.0,
+                linestyle="--" if contribution == "noise" else "-", zorder=1 if is_total else 2,
             )  # fmt: skip
-    top = whole[np.isfinite(whole)].max() if np.isfinite(whole).any() else 0.0
+    top = all_pairs[np.isfinite(all_pairs)].max() if np.isfinite(all_pairs).any() else 0.0
     axes.set_xlim(first * 1e3, last * 1e3)
     axes.set_ylim(top - BELOW, top + 8)
     axes.set_xlabel("time after the start of transmission [ms]")

@@ -1,4 +1,4 @@
-"""A sound-speed profile as a probe brings it up: depth downwards, and which layers bend the sound which way."""
+"""Sound-speed profile over depth, and the sign of refraction in each layer."""
 
 from pathlib import Path
 
@@ -17,11 +17,11 @@ def profile(column: SoundSpeedProfile, path: str | Path, *, temperature: ArrayLi
     """Draw a sound-speed profile and its gradient, with temperature and salinity where they were measured.
 
     Args:
-        column: The profile.
-        path: Picture to write.
-        temperature: At the knots of the profile [degC], shape (n,).
-        salinity: At the knots of the profile [g/kg], shape (n,).
-        title: Where and when, above the picture.
+        column: Sound-speed profile.
+        path: File of the figure.
+        temperature: Temperature at the knots of the profile [degC], shape (n,).
+        salinity: Salinity at the knots of the profile [g/kg], shape (n,).
+        title: Title, such as position and time of the measurement.
 
     Returns:
         The path.
@@ -41,11 +41,11 @@ def profile(column: SoundSpeedProfile, path: str | Path, *, temperature: ArrayLi
 
 
 def speeds(axes: Axes, column: SoundSpeedProfile) -> None:
-    """Sound speed over depth, with its knots.
+    """Draw sound speed over depth, with its knots.
 
     Args:
-        axes: Where to draw.
-        column: The profile.
+        axes: Axes to draw on.
+        column: Sound-speed profile.
     """
     axes.plot(column.speed, column.depth, color=style.INK)
     if column.depth.size <= 60:
@@ -57,11 +57,11 @@ def speeds(axes: Axes, column: SoundSpeedProfile) -> None:
 
 
 def gradients(axes: Axes, column: SoundSpeedProfile) -> None:
-    """Gradient of each layer: sound bends up where it grows with depth, and down where it falls.
+    """Draw the gradient of each layer: sound is refracted up where speed grows with depth, and down where it falls.
 
     Args:
-        axes: Where to draw.
-        column: The profile.
+        axes: Axes to draw on.
+        column: Sound-speed profile.
     """
     slope = column.gradient((column.depth[1:] + column.depth[:-1]) / 2)
     for bends, colour in (
@@ -86,13 +86,13 @@ def gradients(axes: Axes, column: SoundSpeedProfile) -> None:
 
 
 def probe(axes: Axes, column: SoundSpeedProfile, temperature: ArrayLike | None, salinity: ArrayLike | None) -> None:
-    """Temperature and salinity over depth, each on an axis of its own.
+    """Draw temperature and salinity over depth, each on an axis of its own.
 
     Args:
-        axes: Where to draw.
-        column: The profile, for its depths.
-        temperature: At the knots [degC], shape (n,), or None.
-        salinity: At the knots [g/kg], shape (n,), or None.
+        axes: Axes to draw on.
+        column: Sound-speed profile, for its depths.
+        temperature: Temperature at the knots [degC], shape (n,), or None.
+        salinity: Salinity at the knots [g/kg], shape (n,), or None.
     """
     axes.set_title("Measured", pad=34 if temperature is not None and salinity is not None else 6)
     if temperature is not None:

@@ -1,4 +1,4 @@
-"""Where sound goes: a fan of rays beside the profile that bends it, over one depth axis."""
+"""Ray diagram beside the sound-speed profile, over one depth axis."""
 
 from pathlib import Path
 
@@ -17,14 +17,14 @@ from insonify.propagation.ray_fan import RayFan, trace_fan
 from insonify.propagation.sound_speed_layers import sound_speed_layers
 
 RAYS = 121
-"""Rays of a fan, where nobody says how many."""
+"""Default number of rays of a fan [1]."""
 WIDEST = np.radians(20.0)
-"""Half the opening of a fan, where nobody says how wide [rad]."""
+"""Default largest launch elevation of a fan [rad]."""
 NAMED = 7
-"""Families that a legend names."""
+"""Largest number of families in the legend [1]."""
 GRID = 480, 200
-"""Cells along range and depth in which a direct path is looked for."""
-SILENT = "#D9DDE3"
+"""Cells along range and depth of the map of shadow zones [1]."""
+SHADOW_ZONE_COLOUR = "#D9DDE3"
 """Colour of water that no direct ray reaches."""
 
 
@@ -36,13 +36,13 @@ def rays(
 
     Args:
         profile: Sound speed over depth.
-        path: Picture to write.
+        path: File of the figure.
         source_depth: Depth of the source [m].
-        water_depth: Depth of the bottom [m]; by default where the profile ends.
+        water_depth: Depth of the seabed [m]; by default the end of the profile.
         max_range: Range at which rays end [m].
         launch: Launch elevations, + down [rad], shape (rays,); by default from -20 to 20 deg.
-        bounces: Bounces of a ray that are drawn.
-        title: What water it is.
+        bounces: Largest number of bounces of a ray that are drawn.
+        title: Title, such as the name of the water.
 
     Returns:
         The path.
@@ -55,23 +55,23 @@ def rays(
     traced = trace_fan(layers, source_depth, angles, max_range=max_range, max_bounces=bounces, step=max_range / 400)
     with style.plot_style():
         figure = style.new_figure(12, 4.8)
-        beside, beyond = figure.subplots(1, 2, sharey=True, width_ratios=(1, 4.6))
-        speed(beside, layers.depth, layers.speed, source_depth)
-        dark = silence(beyond, profile, layers.water_depth, source_depth, max_range)
-        section(beyond, traced, layers.water_depth, source_depth, dark=dark)
+        left, right = figure.subplots(1, 2, sharey=True, width_ratios=(1, 4.6))
+        speed(left, layers.depth, layers.speed, source_depth)
+        dark = shadow_zone(right, profile, layers.water_depth, source_depth, max_range)
+        section(right, traced, layers.water_depth, source_depth, dark=dark)
         low, high = np.degrees(traced.launch_elevation.min()), np.degrees(traced.launch_elevation.max())
-        beyond.set_title(f"{len(traced)} rays, launched from {low:.1f} to {high:.1f} deg (+ down)")
+        right.set_title(f"{len(traced)} rays, launched from {low:.1f} to {high:.1f} deg (+ down)")
         figure.suptitle(title, ha="left", x=0.01, fontsize=11)
         return style.save_figure(figure, path)
 
 
 def speed(axes: Axes, depth: ArrayLike, speeds: ArrayLike, source_depth: float) -> None:
-    """Sound speed over depth, narrow, to stand beside rays.
+    """Draw sound speed over depth, in a narrow panel beside rays.
 
     Args:
-        axes: Where to draw.
-        depth: Knots [m], shape (m,).
-        speeds: Sound speed there [m/s], shape (m,).
+        axes: Axes to draw on.
+        depth: Depths of the knots [m], shape (m,).
+        speeds: Sound speed at the knots [m/s], shape (m,).
         source_depth: Depth of the source, marked [m].
     """
     z, c = np.asarray(depth, float), np.asarray(speeds, float)
@@ -87,42 +87,46 @@ def speed(axes: Axes, depth: ArrayLike, speeds: ArrayLike, source_depth: float) 
     axes.set_ylabel("depth [m]")
 
 
-def silence(axes: Axes, profile: SoundSpeedProfile, water_depth: float, source_depth: float, farthest: float) -> bool:
-    """The water that no direct ray reaches, however launched: the exact solver is asked cell by cell.
+def shadow_zone(
+    axes: Axes, profile: SoundSpeedProfile, water_depth: float, source_depth: float, farthest: float
+) -> bool:
+    """Draw the shadow zone, water that no direct ray reaches, by the exact eigenray solver for each cell.
 
     Args:
-        axes: Where to draw.
+        axes: Axes to draw on.
         profile: Sound speed over depth.
-        water_depth: Depth of the bottom [m].
+        water_depth: Depth of the seabed [m].
         source_depth: Depth of the source [m].
-        farthest: Range to which it is asked [m].
+        farthest: Largest range of the cells [m].
 
     Returns:
-        Whether there is such water.
+        True where a shadow zone was drawn.
     """
     x, z = (np.linspace(0, stop, cells + 1) for stop, cells in zip((farthest, water_depth), GRID, strict=True))
     middle_x, middle_z = (x[1:] + x[:-1]) / 2, (z[1:] + z[:-1]) / 2
-    found = eigenrays(
+    direct = eigenrays(
         profile, water_depth=water_depth, source_depth=source_depth, point_depth=middle_z[:, None], range=middle_x,
         families=("D",),
     )  # fmt: skip
     dark = np.ones((z.size - 1) * (x.size - 1))
-    dark[found.point[found.status == "ok"]] = np.nan
-    silent = bool(np.isfinite(dark).any())
-    if silent:
-        axes.pcolormesh(x, z, dark.reshape(z.size - 1, -1), cmap=ListedColormap([SILENT]), rasterized=True, zorder=0)
-    return silent
+    dark[direct.point[direct.status == "ok"]] = np.nan
+    has_shadow = bool(np.isfinite(dark).any())
+    if has_shadow:
+        axes.pcolormesh(
+            x, z, dark.reshape(z.size - 1, -1), cmap=ListedColormap([SHADOW_ZONE_COLOUR]), rasterized=True, zorder=0
+        )
+    return has_shadow
 
 
 def section(axes: Axes, traced: RayFan, water_depth: float, source_depth: float, *, dark: bool = False) -> None:
-    """Rays in a vertical plane, coloured by what they have bounced off.
+    """Draw rays in a vertical plane, coloured by family.
 
     Args:
-        axes: Where to draw.
-        traced: The rays.
-        water_depth: Depth of the bottom [m].
+        axes: Axes to draw on.
+        traced: Traced rays.
+        water_depth: Depth of the seabed [m].
         source_depth: Depth of the source, marked [m].
-        dark: Whether the legend names water without direct paths.
+        dark: True where the legend names the shadow zone.
     """
     lines: dict[str, list[np.ndarray]] = {}
     for family, x, z in traced.segments():
@@ -151,6 +155,6 @@ def section(axes: Axes, traced: RayFan, water_depth: float, source_depth: float,
         Line2D([], [], color=style.FAMILIES.get(name, style.QUIET), label=name) for name in order[:NAMED]
     ]
     if dark:
-        named.append(Patch(color=SILENT, label="no direct path"))
+        named.append(Patch(color=SHADOW_ZONE_COLOUR, label="no direct path"))
     axes.legend(handles=named, ncols=len(named), loc="lower right", bbox_to_anchor=(1.0, 1.0), handlelength=1.2,
                 columnspacing=1.0)  # fmt: skip

@@ -1,4 +1,4 @@
-"""A recording as the picture that fits it: one echo sounder trace, a waterfall, or a fan of beams."""
+"""Figure of a recording: an A-scan, a waterfall, or a sector image, by pings and beams."""
 
 from pathlib import Path
 
@@ -14,8 +14,8 @@ from insonify.plotting.sector_image import sector_image
 from insonify.plotting.sidescan import has_sides, sidescan_waterfall
 from insonify.plotting.waterfall import waterfall
 
-FAN = 5
-"""Beams from which on a ping is drawn as a fan."""
+MIN_SECTOR_BEAMS = 5
+"""Fewest beams of a ping that is drawn as a sector image [1]."""
 
 
 def recording(
@@ -24,32 +24,35 @@ def recording(
 ) -> Path | Figure:  # fmt: skip
     """Draw a recording.
 
-    Many beams make a fan of one ping, many pings a waterfall (port and starboard side by side where the sonar has
-    both), everything else traces of level over time.
+    Many beams give a sector image of one ping, many pings a waterfall (port and starboard side by side where the sonar
+    has both), all others traces of level over time.
 
     Args:
         recorded: `pressure` [uPa] or `intensity` [uPa^2] over (ping, channel, time), or the folder of a recording.
-        path: Picture to write, .png, .pdf or .svg; None: nothing is written.
-        ping: Row of the only ping wanted; by default all, or for a fan the first that is there.
-        beam: Row of the only beam wanted; all by default.
-        ground: A waterfall over distance on a level bed, instead of slant range.
-        gain: Of a waterfall: one of `insonify.processing.GAINS`.
+        path: File of the figure, .png, .pdf or .svg; None: no file.
+        ping: Row of a single ping; by default all, or for a sector image the first that is recorded.
+        beam: Row of a single beam; all by default.
+        ground: True for a waterfall over ground range on a flat seabed, instead of slant range.
+        gain: Gain of a waterfall: one of `insonify.processing.GAINS`.
 
     Returns:
-        The path; without one the figure, whose `axes` may be drawn on, and which notebooks show.
+        The path; without one the figure, to be shown or drawn on.
     """
     dataset = recorded if isinstance(recorded, xr.Dataset) else open_recording(recorded)
     sound = recording_levels(dataset) if beam is None else recording_levels(dataset).only(beam)
-    there = np.flatnonzero(np.isfinite(sound.level).any(axis=(1, 2)) | np.isneginf(sound.level).any(axis=(1, 2)))
-    if there.size == 0:
+    recorded_rows = np.flatnonzero(
+        np.isfinite(sound.level).any(axis=(1, 2)) | np.isneginf(sound.level).any(axis=(1, 2))
+    )
+    if recorded_rows.size == 0:
         raise ValueError("the recording holds no ping yet. Run the scenario to the end, or at least one ping of it.")
     pings, channels, _ = sound.level.shape
-    row = int(there[0]) if ping is None else ping
-    asked = ground or gain is not None
+    row = int(recorded_rows[0]) if ping is None else ping
+    is_sidescan_option = ground or gain is not None
     with style.plot_style():
-        if (ping is None and beam is None and pings > 1 and has_sides(dataset) and channels < 2 * FAN) or asked:
+        is_two_sided = ping is None and beam is None and pings > 1 and has_sides(dataset)
+        if (is_two_sided and channels < 2 * MIN_SECTOR_BEAMS) or is_sidescan_option:
             figure = sidescan_waterfall(dataset, sound, ground=ground, gain=gain, beam=beam)
-        elif channels >= FAN:
+        elif channels >= MIN_SECTOR_BEAMS:
             figure = sector_image(sound, row)
         elif pings > 1 and ping is None:
             figure = waterfall(sound)

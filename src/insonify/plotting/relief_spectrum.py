@@ -1,4 +1,4 @@
-"""Ground that a sediment makes: a patch of it, and its spectrum from the longest slopes to what sound feels."""
+"""Relief of a sediment: a patch of it, and its spectrum from the longest slopes to acoustic roughness."""
 
 from functools import lru_cache
 from pathlib import Path
@@ -15,19 +15,19 @@ from insonify.scene.terrain.roughness_cutoff import RoughnessCutoff
 SIDE = 40.0
 """Side of the patch that is drawn [m]."""
 POINTS = 640
-"""Points along it."""
+"""Points along a side of the patch [1]."""
 BINS = 36
-"""Rings of wavenumber, evenly spaced in its logarithm, in which a patch is measured."""
+"""Rings of wavenumber, evenly spaced in its logarithm, for the spectrum of the patch [1]."""
 
 
 def relief(bed: Sediment, path: str | Path, *, seed: int = 0, frequency: float = 100e3) -> Path:
-    """Draw a patch of the relief that a sediment makes, beside its spectrum.
+    """Draw a patch of the relief of a sediment, beside its spectrum.
 
     Args:
-        bed: The sediment; its own roughness is continued to longer wavelengths.
-        path: Picture to write.
-        seed: Another seed is another patch of the same kind [1].
-        frequency: Of the sound whose resonant relief is marked [Hz].
+        bed: Sediment, whose roughness spectrum is extended to longer wavelengths.
+        path: File of the figure.
+        seed: Random seed of the patch [1].
+        frequency: Acoustic frequency whose Bragg wavenumber is marked [Hz].
 
     Returns:
         The path.
@@ -41,12 +41,12 @@ def relief(bed: Sediment, path: str | Path, *, seed: int = 0, frequency: float =
 
 
 def ground(axes: Axes, bed: Sediment, *, seed: int = 0) -> None:
-    """A patch of relief from above.
+    """Draw a patch of relief from above.
 
     Args:
-        axes: Where to draw.
-        bed: The sediment.
-        seed: Of the patch [1].
+        axes: Axes to draw on.
+        bed: Sediment.
+        seed: Random seed of the patch [1].
     """
     height = 100 * patch(bed, seed)
     image = axes.imshow(height, origin="lower", extent=(0, SIDE, 0, SIDE), cmap=style.COPPER)
@@ -58,33 +58,32 @@ def ground(axes: Axes, bed: Sediment, *, seed: int = 0) -> None:
 
 
 def ground_spectrum(axes: Axes, bed: Sediment, *, seed: int = 0, frequency: float = 100e3) -> None:
-    """Spectrum of the relief: asked, resolved as ground, and measured on the patch that is drawn.
+    """Draw the spectrum of the relief: of the law, of its resolved part, and measured on the patch.
 
     Args:
-        axes: Where to draw.
-        bed: The sediment.
-        seed: Of the patch [1].
-        frequency: Of the sound whose resonant relief is marked [Hz]; the sound speed is taken as 1500 m/s.
+        axes: Axes to draw on.
+        bed: Sediment.
+        seed: Random seed of the patch [1].
+        frequency: Acoustic frequency whose Bragg wavenumber is marked [Hz]; the sound speed is 1500 m/s.
     """
-    law, split = PowerLaw.of_sediment(bed), RoughnessCutoff()
+    law, cutoff = PowerLaw.of_sediment(bed), RoughnessCutoff()
     K = np.geomspace(0.05, 3000, 400)
-    asked, share = law.spectrum(K), law.resolved_fraction(K, split)
-    axes.fill_between(
-        K, asked, 1e-30, where=share > 0.5, color=style.CONTRIBUTION_COLOURS["seabed"], alpha=0.15, linewidth=0
-    )
-    axes.plot(K, asked, color=style.INK, label="asked of the whole relief")
-    drawn = np.where(share > 1e-4, share * asked, np.nan)
-    axes.plot(K, drawn, color=style.CONTRIBUTION_COLOURS["seabed"], label="resolved as ground")
+    spectrum, share = law.spectrum(K), law.resolved_fraction(K, cutoff)
+    brown = style.CONTRIBUTION_COLOURS["seabed"]
+    axes.fill_between(K, spectrum, 1e-30, where=share > 0.5, color=brown, alpha=0.15, linewidth=0)
+    axes.plot(K, spectrum, color=style.INK, label="law of the relief")
+    resolved = np.where(share > 1e-4, share * spectrum, np.nan)
+    axes.plot(K, resolved, color=brown, label="resolved as terrain")
     ring, measured = ring_spectrum(patch(bed, seed), SIDE / POINTS)
     axes.plot(ring, measured, ".", color=style.FAMILIES["S"], markersize=5, label="measured on the patch")
-    axes.axvline(split.wavenumber, color=style.QUIET, linestyle=":", label=f"split, {split.wavelength:g} m")
-    resonant = 4 * np.pi * frequency / 1500 * np.cos(np.radians(20))
-    label = f"echoes {frequency / 1e3:g} kHz at 20°, {2e3 * np.pi / resonant:.2g} mm"
-    axes.axvline(resonant, color=style.EXPECTED, linestyle="--", label=label)
+    axes.axvline(cutoff.wavenumber, color=style.QUIET, linestyle=":", label=f"cutoff, {cutoff.wavelength:g} m")
+    bragg = 4 * np.pi * frequency / 1500 * np.cos(np.radians(20))
+    label = f"Bragg at {frequency / 1e3:g} kHz at 20°, {2e3 * np.pi / bragg:.2g} mm"
+    axes.axvline(bragg, color=style.EXPECTED, linestyle="--", label=label)
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_xlim(K[0], K[-1])
-    axes.set_ylim(asked[-1] / 3, asked[0] * 10)
+    axes.set_ylim(spectrum[-1] / 3, spectrum[0] * 10)
     axes.set_title("Spectrum of the relief")
     axes.set_xlabel("wavenumber [rad/m]")
     axes.set_ylabel("two-sided spectrum [m$^4$]")
@@ -93,13 +92,13 @@ def ground_spectrum(axes: Axes, bed: Sediment, *, seed: int = 0, frequency: floa
 
 @lru_cache(maxsize=2)
 def patch(bed: Sediment, seed: int) -> Floats:
-    """Height of a square patch of a sediment's relief [m], shape (north, east), about its own mean."""
+    """Height of a square patch of a sediment's relief about its mean [m], shape (north, east)."""
     at = (np.arange(POINTS) + 0.5) * SIDE / POINTS
-    walked = PowerLaw.of_sediment(bed).build_relief(seed=seed, layer=0, cutoff=RoughnessCutoff())
-    height = walked.sample(at[:, None], at[None, :]).height
-    level: Floats = height - height.mean()
-    level.setflags(write=False)  # it is drawn twice
-    return level
+    terrain = PowerLaw.of_sediment(bed).build_relief(seed=seed, layer=0, cutoff=RoughnessCutoff())
+    height = terrain.sample(at[:, None], at[None, :]).height
+    centred: Floats = height - height.mean()
+    centred.setflags(write=False)  # cached, and drawn twice
+    return centred
 
 
 def ring_spectrum(height: Floats, step: float) -> tuple[Floats, Floats]:
@@ -107,10 +106,10 @@ def ring_spectrum(height: Floats, step: float) -> tuple[Floats, Floats]:
 
     Args:
         height: Heights [m], shape (n, n).
-        step: Distance of neighbours [m].
+        step: Spacing of the heights [m].
 
     Returns:
-        Wavenumber [rad/m] and spectrum [m^4] of each ring that holds any wave; its integral over the plane of
+        Wavenumber [rad/m] and spectrum [m^4] of each ring that is not empty; its integral over the plane of
         wavenumbers is the variance.
 
     Source: the periodogram under Hann's window, |FFT|^2 over the energy of the window.
@@ -125,5 +124,5 @@ def ring_spectrum(height: Floats, step: float) -> tuple[Floats, Floats]:
     ring = np.digitize(length.ravel(), edges)
     count = np.bincount(ring, minlength=BINS + 2)[1:-1]
     total, radius = (np.bincount(ring, c.ravel(), BINS + 2)[1:-1] for c in (energy, length))
-    there = count > 0
-    return radius[there] / count[there], total[there] / count[there]
+    occupied = count > 0
+    return radius[occupied] / count[occupied], total[occupied] / count[occupied]

@@ -1,4 +1,4 @@
-"""A scenario before it is simulated: the bed from above with track, swath and targets, and the vertical geometry."""
+"""Figure of a scenario: map of the seabed with track, swath and targets, and vertical section along the beam."""
 
 from pathlib import Path
 
@@ -19,24 +19,24 @@ from insonify.sonar.track import Poses, true_poses
 
 Floats = NDArray[np.float64]
 FAINTEST = 30.0
-"""How far below its axis the two-way beam is still drawn [dB]."""
+"""Range of levels of the two-way beam drawn below its axis [dB]."""
 LIT = LinearSegmentedColormap.from_list("water", ["#FFFFFF", "#9CCBEB"])
 WIDE, SECTION = 9.0, 2.7
 """Width of the map and height of the vertical plane [inch]."""
 PLANES = 200
-"""Pings at most whose beams are asked what they pass."""
+"""Largest number of pings whose beams are searched for targets [1]."""
 BESIDE = 0.05
-"""How far beside the plane of a beam something may lie to be drawn in it, as a part of its distance [1]."""
+"""Largest offset of a target from the plane of a beam to be drawn in it, relative to its distance [1]."""
 CELLS = 500, 160
 """Cells of the beam along range and depth."""
 
 
 def scene(scenario: Scenario, path: str | Path) -> Path:
-    """Draw what a scenario describes.
+    """Draw the map and the vertical section of a scenario.
 
     Args:
-        scenario: What would be simulated.
-        path: Picture to write.
+        scenario: Scenario to draw.
+        path: File of the figure.
 
     Returns:
         The path.
@@ -52,11 +52,11 @@ def scene(scenario: Scenario, path: str | Path) -> Path:
 
 
 def section(axes: Axes, scenario: Scenario) -> None:
-    """The vertical plane of the beam at the first ping: water, bed, beam, and the targets that beams pass.
+    """Draw the vertical plane of the beam at the first ping: water, seabed, beam, and the targets that beams pass.
 
     Args:
-        axes: Where to draw.
-        scenario: What would be simulated.
+        axes: Axes to draw on.
+        scenario: Scenario to draw.
     """
     track = true_poses(scenario.track, seed=scenario.seed)
     far = scenario.water.max_sound_speed * scenario.track.window[1] / 2
@@ -77,19 +77,19 @@ def section(axes: Axes, scenario: Scenario) -> None:
     axes.xaxis.set_major_formatter(lambda value, _: f"{abs(value):g}")
     axes.set_xlabel(("port  |  starboard,  " if min(signs) < 0 else "") + "distance along the first ping's beam [m]")
     axes.set_ylabel("depth [m]")
-    bent = ", drawn as if sound went straight" if scenario.water.layered else ""
-    axes.set_title(f"In the beam's plane: two-way beam down to {-FAINTEST:g} dB{bent}; bed; targets it passes",
+    note = ", drawn without refraction" if scenario.water.layered else ""
+    axes.set_title(f"In the beam's plane: two-way beam down to {-FAINTEST:g} dB{note}; bed; targets it passes",
                    fontsize=10)  # fmt: skip
 
 
 def _bed_in_reach(scenario: Scenario, far: float) -> float:
-    """A depth below all that is drawn of the bed [m]."""
+    """Largest depth of the seabed that is drawn [m]."""
     bed = scenario.completed_seabed.terrain
     return scenario.seabed.depth if bed is None else float(max(bed.span[1], scenario.seabed.depth))
 
 
 def _beam(axes: Axes, scenario: Scenario, side: Sonar, track: Poses, sign: int, far: float) -> None:
-    """Two-way level of the beam in its vertical plane."""
+    """Draw the two-way level of the beam in its vertical plane."""
     body = track.rotation(0)
     position = array_position(side.transmit, track.position[0], body)
     rotation, frequency = array_rotation(side, body), side.pulse.frequency
@@ -99,18 +99,18 @@ def _beam(axes: Axes, scenario: Scenario, side: Sonar, track: Poses, sign: int, 
     middle_x, middle_z = (x[1:] + x[:-1]) / 2, ((z[1:] + z[:-1]) / 2)[:, None]
     length = np.hypot(middle_x, middle_z - position[2])
     bearing = middle_bearing(side, track, 0)
-    flat = middle_x / length
-    way = np.stack([flat * np.cos(bearing), flat * np.sin(bearing), (middle_z - position[2]) / length], axis=-1)
+    cosine = middle_x / length
+    direction = np.stack([cosine * np.cos(bearing), cosine * np.sin(bearing), (middle_z - position[2]) / length], -1)
     power = np.ones(length.shape)
     for array in side.channel_arrays:
-        power = power * np.max(np.abs(beams(array, frequency, speed, rotation).gain(way)) ** 2, axis=0)
+        power = power * np.max(np.abs(beams(array, frequency, speed, rotation).gain(direction)) ** 2, axis=0)
     level = 10 * np.log10(np.maximum(power, 1e-30))
     shown = np.where((level > -FAINTEST) & (length <= far), level, np.nan)
     axes.pcolormesh(sign * x, z, shown, cmap=LIT, vmin=-FAINTEST, vmax=0, rasterized=True, zorder=0)
 
 
 def _ground(axes: Axes, scenario: Scenario, position: Floats, bearing: float, sign: int, far: float) -> None:
-    """The bed along the beam."""
+    """Draw the seabed along the beam."""
     x = np.linspace(0, far, 4 * CELLS[0])
     bed = _along(scenario, position[0] + x * np.cos(bearing), position[1] + x * np.sin(bearing))
     colour = style.CONTRIBUTION_COLOURS["seabed"]
@@ -120,46 +120,46 @@ def _ground(axes: Axes, scenario: Scenario, position: Floats, bearing: float, si
 
 
 def _along(scenario: Scenario, north: Floats, east: Floats) -> Floats:
-    """Depth of the bed at some places [m], shape (n,)."""
+    """Depth of the seabed at positions [m], shape (n,)."""
     bed = scenario.completed_seabed.terrain
     return np.full(north.shape, scenario.seabed.depth) if bed is None else np.asarray(bed.depth_at(north, east))
 
 
-def _cut_along(corners: Floats, here: Floats, bearing: float) -> tuple[Floats, Floats] | None:
-    """Least and greatest distance and depth of what a vertical plane cuts out of triangles [m]; None where it misses.
+def _cut_along(corners: Floats, origin: Floats, bearing: float) -> tuple[Floats, Floats] | None:
+    """Least and greatest distance and depth of the section of triangles in a vertical plane [m]; None if it is empty.
 
     Args:
-        corners: Of the triangles [m], shape (t, 3, 3).
-        here: North and east of a place in the plane [m], shape (2,).
-        bearing: Of the plane [rad]; what is behind the place is left out.
+        corners: Corners of the triangles [m], shape (t, 3, 3).
+        origin: North and east of the start of the plane [m], shape (2,).
+        bearing: Bearing of the plane [rad]; points behind the origin are left out.
     """
     ahead, aside = np.array([np.cos(bearing), np.sin(bearing)]), np.array([-np.sin(bearing), np.cos(bearing)])
-    found = []
+    crossings = []
     for side in range(3):
         a, b = corners[:, side], corners[:, (side + 1) % 3]
-        off_a, off_b = (a[:, :2] - here) @ aside, (b[:, :2] - here) @ aside
-        met = (off_a >= 0) != (off_b >= 0)
-        part = (off_a[met] / (off_a[met] - off_b[met]))[:, None]
-        position = a[met] + part * (b[met] - a[met])
-        found.append(np.column_stack([(position[:, :2] - here) @ ahead, position[:, 2]]))
-    points = np.concatenate(found)
+        off_a, off_b = (a[:, :2] - origin) @ aside, (b[:, :2] - origin) @ aside
+        crosses = (off_a >= 0) != (off_b >= 0)
+        part = (off_a[crosses] / (off_a[crosses] - off_b[crosses]))[:, None]
+        position = a[crosses] + part * (b[crosses] - a[crosses])
+        crossings.append(np.column_stack([(position[:, :2] - origin) @ ahead, position[:, 2]]))
+    points = np.concatenate(crossings)
     points = points[points[:, 0] > 0]
     return (points.min(axis=0), points.max(axis=0)) if len(points) else None
 
 
 def _targets(axes: Axes, scenario: Scenario, side: Sonar, track: Poses, sign: int, far: float) -> None:
-    """Targets at their distance from the sonar as its beam passes them, with their height."""
+    """Draw targets at their distance and height in the plane of the beam that passes them."""
     pings = np.unique(np.linspace(0, len(track) - 1, PLANES).astype(int))
     bearing = np.array([middle_bearing(side, track, int(ping)) for ping in pings])
-    here = track.position[pings, :2]
-    spacing = float(np.max(np.linalg.norm(np.diff(here, axis=0), axis=1), initial=0.0))
+    positions = track.position[pings, :2]
+    spacing = float(np.max(np.linalg.norm(np.diff(positions, axis=0), axis=1), initial=0.0))
     for target in scenario.targets:
         if isinstance(target, PointTarget):
             low = high = np.asarray(target.position, float)
         else:
             surface = world_triangles(target, scenario.completed_seabed)
             low, high = np.asarray(surface.low), np.asarray(surface.high)
-        offset, half = (low + high)[:2] / 2 - here, float(np.max((high - low)[:2])) / 2
+        offset, half = (low + high)[:2] / 2 - positions, float(np.max((high - low)[:2])) / 2
         along = offset[:, 0] * np.cos(bearing) + offset[:, 1] * np.sin(bearing)
         aside = np.abs(offset[:, 1] * np.cos(bearing) - offset[:, 0] * np.sin(bearing))
         aside[(along <= 0) | (along > far)] = np.inf
@@ -167,7 +167,7 @@ def _targets(axes: Axes, scenario: Scenario, side: Sonar, track: Poses, sign: in
         if aside[nearest] <= half + spacing + BESIDE * along[nearest]:
             middle, colour = sign * along[nearest], style.CONTRIBUTION_COLOURS["target"]
             if not isinstance(target, PointTarget):
-                cut = _cut_along(world_triangles(target, scenario.completed_seabed).corners, here[nearest],
+                cut = _cut_along(world_triangles(target, scenario.completed_seabed).corners, positions[nearest],
                                  float(bearing[nearest]))  # fmt: skip
                 if cut is not None:
                     (near, top), (beyond, base) = cut

@@ -1,4 +1,4 @@
-"""What a wind makes of the sea: its waves, a patch of it, and what sound finds there."""
+"""Sea surface of a wind speed: wave spectra, a patch of the surface, coherent reflection and backscatter."""
 
 from functools import partial
 from pathlib import Path
@@ -26,24 +26,24 @@ FETCH = 50e3
 WAVES = ("#1A1A1A", "#E69F00", "#0072B2")
 """Colours of the spectra: fully developed, young, unified."""
 ACROSS = 3.0
-"""Side of the patch, in lengths of the dominant waves."""
+"""Side of the patch, in wavelengths of the dominant waves [1]."""
 POINTS = 160
-"""Points along it."""
+"""Points along a side of the patch [1]."""
 
 
 def sea(path: str | Path, *, wind_speed: float = 7.0, frequency: float = 100e3, seed: int = 0) -> Path:
-    """Draw the sea that a wind raises and how it answers sound.
+    """Draw the sea surface of a wind speed, and its reflection and backscatter.
 
     Args:
-        path: Picture to write.
+        path: File of the figure.
         wind_speed: Wind 10 m above the sea [m/s].
-        frequency: Of the sound [Hz].
-        seed: Another seed is another sea of the same kind [1].
+        frequency: Acoustic frequency [Hz].
+        seed: Random seed of the patch [1].
 
     Returns:
         The path.
     """
-    # the laws' caveats about the wind are met here once, and printed on the picture
+    # the laws' caveats about the wind are collected here once, and printed on the figure
     kinds, caveats = with_caveats(lambda: seas(wind_speed))
     moving, _ = with_caveats(lambda: wind_sea(wind_speed, seed))
     with style.plot_style():
@@ -56,12 +56,12 @@ def sea(path: str | Path, *, wind_speed: float = 7.0, frequency: float = 100e3, 
         caveats += echo(grid[1, 1], wind_speed, frequency)
         caveats += winds(grid[1, 2], wind_speed, frequency)
         figure.suptitle(f"A sea under a wind of {wind_speed:g} m/s", ha="left", x=0.01, fontsize=11)
-        add_caveats(figure, caveats, "Beyond what the laws are made for (strengths: thin and dashed): ")
+        add_caveats(figure, caveats, "Outside the validity of the laws (strengths: thin and dashed): ")
         return style.save_figure(figure, path)
 
 
 def seas(wind_speed: float) -> dict[str, WaveSpectrum]:
-    """Published spectra of the sea that a wind [m/s] raises, by name."""
+    """Published wave spectra of a wind speed [m/s], by name."""
     return {
         "Pierson-Moskowitz": PiersonMoskowitz(wind_speed),
         f"JONSWAP, {FETCH / 1e3:g} km": Jonswap(wind_speed, FETCH),
@@ -70,17 +70,17 @@ def seas(wind_speed: float) -> dict[str, WaveSpectrum]:
 
 
 def wind_sea(wind_speed: float, seed: int) -> SeaSurface:
-    """The moving sea that a wind [m/s] raises, going north; another seed is another sea of the same kind."""
+    """Random sea surface of a wind speed [m/s], travelling north."""
     spectrum = Elfouhaily(wind_speed)
     shortest = min(0.3, 0.2 * np.pi / spectrum.peak)  # a light air raises no waves of 0.3 m
     return SeaSurface(spectrum, ElfouhailySpreading(spectrum), seed=seed, shortest_wavelength=shortest)
 
 
 def heights(axes: Axes, kinds: dict[str, WaveSpectrum]) -> None:
-    """Variance of the height over wavenumber, with the significant height of each sea.
+    """Draw the variance of the height over wavenumber, with the significant height of each spectrum.
 
     Args:
-        axes: Where to draw.
+        axes: Axes to draw on.
         kinds: Spectra by name.
     """
     top = 0.0
@@ -97,12 +97,12 @@ def heights(axes: Axes, kinds: dict[str, WaveSpectrum]) -> None:
 
 
 def slopes(axes: Axes, kinds: dict[str, WaveSpectrum], frequency: float) -> None:
-    """Variance of the slope in each e-fold of wavenumber, and where the sound's wavenumber lies.
+    """Draw the variance of the slope in each e-fold of wavenumber, with the acoustic wavenumber.
 
     Args:
-        axes: Where to draw.
+        axes: Axes to draw on.
         kinds: Spectra by name.
-        frequency: Of the sound [Hz].
+        frequency: Acoustic frequency [Hz].
     """
     sound = 2 * np.pi * frequency / 1500
     for (name, spectrum), colour in zip(kinds.items(), WAVES, strict=True):
@@ -118,11 +118,11 @@ def slopes(axes: Axes, kinds: dict[str, WaveSpectrum], frequency: float) -> None
 
 
 def surface_patch(axes: Axes, drawn: SeaSurface) -> None:
-    """A patch of the sea from above, with its own significant height and rms slope.
+    """Draw a patch of the sea surface from above, with its significant height and rms slope.
 
     Args:
-        axes: Where to draw.
-        drawn: The sea.
+        axes: Axes to draw on.
+        drawn: Random sea surface.
     """
     side = ACROSS * 2 * np.pi / drawn.spectrum.peak
     at = np.linspace(0, side, POINTS)
@@ -142,58 +142,58 @@ def surface_patch(axes: Axes, drawn: SeaSurface) -> None:
 
 
 def coherence(axes: Axes, kinds: dict[str, WaveSpectrum], frequency: float) -> None:
-    """What is left of the mirror's echo over the grazing angle: almost nothing, except very low.
+    """Draw the coherent reflection over the grazing angle.
 
     Args:
-        axes: Where to draw.
+        axes: Axes to draw on.
         kinds: Spectra by name.
-        frequency: Of the sound [Hz].
+        frequency: Acoustic frequency [Hz].
     """
     grazing = np.radians(np.geomspace(0.01, 90, 400))
     for (name, spectrum), colour in zip(kinds.items(), WAVES, strict=True):
-        left = coherent_reflection(frequency, significant_height(spectrum) / 4, grazing)
-        axes.plot(np.degrees(grazing), level_db(left**2), color=colour, label=name)
+        coherent = coherent_reflection(frequency, significant_height(spectrum) / 4, grazing)
+        axes.plot(np.degrees(grazing), level_db(coherent**2), color=colour, label=name)
     axes.set_xscale("log")
     axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
     axes.set_xlim(0.01, 90)
     axes.set_ylim(-60, 3)
-    axes.set_title(f"Coherent mirror at {frequency / 1e3:g} kHz")
+    axes.set_title(f"Coherent reflection at {frequency / 1e3:g} kHz")
     axes.set_xlabel("grazing angle [deg]")
     axes.set_ylabel("coherent reflection, 20 log |R| [dB]")
     axes.legend(loc="upper right")
 
 
 def echo(axes: Axes, wind_speed: float, frequency: float) -> Caveats:
-    """The echo of the surface straight back, whole and by contribution.
+    """Draw the backscatter of the surface, in total and by mechanism.
 
     Args:
-        axes: Where to draw.
-        wind_speed: Wind [m/s].
-        frequency: Of the sound [Hz].
+        axes: Axes to draw on.
+        wind_speed: Wind 10 m above the sea [m/s].
+        frequency: Acoustic frequency [Hz].
 
     Returns:
         The caveats of the laws.
     """
-    whole = evaluate_with_caveats(lambda: apl_surface_strength_db(wind_speed, frequency, GRAZING))
+    total = evaluate_with_caveats(lambda: apl_surface_strength_db(wind_speed, frequency, GRAZING))
     facets = evaluate_with_caveats(lambda: backscatter_db(SurfaceScattering.at_wind(wind_speed, frequency), GRAZING))
-    veil = evaluate_with_caveats(lambda: backscatter_db(Bubbles(wind_speed, frequency), GRAZING))
+    bubbles = evaluate_with_caveats(lambda: backscatter_db(Bubbles(wind_speed, frequency), GRAZING))
     degrees = np.degrees(GRAZING)
-    curve(axes, degrees, whole, style.CONTRIBUTION_COLOURS["surface"], "APL-UW TR 9407")
+    curve(axes, degrees, total, style.CONTRIBUTION_COLOURS["surface"], "APL-UW TR 9407")
     curve(axes, degrees, facets, style.FAMILIES["B"], "facets and bubbles only")
-    curve(axes, degrees, veil, style.FAMILIES["BS"], "bubbles only")
+    curve(axes, degrees, bubbles, style.FAMILIES["BS"], "bubbles only")
     _strength_axes(axes)
-    axes.set_title(f"Echo straight back at {frequency / 1e3:g} kHz")
+    axes.set_title(f"Backscatter at {frequency / 1e3:g} kHz")
     axes.legend(loc="upper left")
-    return whole.caveats + facets.caveats + veil.caveats
+    return total.caveats + facets.caveats + bubbles.caveats
 
 
 def winds(axes: Axes, wind_speed: float, frequency: float) -> Caveats:
-    """The echo straight back under this wind, beside lighter and stronger ones.
+    """Draw the backscatter of the surface at this wind speed, beside lower and higher ones.
 
     Args:
-        axes: Where to draw.
-        wind_speed: Wind [m/s].
-        frequency: Of the sound [Hz].
+        axes: Axes to draw on.
+        wind_speed: Wind 10 m above the sea [m/s].
+        frequency: Acoustic frequency [Hz].
 
     Returns:
         The caveats of the law.
@@ -201,11 +201,11 @@ def winds(axes: Axes, wind_speed: float, frequency: float) -> Caveats:
     caveats: Caveats = ()
     colours = {2.0: "#56B4E9", 5.0: "#009E73", 10.0: "#E69F00", 15.0: "#D55E00"}
     for wind, colour in sorted({**colours, wind_speed: style.CONTRIBUTION_COLOURS["surface"]}.items()):
-        answer = evaluate_with_caveats(partial(apl_surface_strength_db, wind, frequency, GRAZING))
-        curve(axes, np.degrees(GRAZING), answer, colour, f"{wind:g} m/s")
-        caveats += answer.caveats
+        strength = evaluate_with_caveats(partial(apl_surface_strength_db, wind, frequency, GRAZING))
+        curve(axes, np.degrees(GRAZING), strength, colour, f"{wind:g} m/s")
+        caveats += strength.caveats
     _strength_axes(axes)
-    axes.set_title("The same under other winds")
+    axes.set_title("Backscatter at other wind speeds")
     axes.legend(loc="upper left", ncols=2)
     return caveats
 

@@ -1,4 +1,4 @@
-"""The ground of a scenario from above, as far as its sonar hears it: depths, track, targets and gaps."""
+"""Map of a scenario's seabed within the range of its sonar: depths, track, swaths and targets."""
 
 from pathlib import Path
 
@@ -22,15 +22,15 @@ Floats = NDArray[np.float64]
 POINTS = 600
 """Points along the longer side of the map."""
 UNKNOWN = "0.82"
-"""Grey of ground that was not surveyed."""
+"""Grey of seabed that was not surveyed."""
 FLAT = "#EBD9BD"
-"""Colour of a level bed."""
+"""Colour of a flat seabed."""
 VEIL = 0.32
-"""How dense light and shade over relief are at the most [1]."""
+"""Largest opacity of the relief shading [1]."""
 NARROWEST = 0.3
-"""Shorter side of a map, as a part of the longer one, at the least [1]."""
+"""Least ratio of the shorter to the longer side of a map [1]."""
 PINGS = 200
-"""Pings at most by which the outline of a swath is drawn."""
+"""Largest number of pings for the outline of a swath [1]."""
 SIDES = {-1: ("#B02318", "port swath"), 0: ("#0B3F73", "beam on the bed"), 1: ("#0B7A3B", "starboard swath")}
 """Colour and name of the swath of each side: red and green, as a ship's lamps."""
 
@@ -39,8 +39,8 @@ def plot_seabed(scenario: Scenario, path: str | Path) -> Path:
     """Draw the depth of the seabed around a scenario's track.
 
     Args:
-        scenario: What is simulated.
-        path: Picture to write.
+        scenario: Scenario to draw.
+        path: File of the figure.
 
     Returns:
         The path.
@@ -52,12 +52,12 @@ def plot_seabed(scenario: Scenario, path: str | Path) -> Path:
 
 
 def draw_seabed_map(axes: Axes, scenario: Scenario, *, near: bool = False) -> None:
-    """The depth of the ground as far as a direct echo comes from, north up, lit from the north-west.
+    """Draw the depth of the seabed within the range of a direct echo, north up, shaded from the north-west.
 
     Args:
-        axes: Where to draw.
-        scenario: What is simulated.
-        near: Only what lies about the swath, not all that is within reach of an echo.
+        axes: Axes to draw on.
+        scenario: Scenario to draw.
+        near: True for the surroundings of the swath only, instead of all within the range of an echo.
     """
     track = true_poses(scenario.track, seed=scenario.seed)
     (south, west), (north, east) = frame(scenario, near=near)
@@ -71,7 +71,7 @@ def draw_seabed_map(axes: Axes, scenario: Scenario, *, near: bool = False) -> No
         axes.figure.colorbar(image, ax=axes, label="depth [m]", pad=0.02).ax.invert_yaxis()
     elif np.isfinite(low):
         axes.imshow(depth, origin="lower", extent=extent, cmap=ListedColormap([FLAT]))
-        axes.text(0.01, 0.02, f"level bed, {low:g} m deep", transform=axes.transAxes, fontsize=8)
+        axes.text(0.01, 0.02, f"flat bed, {low:g} m deep", transform=axes.transAxes, fontsize=8)
     axes.set_facecolor(UNKNOWN)
     axes.grid(False)
     _swaths(axes, swaths(scenario, track))
@@ -99,8 +99,8 @@ def frame(scenario: Scenario, *, near: bool = True) -> tuple[Floats, Floats]:
     """South-western and north-eastern corner of the map of a scenario [m], (2,) each.
 
     Args:
-        scenario: What is simulated.
-        near: About the swath; or else all that is within reach of an echo.
+        scenario: Scenario to draw.
+        near: True for the surroundings of the swath, else all within the range of an echo.
     """
     track = true_poses(scenario.track, seed=scenario.seed)
     if not near:
@@ -109,13 +109,13 @@ def frame(scenario: Scenario, *, near: bool = True) -> tuple[Floats, Floats]:
     corners = np.concatenate([track.position[:, :2], *(ring for _, ring in swaths(scenario, track))])
     middle, half = (corners.max(axis=0) + corners.min(axis=0)) / 2, np.ptp(corners, axis=0) / 2
     half = 1.08 * half
-    # as wide as a page, or wider than high: a long track to the north shows what lies about it
+    # as wide as a page, or wider than high: a long track to the north shows its surroundings
     half = np.maximum(half, [NARROWEST * half[1], half[0]])
     return middle - half, middle + half
 
 
 def _shade(depth: Floats, step: float) -> Floats:
-    """Black and white veils over slopes that face away from a lamp in the north-west, or towards it, (n, m, 4)."""
+    """Relief shading with light from the north-west, black and white with opacity, shape (n, m, 4)."""
     down_north, down_east = np.gradient(depth, step)
     # steepest tenth of the slopes in full light, so that gentle ground shows its shape too
     slope = down_north * np.sin(np.pi / 4) - down_east * np.cos(np.pi / 4)
@@ -147,16 +147,16 @@ def _bearings(side: Sonar, track: Poses, ping: int, steer: Floats) -> Floats:
 
 
 def swaths(scenario: Scenario, track: Poses) -> list[tuple[int, Floats]]:
-    """What the window hears of the ground in front of the beams: a strip along the track, or a sector of one ping.
+    """Outline of the seabed in the beams and the recorded window: a strip along the track, or a sector of one ping.
 
     Args:
-        scenario: What is simulated.
+        scenario: Scenario to draw.
         track: Poses of its platform.
 
     Returns:
         For each side of the sonar -1, 0 or 1 and a ring of north and east [m], shape (n, 2).
     """
-    speed, found = scenario.water.sound_speed, []
+    speed, outlines = scenario.water.sound_speed, []
     pings = np.unique(np.linspace(0, len(track) - 1, PINGS).astype(int))
     for row, side in enumerate(scenario.sonar.side_sonars):
         number = scenario.sonar.channel_sides[row * scenario.sonar.beam_count]
@@ -170,13 +170,14 @@ def swaths(scenario: Scenario, track: Poses) -> list[tuple[int, Floats]]:
             half = two_way_width(*ends) / 2
             bearing = _bearings(side, track, 0, np.linspace(min(side.steers) - half, max(side.steers) + half, 33))
             start, near, far = np.repeat(track.position[:1, :2], 33, axis=0), np.repeat(near, 33), np.repeat(far, 33)
-        way = np.stack([np.cos(bearing), np.sin(bearing)], axis=-1)
-        found.append((number, np.concatenate([start + near[:, None] * way, (start + far[:, None] * way)[::-1]])))
-    return found
+        direction = np.stack([np.cos(bearing), np.sin(bearing)], axis=-1)
+        inner, outer = start + near[:, None] * direction, start + far[:, None] * direction
+        outlines.append((number, np.concatenate([inner, outer[::-1]])))
+    return outlines
 
 
 def _swaths(axes: Axes, seen: list[tuple[int, Floats]]) -> None:
-    """Outlines of the swaths, each side in its colour."""
+    """Draw the outlines of the swaths, each side in its colour."""
     for side, ring in seen:
         colour, name = SIDES[side]
         axes.add_patch(Polygon(ring[:, ::-1], closed=True, fill=True, facecolor=(*to_rgb(colour), 0.08),
@@ -184,7 +185,7 @@ def _swaths(axes: Axes, seen: list[tuple[int, Floats]]) -> None:
 
 
 def _targets(axes: Axes, scenario: Scenario) -> None:
-    """Outlines of the targets, and their names."""
+    """Draw the outlines of the targets, and their labels."""
     from scipy.spatial import ConvexHull
 
     for target in scenario.targets:
@@ -204,30 +205,30 @@ def _targets(axes: Axes, scenario: Scenario) -> None:
 
 
 def _in_frame(axes: Axes, middle: Floats, outline: Floats) -> Floats:
-    """North and east of the place where a target is named: its middle, or what of its outline in the frame is nearest.
+    """North and east of a target's label: its centre, or the nearest point of its outline inside the frame.
 
     Args:
-        axes: The map, with its limits.
+        axes: Axes of the map, with their limits.
         middle: North and east of the target [m].
         outline: Corners of its outline, north and east [m], shape (n, 2).
     """
     (west, east), (south, north) = axes.get_xlim(), axes.get_ylim()
     part = np.linspace(0, 1, 65)[:, None, None]
-    places = np.concatenate([middle[None], (outline + part * (np.roll(outline, -1, axis=0) - outline)).reshape(-1, 2)])
-    inside = (places[:, 0] >= south) & (places[:, 0] <= north) & (places[:, 1] >= west) & (places[:, 1] <= east)
-    shown = places[inside]
+    points = np.concatenate([middle[None], (outline + part * (np.roll(outline, -1, axis=0) - outline)).reshape(-1, 2)])
+    inside = (points[:, 0] >= south) & (points[:, 0] <= north) & (points[:, 1] >= west) & (points[:, 1] <= east)
+    shown = points[inside]
     return shown[np.argmin(np.hypot(*(shown - middle).T))] if len(shown) else middle
 
 
 def depths(scenario: Scenario, north: Floats, east: Floats) -> Floats:
-    """Depth of the ground [m] on a grid, shape (north, east); NaN where it was not surveyed.
+    """Depth of the seabed on a grid [m], shape (north, east); NaN where it was not surveyed.
 
     Args:
-        scenario: What is simulated.
+        scenario: Scenario to draw.
         north: Rows [m], shape (n,).
         east: Columns [m], shape (m,).
     """
-    ground = scenario.completed_seabed.terrain
-    if ground is None:
+    terrain = scenario.completed_seabed.terrain
+    if terrain is None:
         return np.full((len(north), len(east)), scenario.seabed.depth)
-    return ground.depth_at(north[:, None], east[None, :])
+    return terrain.depth_at(north[:, None], east[None, :])

@@ -1,4 +1,4 @@
-"""The fan: the beams of one ping laid out over the sector they look into."""
+"""Sector image: the beams of one ping over range and bearing, to scale."""
 
 from textwrap import fill
 
@@ -15,42 +15,42 @@ from insonify.plotting.target_view import TargetView, targets_in_view
 from insonify.plotting.waterfall import thinned
 
 LABELS = 5
-"""Bearings that are written on the picture, where there is room for them."""
-ROOM = 0.55
-"""Width of one of them [inch]."""
+"""Largest number of labelled bearings [1]."""
+LABEL_WIDTH = 0.55
+"""Width of one label of a bearing [inch]."""
 LARGEST = 9.0, 8.0
-"""Most that the picture of a sector is wide and high [inch]."""
+"""Largest width and height of a sector [inch]."""
 LEFT, RIGHT, BELOW, ABOVE = 0.85, 1.25, 0.65, 0.85
-"""Margins of the page about it [inch]: axis, colours, axis, title and bearings."""
+"""Margins around the sector [inch]: axis, colours, axis, title and bearings."""
 LETTER, LINE = 0.105, 0.19
 """Mean width of a letter of a title, and height of its lines [inch]."""
 EDGE = 0.03
-"""Free space about a sector, as a part of its longer side [1]."""
+"""Free space around a sector, relative to its longer side [1]."""
 
 
 def sector_image(sound: RecordingLevels, row: int) -> Figure:
-    """One ping of many beams, to scale.
+    """Draw one ping of many beams, to scale.
 
     Args:
-        sound: The recording.
-        row: Which ping.
+        sound: Levels of the recording.
+        row: Row of the ping.
     """
     order = np.argsort(sound.steer)
     steer, slant = sound.steer[order], sound.time * sound.sound_speed / 2
-    width, height, room = _extent(slant, steer)
-    title = fill(sound.named(ping=row), int((room + 2 * LEFT) / LETTER))
-    figure = Figure(figsize=(LEFT + room + RIGHT, BELOW + height + ABOVE + LINE * title.count("\n")))
+    width, height, axes_width = _extent(slant, steer)
+    title = fill(sound.named(ping=row), int((axes_width + 2 * LEFT) / LETTER))
+    figure = Figure(figsize=(LEFT + axes_width + RIGHT, BELOW + height + ABOVE + LINE * title.count("\n")))
     page = figure.get_size_inches()
-    axes = figure.add_axes((LEFT / page[0], BELOW / page[1], room / page[0], height / page[1]))
+    axes = figure.add_axes((LEFT / page[0], BELOW / page[1], axes_width / page[0], height / page[1]))
     level = sound.strength()[row][order]
-    labels = int(np.clip(width / ROOM, 2, LABELS)) // 2 * 2 + 1 if width > 2 * ROOM else 1
+    labels = int(np.clip(width / LABEL_WIDTH, 2, LABELS)) // 2 * 2 + 1 if width > 2 * LABEL_WIDTH else 1
     mesh = sector(axes, slant, steer, level, colour_span(level), labels=labels)
     if sound.scenario is not None:
         name_targets(axes, targets_in_view(sound.scenario, row), slant, steer)
-    spare = (room / width - 1) / 2 * np.ptp(axes.get_xlim())  # beside a needle
+    spare = (axes_width / width - 1) / 2 * np.ptp(axes.get_xlim())  # beside a narrow sector
     axes.set_xlim(axes.get_xlim()[0] - spare, axes.get_xlim()[1] + spare)
     axes.set_title(title, loc="center", pad=26)
-    colours = figure.add_axes(((LEFT + room + 0.2) / page[0], (BELOW + 0.15 * height) / page[1],
+    colours = figure.add_axes(((LEFT + axes_width + 0.2) / page[0], (BELOW + 0.15 * height) / page[1],
                                0.18 / page[0], 0.7 * height / page[1]))  # fmt: skip
     known = sound.scenario is not None
     label = "apparent target strength [dB re 1 m$^2$]" if known else "level [dB re 1 uPa]"
@@ -60,10 +60,10 @@ def sector_image(sound: RecordingLevels, row: int) -> Figure:
 
 def sector(axes: Axes, slant: Floats, steer: Floats, level: Floats, span: tuple[float, float], *,
            labels: int = LABELS, ink: str = style.QUIET) -> QuadMesh:  # fmt: skip
-    """Levels over a sector, boresight upwards and steer angles to the right.
+    """Draw levels over a sector, boresight upwards and steer angles to the right.
 
     Args:
-        axes: Where to draw.
+        axes: Axes to draw on.
         slant: Slant range of each sample [m], shape (n,).
         steer: Steer angles, ascending [rad], shape (beams,).
         level: Levels [dB], shape (beams, n).
@@ -90,11 +90,11 @@ def sector(axes: Axes, slant: Floats, steer: Floats, level: Floats, span: tuple[
 
 
 def name_targets(axes: Axes, seen: list[TargetView], slant: Floats, steer: Floats) -> None:
-    """The labels of the targets that lie in a sector, small, on the near side of their echoes.
+    """Label the targets that lie in a sector, on the near side of their echoes.
 
     Args:
-        axes: A sector.
-        seen: The targets.
+        axes: Axes of the sector.
+        seen: Targets relative to the array.
         slant: Slant range of each sample [m], shape (n,).
         steer: Steer angles, ascending [rad], shape (beams,).
     """
@@ -110,7 +110,7 @@ def name_targets(axes: Axes, seen: list[TargetView], slant: Floats, steer: Float
 
 
 def _bearings(axes: Axes, farthest: float, steer: Floats, labels: int, ink: str) -> None:
-    """Bearings along the outer edge."""
+    """Label bearings along the outer edge."""
     angles = _round_angles(steer, labels) if labels > 1 else [(steer[0] + steer[-1]) / 2]
     texts = [_degrees(angle) for angle in angles] if labels > 1 else [f"{_degrees(steer[0])} to {_degrees(steer[-1])}"]
     tip = farthest * 1.006
@@ -122,7 +122,7 @@ def _bearings(axes: Axes, farthest: float, steer: Floats, labels: int, ink: str)
 
 
 def _round_angles(steer: Floats, most: int) -> Floats:
-    """Angles of a round number of degrees within a sector [rad]; its ends where it holds less than three."""
+    """Angles of a round number of degrees within a sector [rad]; its ends where there are fewer than three."""
     first, last = np.degrees(steer[0]), np.degrees(steer[-1])
     ticks = MaxNLocator(most, steps=[1, 1.5, 2, 3, 4.5, 5, 6, 10]).tick_values(first, last)
     ticks = ticks[(ticks >= first) & (ticks <= last)]
@@ -134,13 +134,13 @@ def _degrees(angle: float) -> str:
 
 
 def _edges(steer: Floats) -> Floats:
-    """Angles halfway between the beams, and as far outside the last ones [rad], shape (beams + 1,)."""
+    """Edges of the beams, halfway between their angles [rad], shape (beams + 1,)."""
     middles = (steer[1:] + steer[:-1]) / 2
     return np.concatenate([[2 * steer[0] - middles[0]], middles, [2 * steer[-1] - middles[-1]]])
 
 
 def _bounds(slant: Floats, steer: Floats) -> tuple[float, float, float, float]:
-    """Left, right, low and high edge of a sector with its free space [m]."""
+    """Left, right, lower and upper edge of a sector with its free space [m]."""
     ends = _edges(steer)[[0, -1]]
     rim = np.linspace(ends[0], ends[1], 181)
     x, y = (np.outer(along(rim), slant[[0, -1]]) for along in (np.sin, np.cos))
@@ -149,7 +149,7 @@ def _bounds(slant: Floats, steer: Floats) -> tuple[float, float, float, float]:
 
 
 def _extent(slant: Floats, steer: Floats) -> tuple[float, float, float]:
-    """Width and height of the sector on the page, and the width of its axes, a little more for a needle [inch]."""
+    """Width and height of the sector on the page, and the width of its axes, at least 2 [inch]."""
     left, right, low, high = _bounds(slant, steer)
     scale = min(LARGEST[0] / (right - left), LARGEST[1] / (high - low))
     width, height = scale * (right - left), scale * (high - low)

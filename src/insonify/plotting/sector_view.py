@@ -1,4 +1,4 @@
-"""What a forward-looking sonar shows: the fan of one ping, and cuts through a point of it."""
+"""Sector image of a forward-looking sonar, with cuts through a point target."""
 
 from dataclasses import dataclass
 
@@ -12,38 +12,38 @@ from insonify.plotting.sector_image import name_targets, sector
 from insonify.plotting.target_view import TargetView
 
 AROUND = 2.0
-"""How far about a point its cut over range is drawn [m]."""
+"""Half length of the cut over range about a point [m]."""
 
 
 @dataclass(frozen=True, slots=True)
 class BeamCut:
-    """Levels about a point, over bearing and over range."""
+    """Levels around a point, over bearing and over range."""
 
     label: str
     bearings: Floats
-    """To the right of boresight [rad], shape (n,)."""
+    """Bearings to the right of boresight [rad], shape (n,)."""
     over_bearing: Floats
     """Level at the point's range re the peak [dB], shape (n,)."""
     expected: Floats
-    """What the array's pattern says of it [dB], shape (n,)."""
+    """Expected level by the beam pattern of the array [dB], shape (n,)."""
     slant: Floats
     """Slant range [m], shape (m,)."""
     over_range: Floats
     """Level at the point's bearing re the peak [dB], shape (m,)."""
     row: int
-    """Which bearing has the peak."""
+    """Index of the peak in bearing."""
     sample: int
-    """Which sample of range has it."""
+    """Index of the peak in range."""
 
 
 def sector_view(fan: RecordingLevels, seen: list[TargetView], cuts: list[BeamCut], title: str) -> Figure:
-    """The fan, and beside it the cuts through a point where there is one.
+    """Draw the sector image, and beside it the cuts through a point where there is one.
 
     Args:
-        fan: Beams of one ping in the place of channels.
-        seen: Targets, to be named.
-        cuts: None, or one.
-        title: Above the fan.
+        fan: Levels of one ping with beams as channels.
+        seen: Targets that are labelled.
+        cuts: At most one cut.
+        title: Title of the sector image.
     """
     figure = style.new_figure(13.5 if cuts else 10, 7.2)
     ratios = (2.6, 1.0) if cuts else (1.0,)
@@ -70,7 +70,7 @@ def _cuts(figure: Figure, cut: BeamCut) -> None:
         alpha=0.4,
         label="pattern of the array",
     )
-    over.plot(degrees, cut.over_bearing, color=style.INK, linewidth=0.9, label="heard")
+    over.plot(degrees, cut.over_bearing, color=style.INK, linewidth=0.9, label="simulated")
     over.set_title(f"{cut.label}, over bearing")
     over.set_xlabel("bearing [deg]")
     over.legend(loc="upper center", ncols=2)
@@ -79,9 +79,9 @@ def _cuts(figure: Figure, cut: BeamCut) -> None:
     along.set_title(f"{cut.label}, over range")
     along.set_xlabel("slant range [m]")
     for axes in (over, along):
-        _of_levels(axes)
+        _level_axis(axes)
 
 
-def _of_levels(axes: Axes) -> None:
+def _level_axis(axes: Axes) -> None:
     axes.set_ylim(-50, 8)
     axes.set_ylabel("level [dB re peak]")

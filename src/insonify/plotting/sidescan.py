@@ -1,4 +1,4 @@
-"""The sidescan waterfall: port to the left, starboard to the right, the latest ping on top, as on the instrument."""
+"""Sidescan waterfall: port to the left, starboard to the right, the latest ping on top."""
 
 from typing import Any
 
@@ -14,47 +14,51 @@ from insonify.plotting.waterfall import thinned
 from insonify.processing.sidescan import sidescan as image_of
 
 COLUMNS = 900
-"""Columns of each side: more than a page shows are averaged as energy, so that no echo falls between two."""
+"""Columns of each side; more samples are averaged as energy, so that no echo is lost [1]."""
 EVEN = 0.02
-"""Part of the way by which pings may be off even spacing, and still be drawn over the distance run [1]."""
+"""Largest deviation from uniform ping spacing, relative to the distance run, for an axis of distance [1]."""
 ENOUGH = 16
-"""Pings from which on a gain can be empirical."""
+"""Fewest pings for an empirical gain [1]."""
 NAMES = {
     "none": "level [dB re 1 uPa]",
     "tvg20": "level + 20 log R + 2 a R [dB]",
     "tvg30": "level + 30 log R + 2 a R [dB]",
     "tvg40": "level + 40 log R + 2 a R [dB]",
-    "lambert": "level re a level Lambert bed [dB]",
-    "empirical": "level re the usual one at its range [dB]",
+    "lambert": "level re a flat Lambert bed [dB]",
+    "empirical": "level re the median at its range [dB]",
 }
-"""What the colours mean under each gain."""
+"""Label of the colour bar for each gain."""
 
 
 def has_sides(dataset: xr.Dataset) -> bool:
-    """Whether a recording was made by a sonar with a port and a starboard side."""
+    """True for a recording of a sonar with a port and a starboard side."""
     return "side" in dataset and bool(np.any(dataset["side"].values != 0))
 
 
 def sidescan_image(dataset: xr.Dataset, sound: RecordingLevels, *, ground: bool = False, gain: str | None = None,
                    beam: int | None = None) -> xr.Dataset:  # fmt: skip
-    """The image of a recording, with the water and the altitude of the scenario that it came from.
+    """Sidescan image of a recording, with the water and the altitude of its scenario.
 
     Args:
-        dataset: The recording.
-        sound: The same, ready to be drawn.
-        ground: Distance on the ground instead of slant range.
-        gain: See `insonify.processing.sidescan`; None: empirical where there are pings enough, else lambert.
-        beam: Channel wanted, and its mirror image on the other side; None: the first.
+        dataset: Recording.
+        sound: Levels of the recording.
+        ground: True for ground range instead of slant range.
+        gain: See `insonify.processing.sidescan`; None: empirical from `ENOUGH` pings on, else lambert.
+        beam: Channel, and the corresponding one on the other side; None: the first.
     """
-    there = int((~np.isnan(sound.level)).any(axis=(1, 2)).sum())
-    scenario, chosen = sound.scenario, gain or ("empirical" if there >= ENOUGH else "lambert")
-    words: dict[str, Any] = {"geometry": "ground" if ground else "slant", "gain": chosen, "beam": _beam(dataset, beam)}
+    ping_count = int((~np.isnan(sound.level)).any(axis=(1, 2)).sum())
+    scenario, chosen = sound.scenario, gain or ("empirical" if ping_count >= ENOUGH else "lambert")
+    options: dict[str, Any] = {
+        "geometry": "ground" if ground else "slant",
+        "gain": chosen,
+        "beam": _beam(dataset, beam),
+    }
     if scenario is not None:
-        # what the sonar's own navigation says: an image is made from the log
+        # from the logged navigation, as images of real data are
         logged = dataset["logged_position" if "logged_position" in dataset else "position"].values
-        words["altitude"] = scenario.seabed.depth - np.asarray(logged, float)[:, 2]
-        words["absorption_db_per_m"] = float(scenario.water.absorption(scenario.sonar.pulse.frequency))
-    return image_of(dataset, sound_speed=sound.sound_speed, **words)
+        options["altitude"] = scenario.seabed.depth - np.asarray(logged, float)[:, 2]
+        options["absorption_db_per_m"] = float(scenario.water.absorption(scenario.sonar.pulse.frequency))
+    return image_of(dataset, sound_speed=sound.sound_speed, **options)
 
 
 def _beam(dataset: xr.Dataset, channel: int | None) -> int:
@@ -68,8 +72,8 @@ def sidescan(image: xr.Dataset, title: str = "", note: str = "") -> Figure:
 
     Args:
         image: As from `insonify.processing.sidescan`.
-        title: Above the picture.
-        note: As of `across_label`.
+        title: Title of the figure.
+        note: Addition to the label of the abscissa, see `across_label`.
     """
     figure = style.new_figure(10, 7)
     axes = figure.subplots()
@@ -81,10 +85,10 @@ def sidescan(image: xr.Dataset, title: str = "", note: str = "") -> Figure:
 
 
 def lines(axes: Axes, image: xr.Dataset) -> AxesImage:
-    """The lines of a sidescan image in the colours of an instrument.
+    """Draw the lines of a sidescan image in the colours of `style.COPPER`.
 
     Args:
-        axes: Where to draw.
+        axes: Axes to draw on.
         image: As from `insonify.processing.sidescan`.
     """
     level, across = image["level_db"].values, image["across"].values
@@ -104,30 +108,30 @@ def lines(axes: Axes, image: xr.Dataset) -> AxesImage:
 
 
 def across_label(image: xr.Dataset, note: str = "") -> str:
-    """What the abscissa of an image is.
+    """Label of the abscissa of an image.
 
     Args:
-        image: The image.
-        note: What is added, such as which sound speed was taken.
+        image: Sidescan image.
+        note: Addition to the label, such as the sound speed.
     """
     across, slant = image["across"].values, image.attrs["geometry"] == "slant"
     sides = "port  |  starboard,  " if (across < 0).any() and (across > 0).any() else ""
     return f"{sides}{'slant range' if slant else 'distance across the track'}{note} [m]"
 
 
-def sidescan_waterfall(dataset: xr.Dataset, sound: RecordingLevels, **words: Any) -> Figure:
-    """The picture of a recording as a sidescan shows it.
+def sidescan_waterfall(dataset: xr.Dataset, sound: RecordingLevels, **options: Any) -> Figure:
+    """Draw a recording as a sidescan image.
 
     Args:
-        dataset: The recording.
-        sound: The same, ready to be drawn.
-        words: As for `sidescan_image`.
+        dataset: Recording.
+        sound: Levels of the recording.
+        options: Arguments of `sidescan_image`.
     """
-    return sidescan(sidescan_image(dataset, sound, **words), sound.named(), sound.sound_speed_note)
+    return sidescan(sidescan_image(dataset, sound, **options), sound.named(), sound.sound_speed_note)
 
 
 def rows(image: xr.Dataset) -> tuple[float, float, str]:
-    """Lower and upper edge of the rows, and what they count: the distance run where it grows evenly, else pings."""
+    """Lower and upper edge of the rows, and their label: the distance run where it grows evenly, else pings."""
     along, pings = image["along"].values, image["ping"].values
     if along[-1] > 0 and np.abs(along - np.linspace(0, along[-1], len(along))).max() <= EVEN * along[-1]:
         half = float(along[-1]) / (len(along) - 1) / 2

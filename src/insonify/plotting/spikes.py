@@ -1,4 +1,4 @@
-"""The spike array: every arrival of a ping at its delay, coloured by the way it went."""
+"""Spike array: every arrival of a ping at its delay, coloured by its pair of families."""
 
 from pathlib import Path
 
@@ -11,19 +11,19 @@ from insonify.records.arrivals import Arrivals
 from insonify.units import level_db
 
 NEARLY = {"B": "D", "SB": "S"}
-"""Close to the bed a last bounce off it changes the delay by less than a pulse: drawn as the family without it."""
+"""Families drawn as the family without the last bounce, which changes the delay by less than a pulse near the bed."""
 STEMS = 350
-"""Stems that fit side by side."""
+"""Largest number of stems side by side [1]."""
 BELOW = 60.0
-"""Depth of the picture below the strongest arrival [dB]."""
+"""Range of levels shown below the strongest arrival [dB]."""
 
 
 def spikes(arrivals: Arrivals, path: str | Path) -> Path:
     """Draw the paths of a ping as spikes.
 
     Args:
-        arrivals: The paths.
-        path: Picture to write.
+        arrivals: Paths of the ping.
+        path: File of the figure.
 
     Returns:
         The path.
@@ -36,25 +36,25 @@ def spikes(arrivals: Arrivals, path: str | Path) -> Path:
 
 
 def spike_array(axes: Axes, arrivals: Arrivals, level: NDArray[np.float64], label: str) -> None:
-    """Targets as stems, seabed, surface and water as dust, each pair of families in its colour.
+    """Draw targets as stems, and seabed, surface and water as points, each pair of families in its colour.
 
     Args:
-        axes: Where to draw.
-        arrivals: The paths, n of them.
-        level: Level of each [dB], shape (n,).
-        label: What the level is, with its reference.
+        axes: Axes to draw on.
+        arrivals: Paths, n of them.
+        level: Level of each path [dB], shape (n,).
+        label: Label of the level axis, with its reference.
     """
     floor = level.max() - BELOW if level.size else -BELOW
-    ways = pair_colour(arrivals)
+    colours = pair_colour(arrivals)
     dust = np.isin(arrivals.object, ("seabed", "surface", "water"))
     delay = arrivals.delay * 1e3
-    stems = _tallest(delay, level, ways, np.flatnonzero(~dust))
-    axes.vlines(delay[stems], floor, level[stems], colors=ways[stems].tolist(), linewidth=0.7, alpha=0.8)
-    axes.scatter(delay[dust], level[dust], s=1.2, c=ways[dust], alpha=0.45, linewidths=0, rasterized=True)
-    axes.scatter(delay[~dust], level[~dust], s=5, c=ways[~dust], linewidths=0)
+    stems = _tallest(delay, level, colours, np.flatnonzero(~dust))
+    axes.vlines(delay[stems], floor, level[stems], colors=colours[stems].tolist(), linewidth=0.7, alpha=0.8)
+    axes.scatter(delay[dust], level[dust], s=1.2, c=colours[dust], alpha=0.45, linewidths=0, rasterized=True)
+    axes.scatter(delay[~dust], level[~dust], s=5, c=colours[~dust], linewidths=0)
     for name in (*style.PAIRS, "surface"):
         colour = style.PAIRS.get(name, style.QUIET)
-        if (ways == colour).any():
+        if (colours == colour).any():
             axes.plot([], [], "o", color=colour, markersize=4, label="off the surface" if name == "surface" else name)
     axes.set_ylim(floor, floor + BELOW + 8)
     axes.set_xlabel("delay [ms]")
@@ -63,20 +63,20 @@ def spike_array(axes: Axes, arrivals: Arrivals, level: NDArray[np.float64], labe
         axes.legend(ncols=7, loc="upper right", handletextpad=0.2, columnspacing=1.0)
 
 
-def _tallest(delay: NDArray[np.float64], level: NDArray[np.float64], ways: NDArray[np.str_],
+def _tallest(delay: NDArray[np.float64], level: NDArray[np.float64], colours: NDArray[np.str_],
              rows: NDArray[np.int64]) -> NDArray[np.int64]:  # fmt: skip
-    """Of spikes that would stand in one another's ink the tallest of each colour."""
+    """Rows of the tallest spike of each colour among those that would overlap."""
     if rows.size == 0:
         return rows
     width = max(float(np.ptp(delay)) / STEMS, 1e-12)
-    kept: dict[tuple[int, str], int] = {}
+    tallest: dict[tuple[int, str], int] = {}
     for row in rows[np.argsort(level[rows], kind="stable")]:
-        kept[int(delay[row] / width), str(ways[row])] = int(row)
-    return np.array(list(kept.values()))
+        tallest[int(delay[row] / width), str(colours[row])] = int(row)
+    return np.array(list(tallest.values()))
 
 
 def pair_colour(arrivals: Arrivals) -> NDArray[np.str_]:
-    """Colour of each arrival: that of its pair of families, or one for all that the surface scatters, shape (n,)."""
+    """Colour of each arrival by its pair of families, or one colour for scattering by the surface, shape (n,)."""
     names = np.array([arrivals.transmit_family, arrivals.receive_family])
     for short, plain in NEARLY.items():
         names[names == short] = plain

@@ -1,4 +1,4 @@
-"""Spikes by the source of the return: who echoed, when, how loud."""
+"""Spike array by contribution: delay and level of every arrival, coloured by what returned it."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,31 +13,27 @@ BOUNDARIES = ("seabed", "surface", "water")
 
 def spikes_by_source(axes: Axes, arrivals: Arrivals, level: NDArray[np.float64], label: str, *,
                  span: tuple[float, float] | None = None) -> None:  # fmt: skip
-    """Targets as stems, seabed, surface and water as dust, each source in its colour.
+    """Draw targets as stems, and seabed, surface and water as points, each contribution in its colour.
 
     Args:
-        axes: Where to draw.
-        arrivals: The paths, n of them.
-        level: Level of each [dB], shape (n,).
-        label: What the level is, with its reference.
-        span: Lowest and highest level shown [dB]; by default as the loudest path asks.
+        axes: Axes to draw on.
+        arrivals: Paths, n of them.
+        level: Level of each path [dB], shape (n,).
+        label: Label of the level axis, with its reference.
+        span: Lowest and highest level shown [dB]; by default from the strongest path.
     """
     highest = 5 * np.ceil(level.max() / 5) + 10 if level.size else 0.0
     (floor, top), delay = span or (highest - BELOW, highest), arrivals.delay * 1e3
-    for owner in BOUNDARIES:
-        own = arrivals.object == owner
-        if own.any():
-            axes.scatter(delay[own], level[own], s=2.5, color=style.CONTRIBUTION_COLOURS[owner], alpha=0.65, linewidths=0,
-                         rasterized=True)  # fmt: skip
-            axes.plot([], [], "o", color=style.CONTRIBUTION_COLOURS[owner], markersize=4, label=owner)
-    own = ~np.isin(arrivals.object, BOUNDARIES)
-    if own.any():
-        axes.vlines(delay[own], floor, level[own], color=style.CONTRIBUTION_COLOURS["target"], linewidth=0.4, alpha=0.25,
-                    rasterized=True)  # fmt: skip
-        axes.scatter(
-            delay[own], level[own], s=3, color=style.CONTRIBUTION_COLOURS["target"], linewidths=0, rasterized=True
-        )
-        axes.plot([], [], "o", color=style.CONTRIBUTION_COLOURS["target"], markersize=4, label="target")
+    for name in BOUNDARIES:
+        rows, colour = arrivals.object == name, style.CONTRIBUTION_COLOURS[name]
+        if rows.any():
+            axes.scatter(delay[rows], level[rows], s=2.5, color=colour, alpha=0.65, linewidths=0, rasterized=True)
+            axes.plot([], [], "o", color=colour, markersize=4, label=name)
+    rows, colour = ~np.isin(arrivals.object, BOUNDARIES), style.CONTRIBUTION_COLOURS["target"]
+    if rows.any():
+        axes.vlines(delay[rows], floor, level[rows], color=colour, linewidth=0.4, alpha=0.25, rasterized=True)
+        axes.scatter(delay[rows], level[rows], s=3, color=colour, linewidths=0, rasterized=True)
+        axes.plot([], [], "o", color=colour, markersize=4, label="target")
     axes.set_ylim(floor, top)
     axes.set_xlabel("delay [ms]")
     axes.set_ylabel(label)

@@ -1,4 +1,4 @@
-"""The strip of a synthetic aperture: beside what each ping shows alone, and a point of it closer."""
+"""Strip map of a synthetic aperture, beside the image of single pings, with cuts through a point target."""
 
 from dataclasses import dataclass
 
@@ -12,54 +12,54 @@ from insonify.plotting import style
 from insonify.plotting.recording_levels import Floats
 
 SPAN = -20.0, 25.0
-"""Levels of the darkest and the brightest colour, re the bed [dB]."""
+"""Levels of the darkest and the brightest colour, re the seabed [dB]."""
 DEEP = -40.0
 """Lowest level in cuts through a point, re its peak [dB]."""
 
 
 @dataclass(frozen=True, slots=True)
 class StripMap:
-    """Levels of a strip of the bed [dB re 1 uPa]."""
+    """Levels of a strip of the seabed [dB re 1 uPa]."""
 
     along: Floats
-    """Along the track [m], shape (n,)."""
+    """Along-track position [m], shape (n,)."""
     across: Floats
-    """Across it, from the track [m], shape (m,)."""
+    """Across-track distance [m], shape (m,)."""
     level: Floats
-    """Of the focused image, shape (n, m)."""
+    """Level of the focused image, shape (n, m)."""
     run: Floats
-    """Along the track at each ping [m], shape (ping,)."""
+    """Along-track position of each ping [m], shape (ping,)."""
     single: Floats
-    """Of each ping by itself, shape (ping, m)."""
+    """Level of each single ping, shape (ping, m)."""
 
 
 @dataclass(frozen=True, slots=True)
 class PointResponse:
-    """The image about a point."""
+    """Image around a point target."""
 
     label: str
     off: Floats
-    """From where the point was put, along as across [m], shape (n,)."""
+    """Offset from the true position, along and across [m], shape (n,)."""
     level: Floats
-    """Re the peak [dB], shape (along, across)."""
+    """Level re the peak [dB], shape (along, across)."""
     top: tuple[int, int]
-    """Which pixel is the peak."""
+    """Pixel of the peak."""
     peak_db: float
     """Level of the peak [dB re 1 uPa]."""
     across: float
-    """How far from the track it was put [m]."""
+    """True across-track distance of the point [m]."""
 
 
 def strip_map_view(
     strip: StripMap, names: list[tuple[str, float, float]], points: list[PointResponse], title: str
 ) -> Figure:
-    """The strip, single pings above it, and cuts through a point.
+    """Draw the strip map, the image of single pings, and cuts through a point.
 
     Args:
-        strip: What was focused.
-        names: Labels of targets, along and across [m].
-        points: None, or one.
-        title: Above it all.
+        strip: Levels of the strip.
+        names: Labels of targets, with their position along and across [m].
+        points: At most one point target.
+        title: Title of the figure.
     """
     tall = float(np.ptp(strip.across) / np.ptp(strip.along))
     width = 3.5 if points else 0.0
@@ -105,15 +105,15 @@ def _image(axes: Axes, level: Floats, extent: tuple[float, float, float, float],
 
 
 def range_trend(level: Floats) -> Floats:
-    """What the bed has at each range, a straight line of its medians [dB], shape (across,); shadows do not bend it.
+    """Level of the seabed over range, a straight line through the medians [dB], shape (across,), robust to shadows.
 
     Args:
-        level: Of a strip [dB], shape (along, across).
+        level: Level of a strip [dB], shape (along, across).
     """
     position = np.arange(level.shape[1], dtype=float)
     known = np.isfinite(level).any(axis=0)
-    usual = np.nanmedian(level[:, known], axis=0)
-    return np.asarray(np.polyval(np.polyfit(position[known], usual, 1), position), float)
+    median = np.nanmedian(level[:, known], axis=0)
+    return np.asarray(np.polyval(np.polyfit(position[known], median, 1), position), float)
 
 
 def _cuts(figure: Figure, point: PointResponse) -> None:
@@ -122,12 +122,12 @@ def _cuts(figure: Figure, point: PointResponse) -> None:
     patch.imshow(point.level.T, origin="lower", extent=edge, cmap=style.COPPER, vmin=DEEP, vmax=0)
     patch.grid(False)
     patch.set_title(f"{point.label}, closer")
-    patch.set_xlabel("along, from where it was put [cm]")
+    patch.set_xlabel("along, from the true position [cm]")
     patch.set_ylabel("across [cm]")
     row, column = point.top
     cuts.plot(100 * point.off, point.level[:, column], color=style.INK, label="along")
     cuts.plot(100 * point.off, point.level[row], color=style.FAMILIES["B"], label="across")
     cuts.set_ylim(DEEP, 2)
-    cuts.set_xlabel("from where it was put [cm]")
+    cuts.set_xlabel("from the true position [cm]")
     cuts.set_ylabel("level [dB re peak]")
     cuts.legend(loc="upper right")

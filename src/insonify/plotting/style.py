@@ -1,7 +1,7 @@
-"""One look for all pictures: what has a colour has it everywhere.
+"""Common style of all figures: one colour for one meaning.
 
 Hues are those of Okabe & Ito (2008), "Color Universal Design", which readers with any kind of colour vision can
-tell apart; legs are lighter than the boundaries that they meet, and pairs of legs have the hue of the longer one.
+distinguish; legs are lighter than the boundaries that reflect them, and pairs of legs have the hue of the longer one.
 """
 
 from collections.abc import Iterator
@@ -24,7 +24,7 @@ CONTRIBUTION_COLOURS = {
     "noise": "#8A8A8A",
     "total": "#1A1A1A",
 }
-"""Colour of each contribution of sound."""
+"""Colour of each contribution."""
 FAMILIES = {"D": "#1A1A1A", "S": "#1E8FD5", "B": "#E69F00", "SB": "#009E73", "BS": "#CC79A7"}
 """Colour of each family of legs."""
 PAIRS = {
@@ -35,15 +35,15 @@ PAIRS = {
     "S-BS": "#CC79A7",
     "BS-BS": "#E3A9C9",
 }
-"""Colour of each pair of families that can be told apart by its delay near the seabed: in the hue of the longer leg."""
+"""Colour of each pair of families that differs in delay near the seabed: the hue of the longer leg."""
 INK = "#1A1A1A"
 EXPECTED = "#009E73"
-"""Colour of what is expected on average, beside one ping in ink."""
+"""Colour of expected values, beside one ping in `INK`."""
 QUIET = "#6B6B6B"
 COPPER = LinearSegmentedColormap.from_list(
     "sonar copper", ["#050302", "#2A1608", "#6B3710", "#B86A1E", "#EBAA4B", "#FBDD97", "#FFFBEA"]
 )
-"""Instrument colours of sonar images, dark where it is silent; lightness grows evenly."""
+"""Colour map of sonar images, dark for low levels; lightness grows evenly."""
 _RULES: Any = {
     "font.size": 10,
     "axes.titlesize": 11,
@@ -74,13 +74,13 @@ _RULES: Any = {
 
 @contextmanager
 def plot_style() -> Iterator[None]:
-    """The house rules, for whatever is drawn and saved inside."""
+    """Apply the common style to all figures that are drawn and saved in the context."""
     with matplotlib.rc_context(_RULES):
         yield
 
 
 def new_figure(width: float = 9.0, height: float = 5.0) -> Figure:
-    """An empty figure; nothing keeps it alive but its owner.
+    """Create an empty figure without global state.
 
     Args:
         width: Width [inch].
@@ -90,10 +90,10 @@ def new_figure(width: float = 9.0, height: float = 5.0) -> Figure:
 
 
 def save_figure(figure: Figure, path: str | Path) -> Path:
-    """Write a figure to disk; the suffix says as what.
+    """Write a figure to disk, in the format of the suffix.
 
     Args:
-        figure: The figure.
+        figure: Figure to write.
         path: File to write, .png, .pdf or .svg.
     """
     target = Path(path)
@@ -104,14 +104,14 @@ def save_figure(figure: Figure, path: str | Path) -> Path:
 
 
 def range_axis(axes: Axes, sound_speed: float, altitude: float | None = None, note: str = "") -> None:
-    """A second axis on top of a time axis in milliseconds: the range that a direct echo comes from.
+    """Add a second axis on top of a time axis in milliseconds: the range of a direct echo.
 
     Args:
         axes: Axes whose abscissa is time [ms].
         sound_speed: Sound speed [m/s].
-        altitude: Height of the sonar above the seabed [m]; then the axis is ground range, where it is on the bed
-            at all the times shown. None: slant range.
-        note: What is added to the name of the axis, such as which sound speed was taken.
+        altitude: Height of the sonar above the seabed [m]; then the axis is ground range, where all times shown
+            reach the seabed. None: slant range.
+        note: Addition to the label of the axis, such as the sound speed.
     """
     metres_per_ms = sound_speed / 2 * 1e-3
     first = axes.get_xlim()[0] * metres_per_ms

@@ -1,7 +1,7 @@
-"""Curves that a law stands behind, and curves that it does not: the second are drawn thin and dashed.
+"""Curves of laws inside and outside their validity: the latter are drawn thin and dashed.
 
-A law outside the conditions it was made for still gives a number and warns once. A picture can say it where it
-applies: at the curve, and in a line of small print.
+A law outside its range of validity gives a number and warns once. A figure shows the warning
+at the curve and in a line of small print.
 """
 
 import warnings
@@ -24,63 +24,66 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True)
 class LawCurve:
-    """What a law says, and what it says about itself."""
+    """Values of a law, and its warnings."""
 
     values: Floats
-    """The answer, in the law's unit, any shape."""
+    """Values in the law's unit, any shape."""
     caveats: Caveats
-    """The law's own warnings; none where it is trusted."""
+    """Warnings of the law; none within its validity."""
 
 
 def evaluate_with_caveats(law: Callable[[], Floats]) -> LawCurve:
-    """The answer of a law, with its warnings kept beside it.
+    """Evaluate a law and keep its warnings.
 
     Args:
-        law: Gives numbers; may warn that it is used outside its range.
+        law: Function that returns the values, and may warn that it is used outside its range.
     """
     return LawCurve(*with_caveats(law))
 
 
 def with_caveats(make: Callable[[], T]) -> tuple[T, Caveats]:
-    """Whatever is made, and the warnings about physics that came with it; other warnings go their way.
+    """Call a function and collect its warnings about physics; other warnings are passed on.
 
     Args:
-        make: Makes it.
+        make: Function to call.
+
+    Returns:
+        Result of the function, and its warnings about physics.
     """
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", PhysicsWarning)
-        made = make()
+        result = make()
     caveats: dict[str, None] = {}
     for warning in caught:
         if issubclass(warning.category, PhysicsWarning):
             caveats[" ".join(str(warning.message).split())] = None
         else:
             warnings.warn_explicit(warning.message, warning.category, warning.filename, warning.lineno)
-    return made, tuple(caveats)
+    return result, tuple(caveats)
 
 
-def curve(axes: Axes, x: Floats, answer: LawCurve, colour: str, label: str) -> None:
-    """One curve in its colour, thin and dashed where the law does not stand behind it.
+def curve(axes: Axes, x: Floats, values: LawCurve, colour: str, label: str) -> None:
+    """Draw one curve, thin and dashed outside the validity of its law.
 
     Args:
-        axes: Where to draw.
+        axes: Axes to draw on.
         x: Abscissa, in the unit of the axes, shape (n,).
-        answer: Ordinates, shape (n,).
-        colour: Of the curve.
-        label: Of the curve, for the legend.
+        values: Ordinates with their caveats, shape (n,).
+        colour: Colour of the curve.
+        label: Label of the curve in the legend.
     """
-    line: dict[str, Any] = {"linestyle": (0, (4, 2)), "linewidth": 0.9} if answer.caveats else {"linewidth": 1.6}
-    axes.plot(x, answer.values, color=colour, label=label, **line)
+    line: dict[str, Any] = {"linestyle": (0, (4, 2)), "linewidth": 0.9} if values.caveats else {"linewidth": 1.6}
+    axes.plot(x, values.values, color=colour, label=label, **line)
 
 
 def add_caveats(figure: Figure, caveats: Iterable[str], mark: str = "Thin and dashed: ") -> None:
-    """The caveats of all curves in small letters below the picture; nothing if there are none.
+    """Print the caveats of all curves in small letters below the figure, if there are any.
 
     Args:
-        figure: The picture.
-        caveats: What the laws said about themselves.
-        mark: How the doubtful curves are drawn, in words.
+        figure: Figure of the curves.
+        caveats: Warnings of the laws.
+        mark: Line style of the curves outside their validity, in words.
     """
-    said = dict.fromkeys(doubt.split(", and the result")[0] for doubt in caveats)
-    if said:
-        figure.supxlabel(mark + ";\n".join(said), fontsize=7.5, color=style.QUIET, x=0.01, ha="left")
+    unique = dict.fromkeys(caveat.split(", and the result")[0] for caveat in caveats)
+    if unique:
+        figure.supxlabel(mark + ";\n".join(unique), fontsize=7.5, color=style.QUIET, x=0.01, ha="left")

@@ -1,4 +1,4 @@
-"""The waterfall: ping after ping, each a line of the image, the way a sidescan is read."""
+"""Waterfall image of a recording: one line for each ping."""
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -9,14 +9,14 @@ from insonify.plotting.recording_levels import Floats, RecordingLevels, colour_s
 from insonify.units import intensity_ratio, level_db
 
 COLUMNS = 1600
-"""Columns of an image: more than a screen shows are averaged as energy, so that no echo falls between two."""
+"""Columns of an image; more samples are averaged as energy, so that no echo is lost [1]."""
 
 
 def waterfall(sound: RecordingLevels) -> Figure:
-    """All pings of a recording, one panel for each channel.
+    """Draw all pings of a recording, one panel for each channel.
 
     Args:
-        sound: The recording.
+        sound: Levels of the recording.
     """
     channels = sound.level.shape[1]
     figure = style.new_figure(10, 1.0 + 4.2 * channels)
@@ -46,10 +46,10 @@ def _lines(axes: Axes, sound: RecordingLevels, level: Floats, span: tuple[float,
 
 
 def thinned(level: Floats, columns: int = COLUMNS) -> Floats:
-    """Levels [dB] with neighbours along the last axis averaged as energy, until at most `columns` are left."""
+    """Levels [dB], neighbours along the last axis averaged as energy to at most `columns`."""
     step = -(-level.shape[-1] // columns)
     if step == 1:
         return level
-    kept = level[..., : level.shape[-1] // step * step]
-    power = intensity_ratio(kept.reshape(*level.shape[:-1], -1, step))
+    blocks = level[..., : level.shape[-1] // step * step].reshape(*level.shape[:-1], -1, step)
+    power = intensity_ratio(blocks)
     return level_db(power.mean(axis=-1))
