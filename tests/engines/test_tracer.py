@@ -169,7 +169,7 @@ def test_rays_scatter_about_one_mean_and_less_the_more_there_are():
     [
         ({"field": "coherent"}, "rays have none"),
         ({"water": {"profile": [[0, 1500], [20, 1510]], "noise_level_db": None}}, "one sound_speed"),
-        ({"paths": {"engine": "tracer", "geometry": "slice"}}, "throws its rays all round"),
+        ({"paths": {"engine": "tracer", "geometry": "slice"}}, "launches rays in all directions"),
     ],
 )
 def test_what_rays_cannot_trace_is_refused_with_a_remedy(changes, said):

@@ -1,4 +1,4 @@
-"""Ridges and waves of ground in closed form, and the terrain_occlusion of straight rays over them."""
+"""Ridges and waves of terrain in closed form, and the terrain occlusion of straight rays over them."""
 
 from dataclasses import dataclass
 
@@ -63,7 +63,7 @@ def bed_of(*parts, split=0.5, lattice=None):
 
 
 def seen_from(bed, place=(0.0, 0.0, SONAR), farthest=200.0, min_profile_width=1e-3):
-    """TerrainOcclusion of straight rays at 100 kHz."""
+    """Terrain occlusion of straight rays at 100 kHz."""
     launches = StraightLaunchAngles(place[2], DEPTH)
     return TerrainOcclusion(
         bed, np.array(place), launches, farthest=farthest, wavelength=0.015, min_profile_width=min_profile_width

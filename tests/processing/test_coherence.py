@@ -69,7 +69,7 @@ def test_a_parabola_is_found_exactly():
 
 @pytest.mark.parametrize("channels", [0, 3, -2])
 def test_phase_centres_meet_where_the_sonar_moved_to(channels):
-    """Speckle that varies along the track, heard from half-way places: the dpca_displacement is half a spacing a channel."""
+    """Speckle that varies along the track, received at phase centres: the displacement is half a spacing a channel."""
     places, width = np.arange(-30, 31), 1.2
     field = np.array([[np.exp(-((i - j) ** 2) / (2 * width**2)) for j in places] for i in places]) @ noise(61, 900)
     first, second = field[20:40], field[20 + channels : 40 + channels]
@@ -81,7 +81,7 @@ def test_phase_centres_meet_where_the_sonar_moved_to(channels):
 
 
 def test_dpca_coherence_falls_with_parallax():
-    """A bed at 30 m, transmitter and receiver has_parallax by 2 d about one phase centre: the delay (2 d)^2 / 4 R parts them.
+    """A seabed at 30 m, transmitter and receiver 2 d apart about one phase centre: delays differ by (2 d)^2 / 4 R.
 
     Coherence is that of one place read twice with that delay, so it stays near one: 0.999 at 20 cm, 0.98 at 40 cm.
     """

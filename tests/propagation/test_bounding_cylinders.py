@@ -1,4 +1,4 @@
-"""Claims about the bounding_cylinders of targets: what they leave out is nothing."""
+"""Bounding cylinders of targets: no point that a shadow reaches is left out."""
 
 import numpy as np
 import pytest

@@ -124,7 +124,7 @@ def test_the_direct_path_ends_where_the_limiting_ray_lands():
 
 
 def test_two_rays_are_born_at_a_fold_and_one_has_touched_the_caustic():
-    """From just one side of a caustic two rays more are seen; their slownesses part as sqrt(2 FOLD / FOLD_CURVATURE)."""
+    """On one side of a caustic there are two more rays; their slownesses differ by sqrt(2 FOLD / FOLD_CURVATURE)."""
     rays, count = solved(CAUSTIC, 11.0, 11.0, np.linspace(100, 160, 601))
     fold = np.flatnonzero(np.diff(count) == 2)[0] + 1
     pair = rays[fold, : count[fold]]

@@ -93,7 +93,7 @@ def test_rays_of_a_thermocline_pass_the_point_of_their_eigenray(degrees: float, 
 
 
 def test_a_ray_goes_back_the_way_it_came() -> None:
-    """TransmitLegs back from its end, it passes its source after the same time: turning points and bounces too."""
+    """Traced back from its end, a ray passes its source after the same time: turning points and bounces too."""
     layers = sound_speed_layers(DUCT, 20.0)
     for launch in np.radians([-20.0, -9.0, -2.0, 0.5, 3.0, 25.0]):
         rays = trace_fan(layers, 9.0, launch, max_range=170.0, max_bounces=9)

@@ -16,7 +16,7 @@ PROFILES = {
 
 
 def legs_of(water, targets):
-    """Pairs and ping_geometry of a still sonar over some targets."""
+    """Pairs and ping geometry of a sonar at rest over some targets."""
     scenario = heard_by_elements(targets, track={"speed": 0.0}, water={**water, "noise_level_db": None})
     simulator = build_simulator(scenario)
     here = simulator.ping_geometry(0)

@@ -74,7 +74,7 @@ def test_sound_leaves_from_where_the_transmitter_is_in_the_middle_of_the_pulse()
 
 
 def test_what_the_water_takes_is_told_in_parts_of_pressure():
-    """exp(-a r) with a of `absorption_np_per_m` is the level's loss in dB, at any frequency; 1e-12; at the carrier it is one."""
+    """exp(-a r) with a of `absorption_np_per_m` is the loss in dB at any frequency, to 1e-12; 1 at the carrier."""
     water = build_simulator(heard_by_elements([(0, 20, 5)], water={"noise_level_db": None})).engine.scene.water
     length = np.array([[0.0, 1.0, 30.0], [200.0, 5.0, 1e3]])
     for offset in (-20e3, 3e3):

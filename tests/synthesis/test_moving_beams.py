@@ -17,7 +17,7 @@ ROUGH = {"depth": 20.0, "relief": {"kind": "power-law", "hurst": 0.8, "rms": 0.0
 
 
 def under_way(*, turning=True, **more):
-    """Rough ground at 60 m from a sonar under way, its reading, its ping_geometry and the engine."""
+    """Coherent accumulator, ping geometry and engine of a moving sonar 60 m from a rough seabed."""
     scenario = nominal(seabed=ROUGH, paths={"max_reflections": 2, "scatterers_per_cell": 2.0}, **more)
     track = TRACK if turning else {key: value for key, value in TRACK.items() if key != "motion"}
     simulator = build_simulator(type(scenario)(**{**scenario.model_dump(), "track": track}))
@@ -35,7 +35,7 @@ def heard(reading, *blocks):
 
 @pytest.mark.parametrize("turning", [True, False])
 def test_strengths_that_are_products_need_not_be_written_out(turning):
-    """PairSampling pairs under Lambert's law: the recording is that of the written strengths, to 1e-6 of its rms."""
+    """Sampled pairs under Lambert's law: the recording is that of the stored strengths, to 1e-6 of its rms."""
     reading, here, engine = under_way(turning=turning)
     block = max(
         (engine.pairs(here, one, include_negligible=False) for one in engine.blocks(here)),

@@ -15,7 +15,7 @@ ONE = {"kind": "point", "element": "omni"}
 
 
 def underway(**told):
-    """The ping_geometry of a sonar at 3 m/s."""
+    """Ping geometry of a sonar at 3 m/s."""
     return build_simulator(heard_by_elements([(0, 20, 5)], **told)).ping_geometry(0)
 
 

@@ -1,4 +1,4 @@
-"""How sound travels between the sonar and a point."""
+"""Propagation of sound between the sonar and points in the scene."""
 
 import importlib
 from typing import TYPE_CHECKING, Any
@@ -13,7 +13,7 @@ __all__ = ["Eigenrays", "eigenrays"]
 
 
 def __getattr__(name: str) -> Any:
-    # On demand: the kernels are slow to import, and settings live in this package too.
+    # Loaded on first use: the kernels are slow to import, and settings are in this package too.
     if name in _HOME:
         return getattr(importlib.import_module(f"insonify.propagation.{_HOME[name]}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -102,7 +102,7 @@ def displaced_bounce_paths(
     slopes: Floats,
     change: Floats,
 ) -> None:
-    """What corners change in n lines: `displaced_bounce_path` for each; slopes (n, bounces, 2), ahead (n, 2), bent (n, 7)."""
+    """Displaced bounces of n lines by `displaced_bounce_path`; slopes (n, bounces, 2), ahead (n, 2), change (n, 7)."""
     for n in range(horizontal_distance.size):
         displaced_bounce_path(
             horizontal_distance[n],

@@ -116,7 +116,7 @@ def end_to_surface_path(
 def path_third_derivative(
     unit_north: float, unit_east: float, one: PathDerivatives, sea: SurfaceDerivatives, third: float
 ) -> float:
-    """Third derivative of a `end_to_surface_path` as its point moves along a unit vector, by that of the sea [1/m^2]."""
+    """Third derivative of `end_to_surface_path` as its point moves along a unit vector, given the sea's [1/m^2]."""
     first = unit_north * sea[1] + unit_east * sea[2]
     second = unit_north * unit_north * sea[3] + 2 * unit_north * unit_east * sea[4] + unit_east * unit_east * sea[5]
     r, up = one[0], one[8]

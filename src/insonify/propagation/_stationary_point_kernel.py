@@ -42,7 +42,7 @@ fold in whose dark the end lies, which has its third derivative [1/m^2] where ot
 axis, north and east [1].
 """
 NONE, THERE, LIT = 0, 1, 2
-"""What `refine_bounce_point` finds: nothing; what was wanted; a fold seen from its bright side, where there are two bounces."""
+"""Results of `refine_bounce_point`: nothing; a bounce; a fold on its bright side, with two bounces."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

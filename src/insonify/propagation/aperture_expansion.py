@@ -1,9 +1,9 @@
-"""What an array's elements hear beside a sphere: where rays bend, more than the one ray to its centre tells.
+"""Aperture expansion: field of a leg about an array's centre beyond the spherical wavefront, in layered water.
 
-The curvature of a wavefront gives delays over an array to second order, and loudness not at all: how the width of a
-ray tube changes with place is not told by the ray itself. Rays to four places about the centre, as far off as the
-elements get, tell both: ahead and behind at its depth, above and below at its distance. What they have beyond the
-sphere's expansion is a polynomial of the element's place, exact at those four and nearly so in between.
+The curvature of a wavefront gives delays over an array to second order, but not levels: a single ray does not determine
+how its tube's width changes with position. Rays to four positions about the centre, at the aperture's extent,
+determine both: ahead and behind at its depth, above and below at its distance. Their deviation from the
+sphere's expansion is a polynomial of the element's offset, exact at those four and nearly so in between.
 """
 
 from collections.abc import Callable
@@ -19,18 +19,18 @@ from insonify.records.legs import Legs
 
 Floats = NDArray[np.float64]
 RaySource = Callable[[str, float, Floats], FamilyRays]
-"""Rays of a family from a depth [m] to all points, at distances of their own [m], (n,)."""
+"""Rays of a family from a depth [m] to all points, at their own distances [m], (n,)."""
 
 LATER = 9
-"""Terms of the delay: x^2, x z, z^2, x^3, x^2 z, x z^2, z^3, x^4, z^4, with x how much nearer and z how much deeper."""
+"""Terms of the delay: x^2, x z, z^2, x^3, x^2 z, x z^2, z^3, x^4, z^4, with x the approach and z the depth offset."""
 TERMS = 13
-"""Those, and of the logarithm of the pressure: x, z, x^2, z^2."""
+"""Those terms, and of the logarithm of the pressure: x, z, x^2, z^2."""
 LEAST = 0.02
-"""Least distance at which rays are asked for [m]."""
+"""Least horizontal distance of the rays [m]."""
 NEARER = 0.25
-"""Part of the way by which a place ahead is nearer, at most [1]."""
+"""Largest approach of the position ahead, as a fraction of the distance [1]."""
 ANOTHER = 3e-6
-"""A ray whose delay is farther than this from the sphere's is another ray [s]."""
+"""Rays whose delay deviates more than this from the sphere's are of another branch [s]."""
 
 
 def aperture_expansion(
@@ -42,16 +42,16 @@ def aperture_expansion(
     max_depth: float,
     ray_source: RaySource,
 ) -> Floats:
-    """What rays about an array's centre have beyond spheres, for all its legs.
+    """Expansion of the field about an array's centre beyond spherical wavefronts, for all its legs.
 
     Args:
-        legs: From the centre to the points, f of them to each.
+        legs: Legs from the centre to the points, f of them to each.
         position: North, east, depth of the centre [m], shape (3,).
-        points: The points, likewise, shape (n, 3).
-        water: What lies between.
-        aperture_extent: How far elements get from the centre over ground, and in depth [m].
-        max_depth: Greatest depth at which rays may be asked for [m].
-        ray_source: Who knows the rays.
+        points: North, east, depth of the points [m], shape (n, 3).
+        water: Water between.
+        aperture_extent: Largest offset of elements from the centre, horizontal and vertical [m].
+        max_depth: Greatest depth at which rays exist [m].
+        ray_source: Function that returns the rays.
 
     Returns:
         Coefficients of `TERMS`, delay [s] and logarithm of pressure [1] over powers of metres, shape (f, TERMS, n);
@@ -80,7 +80,7 @@ def aperture_expansion(
 
 
 class _RayExpansion:
-    """One row of legs, and what its sphere says about places near the centre."""
+    """One row of legs, and the spherical expansion about the centre."""
 
     def __init__(
         self, legs: Legs, row: int, position: Floats, vertical_curvature: Floats, gradient: float, water: Water
@@ -105,7 +105,7 @@ class _RayExpansion:
         return late, to_x, to_z, -np.log(root)
 
     def excess(self, family_rays: FamilyRays, x: Floats | float, z: float) -> Floats:
-        """What the rays to one place have beyond the sphere: delay, both derivatives, logarithm of pressure, (4, n)."""
+        """Deviation of rays to one position from the sphere: delay, both derivatives, log pressure, (4, n)."""
         late, to_x, to_z, louder = self.sphere(x, z)
         there = np.arange(family_rays.rays.shape[1]) < np.minimum(family_rays.count, MOST)[:, None]
         apart = np.where(there, np.abs(family_rays.rays[:, :, DELAY] - (self.delay + late)[:, None]), np.inf)
@@ -124,7 +124,7 @@ class _RayExpansion:
 
 
 def _terms(coefficients: Floats, level: list[Floats], upright: list[Floats], ahead: Floats, down: float) -> None:
-    """Coefficients of one row from what the places have beyond the sphere, in place; see `LATER` and `TERMS`."""
+    """Fill in the coefficients of one row from the deviations at the positions; see `LATER` and `TERMS`."""
     odd, even = (level[0] - level[1]) / 2, (level[0] + level[1]) / 2
     h = ahead
     coefficients[0] = 2 * even[0] / h**2 - odd[1] / (2 * h)

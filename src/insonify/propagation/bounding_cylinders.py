@@ -1,4 +1,4 @@
-"""Rims of targets: an upright cylinder about each, that tells at a glance which points lie nowhere near its shadow."""
+"""Bounding cylinders: an upright cylinder about each target, for a fast test of which points its shadow may reach."""
 
 from functools import lru_cache
 
@@ -12,7 +12,7 @@ from insonify.scene.solid import world_triangles
 Floats = NDArray[np.float64]
 
 TOUCH = 1e-3
-"""Width that every rim is given more: where a leg ends a hair before its point it is not quite where that is [m]."""
+"""Margin added to each cylinder: a leg that ends a rounding error before its point ends elsewhere [m]."""
 
 
 @lru_cache(maxsize=8)
@@ -23,7 +23,7 @@ def bounding_cylinders(scene: Scene) -> Floats:
         scene: The scene.
 
     Returns:
-        North and east of each middle, its radius, depth of its top and of its base [m], shape (t, 5).
+        North and east of each axis, radius, depth of top and of base [m], shape (t, 5).
     """
     found = [(box[0], box[1], np.hypot(box[4], box[5]), box[6], box[7]) for box in scene.bodies]
     for solid in scene.solids:
@@ -39,17 +39,17 @@ def bounding_cylinders(scene: Scene) -> Floats:
 def points_near_cylinders(
     scene: Scene, position: Floats, points: Floats, clearance: float = 0.0, directions: Floats | None = None
 ) -> list[NDArray[np.int64]]:
-    """Which points straight ways lead to that pass a target, seen from above.
+    """Points whose straight path passes a target, seen from above.
 
     Args:
-        scene: Whose targets.
-        position: North, east, depth of where the ways begin [m], shape (3,).
-        points: Where they end [m], shape (n, 3).
-        clearance: How far beside a target a way may pass [m].
-        directions: Directions in which they reach each point, shape (f, n, 3); None: straight on.
+        scene: The scene with its targets.
+        position: North, east, depth of the start of the paths [m], shape (3,).
+        points: Ends of the paths [m], shape (n, 3).
+        clearance: Largest distance between path and target [m].
+        directions: Directions of arrival at each point, shape (f, n, 3); None: straight from `position`.
 
     Returns:
-        Rows of such points, increasing, of each target in the order of `Scene.occluders`.
+        Increasing rows of such points, for each target in the order of `Scene.occluders`.
     """
     held = bounding_cylinders(scene)
     rows = np.empty((len(held), len(points)), np.int64)
@@ -61,16 +61,16 @@ def points_near_cylinders(
 
 
 def edge_clearance(longest: float, wavelength: float, number: float) -> float:
-    """How far off the straight way an edge has at least the Fresnel number that it has, whatever its place [m].
+    """Distance from the straight path at which an edge has at least a given Fresnel number, at any position [m].
 
-    The way around an edge is longer than the straight one by number^2 wavelength / 4, see
-    `_knife_edge_kernel.edge_fresnel_number`. So far off, one of the two parts of the way is longer by that alone:
-    sqrt(off^2 + part^2) - part does not grow with the part, which is at most the whole leg.
+    The path around an edge is longer than the straight one by number^2 wavelength / 4, see
+    `knife_edge_kernel.edge_fresnel_number`. At this distance one of its two parts alone is longer by that:
+    sqrt(off^2 + part^2) - part decreases with the part, which is at most the whole leg.
 
     Args:
         longest: Length of the longest leg [m].
-        wavelength: Of the sound [m].
-        number: The Fresnel number.
+        wavelength: Wavelength of the sound [m].
+        number: Fresnel number.
     """
     longer = 1.0001 * number**2 * wavelength / 4
     return float(np.sqrt(2 * max(longest, wavelength) * longer + longer**2))

@@ -1,7 +1,7 @@
-"""How loud it is at a caustic: ray amplitude, limited where diffraction takes over.
+"""Ray amplitude at a caustic, limited by diffraction.
 
-Where neighbouring rays cross, the ray tube has no width and ray theory promises infinite sound. The wave equation does
-not: beside a fold the two rays that merge there are the two halves of one Airy function (Chester, Friedman & Ursell
+Where neighbouring rays cross, the ray tube has zero width and ray theory gives infinite pressure. In the wave equation
+the two rays that merge at a fold are the two halves of one Airy function (Chester, Friedman & Ursell
 1957, Proc. Camb. Phil. Soc. 53, 599; Ludwig 1966, Comm. Pure Appl. Math. 19, 215; both from memory). Its modulus and
 phase (DLMF section 9.8) give each ray its own factor, so that rays stay separate arrivals and their sum is the wave's.
 """
@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 Floats = NDArray[np.float64]
 
 _RAYS_ALONE = 40.0
-"""Distance from the fold in Airy's scale from which rays are right to 2e-6 and 0.03 degrees [1]."""
+"""Distance from the fold in Airy's scale beyond which ray amplitudes are exact to 2e-6 and 0.03 degrees [1]."""
 
 
 def fold_distance(fold: ArrayLike, fold_curvature: ArrayLike, frequency: float) -> Floats:
@@ -38,10 +38,11 @@ def fold_distance(fold: ArrayLike, fold_curvature: ArrayLike, frequency: float) 
 def fold_factor(
     fold: ArrayLike, fold_curvature: ArrayLike, fold_side: ArrayLike, frequency: float
 ) -> NDArray[np.complex128]:
-    """What diffraction makes of the amplitude of one ray near a fold; 1 far away.
+    """Diffraction factor on the amplitude of one ray near a fold; 1 at a distance.
 
-    The modulus is sqrt(pi) zeta^(1/4) M(zeta), with M^2 = Ai^2 + Bi^2 at -zeta: it removes the ray's zeta^(-1/4) and
-    leaves a finite sound at the fold. The phase, at most 15 degrees, moves the two rays apart as Airy's function does.
+    The modulus is sqrt(pi) zeta^(1/4) M(zeta), with M^2 = Ai^2 + Bi^2 at -zeta: it cancels the ray's zeta^(-1/4) and
+    leaves a finite pressure at the fold. The phase, at most 15 degrees, separates the two rays as the Airy function
+    does.
     The ray that has touched the caustic keeps its own +90 degrees outside this factor.
 
     Args:
@@ -51,11 +52,12 @@ def fold_factor(
         frequency: Frequency of the sound [Hz].
 
     Returns:
-        Factor of the ray's amplitude, for a time factor exp(+j omega t), broadcast shape. At the fold itself 0: what it
-        multiplies is infinite there; see `limited_amplitude`.
+        Factor on the ray's amplitude, for a time factor exp(+j omega t), broadcast shape. Zero at the fold itself,
+        where
+        the amplitude is infinite; see `limited_amplitude`.
 
     Source: Chester, Friedman & Ursell (1957), leading term; modulus and phase as in DLMF 9.8.1-9.8.11 (from memory).
-    Valid: two rays that merge, alone and with nearly equal amplitudes. Sound in the shadow beyond the fold is left out:
+    Valid: two merging rays, isolated and of nearly equal amplitudes. Sound in the shadow beyond the fold is neglected:
     3.7 dB below the fold's own at zeta = -0.5, 20 dB at -2.
     """
     fold, fold_curvature, fold_side = np.broadcast_arrays(
@@ -67,7 +69,7 @@ def fold_factor(
 
 
 def merging_factor(distance: Floats, fold_side: Floats) -> NDArray[np.complex128]:
-    """The factor of `fold_factor`, from the distance to the fold in the scale of Airy's function.
+    """Factor of `fold_factor`, from the distance to the fold in the scale of Airy's function.
 
     Args:
         distance: zeta of `fold_distance` [1], any shape.
@@ -83,7 +85,7 @@ def merging_factor(distance: Floats, fold_side: Floats) -> NDArray[np.complex128
 def limited_amplitude(
     amplitude: ArrayLike, fold: ArrayLike, fold_curvature: ArrayLike, fold_side: ArrayLike, frequency: float
 ) -> NDArray[np.complex128]:
-    """Ray-tube amplitude as the wave equation has it, fold caustics included.
+    """Ray-tube amplitude limited at fold caustics as in the wave equation.
 
     Args:
         amplitude: Spreading of the ray tube re 1 m, unlimited [1], any shape; inf on the caustic itself.
@@ -93,8 +95,9 @@ def limited_amplitude(
         frequency: Frequency of the sound [Hz].
 
     Returns:
-        Amplitude re 1 m, with the small phase of the merging, broadcast shape. Always finite: a ray that ends on the
-        caustic to the last bit counts as 0.
+        Amplitude re 1 m, with the small phase of the merging, broadcast shape. Always finite: a ray that ends exactly
+        on
+        the caustic counts as 0.
     """
     factor = fold_factor(fold, fold_curvature, fold_side, frequency)
     loud, factor = np.broadcast_arrays(np.asarray(amplitude, float), factor)
@@ -102,12 +105,12 @@ def limited_amplitude(
 
 
 def _near(distance: Floats, fold_side: Floats) -> NDArray[np.complex128]:
-    """The factor by Airy's functions at -distance."""
+    """Factor by Airy's functions at -distance."""
     from scipy.special import airy
 
     ai, _, bi, _ = airy(-distance)
     modulus = np.sqrt(np.pi) * distance**0.25 * np.hypot(ai, bi)
-    # Ai = M cos(angle), Bi = -M sin(angle); far away the angle is that of two separate rays.
+    # Ai = M cos(angle), Bi = -M sin(angle); at a distance the angle is that of two separate rays.
     turn = (2 / 3) * distance**1.5 - np.pi / 4
     phase = np.angle((ai - 1j * bi) * np.exp(-1j * turn))
     return np.asarray(modulus * np.exp(-1j * fold_side * phase))

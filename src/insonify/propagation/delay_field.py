@@ -1,9 +1,9 @@
-"""A smooth random field of delays: what uneven water adds to the travel time of every leg.
+"""Smooth random field of delays in inhomogeneous water, added to the travel time of every leg.
 
-The delay of a leg is a sum of waves, each met at its own part s of the way from the sonar to the place. With s uniform
-and the waves drawn from the spectrum of the water's changes, two legs of one field are as alike as the integrals along
-them: the mean over s of exp(-d(s)^2 / l^2), with d(s) the distance between the legs at s. So what is near each other
-(scatterers, families, pings, ends of the sonar) shares its delay, and what is apart by more than l does not.
+The delay of a leg is a sum of waves, each at its own fraction s of the path from the sonar to the point. With s uniform
+and the waves drawn from the spectrum of the inhomogeneity, the correlation of two legs is the mean along them of
+exp(-d(s)^2 / l^2), with d(s) the distance between the legs at s. So neighbouring paths
+(scatterers, families, pings, ends of the sonar) share their delay, and paths more than l apart do not.
 """
 
 from dataclasses import dataclass, replace
@@ -25,29 +25,29 @@ Integers = NDArray[np.int64]
 WAVES = 64
 """Waves of a field: its fourth moment is 3 (1 - 1 / 128) times the square of its second."""
 PARTS = 24
-"""Parts of the way at which two legs' distance is taken."""
+"""Fractions of the path at which the distance of two legs is evaluated."""
 
 
 @dataclass(frozen=True, slots=True)
 class DelayField:
-    """What the uneven water of one scene adds to travel times."""
+    """Random delays in the inhomogeneous water of one scene."""
 
     inhomogeneity: Inhomogeneity
     seed: int
-    """Of the scenario."""
+    """Seed of the scenario."""
     water_depth: float
     """Depth of the bottom's mean plane [m]."""
     lattice: ScattererGrid
-    """Frame of the patches: a scene that is moved as a whole keeps them."""
+    """Frame of the field, which moves with the scene."""
 
     def with_delays(self, legs: Legs, position: Floats, points: Floats, time: float) -> Legs:
-        """Legs with the delays of the uneven water in theirs.
+        """Legs with random delays added to theirs.
 
         Args:
-            legs: From one end of the sonar to n points.
-            position: That end: north, east, depth [m], shape (3,).
+            legs: Legs from one end of the sonar to n points.
+            position: North, east, depth of that end [m], shape (3,).
             points: The points [m], shape (n, 3).
-            time: Of the ping [s].
+            time: Time of the ping [s].
         """
         part, wave, turn, beat = _waves(self.seed, self.inhomogeneity)
         start = np.array([*self.lattice.from_world(position[:2]), position[2]])
@@ -55,14 +55,14 @@ class DelayField:
         total = np.zeros(legs.delay.shape)
         for row, family in enumerate(legs.families):
             if legs.branch[row]:
-                total[row] = total[row - legs.branch[row]]  # rays of one family: much the same way
+                total[row] = total[row - legs.branch[row]]  # rays of one family follow nearly the same path
                 continue
             down = self._unfolded(family, points[:, 2])
             add_delay_waves(start, along, across, down, self.water_depth, part, wave, turn + beat * time, total[row])
         return replace(legs, delay=legs.delay + self.delay_deviation(legs) * np.sqrt(2 / WAVES) * total)
 
     def delay_deviation(self, legs: Legs) -> Floats:
-        """Root mean square of each leg's delay [s], shape (f, n); 0 where there is no leg."""
+        """Root mean square of each leg's delay [s], shape (f, n); 0 for no leg."""
         return self._spread(legs.visibility, legs.delay, legs.length)
 
     def _spread(self, visibility: NDArray[Any], delay: Floats, length: Floats) -> Floats:
@@ -74,9 +74,9 @@ class DelayField:
         """Covariance of the delays of some legs to the same points [s^2], shape (m, legs, legs).
 
         Args:
-            leg_ends: Legs to n points, where they start [m], shape (3,), and rows of those wanted; one such or several.
-            points: Where all of them end [m], shape (n, 3).
-            point_rows: Rows of the points that are asked about, shape (m,).
+            leg_ends: Legs to n points, their start [m], shape (3,), and the rows to include; one such or several.
+            points: Common ends of the legs [m], shape (n, 3).
+            point_rows: Rows of the points to evaluate, shape (m,).
         """
         spread = []
         for legs, _, rows in leg_ends:
@@ -93,7 +93,7 @@ class DelayField:
         return found
 
     def _path_points(self, family: str, position: Floats, points: Floats) -> Floats:
-        """Points of the water that a leg meets after even parts of its way, shape (parts, n, 3)."""
+        """Points at even fractions of a leg's path, shape (fractions, n, 3)."""
         part = ((np.arange(PARTS) + 0.5) / PARTS)[:, None, None]
         ends = np.column_stack([points[:, :2], self._unfolded(family, points[:, 2])])
         way = position + part * (ends - position)
@@ -102,7 +102,7 @@ class DelayField:
         return way
 
     def _unfolded(self, family: str, depth: Floats) -> Floats:
-        """Depth at which a family's ray arrives if it goes straight through surface and bottom [m]."""
+        """Depth at which a family's unfolded ray arrives, straight through surface and bottom [m]."""
         turned = family if family == "D" else family[::-1]
         moved, sign = image_depth(turned, 0.0, self.water_depth), (-1) ** (0 if family == "D" else len(family))
         return np.asarray(moved + sign * depth, float)
@@ -110,9 +110,9 @@ class DelayField:
 
 @lru_cache(maxsize=8)
 def _waves(seed: int, inhomogeneity: Inhomogeneity) -> tuple[Floats, Floats, Floats, Floats]:
-    """The waves of a field: part of the way (m,), cycles per metre (m, 3), phase (m,) [cycles], cycles per second (m,).
+    """Waves: fraction of the path (m,), cycles per metre (m, 3), phase (m,) [cycles], cycles per second (m,).
 
-    exp(-r^2 / l^2) is the mean of cos(K r) over K normal with variance 2 / l^2 in each direction; so it is in time.
+    exp(-r^2 / l^2) is the mean of cos(K r) over K normal with variance 2 / l^2 in each direction; likewise in time.
     """
     from scipy.special import ndtri
 

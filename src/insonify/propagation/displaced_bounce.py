@@ -1,8 +1,8 @@
-"""Legs whose surface bounces are moved off the mirror's point, because the surface is tilted there.
+"""Displaced bounces: legs whose surface bounces lie off the flat surface's specular point because of its tilt.
 
-Unfolded between level boundaries a leg is a straight line from an image of the sonar. Where the surface has a slope,
-the bounce that serves a point lies elsewhere on the surface: the line gets a corner there. Everything is told as a
-change of the mirror's leg, so that it also serves rays that refraction bends a little.
+Unfolded between flat boundaries a leg is a straight line from an image of the sonar. Where the surface has a slope,
+the bounce that reaches a point lies elsewhere on the surface: the line has a corner there. All results are
+changes of the flat surface's leg, so that they also apply to slightly refracted rays.
 """
 
 from dataclasses import dataclass
@@ -18,19 +18,19 @@ Floats = NDArray[np.float64]
 
 
 class DisplacedBounce(NamedTuple):
-    """What corners change in n legs of one family."""
+    """Changes of n legs of one family by displaced bounces."""
 
     excess_length: Floats
     """Additional length [m], shape (n,)."""
     departure_change: Floats
-    """Change of the unit vector of travel at the sonar [1], shape (n, 3)."""
+    """Change of the direction of travel at the sonar [1], shape (n, 3)."""
     arrival_change: Floats
-    """Change of that at the point [1], shape (n, 3)."""
+    """Change of the direction of travel at the point [1], shape (n, 3)."""
 
 
 @dataclass(frozen=True, slots=True)
 class UnfoldedPaths:
-    """The straight lines of one family from one place to n points, told by distance and climb."""
+    """Unfolded straight lines of one family from one position to n points."""
 
     start: Floats
     """North and east of the sonar [m], shape (2,)."""
@@ -39,21 +39,21 @@ class UnfoldedPaths:
     horizontal_distance: Floats
     """Horizontal distance of each point [m], shape (n,)."""
     vertical_travel: Floats
-    """Vertical travel of the whole way [m], shape (n,)."""
+    """Vertical travel of the whole path [m], shape (n,)."""
     vertical_travel_to_bounces: tuple[float, ...]
     """Vertical travel up to each surface bounce [m]."""
     starts_upward: bool
-    """Whether it begins upwards."""
+    """True for a family that starts upwards."""
     reverses_vertically: bool
-    """Whether it ends in the other sense than it began."""
+    """True for a family that ends in the opposite vertical direction."""
 
     @property
     def length(self) -> Floats:
-        """Length of the way [m], shape (n,)."""
+        """Length of the path [m], shape (n,)."""
         return np.asarray(np.hypot(self.horizontal_distance, self.vertical_travel))
 
     def bounce_fractions(self) -> Floats:
-        """Part of the way at which each surface bounce lies, 0 to 1, shape (bounces, n)."""
+        """Fraction of the path at each surface bounce, 0 to 1, shape (bounces, n)."""
         return np.array([np.minimum(height / self.vertical_travel, 1.0) for height in self.vertical_travel_to_bounces])
 
     def flat_bounce_points(self) -> Floats:
@@ -62,12 +62,12 @@ class UnfoldedPaths:
 
 
 def unfold_paths(family: str, position: Floats, points: Floats, water_depth: float) -> UnfoldedPaths:
-    """The straight lines of a family.
+    """Unfolded straight lines of a family.
 
     Args:
         family: Name of a family with a bounce.
         position: North, east, depth of the sonar [m], shape (3,).
-        points: The same of the points [m], shape (n, 3).
+        points: North, east, depth of the points [m], shape (n, 3).
         water_depth: Depth of the bottom [m].
     """
     string = bounce_sequence(family)
@@ -84,7 +84,7 @@ def vertical_travel_to_bounces(family: str, depth: float, water_depth: float) ->
 
     Args:
         family: Name of a family with a bounce.
-        depth: Of the sonar [m].
+        depth: Depth of the sonar [m].
         water_depth: Depth of the bottom [m].
     """
     string = bounce_sequence(family)
@@ -93,14 +93,14 @@ def vertical_travel_to_bounces(family: str, depth: float, water_depth: float) ->
 
 
 def displace_bounces(paths: UnfoldedPaths, slopes: Floats) -> DisplacedBounce:
-    """Lines with a corner at every surface bounce, where the surface has the slopes given.
+    """Lines with a corner at every surface bounce, for given surface slopes.
 
-    In the vertical plane the corner is exact: with the elevation's slope tan(e) the rays to both ends graze at angles
+    In the vertical plane the corner is exact: for a surface slope tan(e) the rays to both ends graze at angles
     that differ by 2 e. Across it, offset = -2 slope sin(grazing) / (1/r1 + 1/r2), to first order.
 
     Args:
         paths: The straight lines.
-        slopes: Slope of the elevation away from the sonar and to the right of that, shape (bounces, 2, n) [1].
+        slopes: Slope of the surface away from the sonar and to the right of that, shape (bounces, 2, n) [1].
 
     Source: the law of reflection, derived here.
     """

@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 _FARTHEST = 1e7
-_AT_ONCE = 4096  # points: their room for rays stays small
+_AT_ONCE = 4096  # points: limits the memory for rays
 
 
 def eigenrays(
@@ -33,11 +33,11 @@ def eigenrays(
 ) -> Eigenrays:
     """All rays from a source to points, in water whose sound speed depends on depth alone.
 
-    Rays are arcs of circles between the knots of the profile (Officer 1958, from memory), so that no step length
-    and no fan of rays is involved: delays are right to rounding, within 1e-16 s of arithmetic with 50 digits for 251
-    rays without turning points in random layers, up to 300 m; 1e-12 s is promised. No ray is missed. A point on a
-    boundary is reached just before the bounce there: on the seabed D and B coincide. Of a family with more than eight
-    rays to a point, which only a sound channel has, those with the fewest turning points are given.
+    Rays are arcs of circles between the knots of the profile (Officer 1958, from memory), without step length
+    or ray fan: delays are exact to rounding, within 1e-16 s of 50-digit arithmetic for 251
+    rays without turning points in random layers, up to 300 m; 1e-12 s is guaranteed. No ray is missed. A point on a
+    boundary is reached just before the bounce there: on the seabed D and B coincide. For a family with more than eight
+    rays to a point, which requires a sound channel, those with the fewest turning points are returned.
 
     Args:
         profile: Sound speed against depth; must cover the water.
@@ -53,7 +53,7 @@ def eigenrays(
 
     Raises:
         ValueError: A depth outside the water, a range below 0, an unknown family or method, or a profile that does not
-            cover the water; with the way out.
+            cover the water.
         insonify.propagation.eigenray_table.TableError: method="table", and a table failed its comparison with exact
         rays.
     """

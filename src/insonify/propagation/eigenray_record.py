@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 RaySolutions = tuple[Floats, Integers, NDArray[np.uint8]]
-"""Rays of one family to n points, as a kernel fills them: rays (n, MOST, COLUMNS), their number (n,), `LegStatus` (n,)."""
+"""Rays of one family to n points, from a kernel: rays (n, MOST, COLUMNS), number (n,), `LegStatus` (n,)."""
 
 _WORDS = {
     LegStatus.CLEAR: "ok",

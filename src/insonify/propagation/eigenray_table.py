@@ -1,9 +1,9 @@
-"""Tables of delays: what a survey asks millions of times, solved exactly once at the nodes of a grid.
+"""Eigenray tables: rays of one path family over range and depth, solved exactly at the nodes of a grid.
 
-One table holds one family of paths over range and depth, for sources in a span of depths. Its cells are bounded by
-lines of depth, among them every knot of the profile, for there the delay bends. A cell is used where its corners belong
-to the same smooth sheets of rays and its inside agrees with the exact solver; wherever a shadow begins, a ray grazes
-a knot or rays cross, the exact solver answers instead. So nothing is lost, and nothing is guessed.
+One table holds one family over range and depth, for sources in a span of depths. Its cells are bounded by
+lines of depth, including every knot of the profile, where the delay has a kink. A cell is valid where its corners
+belong to the same smooth sheets of rays and its interior agrees with the exact solver; where a shadow begins, a ray
+grazes a knot or rays cross, the exact solver is used instead.
 """
 
 from dataclasses import dataclass, field
@@ -31,58 +31,58 @@ Floats = NDArray[np.float64]
 Bytes = NDArray[np.uint8]
 
 LATEST = 1e-9
-"""Error of a delay that no cell in use may exceed [s]."""
+"""Largest error of a delay in a valid cell [s]."""
 LOUDEST = 2.3e-3
-"""Relative error of an amplitude or a path length that none may exceed: 0.02 dB [1]."""
+"""Largest relative error of an amplitude or a path length: 0.02 dB [1]."""
 FLATNESS = 0.4
-"""Height of a cell over its width: delays bend more with depth than with range [1]."""
-_WIDTHS = (0.25, 1.0)  # of a cell [m]: as fine as _ENOUGH nodes allow; wider only where _MOST_NODES would not do
+"""Height of a cell over its width: delays curve more with depth than with range [1]."""
+_WIDTHS = (0.25, 1.0)  # of a cell [m]: as fine as _ENOUGH nodes allow; larger only where _MOST_NODES would be exceeded
 _ENOUGH, _MOST_NODES = 10_000, 60_000
 APART, APART_ON_A_LINE = 0.35, 0.2
-"""Distance between depths of the source that are solved for, at most [m]; lines are quickly made."""
+"""Largest distance between source depths of a table [m]."""
 _SAMPLE = 256
 
 
 class TableError(RuntimeError):
-    """A table does not agree with the exact solver."""
+    """A table disagrees with the exact solver."""
 
 
 class TableWarning(UserWarning):
-    """A table failed its test, and the exact solver answers in its place."""
+    """A table failed its check, and the exact solver is used in its place."""
 
 
 @dataclass(frozen=True, eq=False)
 class EigenrayTable:
-    """All rays of one family, for sources and points in spans of depth and up to some range.
+    """All rays of one family, for sources and points in spans of depth up to some range.
 
-    Made by `eigenray_table`; frozen, and the same from any thread: what it keeps of recent sources is only a memory.
+    Made by `eigenray_table`; immutable and thread-safe: planes of recent sources are only cached.
     """
 
     family: str
     specification: TableSpecification = field(repr=False)
     planes: tuple[TablePlane, ...] = field(repr=False)
-    """Tables for single depths of the source, increasing."""
+    """Tables for single source depths, increasing."""
     cell_states: tuple[Bytes, ...] = field(repr=False)
-    """Cells that may be used between each two planes."""
+    """Mask of the valid cells between each two planes."""
     _recent: dict[float, TablePlane] = field(default_factory=dict, repr=False, compare=False)
 
     def covers(self, source_depth: float) -> bool:
-        """Whether the table was made for a source at this depth [m]."""
+        """Return True if the table spans this source depth [m]."""
         return self.planes[0].source_depth - 1e-9 <= source_depth <= self.planes[-1].source_depth + 1e-9
 
     @property
     def exact_fraction(self) -> float:
-        """Share of the cells that the exact solver answers for [1]."""
+        """Fraction of the cells in which the exact solver is used [1]."""
         return float(np.mean([plane.path_count == EXACT for plane in self.planes]))
 
     def plane_at(self, source_depth: float) -> TablePlane:
-        """The table for one depth of the source: read off, or blended from the two planes around it.
+        """Table for one source depth: stored, or interpolated between the two planes around it.
 
         Args:
             source_depth: Depth of the source [m], in the span of the table.
 
         Raises:
-            ValueError: The table was not made for that depth.
+            ValueError: The depth lies outside the table.
         """
         if not self.covers(source_depth):
             low, high = self.planes[0].source_depth, self.planes[-1].source_depth
@@ -104,18 +104,17 @@ class EigenrayTable:
         return made
 
     def rays(self, source_depth: float, point_depth: Floats, ranges: Floats) -> tuple[Floats, NDArray[np.int64], Bytes]:
-        """All rays of the family to points: read from the table, or solved for where it does not hold.
+        """All rays of the family to points: from the table where it is valid, otherwise from the exact solver.
 
         Args:
-            source_depth: Depth of the source [m]; the exact solver answers for all points where the table does not
-                cover it.
+            source_depth: Depth of the source [m]; outside the table's span the exact solver is used for all points.
             point_depth: Depths of the points [m], (n,).
             ranges: Their horizontal distances [m], (n,).
 
         Returns:
-            What `solve_eigenrays` fills: rays of shape (n, most rays to one point, COLUMNS), by launch angle, of which
+            Results of `solve_eigenrays`: rays of shape (n, most rays to one point, COLUMNS), by launch angle, of which
             the
-            first `count` rows are filled; their count, (n,); why there is none, (n,).
+            first `count` rows are filled; their count, (n,); `LegStatus` where there is none, (n,).
         """
         if not self.covers(source_depth):
             rays, count, status = _exact(self.specification, source_depth, point_depth, ranges)
@@ -146,21 +145,21 @@ def eigenray_table(
     water: SoundSpeedLayers, family: str, *, source_depths: tuple[float, float], point_depths: tuple[float, float],
     max_range: float,
 ) -> EigenrayTable:  # fmt: skip
-    """A table of one family of paths, tried against the exact solver.
+    """Table of one path family, checked against the exact solver.
 
     Args:
         water: Sound speed from surface to seabed.
         family: Name of the family.
-        source_depths: Least and greatest depth of the source [m]; equal ones make one plane.
-        point_depths: Least and greatest depth of the points [m]; equal ones make a table of one line, the fastest.
+        source_depths: Least and greatest source depth [m]; equal ones make one plane.
+        point_depths: Least and greatest point depth [m]; equal ones make a table of one line, the fastest.
         max_range: Greatest horizontal distance of a point [m].
 
     Returns:
-        The table: delays within 1e-9 s, amplitudes and lengths within 0.02 dB wherever it holds.
+        The table: delays within 1e-9 s, amplitudes and lengths within 0.02 dB wherever it is valid.
 
     Raises:
-        TableError: At one of 256 places drawn over the whole table it is worse than that.
-        ValueError: A span is upside down or leaves the water, or the range is not positive.
+        TableError: At one of 256 random positions in the table the error is larger.
+        ValueError: A span is reversed or leaves the water, or the range is not positive.
     """
     _check(water, source_depths, point_depths, max_range)
     letters = bounce_sequence(family)
@@ -176,7 +175,7 @@ def eigenray_table(
 
 
 def _width(span: float, max_range: float) -> float:
-    """Width of a cell [m] for points over a span of depths [m] and up to some range [m]."""
+    """Width of a cell [m] for points over a span of depths [m] up to some range [m]."""
 
     def filling(nodes: int) -> float:
         # (farthest / width) * (span / (FLATNESS * width) + 1) = nodes
@@ -186,10 +185,10 @@ def _width(span: float, max_range: float) -> float:
 
 
 def check_sample(table: EigenrayTable) -> None:
-    """Compares places drawn over the whole table with the exact solver.
+    """Compare random positions in the table with the exact solver.
 
     Raises:
-        TableError: One of them is wrong; names the worst.
+        TableError: One of them is wrong; the message gives the worst.
     """
     draw, where = np.random.default_rng(0), table.specification.grid
     low, high = table.planes[0].source_depth, table.planes[-1].source_depth

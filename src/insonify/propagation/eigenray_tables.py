@@ -1,8 +1,8 @@
-"""The rays that a survey asks for: from tables where they are asked for often, else each solved for.
+"""Eigenrays of a survey: from tables where many are needed, otherwise from the exact solver.
 
 Where seabed and surface are flat, a family needs one line of a table for each of them. Relief and the faces of bodies
-have thousands of points over a span of depths, and get a table of that span; a few point targets are solved for. The
-choice follows the scene alone, never what of a survey is run, so that a run in parts gives the bits of a run in one.
+have thousands of points over a span of depths, and get a table of that span; a few point targets are solved exactly.
+The choice depends on the scene alone, not on the selected pings, so that a run in parts is bit-identical to one run.
 """
 
 import math
@@ -24,50 +24,50 @@ from insonify.scene.scatterers import Boundary
 Floats = NDArray[np.float64]
 
 SPAN = 2.0
-"""Depths that one table spans where the sonar can be anywhere between its least and its greatest [m], at most."""
+"""Largest span of source depths of one table, where the sonar's depth varies continuously [m]."""
 KEPT = 4
-"""Such tables of one family and boundary that are kept: a sonar that dives leaves the others behind."""
+"""Number of such tables kept for one family and boundary: a diving sonar discards the oldest."""
 
 
 @dataclass(frozen=True, slots=True)
 class FamilyRays:
-    """The rays of one family to n points."""
+    """Rays of one family to n points."""
 
     family: str
     rays: Floats
     """See `insonify.propagation._eigenray_kernel`, shape (n, most rays to one point, COLUMNS)."""
     count: NDArray[np.int64]
-    """Rays to each point, shape (n,)."""
+    """Number of rays to each point, shape (n,)."""
     missing_status: NDArray[np.uint8]
-    """Why there is none, shape (n,)."""
+    """Reason for no ray, as `LegStatus`, shape (n,)."""
 
     @property
     def has_folds(self) -> bool:
-        """Whether any ray ends near a fold."""
+        """Return True if any ray ends near a fold."""
         return bool((self.rays[:, :, FOLD_SIDE] != 0).any())
 
     @property
     def branch_count(self) -> int:
-        """Rows of legs that they take: one for each ray of the point that has most, and at least one."""
+        """Number of rows of legs for these rays: the largest number of rays to one point, at least one."""
         return max(1, int(self.count.max(initial=0)))
 
 
 @dataclass(frozen=True)
 class EigenrayTables:
-    """The tables of one survey, each made when it is first asked for."""
+    """Tables of one survey, each built on first use."""
 
     column: SoundSpeedLayers
     domain: RayDomain
     has_bodies: bool
-    """Whether there are targets with faces, or point targets at most."""
+    """True if there are targets with faces, not only point targets."""
     terrain_depths: tuple[float, float]
-    """Depth of the highest and of the deepest ground [m]; alike for a flat bed."""
+    """Least and greatest depth of the seabed [m]; equal for a flat seabed."""
     tables: dict[tuple[str, Boundary, int], EigenrayTable | None] = field(default_factory=dict, repr=False)
-    """None where a table failed its test."""
+    """Tables by key; None where a table failed its check."""
     lock: threading.Lock = field(default_factory=threading.Lock, repr=False)
 
     def __reduce__(self) -> tuple[type["EigenrayTables"], tuple[Any, ...]]:
-        """All but the lock, which another process has to have of its own."""
+        """State without the lock, which each process has of its own."""
         return EigenrayTables, (self.column, self.domain, self.has_bodies, self.terrain_depths, self.tables)
 
     def rays(self, family: str, boundary: Boundary, source_depth: float, depths: Floats, ranges: Floats) -> FamilyRays:
@@ -75,7 +75,7 @@ class EigenrayTables:
 
         Args:
             family: Name of the family.
-            boundary: What the points lie on.
+            boundary: Boundary or body on which the points lie.
             source_depth: Depth of the sonar [m].
             depths: Depths of the points [m], (n,).
             ranges: Horizontal distances of the points [m], (n,).
@@ -87,32 +87,32 @@ class EigenrayTables:
         return FamilyRays(family, rays, count, missing)
 
     def uses_table(self, family: str, boundary: Boundary, source_depth: float) -> bool:
-        """Whether rays from a depth to points of a boundary are read from a table, or are few.
+        """Return True if rays to points of a boundary are read from a table.
 
         Args:
             family: Name of the family.
-            boundary: What the points lie on.
+            boundary: Boundary or body on which the points lie.
             source_depth: Depth of the sonar [m].
         """
         table = self._table(family, boundary, source_depth)
         return table is None or table.covers(source_depth)
 
     def _table(self, family: str, boundary: Boundary, source_depth: float) -> EigenrayTable | None:
-        """The table of a family for points on a boundary; None where the exact solver answers."""
+        """Table of a family for points on a boundary; None where the exact solver is used."""
         if boundary == "target" and not self.has_bodies:
             return None
         which, span = self._part(source_depth)
         key = (family, boundary, which)
         with self.lock:
             table = self.tables.pop(key) if key in self.tables else self._make(family, boundary, span)
-            self.tables[key] = table  # the last is the one used last
+            self.tables[key] = table  # most recently used last
             alike = [one for one in self.tables if one[:2] == key[:2]] if self.domain.is_span else []
             if len(alike) > KEPT:
                 del self.tables[alike[0]]
         return table
 
     def _part(self, source_depth: float) -> tuple[int, tuple[float, float]]:
-        """Which of the tables holds a depth of the sonar, and the depths that it is made for [m]."""
+        """Index of the table for a sonar depth, and the depth span of that table [m]."""
         depths = self.domain.source_depths
         if not self.domain.is_span:
             nearest = int(np.argmin(np.abs(np.array(depths) - source_depth)))
@@ -137,7 +137,7 @@ class EigenrayTables:
 
 
 def exact_rays(water: SoundSpeedLayers, family: str, source_depth: float, depths: Floats, ranges: Floats) -> FamilyRays:
-    """All rays of a family to some points, each solved for.
+    """All rays of a family to some points, each from the exact solver.
 
     Args:
         water: Sound speed between surface and bottom.

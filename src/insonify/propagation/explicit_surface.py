@@ -1,12 +1,12 @@
-"""Legs off waves that are drawn: one for every point of the surface that reflects a path, each at its own time.
+"""Legs off explicit waves: one for every point of the surface that reflects a path, each at its own time.
 
 A path bounces where its length is stationary: once on a calm sea, at one point for every facet of the right slope on a
 rough one. Each such point is a leg of its own, whose spreading follows from the curvature of the path's length there
-(Kirchhoff's integral by stationary phase): crests and troughs focus or spread. Where two legs merge at a fold, Airy's
-function limits both. What is too short to be drawn takes from each leg its coherent part and gives it glints, see
+(Kirchhoff's integral by stationary phase): troughs and crests focus or defocus. Where two legs merge at a fold, the
+Airy function limits both. Waves too short to be explicit reduce each leg to its coherent part and add glints, see
 `glints`.
 
-Waves that run fast are still slow beside sound: each bounce sees them frozen, at the time when sound gets there.
+Waves are slow compared with sound: each bounce is evaluated on the surface frozen at the time of reflection.
 """
 
 import math
@@ -36,38 +36,38 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 MOST = 16
-"""Bounce points of one leg: of more the faintest are left out [1]."""
+"""Largest number of bounce points of one leg: the weakest beyond that are left out [1]."""
 BANDS, SECTORS = 24, 8
-"""Lengths and directions of the waves that a wind raises."""
+"""Number of wavelengths and directions of the wind waves."""
 STEEPEST = 4.5
-"""Slope beyond which no bounce point is looked for, over the rms slope [1]."""
+"""Largest slope in the search for bounce points, over the rms slope [1]."""
 NODES = 8.0
-"""Points of a search per shortest wave."""
+"""Search points per shortest wavelength."""
 SHARED = 12.0
-"""Shortest wave over the size of the cell whose points share a search [1]."""
+"""Shortest wavelength over the size of the cell whose points share a search [1]."""
 APART = 2.0
-"""Distance at which two bounce points have glints of their own, over the shortest wave [1]."""
+"""Distance at which two bounce points have independent glints, over the shortest wavelength [1]."""
 _NORTH, _EAST, _HEIGHT, _BEFORE, _AFTER, _COSINE, _SINE, _WEAK, _STRONG, _FOURTH, _ASIDE, _GRADIENT = range(12)
 
 
 class ExplicitWaves(NamedTuple):
-    """The waves that are drawn."""
+    """Explicit waves of a surface."""
 
     waves: Floats
-    """Cycles per metre north and east, per second (negative), at the origin, and amplitude [m], shape (5, m)."""
+    """Cycles per metre north and east, per second (negative), phase [cycles], amplitude [m], shape (5, m)."""
     max_slope: float
-    """Slope that the surface hardly ever has [1]."""
+    """Slope that the surface exceeds very rarely [1]."""
     shortest_wavelength: float
-    """Length of the shortest of them [m]."""
+    """Shortest explicit wavelength [m]."""
 
 
 @lru_cache(maxsize=8)
 def explicit_waves(surface: Surface, seed: int, water_depth: float) -> ExplicitWaves:
-    """The waves of a surface: a swell, and what a wind raises.
+    """Explicit waves of a surface: swell and wind waves.
 
     Args:
-        surface: A surface of waves.
-        seed: Of the scenario: another seed is another sea.
+        surface: A surface with explicit waves.
+        seed: Seed of the scenario: another seed is another realisation.
         water_depth: Mean depth of the water [m].
 
     Source: spectrum and directions of Elfouhaily et al. (1997), linear waves, see `insonify.ocean`.
@@ -100,13 +100,13 @@ class SurfaceBouncePoints(NamedTuple):
     """Bounce points of one family's legs."""
 
     bounce_count: Integers
-    """How many there are to each point, shape (n,)."""
+    """Number of bounce points of each leg, shape (n,)."""
     points: Floats
-    """What is known of them, nearest to the sonar first, shape (n, the greatest count, COLUMNS)."""
+    """Columns of the bounce points, nearest to the sonar first, shape (n, the greatest count, COLUMNS)."""
     sonar_position: Floats
-    """North and east of the sonar from the sea's origin, its depth [m], bottom bounces unfolded, shape (3,)."""
+    """North and east of the sonar from the sea's origin, depth with bottom bounces unfolded [m], shape (3,)."""
     point_positions: Floats
-    """The same of the points, shape (n, 3)."""
+    """North, east and unfolded depth of the points [m], shape (n, 3)."""
 
 
 def find_bounce_points(
@@ -114,17 +114,17 @@ def find_bounce_points(
     is_transmit_leg: bool,
     max_count: int = MOST,
 ) -> SurfaceBouncePoints:  # fmt: skip
-    """All points of a surface that reflect the legs of a family with one surface bounce.
+    """Find all points of a surface that reflect the legs of a family with one surface bounce.
 
     Args:
-        sea: The waves.
-        family: Its name.
-        scatterers: The points that the legs reach.
-        sonar_end: The end of the sonar that they begin at.
-        scene: The scene, of one sound speed.
-        frequency: Of the sound [Hz].
-        is_transmit_leg: On the way out, or on the way back.
-        max_count: How many for one leg at most.
+        sea: Explicit waves.
+        family: Name of the family.
+        scatterers: Ends of the legs.
+        sonar_end: End of the sonar at which the legs begin.
+        scene: The scene, with one sound speed.
+        frequency: Frequency of the sound [Hz].
+        is_transmit_leg: True for transmit legs, False for receive legs.
+        max_count: Largest number of bounce points for one leg.
     """
     string, bed = bounce_sequence(family), scene.seabed.depth
     before, after = string.index("S"), len(string) - 1 - string.index("S")
@@ -155,19 +155,18 @@ def find_bounce_points(
 def explicit_surface_legs(
     legs: Legs, scene: Scene, seed: int, scatterers: Scatterers, frequency: float, sonar_end: SonarEnd
 ) -> tuple[Legs, Legs]:
-    """The legs off all bounce points of a sea of waves.
+    """Legs off all bounce points of an explicit sea surface.
 
     Args:
-        legs: Legs off a mirror, f families to n points, of which none meets the surface twice.
-        scene: The scene, of one sound speed.
-        seed: Of the scenario.
-        scatterers: The points that they reach.
-        frequency: Of the sound [Hz].
-        sonar_end: The end of the sonar that they begin at, and when.
+        legs: Legs off a flat surface, f families to n points, with at most one surface bounce each.
+        scene: The scene, with one sound speed.
+        seed: Seed of the scenario.
+        scatterers: Ends of the legs.
+        frequency: Frequency of the sound [Hz].
+        sonar_end: End of the sonar at which the legs begin, and its time.
 
     Returns:
-        The legs as they are on the way out, and as they are on the way back; further rays of a family are numbered from
-        the bounce nearest to the sonar.
+        Transmit legs and receive legs; further rays of a family are numbered from the bounce nearest to the sonar.
     """
     touched = [row for row, family in enumerate(legs.families) if "S" in bounce_sequence(family)]
     if not touched:
@@ -199,7 +198,7 @@ def explicit_surface_legs(
 def _moved(
     legs: Legs, surface_points: dict[int, SurfaceBouncePoints], scene: Scene, scatterers: Scatterers, frequency: float
 ) -> tuple[Legs, Floats, Floats]:
-    """The legs, those off the surface once for each bounce point, the sine of the grazing angle there, its place."""
+    """Legs with one row for each bounce point off the surface, sine of the grazing angle and position of the bounce."""
     rows: list[int] = []
     number: list[int] = []
     for row in range(len(legs.families)):
@@ -230,9 +229,9 @@ def _moved(
 def _bounce(
     legs: Legs, row: int, surface_points: SurfaceBouncePoints, branch: int, has_bounce: NDArray[np.bool_], scene: Scene
 ) -> None:  # fmt: skip
-    """Lead one row of mirrored legs over their bounce points, in place.
+    """Redirect one row of legs off a flat surface over their bounce points, in place.
 
-    Told as a change of the level mirrors' leg, so that bottom bounces keep the planes that they have over relief.
+    Evaluated as a change of the flat surface's leg, so that bottom bounces keep their local planes over relief.
     """
     at = surface_points.points[has_bounce, branch].T
     point = np.stack([at[_NORTH], at[_EAST], -at[_HEIGHT]], axis=1)
@@ -260,7 +259,7 @@ def _bounce(
         turned = column[row, has_bounce] + (way - mirror) * (1, 1, (-1) ** bottoms)
         column[row, has_bounce] = turned / np.linalg.norm(turned, axis=1, keepdims=True)
     departure, arrival = legs.departure[row, has_bounce], legs.arrival[row, has_bounce]
-    # The bottom answers to the angle that the ray now has there.
+    # The bottom's coefficient follows the changed angle of incidence.
     for count, old, new in (
         (before, steep[0], departure[:, 2]),
         (after, steep[1], arrival[:, 2]),
@@ -272,7 +271,7 @@ def _bounce(
 
 
 def _level(surface_points: SurfaceBouncePoints, has_bounce: NDArray[np.bool_]) -> Floats:
-    """Way from the sonar to some of the points off a level surface, as it departs [m], shape (n, 3)."""
+    """Vector from the sonar to some points off a flat surface, unfolded at the surface [m], shape (n, 3)."""
     ends = surface_points.point_positions[has_bounce]
     return np.column_stack(
         [ends[:, :2] - surface_points.sonar_position[:2], -(ends[:, 2] + surface_points.sonar_position[2])]
@@ -280,28 +279,28 @@ def _level(surface_points: SurfaceBouncePoints, has_bounce: NDArray[np.bool_]) -
 
 
 def bounce_spreading(surface_points: SurfaceBouncePoints, wavenumber: float) -> NDArray[np.complex128]:
-    """What focusing and spreading leave of the pressure re 1 m, with the phase of the caustics touched.
+    """Geometric spreading with focusing at each bounce point, re 1 m, with the phase of the caustics touched.
 
-    With H the second derivatives of the way's length as its bounce moves over the surface, and n the cosine there,
-    the amplitude is n / (r1 r2 sqrt |det H|), and each negative curvature of H turns the phase by +90 degrees:
-    Kirchhoff's integral by stationary phase, of which a level mirror makes 1 / (r1 + r2). Neighbours along the track of
-    which one is shortest and one longest merge at a fold, and share Airy's function with its shadow (Chester, Friedman
-    & Ursell 1957). One alone is focused by a trough or crest: with a fourth derivative its integral is a Bessel
-    function of order 1/4, the Pearcey function on the axis of its cusp, and that at the cusp is the most that any
-    bounce may have.
+    With H the second derivatives of the path length as its bounce moves over the surface, and n the cosine there,
+    the amplitude is n / (r1 r2 sqrt |det H|), and each negative curvature of H advances the phase by 90 degrees:
+    Kirchhoff's integral by stationary phase, which for a flat surface is 1 / (r1 + r2). Neighbours along the path, one
+    of least and one of greatest length, merge at a fold and share Airy's function with its shadow (Chester, Friedman
+    & Ursell 1957). A single one is focused by a trough or crest: with a fourth derivative its integral is a Bessel
+    function of order 1/4, the Pearcey function on the axis of its cusp; its value at the cusp is the upper limit of any
+    bounce.
 
     Args:
-        surface_points: Bounce points of n ends.
-        wavenumber: Of the sound [rad/m].
+        surface_points: Bounce points of n legs.
+        wavenumber: Wavenumber of the sound [rad/m].
 
     Returns:
-        Shape (n, the greatest count); where there is no bounce it means nothing.
+        Spreading, shape (n, the greatest count); undefined beyond the count of each leg.
     """
     at = surface_points.points
     before, after, cosine, weak, strong, fourth, aside, gradient = (
         at[..., row] for row in (_BEFORE, _AFTER, _COSINE, _WEAK, _STRONG, _FOURTH, _ASIDE, _GRADIENT)
     )
-    dark = gradient != 0  # also where there is none
+    dark = gradient != 0  # also where there is no bounce
     curved = np.where(dark, 1.0, np.where(weak == 0, 1e-12, weak))
     along = _axis_factor(curved, np.where(dark, 0.0, fourth), wavenumber, _merging_factors(at, dark, wavenumber))
     beyond = dark & (np.arange(at.shape[1]) < surface_points.bounce_count[:, None])
@@ -312,7 +311,7 @@ def bounce_spreading(surface_points: SurfaceBouncePoints, wavenumber: float) -> 
 def _axis_factor(
     curvature: Floats, fourth: Floats, k: float, merging: NDArray[np.complex128] | None
 ) -> NDArray[np.complex128]:
-    """What one axis of a bounce brings, over sqrt(2 pi / k) and the phase of a shortest way [m^0.5]."""
+    """Contribution of one axis of a bounce, over sqrt(2 pi / k) and the phase of a path of least length [m^0.5]."""
     from scipy.special import gamma
 
     size = np.abs(curvature)
@@ -344,9 +343,9 @@ def _cusp_factor(z: Floats) -> NDArray[np.complex128]:
 
 
 def _merging_factors(at: Floats, shadow: NDArray[np.bool_], k: float) -> NDArray[np.complex128]:
-    """What each bounce gives up to its neighbours along the track, 1 for one that is alone; see `merging_factor`."""
+    """Factor of each bounce that merges with its neighbours, 1 for a single one; see `merging_factor`."""
     length = at[..., _BEFORE] + at[..., _AFTER]
-    sign = np.where(at[..., _WEAK] * at[..., _STRONG] < 0, 1.0, -1.0)  # +1 for the one that has touched the fold
+    sign = np.where(at[..., _WEAK] * at[..., _STRONG] < 0, 1.0, -1.0)  # +1 for the bounce that has touched the fold
     factor = np.ones(length.shape, complex)
     for row in range(length.shape[1] - 1):
         met = ~(shadow[:, row] | shadow[:, row + 1]) & (sign[:, row] != sign[:, row + 1])
@@ -358,7 +357,7 @@ def _merging_factors(at: Floats, shadow: NDArray[np.bool_], k: float) -> NDArray
 
 
 def _beyond(gradient: Floats, third: Floats, k: float) -> NDArray[np.complex128]:
-    """What the weak axis brings in the dark beyond a fold, in the units of `_axis_factor`."""
+    """Contribution of the weak axis in the shadow beyond a fold, in the units of `_axis_factor`."""
     from scipy.special import airy
 
     distance = np.abs(gradient) * np.cbrt(2 * k**2 / np.abs(third))
@@ -371,7 +370,7 @@ def _with_rough_reflection(
     frequency: float,
     sonar_end: SonarEnd,
 ) -> tuple[Legs, Legs]:  # fmt: skip
-    """The legs as waves too short to be drawn leave them; of a swell alone, as they are."""
+    """Legs off a surface with waves too short to be explicit; a swell alone leaves them unchanged."""
     wind = scene.surface.wind_speed
     if wind is None:
         return legs, legs
@@ -382,23 +381,23 @@ def _with_rough_reflection(
 
 
 def _unfolded_depth(depth: Floats, bottom_bounces: int, bed: float) -> Floats:
-    """Depth that a point has for the surface bounce, seen over so many bottom bounces: at most one [m]."""
+    """Depth of a point unfolded at the bottom, for the surface bounce: at most one bottom bounce [m]."""
     return np.asarray(2 * bed - depth if bottom_bounces else depth)
 
 
 class PointGroups(NamedTuple):
-    """Points in groups that share a search: squares of the lattice, a quarter as high as wide."""
+    """Points in groups that share a search: cells of the grid, a quarter as high as wide."""
 
     first_row: Integers
     """First row of each group in the order, and its end, shape (cells + 1,)."""
     order: Integers
     """Rows of the points, group by group, shape (n,)."""
     centre: Floats
-    """North, east, depth of each square's middle [m], shape (cells, 3)."""
+    """North, east, depth of each cell's centre [m], shape (cells, 3)."""
 
 
 def _cells(positions: Floats, lattice: ScattererGrid, size: float) -> PointGroups:
-    """ProfileGroup points by the squares that they lie in; what a group is follows from the squares alone."""
+    """Group points by grid cells; a group depends on its cell alone."""
     level = lattice.from_world(positions[:, :2])
     cell = np.floor(np.column_stack([level / size, positions[:, 2] / (size / 4)])).astype(np.int64)
     order = np.lexsort(cell.T).astype(np.int64)

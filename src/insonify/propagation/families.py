@@ -1,4 +1,4 @@
-"""Path families: which boundaries a leg meets on its way from the sonar, in order.
+"""Path families: the boundaries at which a leg bounces, in order from the sonar.
 
 D is direct, S bounced once off the surface, B once off the bottom, SB off the surface and then the
 bottom, and so on (the paper's a, b, c, d, e are D, S, B, SB, BS). Between two flat boundaries the
@@ -27,29 +27,29 @@ def is_family(name: str) -> bool:
 
 
 def bounce_sequence(family: str) -> str:
-    """The boundaries that a family meets, from the sonar outward; empty for the direct path."""
+    """Boundaries at which a family bounces, from the sonar outward; empty for the direct path."""
     return "" if family == DIRECT else family
 
 
 def families_reaching(boundary: Boundary, chosen: tuple[str, ...]) -> tuple[str, ...]:
-    """The families that reach a scatterer on a boundary without counting its own answer twice.
+    """Families that reach a scatterer on a boundary without counting its scattering twice.
 
-    A bounce off the very interface that the scatterer belongs to, right at the scatterer, is already
-    part of its scattering law: on the seabed B is D over again, and SB is S.
+    A bounce off the boundary of the scatterer, right at the scatterer, is already
+    part of its scattering law: on the seabed B duplicates D, and SB duplicates S.
 
     Args:
-        boundary: What the scatterer lies on.
-        chosen: Families that are followed.
+        boundary: Boundary of the scatterer.
+        chosen: Families to select from.
 
     Returns:
-        The families kept, in the order given.
+        Selected families, in the order given.
     """
     own = _OWN_LETTER[boundary]
     return tuple(name for name in chosen if own == "" or not name.endswith(own))
 
 
 def image_depth(family: str, source_depth: float, water_depth: float) -> float:
-    """Depth of the image source from which all legs of a family run straight [m].
+    """Depth of the image source of all legs of a family [m].
 
     Args:
         family: Name of the family.

@@ -1,17 +1,18 @@
-"""Glints: what a rough, moving surface makes of every leg that bounces off it.
+"""Glints: legs off a rough, moving surface.
 
-Of a leg off the surface the waves leave a coherent part, exp(-2 Gamma^2) of the mirror's pressure for every bounce
-with Gamma = k sigma sin(grazing), and turn the rest into glints: legs by other bounce points, where the surface has the
-slope that it takes, each with a phase that runs at its own frequency. Powers of both add up to the mirror's, less
-what bubbles take. A glint is a sum of waves of the sea, see `_glint_kernel`: its slope, its frequency shift and its
-phase all come from the same waves, so that delays, angles, and coherence over time and place belong together.
+Reflection off waves leaves a coherent part of a leg, exp(-2 Gamma^2) of the flat surface's pressure for every bounce
+with Gamma = k sigma sin(grazing), and turns the rest into glints: legs by other bounce points, where the surface has
+the required slope, each with a phase that varies at its own frequency. Powers of both add up to that of the flat
+surface, less bubble loss. A glint is a sum of waves of the sea, see `_glint_kernel`: its slope, frequency shift and
+phase come from the same waves, so that delays, angles, and coherence over position and time are consistent.
 
-A glint turns at one frequency, and the sea has a whole band of them: after some time another one takes its place, or a
-synthetic aperture would focus each on a sharp point of its own. Places and glints change at times of their own, and all
+A glint has one frequency, whereas the sea has a band: after its lifetime another glint takes its place; otherwise a
+synthetic aperture would focus each to a sharp point. Scatterers and glints change at times of their own, and all
 begin with their first.
 
-Points with a phase of their own take two glints each, for many share a cell. Others take several. No echo meets the
-same glint out and back, for of the many that each stands for hardly any does; see `moving.repeated_glint_weight`.
+Scatterers with random phases take two glints each, because many share a resolution cell. Others take several. No echo
+uses one glint for both legs, which is rare among the many that each stands for; see
+`surface_reflection.repeated_glint_weight`.
 """
 
 import math
@@ -35,17 +36,17 @@ from insonify.scene.scene import Scene
 Floats = NDArray[np.float64]
 
 FEW, SEVERAL = 2, 6
-"""Glints of one leg to a point that has a phase of its own, and to one that has none."""
+"""Glints of one leg to a scatterer with a random phase, and to one without."""
 GLINT_BITS = 4
-"""Bits of a glint's label that number it among those of its ray."""
+"""Bits of a glint's identifier that number it among those of its ray."""
 LASTING, SLANT = 32.0, 0.2
-"""Life of a glint, in times in which the sea turns its phase by 1 rad at a bounce with that sine of grazing [1]."""
+"""Lifetime of a glint, in times in which the sea changes its phase by 1 rad at a bounce; sine of that grazing [1]."""
 LONGER = 2.0
-"""The same of a glint off explicit waves, over it: they end the memory of a leg before its glints do [1]."""
+"""Lifetime of a glint off explicit waves, over it: these decorrelate a leg before its glints do [1]."""
 FAINT = 1e-3
-"""Coherent part of a leg below which it is left out [1]."""
+"""Coherent part of a leg below which it is neglected [1]."""
 RAMP = STAGGER + 1
-"""Fourth counter of the draw of how a glint's phase changes over the surface."""
+"""Fourth counter of the random numbers for a glint's phase gradient over the surface."""
 _ROWS = (
     "delay", "length", "spreading", "absorption", "reflection_coefficient", "caustics", "visibility", "departure",
     "arrival",
@@ -54,44 +55,44 @@ _ROWS = (
 
 
 class SonarEnd(NamedTuple):
-    """One end of the sonar, when it calls or listens."""
+    """One end of the sonar, at transmission or reception."""
 
     position: Floats
-    """North, east, depth [m], shape (3,)."""
+    """Position: north, east, depth [m], shape (3,)."""
     ping_time: float
     """Start of the ping [s]."""
     sent_from: Floats | None = None
-    """Where sound that it hears was sent from, north, east, depth [m], shape (3,); None: from the same place."""
+    """Position of the transmitter of the received sound [m], shape (3,); None: the same position."""
 
     @property
     def transmit_position(self) -> Floats:
-        """Where sound that it hears was sent from [m], shape (3,)."""
+        """Position of the transmitter of the received sound [m], shape (3,)."""
         return self.position if self.sent_from is None else self.sent_from
 
 
 class CoherentReflection(NamedTuple):
-    """What the mirror keeps of n legs of one family."""
+    """Coherent reflection of n legs of one family."""
 
     phase_per_height: Floats
     """Phase per height of one bounce, 2 k sin(grazing) [rad/m]."""
     mean_quanta: Floats
     """Mean number of quanta of all bounces together, 4 Gamma^2 for each [1]."""
     bubble_transmission: Floats
-    """Pressure that bubbles leave, of all bounces [1]."""
+    """Pressure ratio of the bubble loss, all bounces [1]."""
 
     @property
     def coherent_factor(self) -> Floats:
-        """Coherent part of the pressure, exp(-2 Gamma^2) for each bounce, bubbles not counted [1]."""
+        """Coherent part of the pressure, exp(-2 Gamma^2) for each bounce, without bubble loss [1]."""
         return np.asarray(np.exp(-self.mean_quanta / 2))
 
 
 class GlintBouncePoints(NamedTuple):
-    """Bounce points of legs off long waves, of which those of one family to one place share their glints."""
+    """Bounce points of legs off long waves; those of one family to one scatterer share their glints."""
 
     position: Floats
-    """North and east from the waves' origin [m], shape (f, n, 2); read where a leg is there."""
+    """North and east from the waves' origin [m], shape (f, n, 2); read for existing legs only."""
     decorrelation_distance: float
-    """Distance at which two bounce points meet unlike short waves [m]."""
+    """Distance at which the short waves at two bounce points are uncorrelated [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,12 +102,12 @@ class GlintSurface:
     scene: Scene
     seed: int
     frequency: float
-    """Of the sound [Hz]."""
+    """Frequency of the sound [Hz]."""
     wind_speed: float
-    """Wind 10 m above [m/s]."""
+    """Wind speed at 10 m height [m/s]."""
     waves: WindWaves
     grazing_sines: Floats | None = None
-    """Sine of the grazing angle at the surface of every leg [1], (f, n); None: as of a level one, by how it departs."""
+    """Sine of the grazing angle at the surface of every leg [1], (f, n); None: that of a flat surface."""
     bounce_points: GlintBouncePoints | None = None
     """Bounce points on the long waves; None: those of a calm surface, each ray with its own glints."""
 
@@ -118,23 +119,23 @@ class GlintSurface:
 
     @property
     def glint_lifetime(self) -> float:
-        """Time after which a glint gives way to another [s]: long beside the memory of its phase, yet not for ever."""
+        """Lifetime of a glint [s]: long compared with the coherence time of its phase."""
         per_height = 4 * math.pi * self.frequency / float(self.scene.water.sound_speed_at(0.0)) * SLANT
         lasting = LASTING if self.bounce_points is None else LONGER * LASTING
         return lasting / max(per_height * math.sqrt(self.waves.slope_moments[2, -1]), 1e-9)
 
     def legs(self, legs: Legs, scatterers: Scatterers, sonar_end: SonarEnd) -> tuple[Legs, Legs]:
-        """The legs as the surface leaves them: rows of a coherent part, and behind them rows of glints.
+        """Legs off the moving surface: rows of the coherent part, followed by rows of glints.
 
-        Sound meets the same glints on the way out and, some time later, on the way back.
+        Transmit and receive legs reflect off the same glints at different times.
 
         Args:
-            legs: Legs off a mirror, f families to n points.
-            scatterers: The points that they reach.
-            sonar_end: The end of the sonar that they begin at.
+            legs: Legs off a flat surface, f families to n points.
+            scatterers: Ends of the legs.
+            sonar_end: End of the sonar at which the legs begin.
 
         Returns:
-            The legs as they are on the way out, and as they are on the way back.
+            Transmit legs and receive legs.
         """
         touched = [row for row, family in enumerate(legs.families) if "S" in bounce_sequence(family)]
         if not touched:
@@ -165,12 +166,12 @@ class GlintSurface:
         return out, back
 
     def coherent_reflection(self, legs: Legs, row: int, sonar_end: SonarEnd) -> CoherentReflection:
-        """What the mirror keeps of one row of legs.
+        """Coherent reflection of one row of legs.
 
         Args:
             legs: Legs off a mirror.
             row: A row with a surface bounce.
-            sonar_end: The end of the sonar that they begin at.
+            sonar_end: End of the sonar at which the legs begin.
         """
         at_sonar, at_surface = self.scene.water.sound_speed_at(np.array([sonar_end.position[2], 0.0]))
         if self.grazing_sines is None:
@@ -184,10 +185,10 @@ class GlintSurface:
         return CoherentReflection(phase, count * phase**2 * self.waves.variance[-1], 10 ** (-count * loss / 20))
 
     def _code(self, legs: Legs, row: int, number: int) -> int:
-        """A number for each glint of each ray of each family: the same out and back.
+        """Identifier of each glint of each ray of each family, the same for transmit and receive legs.
 
-        Bounce points of one family on long waves are no rays of their own: they come and go in pairs, and their order
-        with them.
+        Bounce points of one family on long waves share glints: they appear and vanish in pairs, which changes their
+        order.
         """
         string, branch = bounce_sequence(legs.families[row]), 0 if self.bounce_points is not None else legs.branch[row]
         return ((2 * len(string) + string.startswith("B")) << 8 | branch << GLINT_BITS) | number
@@ -195,9 +196,9 @@ class GlintSurface:
     def _surface_phasor(
         self, bounced: GlintBouncePoints, row: int, position: NDArray[np.uint64], code: int
     ) -> NDArray[np.complex128]:
-        """Phasor of one glint over the surface [1], shape (n,): bounce points that merge have one, distant ones differ.
+        """Phasor of one glint over the surface [1], shape (n,): equal for merging bounces, independent at a distance.
 
-        A wavenumber of its own for each place and glint, small enough that a bounce that wanders keeps its phase.
+        Each scatterer and glint has its own wavenumber, so small that a slowly moving bounce keeps its phase.
         """
         low, high = (position & np.uint64(0xFFFFFFFF)).astype(np.int64), (position >> np.uint64(32)).astype(np.int64)
         drawn = random_keys.uniforms(self.seed, random_keys.GLINT, low, high, code, RAMP)[:, :2]
@@ -205,13 +206,13 @@ class GlintSurface:
         return np.asarray(np.exp(1j * np.sum(wavenumber * bounced.position[row], axis=1)))
 
     def _mean_target_phase(self, phase: Floats, image: float, scatterers: Scatterers, sonar_end: SonarEnd) -> float:
-        """Phase per height of one bounce for a whole target [rad/m], the same whatever part of it the points are.
+        """Phase per height of one bounce for a whole target [rad/m], the same for all parts of it.
 
         Args:
             phase: Phase per height for each point [rad/m], shape (n,).
-            image: Depth of the image of the end [m].
+            image: Depth of the image of the sonar's end [m].
             scatterers: Points of one target, n of them.
-            sonar_end: The end of the sonar.
+            sonar_end: End of the sonar.
         """
         if scatterers.centre is None or (self.grazing_sines is not None and self.bounce_points is None):
             return float(phase.mean())
@@ -228,12 +229,12 @@ class GlintSurface:
         sonar_end: SonarEnd,
         phasor: NDArray[np.complex128],
     ) -> None:  # fmt: skip
-        """Turn one row of mirrored legs into glints, in place."""
+        """Turn one row of legs off a flat surface into glints, in place."""
         family, bed, waves = legs.families[row], self.scene.seabed.depth, self.waves
         string, depth = bounce_sequence(family), float(sonar_end.position[2])
         phase, image = reflection.phase_per_height, image_depth(family, depth, bed)
         if self.bounce_points is not None:
-            # as off a calm surface: waves drawn for a bounce that wanders would change with its angle
+            # as off a calm surface: with a moving bounce, the drawn waves would change with its angle
             climb = np.maximum(np.abs(scatterers.position[:, 2] - image), 1e-6)
             far = np.linalg.norm(scatterers.position[:, :2] - sonar_end.position[:2], axis=1)
             phase = (
@@ -244,7 +245,7 @@ class GlintSurface:
                 * climb
                 / np.hypot(climb, far)
             )
-        if not scatterers.has_random_phase:  # facets of one target meet the same waves, or they would part with time
+        if not scatterers.has_random_phase:  # facets of one target share the waves, or they would decorrelate
             phase = np.full_like(phase, self._mean_target_phase(phase, image, scatterers, sonar_end))
         apply_glints_to_row(
             scatterers.scatterer_id, scatterers.position, scatterers.normal, code,
@@ -260,15 +261,15 @@ class GlintSurface:
 
 
 def glint_surface(scene: Scene, seed: int, frequency: float) -> GlintSurface:
-    """The sea that a scene's wind raises.
+    """Moving surface of a scene with a wind.
 
     Args:
         scene: The scene, with a wind.
-        seed: Of the scenario.
-        frequency: Of the sound [Hz].
+        seed: Seed of the scenario.
+        frequency: Frequency of the sound [Hz].
     """
     wind = scene.surface.wind_speed
-    assert wind is not None  # the surface has checked
+    assert wind is not None  # guaranteed by the surface
     shortest = shortest_wavenumber(frequency, float(scene.water.sound_speed_at(0.0)))
     return GlintSurface(scene, seed, frequency, wind, wind_waves(wind, shortest))
 
@@ -276,16 +277,16 @@ def glint_surface(scene: Scene, seed: int, frequency: float) -> GlintSurface:
 def bounce_times(
     paths: UnfoldedPaths, delay: Floats, scene: Scene, scatterers: Scatterers, sonar_end: SonarEnd
 ) -> tuple[Floats, Floats]:
-    """When each surface bounce of a leg happens: on the way out, and on the way back [s], shape (bounces, n).
+    """Times of each surface bounce of transmit legs and of receive legs [s], shape (bounces, n).
 
     Args:
         paths: The legs of one family.
-        delay: Travel time of each [s], shape (n,).
+        delay: Travel time of each leg [s], shape (n,).
         scene: The scene.
-        scatterers: The points that they reach.
-        sonar_end: The end of the sonar that they begin at.
+        scatterers: Ends of the legs.
+        sonar_end: End of the sonar at which the legs begin.
     """
-    # Before it comes back, sound is taken to have gone out directly: by which leg it went makes milliseconds.
+    # Receive legs are timed after a direct transmit leg: other transmit legs differ by milliseconds.
     there = np.linalg.norm(scatterers.position - sonar_end.transmit_position, axis=1) / float(
         scene.water.sound_speed_at(sonar_end.position[2])
     )
@@ -294,7 +295,7 @@ def bounce_times(
 
 
 def leg_rows(legs: Legs, rows: list[int]) -> Legs:
-    """Some rows of legs, as often as they are named, in columns of their own."""
+    """Select rows of legs, repeated ones too, as copies of the columns."""
     columns = {name: getattr(legs, name)[rows] for name in _ROWS}
     caustic = None if legs.caustic is None else legs.caustic[rows]
     beside = None if legs.aperture_expansion is None else legs.aperture_expansion[rows]
@@ -305,7 +306,7 @@ def leg_rows(legs: Legs, rows: list[int]) -> Legs:
 
 
 def _numbered(legs: Legs, kept_rows: list[int], glints: list[tuple[int, int]]) -> tuple[int, ...]:
-    """Branches of the rows kept, and of the glints, which are further rays of their family."""
+    """Branches of the selected rows, and of the glints, which are further rays of their family."""
     numbers = [legs.branch[row] for row in kept_rows]
     following = Counter(legs.families)
     for row, _ in glints:
@@ -315,7 +316,7 @@ def _numbered(legs: Legs, kept_rows: list[int], glints: list[tuple[int, int]]) -
 
 
 def update_grazing(legs: Legs, row: int, normal: Floats) -> None:
-    """Grazing angles of arrivals that have changed; what now comes from behind is not there."""
+    """Update the grazing angles of changed arrivals; legs that now arrive from behind are removed."""
     free = np.all(normal == 0, axis=1)
     sine = -np.sum(legs.arrival[row] * normal, axis=1)
     legs.grazing[row] = np.arcsin(np.clip(sine, -1.0, 1.0))

@@ -1,4 +1,4 @@
-"""Ways off a few planes, one after the other, by images: planes that are given, or those of the ground they bounce off.
+"""Kernels of image paths off a few planes in sequence: given planes, or planes fitted to the seabed about each bounce.
 
 Plain numbers and arrays only.
 """
@@ -20,26 +20,28 @@ _TINY = 1e-9
 _CHUNK = 128
 _C, _C2, _C3, _C4, _C5 = (np.uint64(_CHUNK * row) for row in (1, 2, 3, 4, 5))
 _END, _TRAVEL, _ARRIVAL, _LEFT, _THERE, _LENGTH = (np.uint64(_CHUNK * row) for row in (0, 3, 6, 9, 10, 11))
-"""Where the ways have been followed back to; direction of travel there, and at the point; the part of the way that is
-left, whether it is there, its length."""
+"""Current ends of the back-traced paths; direction of travel there, and at the point; remaining fraction of the path,
+validity, length.
+"""
 _AHEAD, _ASIDE, _X, _Y, _LONG, _WIDE = (np.uint64(_CHUNK * row) for row in (12, 13, 14, 15, 16, 17))
-"""Bearing of each point, north and east; middle of a zone on the lattice, and its half axes."""
+"""Bearing of each point, north and east; centre of a zone on the grid, and its half axes."""
 _HEIGHT, _ALONG, _ACROSS, _LOST = (np.uint64(_CHUNK * row) for row in (18, 19, 20, 21))
-"""Planes fitted: height [m], slopes [1], and mean square of what is left [m^2]."""
+"""Fitted planes: height [m], slopes [1], and residual mean square [m^2]."""
 _COSINE, _TURN = (np.uint64(_CHUNK * row) for row in (22, 23))
-"""Bearing of each point on the lattice: its cosine and sine."""
+"""Bearing of each point on the grid: cosine and sine."""
 _FIRST = 24
 _ANCHOR, _FACING, _IMAGE, _BOUNCE, _PART, _SINE, _REST, _EACH = 0, 3, 6, 9, 12, 13, 14, 15
-"""Rows of each mirror: a point of it, its normal, the image before it, the bounce, the part of the way before that, the
-sine of the grazing angle, and what the plane leaves of the ground; after the last mirror comes the last image."""
+"""Rows of each plane: a point of it, its normal, the image before it, the bounce, the fraction of the path before that,
+the sine of the grazing angle, and the residual of the fit; after the last plane comes the last image.
+"""
 _FAST = {"contract", "reassoc", "nsz", "arcp"}
 
 
 class ImagePaths(NamedTuple):
-    """Ways of one family from one place to n points, off m mirrors each."""
+    """Paths of one family from one position to n points, off m planes each."""
 
     length: Floats
-    """Length of the whole way [m], shape (n,)."""
+    """Length of the path [m], shape (n,)."""
     departure: Floats
     """Unit vector of travel at the sonar, shape (n, 3)."""
     arrival: Floats
@@ -47,49 +49,49 @@ class ImagePaths(NamedTuple):
     bounce_position: Floats
     """North, east, depth of each bounce [m], shape (m, n, 3)."""
     fraction: Floats
-    """Part of the way that lies before each bounce [1], shape (m, n)."""
+    """Fraction of the path before each bounce [1], shape (m, n)."""
     grazing_sine: Floats
-    """Sine of the grazing angle at each mirror [1], shape (m, n)."""
+    """Sine of the grazing angle at each plane [1], shape (m, n)."""
     residual_variance: Floats
-    """Mean square of the resolved ground about each mirror [m^2], shape (m, n)."""
+    """Mean square of the terrain's residual about each plane [m^2], shape (m, n)."""
     is_valid: NDArray[np.bool_]
-    """False where a mirror lies on the wrong side: the point, or the sonar, is below it, shape (n,)."""
+    """False where a plane lies on the wrong side of the point or the sonar, shape (n,)."""
 
 
 class TerrainFrame(NamedTuple):
-    """The lattice's frame in the world, and how the ground is read."""
+    """Frame of the scatterer grid in the world, and parameters of terrain sampling."""
 
     north: float
-    """Of its origin [m]."""
+    """North coordinate of its origin [m]."""
     east: float
-    """Likewise [m]."""
+    """East coordinate of its origin [m]."""
     cosine: float
-    """Of its heading."""
+    """Cosine of its heading."""
     sine: float
-    """Likewise."""
+    """Sine of its heading."""
     depth: float
-    """Of the bed's mean plane [m]."""
+    """Depth of the seabed's mean plane [m]."""
     wavelength: float
-    """Of the sound [m]."""
+    """Wavelength of the sound [m]."""
     shortest_half_axis: float
-    """Half axis below which ellipses are not told apart [m]."""
+    """Half axis below which ellipses are equivalent [m]."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _workspace(mirrors: int) -> Floats:
-    """Room for some points off so many mirrors, row by row: one array, so that loops over points become vectors."""
+    """Work array for points off a number of planes, row by row: one array, so that loops over points are vectorised."""
     return np.empty(_CHUNK * (_FIRST + _EACH * (mirrors + 1)))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _row(mirror: int, column_number: int) -> np.uint64:
-    """Where a row of a mirror begins."""
+    """Start of a plane's row."""
     return np.uint64(_CHUNK * (_FIRST + _EACH * mirror + column_number))
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _mirror(workspace: Floats, count: int, image: np.uint64, plane: np.uint64, behind: np.uint64) -> None:
-    """Images of places in planes."""
+    """Images of positions in planes."""
     for n in range(np.uint64(count)):
         x, y, z = workspace[image + n], workspace[image + _C + n], workspace[image + _C2 + n]
         f, g, h = workspace[plane + _C3 + n], workspace[plane + _C4 + n], workspace[plane + _C5 + n]
@@ -118,9 +120,9 @@ def _straight(workspace: Floats, count: int, image: np.uint64) -> None:
 def _intersect_plane(
     workspace: Floats, count: int, image: np.uint64, plane: np.uint64, bounce: np.uint64, part: np.uint64
 ) -> None:
-    """Ends moved along the line from the image to where it comes through the plane, and the part of the way till then.
+    """Move ends along the line from the image to its intersection with the plane; fraction of the path to there.
 
-    Whether the end lies above the plane and the image below it is kept.
+    Validity: the end lies above the plane and the image below it.
     """
     for n in range(np.uint64(count)):
         ex, ey, ez = workspace[_END + n], workspace[_END + _C + n], workspace[_END + _C2 + n]
@@ -141,7 +143,7 @@ def _intersect_plane(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _reflect_direction(workspace: Floats, count: int, plane: np.uint64, sine: np.uint64) -> None:
-    """Direction before a mirror from that after it, and the sine of the grazing angle."""
+    """Direction before a plane from that after it, and the sine of the grazing angle."""
     for n in range(np.uint64(count)):
         u, v, w = workspace[_TRAVEL + n], workspace[_TRAVEL + _C + n], workspace[_TRAVEL + _C2 + n]
         f, g, h = workspace[plane + _C3 + n], workspace[plane + _C4 + n], workspace[plane + _C5 + n]
@@ -154,14 +156,14 @@ def _reflect_direction(workspace: Floats, count: int, plane: np.uint64, sine: np
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _unfold(position: Floats, points: Floats, indices: NDArray[np.int64], mirrors: int, workspace: Floats) -> None:
-    """The ways of some points off the mirrors in the room.
+    """Paths of some points off the planes in the work array.
 
     Args:
         position: North, east, depth of the sonar [m], (3,).
-        points: The same of the points [m], (n, 3).
-        indices: Those that are asked, at most `_CHUNK`.
-        mirrors: How many mirrors.
-        workspace: Mirrors, and the result.
+        points: North, east, depth of the points [m], (n, 3).
+        indices: Indices of the points to process, at most `_CHUNK`.
+        mirrors: Number of planes.
+        workspace: Planes, and the result.
     """
     count, first = indices.size, _row(0, _IMAGE)
     for q in range(np.uint64(count)):
@@ -179,7 +181,7 @@ def _unfold(position: Floats, points: Floats, indices: NDArray[np.int64], mirror
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _write_columns(workspace: Floats, indices: NDArray[np.int64], mirrors: int, paths: ImagePaths) -> None:
-    """Write the ways in the room to their columns."""
+    """Write the paths in the work array to their columns."""
     for q in range(np.uint64(indices.size)):
         n = indices[q]
         paths.length[n], paths.is_valid[n] = workspace[_LENGTH + q], workspace[_THERE + q] > 0
@@ -199,13 +201,13 @@ def _write_columns(workspace: Floats, indices: NDArray[np.int64], mirrors: int, 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def image_paths(position: Floats, points: Floats, plane_point: Floats, plane_normal: Floats, paths: ImagePaths) -> None:
-    """Images of a place in planes, and the ways that they unfold.
+    """Images of a position in planes, and the paths that they unfold.
 
     Args:
         position: North, east, depth of the sonar [m], (3,).
-        points: The same of the points [m], (n, 3).
-        plane_point: A point of each mirror [m], (m, n, 3).
-        plane_normal: Unit normal of each mirror, into the water, (m, n, 3).
+        points: North, east, depth of the points [m], (n, 3).
+        plane_point: A point of each plane [m], (m, n, 3).
+        plane_normal: Unit normal of each plane, into the water, (m, n, 3).
         paths: Result.
     """
     mirrors = plane_point.shape[0]
@@ -224,7 +226,7 @@ def image_paths(position: Floats, points: Floats, plane_point: Floats, plane_nor
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def bounce_fresnel_zone(length: float, part: float, sine: float, wavelength: float) -> tuple[float, float]:
-    """Half the length and half the width of the first Fresnel zone of one bounce, see `local_planes.zone` [m]."""
+    """Half length and half width of the first Fresnel zone of one bounce, see `local_planes.fresnel_zone` [m]."""
     width = math.sqrt(max(wavelength * length * part * (1 - part), 0.0))
     longest = length * min(part, 1 - part)
     return max(min(width / max(sine, _TINY), longest), width), width
@@ -239,7 +241,7 @@ def bounce_fresnel_zones(length: Floats, part: Floats, sine: Floats, wavelength:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def extent_on_grid(position: Floats, points: Floats, frame: TerrainFrame, span: Floats) -> None:
-    """Least and greatest coordinates on the lattice of a place and some points, into `span`, (2, 2)."""
+    """Least and greatest grid coordinates of a position and some points, into `span`, (2, 2)."""
     span[0], span[1] = np.inf, -np.inf
     for n in range(points.shape[0] + 1):
         x, y = (points[n, 0], points[n, 1]) if n < points.shape[0] else (position[0], position[1])
@@ -255,22 +257,22 @@ def paths_off_local_planes(
     disc_samples: tuple[Singles, ...], heightmap: HeightmapTiles, wanted: NDArray[np.bool_],
     is_done: NDArray[np.bool_], paths: ImagePaths,
 ) -> bool:  # fmt: skip
-    """Ways off the planes fitted to the bed about each bounce, of those points that have none yet.
+    """Paths off the planes fitted to the seabed about each bounce, of those points that are not done yet.
 
     Args:
         position: As of `image_paths`.
         points: As of `image_paths`.
-        is_seabed_bounce: Which mirrors are the bed's, the others being the surface, (m,).
-        bounce_shift: How far from each bounce the ground is asked [m], (m, n, 2), or (m, 0, 2) for there.
-        frame: The ground's frame.
+        is_seabed_bounce: True for planes of the seabed, False for the surface, (m,).
+        bounce_shift: Offset from each bounce to the sampled terrain [m], (m, n, 2), or (m, 0, 2) for none.
+        frame: Frame of the terrain.
         disc_samples: Samples of the unit disc for the first planes and for the last, see `fit_ellipse`.
-        heightmap: The map.
-        wanted: Result, see `fit_ellipse`.
-        is_done: Which have their way, (n,).
+        heightmap: Tiles of terrain heights.
+        wanted: Result: missing tiles, see `fit_ellipse`.
+        is_done: Mask of the points with a path, (n,).
         paths: Result.
 
     Returns:
-        Whether all points have their way.
+        True if all points have a path.
     """
     mirrors, left = is_seabed_bounce.size, np.flatnonzero(~is_done)
     room, known = _workspace(mirrors), np.empty(_CHUNK, np.bool_)
@@ -301,7 +303,7 @@ def paths_off_local_planes(
 
 @njit(cache=True, nogil=True)
 def _zone_rows(workspace: Floats) -> EllipsePatches:
-    """The rows of the room that tell where the ground is asked, and what is found."""
+    """Rows of the work array with the sampled zones and the fitted planes."""
     return EllipsePatches(
         workspace[_X : _X + _C], workspace[_Y : _Y + _C], workspace[_COSINE : _COSINE + _C],
         workspace[_TURN : _TURN + _C],
@@ -319,7 +321,7 @@ def _level(
     depth: float,
     workspace: Floats,
 ) -> None:
-    """Put level mirrors into the room, and the bearings of the points; arguments as of `paths_off_local_planes`."""
+    """Set flat planes in the work array, and the bearings of the points; arguments as of `paths_off_local_planes`."""
     for k in range(is_seabed_bounce.size):
         plane = _row(k, _ANCHOR)
         for q in range(np.uint64(indices.size)):
@@ -335,7 +337,7 @@ def _level(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _zone_ellipses(count: int, k: int, frame: TerrainFrame, workspace: Floats) -> None:
-    """Middles and half axes of the zones about the bounces off one mirror, on the lattice."""
+    """Centres and half axes of the zones about the bounces off one plane, on the grid."""
     bounce, part, sine = _row(k, _BOUNCE), _row(k, _PART), _row(k, _SINE)
     for q in range(np.uint64(count)):
         before, length = workspace[part + q], workspace[_LENGTH + q]
@@ -354,7 +356,7 @@ def _zone_ellipses(count: int, k: int, frame: TerrainFrame, workspace: Floats) -
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _shift_zones(indices: NDArray[np.int64], bounce_shift: Floats, frame: TerrainFrame, workspace: Floats) -> None:
-    """Move the middles of zones to where the ground is asked, (n, 2)."""
+    """Move the centres of zones to the sampled terrain, (n, 2)."""
     for q in range(np.uint64(indices.size)):
         x, y = bounce_shift[indices[q], 0], bounce_shift[indices[q], 1]
         workspace[_X + q] += frame.cosine * x + frame.sine * y
@@ -363,7 +365,7 @@ def _shift_zones(indices: NDArray[np.int64], bounce_shift: Floats, frame: Terrai
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _set_planes(count: int, k: int, depth: float, workspace: Floats) -> None:
-    """Put one mirror on the planes about its bounces."""
+    """Set one plane from the fits about its bounces."""
     plane, bounce, rest = _row(k, _ANCHOR), _row(k, _BOUNCE), _row(k, _REST)
     for q in range(np.uint64(count)):
         ahead, aside, along, across = (

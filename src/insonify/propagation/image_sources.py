@@ -29,19 +29,20 @@ def image_legs(
     scene: Scene, position: NDArray[np.float64], scatterers: Scatterers, families: tuple[str, ...], frequency: float, *,
     flat_bottom: bool = True,
 ) -> Legs:  # fmt: skip
-    """The legs between one end of the sonar and some scatterers.
+    """Legs between one end of the sonar and some scatterers, from image sources.
 
     Args:
         scene: Water, boundaries and occluders.
         position: North, east, depth of that end [m], shape (3,).
-        scatterers: The points to reach, n of them.
+        scatterers: Ends of the legs, n of them.
         families: Families to follow; those that would count a scatterer twice are left out.
         frequency: Frequency of the absorption [Hz].
-        flat_bottom: Whether the bottom mirrors as its mean plane does; if not, that is left to who knows how its ground
-            lies, and bottom bounces count as 1.
+        flat_bottom: True to reflect off the bottom's mean plane; otherwise bottom bounces have coefficient 1, for a
+            later
+                treatment of relief.
 
     Returns:
-        Legs of shape (families kept, n).
+        Legs of shape (selected families, n).
     """
     kept = families_reaching(scatterers.boundary, families)
     f, n = len(kept), len(scatterers)
@@ -79,19 +80,19 @@ def image_legs(
 
 @lru_cache(maxsize=16)
 def _absorption_np_per_m(water: Water, frequency: float) -> float:
-    """What water takes of the logarithm of the pressure [1/m]."""
+    """Absorption of pressure [Np/m]."""
     return float(np.log(10) / 20 * water.absorption(frequency))
 
 
 def _boundary(
     scene: Scene, bounce_sequences: list[str], sine: NDArray[np.float64], *, flat_bottom: bool
 ) -> NDArray[np.complex128]:
-    """Product of the mirrors' coefficients along each family, shape of `sine`: of the angle with the boundaries."""
+    """Product of the reflection coefficients of each family, shape of `sine`, the sine of the grazing angle."""
     product = np.ones(sine.shape, complex)
     for row, string in enumerate(bounce_sequences):
         for letter, boundary in (("S", scene.surface), ("B", scene.seabed)):
             if letter in string and (flat_bottom or letter == "S"):
-                # the surface mirrors alike at any angle
+                # the surface reflects equally at any angle
                 once = boundary.reflection_coefficient(
                     sine[row] if letter == "S" else np.arcsin(np.minimum(np.abs(sine[row]), 1.0))
                 )
@@ -104,7 +105,7 @@ def _boundary(
 def _cones(
     place: Floats, down: float, centre: Floats, radius: Floats, rise: float, way: Floats, margin: Floats
 ) -> None:
-    """DepartureCones of straight rays to neighbourhoods, as the kernel `departure_cones`."""
+    """Departure cones of straight rays to neighbourhoods, as from the kernel `departure_cones`."""
     way[:, :2], way[:, 2] = centre - place[:2], down
     length, around = np.sqrt(np.sum(way**2, axis=1)), radius + rise
     way /= length[:, None]
@@ -118,7 +119,7 @@ class StraightRays:
     scene: Scene
 
     def legs(self, position: Floats, scatterers: Scatterers, families: tuple[str, ...], frequency: float) -> Legs:
-        """Legs from image sources; see `Rays.legs`. Of ground with relief the coefficient comes later."""
+        """Legs from image sources, see `PropagationModel.legs`; over relief without the bottom's coefficient."""
         bed = self.scene.seabed.terrain
         level = bed is None or bed.span[0] == bed.span[1]
         return image_legs(self.scene, position, scatterers, families, frequency, flat_bottom=level)
@@ -126,18 +127,18 @@ class StraightRays:
     def with_aperture_expansion(
         self, legs: Legs, position: Floats, scatterers: Scatterers, aperture_extent: tuple[float, float]
     ) -> Legs:
-        """The legs as they are: spheres about image sources say it all; see `Rays.around`."""
+        """Unchanged legs: spherical waves need no expansion; see `PropagationModel.with_aperture_expansion`."""
         return legs
 
     def reachable_range(
         self, depths: tuple[float, float], boundary_depth: float, families: tuple[str, ...],
         delays: tuple[float, float], end_distance: float, *, relief_height: float = 0.0,
     ) -> ReachableRange:  # fmt: skip
-        """Distances heard, by Pythagoras from the nearest and the farthest image; see `Rays.reach`."""
+        """Reachable distances by Pythagoras from the nearest and the farthest image."""
         middle, bottom = sum(depths) / 2, self.scene.seabed.depth
         climbs = [abs(boundary_depth - image_depth(name, middle, bottom)) for name in families]
         shortest, longest = (self.scene.water.sound_speed * delay for delay in delays)
-        # a bounce off ground that stands higher or lower moves the image by twice as much
+        # a bounce off terrain that is higher or lower displaces the image by twice as much
         moved = [relief_height * (1 + 2 * name.count("B")) for name in families]
         least, most = (
             choose(climb + side * move for climb, move in zip(climbs, moved, strict=True))
@@ -148,7 +149,7 @@ class StraightRays:
         return ReachableRange(min(climbs), float(nearest), float(np.sqrt(beyond)) if beyond > 0 else -1.0)
 
     def launch_angles(self, source_depth: float) -> StraightLaunchAngles:
-        """Straight ones; see `Rays.launches`."""
+        """Straight rays; see `PropagationModel.launch_angles`."""
         return StraightLaunchAngles(source_depth, self.scene.seabed.depth)
 
     def departure_cones(
@@ -161,7 +162,7 @@ class StraightRays:
         *,
         relief_height: float = 0.0,
     ) -> DepartureCones:
-        """DepartureCones about the straight lines to the centres; see `Rays.cones`."""
+        """Cones about the straight lines to the centres; see `PropagationModel.departure_cones`."""
         climb = boundary_depth - image_depth(family, position[2], self.scene.seabed.depth)
         turned = -climb if len(bounce_sequence(family)) % 2 else climb
         way, margin = np.empty((len(centre), 3)), np.empty(len(centre))

@@ -1,14 +1,15 @@
-"""Shadows with soft edges: sound bends around the edges of what stands in its way.
+"""Knife-edge diffraction: shadows of targets with soft edges.
 
-Behind a half plane the field is a Fresnel integral of the height by which the edge stands above the ray, in Fresnel
-zones. Around an upright box it is the field without the box less what the box, a screen between two sides, a base
-and a top, keeps from the point: by Kirchhoff's approximation that part is a product of two differences of the same
+Behind a half plane the field is a Fresnel integral of the height of the edge above the ray, in Fresnel
+zones. Around an upright box it is the field without the box less the part that the box, a screen with two sides, a base
+and a top, blocks: by Kirchhoff's approximation that part is a product of two differences of the same
 integral. A wide box leaves the half plane of its top. Each edge has its own distance from the point; the top's is
-where it stands highest above the ray, so that half the pressure remains on the edge of the hard shadow.
+that of its largest height above the ray, so that half the pressure remains on the edge of the geometric shadow.
 
-Solids are screens of many columns, see `silhouette`. The last segment of each leg is looked at, as a straight line in
-its direction of arrival; a target that the points lie on cuts them as hard as ever. Crests of the ground are edges of
-the same kind, see `engines.skyline`.
+Solids are screens of many columns, see `silhouette`. Only the last segment of each leg is diffracted, as a straight
+line
+in its direction of arrival; a target occludes points on itself without diffraction. Crests of the terrain are edges of
+the same kind, see `engines.terrain_occlusion`.
 
 Source: Born & Wolf (1999), Principles of Optics, 7th ed., 8.7.2-8.7.3 (Fresnel's integrals, the straight edge; from
 memory); ITU-R P.526-15, section 4.1 (the number of a knife edge between two ends; from memory).
@@ -31,30 +32,30 @@ from insonify.scene.scene import Scene
 from insonify.scene.target import Solid
 
 PER_UNIT = 64
-"""Entries of the table per unit of the Fresnel number: a cubic through four errs by less than 1e-8."""
+"""Entries of the table per unit of the Fresnel number: cubic interpolation errs by less than 1e-8."""
 
 TOUCHING = 0.01
-"""A base this near to the bed leaves no gap [m]."""
+"""Largest gap between a base and the seabed that counts as none [m]."""
 STANDING_OUT = 1e-6
-"""Depth of a top down to which a target stands through the surface [m]."""
+"""Depth of a top above which a target pierces the surface [m]."""
 SKY = 1e30
 """Height above the water at which such a screen ends [m]."""
 RIPPLES = 12.0
-"""Fresnel number beyond which a solid beside or below a ray takes nothing: its ripple is below 0.02 [1]."""
+"""Fresnel number beyond which a solid beside or below a ray is neglected: its ripple is below 0.02 [1]."""
 ROUGH_RIPPLES = 6.0
-"""The same where ripples below 0.04 may be left out [1]."""
+"""Fresnel number beyond which it is neglected where ripples below 0.04 are acceptable [1]."""
 
 
 def fresnel_number(
     height: ArrayLike, distance_before: ArrayLike, distance_behind: ArrayLike, wavelength: float
 ) -> NDArray[np.float64]:
-    """Height of an edge above the straight way past it, in Fresnel zones [1].
+    """Height of an edge above the straight path past it, in Fresnel zones [1].
 
     Args:
-        height: Of the edge above the ray, negative where it is below [m], any shape.
+        height: Height of the edge above the ray, negative below [m], any shape.
         distance_before: Distance from the source to the edge [m].
         distance_behind: Distance from the edge to the point [m].
-        wavelength: Of the sound [m].
+        wavelength: Wavelength of the sound [m].
 
     Returns:
         height sqrt(2 / wavelength (1 / before + 1 / behind)), broadcast shape. Positive in the shadow.
@@ -86,7 +87,7 @@ def knife_edge(number: ArrayLike) -> NDArray[np.complex128]:
 
 @lru_cache(maxsize=1)
 def edge_diffraction_table() -> NDArray[np.complex128]:
-    """Pressure behind a half plane without its turning phase, at numbers from 0 to beyond `FAR`, see `edge_diffraction`."""
+    """Pressure behind a half plane without its phase, at numbers from 0 to beyond `FAR`; see `edge_diffraction`."""
     number = np.arange(int(FAR * PER_UNIT) + 3) / PER_UNIT
     table = knife_edge(number) * np.exp(1j * np.pi / 2 * number**2)
     table.flags.writeable = False  # shared by all pings
@@ -97,21 +98,21 @@ def diffract_at_edges(
     legs: Legs, scatterers: Scatterers, position: NDArray[np.float64], scene: Scene, wavelength: float, *,
     infinitely_wide: bool = False, approximate: bool = False,
 ) -> Legs:  # fmt: skip
-    """Legs with what bends around the edges of boxes and solids.
+    """Legs with diffraction around the edges of boxes and solids.
 
     Args:
-        legs: Legs with hard shadows, of shape (f, n).
-        scatterers: The points that they reach.
+        legs: Legs with geometric shadows, of shape (f, n).
+        scatterers: Ends of the legs.
         position: North, east, depth of the sonar's end [m], shape (3,).
-        scene: Whose targets cast shadows.
-        wavelength: Of the sound [m].
-        infinitely_wide: Whether targets are taken as endlessly wide, as in a slice.
-        approximate: Whether ripples of less than 0.04 about 1, and details of solids finer than half a wave's zone 1 m
-            behind them, may be left out, as in expected intensities of a rough bed.
+        scene: The scene with its targets.
+        wavelength: Wavelength of the sound [m].
+        infinitely_wide: True to treat targets as infinitely wide, as in a slice.
+        approximate: True to neglect ripples of less than 0.04 about 1, and details of solids finer than half a Fresnel
+                zone 1 m behind them, as for expected intensities of a rough seabed.
 
     Returns:
-        The same legs with complex visibility: legs that a target cuts keep their status and occluder, but not quite
-        nothing arrives; clear legs near an edge ripple about 1.
+        The same legs with complex visibility: legs that a target cuts keep their status and occluder with a small
+        pressure; clear legs near an edge ripple about 1.
     """
     if not scene.occluders:
         return legs
@@ -144,7 +145,7 @@ def diffract_at_edges(
                 infinitely_wide=infinitely_wide,
                 approximate=approximate,
             )
-    # what the ground cuts, or is not there at all, stays as it was; over relief the ground has had its share
+    # legs that the terrain cuts, or that do not exist, stay unchanged; over relief the terrain has been applied
     by_target = (legs.status == LegStatus.OCCLUDED) & (legs.occluder >= 0)
     ground = 1.0 if scene.seabed.terrain is None else legs.visibility
     partly = by_target | (legs.status == LegStatus.CLEAR)
@@ -152,7 +153,7 @@ def diffract_at_edges(
 
 
 def union(parts: list[NDArray[np.int64]], count: int) -> NDArray[np.int64]:
-    """Rows that any part has, in order, of so many rows."""
+    """Sorted union of rows, out of `count`."""
     if len(parts) == 1:
         return parts[0]
     there = np.zeros(count, bool)
@@ -162,11 +163,11 @@ def union(parts: list[NDArray[np.int64]], count: int) -> NDArray[np.int64]:
 
 
 def close_gap_above(screens: NDArray[np.float64], top: int) -> NDArray[np.float64]:
-    """Screens of which those that stand out of the water go on above it: no sound bends over their tops.
+    """Screens that pierce the water surface, extended above it: no sound diffracts over their tops.
 
     Args:
-        screens: Numbers of each screen, shape (n, k).
-        top: Column of the depths of their tops [m].
+        screens: Columns of each screen, shape (n, k).
+        top: Column of the depths of the tops [m].
     """
     return np.where((np.arange(screens.shape[1]) == top) & (screens[:, top, None] <= STANDING_OUT), -SKY, screens)
 
@@ -179,9 +180,9 @@ def _near(
     wavelength: float,
     max_fresnel_number: float,
 ) -> list[NDArray[np.int64]]:
-    """Rows of the points at which each target that casts a shadow may change anything."""
+    """Rows of the points at which each occluding target may change the field."""
     longest = float(legs.length.max(initial=0.0))
-    if not np.isfinite(longest):  # what is not there has no length
+    if not np.isfinite(longest):  # legs that do not exist have no length
         longest = float(np.fmax.reduce(legs.length, axis=None, initial=0.0))
     boxes, found, points = len(scene.boxes), [], scatterers.position
     if boxes:
@@ -198,7 +199,7 @@ def _around(
     wavelength: float, solid: Solid, row: int, visibility: NDArray[np.complex128], *, infinitely_wide: bool,
     approximate: bool,
 ) -> None:  # fmt: skip
-    """Multiply what one solid leaves of all legs into their visibility."""
+    """Multiply the diffraction factor of one solid into the visibility of all legs."""
     bed = scene.seabed_depth_under(solid) - TOUCHING
     far, widest = (ROUGH_RIPPLES, float(np.sqrt(wavelength)) / 2) if approximate else (RIPPLES, 0.0)
     for f, family in enumerate(legs.families):

@@ -1,4 +1,4 @@
-"""What bends around the edges of upright boxes: Fresnel integrals from a table, and the numbers that go into them."""
+"""Kernels of diffraction around the edges of upright boxes: Fresnel numbers, and Fresnel integrals from a table."""
 
 import math
 from typing import Any
@@ -13,10 +13,10 @@ Complexes = NDArray[np.complex128]
 Integers = NDArray[Any]
 
 FAR = 30.0
-"""Fresnel number beyond which an edge is endlessly far: what it adds is below 0.0075 [1]."""
+"""Fresnel number beyond which an edge is neglected: its contribution is below 0.0075 [1]."""
 ENDLESS = 1e9
 STEEPEST = 1e-3
-"""Cosine of the elevation below which a ray is upright, and passes no top."""
+"""Cosine of the elevation below which a ray counts as vertical, and passes no top."""
 CLEAR, OCCLUDED = 0, 2  # the values of records.legs.LegStatus
 
 
@@ -52,7 +52,7 @@ def edge_diffraction(number: float, table: Complexes, per_unit: float) -> comple
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def sincos_of_quarter_turns(quarter_turns: float) -> tuple[float, float]:
-    """Cosine and sine of some quarters of a turn, to 1e-11, in a fraction of the usual time.
+    """Cosine and sine of quarters of a cycle, to 1e-11, faster than the library's.
 
     Taylor's series, to the eleventh and twelfth power of at most pi / 4.
     """
@@ -73,25 +73,25 @@ def diffract_around_boxes(
     table: Complexes,
     per_unit: float, status: Integers, occluder: Integers, visibility: Complexes,
 ) -> None:  # fmt: skip
-    """Multiply what boxes leave of every leg into its visibility; legs that others cut stay as they are.
+    """Multiply the diffraction factors of boxes into the visibility of legs that no other occluder cuts.
 
     Args:
-        rows: Which of the points are looked at, (r,).
+        rows: Indices of the points to process, (r,).
         position: North, east, depth of the sonar [m], (3,).
         points: Ends of the legs [m], (n, 3).
         arrival: Direction of travel at the points, (f, n, 3).
         length: Length of the legs [m], (f, n).
-        has_bounce: True for families that bounce: then the last of their segments is looked at, (f,).
+        has_bounce: True for families that bounce, of which only the last segment is diffracted, (f,).
         water_depth: Depth of the bottom [m].
-        wavelength: Of the sound [m].
+        wavelength: Wavelength of the sound [m].
         boxes: Occluding bodies, (b, 8), see `insonify.scene.box.box_body`.
-        bed_depths: Depth from which on the base of each stands on the bed [m], (b,).
-        own_box: Row of the box that the points lie on, or -1.
-        infinitely_wide: Whether boxes are taken as endlessly wide.
-        table: See `edge_diffraction`.
-        per_unit: See `edge_diffraction`.
-        status: Of the legs, (f, n).
-        occluder: Of the legs, (f, n).
+        bed_depths: Depth from which on the base of each counts as standing on the seabed [m], (b,).
+        own_box: Row of the box on which the points lie, or -1.
+        infinitely_wide: True to treat boxes as infinitely wide.
+        table: Table of `edge_diffraction`.
+        per_unit: Entries of the table per unit of the Fresnel number.
+        status: `LegStatus` of the legs, (f, n).
+        occluder: Occluders of the legs, (f, n).
         visibility: Result, (f, n): 1 for a clear leg, 0 for another, before the call.
     """
     numbers = np.empty(4)
@@ -120,7 +120,7 @@ def diffract_around_boxes(
                 across = edge_diffraction(numbers[0], table, per_unit) - edge_diffraction(numbers[1], table, per_unit)
                 up = edge_diffraction(numbers[2], table, per_unit) - edge_diffraction(numbers[3], table, per_unit)
                 left *= 1 - across * up
-            # a leg that its box cuts before the last bounce gets nothing
+            # a leg that its box cuts before the last bounce stays at zero
             visibility[f, n] = left if told else 0j
 
 
@@ -133,20 +133,21 @@ def fresnel_numbers(
     """Fresnel numbers of a box's sides, base and top for one straight last segment of a leg.
 
     Args:
-        point: Its end [m], (3,).
-        arrival: Its direction, (3,).
+        point: End of the segment [m], (3,).
+        arrival: Direction of the segment, (3,).
         horizontal_component: Horizontal part of the direction [1].
         slope: Depth gained per horizontal metre.
         horizontal_length: Horizontal length of the segment [m].
         length: Length of the whole leg [m].
-        wavelength: Of the sound [m].
+        wavelength: Wavelength of the sound [m].
         box: The box, (8,).
-        bed_depth: Depth at which a base stands on the bed [m].
-        infinitely_wide: Whether it is endlessly wide.
-        numbers: Result: of the one side, the other side, the base, the top; increasing pairs, (4,).
+        bed_depth: Depth at which a base stands on the seabed [m].
+        infinitely_wide: True for an infinitely wide box.
+        numbers: Result: numbers of both sides, the base, the top; increasing pairs, (4,).
 
     Returns:
-        1 where the leg passes over the footprint or through it, 0 where it passes by, -1 where the box does nothing.
+        1 where the leg passes over or through the footprint, 0 where it passes beside it, -1 where the box has no
+        effect.
     """
     east, north = arrival[1] / horizontal_component, arrival[0] / horizontal_component
     low, high, a_low, a_high = np.inf, -np.inf, 0.0, 0.0
@@ -180,7 +181,7 @@ def fresnel_numbers(
         )
         if top > numbers[3]:
             numbers[3] = top
-            # what stands on the bed has no gap below it
+            # a box on the seabed has no gap below it
             gap = box[7] < bed_depth
             numbers[2] = (
                 edge_fresnel_number(
@@ -196,13 +197,13 @@ def fresnel_numbers(
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def edge_fresnel_number(edge_offset: float, distance_behind: float, length: float, wavelength: float) -> float:
-    """Fresnel number of an edge: by the way around it, which to first order is `knife_edge.fresnel_number`.
+    """Fresnel number of an edge from the path around it, to first order `knife_edge.fresnel_number`.
 
     Args:
         edge_offset: Distance of the edge from the ray [m], with the sign of the number.
-        distance_behind: Of the edge before the end of the leg [m].
-        length: Of the leg [m].
-        wavelength: Of the sound [m].
+        distance_behind: Distance of the edge before the end of the leg [m].
+        length: Length of the leg [m].
+        wavelength: Wavelength of the sound [m].
     """
     return math.copysign(
         2 * math.sqrt(excess_path_length(edge_offset, distance_behind, length, wavelength) / wavelength), edge_offset
@@ -211,7 +212,7 @@ def edge_fresnel_number(edge_offset: float, distance_behind: float, length: floa
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def excess_path_length(edge_offset: float, distance_behind: float, length: float, wavelength: float) -> float:
-    """How much longer the way around an edge is than the straight one [m]; arguments of `edge_fresnel_number`."""
+    """Excess length of the path around an edge over the straight one [m]; arguments of `edge_fresnel_number`."""
     d = max(distance_behind, wavelength)
     rest = max(length - d, wavelength)
     square = edge_offset * edge_offset
@@ -229,20 +230,20 @@ def crest_diffraction_factor(
     table: Complexes,
     per_unit: float,
 ) -> complex:
-    """Pressure past a crest of the ground, re that without it [1].
+    """Pressure past a crest of the terrain, re that without it [1].
 
-    A knife edge, in the measure in which the hollow behind it is deep against the Fresnel zone there: with nu_h the
-    Fresnel number of its depth the crest counts by 1 - exp(-pi nu_h^2). Where the ray over the rim comes down on the
-    floor, pi nu_h^2 = k hollow sin(grazing), Rayleigh's measure of roughness: what is smooth by it casts no shadow.
+    A knife edge, weighted by the depth of the hollow behind it re the Fresnel zone there: with nu_h the
+    Fresnel number of that depth the crest counts by 1 - exp(-pi nu_h^2). Where the ray over the crest meets the
+    floor, pi nu_h^2 = k hollow sin(grazing), Rayleigh's roughness parameter: a smooth terrain casts no shadow.
 
     Args:
         clearance: Height of the crest above the ray, positive in the shadow [m].
-        trough_depth: Depth of the deepest ground behind it below the ray over it [m].
+        trough_depth: Depth of the deepest terrain behind it below the ray over it [m].
         distance_behind: Distance of the crest from the end of the leg [m].
-        length: Of the leg [m].
-        wavelength: Of the sound [m].
-        table: See `edge_diffraction`.
-        per_unit: See `edge_diffraction`.
+        length: Length of the leg [m].
+        wavelength: Wavelength of the sound [m].
+        table: Table of `edge_diffraction`.
+        per_unit: Entries of the table per unit of the Fresnel number.
     """
     number = edge_fresnel_number(clearance, distance_behind, length, wavelength)
     if number < -FAR:
@@ -260,9 +261,9 @@ def crest_diffraction_factor(
 def crest_is_negligible(
     clear: float, trough_depth: float, distance_behind: float, length: float, wavelength: float, square: float
 ) -> bool:
-    """Whether a crest surely changes the pressure of a ray that clears it by less than some part, see `crest_diffraction_factor`.
+    """Return True if a crest changes the pressure of a ray that clears it by less than some fraction.
 
-    Told is the square of that part.
+    The argument is the square of that fraction; see `crest_diffraction_factor`.
 
     Beyond its shadow a half plane changes it by at most 1/2, and by at most 1 / (sqrt(2) pi nu), the first term of the
     asymptotic series. Fresnel numbers are at most off sqrt(2 / wavelength (1 / behind + 1 / before)), and less than
@@ -277,14 +278,14 @@ def crest_is_negligible(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def footprint_interval(box: Floats, x: float, y: float, north: float, east: float) -> tuple[float, float]:
-    """Where a level line enters and leaves a box's footprint [m], from its start; the first not less where it misses.
+    """Distances at which a horizontal line enters and leaves a box's footprint [m]; the first not less where it misses.
 
     Args:
         box: The box, (8,).
-        x: Start of the line north of the box's centre [m].
-        y: East of it [m].
-        north: Direction of the line.
-        east: Likewise.
+        x: Start of the line, north of the box's centre [m].
+        y: Start of the line, east of the box's centre [m].
+        north: North component of the line's direction.
+        east: East component of the line's direction.
     """
     enter, leave = -np.inf, np.inf
     for axis in range(2):

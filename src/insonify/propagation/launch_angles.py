@@ -1,7 +1,7 @@
-"""How launch angles belong to places: what a skyline of the ground needs to know of the rays from one place.
+"""Launch angles of rays to given positions, as used for the occlusion by terrain.
 
-Steepness is the tangent of the launch angle, positive towards the first boundary that the family meets: down for the
-direct one. Rays of a family with more of it come down nearer, so that nearer and farther ground are told apart by it.
+The launch slope is the tangent of the launch angle, positive towards the first boundary of the family: down for the
+direct one. Rays of a family with a larger slope meet the terrain nearer, so that it orders near and far terrain.
 """
 
 from dataclasses import dataclass
@@ -19,9 +19,9 @@ class LaunchAngles(Protocol):
     """Rays from one depth of the sonar."""
 
     def launch_slope(self, family: str, distance: Floats, depth: Floats) -> Floats:
-        """Steepness at which rays of a family leave to meet places at a distance and a depth [m], broadcast [1].
+        """Launch slope of the rays of a family to positions at a distance and a depth [m], broadcast [1].
 
-        NaN where none does.
+        NaN where there is none.
         """
         ...
 
@@ -30,37 +30,37 @@ class LaunchAngles(Protocol):
         ...
 
     def bottom_grazing_tangent(self, launch_slope: Floats) -> Floats:
-        """Tangent of the grazing angle of rays at the mean plane of the bed [1], shape of `launch_slope`."""
+        """Tangent of the grazing angle of rays at the mean plane of the seabed [1], shape of `launch_slope`."""
         ...
 
     def off_table_rays(
         self, family: str, launch_slope: Floats, distance: Floats, depth: Floats
     ) -> NDArray[np.bool_] | None:
-        """Which rays to places are not those of `launch_slope`, but turn or cross others on their way; None for none.
+        """Mask of rays to positions that differ from `launch_slope`: they turn or cross others; None for no such ray.
 
         Args:
             family: Name of the family.
-            launch_slope: Of the rays [1], shape (n,).
-            distance: Horizontal distance of the places [m], shape (n,).
-            depth: Their depth [m], shape (n,).
+            launch_slope: Launch slope of the rays [1], shape (n,).
+            distance: Horizontal distance of the positions [m], shape (n,).
+            depth: Depth of the positions [m], shape (n,).
         """
         ...
 
     def ray_depths(self, family: str, launch_slope: Floats, step: float, count: int) -> Floats:
-        """Depths of rays at even distances, step, 2 step, ... [m], shape (n, count); NaN beyond their end.
+        """Depths of rays at evenly spaced distances, step, 2 step, ... [m], shape (n, count); NaN beyond their end.
 
         Args:
             family: Name of the family.
-            launch_slope: Of the rays [1], shape (n,).
-            step: Horizontal distance from one depth to the next [m].
-            count: How many.
+            launch_slope: Launch slope of the rays [1], shape (n,).
+            step: Spacing of the distances [m].
+            count: Number of distances.
         """
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class StraightLaunchAngles:
-    """Rays in water of one sound speed, between two level mirrors."""
+    """Rays in water of one sound speed, between two flat boundaries."""
 
     source_depth: float
     """Depth of the sonar [m]."""
@@ -68,12 +68,12 @@ class StraightLaunchAngles:
     """Depth of the mean plane [m]."""
 
     def launch_slope(self, family: str, distance: Floats, depth: Floats) -> Floats:
-        """From the image source, see `LaunchAngles`."""
+        """Launch slope from the image source, see `LaunchAngles`."""
         image = image_depth(family, self.source_depth, self.water_depth)
         return np.asarray((image - depth if family.endswith("B") else depth - image) / distance)
 
     def bounce_ranges(self, family: str, launch_slope: Floats) -> list[Floats]:
-        """Where the unfolded ray passes the mirrors, see `LaunchAngles`."""
+        """Distances at which the unfolded ray passes the boundaries, see `LaunchAngles`."""
         string, climb = bounce_sequence(family), self.source_depth
         if string.startswith("B"):
             climb = self.water_depth - self.source_depth
@@ -81,7 +81,7 @@ class StraightLaunchAngles:
             return [np.asarray((climb + row * self.water_depth) / launch_slope) for row in range(len(string))]
 
     def bottom_grazing_tangent(self, launch_slope: Floats) -> Floats:
-        """As at the sonar, see `LaunchAngles`."""
+        """Equal to the launch slope, see `LaunchAngles`."""
         return np.abs(launch_slope)
 
     def off_table_rays(
@@ -91,7 +91,7 @@ class StraightLaunchAngles:
         return None
 
     def ray_depths(self, family: str, launch_slope: Floats, step: float, count: int) -> Floats:
-        """Folded lines, see `LaunchAngles`."""
+        """Depths along folded lines, see `LaunchAngles`."""
         start = -self.source_depth if family.startswith("S") else self.source_depth
         run = start + np.asarray(launch_slope)[:, None] * (np.arange(count) + 1) * step
         if family == "D":

@@ -1,10 +1,9 @@
-"""Legs off planes of their own: where the bed is uneven, each bounce has the plane fitted to its Fresnel zone.
+"""Legs off local planes: over relief, each bounce reflects off the plane fitted to its first Fresnel zone.
 
-An image of the sonar in one plane after the other gives the leg to a point exactly, as between level boundaries: only
-that each leg has its own planes. The bounce lies where the line from the image pierces the plane; the zone about it
-tells the plane. So planes are found twice: approximate about the bounce on the mean plane, and well about the bounce
-that
-they lead to. On an even slope once would be enough.
+Images of the sonar in one plane after the other give the leg to a point exactly, as between flat boundaries, except
+that each leg has its own planes. The bounce lies where the line from the image meets the plane; the zone about it
+determines the plane. So planes are fitted twice: approximately about the bounce on the mean plane, and accurately about
+the resulting bounce. On an even slope once would suffice.
 """
 
 from typing import NamedTuple
@@ -29,17 +28,17 @@ Floats = NDArray[np.float64]
 _DOWN = np.array([0.0, 0.0, 1.0])
 _TINY = 1e-9
 _PATTERNS = tuple(np.ascontiguousarray(pattern.T, np.float32) for pattern in (FEW, PATTERN))
-"""For the first planes and for the last."""
+"""Samples of the unit disc for the first and for the final planes."""
 
 
 def paths_off_planes(position: Floats, points: Floats, plane_point: Floats, plane_normal: Floats) -> ImagePaths:
-    """Images in planes, one after the other, and the way that they unfold.
+    """Images in planes, one after the other, and the paths that they unfold.
 
     Args:
         position: North, east, depth of the sonar [m], shape (3,).
-        points: The same of the points [m], shape (n, 3).
-        plane_point: A point of each mirror [m], shape (m, n, 3).
-        plane_normal: Unit normal of each mirror, into the water, shape (m, n, 3).
+        points: North, east, depth of the points [m], shape (n, 3).
+        plane_point: A point of each plane [m], shape (m, n, 3).
+        plane_normal: Unit normal of each plane, into the water, shape (m, n, 3).
 
     Source: images as in Allen & Berkley (1979), J. Acoust. Soc. Am. 65, 943 (for the idea); exact for planes of any
     tilt.
@@ -50,19 +49,19 @@ def paths_off_planes(position: Floats, points: Floats, plane_point: Floats, plan
 
 
 def flat_image_paths(family: str, position: Floats, points: Floats, bed_depth: float) -> ImagePaths:
-    """The ways of a family between the level surface and a level bed.
+    """Paths of a family between the flat surface and a flat seabed.
 
     Args:
         family: Name of a family with bounces.
         position: North, east, depth of the sonar [m], shape (3,).
-        points: The same of the points [m], shape (n, 3).
-        bed_depth: Depth of the bed [m].
+        points: North, east, depth of the points [m], shape (n, 3).
+        bed_depth: Depth of the seabed [m].
     """
     return paths_off_planes(position, points, *_level(family, len(points), bed_depth))
 
 
 class BounceGeometry(NamedTuple):
-    """What a `ImagePaths` tells of the mirrors of n ways, where no more is asked."""
+    """Subset of `ImagePaths` that describes the bounces of n paths."""
 
     length: Floats
     fraction: Floats
@@ -71,18 +70,18 @@ class BounceGeometry(NamedTuple):
 
 
 def flat_bounces(family: str, depth: float, length: Floats, sine: Floats, bed_depth: float) -> BounceGeometry:
-    """Where the ways of a family bounce between the level surface and a level bed, by their lengths.
+    """Bounces of a family between the flat surface and a flat seabed, from the path lengths.
 
     Args:
         family: Name of a family with bounces.
-        depth: Of the sonar [m].
-        length: Of the ways [m], shape (n,).
-        sine: Sine of their grazing angle, at all mirrors the same [1], shape (n,).
-        bed_depth: Depth of the bed [m].
+        depth: Depth of the sonar [m].
+        length: Lengths of the paths [m], shape (n,).
+        sine: Sine of their grazing angle, equal at all bounces [1], shape (n,).
+        bed_depth: Depth of the seabed [m].
     """
     string = bounce_sequence(family)
     first = depth if string[0] == "S" else bed_depth - depth
-    climb = np.array([first + k * bed_depth for k in range(len(string))])  # to each bounce, all of it counted
+    climb = np.array([first + k * bed_depth for k in range(len(string))])  # total vertical travel to each bounce
     part = np.clip(climb[:, None] / np.maximum(length * sine, _TINY), 0.0, 1.0)
     return BounceGeometry(length, part, (sine,) * len(string), (0.0,) * len(string))
 
@@ -96,21 +95,21 @@ def local_plane_paths(
     *,
     terrain_bounce_ranges: Floats | None = None,
 ) -> ImagePaths:
-    """The ways of a family off the planes fitted to the bed over the first Fresnel zone of each bounce.
+    """Paths of a family off the planes fitted to the terrain over the first Fresnel zone of each bounce.
 
     Args:
         family: Name of a family with bounces.
         position: North, east, depth of the sonar [m], shape (3,).
-        points: The same of the points [m], shape (n, 3).
-        terrain: The ground.
-        wavelength: Of the sound [m].
-        terrain_bounce_ranges: Horizontal distance at which the rays really bounce off level ground, where refraction
-            bends them [m],
-            shape (m, n): the planes are those of the ground there, moved under the bounces of straight rays.
+        points: North, east, depth of the points [m], shape (n, 3).
+        terrain: Terrain of the seabed.
+        wavelength: Wavelength of the sound [m].
+        terrain_bounce_ranges: Horizontal distance of the bounces of refracted rays off flat terrain [m], shape (m, n):
+            the
+                planes are fitted there, and moved under the bounces of straight rays.
 
     Returns:
-        Ways in water of one sound speed; the sonar's images, the bounces and the grazing angles are exact for the
-        planes fitted.
+        Paths in water of one sound speed; the sonar's images, the bounces and the grazing angles are exact for the
+        fitted planes.
     """
     string = bounce_sequence(family)
     made = _columns(len(string), len(points))
@@ -151,12 +150,12 @@ def fresnel_zone(paths: ImagePaths | BounceGeometry, mirror: int, wavelength: fl
     """Half the length and half the width of the first Fresnel zone of a bounce [m], each of shape (n,).
 
     Args:
-        paths: The ways.
+        paths: The paths.
         mirror: Number of the bounce.
-        wavelength: Of the sound [m].
+        wavelength: Wavelength of the sound [m].
 
-    Source: sqrt(wavelength r1 r2 / (r1 + r2)), along the ray over the sine of the grazing angle, r1 and r2 the ways
-    before and after the bounce; no longer than the shorter one of them.
+    Source: sqrt(wavelength r1 r2 / (r1 + r2)), along the ray over the sine of the grazing angle, r1 and r2 the path
+    lengths before and after the bounce; no longer than the shorter one of them.
     """
     found = np.empty((2, len(paths.length)))
     bounce_fresnel_zones(paths.length, paths.fraction[mirror], paths.grazing_sine[mirror], wavelength, found)
@@ -164,7 +163,7 @@ def fresnel_zone(paths: ImagePaths | BounceGeometry, mirror: int, wavelength: fl
 
 
 def _columns(mirrors: int, points: int) -> ImagePaths:
-    """Room for the ways of so many points off so many mirrors."""
+    """Empty paths of a number of points off a number of planes."""
     one, each = (points,), (mirrors, points)
     return ImagePaths(
         np.empty(one), np.empty((points, 3)), np.empty((points, 3)), np.empty((mirrors, points, 3)), np.empty(each),
@@ -173,7 +172,7 @@ def _columns(mirrors: int, points: int) -> ImagePaths:
 
 
 def _level(family: str, count: int, bed_depth: float) -> tuple[Floats, Floats]:
-    """A point and the normal of every mirror of a family, all level, each of shape (m, count, 3)."""
+    """A point and the normal of every plane of a family, all flat, each of shape (m, count, 3)."""
     string = bounce_sequence(family)
     anchor, facing = np.zeros((len(string), count, 3)), np.zeros((len(string), count, 3))
     for k, letter in enumerate(string):

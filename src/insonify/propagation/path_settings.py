@@ -1,8 +1,7 @@
-"""Which paths are followed, and how they are perturbed: the knobs of the paper.
+"""Path settings: section `paths` of a scenario.
 
-The choice lies down here, below the stages that obey it, because two of them read it that must
-not know each other: the engine follows paths and draws scatterers by it, synthesis perturbs their
-replicas. The scenario only holds it.
+In this package because two stages read it that do not import each other: the engine selects paths and scatterers by
+it, and synthesis draws the replica jitter.
 """
 
 from typing import Annotated, Literal, Self
@@ -19,41 +18,46 @@ class PathSettings(Model):
     """Settings of the engine: geometry, reflections, edges, jitter and sampling."""
 
     engine: Literal["eigenrays", "tracer"] = "eigenrays"
-    """Every path between sonar and scatterers; or rays thrown and followed, which also find echoes between targets and
-    the seabed: for expected intensities, in water of one sound speed."""
-    rays: Annotated[int, Field(ge=100, le=100_000_000)] = 200_000
-    """Rays that the tracer throws from each side at each ping [1]."""
-    target_specular_fraction: Annotated[float, Field(ge=0, le=1)] | None = None
-    """Share of the energy that targets' faces mirror for the tracer [1]; None: all that their law does not scatter.
-    Faces of a target that says how smooth it is mirror the square of that.
+    """Eigenrays: all paths between sonar and scatterers; tracer: random rays, also between targets and the seabed.
 
-    Where families are named, echoes by a mirror on a target are followed only if this is given.
+    The tracer is for expected intensities, in water of one sound speed.
+    """
+    rays: Annotated[int, Field(ge=100, le=100_000_000)] = 200_000
+    """Rays that the tracer launches from each side at each ping [1]."""
+    target_specular_fraction: Annotated[float, Field(ge=0, le=1)] | None = None
+    """Fraction of the energy that targets' faces reflect specularly in the tracer [1]; None: all that their law leaves.
+
+    Faces with a `face_reflection_coefficient` reflect its square.
+
+    Where families are named, paths with a specular reflection off a target are followed only if this is given.
     """
     geometry: Literal["3d", "slice"] = "3d"
-    """The whole scene, or the vertical plane of one beam, each point standing for its share of the footprint."""
+    """The whole scene, or the vertical plane of one beam, in which each point stands for its part of the footprint."""
     max_reflections: Annotated[int, Field(ge=0, le=12)] = 2
-    """Most bounces of one leg."""
+    """Largest number of bounces of one leg."""
     families: tuple[str, ...] | None = None
-    """Families followed, such as [D, S, BS]; None: all up to `reflections`."""
+    """Families to follow, such as [D, S, BS]; None: all up to `max_reflections`."""
     contributions: tuple[Contribution, ...] = ("seabed", "surface", "target", "water")
-    """Whose echoes are heard; whatever is left out still casts its shadows."""
+    """Scattering boundaries and objects that contribute; the others still cast shadows."""
     edge_diffraction: Literal["none", "knife-edge"] = "knife-edge"
-    """How shadows of targets and of the ground end: as sound bends around edges and crests, or at once.
+    """Diffraction at shadow edges of targets and terrain: knife-edge, or none (hard shadows).
 
-    The tracer's end at once, and so do those of the ground in expected intensities that take the quick way to it.
+    The tracer has hard shadows, as has the terrain in expected intensities by the fast reverberation.
     """
     jitter: Annotated[float, Field(ge=0, le=100)] = 0.0
     """Largest random phase of each pulse replica, uniform from 0 [wavelengths]; its envelope stays in place."""
     amplitude_perturbation: Annotated[float, Field(ge=0, le=1)] = 0.0
-    """Largest random change of each replica's amplitude, uniform, as a part of it [1]."""
+    """Largest relative random change of each replica's amplitude, uniform [1]."""
     scatterers_per_cell: Annotated[float, Field(ge=0.1, le=1000)] = 5.0
-    """Drawn scatterers in each resolution cell of the beam's main lobe; fewer where it hardly listens [1]."""
+    """Random scatterers in each resolution cell of the beam's main lobe; fewer where its gain is low [1]."""
     importance_sampling: bool = True
-    """Whether drawn pings have few scatterers where a beam hardly listens, and meet faint pairs of legs at few of them,
-    each for others; false: all everywhere, so that elements hear the very ground that beams do, several times as slow.
+    """Use few scatterers where the beam's gain is low, and evaluate weak pairs of legs at few of them.
+
+    Each is weighted by the inverse of its probability. False: all everywhere, the same for elements and beams, several
+    times as slow.
     """
     beam_cutoff_db: Annotated[Decibels, Field(ge=-120, le=-10)] = -50.0
-    """Two-way beam level below which ground and bodies are left out [dB re the beam's axis]."""
+    """Two-way beam level below which seabed and bodies are left out [dB re the beam's axis]."""
 
     @field_validator("families")
     @classmethod
@@ -88,12 +92,12 @@ class PathSettings(Model):
     @model_validator(mode="after")
     def _tracer_takes_the_whole_scene(self) -> Self:
         if self.engine == "tracer" and self.geometry == "slice":
-            raise field_error("geometry", "slice", "is one plane, but the tracer throws its rays all round. Write "
-                          "geometry: 3d, or engine: eigenrays.")  # fmt: skip
+            raise field_error("geometry", "slice", "is one plane, but the tracer launches rays in all directions. "
+                          "Write geometry: 3d, or engine: eigenrays.")  # fmt: skip
         return self
 
     @property
     def followed_families(self) -> tuple[str, ...]:
-        """The families that legs are looked for in."""
+        """Families of the legs, as given or by `max_reflections`."""
         every = families_up_to(self.max_reflections)
         return every if self.families is None else tuple(name for name in every if name in self.families)

@@ -1,8 +1,8 @@
-"""A fan of rays: where sound goes that leaves the source under given angles, whether it arrives anywhere or not.
+"""Ray fan: rays that leave the source at given angles, traced to a range.
 
-Rays follow exact arcs between the knots of the column, turn, bounce off surface and bottom as off mirrors, and end at
-a range or at a bounce too many. For pictures, and for what must be known of a ray on its way; the paths that end at a
-given point are found by `eigenrays`, without any fan.
+Rays follow exact arcs between the knots of the column, turn, reflect specularly off surface and bottom, and end at
+a range or after a number of bounces. For plots, and for quantities along a ray; the paths to a
+given point come from `eigenrays`.
 """
 
 from collections.abc import Iterator
@@ -25,7 +25,7 @@ MOST_BOUNCES = 1000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RayFan:
-    """Rays of one source as polylines, one after the other; every vertex lies on its arc, exactly."""
+    """Rays of one source as polylines, one after the other; every vertex lies exactly on its arc."""
 
     launch_elevation: Floats
     """Launch elevation, + down [rad], shape (rays,)."""
@@ -38,7 +38,7 @@ class RayFan:
     time: Floats
     """Travel time from the source [s], shape (vertices,)."""
     sine: Floats
-    """Sine of the elevation, + down; at a bounce of the ray that leaves it [1], shape (vertices,)."""
+    """Sine of the elevation, + down; at a bounce that of the reflected ray [1], shape (vertices,)."""
     bounces: Integers
     """Bounces up to and at each vertex, shape (vertices,)."""
     turns: Integers
@@ -55,7 +55,7 @@ class RayFan:
         return slice(int(self.first_vertex[ray]), int(self.first_vertex[ray + 1]))
 
     def segments(self) -> Iterator[tuple[str, Floats, Floats]]:
-        """Parts of all rays between their bounces: family so far, ranges and depths [m]."""
+        """Segments of all rays between their bounces: family so far, ranges and depths [m]."""
         for ray, met in enumerate(self.boundaries):
             rows = self.rows(ray)
             bounces, x, z = self.bounces[rows], self.range[rows], self.depth[rows]
@@ -65,7 +65,7 @@ class RayFan:
                     yield met[: bounces[start]] or DIRECT, x[start : stop + 1], z[start : stop + 1]
 
     def __repr__(self) -> str:
-        """How many rays, between which angles, how far."""
+        """Number of rays, their angles and range."""
         if not len(self):
             return "Fan: no rays"
         low, high = np.degrees(self.launch_elevation.min()), np.degrees(self.launch_elevation.max())
@@ -90,14 +90,14 @@ def trace_fan(
         source_depth: Depth of the source [m].
         launch_elevation: Launch elevations, + down, between -pi/2 and pi/2 [rad], shape (rays,) or one.
         max_range: Horizontal distance at which rays end [m].
-        max_bounces: Bounces off surface and bottom that a ray survives; at the next one it ends.
-        step: Longest range between vertices of a bent ray [m]; infinite for its knots, turning points and bounces.
+        max_bounces: Largest number of bounces off surface and bottom; at the next one the ray ends.
+        step: Longest range between vertices of a refracted ray [m]; infinite for its knots, turning points and bounces.
 
     Returns:
         The rays, in the order of their launch angles as given.
 
     Raises:
-        ValueError: The source lies outside the water, or a value means nothing; with what is allowed.
+        ValueError: The source lies outside the water, or a value is invalid.
     """
     angles = np.atleast_1d(
         require_numbers("launch_elevation", launch_elevation, "rad", -np.pi / 2, np.pi / 2, allow_nan=False)
@@ -118,17 +118,17 @@ def trace_fan(
 def bounce_ranges(
     column: SoundSpeedLayers, source_depth: float, sines: Floats, max_bounces: int, *, max_range: float
 ) -> Floats:
-    """Where rays bounce.
+    """Horizontal distances at which rays bounce.
 
     Args:
         column: Sound speed from the surface to the bottom.
         source_depth: Depth of the source [m].
         sines: Sine of the launch elevation, + down, NaN for no ray, shape (rays,).
-        max_bounces: How many bounces of each ray are wanted.
+        max_bounces: Number of bounces of each ray to return.
         max_range: Range at which rays end [m].
 
     Returns:
-        Horizontal distances of the first bounces [m], shape (most, rays); NaN where a ray has fewer.
+        Horizontal distances of the first bounces [m], shape (max_bounces, rays); NaN where a ray has fewer.
     """
     found = np.full((max_bounces, sines.size), np.nan)
     there = np.flatnonzero(np.isfinite(sines))
@@ -142,7 +142,7 @@ def bounce_ranges(
 def _traced(
     column: SoundSpeedLayers, source: float, sines: Floats, max_range: float, bounces: int
 ) -> tuple[Integers, Floats, Integers, Integers]:
-    """First rows, vertices, bounces and turns of all rays; the kernel runs twice, to count and to write."""
+    """First rows, vertices, bounces and turns of all rays; the kernel runs twice, to count and to fill."""
     first = np.zeros(sines.size + 1, np.int64)
     size = 0
     while True:
@@ -154,7 +154,7 @@ def _traced(
 
 
 def _boundaries(first: Integers, depth: Floats, bounces: Integers, bottom: float) -> tuple[str, ...]:
-    """What each ray bounced off, in order."""
+    """Boundaries at which each ray bounced, in order."""
     named = []
     for start, stop in pairwise(first):
         there = np.flatnonzero(np.diff(bounces[start:stop])) + start + 1
@@ -166,7 +166,7 @@ def _refined_rays(
     angles: Floats, slowness: Floats, first: Integers, vertices: Floats, bounced: Integers, turns: Integers,
     names: tuple[str, ...], step: float, column: SoundSpeedLayers,
 ) -> RayFan:  # fmt: skip
-    """The same rays with more vertices along their arcs, none further apart than a step."""
+    """The same rays with more vertices along their arcs, at most a step apart."""
     ray = np.repeat(np.arange(angles.size), np.diff(first))
     length = np.append(np.diff(vertices[:, RANGE]), 0.0)
     length[first[1:] - 1] = 0.0  # a ray's last vertex begins no arc

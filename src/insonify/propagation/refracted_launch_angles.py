@@ -1,8 +1,8 @@
-"""Launch angles of bent rays over uneven ground, for its terrain_occlusion.
+"""Launch angles of refracted rays over relief, for the occlusion by terrain.
 
-Exact rays to a grid of places between the highest and the deepest, once for each depth of the sonar; between its
-nodes the distance times the steepness is read off linearly. That product is a length, nearly the climb of a straight
-ray: it bends by metres over kilometres, and an error of it is the same error of the ground's height.
+Exact rays to a grid of positions between the highest and the deepest, once for each depth of the sonar; between its
+nodes the distance times the launch slope is interpolated linearly. That product is a length, nearly the vertical
+travel of a straight ray: it changes by metres over kilometres, and its error equals an error of the terrain's height.
 """
 
 from threading import Lock
@@ -20,14 +20,14 @@ from insonify.propagation.sound_speed_layers import SoundSpeedLayers
 Floats = NDArray[np.floating[Any]]
 
 WIDTH = 0.25
-"""Distance of the grid's stations [m]."""
+"""Spacing of the grid's depths [m]."""
 HEIGHTS, FEW_LINES = (0.25, 1.0), 8
-"""Least and greatest distance of its lines [m], and how many make it grow."""
+"""Least and greatest spacing of its distances [m], and the number at which it grows."""
 MOST_STATIONS = 4000
 AT_ZERO = 1e-3
-"""Distance at which rays to the first station are solved for: a vertical one has no steepness [m]."""
+"""Distance of the rays to the first column: a vertical one has no launch slope [m]."""
 STRAY = 0.02
-"""Height by which a ray may miss the one of the grid, as seen at its end [m]."""
+"""Largest height by which a ray may differ from that of the grid, at its end [m]."""
 
 
 class RefractedLaunchAngles:
@@ -36,13 +36,13 @@ class RefractedLaunchAngles:
     def __init__(
         self, column: SoundSpeedLayers, source_depth: float, max_range: float, places: tuple[float, float]
     ) -> None:
-        """Solve nothing yet.
+        """Prepare the grids, which are solved on first use.
 
         Args:
-            column: The water, down to the deepest ground.
+            column: The water, down to the deepest terrain.
             source_depth: Depth of the sonar [m].
-            max_range: Horizontal distance up to which launches are asked for [m].
-            places: Depth of the highest place that is asked for, and of the deepest ground [m].
+            max_range: Largest horizontal distance [m].
+            places: Depth of the highest position, and of the deepest terrain [m].
         """
         self._column, self._source, self._places = column, source_depth, places
         self._speed = float(np.interp(source_depth, column.depth, column.speed))
@@ -53,15 +53,15 @@ class RefractedLaunchAngles:
         self._lock = Lock()
 
     def __getstate__(self) -> dict[str, Any]:
-        """All but the lock, which another process has to have of its own."""
+        """State without the lock, which each process has of its own."""
         return {name: value for name, value in self.__dict__.items() if name != "_lock"}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        """Take up what was carried over."""
+        """Restore the state."""
         self.__dict__.update(state, _lock=Lock())
 
     def launch_slope(self, family: str, distance: Floats, depth: Floats) -> Floats:
-        """Read from the grid, see `LaunchAngles`."""
+        """Launch slope interpolated on the grid, see `LaunchAngles`."""
         top, height, climb = self._grid(family)
         shape = np.broadcast_shapes(np.shape(distance), np.shape(depth))
         far = np.ascontiguousarray(np.broadcast_to(distance, shape[-1:]), float)
@@ -71,7 +71,7 @@ class RefractedLaunchAngles:
         return found.reshape(shape)
 
     def bounce_ranges(self, family: str, launch_slope: Floats) -> list[Floats]:
-        """Sums over the layers, see `LaunchAngles`."""
+        """Distances by sums over the layers, see `LaunchAngles`."""
         string = bounce_sequence(family)
         if not string:
             return []
@@ -82,7 +82,7 @@ class RefractedLaunchAngles:
         return found
 
     def bottom_grazing_tangent(self, launch_slope: Floats) -> Floats:
-        """By Snell's law, see `LaunchAngles`."""
+        """Tangent by Snell's law, see `LaunchAngles`."""
         bed = np.interp(self._column.bottom_reflection_depth, self._column.depth, self._column.speed) / self._speed
         square = (1 + np.asarray(launch_slope, float) ** 2) / bed**2
         return np.sqrt(np.maximum(square - 1, 0.0))
@@ -90,11 +90,11 @@ class RefractedLaunchAngles:
     def off_table_rays(
         self, family: str, launch_slope: Floats, distance: Floats, depth: Floats
     ) -> NDArray[np.bool_] | None:
-        """Rays that miss those of the grid, see `LaunchAngles`."""
+        """Mask of rays that differ from those of the grid, see `LaunchAngles`."""
         return ~(np.abs(launch_slope - self.launch_slope(family, distance, depth)) * distance <= STRAY)  # so is NaN
 
     def ray_depths(self, family: str, launch_slope: Floats, step: float, count: int) -> Floats:
-        """Walked from layer to layer, see `LaunchAngles`."""
+        """Depths traced from layer to layer, see `LaunchAngles`."""
         string, water = bounce_sequence(family), self._column
         steep = np.asarray(launch_slope, float)
         slant = np.sqrt(1 + steep**2)
@@ -108,7 +108,7 @@ class RefractedLaunchAngles:
         return found
 
     def _spans(self, launch_slope: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Horizontal way of rays from the sonar up to the surface, and down to the mean plane [m]."""
+        """Horizontal distance of rays from the sonar up to the surface, and down to the mean plane [m]."""
         water = self._column
         knots = np.unique(np.concatenate([water.depth[water.depth <= water.bottom_reflection_depth], [self._source]]))
         ratio = np.interp(knots, water.depth, water.speed) / self._speed
@@ -118,7 +118,7 @@ class RefractedLaunchAngles:
         return up, down
 
     def _grid(self, family: str) -> tuple[float, float, NDArray[np.float64]]:
-        """First depth and distance of the lines of a family's grid [m], and its climbs."""
+        """First depth and distance of a family's grid [m], and its node values."""
         with self._lock:
             if family not in self._made:
                 self._made[family] = self._solve(family)
@@ -127,7 +127,7 @@ class RefractedLaunchAngles:
     def _solve(self, family: str) -> tuple[float, float, NDArray[np.float64]]:
         string, water = bounce_sequence(family), self._column
         low, high = self._places
-        if string.endswith("B"):  # what rises from the plane meets nothing below it
+        if string.endswith("B"):  # rays that rise from the plane meet nothing below it
             high = min(high, water.bottom_reflection_depth)
         low = min(low, high - HEIGHTS[0])
         height = np.clip((high - low) / FEW_LINES, *HEIGHTS)
@@ -142,7 +142,7 @@ class RefractedLaunchAngles:
         turns = np.where(rays[:, :, CAUSTICS] == 0, rays[:, :, TURNS], np.inf)
         turns[np.arange(MOST) >= count[:, None]] = np.inf
         if string:
-            turns[turns > 0] = np.inf  # of rays that turn about a bounce the order is another one
+            turns[turns > 0] = np.inf  # rays that turn about a bounce have another order
         row, first = np.arange(far.size), np.argmin(turns, axis=1)
         ray = rays[row, first]
         there = np.isfinite(turns[row, first])

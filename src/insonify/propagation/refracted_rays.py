@@ -1,8 +1,8 @@
-"""Legs in layered water: every ray of every family, bent, turned, and limited where rays cross.
+"""Legs in layered water: every ray of every family, refracted, turned, and limited at caustics.
 
-Rays come from the exact solver, or from its tables where the engine asks for millions. What is made of them is the
-same: directions from the horizontal slowness, which a ray keeps all the way; grazing angles at both boundaries from
-it too; absorption over the length of the path, by the water's one coefficient at all depths.
+Rays come from the exact solver, or from its tables where millions are needed. Their evaluation is the
+same: directions from the horizontal slowness, which is constant along a ray; grazing angles at both boundaries from
+it too; absorption over the path length, with one coefficient of the water at all depths.
 """
 
 from dataclasses import dataclass, field, replace
@@ -62,7 +62,7 @@ class RefractedRays:
     """Bounds of all other occluding bodies, see `solid_bounds`."""
 
     def __post_init__(self) -> None:
-        """Begin without any table: each is made when it is first asked for."""
+        """Create empty caches: tables are built on first use."""
         object.__setattr__(self, "boxes", self.scene.bodies)
         object.__setattr__(self, "body_bounds", solid_bounds(self.scene))
         ground = self.scene.seabed.terrain
@@ -73,21 +73,21 @@ class RefractedRays:
         object.__setattr__(self, "tables", EigenrayTables(self.layers, self.domain, bodies, span))
 
     def legs(self, position: Floats, scatterers: Scatterers, families: tuple[str, ...], frequency: float) -> Legs:
-        """Legs of every ray; see `Rays.legs`."""
+        """Legs of every ray; see `PropagationModel.legs`."""
         kept = families_reaching(scatterers.boundary, families)
         shared = np.empty((5, len(scatterers)))
         horizontal_geometry(self.layers.depth, self.layers.speed, position, scatterers.position, shared)
         depth, ranges = shared[DEPTH], shared[RANGE]
         if frequency >= LOWEST_FREQUENCY:
             found = [self.tables.rays(f, scatterers.boundary, float(position[2]), depth, ranges) for f in kept]
-        else:  # folds reach further than tables know of
+        else:  # folds reach further than tables represent
             found = [exact_rays(self.layers, f, float(position[2]), depth, ranges) for f in kept]
         return self._assemble(position, scatterers, shared, found, frequency)
 
     def with_aperture_expansion(
         self, legs: Legs, position: Floats, scatterers: Scatterers, aperture_extent: tuple[float, float]
     ) -> Legs:
-        """The legs with what rays from four places beside that end say; see `Rays.around`."""
+        """Legs with the expansion from rays to four positions beside that end."""
         points = scatterers.position
 
         def ask(family: str, depth: float, ranges: Floats) -> FamilyRays:
@@ -107,12 +107,12 @@ class RefractedRays:
         self, depths: tuple[float, float], boundary_depth: float, families: tuple[str, ...],
         delays: tuple[float, float], end_distance: float, *, relief_height: float = 0.0,
     ) -> ReachableRange:  # fmt: skip
-        """Distances heard, from rays to all distances; see `Rays.reach`."""
+        """Reachable distances from rays to all distances."""
         levels = self._levels(boundary_depth, relief_height)
         ends = dict.fromkeys(depths)
         sweeps = [self._sweep(name, depth, level) for name in families for depth in ends for level in levels]
         nearest, farthest = ranges_within_delays(sweeps, delays, end_distance / self.scene.water.min_sound_speed)
-        # The ground is sampled as under straight rays: the same places, whatever the water.
+        # The terrain is sampled as under straight rays: at the same positions, whatever the water.
         images = [image_depth(name, sum(depths) / 2, self.layers.bottom_reflection_depth) for name in families]
         return ReachableRange(min(abs(boundary_depth - image) for image in images), nearest, farthest)
 
@@ -126,15 +126,15 @@ class RefractedRays:
         *,
         relief_height: float = 0.0,
     ) -> DepartureCones:
-        """DepartureCones about all rays between the nearest and the farthest of each neighbourhood; see `Rays.cones`."""
+        """Cones about all rays between the nearest and the farthest point of each neighbourhood."""
         levels = self._levels(boundary_depth, relief_height)
         sweeps = [self._sweep(family, float(position[2]), level) for level in levels]
         return departure_cones(sweeps, centre - position[:2], radius)
 
     def launch_angles(self, source_depth: float) -> RefractedLaunchAngles:
-        """Bent ones, kept for the pings that share the sonar's depth; see `Rays.launches`."""
+        """Launch angles of refracted rays, cached for pings from the same sonar depth."""
         found = self.launch_angle_tables.get(source_depth)
-        if found is None:  # threads may both make it, and get the same
+        if found is None:  # two threads may both build it, with equal results
             if len(self.launch_angle_tables) > MOST_LAUNCHED:
                 self.launch_angle_tables.clear()
             highest = min(self.tables.terrain_depths[0], *self.domain.point_depths)
@@ -144,14 +144,14 @@ class RefractedRays:
         return found
 
     def _levels(self, boundary_depth: float, relief_height: float) -> list[float]:
-        """Depths between which a boundary lies, all in the water of the profile [m]."""
+        """Depths between which a boundary lies, all within the profile [m]."""
         if relief_height == 0:
             return [boundary_depth]
         bottom = self.layers.water_depth
         return sorted({min(max(boundary_depth + side * relief_height, 0.0), bottom) for side in (-1, -0.5, 0, 0.5, 1)})
 
     def _sweep(self, family: str, depth: float, boundary_depth: float) -> TravelTimeCurve:
-        """The family's rays to all distances on a boundary, kept for the pings that share the sonar's depth."""
+        """Rays of a family to all distances on a boundary, cached for pings from the same sonar depth."""
         key = (family, depth, boundary_depth)
         if key not in self.travel_time_curves:
             if len(self.travel_time_curves) > MOST_SWEEPS:
@@ -168,7 +168,7 @@ class RefractedRays:
         family_rays: list[FamilyRays],
         frequency: float,
     ) -> Legs:
-        """Rows of legs from rays."""
+        """Assemble rows of legs from rays."""
         rows = [(one, branch) for one in family_rays for branch in range(one.branch_count)]
         shape = len(rows), len(scatterers)
         delay, length, spreading, slowness, grazing = np.empty((5, *shape))
@@ -217,7 +217,7 @@ class RefractedRays:
         )
 
     def _boundary(self, families: tuple[str, ...], slowness: Floats) -> NDArray[np.complex128]:
-        """Product of the mirrors' coefficients of each row, at the grazing angle that its slowness has there."""
+        """Product of the reflection coefficients of each row, at the grazing angles that follow from its slowness."""
         product = np.ones(slowness.shape, complex)
         top = self.layers.speed[0]
         bottom = float(np.interp(self.layers.bottom_reflection_depth, self.layers.depth, self.layers.speed))
@@ -235,20 +235,20 @@ class RefractedRays:
 
 
 MOST_LAUNCHED = 8
-"""Depths of the sonar whose launches are kept."""
+"""Number of sonar depths whose launch angles are cached."""
 MOST_SWEEPS = 256
-"""Sweeps that are kept: a platform that heaves makes new ones with every ping."""
+"""Number of cached travel-time curves: a heaving platform needs new ones at every ping."""
 
 
 def refracted_rays(scene: Scene, domain: RayDomain) -> RefractedRays:
-    """The rays of a layered ocean.
+    """Propagation model of layered water.
 
     Args:
         scene: Water with a profile, boundaries and occluders.
-        domain: What a survey needs of them.
+        domain: Domain of the rays of a survey.
 
     Raises:
-        ValueError: The profile does not reach from the surface to the seabed.
+        ValueError: The profile does not cover the depths from the surface to the seabed.
     """
     depth, bed = scene.seabed.depth, scene.seabed.terrain
     profile = scene.water.profile_to_depth(depth)

@@ -1,7 +1,7 @@
-"""Shadows of solids under bent rays: only rays that pass over a body are walked, and only while they do.
+"""Shadows of solids in layered water: only rays that pass over a body are traced, and only over the body.
 
-Seen from above a ray of any family is a straight line, so the first question is which bodies it crosses there. Over a
-body an arc is a chord, but for fractions of a millimetre.
+Seen from above a ray of any family is a straight line, so the bodies that it crosses there are found first. Over a
+body an arc is replaced by chords, to fractions of a millimetre.
 """
 
 import numpy as np
@@ -21,9 +21,9 @@ from insonify.scene.solid import world_triangles
 Floats = NDArray[np.float64]
 
 CHORD = 1.5
-"""Longest chord that stands for an arc [m]: it is off by less than half a millimetre."""
+"""Longest chord in place of an arc [m]: its error is less than half a millimetre."""
 STEEP = 10.0
-"""Tangent of the launch angle above which a ray is as good as straight [1]."""
+"""Tangent of the launch angle above which a ray counts as straight [1]."""
 
 
 def solid_bounds(scene: Scene) -> Floats:
@@ -41,16 +41,16 @@ def occlude_refracted_row(
 
     Args:
         scene: The scene.
-        water: Its layers.
-        bounds: Of `solid_bounds`.
+        water: Layers of the water.
+        bounds: Bounds from `solid_bounds`.
         position: North, east, depth of the sonar [m], shape (3,).
-        scatterers: The points that the legs end at, n of them.
+        scatterers: Ends of the legs, n of them.
         point_columns: See `insonify.propagation._refracted_legs_kernel.bearings`, shape (5, n).
         family: Family of the row.
         slowness: Horizontal slowness of the rays [s/m], shape (n,).
-        departure: Their directions at the sonar, shape (n, 3).
-        status: Statuses of the legs; those that are clear may become occluded, shape (n,).
-        occluder: Row of who cuts the leg, set where that happens, shape (n,).
+        departure: Directions of the rays at the sonar, shape (n, 3).
+        status: `LegStatus` of the legs; clear ones may become occluded, shape (n,).
+        occluder: Row of the occluder of each leg, set for occluded ones, shape (n,).
     """
     ends = scatterers.position + OFF * scatterers.normal
     points, bodies, enter, leave = bodies_passed_over(position, ends, bounds, status)
@@ -80,7 +80,7 @@ def _depths(
     departure: Floats,
     along: Floats,
 ) -> Floats:  # fmt: skip
-    """Depths of rays at parts of their horizontal way [m], shape of `along`; 1 is exactly their end."""
+    """Depths of rays at fractions of their horizontal distance [m], shape of `along`; 1 is exactly their end."""
     string = bounce_sequence(family)
     found = np.empty(along.shape)
     ray_depths_along_range(
@@ -99,12 +99,12 @@ def _depths(
 
 
 def _straight(plane: float, source: float, leg_ends: Floats, family: str, along: Floats) -> Floats:
-    """Depths of rays that do not bend, folded at the mirrors [m]."""
+    """Depths of straight rays, folded at the boundaries [m]."""
     if not family:
         return source + along * (leg_ends[:, None] - source)
     start, turns = (-source if family.startswith("S") else source), len(family)
     arrives_down = family.endswith("S")
-    # how far down it has come when it ends, with every bounce unfolded
+    # vertical travel to the end, with every bounce unfolded
     crossings = turns - (1 if family.startswith("S") else 0)
     target = crossings * plane + (leg_ends if arrives_down else plane - leg_ends)
     run = start + along * (target - start)[:, None]

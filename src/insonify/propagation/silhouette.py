@@ -1,7 +1,7 @@
-"""Silhouettes of solids as a sonar sees them: how high and how low each stands, bearing by bearing.
+"""Silhouettes of solids as seen from the sonar: top and base by bearing.
 
-A screen of any outline is a row of narrow columns, each with a top, a base and two sides; what it keeps from a point is
-the sum of what the columns keep, each a product of two differences of Fresnel integrals (Kirchhoff's approximation, as
+A screen of any outline is a row of narrow columns, each with a top, a base and two sides; the field that it blocks is
+the sum over its columns, each a product of two differences of Fresnel integrals (Kirchhoff's approximation, as
 in `knife_edge`). The sides that two columns share cancel.
 """
 
@@ -19,20 +19,20 @@ from insonify.scene.target import Solid
 Floats = NDArray[np.float64]
 
 COLUMNS = 64
-"""Columns of a silhouette: Arago's spot behind a ball of seven Fresnel zones comes out within 4 % [1]."""
+"""Columns of a silhouette: Arago's spot behind a ball of seven Fresnel zones is right within 4 % [1]."""
 REMEMBERED = 2048
-"""Silhouettes kept: those of 100 solids for all families of both ends, with room for sonars side by side [1]."""
+"""Number of cached silhouettes: 100 solids for all families of both ends, and sonars side by side [1]."""
 FEWEST = 8
-"""Columns of a silhouette at least [1]."""
+"""Least number of columns of a silhouette [1]."""
 
 
 class Silhouette(NamedTuple):
-    """Outline of a solid, c columns."""
+    """Silhouette of a solid, c columns."""
 
     centre_bearing: float
     """Bearing of its middle from the sonar [rad]."""
     border_bearings: Floats
-    """Bearings between columns re that, increasing [rad], shape (c + 1,)."""
+    """Bearings of the columns' borders re that, increasing [rad], shape (c + 1,)."""
     border_ranges: Floats
     """Horizontal distance of each border [m], shape (c + 1,)."""
     columns: Floats
@@ -43,27 +43,27 @@ class Silhouette(NamedTuple):
 def silhouette(
     solid: Solid, seabed: Seabed, source: tuple[float, float, float], max_column_width: float = 0.0
 ) -> Silhouette | None:  # fmt: skip
-    """How a solid looks from a place, or from its image in a boundary.
+    """Silhouette of a solid from a position, or from its image in a boundary.
 
     Args:
         solid: The solid.
-        seabed: What it rests on.
-        source: North, east, depth of the place [m].
-        max_column_width: Width that columns may have [m]; 0: as many columns as ever.
+        seabed: Seabed on which it rests.
+        source: North, east, depth of the position [m].
+        max_column_width: Largest width of columns [m]; 0: the largest number of columns.
 
     Returns:
-        Its outline; None where it stands around the place, which then has no one side to look at.
+        Its silhouette; None where the solid surrounds the position.
     """
     return outline(np.asarray(world_triangles(solid, seabed).corners, float), source, max_column_width)
 
 
 def outline(corners: Floats, source: tuple[float, float, float], max_column_width: float = 0.0) -> Silhouette | None:
-    """Outline of some triangles, see `silhouette`.
+    """Silhouette of some triangles, see `silhouette`.
 
     Args:
         corners: North, east, depth of their corners [m], shape (t, 3, 3).
-        source: North, east, depth of the place [m].
-        max_column_width: Width that columns may have [m]; 0: as many columns as ever.
+        source: North, east, depth of the position [m].
+        max_column_width: Largest width of columns [m]; 0: the largest number of columns.
     """
     start = corners - np.array(source)
     middle = start.reshape(-1, 3).mean(axis=0)

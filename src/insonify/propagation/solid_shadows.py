@@ -1,7 +1,7 @@
-"""Shadows of solids: which legs between a sonar and some points are cut by triangles, and by whose.
+"""Shadows of solids: occlusion of legs between a sonar and some points by triangles.
 
-Boxes that stand upright have arithmetic of their own in `_image_kernel`; all other bodies of a scene share one tree
-of triangles, made once. Both mark the same columns.
+Upright boxes have closed-form tests in `_image_source_kernel`; all other bodies of a scene share one triangle
+tree, built once. Both fill the same columns.
 """
 
 from functools import lru_cache
@@ -29,32 +29,32 @@ Floats = NDArray[np.float64]
 
 
 class TriangleTree(NamedTuple):
-    """Triangles sorted into boxes within boxes, in depth-first order: m nodes, t triangles."""
+    """Triangle tree: triangles in nested bounding boxes, in depth-first order: m nodes, t triangles."""
 
     bounds: Floats
     """Least and greatest coordinates of each node [m], shape (m, 6)."""
     next_on_miss: NDArray[np.int32]
-    """Node to go on with where one is missed, shape (m,)."""
+    """Next node where one is missed, shape (m,)."""
     first_triangle: NDArray[np.int32]
     """First triangle of a leaf, -1 for other nodes, shape (m,)."""
     triangle_count: NDArray[np.int32]
-    """Triangles of a leaf, shape (m,)."""
+    """Number of triangles of a leaf, shape (m,)."""
     lowest_owner: NDArray[np.int32]
     """Lowest owner below each node, shape (m,)."""
     corner_and_sides: Floats
-    """A corner and the two sides from it of each triangle, in the order of the leaves [m], shape (t, 9)."""
+    """One corner and the two sides from it of each triangle, in the order of the leaves [m], shape (t, 9)."""
     owner: NDArray[np.int32]
     """Owner of each triangle, shape (t,)."""
     original_row: NDArray[np.int64]
-    """Row that each triangle had before it was sorted, shape (t,)."""
+    """Row of each triangle before sorting, shape (t,)."""
 
 
 def triangle_tree(corners: Floats, owner: NDArray[np.int32]) -> TriangleTree:
-    """Triangles sorted for casting rays.
+    """Build a triangle tree.
 
     Args:
         corners: Corners of each triangle [m], shape (t, 3, 3).
-        owner: Whom each belongs to, shape (t,).
+        owner: Owner of each triangle, shape (t,).
     """
     low, high = corners.min(axis=1), corners.max(axis=1)
     order, most = np.arange(len(corners)), 2 * len(corners)
@@ -71,7 +71,7 @@ def triangle_tree(corners: Floats, owner: NDArray[np.int32]) -> TriangleTree:
 
 @lru_cache(maxsize=8)
 def _scene_tree(solids: tuple[Solid, ...], seabed: Seabed, before: int) -> TriangleTree:
-    """The tree of all solids of a scene, whose rows among the occluders come after those of the boxes."""
+    """Tree of all solids of a scene, whose rows among the occluders follow those of the boxes."""
     corners = [world_triangles(solid, seabed).corners for solid in solids]
     owner = np.repeat(np.arange(before, before + len(solids)), [len(part) for part in corners])
     return triangle_tree(np.concatenate(corners), owner.astype(np.int32))
@@ -81,22 +81,22 @@ def occlude_by_solids(
     scene: Scene, position: Floats, scatterers: Scatterers, images: Floats, bounces: NDArray[np.int64],
     first_up: NDArray[np.bool_], status: NDArray[np.uint8], occluder: NDArray[np.int16],
 ) -> None:  # fmt: skip
-    """Mark the straight, folded legs that the scene's solids cut.
+    """Mark the straight legs, folded at flat boundaries, that the scene's solids cut.
 
     Args:
-        scene: The scene; nothing happens where it has no solids.
+        scene: The scene; without solids nothing changes.
         position: North, east, depth of the sonar [m], shape (3,).
-        scatterers: The points that the legs end at, n of them.
+        scatterers: Ends of the legs, n of them.
         images: Depth of the image source of each family [m], shape (f,).
         bounces: Number of bounces of each family, shape (f,).
         first_up: True where the first bounce is off the surface, shape (f,).
-        status: Statuses of the legs; those that are clear may become occluded, shape (f, n).
-        occluder: Row of who cuts the leg, set where that happens, shape (f, n).
+        status: `LegStatus` of the legs; clear ones may become occluded, shape (f, n).
+        occluder: Row of the occluder of each leg, set for occluded ones, shape (f, n).
     """
     solids = scene.solids
     if not solids:
         return
-    # from above a leg of any family is one line: most points have no solid on it
+    # seen from above, legs of all families follow one line: most points have no solid on it
     behind = points_near_cylinders(scene, position, scatterers.position)[len(scene.boxes) :]
     rows = behind[0] if len(behind) == 1 else np.unique(np.concatenate(behind))
     if not len(rows):
@@ -110,16 +110,16 @@ def occlude_by_solids(
 
 
 def cast_rays(tree: TriangleTree, start: Floats, stop: Floats) -> tuple[Floats, NDArray[np.int64]]:
-    """First triangles that straight ways meet.
+    """First triangles that straight segments hit.
 
     Args:
         tree: The triangles.
-        start: Where the ways begin [m], shape (n, 3).
-        stop: Where they end [m], shape (n, 3).
+        start: Starts of the segments [m], shape (n, 3).
+        stop: Ends of the segments [m], shape (n, 3).
 
     Returns:
-        Part of the way at the hit, infinite where nothing is met, shape (n,), and the row that the triangle had before
-        it was sorted, -1 for none, shape (n,).
+        Fraction of the segment at the hit, infinite for no hit, shape (n,), and the row of the triangle before
+        sorting, -1 for none, shape (n,).
     """
     part, triangle = np.empty(len(start)), np.empty(len(start), np.int64)
     nearest_hits(
@@ -137,14 +137,14 @@ def cast_rays(tree: TriangleTree, start: Floats, stop: Floats) -> tuple[Floats, 
 
 
 def occluders_of_paths(scene: Scene, polylines: Floats) -> NDArray[np.int16]:
-    """Who cuts some paths that are not straight, given by points along them.
+    """Occluders of curved paths, given by points along them.
 
     Args:
         scene: The scene.
         polylines: Points along each path, from the sonar to just before its end [m], shape (n, k, 3).
 
     Returns:
-        Lowest row among the scene's occluders of the solids that a path meets, -1 for none, shape (n,).
+        Lowest row among the scene's occluders of the solids that a path hits, -1 for none, shape (n,).
     """
     found = np.full(len(polylines), -1, np.int16)
     if scene.solids:

@@ -1,6 +1,6 @@
-"""The water as the ray solvers take it: from the surface exactly to the seabed, in layers of one gradient.
+"""Water column of the ray solvers: layers of constant gradient, from the surface exactly to the seabed.
 
-Over uneven ground there are two depths: that of the level plane that mirrors sound, and that of the deepest ground.
+Over relief there are two depths: that of the flat plane that reflects sound, and that of the deepest terrain.
 """
 
 import math
@@ -23,21 +23,21 @@ class SoundSpeedLayers:
     speed: Floats
     """Sound speed at the knots [m/s], shape (m,)."""
     reflecting_depth: float = math.inf
-    """Depth of the plane that mirrors sound at the bottom, one of the knots [m]; infinite for the last knot."""
+    """Depth of the plane that reflects sound at the bottom, one of the knots [m]; infinite for the last knot."""
 
     @property
     def water_depth(self) -> float:
-        """Depth of the seabed, where it is deepest [m]."""
+        """Greatest depth of the seabed [m]."""
         return float(self.depth[-1])
 
     @property
     def bottom_reflection_depth(self) -> float:
-        """Depth of the plane that mirrors sound at the bottom [m]."""
+        """Depth of the plane that reflects sound at the bottom [m]."""
         return min(self.reflecting_depth, self.water_depth)
 
     @property
     def is_isovelocity(self) -> bool:
-        """Whether sound travels at one speed everywhere, and so along straight lines."""
+        """Return True if the sound speed is constant and rays are straight."""
         return bool(np.all(self.speed == self.speed[0]))
 
     def __repr__(self) -> str:
@@ -46,18 +46,18 @@ class SoundSpeedLayers:
 
 
 def sound_speed_layers(profile: SoundSpeedProfile, water_depth: float, *, plane: float = math.inf) -> SoundSpeedLayers:
-    """The part of a profile that lies in the water.
+    """Layers of the part of a profile within the water.
 
     Args:
-        profile: Sound speed; must cover the water. Knots below the seabed play no part.
-        water_depth: Depth of the seabed, where it is deepest [m].
-        plane: Depth of the plane that mirrors sound, where that is higher [m].
+        profile: Sound speed; must cover the water. Knots below the seabed are ignored.
+        water_depth: Greatest depth of the seabed [m].
+        plane: Depth of the plane that reflects sound, where that is higher [m].
 
     Returns:
-        Layers from the surface to the seabed; every knot of the profile between them is kept.
+        Layers from the surface to the seabed, with every knot of the profile between them.
 
     Raises:
-        ValueError: The depth is no positive number, or the profile begins below the surface or ends above the seabed.
+        ValueError: The depth is not positive, or the profile begins below the surface or ends above the seabed.
     """
     if not (np.isfinite(water_depth) and water_depth > 0):
         raise ValueError(f"water_depth is {water_depth:g} m; give a positive number, such as 20.")

@@ -1,4 +1,4 @@
-"""Legs off a surface that moves: which of the models of `Surface.reflection` makes them."""
+"""Legs off a moving surface, by the models of `Surface.reflection`."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,19 +16,19 @@ __all__ = ["SonarEnd", "apply_surface_reflection", "repeated_glint_weight"]
 def apply_surface_reflection(
     legs: Legs, scene: Scene, seed: int, scatterers: Scatterers, frequency: float, sonar_end: SonarEnd
 ) -> tuple[Legs, Legs]:
-    """The legs of one end of the sonar as a moving surface leaves them.
+    """Legs of one end of the sonar off a moving surface.
 
     Args:
-        legs: Legs off a mirror, f families to n points.
+        legs: Legs off a flat surface, f families to n points.
         scene: The scene.
-        seed: Of the scenario.
-        scatterers: The points that they reach.
-        frequency: Of the sound [Hz].
-        sonar_end: The end of the sonar that they begin at, and when.
+        seed: Seed of the scenario.
+        scatterers: Ends of the legs.
+        frequency: Frequency of the sound [Hz].
+        sonar_end: End of the sonar at which the legs begin, and its time.
 
     Returns:
-        The legs as they are on the way out, and as they are on the way back: of the same families, of which those that
-        bounce off the surface may have further rows.
+        Transmit legs and receive legs: of the same families, of which those that bounce off the surface may have
+        further rows.
     """
     if scene.surface.reflection == "tilted":
         return tilted_legs(legs, scene, scatterers, sonar_end)
@@ -38,16 +38,16 @@ def apply_surface_reflection(
 
 
 def repeated_glint_weight(legs_out: Legs, legs_back: Legs, pair: NDArray[np.int64]) -> NDArray[np.float64]:
-    """What pairs of two glints of one ray weigh [1], shape (p,): 1 for all other pairs.
+    """Weight of pairs of two glints of one ray [1], shape (p,): 1 for all other pairs.
 
-    M glints stand for very many, of which hardly any is met both out and back: pairs of the same glint are left out,
-    and the M (M - 1) others bear the power of M^2. Each two of them are reciprocal and interfere while they keep their
-    phases, so that E|rho_out rho_back|^2 is 1 + |E[rho_out rho_back*]|^2, as of a circular Gaussian rho.
+    M glints stand for very many, hardly any of which reflects both legs: pairs of the same glint are left out,
+    and the M (M - 1) others carry the power of M^2. Each two of them are reciprocal and interfere while they keep their
+    phases, so that E|rho_out rho_back|^2 is 1 + |E[rho_out rho_back*]|^2, as for a circular Gaussian rho.
 
     Args:
-        legs_out: Legs out.
-        legs_back: Legs back.
-        pair: Row of the leg out and of the leg back of each ordered pair, shape (p, 2).
+        legs_out: Transmit legs.
+        legs_back: Receive legs.
+        pair: Row of the transmit and the receive leg of each ordered pair, shape (p, 2).
     """
     weight = np.ones(len(pair))
     if legs_out.glints is None or legs_back.glints is None:

@@ -1,7 +1,7 @@
-"""Legs off one plane for each bounce, tilted and raised as a swell is where the mirror's bounce point lies.
+"""Legs off one plane for each bounce, tilted and raised as a swell is at the flat surface's bounce point.
 
-The paper's moving surface: its plane mirror follows the wave at the point where a ray meets it, at that time.
-A swell so curved that a path has several bounce points is refused with the scenario, see `scenario.swell_errors`.
+The paper's moving surface: its plane follows the wave at the point and time at which a ray meets it.
+A swell so steep that a path has several bounce points is refused with the scenario, see `scenario.swell_errors`.
 """
 
 import math
@@ -21,16 +21,16 @@ Floats = NDArray[np.float64]
 
 
 def tilted_legs(legs: Legs, scene: Scene, scatterers: Scatterers, sonar_end: SonarEnd) -> tuple[Legs, Legs]:
-    """The legs off tilted planes.
+    """Legs off tilted planes.
 
     Args:
-        legs: Legs off a level mirror, f families to n points.
+        legs: Legs off a flat surface, f families to n points.
         scene: The scene, with a swell.
-        scatterers: The points that they reach.
-        sonar_end: The end of the sonar that they begin at, and when.
+        scatterers: Ends of the legs.
+        sonar_end: End of the sonar at which the legs begin, and its time.
 
     Returns:
-        The legs as they are on the way out, and as they are on the way back.
+        Transmit legs and receive legs.
     """
     touched = [row for row, family in enumerate(legs.families) if "S" in bounce_sequence(family)]
     if not touched:
@@ -47,7 +47,7 @@ def tilted_legs(legs: Legs, scene: Scene, scatterers: Scatterers, sonar_end: Son
 def _reflect_in_tilted_planes(
     legs: Legs, row: int, paths: UnfoldedPaths, scene: Scene, scatterers: Scatterers, sonar_end: SonarEnd, time: Floats
 ) -> None:
-    """Reflect one row's sonar in the planes that it meets, one after the other."""
+    """Reflect the sonar of one row in its planes, one after the other."""
     family, bed = legs.families[row], scene.seabed.depth
     speed = float(scene.water.sound_speed_at(sonar_end.position[2]))
     on, normal = tilted_planes(scene, paths.flat_bounce_points(), time)
@@ -64,7 +64,7 @@ def _reflect_in_tilted_planes(
     departure = arrival
     for facing in reversed(facings):
         departure = departure - 2 * np.sum(departure * facing, axis=-1, keepdims=True) * facing
-    # Told as a change of the level mirror's leg, so that refraction keeps its share.
+    # Evaluated as a change of the flat surface's leg, so that refraction is preserved.
     straight = np.concatenate(
         [paths.horizontal_distance[:, None] * paths.horizontal_direction, np.zeros((len(length), 1))], axis=1
     )
@@ -83,18 +83,18 @@ def _reflect_in_tilted_planes(
 
 
 def tilted_planes(scene: Scene, points: Floats, time: Floats) -> tuple[Floats, Floats]:
-    """A point of the surface, and its unit normal into the water, at some places and times.
+    """A point of the surface, and its unit normal into the water, at some positions and times.
 
     Args:
         scene: The scene, with a swell.
         points: North and east [m], shape (..., 2).
-        time: After the start of the track [s], shape (...).
+        time: Time after the start of the track [s], shape (...).
 
     Returns:
         North, east, depth of the surface [m], and its normal [1], both of shape (..., 3).
     """
     swell = scene.surface.swell
-    assert swell is not None  # the surface has checked
+    assert swell is not None  # guaranteed by the surface
     k = 2 * math.pi / swell.length
     omega = float(angular_frequency(k, water_depth=scene.seabed.depth))
     ahead = np.array([math.cos(scene.surface.wave_direction), math.sin(scene.surface.wave_direction)])

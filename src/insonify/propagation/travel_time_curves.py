@@ -1,7 +1,7 @@
-"""Where rays of a family meet a flat boundary: delays and launch angles over all distances.
+"""Travel-time curves of a family on a flat boundary: delays and launch angles over all distances.
 
-Before a ping is drawn, the engine asks how far its window reaches and in which directions the sound must leave. In
-layered water no formula tells; so all rays to a row of distances are found once, and bounds are read off them.
+They bound the range of a ping's window and the directions of departure. In
+layered water there is no formula; so the rays to a row of distances are solved once, and bounds are read off.
 """
 
 import math
@@ -18,16 +18,16 @@ from insonify.propagation.sound_speed_layers import SoundSpeedLayers
 Floats = NDArray[np.float64]
 
 STEP = 0.25
-"""Distance between the rays of a sweep [m]; coarser where there would be too many."""
+"""Spacing of the rays of a curve [m]; coarser where there would be too many."""
 MOST_STEPS = 4000
 
 
 @dataclass(frozen=True)
 class TravelTimeCurve:
-    """Delays and launch angles of one family over distance; no ray: infinite bounds the wrong way round."""
+    """Delays and launch angles of one family over distance; without a ray: infinite bounds in reversed order."""
 
     range_step: float
-    """Distance from one column to the next [m]."""
+    """Spacing of the columns [m]."""
     least_delay: Floats
     """Least delay of the family's rays [s], (m,)."""
     greatest_delay: Floats
@@ -35,17 +35,17 @@ class TravelTimeCurve:
     least_launch_angle: list[Floats]
     """Least launch angle [rad, + down] of the columns from each one on: of 1, 2, 4, ... columns."""
     greatest_launch_angle: list[Floats]
-    """Greatest launch angle, likewise."""
+    """Greatest launch angle [rad, + down] of the columns from each one on: of 1, 2, 4, ... columns."""
 
     def launch_angle_bounds(self, horizontal_distance: Floats, radius: Floats) -> tuple[Floats, Floats]:
-        """Least and greatest launch angle to stretches of the boundary [rad]; infinite, the wrong way round, for none.
+        """Least and greatest launch angle to intervals of the boundary [rad]; infinite, in reversed order, for none.
 
         Args:
             horizontal_distance: Distances of their middles [m], (n,).
-            radius: How far they extend [m], (n,).
+            radius: Half lengths of the intervals [m], (n,).
         """
         last = len(self.least_delay) - 1
-        # A column more on each side: rays between two columns are bounded by both.
+        # One more column on each side: rays between two columns are bounded by both.
         first = np.clip(np.floor((horizontal_distance - radius) / self.range_step) - 1, 0, last).astype(int)
         stop = np.clip(np.ceil((horizontal_distance + radius) / self.range_step) + 1, 0, last).astype(int)
         level = np.floor(np.log2(stop - first + 1)).astype(int)
@@ -59,12 +59,12 @@ class TravelTimeCurve:
 
 
 def departure_cones(sweeps: list[TravelTimeCurve], offset: Floats, radius: Floats) -> DepartureCones:
-    """Bounds of the directions in which rays leave for neighbourhoods.
+    """Cones that bound the directions in which rays leave for neighbourhoods.
 
     Args:
         sweeps: The family's rays to the depths between which the neighbourhoods lie.
         offset: North and east of their middles from the sonar [m], (n, 2).
-        radius: How far they extend [m], (n,).
+        radius: Radii of the neighbourhoods [m], (n,).
     """
     away = np.hypot(offset[:, 0], offset[:, 1])
     spans = [one.launch_angle_bounds(away, radius) for one in sweeps]
@@ -85,14 +85,14 @@ def departure_cones(sweeps: list[TravelTimeCurve], offset: Floats, radius: Float
 def travel_time_curve(
     water: SoundSpeedLayers, family: str, depth: float, boundary_depth: float, max_range: float
 ) -> TravelTimeCurve:
-    """All rays of a family from the sonar to a row of distances on a boundary.
+    """Travel-time curve of a family from the sonar to a row of distances on a boundary.
 
     Args:
         water: Sound speed between surface and bottom.
         family: Name of the family.
         depth: Depth of the sonar [m].
         boundary_depth: Depth of the boundary [m].
-        max_range: Distance to which they are followed [m].
+        max_range: Largest distance [m].
     """
     steps = min(MOST_STEPS, math.ceil(max_range / STEP)) + 2
     step = max(max_range / MOST_STEPS, STEP)
@@ -117,15 +117,15 @@ def travel_time_curve(
 def ranges_within_delays(
     sweeps: list[TravelTimeCurve], delays: tuple[float, float], delay_margin: float
 ) -> tuple[float, float]:
-    """Nearest and farthest distance at which the delays of some families meet a span of delays [m].
+    """Nearest and farthest distance at which the delays of some families lie in a span [m].
 
     Args:
-        sweeps: One of each family and each end of the sonar.
-        delays: Half of the earliest and of the latest two-way delay heard [s].
-        delay_margin: How much earlier or later the other end of the sonar may hear [s].
+        sweeps: Curve of each family and each end of the sonar.
+        delays: Half of the earliest and of the latest two-way delay of the window [s].
+        delay_margin: Largest difference of delay at the other end of the sonar [s].
 
     Returns:
-        Distances, a column of the sweep beyond the last that meets it; 0 and -1 where none does.
+        Distances, one column beyond the last within the span; 0 and -1 for none.
     """
     earliest = np.min([one.least_delay for one in sweeps], axis=0)
     latest = np.max([one.greatest_delay for one in sweeps], axis=0)
@@ -137,7 +137,7 @@ def ranges_within_delays(
 
 
 def _running_extremes(column: Floats, least: np.ufunc) -> list[Floats]:
-    """Extremes of 1, 2, 4, ... columns from each one on, so that any stretch is covered by two of them."""
+    """Extremes of 1, 2, 4, ... columns from each one on, so that any interval is covered by two of them."""
     levels = [column]
     while 2 ** len(levels) <= len(column):
         half = 2 ** (len(levels) - 1)

@@ -1,7 +1,7 @@
-"""How the wavefront of a leg is curved at the sonar: what tells an array's elements apart, from the ray to its centre.
+"""Wavefront curvature of a leg at the sonar, from which the field at the elements of an array follows.
 
-In the vertical plane the ray tube's width gives the curvature; across it, where rays do not bend, the distance does.
-See `propagation.beside` for what elements receive beyond it.
+In the vertical plane the ray tube's width gives the curvature; across it, where rays are straight, the distance does.
+See `propagation.aperture_expansion` for higher orders.
 """
 
 from dataclasses import dataclass
@@ -15,39 +15,39 @@ from insonify.records.legs import Legs
 
 Floats = NDArray[np.float64]
 STEP = 0.01
-"""Half the distance over which a profile's gradient is taken [m]."""
+"""Half the depth interval over which a profile's gradient is taken [m]."""
 CLOSEST_SOURCE = 1e-9
-"""Radius below which a sphere about a point is bent no more [m]."""
+"""Least radius of a sphere about a point [m]."""
 LEVEL = 1e-6
-"""Sine below which a ray counts as level: its tube then says nothing of the wavefront [1]."""
+"""Sine below which a ray counts as horizontal: its tube does not determine the wavefront [1]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Wavefront:
-    """The wavefronts of n legs at the sonar."""
+    """Wavefronts of n legs at the sonar."""
 
     vertical_curvature: Floats
-    """Curvature in the vertical plane [1/m], negative where they converge, shape (n,)."""
+    """Curvature in the vertical plane [1/m], negative for converging ones, shape (n,)."""
     horizontal_distance: Floats
     """Horizontal distance to the point [m], shape (n,)."""
     sound_speed_gradient: float
     """Growth of the speed of sound with depth at the sonar [1/s]."""
     expansion: Floats
-    """What they have beyond this, see `propagation.beside`; (terms, n), or (0, n) where nothing is known of it."""
+    """Higher orders, see `propagation.aperture_expansion`; (terms, n), or (0, n) for none."""
 
 
 def wavefront(legs: Legs, row: int, position: Floats, points: Floats, water: Water) -> Wavefront:
-    """The wavefronts of one family's legs at the sonar's end.
+    """Wavefronts of one family's legs at the sonar's end.
 
     With H the second derivatives of travel time at the array: d2T/dR2 = dp/dR = 1 / X', known from the tube's width,
-    and the eikonal equation gives H along the ray; what is left is H across it.
+    and the eikonal equation gives H along the ray; the remaining component is H across it.
 
     Args:
         legs: Legs from that end.
-        row: Which of them.
+        row: Row of the legs.
         position: North, east, depth of that end [m], shape (3,).
-        points: The points, likewise, shape (n, 3).
-        water: What lies between.
+        points: North, east, depth of the points [m], shape (n, 3).
+        water: Water between.
 
     Source: Cerveny (2001), Seismic Ray Theory, ch. 4 (from memory); checked against exact rays to every element.
     """
@@ -62,7 +62,7 @@ def wavefront(legs: Legs, row: int, position: Floats, points: Floats, water: Wat
     sine, sine_there = legs.departure[row, :, 2], legs.arrival[row, :, 2]
     level = (np.abs(sine) < LEVEL) | (np.abs(sine_there) < LEVEL) | (away < 1e-9)
     cosine = np.sqrt(np.clip(1 - sine**2, 0, 1))
-    # Each bounce turns a ray's sense up or down, and so does each turning point: their number is even or odd.
+    # Each bounce, and each turning point, reverses a ray's vertical direction: their number is even or odd.
     odd = len(bounce_sequence(legs.families[row])) % 2 == 1
     turned = ((sine * sine_there < 0) != odd).astype(int)
     sense = np.where((legs.caustics[row] - turned) % 2 == 0, 1.0, -1.0)

@@ -1,6 +1,6 @@
-"""The waves of a wind sea as sound meets them: which share of the height has which length, direction and speed.
+"""Wind waves as tables: distribution of the height variance over wavelength, direction and frequency.
 
-Tables for drawing waves in proportion to their share of the surface's variance. Made once for each wind.
+Tables for drawing waves in proportion to their fraction of the surface's variance. Built once for each wind.
 """
 
 import math
@@ -17,18 +17,18 @@ from insonify.ocean.wave_spectrum import angular_frequency
 Floats = NDArray[np.float64]
 
 LENGTHS, DIRECTIONS, TURNS = 1024, 48, 65
-"""Wavenumbers of the table; those that have directions of their own; probabilities of a direction."""
+"""Wavenumbers of the table; wavenumbers with direction tables; probabilities of a direction."""
 GUIDES = 4096
-"""Steps of the guide to the rows of the table."""
+"""Steps of the guide table to the rows."""
 SLOPE_CUT = 3.0
-"""Wavenumber of the sound over that of the shortest waves that it sees as slope [1]."""
+"""Wavenumber of the sound over that of the shortest waves that count as slope [1]."""
 
 
 class WindWaves(NamedTuple):
-    """A sea as tables, in the frame of its wind: the first axis along the waves, the second to the right of it."""
+    """Sea surface as tables, in the frame of its wind: first axis along the waves, second to the right of it."""
 
     wavenumber: Floats
-    """Increasing in equal ratios [rad/m], shape (m,)."""
+    """Wavenumbers, increasing in equal ratios [rad/m], shape (m,)."""
     variance: Floats
     """Variance of the height below each wavenumber [m^2], shape (m,)."""
     frequency: Floats
@@ -36,22 +36,27 @@ class WindWaves(NamedTuple):
     direction_quantiles: Floats
     """Direction re the wind's at equal steps of probability, for wavenumbers in equal ratios [rad], shape (d, t)."""
     slope_moments: Floats
-    """Below each wavenumber: variance of the slope along and across the wind [1], of the vertical speed [m^2/s^2], and
-    minus the mean of slope along the wind times that speed [m/s]: what runs downwind falls where it slopes up; shape
-    (4, m)."""
+    """Moments of the waves below each wavenumber, shape (4, m).
+
+    Variance of the slope along and across the wind [1], of the vertical speed [m^2/s^2], and minus the mean of slope
+    along the wind times that speed [m/s], positive for downwind waves.
+    """
     row_guide: NDArray[np.int32]
-    """Row that holds a share of the variance: entry i + 1 is a row not above it, entry i one not below it, where i is
-    `GUIDES` times the root of the part of the variance beyond that share, whole; shape (g + 1,)."""
+    """Guide to the row of a variance fraction, shape (g + 1,).
+
+    Entry i + 1 is a row not above it, entry i one not below, for i = floor(`GUIDES` times the root of the variance
+    fraction beyond it).
+    """
 
 
 @lru_cache(maxsize=8)
 def wind_waves(wind_speed: float, shortest: float, longest: float = 0.0) -> WindWaves:
-    """The waves that a wind has raised on an open sea.
+    """Tables of the wind waves of an open sea.
 
     Args:
-        wind_speed: Wind 10 m above the sea [m/s].
-        shortest: Wavenumber of the shortest waves that count [rad/m].
-        longest: Wavenumber of the longest ones [rad/m].
+        wind_speed: Wind speed at 10 m height [m/s].
+        shortest: Wavenumber of the shortest waves to include [rad/m].
+        longest: Wavenumber of the longest waves to include [rad/m].
 
     Source: spectrum and directions of Elfouhaily et al. (1997), see `insonify.ocean`.
     """
@@ -76,16 +81,16 @@ def wind_waves(wind_speed: float, shortest: float, longest: float = 0.0) -> Wind
 
 
 def shortest_wavenumber(frequency: float, sound_speed: float) -> float:
-    """Wavenumber of the shortest waves that sound sees as slope [rad/m].
+    """Wavenumber of the shortest waves that count as slope for sound [rad/m].
 
     Args:
-        frequency: Of the sound [Hz].
-        sound_speed: At the surface [m/s].
+        frequency: Frequency of the sound [Hz].
+        sound_speed: Sound speed at the surface [m/s].
     """
     return 2 * math.pi * frequency / sound_speed / SLOPE_CUT
 
 
 def _running(k: Floats, density: Floats) -> Floats:
-    """Integral of a density over wavenumber up to each k; trapezes in log k follow power laws."""
+    """Integral of a density over wavenumber up to each k; trapezoids in log k follow power laws."""
     per_log = density * k
     return np.concatenate(([0.0], np.cumsum((per_log[1:] + per_log[:-1]) / 2 * np.diff(np.log(k)))))
