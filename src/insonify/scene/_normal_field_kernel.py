@@ -15,7 +15,7 @@ from insonify.jit import njit
 Floats = NDArray[np.float64]
 
 HELD = 1024
-"""Nodes that are held while a row of places is asked, a power of two: neighbours want the same ones."""
+"""Nodes that are cached along a row of positions, a power of two: neighbours need the same ones."""
 
 
 @njit(cache=True, nogil=True)

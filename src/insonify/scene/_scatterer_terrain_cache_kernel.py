@@ -1,4 +1,4 @@
-"""Where the points of tiles are held: a table of tiles by key, and their rows. Plain numbers and arrays only."""
+"""Rows of the cached points of tiles: a table of tiles by key. Plain numbers and arrays only."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,4 +1,4 @@
-"""Points laid on the ground: plain numbers and arrays only."""
+"""Points placed on the terrain: plain numbers and arrays only."""
 
 import math
 
@@ -16,7 +16,7 @@ def drape_points(
     depth: float, height: Floats, slope: Floats, place: Floats, area: Floats, position: Floats, normal: Floats,
     wide: Floats,
 ) -> None:  # fmt: skip
-    """Where points of a mean plane lie on the ground, how they face, and how much ground their area is.
+    """Positions, normals and areas on the terrain of points of a mean plane.
 
     Args:
         depth: Of the mean plane [m].

@@ -1,4 +1,4 @@
-"""Where the pieces of a map are kept: who has which row, and who must go. Plain numbers and arrays only."""
+"""Rows of the cached tiles of a map, and their replacement. Plain numbers and arrays only."""
 
 from typing import Any
 
@@ -14,7 +14,7 @@ EMPTY = -(2**63)
 
 @njit(cache=True, nogil=True)
 def fits(wanted: Integers, slot: Integers, number: Integers, readers: Integers) -> bool:
-    """Whether there is room for some pieces without what others read; arguments as of `claim`."""
+    """Return True if there are rows for some tiles without those that others read; arguments as of `claim`."""
     around, taken, missing, held = slot.shape[0], False, 0, 0
     for w in range(wanted.shape[0]):
         a, b = wanted[w, 0] % around, wanted[w, 1] % around
@@ -31,7 +31,7 @@ def fits(wanted: Integers, slot: Integers, number: Integers, readers: Integers) 
 
 @njit(cache=True, nogil=True)
 def claim(
-    wanted: Integers, slot: Integers, number: Integers, held: Integers, asked: Integers, readers: Integers,
+    wanted: Integers, slot: Integers, number: Integers, held: Integers, last_read: Integers, readers: Integers,
     ticket: int, used: int, fresh: int, lately: int, blank: Integers,
 ) -> tuple[int, int]:  # fmt: skip
     """Give pieces their rows.
@@ -41,12 +41,12 @@ def claim(
         slot: Row of each stretch of ground, by its numbers modulo the size of this, -1 for none, (around, around).
         number: Numbers of the piece that is there, (around, around, 2).
         held: Numbers of the piece in each row, (rows, 2).
-        asked: Ticket of the last reading that asked for each row, (rows,).
+        last_read: Ticket of the latest reading of each row, (rows,).
         readers: How many read each row now, (rows,).
         ticket: Of this reading.
         used: Rows that were ever used.
         fresh: Rows that are used before any is used again.
-        lately: Readings within which a piece is likely to be asked for again.
+        lately: Readings within which a tile is likely to be read again.
         blank: Result, rows of pieces that were not there, (at least n,).
 
     Returns:
@@ -56,7 +56,7 @@ def claim(
     for w in range(wanted.shape[0]):
         a, b = wanted[w, 0] % around, wanted[w, 1] % around
         if number[a, b, 0] == wanted[w, 0] and number[a, b, 1] == wanted[w, 1]:
-            asked[slot[a, b]] = ticket
+            last_read[slot[a, b]] = ticket
     for w in range(wanted.shape[0]):
         a, b = wanted[w, 0] % around, wanted[w, 1] % around
         if number[a, b, 0] == wanted[w, 0] and number[a, b, 1] == wanted[w, 1]:
@@ -65,10 +65,10 @@ def claim(
         if row >= min(fresh, held.shape[0]):  # new memory costs more than what is drawn there
             oldest, age = 0, ticket + 1
             for k in range(used):
-                last = ticket if readers[k] > 0 else asked[k]
+                last = ticket if readers[k] > 0 else last_read[k]
                 if last < age:
                     oldest, age = k, last
-            if row == held.shape[0] or asked[oldest] < ticket - lately:
+            if row == held.shape[0] or last_read[oldest] < ticket - lately:
                 row = oldest
         used = max(used, row + 1)
         if held[row, 0] != EMPTY:
@@ -76,7 +76,7 @@ def claim(
             number[held[row, 0] % around, held[row, 1] % around] = EMPTY
         if slot[a, b] >= 0:
             held[slot[a, b]] = EMPTY
-        slot[a, b], asked[row], blank[count] = row, ticket, row
+        slot[a, b], last_read[row], blank[count] = row, ticket, row
         number[a, b], held[row] = wanted[w], wanted[w]
         count += 1
     return count, used

@@ -40,7 +40,7 @@ def box_body(box: Box, seabed_depth: float) -> NDArray[np.float64]:
 
 
 def inside_box(body: NDArray[np.float64], position: NDArray[np.float64]) -> bool:
-    """Whether a place (north, east, depth) [m], shape (3,), lies in a body of `box_body`."""
+    """Return True if a position (north, east, depth) [m], shape (3,), lies in a body of `box_body`."""
     north, east, c, s, half_length, half_width, top, base = body
     x, y = position[0] - north, position[1] - east
     return bool(abs(c * x + s * y) <= half_length and abs(c * y - s * x) <= half_width and top <= position[2] <= base)
@@ -59,7 +59,7 @@ def box_scatterers(
         pitch: Largest side of a cell [m].
         occluder: Row of this box among the scene's occluders.
         rise: Largest height of a cell on the upright faces [m]; by default the pitch.
-        quadrature: Points laid out evenly instead, for an expectation.
+        quadrature: Evenly spaced points instead, for an expectation.
         reaches: Test of spheres, given their middles (n, 3) and radii (n,) [m]: squares of `TILE` cells a side for
             which it is False have no points; by default all have.
 
@@ -124,7 +124,7 @@ def box_cells(box: Box, seabed_depth: float, pitch: float, rise: float) -> float
 def box_section(
     whole: Scatterers, box: Box, sonar_position: Floats, bearing: float, covered: Callable[[float], float]
 ) -> Scatterers:
-    """A box as a slice meets it: its faces squeezed into the plane, standing for the part that the beam covers.
+    """Section of a box by a slice: its faces squeezed into the plane, standing for the part that the beam covers.
 
     Args:
         whole: Points on the faces of the box.

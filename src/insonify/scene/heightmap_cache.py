@@ -1,10 +1,10 @@
-"""The map of a bed as kernels read it: the pieces that were lately asked for, side by side in memory.
+"""Heightmap tiles as kernels read them: the recently used ones, side by side in memory.
 
 A kernel looks up the pieces that it comes to. Where one is missing it says so and goes on with the next question; what
-is missing is then drawn, and what was left is asked again. So nobody has to know beforehand where bounces will lie.
+missing is then synthesised, and the rest is evaluated again. So the positions of bounces need not be known beforehand.
 
-Memory is given out from one end to the other. When half of all is full a new half is begun; what is asked for of the
-older one is copied, the rest is forgotten with it.
+Memory is given out from one end to the other. When half of all is full a new half is begun; tiles of the older one
+that are read again are copied, the rest is deleted with it.
 """
 
 import math
@@ -40,13 +40,13 @@ class HeightmapTiles(NamedTuple):
 
 
 class HeightmapCache:
-    """The pages of one map, which grow as they are asked for. Threads may share it."""
+    """The tiles of one map, which grow as they are read. Threads may share it."""
 
     def __init__(self, max_bytes: int = _MOST_BYTES) -> None:
         """No page yet.
 
         Args:
-            max_bytes: Size of all pages beyond which those not asked for lately are forgotten [bytes].
+            max_bytes: Size of all tiles beyond which the least recently used are deleted [bytes].
         """
         self.max_bytes, self._lock = max_bytes, Lock()
         self._start_new_half()
@@ -69,16 +69,17 @@ class HeightmapCache:
 
     def serve_kernel(
         self, cell: float, low: NDArray[np.float64], high: NDArray[np.float64],
-        piece: Callable[[int, int], NDArray[np.floating]], ask: Callable[[HeightmapTiles, NDArray[np.bool_]], bool],
+        piece: Callable[[int, int], NDArray[np.floating]],
+        evaluate: Callable[[HeightmapTiles, NDArray[np.bool_]], bool],
     ) -> None:  # fmt: skip
         """RaySource a kernel until nothing is missing.
 
         Args:
             cell: Side of a cell [m].
-            low: Least coordinates on the map that are likely to be met [m], shape (2,).
-            high: Greatest, likewise.
+            low: Least coordinates on the map that are likely to be read [m], shape (2,).
+            high: Greatest coordinates, shape (2,).
             piece: Draws the piece of a row and a column, shape (nodes, nodes).
-            ask: Asks what has no answer yet: marks the pieces that are missing, True when none is.
+            evaluate: Evaluates what is still missing: marks the tiles that it lacks, True when none is.
         """
         side = CELLS * cell
         begin = math.floor(low[0] / side) - 2, math.floor(low[1] / side) - 2
@@ -99,7 +100,7 @@ class HeightmapCache:
                 corner, shape = self._begin, self._row_of.shape
                 pages = HeightmapTiles(*corner, cell, self._row_of.ravel(), self._heights.ravel())
             wanted = np.zeros(shape, bool)
-            if ask(pages, wanted):
+            if evaluate(pages, wanted):
                 return
             if wanted[0, 0]:  # beyond the border
                 begin = begin[0] - shape[0], begin[1] - shape[1]

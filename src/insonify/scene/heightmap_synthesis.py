@@ -1,4 +1,4 @@
-"""How pieces of the ground's map are drawn: square, on nodes a cell apart, a score of times as fast as node by node.
+"""Synthesis of heightmap tiles: square, on nodes a cell apart, a score of times as fast as node by node.
 
 Octaves of relief that are long against a cell are drawn on every second, fourth ... node and filled in between with
 cubics, which changes slopes by half a percent; only the finest are drawn on every node.
@@ -61,7 +61,7 @@ class HeightmapSynthesizer:
 
     @cached_property
     def _others(self) -> list[Relief]:
-        """What is not octaves: node by node."""
+        """Components other than octaves: node by node."""
         return [part for part in self.terrain.parts if not isinstance(part, Octaves)]
 
     @cached_property

@@ -1,7 +1,7 @@
 """Bodies from files: triangles as other people's programs write them, turned and checked once at the door.
 
-Reading is left to trimesh, which is only imported where a mesh is asked for (the extra `targets`).
-What a file may get wrong is told with its name and the way out: what cannot be simulated is an error, what can but
+Reading is left to trimesh, which is only imported where a mesh is read (the extra `targets`).
+Faults of a file are reported with its name and the way out: what cannot be simulated is an error, what can but
 may not be what was meant is a warning.
 """
 
@@ -42,7 +42,7 @@ class MeshError(ValueError):
     """A file that cannot be a target, with the field that says so."""
 
     def __init__(self, message: str, field: str = "file") -> None:
-        """Hold what is wrong and where it was asked for."""
+        """Store the message and the key that it belongs to."""
         super().__init__(message)
         self.field = field
 
@@ -143,7 +143,7 @@ def _read_by(trimesh: Any, path: Path) -> Any:
     """The mesh in a file; text whose names or comments are not in UTF-8 is read too, of which only numbers matter."""
     try:
         return trimesh.load_mesh(path, process=False)
-    except ImportError:  # trimesh asks charset_normalizer, which need not be there, what a text is written in
+    except ImportError:  # trimesh needs charset_normalizer, which may be missing, for the encoding of a text
         text = path.read_bytes().decode("latin-1")
     return trimesh.load_mesh(io.BytesIO(text.encode()), file_type=path.suffix[1:].lower(), process=False)
 
@@ -171,7 +171,7 @@ def repaired(surface: Triangles) -> tuple[Triangles, list[str]]:
     """A surface whose faces have an area and look outwards, and remarks on what was not so.
 
     Corners at one place become one. A closed surface that looks inwards is turned inside out. An open surface, or
-    one whose faces disagree, gets every face once for each side: whichever looks at the sonar answers.
+    one whose faces disagree, gets every face once for each side: the side that faces the sonar scatters.
 
     Args:
         surface: Any triangles.
@@ -193,14 +193,14 @@ def repaired(surface: Triangles) -> tuple[Triangles, list[str]]:
         gaps, odd = f"{open_edges} edges belong to one face only", f"{odd_edges} edges join faces that disagree"
         remarks.append(
             f"the surface is not closed: {gaps if open_edges else odd}. Both sides of every face scatter, and what is "
-            "inside may be heard through the gaps; close the mesh if it should be solid"
+            "inside may echo through the gaps; close the mesh if it should be solid"
         )
         return Triangles(solid.vertices, np.concatenate([solid.faces, solid.faces[:, ::-1]])), remarks
     return (solid if solid.volume > 0 else Triangles(solid.vertices, solid.faces[:, ::-1])), remarks
 
 
 def edge_defects(faces: NDArray[np.int64]) -> tuple[int, int]:
-    """How many edges belong to one face only, and how many others are not walked once in each sense.
+    """Count edges that belong to one face only, and others that are not walked once in each sense.
 
     Args:
         faces: Rows of the corners of each triangle, shape (t, 3).

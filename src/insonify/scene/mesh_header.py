@@ -1,7 +1,7 @@
-"""Headers of mesh files that promise more than the file holds: refused before memory is asked for.
+"""Headers of mesh files that promise more than the file holds: refused before memory is allocated.
 
 A header may claim billions of vertices in some hundred bytes. Every vertex and every face of a PLY file takes a byte
-at least; the numbers of a binary glTF file are told by its description, which is JSON.
+at least; the numbers of a binary glTF file are given by its description, which is JSON.
 """
 
 import json

@@ -18,7 +18,7 @@ _INSIDE, _NODES = np.int32(CELLS - 1), np.int32(NODES)
 
 
 class EllipsePatches(NamedTuple):
-    """Where the ground is asked, and what is found: n ellipses."""
+    """Ellipses over which planes are fitted, and the planes: n of each."""
 
     a: Floats
     """Middle of each along the map's first axis [m], (n,)."""
@@ -44,7 +44,7 @@ class EllipsePatches(NamedTuple):
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def fit_planes(
-    ask: EllipsePatches,
+    patches: EllipsePatches,
     count: int,
     pattern: Singles,
     pages: HeightmapTiles,
@@ -53,16 +53,16 @@ def fit_planes(
 ) -> None:
     """Least-squares planes of the heights at the samples of ellipses, linear between the nodes of the map.
 
-    The pattern is symmetric about both axes, so that mean and slopes are found one by one. Samples that nobody knows
+    The pattern is symmetric about both axes, so that mean and slopes are found one by one. Samples without terrain
     count as the mean of the others, and a plane of which fewer than half are known comes down to the mean plane.
 
     Args:
-        ask: The ellipses, and the result.
+        patches: The ellipses, and the result.
         count: How many of them.
         pattern: Samples of the unit disc and, as a last column, the sums of their squares, (2, samples + 1).
         pages: The map.
         wanted: Result, True for the pieces that are missing, (rows, columns) of pieces.
-        known: Which are asked; False where a piece is missing, (n,).
+        known: False where a tile is missing, (n,).
     """
     samples, per = pattern.shape[1] - 1, 1 / pages.cell
     u, v, squares_u, squares_v = (
@@ -79,17 +79,18 @@ def fit_planes(
     for q in range(np.uint64(count)):
         if not known[q]:
             continue
-        length, width = ask.length[q], ask.width[q]
-        x0, y0 = ask.a[q] * per, ask.b[q] * per  # from the map's own corner: what else is kept must change no bit
+        length, width = patches.length[q], patches.width[q]
+        # from the map's own corner: other cached tiles must change no bit
+        x0, y0 = patches.a[q] * per, patches.b[q] * per
         uc, us, vc, vs = (
-            length * per * ask.c[q],
-            length * per * ask.s[q],
-            width * per * ask.c[q],
-            width * per * ask.s[q],
+            length * per * patches.c[q],
+            length * per * patches.s[q],
+            width * per * patches.c[q],
+            width * per * patches.s[q],
         )
         # not math.isfinite: it takes a number from itself, which is 0 where sums may be put in any order
         if not abs(x0) + abs(y0) + abs(uc) + abs(us) + abs(vc) + abs(vs) < np.inf:
-            ask.height[q] = ask.along[q] = ask.across[q] = ask.residual_variance[q] = 0.0
+            patches.height[q] = patches.along[q] = patches.across[q] = patches.residual_variance[q] = 0.0
             continue
         reach_a, reach_b = abs(uc) + abs(vs) + 2, abs(us) + abs(vc) + 2
         if not (x0 - reach_a >= begin_a and x0 + reach_a < end_a and y0 - reach_b >= begin_b and y0 + reach_b < end_b):
@@ -133,8 +134,9 @@ def fit_planes(
         if total != total:
             mean, along, across, rest, share = _known(pattern, at, cells, pages)
         explained = mean * mean + (along * along * squares_u + across * across * squares_v) / samples
-        ask.height[q], ask.along[q], ask.across[q] = share * mean, share * along / length, share * across / width
-        ask.residual_variance[q] = max(rest - explained, 0.0)
+        patches.height[q], patches.along[q] = share * mean, share * along / length
+        patches.across[q] = share * across / width
+        patches.residual_variance[q] = max(rest - explained, 0.0)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

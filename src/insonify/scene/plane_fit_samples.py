@@ -1,4 +1,4 @@
-"""Where the planes are sampled that stand for uneven ground where sound bounces: over an ellipse of the resolved bed.
+"""Sample points of the planes that stand for uneven terrain at a bounce: over an ellipse of the resolved terrain.
 
 A bounce sees the ground of its first Fresnel zone as one mirror. Waves longer than the zone raise and tilt it; shorter
 ones roughen it, and are in the account of `Bed.roughness_reflection_factor`.
@@ -28,9 +28,9 @@ def _pattern(count: int) -> Floats:
 
 
 PATTERN, FEW = _pattern(4), _pattern(1)
-"""Where an ellipse is sampled, as parts of its half axes [1]: 32 places, and 8; then the sums of their squares."""
+"""Sample points of an ellipse, as parts of its half axes [1]: 32 points, and 8; then the sums of their squares."""
 
 
 def min_half_axis(bed: SeabedTerrain) -> float:
-    """Half axis below which ellipses are not told apart [m]: an eighth of the ground's shortest wave."""
+    """Half axis below which ellipses are not distinguished [m]: an eighth of the terrain's shortest wave."""
     return bed.relief.shortest_wavelength / 8

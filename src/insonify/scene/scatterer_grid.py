@@ -3,7 +3,7 @@
 Cells are squares of BASE_PITCH * 2**level in the lattice's own frame, grouped in tiles of
 TILE x TILE cells. Position and phase come from the key (seed, stream, level, cell) alone, so any
 cell can be drawn at any time by any worker, and a world moved as a whole keeps its scatterers. So does each cell's
-priority: a sonar that hears a place faintly draws only those that come first, the same in every ping.
+priority: a sonar with little gain towards a position keeps only those of low priority, the same in every ping.
 """
 
 from typing import Annotated, Any, NamedTuple
@@ -27,7 +27,7 @@ FINEST_LEVEL = -4
 TILE = 32
 """Cells along the side of a tile."""
 PARTS = 4
-"""Parts along the side of a tile, each as loud as its loudest place."""
+"""Parts along the side of a tile, each with the largest gain at any of its positions."""
 SIDE = TILE // PARTS
 """Cells along the side of a part."""
 CELLS = SIDE * SIDE
@@ -100,7 +100,7 @@ class Tiles(NamedTuple):
 
 
 class JitteredPoints(NamedTuple):
-    """What was drawn in some cells of some tiles, columns of shape (n,)."""
+    """Random points in cells of some tiles, columns of shape (n,)."""
 
     stream: int
     """Stream of the interface."""
@@ -119,7 +119,7 @@ class JitteredPoints(NamedTuple):
     priority: Floats
     """Uniform number below one that belongs to the place: who keeps a part p of them keeps those below p."""
     tile: Integers
-    """Row of the tile among those asked for."""
+    """Row of the tile among the given ones."""
     rank: Integers
     """Place in the tile's order, 0 to TILE * TILE - 1: the whole part of its size times the priority."""
 
@@ -141,7 +141,7 @@ class JitteredPoints(NamedTuple):
         return grid_scatterer_id(self.stream, self.level, self.row, self.column)
 
     def take(self, rows: NDArray[np.bool_] | NDArray[np.int64]) -> "JitteredPoints":
-        """What was drawn in some rows."""
+        """Select some rows."""
         columns: list[Any] = [column[rows] for column in self[1:]]
         return JitteredPoints(self.stream, *columns)
 
@@ -181,8 +181,8 @@ def next_positions(tiles: Tiles, seed: int, stream: int, begin: Integers, end: I
         tiles: Which tiles.
         seed: Seed of the scenario.
         stream: Stream of the interface.
-        begin: First rank that is asked for of each, shape (tiles,).
-        end: Rank after the last, likewise.
+        begin: First rank of each, shape (tiles,).
+        end: Rank after the last of each, shape (tiles,).
     """
     along, across = np.empty((2, int(np.sum(end - begin))))
     _next_positions(*tiles, begin, end, *random_keys.stream_key(seed, stream), along, across)
@@ -214,7 +214,7 @@ def _next_positions(
 
 @njit(cache=True, nogil=True)
 def tile_prefixes(tile: NDArray[np.int32], rank: NDArray[np.int32], density: Floats) -> tuple[Integers, Integers]:
-    """How many of a tile's scatterers are asked for together, where its order reaches to some of them.
+    """Number of a tile's scatterers that are selected together, where its order reaches to some of them.
 
     Args:
         tile: Row of the tile of each scatterer, shape (n,).
@@ -225,7 +225,7 @@ def tile_prefixes(tile: NDArray[np.int32], rank: NDArray[np.int32], density: Flo
         Rows of the tiles that have any; and of each of them the least of that part, a quarter of it, a quarter of that,
         and so on, that holds all.
     """
-    count, asked, n = np.zeros(density.size, np.int64), np.empty(density.size, np.int64), 0
+    count, chosen, n = np.zeros(density.size, np.int64), np.empty(density.size, np.int64), 0
     for m in range(tile.size):
         count[tile[m]] = max(count[tile[m]], rank[m] + 1)
     for t in range(density.size):
@@ -234,8 +234,8 @@ def tile_prefixes(tile: NDArray[np.int32], rank: NDArray[np.int32], density: Flo
         part = np.ceil(density[t] * (TILE * TILE))
         while part >= 4 * count[t]:
             part /= 4
-        asked[n], count[n], n = t, int(np.ceil(part)), n + 1
-    return asked[:n], count[:n]
+        chosen[n], count[n], n = t, int(np.ceil(part)), n + 1
+    return chosen[:n], count[:n]
 
 
 @njit(cache=True, nogil=True)
@@ -257,7 +257,7 @@ def _phasors(turn: Floats, phase: NDArray[np.complex128]) -> None:
 
 @njit(cache=True, nogil=True)
 def _digit(square: int, scramble: int) -> int:
-    """Which of the four comes when: place in the order of a square (two bits) under a scramble (two bits)."""
+    """Place in the order of a square (two bits) of one of its four cells under a scramble (two bits)."""
     shuffled = square ^ scramble  # in the order 0, 3, 1, 2: the second lies across from the first
     return (0, 2, 3, 1)[shuffled]
 

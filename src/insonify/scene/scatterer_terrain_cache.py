@@ -1,8 +1,8 @@
 """Points of tiles that come again in the next ping: what was worked out for them is held, up to a bound.
 
 Memory is given out from one end to the other. When half of all is full it becomes the older half, and a new one is
-begun; what is asked for of the older half moves over, and the rest is forgotten with it. What others still read stays
-where it is.
+begun; rows of the older half that are read again move over, and the rest is deleted with it. Rows that others still
+read stay in place.
 """
 
 from collections.abc import Callable
@@ -47,7 +47,7 @@ class ScattererTerrainCache:
         """Nothing yet.
 
         Args:
-            max_bytes: Size of all rows beyond which those not asked for lately are forgotten [bytes].
+            max_bytes: Size of all rows beyond which the least recently used are deleted [bytes].
         """
         self.max_bytes, self._lock = max_bytes, Lock()
         self._now = self._old = _Half(self._capacity(0))

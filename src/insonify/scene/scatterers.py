@@ -1,4 +1,4 @@
-"""Scatterers: the points of the scene that answer a ping, each with a phase that belongs to its place."""
+"""Scatterers: points of the scene that return an echo, each with a phase that belongs to its position."""
 
 import zlib
 from dataclasses import dataclass, replace
@@ -21,14 +21,14 @@ KEY_ROW = 1 << 27
 
 @dataclass(frozen=True, slots=True)
 class Scatterers:
-    """Points of one owner under one law, as columns of equal length n."""
+    """Points of one object under one law, as columns of equal length n."""
 
     object: str
-    """Who they belong to: "seabed", "surface", "water" or the label of a target or a patch."""
+    """Name of their object: "seabed", "surface", "water" or the label of a target or a patch."""
     boundary: Boundary
-    """What they lie on; bounces on that very boundary are not legs of theirs."""
+    """Boundary that they lie on; bounces on that very boundary are not legs of theirs."""
     law: Law | KirchhoffFacet | KirchhoffPatch
-    """How they answer."""
+    """Scattering law."""
     position: NDArray[np.float64]
     """North, east, depth [m], shape (n, 3)."""
     normal: NDArray[np.float64]
@@ -84,7 +84,7 @@ def grid_scatterer_id(
 
 
 def quadrature_scatterer_id(row: NDArray[np.int64], column: NDArray[np.int64]) -> NDArray[np.uint64]:
-    """Keys of cells that were laid out evenly, not drawn: their numbers (each below 2**29) packed in 64 bits."""
+    """Keys of cells of quadrature points: their numbers (each below 2**29) packed in 64 bits."""
     return np.asarray(((row << 29) | column).astype(np.uint64))
 
 

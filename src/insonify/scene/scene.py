@@ -25,7 +25,7 @@ _ROUNDING = 1e-9  # what is left when a depth is summed up [m]
 
 
 class Scene(Model):
-    """What the sound can meet."""
+    """Water, seabed, surface and targets."""
 
     water: Water = Water()
     seabed: Seabed = Seabed()
@@ -88,7 +88,7 @@ def scene_errors(seabed: Seabed, targets: tuple[Target, ...]) -> Iterator[Pydant
         targets: The targets; paths of the faults begin with `targets`.
 
     Yields:
-        Errors of `field_error`, each at the guilty value, with its limit and the way out.
+        Errors of `field_error`, each at the faulty value, with its limit and the way out.
     """
     for row, target in enumerate(targets):
         if target.label in RESERVED or any(other.label == target.label for other in targets[:row]):
@@ -96,7 +96,7 @@ def scene_errors(seabed: Seabed, targets: tuple[Target, ...]) -> Iterator[Pydant
                 f"targets.{row}.label", repr(target.label), "is taken. Give each target a label of its own."
             )
         if np.isnan(seabed_depth_at(seabed, np.array(target.position[:2]))):
-            yield field_error(f"targets.{row}.position", None, "nobody knows the ground there. Move the target.")
+            yield field_error(f"targets.{row}.position", None, "the terrain is unknown there. Move the target.")
         elif isinstance(target, PointTarget):
             yield from _point_errors(f"targets.{row}", target, seabed, targets)
         elif isinstance(target, Box) and target.is_upright:
@@ -120,7 +120,7 @@ def _point_errors(
     for body in targets:
         if isinstance(body, PointTarget):
             continue
-        # on a face it is still heard
+        # on a face its echo is still received
         if inside_body(body, seabed, np.array([point.position]), touching=False)[0]:
             yield field_error(
                 f"{path}.position", None, f"the point is inside {body.label}, where no sound reaches it. "
@@ -142,7 +142,7 @@ def seabed_depth_under(target: Solid, seabed: Seabed) -> float:
 def inside_body(
     body: Solid, seabed: Seabed, position: NDArray[np.float64], *, touching: bool = True
 ) -> NDArray[np.bool_]:
-    """Whether places lie inside a target, where no sound reaches them.
+    """Mask of positions inside a target, where no sound reaches them.
 
     Args:
         body: Any target but a point.

@@ -12,21 +12,21 @@ ROUND = (Sphere, Cone, TruncatedCone)
 
 
 def with_scour_pits(seabed: Seabed, targets: Iterable[Target]) -> Seabed:
-    """A seabed with the scours that targets ask for, added to its relief.
+    """A seabed with the scours of targets, added to its relief.
 
     Args:
         seabed: The seabed; scours that are part of it already are not dug twice.
         targets: What lies on it, or in it.
     """
-    asked = [_scour(target) for target in targets if not isinstance(target, PointTarget) and target.scour is not None]
-    new = [scour for scour in dict.fromkeys(asked) if scour not in seabed.relief]
+    scours = [_scour(target) for target in targets if not isinstance(target, PointTarget) and target.scour is not None]
+    new = [scour for scour in dict.fromkeys(scours) if scour not in seabed.relief]
     return seabed.unchecked_copy(relief=(*seabed.relief, *new)) if new else seabed
 
 
 def _scour(target: Solid) -> Scour:
     length, width, middle = footprint(target)
-    moat = target.scour
-    assert moat is not None  # asked only then
+    pit = target.scour
+    assert pit is not None  # called only then
     corner = min(length, width) / 2 if isinstance(target, ROUND) else 0.0
-    return Scour(depth=moat.depth, width=moat.width, position=middle, size=(length, width), corner=corner,
+    return Scour(depth=pit.depth, width=pit.width, position=middle, size=(length, width), corner=corner,
                  heading=target.heading)  # fmt: skip

@@ -27,7 +27,7 @@ ReliefKind = Annotated[PowerLaw | Ripples | BathymetryGrid | Scour, Field(discri
 
 
 def _as_list_of_reliefs(value: object) -> object:
-    """A relief told by itself, as a list of one; null for none."""
+    """A relief given without a list, as a list of one; null for none."""
     if value is None:
         return ()
     return (value,) if isinstance(value, dict | Model) else value
@@ -42,9 +42,9 @@ class Seabed(Model):
     Left out, a surveyed grid's own mean depth.
     """
     relief: Annotated[tuple[ReliefKind, ...], BeforeValidator(_as_list_of_reliefs)] = ()
-    """What stands on the mean plane, added up; nothing for a flat bed."""
+    """Relief on the mean plane, added up; none for a flat seabed."""
     cutoff_wavelength: Annotated[Metres, Field(ge=FINEST, le=COARSEST)] | None = RoughnessCutoff().wavelength
-    """Longest wavelength that is left to the scattering law [m]; None: where the sediment's own roughness asks it."""
+    """Longest wavelength that is left to the scattering law [m]; None: from the sediment's own roughness."""
     seed: Annotated[int, Field(ge=0, lt=2**63)] | None = None
     """Seed of the relief and of the texture; None: the scenario's."""
     scattering: Annotated[
@@ -53,7 +53,7 @@ class Seabed(Model):
     ] = SedimentLaw()
     """Law of diffuse scattering; None for a bed that only mirrors."""
     texture: Texture | None = None
-    """How the strength of scattering varies about its mean, from place to place; None: not at all."""
+    """Variation of the scattering strength about its mean, from place to place; None: none."""
     reflection: Reflection = "medium sand"
     """Pressure reflection coefficient [1], or the sediment whose Rayleigh coefficient is used."""
 
@@ -80,7 +80,7 @@ class Seabed(Model):
         elif not shallowest <= self.depth <= deepest:
             raise field_error(
                 "depth", f"{self.depth:g} m", f"is not among the grid's depths, {shallowest:.4g} to {deepest:.4g} m. "
-                "Leave it out for their mean, or give the mean depth of the part that the sonar hears.",
+                "Leave it out for their mean, or give the mean depth of the part in the sonar's range.",
             )  # fmt: skip
         for kind in self.relief:
             if isinstance(kind, PowerLaw):
@@ -111,7 +111,7 @@ class Seabed(Model):
         return _bed(self) if self.relief else None
 
     def depth_at(self, north: float, east: float) -> float:
-        """Depth of the bed at a place [m]; NaN where nobody knows it."""
+        """Depth of the seabed at a position [m]; NaN where it is unknown."""
         bed = self.terrain
         return self.depth if bed is None else float(bed.depth_at(north, east))
 
@@ -122,7 +122,7 @@ class Seabed(Model):
         return self.scattering
 
     def texture_factor(self, position: NDArray[np.float64]) -> NDArray[np.float64]:
-        """What the texture makes of the scattering strength at places [1], shape (n,).
+        """Factor of the texture on the scattering cross section at positions [1], shape (n,).
 
         Args:
             position: North and east [m], and whatever else, shape (n, 2 or more).
@@ -154,7 +154,7 @@ class Seabed(Model):
 
 @lru_cache(maxsize=4)
 def _bed(seabed: Seabed) -> SeabedTerrain:
-    """Every ping wants the same ground, and what was asked of it before."""
+    """Terrain shared by all pings, with its caches."""
     split = (
         RoughnessCutoff() if seabed.cutoff_wavelength is None else RoughnessCutoff(wavelength=seabed.cutoff_wavelength)
     )

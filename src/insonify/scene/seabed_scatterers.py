@@ -2,7 +2,7 @@
 
 A point stands for the cell of the mean plane that it was drawn in, and its facet for the ground over that cell. Its
 slope is the ground's at the one point, whatever the size of the cell: the mean over many points is right for any
-density, but ground that is finer than the cells is met at fewer places than it has, and ripples the level more.
+density, but terrain that is finer than the cells is sampled at few points, and ripples the level more.
 """
 
 import numpy as np
@@ -25,7 +25,7 @@ def seabed_scatterers(
     Args:
         depth: Of the mean plane [m].
         terrain_sample: The ground at the places: height [m] (n,), gradient to the north and the east [1] (n, 2).
-        law: How they answer.
+        law: Scattering law.
         horizontal_position: North and east [m], shape (n, 2).
         area: Area of the mean plane that each stands for [m^2], shape (n,).
         phase: Unit phasors [1], shape (n,).
@@ -53,12 +53,12 @@ def tile_scatterers(
     depth: float, terrain_rows: tuple[Floats, Integers], law: Law, tile: NDArray[np.int32], rank: NDArray[np.int32],
     position: Floats, area: Floats, phase: NDArray[np.complex128], scatterer_id: NDArray[np.uint64],
 ) -> Scatterers:  # fmt: skip
-    """The same for points of tiles whose ground is held. Their columns are used for the answer.
+    """Scatterers at points of tiles whose terrain is cached. Their columns are reused for the result.
 
     Args:
         depth: Of the mean plane [m].
         terrain_rows: Height and gradient at the points of tiles, and where each tile begins; see `Bed.sample_tiles`.
-        law: How they answer.
+        law: Scattering law.
         tile: Row of the tile of each point, shape (n,).
         rank: Which of its tile's points it is, likewise.
         position: North, east and any depth [m], shape (n, 3).

@@ -1,6 +1,6 @@
 """The seabed as it lies: how deep at a place, how steep, and how smooth to sound that bounces off it.
 
-Depth is that of the mean plane less the height of the ground. What was asked is kept: places that belong to the
+Depth is that of the mean plane less the height of the terrain. Results are cached: positions that belong to the
 lattice come back in every ping.
 """
 
@@ -51,7 +51,7 @@ class SeabedTerrain:
         return self.depth - high, self.depth - low
 
     def depth_at(self, north: ArrayLike, east: ArrayLike) -> Floats:
-        """Depth of the ground [m] at places [m], broadcast shape; NaN where nobody knows it."""
+        """Depth of the terrain [m] at positions [m], broadcast shape; NaN where it is unknown."""
         return np.asarray(self.depth - self.relief.height(north, east))
 
     def sample_tiles(
@@ -85,7 +85,7 @@ class SeabedTerrain:
 
     @cached_property
     def heightmap_synthesizer(self) -> HeightmapSynthesizer:
-        """What draws the map that kernels read."""
+        """Synthesiser of the map that kernels read."""
         return HeightmapSynthesizer(self.relief.resolved, self.heightmap_cell_size)
 
     def heightmap_tile(self, along: int, across: int) -> NDArray[np.floating]:
@@ -107,15 +107,15 @@ class SeabedTerrain:
         a, b = ((number * TILE_CELLS + cells) * self.heightmap_cell_size for number in (along, across))
         return self.relief.resolved.sample_in_grid_axes(a[:, None], b[None, :]).height.astype(np.float32)
 
-    def read_heightmap(self, own: Floats, ask: Callable[[HeightmapTiles, NDArray[np.bool_]], bool]) -> None:
+    def read_heightmap(self, own: Floats, evaluate: Callable[[HeightmapTiles, NDArray[np.bool_]], bool]) -> None:
         """Let a kernel read the map until it has all the pieces that it comes to.
 
         Args:
             own: Places on the lattice about which it is likely to read [m], shape (n, 2).
-            ask: As of `HeightmapCache.answer`.
+            evaluate: As of `HeightmapCache.serve_kernel`.
         """
         self._pages.serve_kernel(
-            self.heightmap_cell_size, own.min(axis=0), own.max(axis=0), self.heightmap_synthesizer.heights, ask
+            self.heightmap_cell_size, own.min(axis=0), own.max(axis=0), self.heightmap_synthesizer.heights, evaluate
         )
 
     def roughness_reflection_factor(
@@ -126,7 +126,7 @@ class SeabedTerrain:
         *,
         residual_variance: Floats | float | None = None,
     ) -> Floats:
-        """What roughness leaves of the coherent sound of one bounce, exp(-2 k^2 h^2 sin^2) [1].
+        """Factor of roughness on the coherent sound of one bounce, exp(-2 k^2 h^2 sin^2) [1].
 
         Args:
             sine: Sine of the grazing angle at the mean plane [1], any shape.

@@ -39,9 +39,9 @@ class LibraryShape:
     """One entry of the library."""
 
     description: str
-    """What it is, in one line."""
+    """Description in one line."""
     source: str
-    """Where its size comes from."""
+    """Source of its size."""
     make: Callable[[int], Triangles]
     """Its surface in its own axes; the number picks one of many rocks."""
 
@@ -160,4 +160,4 @@ LIBRARY: dict[str, LibraryShape] = {
         _wreck,
     ),
 }
-"""What each name stands for."""
+"""Shape and description of each name."""

@@ -1,7 +1,7 @@
 """Solids in the world: where their triangles stand, what is inside them, and the points drawn on their faces.
 
-What stands out of the water is cut off at the mean surface: sound in the water meets neither it nor its shadow. The cut
-is left open, for no sound comes from there.
+Solids above the water are cut off at the mean surface: sound in the water reaches neither that part nor its shadow. The
+cut is left open, for no sound comes from there.
 """
 
 import zlib
@@ -48,7 +48,7 @@ ROW = 4096  # cells in a row of a solid's keys
 
 
 def seabed_depth_at(seabed: Seabed, position: Floats) -> Floats:
-    """Depth of the bed under some places [m]; NaN where nobody knows it.
+    """Depth of the seabed under some positions [m]; NaN where it is unknown.
 
     Args:
         seabed: The seabed.
@@ -111,7 +111,7 @@ def _rotated_triangles(solid: Solid) -> Triangles:
 
 @lru_cache(maxsize=1024)
 def resting_pose(solid: Solid, seabed: Seabed) -> tuple[Floats, Floats]:
-    """How a solid lies in the world: rotation from its own axes, (3, 3), and place of its middle [m], (3,).
+    """Pose of a solid in the world: rotation from its own axes, (3, 3), and position of its middle [m], (3,).
 
     Its middle stands over its position, whatever its attitude; its lowest point is at its base depth, or in the bed
     as deep as it has sunk.
@@ -174,7 +174,7 @@ def solid_scatterers(
 ) -> Scatterers:
     """Points on the faces of a solid that water can reach, one for each cell of its surface.
 
-    Cells share the surface evenly. They are laid out in the body's own axes, so that position and phase stay with
+    Cells share the surface evenly. They are fixed to the body's own axes, so that position and phase stay with
     the place on the body, however it lies and whatever else is there.
 
     Args:
@@ -183,7 +183,7 @@ def solid_scatterers(
         seed: Seed of the scenario.
         pitch: Side of a cell [m].
         occluder: Row of this solid among the scene's occluders.
-        quadrature: Points laid out evenly instead, for an expectation.
+        quadrature: Evenly spaced points instead, for an expectation.
     """
     turn, shift = resting_pose(solid, seabed)
     body = body_triangles(solid)
@@ -222,7 +222,7 @@ def cell_side(whole: float, pitch: float) -> float:
 
 
 def inside_solid(surface: Triangles, position: Floats) -> NDArray[np.bool_]:
-    """Whether places lie inside a surface: it is all around them, a solid angle of 4 pi.
+    """Mask of positions inside a surface: it is all around them, a solid angle of 4 pi.
 
     Args:
         surface: A surface; through the gaps of an open one a place may look out.

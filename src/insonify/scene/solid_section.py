@@ -1,4 +1,4 @@
-"""What a vertical plane meets of a solid: the outline of the cut as points, each standing for a strip across the plane.
+"""Section of a solid by a vertical plane: the outline of the cut as points, each standing for a strip across the plane.
 
 Strips are as wide as the solid is on the average, its surface over its outline, so that all of them together have its
 area; and no wider than it extends across the plane, or than the beam covers of that.
@@ -38,7 +38,7 @@ def solid_section(
         sonar_position: A point of the plane: north, east, ... [m].
         bearing: Bearing of the plane [rad].
         covered: How much of a width across the plane [m], centred on it, the two-way beam covers [m].
-        quadrature: Points laid out evenly, for an expectation, instead of drawn ones.
+        quadrature: Evenly spaced points, for an expectation, instead of random ones.
 
     Returns:
         The points; none where the plane misses the solid.
@@ -73,11 +73,11 @@ def _cut(surface: Triangles, off: Floats) -> tuple[Floats, Floats, Floats]:
         surface: The triangles.
         off: Distance of their corners from the plane, with its sign [m], shape (t, 3).
     """
-    above = off >= 0  # a corner on the plane counts as above it: no segment is met twice
-    met = np.flatnonzero(above.any(axis=1) & ~above.all(axis=1))
-    corners, off, above = np.asarray(surface.corners, float)[met], off[met], above[met]
+    above = off >= 0  # a corner on the plane counts as above it: no segment is cut twice
+    crossed = np.flatnonzero(above.any(axis=1) & ~above.all(axis=1))
+    corners, off, above = np.asarray(surface.corners, float)[crossed], off[crossed], above[crossed]
     alone = np.argmax(above != (above.sum(axis=1, keepdims=True) == 2), axis=1)  # the corner by itself on its side
-    k = np.arange(len(met))
+    k = np.arange(len(crossed))
     tip, high = corners[k, alone], off[k, alone]
     ends = []
     for step in (1, 2):

@@ -17,7 +17,7 @@ from insonify.validity import PhysicsWarning
 
 
 class AplSurfaceLaw(Model):
-    """What the surface echoes under a wind: facets, ripples and bubbles of APL-UW TR 9407."""
+    """Echoes of the surface under a wind: facets, ripples and bubbles of APL-UW TR 9407."""
 
     law: Literal["apl-surface"] = "apl-surface"
     """Name of the law."""
@@ -47,7 +47,7 @@ class Surface(Model):
     """A sea surface at a mean depth of zero."""
 
     reflection: Literal["flat", "statistical", "tilted", "explicit"] = "flat"
-    """How a path bounces: off a flat mirror, which turns the sound's sign and keeps all of it; off a wind sea, by a
+    """Model of surface reflection: a flat mirror, which turns the sound's sign and keeps all of it; a wind sea, by a
     coherent part and glints; off one plane, tilted as a swell is where the mirror's bounce point lies; or off waves
     that are drawn, at all points that reflect it, with what is too short to be drawn as of a statistical bounce."""
     wind_speed: Annotated[MetresPerSecond, Field(gt=0, le=30)] | None = None
@@ -83,7 +83,7 @@ class Surface(Model):
         return self
 
     def _require_valid_cutoff(self) -> None:
-        """Refuse a split that nothing asks for, or that is longer than the waves."""
+        """Refuse a cutoff without waves, or one that is longer than they are."""
         if self.cutoff_wavelength is None:
             return
         if self.reflection != "explicit" or self.wind_speed is None:

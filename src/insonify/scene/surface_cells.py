@@ -46,7 +46,7 @@ class SurfaceCells:
 
         Args:
             u: Three uniform numbers for each cell: where in the cell's stretch of the row, and where in the piece.
-            quadrature: Points laid out evenly instead.
+            quadrature: Evenly spaced points instead.
         """
         n = np.arange(self.count)
         along, first, second = np.array(u.T)
@@ -174,7 +174,7 @@ def strips(corners: Floats, longest: float) -> Floats:
 
 
 def _dominant_axis(normal: Floats) -> Integers:
-    """Which of six ways a face looks mostly, so that two sides of a thin plate share no cell."""
+    """Main direction of a face, one of six, so that two sides of a thin plate share no cell."""
     axis = np.argmax(np.abs(normal), axis=1)
     return np.asarray(2 * axis + (np.take_along_axis(normal, axis[:, None], axis=1)[:, 0] < 0))
 

@@ -21,7 +21,7 @@ Dimensions = tuple[Size, Size, Size]
 
 
 class _Body(Model):
-    """What every target that is no point has: a place, an attitude, rough faces."""
+    """Fields of every target but points: position, attitude, rough faces."""
 
     position: tuple[Metres, Metres] = Field(
         json_schema_extra={"fix": "Write north and east; the depth of a body is its base_depth"}
@@ -71,7 +71,7 @@ class Box(_Body):
 
     @property
     def is_upright(self) -> bool:
-        """Whether it neither leans nor has sunk in, so that it needs no triangles."""
+        """True: it neither leans nor has sunk in, so that it needs no triangles."""
         return not (self.pitch or self.roll or self.burial or self.burial_depth)
 
 
@@ -173,13 +173,13 @@ class LibraryTarget(_Body):
 
     shape: Literal["library"] = "library"
     label: str = ""
-    """What it is called; left out, its name."""
+    """Label of the target; left out, its name."""
     name: Literal[PRESETS]  # type: ignore[valid-type]
-    """Which of the library's shapes."""
+    """Name of a shape of the library."""
     size: Dimensions | None = None
     """Length, width and height to stretch it to [m]; None: those of the library."""
     variant: Annotated[int, Field(ge=0, le=2**31)] = 0
-    """Which of the many rocks; all other shapes are one of a kind."""
+    """Number of the rock among many; all other shapes are one of a kind."""
 
     @model_validator(mode="before")
     @classmethod
@@ -196,7 +196,7 @@ class LibraryTarget(_Body):
 
 
 def _library_target_from_name(value: Any) -> Any:
-    """A library's shape asked for by its own name: `shape: drum`."""
+    """A library's shape given by its own name: `shape: drum`."""
     if isinstance(value, dict) and value.get("shape") in PRESETS and "name" not in value:
         return {**value, "shape": "library", "name": value["shape"]}
     return value
@@ -214,5 +214,5 @@ Target = Annotated[
 
 
 def is_solid(target: Any) -> TypeGuard[Solid]:
-    """Whether a target is made of triangles: everything but points and upright boxes."""
+    """Return True if a target is made of triangles: everything but points and upright boxes."""
     return isinstance(target, _Body) and not (isinstance(target, Box) and target.is_upright)

@@ -26,9 +26,9 @@ AROUND = 512
 MAX_PIECES = 3072
 """Pieces that are kept: some 150 MB."""
 FRESH = 512
-"""Pieces that have new memory in any case; beyond them, what nobody asked for lately goes first."""
+"""Tiles that have new memory in any case; beyond them, the least recently used are replaced first."""
 RECENT_READS = 64
-"""Readings within which a piece is likely to be asked for again."""
+"""Readings within which a tile is likely to be read again."""
 PARTS = 2
 """Parts into which pieces that must be drawn are shared."""
 _BLANK, _BEGUN, _DRAWN = range(3)
@@ -48,11 +48,11 @@ class TerrainMap:
         self.pieces: Singles = np.empty((MAX_PIECES, TILE_CELLS + 1, TILE_CELLS + 1, 3), np.float32)
         """Height [m] and slopes along the lattice's axes [1] on the nodes of each piece."""
         self.slot = np.full((AROUND, AROUND), -1, np.int64)
-        """Which of `pieces` each stretch of ground has, by its numbers modulo `AROUND`."""
+        """Row in `pieces` of each stretch of terrain, by its numbers modulo `AROUND`."""
         self.number = np.full((AROUND, AROUND, 2), EMPTY, np.int64)
         """Numbers of the piece that is there."""
         self._held = np.full((MAX_PIECES, 2), EMPTY, np.int64)
-        self._asked = np.zeros(MAX_PIECES, np.int64)
+        self._last_read = np.zeros(MAX_PIECES, np.int64)
         self._readers = np.zeros(MAX_PIECES, np.int64)
         self._state = np.full(MAX_PIECES, _BLANK, np.int8)
         self._ticket, self._next = 0, 0
@@ -87,7 +87,7 @@ class TerrainMap:
                 self._change.notify_all()
 
     def _synthesize_missing(self, rows: NDArray[np.int64], share: Mapped) -> None:
-        """Draw what nobody draws yet, and wait for the others."""
+        """Synthesise the tiles that no other thread has begun, and wait for the others."""
         with self._change:
             mine = rows[self._state[rows] == _BLANK]
             self._state[mine] = _BEGUN
@@ -106,7 +106,7 @@ class TerrainMap:
             self._change.wait_for(lambda: not (self._state[rows] == _BEGUN).any())
 
     def _fits(self, wanted: NDArray[np.int64]) -> bool:
-        """Whether there is room without what others read."""
+        """Return True if there are rows without those that others read."""
         return bool(fits(wanted, self.slot, self.number, self._readers))
 
     def claim(self, wanted: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -121,7 +121,7 @@ class TerrainMap:
         self._ticket += 1
         fresh = np.empty(len(wanted), np.int64)
         count, self._next = claim(
-            wanted, self.slot, self.number, self._held, self._asked, self._readers, self._ticket, self._next, FRESH,
+            wanted, self.slot, self.number, self._held, self._last_read, self._readers, self._ticket, self._next, FRESH,
             RECENT_READS, fresh,
         )  # fmt: skip
         self._state[fresh[:count]] = _BLANK
@@ -151,5 +151,5 @@ _MAKING = Lock()
 
 
 def empty_terrain_map() -> tuple[Any, ...]:
-    """What stands for a map where the bed is flat: nothing to look up."""
+    """Placeholder of a map where the seabed is flat: nothing to look up."""
     return np.zeros((1, 2, 2, 3), np.float32), np.zeros((1, 1), np.uint32)

@@ -1,4 +1,4 @@
-"""Texture: ground that answers more here and less there, so that its echoes are K-distributed and not Rayleigh.
+"""Texture: seabed that scatters more here and less there, so that its echoes are K-distributed and not Rayleigh.
 
 A normal field on a lattice is mapped, quantile by quantile, to a gamma distribution of mean one. It multiplies the
 strength of each place of the seabed, whatever the angle and the path: the mean level stays, and where the sonar
@@ -38,7 +38,7 @@ class Texture(Model):
     def at(self, north: Floats, east: Floats, *, seed: int, scatterer_grid: ScattererGrid) -> Floats:
         """Factor on the scattering strength at places [1]; mean one, variance 1 / shape.
 
-        The same for the same place and seed, whoever asks, and in a world that is moved together with its lattice.
+        A position and seed have one value, which moves with the world if its scatterer grid moves with it.
 
         Args:
             north: Of the places [m], shape (n,).

@@ -31,10 +31,10 @@ Integers = NDArray[np.int64]
 
 CELLS = 4
 """Cells along each side of a block."""
-OWNER = "water"
-"""Who echoes where no patch does."""
+WATER = "water"
+"""Object of scatterers outside patches."""
 LAYERS, PATCHES = (np.uint64(random_keys.VOLUME << 59 | kind << 58) for kind in (0, 1))
-"""What keys of places in the water begin with."""
+"""First bits of keys of positions in the water."""
 MAX_POINTS_IN_PATCH = 200_000
 """Points of one patch at most."""
 # Roberts (2018), "The unreasonable effectiveness of quasirandom sequences": powers of 1 / 1.2207..., from memory.
@@ -80,8 +80,8 @@ def water_scatterers(water: Water, seabed: Seabed, cubes: WaterBlocks, seed: int
     """The scatterers of some blocks of water, one for each cell; none under the ground or where the water is clear.
 
     Args:
-        water: How much each layer answers.
-        seabed: Where the water ends; its lattice is that of the blocks.
+        water: Water with its scattering layers.
+        seabed: Lower end of the water; its scatterer grid is that of the blocks.
         cubes: Which blocks.
         seed: Of the scenario.
     """
@@ -101,8 +101,8 @@ def layer_scatterers(
     """Points of the layers of the water, without those under the ground or where the water is clear.
 
     Args:
-        water: How much each layer answers.
-        seabed: Where the water ends.
+        water: Water with its scattering layers.
+        seabed: Lower end of the water.
         position: North, east, depth [m], shape (n, 3).
         volume: Share of the water that each stands for [m^3], shape (n,).
         phase: Unit phasors [1], shape (n,).
@@ -114,7 +114,7 @@ def layer_scatterers(
     wet = strength > 0
     if seabed.terrain is not None:
         wet[wet] = position[wet, 2] < seabed_depth_at(seabed, position[wet, :2])
-    return _points(OWNER, position[wet], (volume * strength)[wet], phase[wet], key[wet])
+    return _points(WATER, position[wet], (volume * strength)[wet], phase[wet], key[wet])
 
 
 @lru_cache(maxsize=16)
@@ -128,7 +128,7 @@ def patch_scatterers(
         seabed: What it ends at, as it does at the sea surface.
         seed: Of the scenario.
         pitch: Side of a cell, about [m].
-        quadrature: Points laid out evenly for an expectation, or drawn ones.
+        quadrature: Evenly spaced points for an expectation, or random ones.
     """
     size = np.array(patch.size)
     pitch = max(pitch, float(np.cbrt(size.prod() / MAX_POINTS_IN_PATCH)))
@@ -153,10 +153,10 @@ def patch_scatterers(
 
 
 def _points(
-    owner: str, position: Floats, area: Floats, phase: NDArray[np.complex128], key: NDArray[np.uint64]
+    label: str, position: Floats, area: Floats, phase: NDArray[np.complex128], key: NDArray[np.uint64]
 ) -> Scatterers:
     """Points in the water, each of a backscattering cross section [m^2], that face everywhere."""
-    return Scatterers(owner, "water", PointTargetLaw(0.0), position, np.zeros((len(position), 3)), area, phase, key)
+    return Scatterers(label, "water", PointTargetLaw(0.0), position, np.zeros((len(position), 3)), area, phase, key)
 
 
 def max_water_depth(seabed: Seabed) -> float:
@@ -177,7 +177,7 @@ def patch_errors(
     Yields:
         Errors of `field_error`.
     """
-    taken = {"seabed", "surface", "target", "noise", "total", OWNER, *(target.label for target in targets)}
+    taken = {"seabed", "surface", "target", "noise", "total", WATER, *(target.label for target in targets)}
     for row, patch in enumerate(patches):
         if patch.label in taken:
             yield field_error(

@@ -16,7 +16,7 @@ from insonify.scene.terrain._simd_stencils import POINTS, splines
 
 Floats = NDArray[np.float64]
 
-_NOBODY = 1 << 50
+_OUTSIDE = 1 << 50
 _WIDEST = 1024  # groups of four nodes in a window that only some points share: 32 kB
 _LARGEST = 1 << 16  # in one that all share
 _CHUNK = 256  # points that are worked out in one go
@@ -47,13 +47,13 @@ def _together(x, y, first, most, c, s, per_pitch, offset_a, offset_b):  # type: 
         Row after the last of them; first cell row, first group, rows and groups of the nodes that they reach; 0 rows
         where that are more nodes than would be drawn for each point alone.
     """
-    first_i = first_j = _NOBODY
-    last_i = last_j = -_NOBODY
+    first_i = first_j = _OUTSIDE
+    last_i = last_j = -_OUTSIDE
     rows = groups = 0
     end = first
     while end < x.size:
         a, b = (c * x[end] + s * y[end]) * per_pitch + offset_a, (c * y[end] - s * x[end]) * per_pitch + offset_b
-        if not (abs(a) < _NOBODY and abs(b) < _NOBODY):  # nowhere: nobody shares anything with it
+        if not (abs(a) < _OUTSIDE and abs(b) < _OUTSIDE):  # far outside: no node shares anything with it
             end += end == first
             break
         i, j = math.floor(a), math.floor(b)

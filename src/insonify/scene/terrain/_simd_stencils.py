@@ -32,7 +32,7 @@ def _transposed(builder: Any, rows: list[Any]) -> list[Any]:
 
 
 def _vector(builder: Any, data: Any, at: Any) -> Any:
-    """Where four numbers begin."""
+    """First positions of stencils of four numbers."""
     return builder.bitcast(builder.gep(data, [at]), _FOUR.as_pointer())
 
 

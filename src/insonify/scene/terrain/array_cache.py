@@ -1,4 +1,4 @@
-"""What was surveyed is kept for the next ping, up to a bound: it changes the time and not one bit."""
+"""Cache of terrain samples for the next ping, up to a bound: results are bit-identical with it and without."""
 
 from collections import OrderedDict
 from collections.abc import Callable, Hashable, Sequence
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 
 class ArrayCache:
-    """Arrays by key; the ones not asked for longest are forgotten first. Threads may share it."""
+    """Arrays by key; the least recently used are deleted first. Threads may share it."""
 
     def __init__(self, max_bytes: int) -> None:
         """An empty store.

@@ -1,7 +1,7 @@
 """Bathymetry grids as surveys deliver them: GeoTIFF and BAG through rasterio, netCDF, and plain numpy files.
 
 Whatever the file holds is turned once, at the door: elevations in metres, positive up, rows to the north, columns to
-the east. Gaps stay gaps. What a file leaves open is asked back, not guessed.
+the east. Gaps stay gaps. What a file leaves open is an error that names the missing key, not a guess.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ RASTERS = (".tif", ".tiff", ".bag")
 NETCDF = (".nc", ".nc4", ".grd")
 METRES = {"": 1.0, "m": 1.0, "metre": 1.0, "metres": 1.0, "meter": 1.0, "meters": 1.0, "cm": 0.01, "mm": 0.001,
           "km": 1000.0, "ft": 0.3048, "foot": 0.3048, "feet": 0.3048}  # fmt: skip
-"""What one unit of a file is [m]."""
+"""Length of one unit of a file [m]."""
 DEEPEST = 12_000.0
 """No sea is deeper [m]."""
 _UP = ("elevation", "topo", "topography", "height", "altitude", "bathymetry_elevation")
@@ -52,11 +52,11 @@ class ElevationGrid:
     east_step: float
     """From column to column [m], or [deg]."""
     geographic: bool
-    """Whether its coordinates are latitude and longitude."""
+    """True: the coordinates are latitude and longitude."""
     crs: str
     """Its coordinate system as well-known text; empty where the file says none."""
     description: str
-    """Where its sign is known from, for people."""
+    """Source of the sign, in words."""
 
 
 def read_grid(path: str, *, variable: str | None = None, positive: Positive | None = None) -> ElevationGrid:
@@ -89,24 +89,24 @@ def _read(path: str, stamp: int, variable: str | None, positive: Positive | None
         raise GridError(f"{path}: {suffix or 'a file without a suffix'} is no grid that is read here. "
                         f"Give one of {', '.join(kinds)}.")  # fmt: skip
     with library_errors_as_grid_errors(path):
-        found, told, values = kinds[suffix](path, variable)
+        found, stated_direction, values = kinds[suffix](path, variable)
     values = np.where(np.isfinite(values), values, np.nan)  # an endless depth is a gap too
-    way, why = _positive_direction(path, values, told, positive)
+    way, why = _positive_direction(path, values, stated_direction, positive)
     elevation = values if way == "up" else -values
     _refuse_wrong_units(path, elevation)
     return ElevationGrid(elevation.astype(np.float32), **found, description=why)
 
 
 def _positive_direction(
-    path: str, values: NDArray[np.floating], told: Positive | None, asked: Positive | None
+    path: str, values: NDArray[np.floating], stated_direction: Positive | None, requested: Positive | None
 ) -> tuple[str, str]:
-    """Which way values grow, and how that is known."""
+    """Direction in which values grow, and its source."""
     known = values[np.isfinite(values)]
     if not known.size:
         raise GridError(f"{path}: no cell holds a number. Is it the right band or variable?")
     low, high = float(known.min()), float(known.max())
     span = f"{low:.6g} to {high:.6g} m"
-    way = asked or told
+    way = requested or stated_direction
     if way is not None:
         if (high if way == "down" else -low) <= 0:
             name, other = ("depths, positive down", "up") if way == "down" else ("elevations, positive up", "down")
@@ -133,7 +133,7 @@ def _refuse_wrong_units(path: str, elevation: NDArray[np.floating]) -> None:
 
 
 def _scale(path: str, units: str | None) -> float:
-    """What one unit of the values is [m]."""
+    """Length of one unit of the values [m]."""
     name = (units or "").strip().lower()
     if name not in METRES:
         raise GridError(f"{path}: its values are in {units!r}, which is no length known here. Convert them to metres.")
@@ -167,14 +167,14 @@ def _raster(path: str, variable: str | None) -> _Found:
             "gdal_edit.py -a_srs EPSG:4326 FILE"
         )
     values = band.astype(float).filled(np.nan) * _scale(path, units)
-    rows, columns = np.arange(values.shape[0]) + 0.5, np.arange(values.shape[1]) + 0.5  # rasters tell corners
+    rows, columns = np.arange(values.shape[0]) + 0.5, np.arange(values.shape[1]) + 0.5  # rasters give corners
     axes = {"north": turn.f + rows * turn.e, "east": turn.c + columns * turn.a}
     frame, values = _on_axes(path, values, axes)
     return frame | {"geographic": geographic, "crs": crs.to_wkt() if crs else ""}, "up" if is_bag else None, values
 
 
 def _on_axes(path: str, values: Floats, axes: dict[str, Floats]) -> tuple[dict[str, Any], Floats]:
-    """Where a grid lies, and its values with rows to the north and columns to the east.
+    """Position of a grid, and its values with rows to the north and columns to the east.
 
     Args:
         path: The file, for messages.
@@ -227,13 +227,14 @@ def _netcdf(path: str, variable: str | None) -> _Found:
         geographic = any("degree" in str(getattr(file.variables[axis], "units", "")) for axis in axes)
         values = np.ma.filled(np.ma.masked_invalid(grid[:]).astype(float), np.nan)
         values = values * _scale(path, getattr(grid, "units", None))
-        told = str(getattr(grid, "positive", "")).lower()
+        stated_direction = str(getattr(grid, "positive", "")).lower()
         for axis in () if geographic else axes:
             axes[axis] = axes[axis] * _scale(path, getattr(file.variables[axis], "units", None))
     frame, values = _on_axes(path, values, axes)
     stated: dict[str, Positive] = {"up": "up", "down": "down"}
     crs = "EPSG:4326" if geographic else ""
-    return frame | {"geographic": geographic, "crs": crs}, stated.get(told, _positive_direction_by_name(name)), values
+    direction = stated.get(stated_direction, _positive_direction_by_name(name))
+    return frame | {"geographic": geographic, "crs": crs}, direction, values
 
 
 def _chosen(path: str, names: list[str], variable: str | None) -> str:

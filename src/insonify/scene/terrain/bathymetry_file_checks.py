@@ -1,4 +1,4 @@
-"""Files of bathymetry that are damaged or lie about their size: refused by name, before memory is asked for."""
+"""Files of bathymetry that are damaged or lie about their size: refused by name, before memory is allocated."""
 
 import zipfile
 from collections.abc import Iterator, Sequence
@@ -15,7 +15,7 @@ class GridError(ValueError):
     """A file that is no bathymetry, with the field of the scenario that says so."""
 
     def __init__(self, message: str, field: str = "file") -> None:
-        """Hold what is wrong and where it was asked for."""
+        """Store the message and the key that it belongs to."""
         super().__init__(message)
         self.field = field
 

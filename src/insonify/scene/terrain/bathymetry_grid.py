@@ -1,6 +1,6 @@
 """A surveyed seabed: a grid of depths from a file, as ground that can be walked on.
 
-Between its nodes the ground is smooth; where the survey has a hole, or ends, nobody knows the ground, and nothing is
+Between its nodes the terrain is smooth; where the survey has a hole, or ends, the terrain is unknown, and nothing is
 invented: it neither scatters nor casts a shadow. A grid says nothing of waves shorter than two of its cells: add a
 power law whose outer scale is about that for a bed that looks real.
 """
@@ -44,11 +44,11 @@ class BathymetryGrid(Model):
     file: DataFile
     """Path of the file; beside the scenario file, unless it starts from the root."""
     variable: str | None = None
-    """Which variable of a netCDF or numpy file; None: found by its name."""
+    """Name of the variable in a netCDF or numpy file; None: found by its name."""
     positive: Literal["up", "down"] | None = None
-    """Which way its values grow; None: as the file says, or as their sign does."""
+    """Direction in which its values grow; None: from the file, or from their sign."""
     origin: tuple[Coordinate, Coordinate] | None = None
-    """Northing and easting, in the file's coordinates, of the scene's north 0 and east 0 [m]; or tell a latitude."""
+    """Northing and easting, in the file's coordinates, of the scene's north 0 and east 0 [m]; or give a latitude."""
     latitude: Latitude | None = None
     """Of the scene's north 0, east 0, with a longitude; None: they lie in the middle of what was surveyed [rad]."""
     longitude: Longitude | None = None
@@ -121,7 +121,7 @@ class PlacedGrid:
     step: tuple[float, float]
     """From row to row and from column to column [m]."""
     description: str
-    """What is known of its sign and range."""
+    """Description of its sign and range."""
 
     def averaged(self, rows: int, columns: int) -> PlacedGrid:
         """The mean of every so many rows and columns; a hole where fewer than half of them are known."""
@@ -245,7 +245,7 @@ class GridRelief(Relief):
         return float(np.nanmin(self.nodes)) - 0.3 * steepest, float(np.nanmax(self.nodes)) + 0.3 * steepest
 
     def sample(self, north: ArrayLike, east: ArrayLike) -> TerrainSample:
-        """Height and gradient, NaN where nobody knows, see `Relief.sample`."""
+        """Height and gradient, NaN where the terrain is unknown, see `Relief.sample`."""
         n, e = broadcast_positions(north, east)
         row = np.ascontiguousarray((n.ravel() - self.corner[0]) / self.step[0])
         column = np.ascontiguousarray((e.ravel() - self.corner[1]) / self.step[1])

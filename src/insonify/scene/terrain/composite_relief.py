@@ -29,9 +29,9 @@ class CompositeRelief(Relief):
     resolved: ReliefSum
     """The part coarser than the split."""
     components: tuple[Kind, ...]
-    """What was asked for."""
+    """Relief before it is cut."""
     cutoff: RoughnessCutoff
-    """What divides the two."""
+    """Wavelength that divides the two."""
 
     def __repr__(self) -> str:
         kinds = ", ".join(map(repr, self.components)) or "flat"
@@ -61,7 +61,7 @@ class CompositeRelief(Relief):
 
     @property
     def is_waves(self) -> bool:
-        """Whether all that was asked is known as waves, whose heights have a spectrum: no survey, no scour."""
+        """True: the relief consists of waves, whose heights have a spectrum: no survey, no scour."""
         return all(isinstance(kind, PowerLaw | Ripples) for kind in self.components)
 
     def residual_spectrum(self, wavenumber: ArrayLike) -> Floats:
@@ -71,8 +71,8 @@ class CompositeRelief(Relief):
             wavenumber: Magnitude [rad/m], any shape.
 
         Returns:
-            What was asked, less the share that the terrain has of it; shape of the wavenumbers. Ripples below the
-            split are lines, not a spectrum: they count in `residual_rms` only.
+            Spectrum of the relief, less the share that the terrain has of it; shape of the wavenumbers. Ripples below
+            the split are lines, not a spectrum: they count in `residual_rms` only.
         """
         K = require_numbers("wavenumber", wavenumber, "rad/m", 0.0)
         left = np.zeros(K.shape)
@@ -102,7 +102,7 @@ class CompositeRelief(Relief):
         return float(np.hypot(self._fractal_rms(low, high), np.sqrt(ripples)))
 
     def band_variance(self, low: Floats, high: float) -> Floats:
-        """Mean square height of what was asked, resolved or not, between wavenumbers [m^2].
+        """Mean square height of the relief, resolved or not, between wavenumbers [m^2].
 
         Args:
             low: Smaller wavenumbers [rad/m], any shape.
@@ -142,7 +142,7 @@ def build_terrain(
         mean_depth: Depth of the plane from which the heights of a grid are counted [m].
 
     Returns:
-        Ground without end: any point can be asked at any time, in any order, for the same bits.
+        Terrain without end: any point can be evaluated at any time, in any order, bit-identically.
     """
     cutoff, scatterer_grid = cutoff or RoughnessCutoff(), scatterer_grid or ScattererGrid()
     parts: list[Relief] = []

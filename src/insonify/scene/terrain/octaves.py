@@ -39,7 +39,7 @@ class Octaves(Relief):
     seed: int
     """Seed of the scene."""
     layer: int
-    """Which relief of the scene this is: no two may share a layer."""
+    """Number of the relief in the scene: no two may share a layer."""
     level: NDArray[np.int64]
     """Name of each octave in the keys, shape (n,); below 2^31."""
 
@@ -61,7 +61,7 @@ class Octaves(Relief):
         return f"Octaves: {self.pitch.size} ({span}), {self.variance**0.5:.3g} m rms, seed {self.seed}"
 
     def _bits(self) -> tuple[object, ...]:
-        """All that tells these octaves from others."""
+        """Key that identifies these octaves."""
         return (self.pitch.tobytes(), self.amplitude.tobytes(), self.level.tobytes(), self.seed, self.layer)
 
     def sample(self, north: ArrayLike, east: ArrayLike) -> TerrainSample:

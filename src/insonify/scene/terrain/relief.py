@@ -24,7 +24,7 @@ FARTHEST = 1e9
 
 
 def broadcast_positions(north: ArrayLike, east: ArrayLike, *, allow_nan: bool = True) -> tuple[Floats, Floats]:
-    """Where the ground is asked for, as numbers of one shape.
+    """Positions as numbers of one shape.
 
     Args:
         north: Place [m], any shape.
@@ -62,8 +62,8 @@ class Relief(Protocol):
             east: Place [m], broadcast.
 
         Returns:
-            Height [m] and slopes [1] of the broadcast shape. The same place has the same bits,
-            whatever else is asked with it or before it.
+            Height [m] and slopes [1] of the broadcast shape. A position's values are bit-identical,
+            whatever the other positions are.
         """
         ...
 
@@ -86,7 +86,7 @@ class ReliefSum(Relief):
     """Reliefs on top of one another, in the frame of the scene's lattice."""
 
     parts: tuple[Relief, ...]
-    """What is added; each is asked in lattice coordinates. None of them: flat ground."""
+    """Parts that are added; each is evaluated in grid coordinates. None of them: flat terrain."""
     scatterer_grid: ScattererGrid = field(default_factory=ScattererGrid)
     """Frame in which the parts were drawn; a world moved as a whole keeps its ground."""
 

@@ -65,8 +65,8 @@ class Ripples(Model):
         Args:
             seed: Of the scene [1].
             layer: Number of this relief in the scene; it uses this and the next [1].
-            cutoff: Where the ground ends.
-            heading: Compass heading of the frame in which the field will be asked [rad].
+            cutoff: Cutoff wavelength of the terrain.
+            heading: Compass heading of the frame in which the field is evaluated [rad].
         """
         if self.wavenumber >= cutoff.wavenumber:
             return None
@@ -80,7 +80,7 @@ class RippleRelief(Relief):
     """Ripples that can be walked on."""
 
     ripples: Ripples
-    """What they look like."""
+    """Dimensions of the ripples."""
     bearing: float
     """Direction across the crests from the frame's first axis [rad]."""
     crest_wander: Octaves

@@ -19,7 +19,7 @@ FINEST, COARSEST = 0.005, 1000.0
 
 
 class RoughnessCutoff(Model):
-    """Where a scene stops drawing the ground and starts describing it."""
+    """Wavelength between resolved terrain and roughness left to the scattering law."""
 
     wavelength: Annotated[Metres, Field(ge=FINEST, le=COARSEST)] = 0.5
     """Longest wavelength that is left to the scattering law [m]; the default is medium sand's at 30 kHz."""

@@ -26,7 +26,7 @@ STEEPEST = 0.7
 
 
 class ScourDimensions(Model):
-    """A scour as a target asks for it, around its own footprint."""
+    """A scour of a target, around its own footprint."""
 
     depth: ScourDepth = 0.2
     """Below the bed, along the edge of the footprint [m]."""
@@ -57,7 +57,7 @@ class Scour(ScourDimensions):
         """The scour as ground.
 
         Args:
-            lattice: Frame in which it will be asked.
+            lattice: Frame in which it is evaluated.
         """
         along, across = lattice.from_world(np.array(self.position))
         return ScourRelief(self, (float(along), float(across)), self.heading - lattice.heading)
@@ -69,7 +69,7 @@ class ScourRelief(Relief):
 
     scour: Scour
     middle: tuple[float, float]
-    """In the frame in which it is asked [m]."""
+    """Middle in the frame in which it is evaluated [m]."""
     heading: float
     """Likewise [rad]."""
 

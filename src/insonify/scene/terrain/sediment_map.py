@@ -1,4 +1,4 @@
-"""Which sediment lies where: a base, or patches of several, with regions and strips laid on top."""
+"""Map of sediments: a base, or patches of several, with regions and strips on top."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -55,7 +55,7 @@ class SedimentRegion(Model):
     """North and east of the corners, in order; the last is joined to the first [m]."""
 
     def covers(self, north: Floats, east: Floats) -> NDArray[np.bool_]:
-        """Whether points [m] lie in the polygon, by the parity of its edges to the north of them."""
+        """Mask of points [m] in the polygon, by the parity of its edges to the north of them."""
         inside = np.zeros(north.shape, bool)
         corners = np.array(self.corners)
         for (n0, e0), (n1, e1) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
@@ -87,7 +87,7 @@ class SedimentStrip(Model):
         return self
 
     def covers(self, north: Floats, east: Floats) -> NDArray[np.bool_]:
-        """Whether points [m] lie in the band."""
+        """Mask of points [m] in the band."""
         n, e = self.end[0] - self.start[0], self.end[1] - self.start[1]
         along = ((north - self.start[0]) * n + (east - self.start[1]) * e) / (n * n + e * e)
         across = ((east - self.start[1]) * n - (north - self.start[0]) * e) / np.hypot(n, e)
@@ -98,7 +98,7 @@ class SedimentMap(Model):
     """Several sediments over one seabed."""
 
     base: SedimentName | SedimentPatches = "medium sand"
-    """What lies everywhere that nothing else is laid on."""
+    """Sediment of all positions outside regions and strips."""
     on_top: tuple[Annotated[SedimentRegion | SedimentStrip, Field(discriminator="kind")], ...] = ()
     """Laid on the base in this order: the last one is seen."""
 
@@ -109,7 +109,7 @@ class SedimentMap(Model):
         return tuple(dict.fromkeys([*base, *(piece.sediment for piece in self.on_top)]))
 
     def build_cover(self, *, seed: int, lattice: ScattererGrid | None = None) -> "SedimentCover":
-        """The map as ground that can be asked.
+        """The map as a field over positions.
 
         Args:
             seed: Seed of the scene [1].
@@ -131,10 +131,10 @@ _SHARES = (0.8, 0.16, 0.04)
 
 @dataclass(frozen=True, slots=True)
 class SedimentCover:
-    """Which sediment lies at a place."""
+    """Field of sediments over positions."""
 
     map: SedimentMap
-    """What was asked for."""
+    """The map that it is made of."""
     lattice: ScattererGrid
     """Frame of the patches."""
     fields: tuple[Octaves, ...]
@@ -153,7 +153,7 @@ class SedimentCover:
             east: Place [m], broadcast.
 
         Returns:
-            Row numbers, broadcast shape; the same for the same place, whatever else is asked.
+            Row numbers, broadcast shape; a position's row is independent of the other positions.
         """
         n, e = broadcast_positions(north, east, allow_nan=False)
         rows = np.zeros(n.shape, np.intp)
