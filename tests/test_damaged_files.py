@@ -170,7 +170,7 @@ def test_another_kind_of_raster_under_the_name_of_one_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("trial", "said"), [("while True: pass", "gave no answer in 1 s"), ("import os; os.abort()", "crashed")]
+    ("trial", "said"), [("while True: pass", "gave no result in 1 s"), ("import os; os.abort()", "crashed")]
 )
 def test_a_library_that_broods_or_crashes_is_given_up(tmp_path, monkeypatch, trial, said):
     """An HDF5 file over which the library hangs or dies is refused: the trial stands in for the library here."""

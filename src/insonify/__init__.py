@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 delete_stale_kernels(Path(__file__).parent)  # before any of them can be loaded
 
-# Numba and friends take a second to import: nothing is loaded before it is asked for.
+# Numba and friends take a second to import: nothing is loaded before it is used.
 _HOMES = {
     "load_scenario": "insonify.scenario.load",
     "Scenario": "insonify.scenario.scenario",

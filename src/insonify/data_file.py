@@ -26,7 +26,7 @@ def _fill_in_digest(value: str | None, info: ValidationInfo) -> str | None:
     try:
         return file_digest(info.data["file"])
     except (OSError, ValueError):
-        return None  # whoever reads the file says what is wrong with it
+        return None  # reading the file reports what is wrong with it
 
 
 DataFile = Annotated[str, AfterValidator(_resolve_path)]
@@ -157,7 +157,7 @@ def install_advice(extra: str) -> str:
 
 
 def require_unchanged(file: str, sha256: str | None) -> None:
-    """Refuse a file that has changed since its fingerprint was taken; whoever reads it says what else is wrong.
+    """Refuse a file that has changed since its fingerprint was taken; other faults are reported on reading it.
 
     Args:
         file: Its path.
@@ -192,7 +192,7 @@ def require_readable_hdf5(path: str | Path) -> None:
         path: The file; other kinds pass.
 
     Raises:
-        ValueError: There was no answer in time, or the process crashed.
+        ValueError: There was no result in time, or the process crashed.
     """
     with Path(path).open("rb") as file:
         is_hdf5 = file.read(len(_HDF5)) == _HDF5
@@ -206,10 +206,10 @@ def require_readable_hdf5(path: str | Path) -> None:
             stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
         )  # fmt: skip
     except subprocess.TimeoutExpired:
-        why = f"its library gave no answer in {patience:.0f} s"
+        why = f"its library gave no result in {patience:.0f} s"
     else:
         if tried.returncode >= 0:  # what failed there fails here as well, and is said here
             return
         hung = tried.returncode == -_OUT_OF_TIME
-        why = "its library gave no answer in the time that ten such files take" if hung else "its library crashed"
+        why = "its library gave no result in the time that ten such files take" if hung else "its library crashed"
     raise ValueError(f"{path}: cannot be read: {why}. It is damaged: copy or export it again.")

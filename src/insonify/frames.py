@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 
 
 def pose_rotation(heading: ArrayLike, pitch: ArrayLike = 0.0, roll: ArrayLike = 0.0) -> Floats:
-    """How a platform lies in the world: its bow, starboard and keel directions.
+    """Attitude of a platform in the world: its bow, starboard and keel directions.
 
     Args:
         heading: Compass heading, clockwise from north [rad], any shape.
@@ -40,7 +40,7 @@ def pose_rotation(heading: ArrayLike, pitch: ArrayLike = 0.0, roll: ArrayLike = 
 
 
 def mounting_rotation(bearing: ArrayLike, tilt: ArrayLike = 0.0) -> Floats:
-    """How an array is bolted to its platform: its boresight, right and down directions.
+    """Attitude of an array on its platform: its boresight, right and down directions.
 
     Args:
         bearing: Of the boresight, clockwise from the bow [rad], any shape.
@@ -89,7 +89,7 @@ def direction(bearing: ArrayLike, elevation: ArrayLike = 0.0) -> Floats:
 
 
 def bearing_and_elevation(vector: ArrayLike) -> tuple[Floats, Floats]:
-    """Where a vector points, whatever its length.
+    """Direction of a vector, whatever its length.
 
     Args:
         vector: Vectors, shape (..., 3).

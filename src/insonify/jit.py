@@ -45,7 +45,7 @@ class Kernel:
 
     @property
     def dispatcher(self) -> Any:
-        """Dispatcher of numba, made when it is first asked for."""
+        """Dispatcher of numba, made when it is first needed."""
         if self._made is None:
             with _LOCK:
                 if self._made is None:
@@ -139,7 +139,7 @@ def when_loaded(function: Callable[[], None]) -> None:
 
 
 class _Deferred:
-    """A module that is imported when a name of it is first asked for."""
+    """A module that is imported when a name of it is first used."""
 
     def __init__(self, name: str) -> None:
         self._name = name

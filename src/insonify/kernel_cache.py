@@ -82,7 +82,7 @@ def cache_folder(package: Path) -> Callable[[Path], Path]:
 def _numba_cache_settings() -> tuple[str, list[str]]:
     """Folder that the user named for machine code, and classes of places in the order wanted; empty: as numba has it.
 
-    Numba is asked where it has been imported, or reads a file of settings; importing it for this would take a second.
+    Numba's configuration is read where it has been imported, or reads a file of settings; importing it takes a second.
     """
     if "numba" in sys.modules or Path(".numba_config.yaml").exists():
         from numba.core import config

@@ -1,6 +1,6 @@
-"""Memory that one ping frees is what the next one asks for: the C library is asked to keep it meanwhile.
+"""Memory that one ping frees is what the next one needs: the C library is set to keep it meanwhile.
 
-By its own choice glibc gives every large array back to the system and asks for it anew, and the system fills it with
+By its own choice glibc gives every large array back to the system and allocates it anew, and the system fills it with
 zeros page by page: a tenth of the time of a ping, and more on a virtual machine.
 
 Source: mallopt(3), the Linux manual pages: M_TRIM_THRESHOLD and M_MMAP_THRESHOLD.
@@ -23,7 +23,7 @@ def keep_freed_memory() -> bool:
     if sys.platform != "linux":
         return False
     try:
-        tell = ctypes.CDLL(None).mallopt
+        mallopt = ctypes.CDLL(None).mallopt
     except (AttributeError, OSError):
         return False
-    return bool(tell(_MMAP_THRESHOLD, MMAP_THRESHOLD_BYTES)) and bool(tell(_TRIM_THRESHOLD, TRIM_THRESHOLD_BYTES))
+    return bool(mallopt(_MMAP_THRESHOLD, MMAP_THRESHOLD_BYTES)) and bool(mallopt(_TRIM_THRESHOLD, TRIM_THRESHOLD_BYTES))

@@ -1,4 +1,4 @@
-"""Random numbers by key: the same question always has the same answer.
+"""Random numbers by key: the same key always has the same number.
 
 Nothing here has a state. A draw is a function of the seed, the stream (what the draw is
 for) and four counters (which cell, which ping, which sample), so a place keeps its
@@ -52,7 +52,7 @@ TEXTURE = 26
 VOLUME = 27
 """Stream of the scatterers in the water: place in the cell and phase."""
 PAIR_SAMPLING = 36
-"""Stream of the scatterers that answer faint pairs of legs: one draw per place."""
+"""Stream of the scatterers that are evaluated for weak pairs of legs: one draw per scatterer."""
 RECEIVER = 35
 """Stream of the receiver's own noise: one draw per ping, channel and sample, and the phases of its tones."""
 
@@ -251,7 +251,7 @@ def complex_normals(
         channel: Which channel of the ping [1].
         count: How many samples [1].
         start: Index of the first sample wanted; samples 100 to 199 are the same whether
-            asked for alone or as part of a longer run [1].
+            computed alone or as part of a longer run [1].
 
     Returns:
         Samples [1], shape (count,).

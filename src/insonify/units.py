@@ -70,7 +70,7 @@ def unit_warning(typed: str, dimension: str) -> str:
 
     Returns:
         What it is read as, and what to write instead; empty where the number is plausible in SI. An angle of 1 rad or
-        more with at most one decimal is doubtful: somebody who means radians types 1.57.
+        more with at most one decimal is doubtful: 1.57 is typed in radians.
     """
     if not _NUMBER_AND_UNIT.match(typed):
         return ""

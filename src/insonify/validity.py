@@ -1,4 +1,4 @@
-"""Where a published law stops being trustworthy, said aloud; and what no law can be asked at all.
+"""Ranges of validity of published laws, with a warning outside; and errors of arguments outside any law.
 
 A law outside the conditions it was measured in still gives a number. It is given, with
 one warning that names the law, the quantity and the range. A quantity that means nothing
@@ -65,7 +65,7 @@ def require_numbers(
     """A quantity as numbers, refused where it means nothing.
 
     Args:
-        name: Of the quantity, as its owner knows it: "frequency", "Sediment.loss".
+        name: Name of the quantity in the message: "frequency", "Sediment.loss".
         value: What was given.
         unit: Unit of the numbers, "" for a ratio.
         low: Smallest number that means something, in `unit`.
@@ -104,7 +104,7 @@ def require_number(
     """One number, refused where it means nothing; arguments and errors as `require_numbers`, and a gap is refused too.
 
     Args:
-        name: Of the quantity, as its owner knows it.
+        name: Name of the quantity in the message.
         value: What was given.
         unit: Unit of the number, "" for a ratio.
         low: Smallest number that means something, in `unit`.
@@ -149,7 +149,7 @@ _ROUNDING = 1e-9  # rad: angles come out of arcsines
 
 
 def as_floats(value: Any) -> NDArray[np.float64] | None:
-    """What was given as numbers, of any kind; None if it is none: words, truth values and nothing are not.
+    """Convert numbers of any kind to floats; None for others: words, truth values and nothing.
 
     Args:
         value: Whatever was given; masked values become NaN.
@@ -175,7 +175,7 @@ def _shortened_repr(value: object) -> str:
 
 
 def _range_error(name: str, shown: str, unit: str, low: float, high: float, above: bool, example: str) -> ValueError:
-    """What was wrong and what to give instead."""
+    """Error with the value and the numbers to give instead."""
     limit = ""
     if math.isfinite(high):
         limit = f", {'above ' if above else ''}{low if low != -_ROUNDING else 0.0:.6g} to {high:.6g}"

@@ -43,7 +43,7 @@ def _version(wanted: bool) -> None:
 
 @app.callback()
 def _options(
-    # Acts while it is read: a command is not asked for any more.
+    # Acts while it is parsed: no command is needed then.
     version: Annotated[
         bool, typer.Option("--version", help="Print the version and stop.", callback=_version, is_eager=True)
     ] = False,

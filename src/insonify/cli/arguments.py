@@ -1,4 +1,4 @@
-"""What a person types on the command line, and what it means."""
+"""Arguments of the command line as typed, and their values."""
 
 import difflib
 import re

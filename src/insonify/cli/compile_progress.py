@@ -37,7 +37,7 @@ class Progress:
 
 
 _PROGRESS: list[Progress] = []
-"""The process's one progress, once it has been asked for."""
+"""The process's one progress, once it is reported."""
 
 
 def report_compiling() -> None:

@@ -16,7 +16,7 @@ _PHI = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+))\s*(?:phi)?")
 
 
 def show_physics(what: str, out: Path, *, frequency: float = 100e3, wind: float = 7.0) -> bool:
-    """Draw a piece of physics, if that is what was asked for.
+    """Draw a piece of physics, if the words name one.
 
     Args:
         what: "medium sand", "sediment:1.5 phi", "sand, silt" for several; a file of a sound-speed profile (.csv);
@@ -55,7 +55,7 @@ def show_physics(what: str, out: Path, *, frequency: float = 100e3, wind: float 
 
 
 def _unknown(what: str) -> str:
-    """What to write instead of a word that is nothing."""
+    """Suggestion to write instead of an unknown word."""
     from insonify.scattering.sediments import GRAIN_SIZE, STONES
 
     known = ["sea", "absorption", *GRAIN_SIZE, *STONES]
@@ -137,7 +137,7 @@ def _sea(wind: float, frequency: float, out: Path) -> None:
 
 
 def _resembles_sediment(what: str) -> bool:
-    """Whether each word between commas is a sediment, or a sediment misspelt, rather than a path."""
+    """Return True if each word between commas is a sediment, or a sediment misspelt, rather than a path."""
     if any(mark in what for mark in "/\\"):
         return False
     from insonify.scattering.sediments import GRAIN_SIZE, STONES
@@ -147,7 +147,7 @@ def _resembles_sediment(what: str) -> bool:
 
 
 def _named_size(word: str) -> bool:
-    """Whether a word is a grain size that says so, such as "1.5 phi"."""
+    """Return True if a word is a grain size with its unit, such as "1.5 phi"."""
     return bool(_PHI.fullmatch(word.strip())) and word.strip().endswith("phi")
 
 

@@ -1,4 +1,4 @@
-"""How far a long job has come, for a person who watches; nearly silent for everybody else."""
+"""Progress of a long job, for a person who watches; nearly silent otherwise."""
 
 import sys
 from collections.abc import Callable, Iterator
@@ -47,7 +47,7 @@ def progress(quiet: bool, step: str = "ping") -> Iterator[OnStep]:
 
 
 def pace(steps: int, seconds: float, step: str) -> str:
-    """How fast it goes, in the unit in which the number is not small.
+    """Speed of the job, in the unit in which the number is not small.
 
     Args:
         steps: Steps done.
@@ -62,7 +62,7 @@ def pace(steps: int, seconds: float, step: str) -> str:
 
 
 def resumed_note(done: int, total: int, step: str) -> str:
-    """What is said of the work of an earlier run.
+    """Message about the work of an earlier run.
 
     Args:
         done: Steps that were done when this run began.

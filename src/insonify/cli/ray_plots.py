@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from insonify.ocean.profile import SoundSpeedProfile
 
 FAR = 200.0
-"""How far rays of a profile go, where nobody says so [m]."""
+"""Range of the rays of a profile, where none is given [m]."""
 
 
 def show_rays(what: str, out: Path, *, source_depth: str | None = None, farthest: str | None = None) -> None:
@@ -19,7 +19,7 @@ def show_rays(what: str, out: Path, *, source_depth: str | None = None, farthest
         what: A sound-speed profile (.csv) or a scenario (.yaml).
         out: Picture to write.
         source_depth: Where rays start, as typed; None for the sonar of a scenario.
-        farthest: How far they go, as typed; None for what the window of a scenario hears, or 200 m.
+        farthest: Range of the rays, as typed; None for that of a scenario's window, or 200 m.
 
     Raises:
         InputError: Neither profile nor scenario, or a depth outside the water; with the way out.
@@ -61,13 +61,13 @@ def _of_a_scenario(file: Path, out: Path, depth: float | None, far: float | None
     if depth is None:
         track = true_poses(scenario.track)
         depth = float(array_position(scenario.sonar.transmit, track.position[0], track.rotation(0))[2])
-    heard = scenario.water.max_sound_speed * scenario.track.window[1] / 2
+    max_range = scenario.water.max_sound_speed * scenario.track.window[1] / 2
     _draw(
         scenario.water.profile_to_depth(bed),
         out,
         depth,
         bed,
-        far or heard,
+        far or max_range,
         scenario.title,
         scenario.paths.max_reflections,
     )

@@ -33,7 +33,7 @@ def run(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a recording that is there.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress on the terminal.")] = False,
     labels: Annotated[
-        bool, typer.Option("--labels", help="Say of every sample what it is: owner, paths, shadow. As output.labels.")
+        bool, typer.Option("--labels", help="Label every sample: object, paths, shadow. As output.labels.")
     ] = False,
 ) -> None:
     """Simulate a scenario; a run that was stopped goes on where it was.
@@ -98,7 +98,7 @@ def show(
     ] = None,
     reach: Annotated[
         str | None,
-        typer.Option("--range", metavar="RANGE", help="How far rays go. [default: as heard; of a profile 200 m]"),
+        typer.Option("--range", metavar="RANGE", help="Range of the rays. [default: the window's; of a profile 200 m]"),
     ] = None,
 ) -> None:
     """Draw a recording, a scenario before it is simulated, or the physics of sediments, water and sea.
@@ -133,13 +133,13 @@ def show(
         _show_scenario(Path(what), out, ping, ground or labels or gain is not None or beam is not None)
         typer.echo(out)
         return
-    heard = (
+    quantities = (
         arguments.parse_quantity(frequency, "frequency", "--frequency"),
         arguments.parse_quantity(wind, "speed", "--wind"),
     )
     if labels:
         _show_labels(Path(what), out, ping, beam, ground, gain)
-    elif not show_physics(what, out, frequency=heard[0], wind=heard[1]):
+    elif not show_physics(what, out, frequency=quantities[0], wind=quantities[1]):
         _show_recording(Path(what), out, ping, beam, ground, gain)
     typer.echo(out)
 
@@ -170,8 +170,8 @@ def _show_recording(
         raise InputError(f"{recording} holds no ping yet. Simulate one: insonify run FILE -o {recording} --pings 0")
     _check_beam(dataset, beam)
     if (ground or gain) and "receiver_position" in dataset:
-        raise InputError(f"{'--ground' if ground else '--gain'}: {recording} was heard on another platform than it was "
-                         "sent from, and a time is no range then. Leave it out")  # fmt: skip
+        raise InputError(f"{'--ground' if ground else '--gain'}: {recording} was recorded on another platform than "
+                                          "transmitted, and a time is no range then. Leave it out")  # fmt: skip
     from insonify import plotting
     from insonify.demos.products import draw_product
 
@@ -226,7 +226,7 @@ def explain(
     time: Annotated[str, typer.Option(metavar="TIME", help='When: "201.9 ms" after the start of transmission.')],
     ping: Annotated[int, typer.Option(metavar="P", min=0, help="Which ping, from 0.")] = 0,
     beam: Annotated[
-        int | None, typer.Option(metavar="B", min=0, help="Which beam, from 0. [default: the loudest then]")
+        int | None, typer.Option(metavar="B", min=0, help="Number of the beam, from 0. [default: the strongest then]")
     ] = None,
     bearing: Annotated[
         str | None,

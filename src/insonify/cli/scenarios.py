@@ -75,10 +75,10 @@ def check(
     from insonify.scenario.load import load_scenario
 
     with warnings.catch_warnings():
-        show, told = warnings.showwarning, []
+        show, shown = warnings.showwarning, []
 
         def show_and_count(*words: Any, **named: Any) -> None:
-            told.append(words)
+            shown.append(words)
             show(*words, **named)
 
         warnings.showwarning = show_and_count
@@ -89,7 +89,7 @@ def check(
     whole = estimate_cost(scenario, labels=labels)
     if trouble := run_refusal(scenario, whole, labels=labels):
         raise InputError(f"{file}: {trouble}")
-    but = "" if not told else " but the warning above" if len(told) == 1 else f" but the {len(told)} warnings above"
+    but = "" if not shown else " but the warning above" if len(shown) == 1 else f" but the {len(shown)} warnings above"
     typer.echo(f"{file}: nothing wrong{but}")
     typer.echo(whole.summary())
     if scenario.field == "coherent":

@@ -25,7 +25,7 @@ DEMOS = (NOMINAL, "coherent-sidescan", "forward-looking", "multibeam", "interfer
 
 @dataclass(frozen=True, slots=True)
 class DemoFiles:
-    """What a demonstration has left behind."""
+    """Files and numbers of a demonstration."""
 
     scenario: Path
     recording: Path

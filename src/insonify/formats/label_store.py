@@ -59,7 +59,7 @@ def create_labels(
         StoreError: Another run has replaced the recording meanwhile.
     """
     target, mine = Path(path) / FOLDER, require_own_recording(path, into)
-    if _owner(target) == mine:
+    if _recording_identity(target) == mine:
         return
     aside = target.parent / f".{FOLDER}.{uuid.uuid4().hex}.partial"
     try:
@@ -67,14 +67,14 @@ def create_labels(
         shutil.rmtree(target, ignore_errors=True)
         os.replace(aside, target)
     except OSError:  # another process was first
-        if _owner(target) != mine:
+        if _recording_identity(target) != mine:
             raise
     finally:
         shutil.rmtree(aside, ignore_errors=True)
 
 
-def _owner(folder: Path) -> str | None:
-    """Identity of the recording that some labels belong to; None where there are no labels, or nobody knows."""
+def _recording_identity(folder: Path) -> str | None:
+    """Identity of the recording that some labels belong to; None where there are no labels, or it is unknown."""
     return identity(folder) if (folder / "zarr.json").is_file() else None
 
 
@@ -87,7 +87,7 @@ def _build(path: Path, names: LabelNames, layout: RecordingLayout, attributes: M
     }  # fmt: skip
     for name, (dims, dtype, units, meaning) in COLUMNS.items():
         shape = tuple(sizes[dim] for dim in dims)
-        # 255 is nobody; a mask that is not there yet is False
+        # 255 is no object; a mask that is not there yet is False
         fill = np.nan if np.issubdtype(dtype, np.floating) else dtype(0) if dtype is np.bool_ else 255
         group.create_array(
             name, shape=shape, chunks=(1, *shape[1:]), dtype=dtype, fill_value=fill, dimension_names=dims,
@@ -126,7 +126,7 @@ def write_label_ping(path: str | Path, ping: int, labels: Labels, *, into: str |
         StoreError: Another run has replaced the recording meanwhile.
     """
     mine, folder = require_own_recording(path, into), Path(path) / FOLDER
-    if _owner(folder) != mine:
+    if _recording_identity(folder) != mine:
         raise StoreError(
             f"{folder} are labels of another recording. Label this one: insonify run FILE -o {path} --labels"
         )
@@ -138,12 +138,12 @@ def write_label_ping(path: str | Path, ping: int, labels: Labels, *, into: str |
 
 
 def labelled_pings(path: str | Path) -> NDArray[np.bool_]:
-    """Which pings of a recording are labelled, shape (ping,)."""
+    """Mask of the pings of a recording that are labelled, shape (ping,)."""
     return recorded_pings(Path(path) / FOLDER)
 
 
 def open_labels(path: str | Path) -> xr.Dataset:
-    """The labels of a recording, read when they are asked for.
+    """The labels of a recording, read from the file when they are used.
 
     Args:
         path: Folder of the recording.
@@ -159,7 +159,7 @@ def open_labels(path: str | Path) -> xr.Dataset:
         raise StoreError(f"{path} has no labels. Make them: insonify run FILE -o {path} --labels")
     require_consistent_sizes(folder)
     with errors_as_store_errors(folder):
-        if _owner(folder) != identity(path):
+        if _recording_identity(folder) != identity(path):
             raise StoreError(
                 f"{folder} are labels of another recording. Make its own: insonify run FILE -o {path} --labels"
             )

@@ -42,13 +42,13 @@ from insonify.records.recording import COLUMNS, FIELDS, OPTIONAL_COLUMNS, Record
 
 _MUST_AGREE = ("scenario", "seed", "version")
 IDENTITY = "insonify_recording"
-"""Attribute that tells a recording from any other."""
+"""Attribute that identifies a recording."""
 _LEVEL = 0  # of compression: zarr's own
 _PACKER = Zstd(level=_LEVEL)
 PACKED = (ZstdCodec(level=_LEVEL),)
 """Codec of `put_chunk`."""
 _FAILURES = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EMFILE, errno.ENFILE)  # the machine's, whatever the name
-_STALE = 600.0  # seconds: nobody needs that long to create an empty store
+_STALE = 600.0  # seconds: creating an empty store never takes that long
 
 
 def create_recording(
@@ -100,7 +100,7 @@ def _placing(target: Path) -> Iterator[None]:
 
 
 def identity(path: str | Path) -> str:
-    """What tells this recording from any other that ever stood at the same place."""
+    """Identity of this recording among all that ever stood at the same path."""
     file = os.path.join(path, "zarr.json")
     state = os.stat(file)
     return _identity(file, state.st_ino, state.st_mtime_ns)
@@ -108,7 +108,7 @@ def identity(path: str | Path) -> str:
 
 @lru_cache(maxsize=4)
 def _identity(file: str, number: int, changed: int) -> str:
-    """The same of a file as it was at one time: to read it takes long, and every ping asks."""
+    """The identity of a file as it was at one time: reading it takes long, and every ping needs it."""
     described = json.loads(Path(file).read_text(encoding="utf-8"))
     return str(described["attributes"].get(IDENTITY))
 
@@ -182,10 +182,10 @@ def put_chunk(place: Path, values: NDArray[Any], packer: Codec = _PACKER) -> Non
 
 
 def recorded_pings(path: str | Path) -> NDArray[np.bool_]:
-    """Which pings of a recording are there, shape (ping,)."""
+    """Mask of the pings of a recording that are done, shape (ping,)."""
     there = np.zeros(zarr.open_array(Path(path) / "done", mode="r").shape, bool)
     chunks = Path(path) / "done" / "c"
-    # A ping that is not done has no chunk: their names tell as much as their contents, and are read at once.
+    # A ping that is not done has no chunk: the names of chunks hold as much as their contents, and are read at once.
     for chunk in os.scandir(chunks) if chunks.is_dir() else ():
         if chunk.name.isdigit() and chunk.stat().st_size > 0:
             there[int(chunk.name)] = True
@@ -285,7 +285,7 @@ def _require_complete(path: Path) -> None:
 
 
 def _is_taken(target: Path) -> bool:
-    """Whether a recording stands there; anything else that does is never touched."""
+    """Check that a recording stands there; anything else that does is never touched."""
     if _is_recording(target):
         return True
     if target.is_dir() and not any(target.iterdir()):
@@ -309,7 +309,7 @@ def _require_same_scenario(target: Path, attributes: Mapping[str, Any]) -> str:
 
 
 def _first_difference(stored: Mapping[str, Any], attributes: Mapping[str, Any]) -> str:
-    """Where the texts of two scenarios part, in brackets; empty where they are no texts or the same."""
+    """First difference between the texts of two scenarios, in brackets; empty where they are no texts or the same."""
     texts = [one.get("scenario") for one in (stored, attributes)]
     if not all(isinstance(text, str) for text in texts):
         return ""

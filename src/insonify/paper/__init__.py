@@ -28,10 +28,10 @@ def run(figures: list[int] | None, folder: Path, *, on_figure: Callable[[int, in
         there = ", ".join(map(str, FIGURES))
         raise ValueError(f"figure {', '.join(map(str, strange))} is not available; choose from {there}")
     folder.mkdir(parents=True, exist_ok=True)
-    tell = on_figure or (lambda *_: None)
-    tell(0, len(wanted))
+    report = on_figure or (lambda *_: None)
+    report(0, len(wanted))
     written: list[Path] = []
     for done, number in enumerate(wanted, start=1):
         written += import_module(f"{__name__}.figure{number}").draw(folder)
-        tell(done, len(wanted))
+        report(done, len(wanted))
     return written

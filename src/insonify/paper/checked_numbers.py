@@ -19,22 +19,22 @@ class CheckedNumber:
     value: float
     unit: str
     expected: float | None = None
-    """What it should be, in the same unit; None where it is only told."""
+    """Expected value, in the same unit; None where the value is only reported."""
     tolerance: float | None = None
-    """How far it may be off; None with an expected value: that is a lower bound."""
+    """Largest error; None with an expected value: that is a lower bound."""
     source: str = ""
-    """Where the expected value comes from."""
+    """Source of the expected value."""
 
     @property
     def relation(self) -> str | None:
-        """How the value should stand to the expected one: ">=" to a lower bound, "=" within the tolerance."""
+        """Relation of the value to the expected one: ">=" to a lower bound, "=" within the tolerance."""
         if self.expected is None:
             return None
         return ">=" if self.tolerance is None else "="
 
     @property
     def holds(self) -> bool | None:
-        """Whether it is what it should be; None where nothing is expected."""
+        """True where the value agrees with the expected one; None where nothing is expected."""
         if self.expected is None:
             return None
         if self.tolerance is None:
@@ -57,11 +57,17 @@ def write_numbers(
     Returns:
         The path.
     """
-    told = {
+    scenarios_used = {
         name: {"seed": scenario.seed, "sha256": hashlib.sha256(to_yaml(scenario).encode()).hexdigest()}
         for name, scenario in scenarios.items()
     }
     rows = [{**asdict(number), "relation": number.relation, "holds": number.holds} for number in numbers]
-    content = {"figure": figure, "title": title, "version": version("insonify"), "scenarios": told, "numbers": rows}
+    content = {
+        "figure": figure,
+        "title": title,
+        "version": version("insonify"),
+        "scenarios": scenarios_used,
+        "numbers": rows,
+    }
     path.write_text(json.dumps(content, indent=1, default=float) + "\n", encoding="utf-8")
     return path

@@ -45,9 +45,11 @@ def numbers() -> list[CheckedNumber]:
     rows = []
     for name, found in (("scenario file", profile_read_from_yaml()), ("table", profile_read_from_table())):
         for depth, speed in PROFILE:
-            heard = float(found.at(depth))
+            interpolated = float(found.at(depth))
             rows.append(
-                CheckedNumber(f"{name}: speed at the knot at {depth:g} m", heard, "m/s", speed, 0.0, "as written")
+                CheckedNumber(
+                    f"{name}: speed at the knot at {depth:g} m", interpolated, "m/s", speed, 0.0, "as written"
+                )
             )
     found, line = profile_read_from_yaml(), "straight line between knots"
     rows.append(CheckedNumber("speed at the sonar, 11 m", float(found.at(SONAR)), "m/s", 1500.0, 1e-10, line))

@@ -82,7 +82,7 @@ def binned_spikes() -> tuple[Floats, Floats]:
 
 
 def numbers(realisations: int = REALISATIONS) -> list[CheckedNumber]:
-    """How well the three readings of one list of paths agree.
+    """Agreement of the three quantities computed from one list of paths.
 
     Args:
         realisations: How many seeds are averaged.
@@ -130,9 +130,9 @@ def _panels(figure: Figure) -> None:
     paths, here = _sampled(arrivals(scenario)), build_simulator(scenario).ping_geometry(0)
     spike_array(stems, paths, level_db(np.abs(arrival_weights(paths, here)) ** 2), "level [dB re 1 uPa]")
     stems.set_title("b  spike array: one mark for each path, in the hue of the longer of its two legs")
-    heard = simulate(scenario)
-    pressure = heard["pressure"].values[0, 0] / 1e3
-    time = heard["time"].values * 1e3
+    recording = simulate(scenario)
+    pressure = recording["pressure"].values[0, 0] / 1e3
+    time = recording["time"].values * 1e3
     series.plot(time, np.abs(pressure), color=style.INK, linewidth=0.9, label="envelope")
     series.plot(time, pressure.real, color=style.EXPECTED, linewidth=0.5, label="in-phase part")
     series.set_title("c  coherent series, rms scale")

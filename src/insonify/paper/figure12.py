@@ -28,7 +28,7 @@ LATE, DOUBLE = (0.2145, 0.2255), (0.206, 0.211)
 WIDE, OWN = 6.0, 2.0
 """Lengths of the box in the numbers: a wide one, and the paper's [m]."""
 DARK = 30.0
-"""Contrasts beyond this are only told to be beyond it [dB]."""
+"""Contrasts beyond this are only reported to be beyond it [dB]."""
 SOURCE = "independent prototype, 120 realisations; ratios of Lambert strengths with and without the cut legs"
 ORDERS = ("direct paths", "one reflection per leg", "two reflections per leg")
 EXPECTED: dict[tuple[int, tuple[float, float]], tuple[float, float | None]] = {
@@ -62,8 +62,8 @@ def shadow_scene(reflections: int, length: float) -> Scenario:
 
 @lru_cache(maxsize=16)
 def _intensity(reflections: int, length: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    heard = simulate(shadow_scene(reflections, length))
-    return heard["time"].values, heard["intensity"].values[0, 0]
+    recording = simulate(shadow_scene(reflections, length))
+    return recording["time"].values, recording["intensity"].values[0, 0]
 
 
 def contrast(reflections: int, length: float, window: tuple[float, float]) -> float:
@@ -121,25 +121,25 @@ def draw(folder: Path) -> list[Path]:
 
 
 def _contrasts(axes: Axes, reflections: int) -> None:
-    """What both windows say of the whole scene, written into them."""
+    """Write the contrasts in both windows of the whole scene into them."""
     for window in (LATE, DOUBLE):
-        lines = [f"{length:g} m box: {_told(contrast(reflections, length, window))}" for length in (WIDE, OWN)]
+        lines = [f"{length:g} m box: {_contrast_text(contrast(reflections, length, window))}" for length in (WIDE, OWN)]
         middle = 1e3 * (window[0] + window[1]) / 2
         axes.text(middle, 27.5, "\n".join(lines), ha="center", va="bottom", fontsize=9, color=style.INK,
                   bbox={"facecolor": "white", "alpha": 0.7, "linewidth": 0, "pad": 1.5})  # fmt: skip
 
 
-def _told(contrast_db: float) -> str:
-    """A contrast as it is written; beyond the bound it says how well sidelobes are resolved, and no more."""
+def _contrast_text(contrast_db: float) -> str:
+    """Text of a contrast; beyond the bound it depends on the resolution of sidelobes."""
     return f"≥ {DARK:g} dB" if contrast_db >= DARK else f"{contrast_db:.1f} dB"
 
 
 def _panel(axes: Axes, scenario: Scenario) -> None:
     """One ping and its expectation, with the two windows of the numbers marked."""
-    heard = simulate(scenario)
-    level = level_db(np.abs(heard["pressure"].values[0, 0]) ** 2)
+    recording = simulate(scenario)
+    level = level_db(np.abs(recording["pressure"].values[0, 0]) ** 2)
     mean = simulate(scenario.model_copy(update={"field": "incoherent"}))["intensity"].values[0, 0]
-    time = heard["time"].values * 1e3
+    time = recording["time"].values * 1e3
     for window, contribution, name in ((LATE, "surface", "late window"), (DOUBLE, "seabed", "double shadow")):
         first, last = (1e3 * t for t in window)
         axes.axvspan(first, last, color=style.CONTRIBUTION_COLOURS[contribution], alpha=0.1, linewidth=0, label=name)

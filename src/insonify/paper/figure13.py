@@ -63,8 +63,8 @@ def numbers(realisations: int = REALISATIONS) -> list[CheckedNumber]:
     """
     source = "characteristic function of a uniform phase: sinc^2(J)"
     return [
-        CheckedNumber(f"correlation of two pings, jitter {jitter:g} wavelengths", correlation(jitter, realisations), "1",
-               float(np.sinc(jitter) ** 2), 0.02, source)
+        CheckedNumber(f"correlation of two pings, jitter {jitter:g} wavelengths", correlation(jitter, realisations),
+               "1", float(np.sinc(jitter) ** 2), 0.02, source)
         for jitter in JITTERS
     ]  # fmt: skip
 
@@ -85,9 +85,9 @@ def draw(folder: Path, realisations: int = REALISATIONS) -> list[Path]:
         figure = style.new_figure(9.5, 9.5)
         panels = figure.subplots(len(JITTERS), 1, sharex=True, sharey=True)
         for axes, scenario, row in zip(panels, scenarios.values(), rows, strict=True):
-            heard = simulate(scenario)
-            time = heard["time"].values * 1e3
-            level = level_db(np.abs(heard["pressure"].values[:, 0]) ** 2)
+            recording = simulate(scenario)
+            time = recording["time"].values * 1e3
+            level = level_db(np.abs(recording["pressure"].values[:, 0]) ** 2)
             axes.plot(time, level[1], color=style.FAMILIES["B"], linewidth=1.4)
             axes.plot(time, level[0], color=style.INK, linewidth=0.6)
             axes.set_ylim(40, 126)

@@ -2,7 +2,7 @@
 
 Changed in the nominal scene: the whole scene in three dimensions, `sonar.receive.steer` from -6 to 6 deg in steps of
 0.25 deg (the transmit beam follows), the box turned 2.1 deg to the right of boresight at the same range, and a window
-about it. For the beam pattern the box gives way to a point at that bearing, heard alone over direct paths.
+about it. For the beam pattern the box gives way to a point at that bearing, alone and over direct paths.
 """
 
 from functools import lru_cache
@@ -27,9 +27,9 @@ from insonify.units import level_db
 TITLE = "Multi-beam image of the target, and some of the beams behind it"
 WINDOW = (0.185, 0.235)
 DIRECT = (0.1995, 0.2015)
-"""While the direct echo of the target is heard, and no other [s]."""
+"""Delays of the direct echo of the target without any other [s]."""
 BEARING = np.radians(2.1)
-"""Where the target lies, to the right of boresight [rad]."""
+"""Bearing of the target, to the right of boresight [rad]."""
 STEERS = np.radians(np.arange(-6, 6.01, 0.25))
 FINE = np.radians(np.arange(0.9, 3.3001, 0.01))
 """Steer angles at which the pattern is measured [rad]."""
@@ -90,7 +90,7 @@ def pattern() -> tuple[Floats, Floats]:
 
 
 def numbers() -> list[CheckedNumber]:
-    """How well the echo follows the beam, and where the image puts the target."""
+    """Agreement of the echo with the beam pattern, and the target's position in the image."""
     energy, expected = pattern()
     away = np.abs(np.sin(FINE) - np.sin(BEARING)) / APERTURE
     lobe, side = away < 0.75, (away > 1.2) & (away < 1.8)
@@ -112,16 +112,16 @@ def numbers() -> list[CheckedNumber]:
 def image_peak() -> tuple[float, float]:
     """Bearing [deg] and slant range [m] of the brightest spot, with a point in place of the box.
 
-    Bearing from a parabola through the loudest beam and its neighbours, range from the centre of its echo.
+    Bearing from a parabola through the strongest beam and its neighbours, range from the centre of its echo.
     """
     scenario = point_scene(alone=False)
-    heard = simulate(scenario)
-    power = np.abs(heard["pressure"].values[0].astype(complex)) ** 2
+    recording = simulate(scenario)
+    power = np.abs(recording["pressure"].values[0].astype(complex)) ** 2
     level = level_db(power.sum(axis=1))
     row = int(np.argmax(level))
     left, middle, right = level[row - 1 : row + 2]
     bearing = STEERS[row] + (STEERS[1] - STEERS[0]) * (left - right) / (left - 2 * middle + right) / 2
-    centre = float(np.sum(heard["time"].values * power[row]) / power[row].sum())
+    centre = float(np.sum(recording["time"].values * power[row]) / power[row].sum())
     reach = (centre - scenario.sonar.pulse.duration / 2) * scenario.water.sound_speed / 2
     return float(np.degrees(bearing)), float(reach)
 

@@ -1,9 +1,9 @@
 """Figure 2: one ping about the target, direct paths only, over a fractal bed and over a flat one.
 
-The scenario is that of `sidescan_model`. A flat bed is smooth in the mean; a fractal one of a few centimetres rms, met
-at 3.4 degrees, is not: it shadows itself. The box shows as the echo of its face and the shadow behind it. Under the
-thermocline sound comes down on the bed at 9 degrees: the shadow is a third as long, the bed fluctuates less, and
-beyond 162 m no direct sound meets it.
+The scenario is that of `sidescan_model`. A flat bed is smooth in the mean; a fractal one of a few centimetres rms, at a
+grazing angle of 3.4 degrees, is not: it shadows itself. The box shows as the echo of its face and the shadow behind it.
+Under the thermocline sound comes down on the bed at 9 degrees: the shadow is a third as long, the bed fluctuates less,
+and beyond 162 m no direct sound reaches it.
 """
 
 from pathlib import Path
@@ -44,28 +44,30 @@ def scene(water: Water, *, relief: float = 0.0, boxed: bool = True, window: tupl
         boxed: With the target.
         window: Time recorded [s].
     """
-    told = {"paths.max_reflections": 0, "track.window": window}
-    return sidescan_model.scene(water, told if boxed else sidescan_model.without_box(told), relief=relief)
+    settings = {"paths.max_reflections": 0, "track.window": window}
+    return sidescan_model.scene(water, settings if boxed else sidescan_model.without_box(settings), relief=relief)
 
 
 def fluctuation(relief: float, *, seeds: int = SEEDS, geometry: str = "3d") -> float:
-    """How the level of the bed before the target fluctuates at one speed, mean of some beds [dB].
+    """Fluctuation of the level of the bed before the target at one speed, mean of some beds [dB].
 
     Args:
         relief: Rms height [m].
         seeds: How many beds.
         geometry: The whole scene, or one vertical plane.
     """
-    told = sidescan_model.without_box(
+    settings = sidescan_model.without_box(
         {"paths.max_reflections": 0, "paths.geometry": geometry, "paths.scatterers_per_cell": sidescan_model.GRAINS,
          "track.window": BEFORE}
     )  # fmt: skip
-    beds = [sidescan_model.scene("one speed", {**told, "seed": seed}, relief=relief) for seed in range(1, seeds + 1)]
+    beds = [
+        sidescan_model.scene("one speed", {**settings, "seed": seed}, relief=relief) for seed in range(1, seeds + 1)
+    ]
     return float(np.mean([sidescan_model.ripple(*sidescan_model.expected_ping(bed), BEFORE) for bed in beds]))
 
 
 def dark(water: Water) -> tuple[float, float]:
-    """When the whole pulse is in the box's shadow [s]: after the foot of its back, before the end."""
+    """Delays at which the whole pulse is in the box's shadow [s]: after the foot of its back, before the end."""
     foot = sidescan_model.two_way(water, "D", "D", sidescan_model.BACK, sidescan_model.BED) + sidescan_model.PULSE
     return foot, sidescan_model.two_way(water, "D", "D", sidescan_model.shadow_end(water), sidescan_model.BED)
 
@@ -83,7 +85,7 @@ def peak(water: Water, relief: float) -> float:
 
 
 def numbers(seeds: int = SEEDS) -> list[CheckedNumber]:
-    """How smooth a flat bed is, how rough a fractal one; how bright the target is, how dark its shadow, how long.
+    """Smoothness of a flat bed, roughness of a fractal one, level of the target, contrast and length of its shadow.
 
     Args:
         seeds: How many fractal beds are averaged.
@@ -106,8 +108,9 @@ def numbers(seeds: int = SEEDS) -> list[CheckedNumber]:
             rows.append(
                 CheckedNumber(f"{water}: target over a {name} bed", peak(water, relief), "dB", 10.0, None, "stands out")
             )
-        rows.append(CheckedNumber(f"{water}: shadow below the flat bed", contrast(water), "dB", sidescan_model.beam_leakage_db(), 1.0,
-                           "sound round the sides of a 2 m box: integral of sinc^4"))  # fmt: skip
+        rows.append(CheckedNumber(f"{water}: shadow below the flat bed", contrast(water), "dB",
+                                  sidescan_model.beam_leakage_db(), 1.0,
+                                  "sound round the sides of a 2 m box: integral of sinc^4"))  # fmt: skip
         time, intensity = sidescan_model.expected_ping(scene(water))
         end = dark(water)[1]
         found = sidescan_model.shadow_end_time(time, intensity, end)
@@ -131,7 +134,7 @@ def draw(folder: Path) -> list[Path]:
         rows = figure.subplots(2, 1, sharex=True, sharey=True)
         for axes, letter, water in zip(rows, "ab", WATERS, strict=True):
             _panel(axes, water)
-            axes.set_title(f"{letter}  {sidescan_model.TOLD[water]}")
+            axes.set_title(f"{letter}  {sidescan_model.WATER_TITLES[water]}")
         rows[0].legend(ncols=2, loc="upper right")
         rows[-1].set_xlabel("time after the start of transmission [ms]")
         picture = style.save_figure(figure, folder / "figure2.png")

@@ -35,7 +35,7 @@ HALF, PINGS = 5.5, 37
 FINE = 41
 """Pings over a flat bed that the width of the shadow is taken from."""
 HEIGHTS: dict[Water, tuple[float, ...]] = {"one speed": (0.25, 0.5, 1.0, 2.0), "thermocline": (0.25, 0.5, 1.0)}
-"""Of the boxes whose shadows are measured [m]; under the thermocline no direct sound meets what stands higher."""
+"""Heights of the boxes whose shadows are measured [m]; under the thermocline no direct sound reaches higher ones."""
 DIMMED = 0.05
 """Part of the bed's energy that is missing at the rim of the shadow [1]."""
 PICTURE = (145.0, 174.0)
@@ -43,7 +43,7 @@ PICTURE = (145.0, 174.0)
 SPAN = (-30.0, 30.0)
 """Levels that the pictures show [dB re the flat bed]."""
 LOWEST = 0.0
-"""Fainter sound is not told from silence [dB re 1 uPa]."""
+"""Lowest level that counts as sound [dB re 1 uPa]."""
 ENDS = 30.0
 """Fall of the level at which the bed ends [dB]."""
 COLUMNS = 900
@@ -63,12 +63,12 @@ def scene(water: Water, *, relief: float = sidescan_model.RELIEF, pings: int = P
         window: Time recorded [s].
         changes: Other values by dotted name.
     """
-    told = {"paths.max_reflections": 0, **(changes or {})}
-    return sidescan_model.along(water, told, half=half, pings=pings, window=window, relief=relief)
+    settings = {"paths.max_reflections": 0, **(changes or {})}
+    return sidescan_model.along(water, settings, half=half, pings=pings, window=window, relief=relief)
 
 
 def shadow_end(water: Water, height: float) -> tuple[float, float]:
-    """Distance at which the shadow of a box ends, as heard abeam, and by geometry [m].
+    """Distance at which the shadow of a box ends, as simulated abeam, and by geometry [m].
 
     Args:
         water: With or without the profile.
@@ -77,17 +77,17 @@ def shadow_end(water: Water, height: float) -> tuple[float, float]:
     expected = sidescan_model.shadow_end(water, height=height)
     when = sidescan_model.two_way(water, "D", "D", expected, sidescan_model.BED)
     window = (when - 1.5e-3, when + 1.5e-3)
-    told = {"paths.max_reflections": 0, "track.window": window, **sidescan_model.with_box(height=height)}
+    settings = {"paths.max_reflections": 0, "track.window": window, **sidescan_model.with_box(height=height)}
     found = sidescan_model.shadow_end_time(
-        *sidescan_model.expected_ping(sidescan_model.scene(water, told)), when, reach=0.4e-3
+        *sidescan_model.expected_ping(sidescan_model.scene(water, settings)), when, reach=0.4e-3
     )
     return sidescan_model.distance_of(water, found), expected
 
 
 def face(water: Water) -> float:
     """Distance of the face abeam, from the centre of its echo, taken as on the middle of its height [m]."""
-    told = {"paths.max_reflections": 0, "track.window": (0.199, 0.204)}
-    time, intensity = sidescan_model.expected_ping(sidescan_model.scene(water, sidescan_model.target_only(told)))
+    settings = {"paths.max_reflections": 0, "track.window": (0.199, 0.204)}
+    time, intensity = sidescan_model.expected_ping(sidescan_model.scene(water, sidescan_model.target_only(settings)))
     near = (
         time
         < sidescan_model.two_way(water, "D", "D", sidescan_model.FACE, sidescan_model.BED) + 1.5 * sidescan_model.PULSE
@@ -114,7 +114,7 @@ def shadow_width(water: Water) -> float:
 
 
 def numbers() -> list[CheckedNumber]:
-    """Where the highlight is, how long and how wide the shadow is, in both waters."""
+    """Position of the highlight, length and width of the shadow, in both waters."""
     rows = []
     put, over = "where the box was put", "exact ray over the far edge"
     for water in WATERS:
@@ -153,7 +153,7 @@ def draw(folder: Path) -> list[Path]:
     """
     with style.plot_style():
         figure = style.new_figure(10.5, 6.8)
-        picture(figure, [(sidescan_model.TOLD[water], water, simulate(scene(water))) for water in WATERS])
+        picture(figure, [(sidescan_model.WATER_TITLES[water], water, simulate(scene(water))) for water in WATERS])
         path = style.save_figure(figure, folder / "figure3.png")
     return [
         path,
@@ -187,7 +187,7 @@ def image(axes: Axes, water: Water, sound: xr.Dataset) -> AxesImage:
     Args:
         axes: Where to draw.
         water: With or without the profile.
-        sound: What was heard.
+        sound: Recording of the image.
     """
     run, time, level = sidescan_model.images(sound)
     shown = np.nan_to_num(np.maximum(level, LOWEST) - usual(water, sound), neginf=SPAN[0])
@@ -203,8 +203,8 @@ def image(axes: Axes, water: Water, sound: xr.Dataset) -> AxesImage:
         two_way_slant(water, "D", "D", at) for at in (sidescan_model.BACK, sidescan_model.shadow_end(water))
     )  # fmt: skip
     axes.add_patch(
-        Rectangle((first, -sidescan_model.OWN / 2), last - first, sidescan_model.OWN, fill=False, color=style.FAMILIES["S"],
-                  linewidth=1.0, linestyle="--")
+        Rectangle((first, -sidescan_model.OWN / 2), last - first, sidescan_model.OWN, fill=False,
+                  color=style.FAMILIES["S"], linewidth=1.0, linestyle="--")
     )  # fmt: skip
     return drawn
 
@@ -230,10 +230,10 @@ def usual(water: Water, sound: xr.Dataset) -> Floats:
         sound: A recording of `scene`.
     """
     scenario = parse_model(Scenario, sound.attrs["scenario"])
-    told = {
+    settings = {
         "paths.max_reflections": scenario.paths.max_reflections, "track.window": scenario.track.window,
         "sonar": scenario.sonar.model_dump(mode="json"),
     }  # fmt: skip
-    level = level_db(sidescan_model.expected_ping(sidescan_model.scene(water, sidescan_model.without_box(told)))[1])
+    level = level_db(sidescan_model.expected_ping(sidescan_model.scene(water, sidescan_model.without_box(settings)))[1])
     bright = level > level.max() - ENDS
     return level[np.maximum.accumulate(np.where(bright, np.arange(level.size), int(np.argmax(bright))))]

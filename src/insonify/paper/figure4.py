@@ -1,14 +1,15 @@
 """Figure 4: one ping about the target with the seabed's own reflections: a larger peak, and smaller ones after it.
 
-The scenario is that of `sidescan_model`, with one reflection off the bed and none off the surface. Sound that meets the
-bed in front of the face, before the face or after it, comes back 0 to 80 us later (ac), before and after 0 to 160 us
-later (cc). Out one way and back the other, two paths of one length add as amplitudes: with a reflection coefficient R
-the face, which scatters by Lambert's law, echoes 1 + 4 R^2 + R^4 times as much energy. That is 1.8 dB with the paper's
-0.35, and 7 dB with the Rayleigh coefficient of its sand, which at such grazing angles mirrors nearly everything.
-Elsewhere nothing changes: sound that bounces off the bed goes away from it.
+The scenario is that of `sidescan_model`, with one reflection off the bed and none off the surface. Sound reflected by
+the bed in front of the face, before the face or after it, comes back 0 to 80 us later (ac), before and after 0 to 160
+us later (cc). Out one way and back the other, two paths of one length add as amplitudes: with a reflection coefficient
+R the face, which scatters by Lambert's law, echoes 1 + 4 R^2 + R^4 times as much energy. That is 1.8 dB with the
+paper's 0.35, and 7 dB with the Rayleigh coefficient of its sand, which at such grazing angles mirrors nearly
+everything. Elsewhere nothing changes: sound that bounces off the bed goes away from it.
 
-A smooth face says it louder. Its own flash passes 3 degrees over the sonar, but face and bed make a corner, which sends
-sound back whence it came: all of ac is in phase, and the peak rises by some 20 dB even with the paper's 0.35.
+A smooth face shows it more strongly. Its own flash passes 3 degrees over the sonar, but face and bed make a corner,
+which reflects sound back to the sonar: all of ac is in phase, and the peak rises by some 20 dB even with the paper's
+0.35.
 """
 
 from functools import lru_cache
@@ -45,7 +46,7 @@ AWAY = 10.0
 LEAST = 3.0
 """By how much the peak rises at least over sand [dB]."""
 SHORT = {"sonar.pulse.duration": "30 us", "sonar.pulse.taper": "hann", "sonar.receiver.bandwidth": "150 kHz"}
-"""A pulse that tells the echoes apart."""
+"""A pulse that separates the echoes."""
 SMOOTH = 0.8
 """Reflection coefficient of the smooth face; it is as rough as before, too."""
 SPAN = (40.0, 130.0)
@@ -66,10 +67,10 @@ def scene(
         relief: Rms height of the bed's relief [m].
         changes: Other values by dotted name.
     """
-    told = {"paths.max_reflections": 0, "track.window": WINDOW}
+    settings = {"paths.max_reflections": 0, "track.window": WINDOW}
     if reflection is not None:
-        told |= {"paths.max_reflections": 1, "paths.families": ["D", "B"], "seabed.reflection": reflection}
-    return sidescan_model.scene(water, {**told, **(changes or {})}, relief=relief)
+        settings |= {"paths.max_reflections": 1, "paths.families": ["D", "B"], "seabed.reflection": reflection}
+    return sidescan_model.scene(water, {**settings, **(changes or {})}, relief=relief)
 
 
 @lru_cache(maxsize=12)
@@ -83,21 +84,21 @@ def echoes(water: Water, reflection: float | str, *, short: bool = False, smooth
         smooth: Whether the target's faces are smooth, too.
     """
     face = {"targets": [{**box(sidescan_model.OWN), "face_reflection_coefficient": SMOOTH}]} if smooth else {}
-    told = sidescan_model.target_only({**(SHORT if short else {}), **face})
-    return levels(scene(water, reflection, changes=told)).sel(contribution="target")
+    settings = sidescan_model.target_only({**(SHORT if short else {}), **face})
+    return levels(scene(water, reflection, changes=settings)).sel(contribution="target")
 
 
 def later(water: Water, pair: str) -> tuple[float, float]:
-    """How much later than the direct echo that over a pair of legs comes: as heard, and by exact rays [s]."""
+    """Delay of the echo over a pair of legs after the direct one: as simulated, and by exact rays [s]."""
     out, back = pair.split("-")
     position = (sidescan_model.FACE, MIDDLE)
     expected = sidescan_model.two_way(water, out, back, *position) - sidescan_model.two_way(water, "D", "D", *position)
-    heard = echoes(water, PAPER_REFLECTION)
-    return sidescan_model.echo(heard, pair)[0] - sidescan_model.echo(heard, "D-D")[0], expected
+    curves = echoes(water, PAPER_REFLECTION)
+    return sidescan_model.echo(curves, pair)[0] - sidescan_model.echo(curves, "D-D")[0], expected
 
 
 def gain(water: Water, reflection: float | str) -> tuple[float, float]:
-    """How much more energy the target echoes with the bed's reflections: as heard, and 1 + 4 R^2 + R^4 [dB].
+    """Energy that the target's echo gains by the bed's reflections: as simulated, and 1 + 4 R^2 + R^4 [dB].
 
     Args:
         water: With or without the profile.
@@ -108,28 +109,28 @@ def gain(water: Water, reflection: float | str) -> tuple[float, float]:
     if isinstance(reflection, str):
         mirrored = float(np.abs(reflection_coefficient(Sediment.named(reflection), np.abs(bent.angle))))
     leg = (float(mirrored) * bent.amplitude / direct.amplitude) ** 2 * np.cos(bent.angle) / np.cos(direct.angle)
-    heard = echoes(water, reflection)
-    found = sidescan_model.echo(heard, "all")[1] / sidescan_model.echo(heard, "D-D")[1]
+    curves = echoes(water, reflection)
+    found = sidescan_model.echo(curves, "all")[1] / sidescan_model.echo(curves, "D-D")[1]
     return float(level_db(found)), float(level_db(1 + 4 * leg + leg**2))
 
 
 def peak(water: Water, reflection: float | str, *, smooth: bool = False) -> float:
-    """How much the target's peak rises with the bed's reflections [dB]; smooth: of a target with smooth faces, too."""
-    heard = echoes(water, reflection, smooth=smooth)["level_db"]
-    return float(heard.sel(pair="all").max() - heard.sel(pair="D-D").max())
+    """Rise of the target's peak by the bed's reflections [dB]; smooth: of a target with smooth faces, too."""
+    curves = echoes(water, reflection, smooth=smooth)["level_db"]
+    return float(curves.sel(pair="all").max() - curves.sel(pair="D-D").max())
 
 
 def elsewhere(water: Water) -> float:
     """Largest change of the fractal bed's level more than 10 m from the target [dB]."""
     before = sidescan_model.two_way(water, "D", "D", sidescan_model.FACE - AWAY, sidescan_model.BED)
-    told = {"track.window": (before - 0.02, before), "paths.scatterers_per_cell": sidescan_model.GRAINS}
-    beds = (scene(water, reflection, relief=sidescan_model.RELIEF, changes=told) for reflection in (None, SAND))
+    settings = {"track.window": (before - 0.02, before), "paths.scatterers_per_cell": sidescan_model.GRAINS}
+    beds = (scene(water, reflection, relief=sidescan_model.RELIEF, changes=settings) for reflection in (None, SAND))
     without, with_it = (sidescan_model.expected_ping(bed)[1] for bed in beds)
     return float(np.abs(level_db(with_it / without)).max())
 
 
 def numbers() -> list[CheckedNumber]:
-    """How much larger the target's peak is, when its parts come, and what changes elsewhere."""
+    """Rise of the target's peak, delays of its parts, and changes elsewhere."""
     rows = []
     source = "exact rays to the middle of the face"
     for water in WATERS:
@@ -139,20 +140,20 @@ def numbers() -> list[CheckedNumber]:
             rows.append(CheckedNumber(name, 1e6 * found, "us", 1e6 * expected, 8.0, source))
         for reflection, name in ((PAPER_REFLECTION, f"R = {PAPER_REFLECTION:g}"), (SAND, SAND)):
             found, expected = gain(water, reflection)
-            told = "1 + 4 |A|^2 + |A|^4: two paths of one length add as amplitudes"
-            rows.append(CheckedNumber(f"{water}: target's energy, {name}, up by", found, "dB", expected, 0.3, told))
+            source = "1 + 4 |A|^2 + |A|^4: two paths of one length add as amplitudes"
+            rows.append(CheckedNumber(f"{water}: target's energy, {name}, up by", found, "dB", expected, 0.3, source))
             least = LEAST if reflection == SAND else None
-            told = "the paper's larger peak" if least else ""
+            source = "the paper's larger peak" if least else ""
             rows.append(
                 CheckedNumber(
-                    f"{water}: target's peak, {name}, up by", peak(water, reflection), "dB", least, None, told
+                    f"{water}: target's peak, {name}, up by", peak(water, reflection), "dB", least, None, source
                 )
             )
-        told = "the paper's larger peak, from a smooth face"
+        source = "the paper's larger peak, from a smooth face"
         rise = peak(water, PAPER_REFLECTION, smooth=True)
         rows.append(
             CheckedNumber(
-                f"{water}: smooth target's peak, R = {PAPER_REFLECTION:g}, up by", rise, "dB", LEAST, None, told
+                f"{water}: smooth target's peak, R = {PAPER_REFLECTION:g}, up by", rise, "dB", LEAST, None, source
             )
         )
         rows.append(CheckedNumber(f"{water}: bed more than 10 m away, largest change", elsewhere(water), "dB", 0.0, 0.5,
@@ -174,7 +175,7 @@ def draw(folder: Path) -> list[Path]:
         above, below, last = figure.subplots(3, 2, sharey="row")
         for axes, letter, water in zip(above, "ab", WATERS, strict=True):
             _panel(axes, water)
-            axes.set_title(f"{letter}  {sidescan_model.TOLD[water]}")
+            axes.set_title(f"{letter}  {sidescan_model.WATER_TITLES[water]}")
         for axes, letter, water in zip(below, "cd", WATERS, strict=True):
             _pairs(axes, echoes(water, SAND, short=True), water, (80, 130))
             axes.set_title(f"{letter}  the face by a pulse of 30 us, {SAND}")
@@ -208,13 +209,13 @@ def _panel(axes: Axes, water: Water) -> None:
     axes.set_xlabel("time after the start of transmission [ms]")
 
 
-def _pairs(axes: Axes, heard: xr.Dataset, water: Water, span: tuple[float, float]) -> None:
-    """The face's echoes over each pair of legs, told apart, and how late they may come."""
-    time = 1e3 * heard["time"].values
-    whole = np.maximum(heard["level_db"].sel(pair="all").values, 0.0)
+def _pairs(axes: Axes, curves: xr.Dataset, water: Water, span: tuple[float, float]) -> None:
+    """The face's echoes over each pair of legs by itself, and their greatest delays."""
+    time = 1e3 * curves["time"].values
+    whole = np.maximum(curves["level_db"].sel(pair="all").values, 0.0)
     axes.fill_between(time, whole, color=style.CONTRIBUTION_COLOURS["target"], alpha=0.2, linewidth=0, label="all")
     for pair, family in SEEN.items():
-        level = np.maximum(heard["level_db"].sel(pair=pair).values, 0.0)
+        level = np.maximum(curves["level_db"].sel(pair=pair).values, 0.0)
         letters = "".join(LETTERS[leg] for leg in pair.split("-"))
         axes.plot(time, level, color=style.FAMILIES[family], linewidth=1.5, label=letters)
     axes.set_xlim(*(1e3 * when for when in CLOSE[water]))

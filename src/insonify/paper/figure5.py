@@ -3,8 +3,8 @@
 The scenario is that of `sidescan_model`, with up to two reflections per leg off a flat surface and a flat bed. A leg by
 way of the surface comes down steeper and later: out or back by it (ab), the target shows once more 1.9 ms later, out
 and back (bb) 3.8 ms later. Out one way and back the other, two paths of one length add as amplitudes, so that the first
-ghost is louder than the target itself. The shadow is lit by the surface, which sees over the box. Over the fractal bed
-the legs that bounce steeply off it (e) are fainter: a mirror of a few millimetres of roughness loses there.
+ghost is stronger than the target itself. The shadow is lit by the surface, which sees over the box. Over the fractal
+bed the legs that bounce steeply off it (e) are fainter: a mirror of a few millimetres of roughness loses there.
 """
 
 from functools import lru_cache
@@ -27,7 +27,7 @@ from insonify.units import level_db
 TITLE = "One ping about the target with surface and bottom reflections"
 WINDOW = (0.195, 0.230)
 ECHOES = (0.1995, 0.2130)
-"""When the target is heard [s]."""
+"""Delays of the target's echoes [s]."""
 GHOSTS = {"D-S": "ab", "S-S": "bb"}
 """Pairs of legs that make the ghosts, and the paper's letters."""
 MIDDLE = sidescan_model.BED - 0.5
@@ -47,10 +47,10 @@ def scene(water: Water, *, reflections: int = 2, relief: float = 0.0, only_targe
         water: With or without the profile.
         reflections: Most bounces of one leg.
         relief: Rms height of the bed's relief [m].
-        only_target: Whether the box alone is heard.
+        only_target: True: only the box contributes.
     """
-    told = {"paths.max_reflections": reflections, "track.window": WINDOW}
-    return sidescan_model.scene(water, sidescan_model.target_only(told) if only_target else told, relief=relief)
+    settings = {"paths.max_reflections": reflections, "track.window": WINDOW}
+    return sidescan_model.scene(water, sidescan_model.target_only(settings) if only_target else settings, relief=relief)
 
 
 @lru_cache(maxsize=2)
@@ -60,7 +60,7 @@ def echoes(water: Water) -> xr.Dataset:
 
 
 def ghost_delay(water: Water, pair: str) -> tuple[float, float]:
-    """How much later than the target a ghost comes: as heard, and by exact rays [s]."""
+    """Delay of a ghost after the target: as simulated, and by exact rays [s]."""
     out, back = pair.split("-")
     place = (sidescan_model.FACE, MIDDLE)
     expected = sidescan_model.two_way(water, out, back, *place) - sidescan_model.two_way(water, "D", "D", *place)
@@ -68,14 +68,14 @@ def ghost_delay(water: Water, pair: str) -> tuple[float, float]:
 
 
 def ghost_level(water: Water, pair: str) -> tuple[float, float]:
-    """Energy of a ghost re the target's direct echo, as heard, and by exact rays [dB].
+    """Energy of a ghost re the target's direct echo, as simulated, and by exact rays [dB].
 
     Each leg by the surface has another spreading, absorption and slant on the face, which scatters by Lambert's law;
     out one way and back the other are two paths that add as amplitudes: twice the pressure, four times the energy.
     """
     direct, bent = (sidescan_model.ray(water, name, sidescan_model.FACE, MIDDLE) for name in ("D", "S"))
-    told = scene(water)
-    lost = float(told.water.absorption(told.sonar.pulse.frequency)) * (bent.length - direct.length)
+    scenario = scene(water)
+    lost = float(scenario.water.absorption(scenario.sonar.pulse.frequency)) * (bent.length - direct.length)
     one = 2 * level_db(bent.amplitude / direct.amplitude) - lost + level_db(np.cos(bent.angle) / np.cos(direct.angle))
     expected = {"D-S": float(one) + float(level_db(4.0)), "S-S": 2 * float(one)}[pair]
     ghost, target = (sidescan_model.echo(echoes(water), name)[1] for name in (pair, "D-D"))
@@ -102,14 +102,14 @@ def slope(water: Water) -> tuple[float, float]:
 def rise(water: Water) -> float:
     """By how much the reflections lift the shadow on the flat bed, ghosts of the target apart [dB]."""
     window = figure2.dark(water)
-    told = {"paths.contributions": ["seabed"], "track.window": WINDOW}
-    beds = [sidescan_model.scene(water, {**told, "paths.max_reflections": n}) for n in (0, 2)]
+    settings = {"paths.contributions": ["seabed"], "track.window": WINDOW}
+    beds = [sidescan_model.scene(water, {**settings, "paths.max_reflections": n}) for n in (0, 2)]
     dark, lit = (sidescan_model.mean_level(*sidescan_model.expected_ping(bed), window) for bed in beds)
     return lit - dark
 
 
 def numbers() -> list[CheckedNumber]:
-    """When the ghosts come and how loud they are; how much of the shadow is left."""
+    """Delays and levels of the ghosts; contrast that the shadow keeps."""
     rows = []
     for water in WATERS:
         for pair, letters in GHOSTS.items():
@@ -118,7 +118,7 @@ def numbers() -> list[CheckedNumber]:
             rows.append(CheckedNumber(name, 1e3 * found, "ms", 1e3 * expected, 0.01, EXACT))
             found, expected = ghost_level(water, pair)
             rows.append(
-                CheckedNumber(f"{water}: ghost {letters} louder by", found, "dB", expected, 0.3, f"{EXACT}; 4 |A|^2")
+                CheckedNumber(f"{water}: ghost {letters} stronger by", found, "dB", expected, 0.3, f"{EXACT}; 4 |A|^2")
             )
         found, expected = slope(water)
         name = f"{water}: ghost ab later by, for each metre of depth"
@@ -153,7 +153,7 @@ def draw(folder: Path) -> list[Path]:
         rows = above.subplots(2, 1, sharex=True, sharey=True)
         for axes, letter, water in zip(rows, "ab", WATERS, strict=True):
             _panel(axes, water)
-            axes.set_title(f"{letter}  {sidescan_model.TOLD[water]}")
+            axes.set_title(f"{letter}  {sidescan_model.WATER_TITLES[water]}")
         rows[0].legend(ncols=2, loc="upper right")
         rows[-1].set_xlabel("time after the start of transmission [ms]")
         for axes, letter, water in zip(below.subplots(1, 2, sharey=True), "cd", WATERS, strict=True):
@@ -188,7 +188,7 @@ def _panel(axes: Axes, water: Water) -> None:
 
 
 def _pairs(axes: Axes, water: Water) -> None:
-    """The target's echoes over the pairs of legs that can be told apart."""
+    """The target's echoes over the pairs of legs that differ in delay."""
     curve = echoes(water)
     for pair, colour in style.PAIRS.items():
         if pair in curve["pair"].values:

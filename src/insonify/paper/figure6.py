@@ -1,8 +1,8 @@
 """Figure 6: the sidescan image with surface and bottom reflections: the target is harder to see.
 
 The image of figure 3 with up to two reflections per leg. Ghosts stand behind the target, and the shadow is lit by way
-of the surface, as far as the arrays hear all elevations alike. The third image shows what sonars do about it: arrays
-10 degrees wide in elevation, tilted 6 degrees down, which hear little of the surface.
+of the surface, as far as the arrays receive all elevations alike. The third image shows the remedy of real sonars:
+arrays 10 degrees wide in elevation, tilted 6 degrees down, which receive little by way of the surface.
 """
 
 from functools import lru_cache
@@ -30,7 +30,7 @@ TILT, WIDE = 6.0, 10.0
 HEIGHT = 0.8859 * sidescan_model.WAVELENGTH / float(np.radians(WIDE))
 """Height of a line of that width [m]: sinc^2 is half where its argument is 0.443."""
 FALL = 15.0
-"""By how much the contrast falls at least with arrays that hear all elevations, in water of one speed [dB]."""
+"""Least fall of the contrast with arrays that receive all elevations, in water of one speed [dB]."""
 WINDOW = (0.193, 0.232)
 HALF, PINGS = 4.4, 19
 """Distance run before and after the target [m], and pings of each image."""
@@ -54,7 +54,7 @@ def scene(water: Water, *, beam: Beam = "broad") -> Scenario:
 
     Args:
         water: With or without the profile.
-        beam: How the arrays hear elevations.
+        beam: Beam pattern over elevation.
     """
     return figure3.scene(
         water, pings=PINGS, half=HALF, window=WINDOW, changes={"paths.max_reflections": 2, **sonar(beam)}
@@ -63,15 +63,15 @@ def scene(water: Water, *, beam: Beam = "broad") -> Scenario:
 
 @lru_cache(maxsize=16)
 def _bed(water: Water, reflections: int, boxed: bool, beam: Beam) -> tuple[Floats, Floats]:
-    """What the flat bed alone sends back abeam, in the shadow of the box or without one."""
-    told = {
+    """Intensity of the flat bed alone abeam, in the shadow of the box or without one."""
+    settings = {
         "paths.max_reflections": reflections,
         "paths.contributions": ["seabed"],
         "track.window": (0.2, 0.228),
         **sonar(beam),
     }
     return sidescan_model.expected_ping(
-        sidescan_model.scene(water, told if boxed else sidescan_model.without_box(told))
+        sidescan_model.scene(water, settings if boxed else sidescan_model.without_box(settings))
     )
 
 
@@ -81,7 +81,7 @@ def shadow_contrast(water: Water, reflections: int, beam: Beam = "broad") -> flo
     Args:
         water: With or without the profile.
         reflections: Most bounces of one leg.
-        beam: How the arrays hear elevations.
+        beam: Beam pattern over elevation.
     """
     window = LATE if water == "one speed" else figure2.dark(water)
     free, cut = (sidescan_model.mean_level(*_bed(water, reflections, boxed, beam), window) for boxed in (False, True))
@@ -95,8 +95,8 @@ def highlight(water: Water, reflections: int) -> float:
         water: With or without the profile.
         reflections: Most bounces of one leg.
     """
-    told = {"paths.max_reflections": reflections, "track.window": (0.2, 0.228)}
-    time, intensity = sidescan_model.expected_ping(sidescan_model.scene(water, told))
+    settings = {"paths.max_reflections": reflections, "track.window": (0.2, 0.228)}
+    time, intensity = sidescan_model.expected_ping(sidescan_model.scene(water, settings))
     start, end = figure2.dark(water)
     return float(level_db(intensity[time < start - sidescan_model.PULSE].max())) - sidescan_model.mean_level(
         time, intensity, (start, end)
@@ -104,7 +104,7 @@ def highlight(water: Water, reflections: int) -> float:
 
 
 def numbers() -> list[CheckedNumber]:
-    """What reflections leave of the contrast of shadow and target."""
+    """Contrast of shadow and target that reflections leave."""
     rows = []
     for water in WATERS:
         none, two = (shadow_contrast(water, n) for n in (0, 2))
@@ -116,8 +116,8 @@ def numbers() -> list[CheckedNumber]:
         )
         rows.append(CheckedNumber(f"{water}: shadow contrast, two reflections", two, "dB"))
         least = FALL if water == "one speed" else None
-        told = "the surface sees over the box" if least else ""
-        rows.append(CheckedNumber(f"{water}: shadow contrast falls by", none - two, "dB", least, None, told))
+        source = "the surface sees over the box" if least else ""
+        rows.append(CheckedNumber(f"{water}: shadow contrast falls by", none - two, "dB", least, None, source))
         bright = highlight(water, 0) - highlight(water, 2)
         rows.append(
             CheckedNumber(f"{water}: target over its shadow falls by", bright, "dB", FALL, None, "ghosts and surface")
@@ -136,7 +136,7 @@ def draw(folder: Path) -> list[Path]:
     Returns:
         The files written.
     """
-    scenarios = {sidescan_model.TOLD[water]: scene(water) for water in WATERS}
+    scenarios = {sidescan_model.WATER_TITLES[water]: scene(water) for water in WATERS}
     narrow = f"1500 m/s, arrays {WIDE:g} deg wide in elevation, {TILT:g} deg down"
     scenarios[narrow] = scene("one speed", beam="narrow")
     waters: tuple[Water, ...] = (*WATERS, "one speed")
@@ -148,7 +148,7 @@ def draw(folder: Path) -> list[Path]:
 
 
 def _panels(figure: Figure, scenarios: dict[str, Scenario], waters: tuple[Water, ...]) -> None:
-    sounds = [(title, water, simulate(told)) for (title, told), water in zip(scenarios.items(), waters, strict=True)]
+    sounds = [(title, water, simulate(one)) for (title, one), water in zip(scenarios.items(), waters, strict=True)]
     for axes, water in zip(figure3.picture(figure, sounds), waters, strict=True):
         _name_ghosts(axes, water)
 

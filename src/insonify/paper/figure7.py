@@ -1,9 +1,10 @@
 """Figure 7: a moving sea surface makes what comes by way of it random from ping to ping.
 
 The scenario is that of `sidescan_model` with one reflection per leg. The images are made under a swell, 0.35 m high and
-60 m long, that tilts the plane of each bounce as the wave stands where the ray meets it, at that time: the paper's way.
-The curves are of a sonar that stays where it is and pings every half second: how alike its coherent pings are, under
-the swell, under the wind sea of a breeze of 3 m/s (coherent part and glints), and without any path by the surface.
+60 m long, that tilts the plane of each bounce as the wave stands where the ray reflects, at that time: the paper's
+method. The curves are of a sonar that stays where it is and pings every half second: how alike its coherent pings are,
+under the swell, under the wind sea of a breeze of 3 m/s (coherent part and glints), and without any path by the
+surface.
 """
 
 from functools import lru_cache
@@ -39,7 +40,7 @@ WINDOW = (0.1985, 0.2070)
 RUNNING = 0.4e-3
 """Time over which pings are compared in the curves [s]."""
 ALIKE, UNLIKE = 0.95, 0.3
-"""How alike pings are at least where no path by the surface comes; and at most in the ghosts."""
+"""Least coherence of pings without a path by the surface; and greatest in the ghosts."""
 CHANCE = "pings drawn anew: 0 in the mean, 0.1 by chance"
 CURVES: tuple[tuple[Sea, str, str], ...] = (
     ("still", style.INK, "no path by the surface"),
@@ -56,8 +57,8 @@ def image_scene(water: Water) -> Scenario:
     Args:
         water: With or without the profile.
     """
-    told = {"paths.max_reflections": 1, "paths.families": ["D", "S"], "surface": SURFACES["swell"]}
-    return figure3.scene(water, pings=17, half=4.0, window=(0.193, 0.232), changes=told)
+    settings = {"paths.max_reflections": 1, "paths.families": ["D", "S"], "surface": SURFACES["swell"]}
+    return figure3.scene(water, pings=17, half=4.0, window=(0.193, 0.232), changes=settings)
 
 
 def pings_scene(water: Water, sea: Sea) -> Scenario:
@@ -67,12 +68,12 @@ def pings_scene(water: Water, sea: Sea) -> Scenario:
         water: With or without the profile.
         sea: State of the surface; a still one is left out.
     """
-    told = {
+    settings = {
         "field": "coherent", "paths.max_reflections": 1, "surface": SURFACES[sea], "track.window": WINDOW,
         "paths.families": STILL_FAMILIES if sea == "still" else FAMILIES,
         "track.pings": PINGS, "track.interval": INTERVAL, "paths.scatterers_per_cell": sidescan_model.GRAINS,
     }  # fmt: skip
-    return sidescan_model.scene(water, told)
+    return sidescan_model.scene(water, settings)
 
 
 @lru_cache(maxsize=8)
@@ -97,7 +98,7 @@ def ping_correlation(sound: xr.Dataset, first: float, last: float) -> float:
 
 
 def window(water: Water, pair: str) -> tuple[float, float]:
-    """When the face is heard over a pair of legs [s]."""
+    """Delays of the face's echo over a pair of legs [s]."""
     out, back = pair.split("-")
     first, last = sorted(
         sidescan_model.two_way(water, out, back, sidescan_model.FACE, depth)
@@ -107,7 +108,7 @@ def window(water: Water, pair: str) -> tuple[float, float]:
 
 
 def numbers() -> list[CheckedNumber]:
-    """How alike pings are in the direct echo and in the ghosts, in both waters."""
+    """Coherence of pings in the direct echo and in the ghosts, in both waters."""
     rows = []
     for water in WATERS:
         for pair, letters in {"D-D": "aa", **GHOSTS}.items():
@@ -139,7 +140,9 @@ def draw(folder: Path) -> list[Path]:
     with style.plot_style():
         figure = style.new_figure(10.5, 10)
         above, below = figure.subfigures(2, 1, height_ratios=(1.7, 1), squeeze=False)[:, 0]
-        sounds = [(f"{sidescan_model.TOLD[water]}, swell", water, simulate(image_scene(water))) for water in WATERS]
+        sounds = [
+            (f"{sidescan_model.WATER_TITLES[water]}, swell", water, simulate(image_scene(water))) for water in WATERS
+        ]
         figure3.picture(above, sounds)
         curves = below.subplots(1, 2, sharey=True)
         for axes, letter, water in zip(curves, "cd", WATERS, strict=True):

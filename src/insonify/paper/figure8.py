@@ -51,12 +51,12 @@ def speckle_index(realisations: int = REALISATIONS) -> tuple[float, float]:
     Args:
         realisations: How many seeds.
     """
-    told = {"paths.contributions": ["seabed"], "paths.scatterers_per_cell": CROWDED, "track.window": BEFORE}
-    smooth = simulate(scene(True, {**told, "field": "incoherent"}))["intensity"].values[0, 0]
+    settings = {"paths.contributions": ["seabed"], "paths.scatterers_per_cell": CROWDED, "track.window": BEFORE}
+    smooth = simulate(scene(True, {**settings, "field": "incoherent"}))["intensity"].values[0, 0]
     time = np.linspace(-1, 1, smooth.size)
     trend = 10 ** np.polyval(np.polyfit(time, np.log10(smooth), 12), time)
     speckled = [
-        np.abs(simulate(scene(True, {**told, "seed": seed}))["pressure"].values[0, 0].astype(complex)) ** 2 / trend
+        np.abs(simulate(scene(True, {**settings, "seed": seed}))["pressure"].values[0, 0].astype(complex)) ** 2 / trend
         for seed in range(1, realisations + 1)
     ]
     return _index(np.array(speckled)), _index(smooth / trend)
@@ -67,7 +67,7 @@ def _index(intensity: Floats) -> float:
 
 
 def perturbation_gain() -> float:
-    """What the random amplitude adds to the expected intensity [dB]."""
+    """Increase of the expected intensity by the random amplitude [dB]."""
     shaken, still = (
         simulate(scene(True, {"field": "incoherent", "paths.amplitude_perturbation": part}))["intensity"].values.mean()
         for part in (PERTURBATION, 0.0)
@@ -76,7 +76,7 @@ def perturbation_gain() -> float:
 
 
 def shadow_edge() -> tuple[float, float]:
-    """Where the direct paths to the bed end: horizontal range [m] and two-way delay [s], by hand.
+    """Ends of the direct paths to the bed: horizontal range [m] and two-way delay [s], by hand.
 
     The last ray turns just below 8 m, where it is level: cos(launch) = 1500 / 1510. Level at the knot, it is on a
     circle of radius c / |g| down to 14 m and straight below.
@@ -92,7 +92,7 @@ def shadow_edge() -> tuple[float, float]:
 
 
 def numbers(realisations: int = REALISATIONS) -> list[CheckedNumber]:
-    """How well the series is what it should be.
+    """Agreement of the series with its expectation.
 
     Args:
         realisations: How many seeds make the speckle index.
@@ -113,11 +113,11 @@ def numbers(realisations: int = REALISATIONS) -> list[CheckedNumber]:
         CheckedNumber("its range", float(np.hypot(*bed.position[:, :2].T).max()), "m", reach, 0.05, circle),
     ]
     rows += [CheckedNumber(f"Lambert strength of the {who}", value, "dB") for who, value in STRENGTHS_DB.items()]
-    return rows + loudest(scene(True))
+    return rows + strongest(scene(True))
 
 
-def loudest(scenario: Scenario) -> list[CheckedNumber]:
-    """The first and the loudest spike of each source.
+def strongest(scenario: Scenario) -> list[CheckedNumber]:
+    """The first and the strongest spike of each source.
 
     Args:
         scenario: Whose spikes.
@@ -125,15 +125,15 @@ def loudest(scenario: Scenario) -> list[CheckedNumber]:
     paths = arrivals(scenario, window=WINDOW)
     level = level_db(np.abs(arrival_weights(paths, build_simulator(scenario).ping_geometry(0))) ** 2)
     rows = []
-    for owner in ("box", "seabed", "surface"):
-        own = paths.object == owner
-        rows.append(CheckedNumber(f"loudest spike of the {owner}", float(level[own].max()), "dB re 1 uPa"))
-        rows.append(CheckedNumber(f"spikes of the {owner}", float(own.sum()), "1"))
+    for source in ("box", "seabed", "surface"):
+        own = paths.object == source
+        rows.append(CheckedNumber(f"strongest spike of the {source}", float(level[own].max()), "dB re 1 uPa"))
+        rows.append(CheckedNumber(f"spikes of the {source}", float(own.sum()), "1"))
     return rows
 
 
-def _of(paths: Arrivals, owner: str) -> Arrivals:
-    return paths.take(paths.object == owner)
+def _of(paths: Arrivals, source: str) -> Arrivals:
+    return paths.take(paths.object == source)
 
 
 def draw(folder: Path) -> list[Path]:
@@ -206,8 +206,8 @@ def series_panel(axes: Axes, scenario: Scenario, title: str) -> None:
         scenario: What is simulated.
         title: Above the series.
     """
-    heard = simulate(scenario)
-    level, time = level_db(np.abs(heard["pressure"].values[0, 0]) ** 2), heard["time"].values * 1e3
+    recording = simulate(scenario)
+    level, time = level_db(np.abs(recording["pressure"].values[0, 0]) ** 2), recording["time"].values * 1e3
     mean = simulate(scenario.model_copy(update={"field": "incoherent"}))["intensity"].values[0, 0]
     axes.plot(time, level, color=style.INK, linewidth=0.7, label="one ping")
     axes.plot(time, level_db(mean), color=style.EXPECTED, linewidth=1.6, alpha=0.8, label="expected")

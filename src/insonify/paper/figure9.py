@@ -3,7 +3,7 @@
 The scenario is that of `thermocline`, in water of 1500 m/s, the speed at the sonar under the profile. The paper
 concludes that the profile "will only affect the sea surface returns and will not make a great deal of difference".
 Measured with exact rays it moves all of them: at 150 m the target and the bed come later, the surface earlier, bed
-and target are louder, and beyond 162 m no direct sound meets the bed.
+and target are stronger, and beyond 162 m no direct sound reaches the bed.
 
 Shifts are those of the engine's own arrivals, scatterer by scatterer, which stand in the same places in both waters;
 beside them, twice the difference of the exact eigenray and of the straight line.
@@ -43,7 +43,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ProfileEffect:
-    """How the returns of one source differ between both waters; columns over the places that both hear."""
+    """Difference of the returns of one source between both waters; columns over the points that return in both."""
 
     distance: Floats
     """Horizontal distance [m]."""
@@ -75,16 +75,16 @@ def rays_to(distance: Floats, depth: Floats) -> tuple[Floats, Floats]:
 
 
 @lru_cache(maxsize=4)
-def profile_effect(owner: str) -> ProfileEffect:
-    """What the profile does to the returns of one source.
+def profile_effect(source: str) -> ProfileEffect:
+    """Effect of the profile on the returns of one source.
 
     Args:
-        owner: "seabed", "surface" or "box".
+        source: "seabed", "surface" or "box".
     """
-    told: dict[str, Any] = {"paths.amplitude_perturbation": 0.0, "track.window": WIDE}
-    if owner != "box":
-        told["targets"] = []  # whose shadows differ
-    bent, plain = (_of(arrivals(scene(profile, told)), owner) for profile in (True, False))
+    settings: dict[str, Any] = {"paths.amplitude_perturbation": 0.0, "track.window": WIDE}
+    if source != "box":
+        settings["targets"] = []  # whose shadows differ
+    bent, plain = (_of(arrivals(scene(profile, settings)), source) for profile in (True, False))
     _, here, there = np.intersect1d(_key(bent), _key(plain), return_indices=True)
     bent, plain = bent.take(here), plain.take(there)
     distance, depth = np.hypot(*bent.position[:, :2].T), bent.position[:, 2]
@@ -100,8 +100,8 @@ def profile_effect(owner: str) -> ProfileEffect:
     )
 
 
-def _of(paths: Arrivals, owner: str) -> Arrivals:
-    return paths.take(paths.object == owner)
+def _of(paths: Arrivals, source: str) -> Arrivals:
+    return paths.take(paths.object == source)
 
 
 def _key(paths: Arrivals) -> NDArray[np.complex128]:
@@ -110,7 +110,7 @@ def _key(paths: Arrivals) -> NDArray[np.complex128]:
 
 
 def numbers() -> list[CheckedNumber]:
-    """Which returns the profile moves, by how much, and that the engine and exact eigenrays agree on it."""
+    """Shifts and levels of returns under the profile, and the agreement of the engine and exact eigenrays on them."""
     rows = [CheckedNumber("reference speed", SOUND_SPEED, "m/s")]
     for point, (depth, table) in POINTS.items():
         time, spreading = rays_to(np.array([DISTANCE]), np.array([depth]))
@@ -119,27 +119,27 @@ def numbers() -> list[CheckedNumber]:
         source = "150 m table of the 40-digit solution, thermo20 less iso20, out and back" if table else ""
         rows.append(CheckedNumber(f"{point} at 150 m: later by", shift, "ms", table, 2e-6 if table else None, source))
         gain = float(level_db((spreading[0] * slant) ** 4))
-        rows.append(CheckedNumber(f"{point} at 150 m: louder by spreading, out and back", gain, "dB"))
-    for owner in ("box", "seabed", "surface"):
-        found = profile_effect(owner)
+        rows.append(CheckedNumber(f"{point} at 150 m: level higher by spreading, out and back", gain, "dB"))
+    for source in ("box", "seabed", "surface"):
+        found = profile_effect(source)
         off = float(np.abs(found.shift - found.exact).max())
-        rows.append(CheckedNumber(f"shift of every spike of the {owner}, worst", off, "s", 0.0, 2e-9, EXACT))
+        rows.append(CheckedNumber(f"shift of every spike of the {source}, worst", off, "s", 0.0, 2e-9, EXACT))
         off = float(np.abs(found.spreading_db - found.exact_spreading_db).max())
-        rows.append(CheckedNumber(f"spreading of every spike of the {owner}, worst", off, "dB", 0.0, 0.08, EXACT))
+        rows.append(CheckedNumber(f"spreading of every spike of the {source}, worst", off, "dB", 0.0, 0.08, EXACT))
         near = np.abs(found.distance - 150.5) <= 0.75
         for name, value in (("least", found.shift[near].min()), ("most", found.shift[near].max())):
-            rows.append(CheckedNumber(f"{owner} at 150 m: later by, {name}", 1e3 * float(value), "ms"))
+            rows.append(CheckedNumber(f"{source} at 150 m: later by, {name}", 1e3 * float(value), "ms"))
         gain = float(level_db(np.mean(10 ** (found.gain_db[near] / 10))))
-        rows.append(CheckedNumber(f"{owner} at 150 m: louder by, mean of the spikes", gain, "dB"))
+        rows.append(CheckedNumber(f"{source} at 150 m: level higher by, mean of the spikes", gain, "dB"))
     rows.append(CheckedNumber("echo of the target: more energy", echo_gain(), "dB"))
     return [
         *rows,
-        CheckedNumber("seabed heard directly, farthest", float(profile_effect("seabed").distance.max()), "m"),
+        CheckedNumber("seabed over direct paths, farthest", float(profile_effect("seabed").distance.max()), "m"),
     ]
 
 
 def echo_gain() -> float:
-    """How much more energy of the target's direct echo is heard under the profile [dB]."""
+    """Increase of the energy of the target's direct echo under the profile [dB]."""
     energy = [
         simulate(scene(profile, {"paths.contributions": ["target"], "field": "incoherent"}))["intensity"].values.sum()
         for profile in (True, False)
@@ -176,8 +176,8 @@ def _panels(figure: Figure) -> None:
     series_panel(series, scene(False), "d  coherent series at one speed")
     for axes in (spikes, energy):
         axes.set_xlabel("")
-    later, louder = below.subplots(1, 2)
-    _changes(later, louder)
+    later, higher = below.subplots(1, 2)
+    _changes(later, higher)
 
 
 def _beside(axes: Axes) -> None:
@@ -188,18 +188,18 @@ def _beside(axes: Axes) -> None:
         axes.plot(bent["time"].values * 1e3, level, ":", color=style.CONTRIBUTION_COLOURS[contribution], linewidth=1.4)
 
 
-def _changes(later: Axes, louder: Axes) -> None:
+def _changes(later: Axes, higher: Axes) -> None:
     """Shift and change of level of every return over its distance."""
-    for owner, contribution in (("surface", "surface"), ("seabed", "seabed"), ("box", "target")):
-        found = profile_effect(owner)
+    for source, contribution in (("surface", "surface"), ("seabed", "seabed"), ("box", "target")):
+        found = profile_effect(source)
         order = np.argsort(found.distance)
-        mark, wide = (".", 3.0) if owner == "box" else ("-", 1.6)
-        for axes, column in ((later, 1e3 * found.shift), (louder, found.gain_db)):
-            axes.plot(found.distance[order], column[order], mark, color=style.CONTRIBUTION_COLOURS[contribution], markersize=wide,
-                      linewidth=wide, label=contribution)  # fmt: skip
+        mark, wide = (".", 3.0) if source == "box" else ("-", 1.6)
+        for axes, column in ((later, 1e3 * found.shift), (higher, found.gain_db)):
+            axes.plot(found.distance[order], column[order], mark, color=style.CONTRIBUTION_COLOURS[contribution],
+                      markersize=wide, linewidth=wide, label=contribution)  # fmt: skip
     for axes, title, label in (
         (later, "e  returns under the profile re one speed: time", "later by, out and back [ms]"),
-        (louder, "f  their level", "louder by, out and back [dB]"),
+        (higher, "f  their level", "higher by, out and back [dB]"),
     ):
         axes.axhline(0, color=style.QUIET, linewidth=0.8)
         axes.set_title(title)

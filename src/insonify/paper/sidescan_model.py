@@ -2,7 +2,7 @@
 
 Changed in the nominal scene: expected intensity (`field: incoherent`); medium sand by Jackson's model; and relief of
 Hurst exponent 0.8, 3 cm rms, for wavelengths up to 20 m. The paper gives neither the sand nor its relief. Reflections
-are up to each figure. Every figure is told twice, in water of 1500 m/s and under the thermocline of `thermocline`.
+are up to each figure. Every figure is drawn twice, in water of 1500 m/s and under the thermocline of `thermocline`.
 
 What is expected of the numbers comes from straight lines and exact eigenrays over a flat bed, and from the pattern of
 the arrays: no scatterer, table or synthesis of the engine has a part in it.
@@ -28,8 +28,11 @@ WATERS: tuple[Water, ...] = ("one speed", "thermocline")
 """Constant sound speed, and the summer profile of figure 1."""
 SONAR, BED, FACE, BACK, TOP = 11.0, 20.0, 150.0, 151.0, 19.0
 """Depths of sonar and bed, distances of the box's near and far faces, and depth of its top [m]."""
-TOLD: dict[Water, str] = {"one speed": "1500 m/s at all depths", "thermocline": "under the thermocline of figure 1"}
-"""The waters, as titles tell them."""
+WATER_TITLES: dict[Water, str] = {
+    "one speed": "1500 m/s at all depths",
+    "thermocline": "under the thermocline of figure 1",
+}
+"""Titles of the waters."""
 OWN = 2.0
 """Length of the paper's box along the track [m]."""
 RELIEF = 0.03
@@ -43,7 +46,7 @@ APERTURE, WAVELENGTH = 1.5, SOUND_SPEED / 100e3
 INTERVAL = 0.3
 """From ping to ping [s]."""
 GRAINS = 2.0
-"""Scatterers in each cell of a bare bed: an expectation has no speckle or shadow there that would ask for more."""
+"""Scatterers in each cell of a bare bed: an expectation has no speckle or shadow there that would need more."""
 
 Floats = NDArray[np.float64]
 
@@ -96,8 +99,8 @@ def along(water: Water, changes: dict[str, Any], *, half: float, pings: int, win
         window: Time recorded after each [s].
         relief: Rms height of the bed's relief [m].
     """
-    told = {"track": {**passing(half, pings), "window": window}}
-    return scene(water, {**told, **changes}, relief=relief)
+    settings = {"track": {**passing(half, pings), "window": window}}
+    return scene(water, {**settings, **changes}, relief=relief)
 
 
 @lru_cache(maxsize=2)
@@ -143,7 +146,7 @@ def two_way(water: Water, out: str, back: str, distance: float, depth: float) ->
 
 
 def shadow_end(water: Water, family: str = "D", height: float = BED - TOP) -> float:
-    """Where the box's shadow ends on the flat bed [m]: where the ray over its far edge comes down.
+    """Distance at which the box's shadow ends on the flat bed [m]: where the ray over its far edge comes down.
 
     Args:
         water: With or without the profile; the lowest metres have one speed in both.
@@ -191,7 +194,7 @@ def _pattern() -> tuple[Floats, Floats]:
 
 
 def beam_leakage_db(length: float = OWN) -> float:
-    """How far a box of some length dims the bed behind it, abeam [dB]: what the two-way beam hears beside it."""
+    """Contrast of the shadow of a box of some length abeam [dB]: the part of the two-way beam beside it."""
     cut = np.interp(np.arctan2(length / 2, FACE) * np.array([-1, 1]), *_pattern())
     return -float(level_db(1 - (cut[1] - cut[0])))
 
@@ -223,7 +226,7 @@ def ripple(time: Floats, intensity: Floats, window: tuple[float, float]) -> floa
 
 
 def shadow_end_time(time: Floats, intensity: Floats, around: float, *, reach: float = 0.5e-3) -> float:
-    """When a shadow ends [s]: where the intensity has come halfway back, less half of the pulse.
+    """Delay at which a shadow ends [s]: where the intensity has come halfway back, less half of the pulse.
 
     Args:
         time: Times [s], shape (time,).
@@ -255,7 +258,7 @@ def echo(curves: xr.Dataset, pair: str) -> tuple[float, float]:
 
 
 def target_only(changes: dict[str, Any] | None = None) -> dict[str, Any]:
-    """Changes under which the box alone is heard."""
+    """Changes under which only the box contributes."""
     return {"paths.contributions": ["target"], **(changes or {})}
 
 

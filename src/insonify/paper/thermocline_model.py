@@ -62,12 +62,12 @@ def scene(profile: bool, changes: dict[str, Any] | None = None) -> Scenario:
         "paths.geometry": "slice", "paths.max_reflections": 0, "paths.amplitude_perturbation": PERTURBATION,
         "surface.scattering": {"strength_db": STRENGTHS_DB["surface"]}, "track.window": WINDOW,
     }  # fmt: skip
-    told = {**fixed, **(changes or {})}
-    return layered(told) if profile else nominal({"water.sound_speed": SOUND_SPEED, **told})
+    settings = {**fixed, **(changes or {})}
+    return layered(settings) if profile else nominal({"water.sound_speed": SOUND_SPEED, **settings})
 
 
 def replica_sum(scenario: Scenario) -> NDArray[np.complex128]:
-    """What is heard as the paper computes it: every replica of the pulse at its delay, added in float64 [uPa].
+    """The sound as the paper computes it: every replica of the pulse at its delay, added in float64 [uPa].
 
     Args:
         scenario: What is simulated; its first ping and first beam.

@@ -1,4 +1,4 @@
-"""What recordings of elements are made into: the picture of their kind of sonar, and numbers beside the truth.
+"""Products of element recordings: the picture of their kind of sonar, and numbers beside the truth.
 
 A forward-looking sonar gives a fan, a multibeam soundings, an interferometer depths, a synthetic aperture a strip.
 Which of them a recording is follows from the sonar in its scenario.
@@ -20,7 +20,7 @@ from insonify.scenario.scenario import Scenario
 from insonify.sonar.hydrophones import element_layout
 
 KINDS = ("forward-looking", "multibeam", "interferometric", "synthetic-aperture")
-"""Products that can be told from a recording."""
+"""Products that can be recognised from a recording."""
 DOWN = np.sin(np.radians(45))
 """A boresight that looks further down than this is a multibeam's [1]."""
 AHEAD = np.cos(np.radians(45))
@@ -30,7 +30,7 @@ FEWEST = 4
 
 
 def product_kind(scenario: Scenario | None) -> str | None:
-    """What the recordings of a scenario are made into: one of `KINDS`; None where their sound is drawn as it is.
+    """Product of a scenario's recordings: one of `KINDS`; None where the recording is drawn as it is.
 
     Args:
         scenario: What was simulated; None: it is not known.
@@ -109,5 +109,5 @@ def draw_product(recording: xr.Dataset, path: str | Path, *, ping: int | None = 
 
 
 def _scenario(recording: xr.Dataset) -> Scenario | None:
-    """What was simulated, where the recording says so and the files are there."""
+    """Simulated scenario, where the recording holds it and its files exist."""
     return recording_levels(recording.isel(ping=slice(0, 1), channel=slice(0, 1), time=slice(0, 2))).scenario

@@ -21,7 +21,7 @@ PAIRS = (("D", "D"), ("D", "S"), ("S", "S"), ("D", "BS"), ("S", "BS"), ("BS", "B
 LIT = 0.4
 """Part of the body's half length about its middle within which pings are averaged [1]."""
 BESIDE = 4.0
-"""How far from the middle of the box, along the track, the bed beside it begins [m]."""
+"""Distance along the track from the middle of the box at which the seabed beside it begins [m]."""
 BEHIND = 0.15, 0.9
 """Part of the shadow's length in which it is as dark as it gets [1]."""
 
@@ -30,8 +30,8 @@ def coherent_sidescan(recording: xr.Dataset, scenario: Scenario) -> tuple[Figure
     """The image beside that of direct paths alone, the mean echo of the body, and when its echoes come.
 
     Args:
-        recording: Of one beam that looks east from a track to the north, all of its pings heard.
-        scenario: What was simulated, with a box in it; it is heard again without reflections, and as it is expected.
+        recording: Recording of one beam that looks east from a track to the north, all of its pings done.
+        scenario: The scenario, with a box in it; also simulated without reflections, and as an expectation.
     """
     box = next(target for target in scenario.targets if isinstance(target, Box))
     pings, north = recording["ping"].values, recording["position"].values[:, 0]
@@ -50,7 +50,7 @@ def coherent_sidescan(recording: xr.Dataset, scenario: Scenario) -> tuple[Figure
 
 
 def echo_times(scenario: Scenario, box: Box) -> list[TargetEcho]:
-    """When the echoes of a box's near face begin, by image sources.
+    """Begin of the echoes of a box's near face, by image sources.
 
     Args:
         scenario: What was simulated.
@@ -70,7 +70,7 @@ def echo_times(scenario: Scenario, box: Box) -> list[TargetEcho]:
 
 
 def shadow(scenario: Scenario, box: Box) -> tuple[float, float]:
-    """When the shadow that direct sound leaves behind a box begins and ends on a level bed [s].
+    """Begin and end of the shadow of direct sound behind a box on a flat seabed [s].
 
     Args:
         scenario: What was simulated.
@@ -85,26 +85,26 @@ def shadow(scenario: Scenario, box: Box) -> tuple[float, float]:
 
 
 def echo_numbers(passing: PassByLevels, echoes: list[TargetEcho], scenario: Scenario) -> list[CheckedNumber]:
-    """When each echo has risen to half of its highest, beside when it is due from the top or the foot of the face.
+    """Rise of each echo to half of its peak, beside its begin from the top or the foot of the face.
 
     Args:
         passing: The mean of the pings on the box.
         echoes: When they begin.
         scenario: What was simulated.
     """
-    told, pulse = [], scenario.sonar.pulse.duration
+    numbers, pulse = [], scenario.sonar.pulse.duration
     for echo in echoes:
         near = (passing.time > echo.delay - pulse / 2) & (passing.time < echo.delay + echo.spread + pulse)
         time, power = passing.time[near], passing.trace[near]
         after = int(np.argmax(power > power.max() / 2))
-        told.append(CheckedNumber(f"echo {echo.pair}: rises", float(time[after]) * 1e3, "ms",
+        numbers.append(CheckedNumber(f"echo {echo.pair}: rises", float(time[after]) * 1e3, "ms",
                            (echo.delay + echo.spread / 2) * 1e3, (echo.spread + pulse) / 2 * 1e3,
                            "image sources to the near face"))  # fmt: skip
-    return told
+    return numbers
 
 
 def shadow_numbers(passing: PassByLevels, dark: tuple[float, float], echoes: list[TargetEcho]) -> list[CheckedNumber]:
-    """How dark the shadow is, with and without multipath, beside what the expected intensity says.
+    """Contrast of the shadow, with and without multipath, beside that of the expected intensity.
 
     Args:
         passing: The mean of the pings on the box.
@@ -113,15 +113,17 @@ def shadow_numbers(passing: PassByLevels, dark: tuple[float, float], echoes: lis
     """
     first = max(dark[0] + BEHIND[0] * (dark[1] - dark[0]), echoes[-1].delay + echoes[-1].spread + 1e-3)
     inside = (passing.time > first) & (passing.time < dark[0] + BEHIND[1] * (dark[1] - dark[0]))
-    told = []
+    numbers = []
     for name, image, trace, hoped in (
         ("direct paths alone", passing.direct, passing.direct_trace, passing.direct_expected),
         ("with multipath", passing.image, passing.trace, passing.expected),
     ):
         bed = float(image[np.abs(passing.along) > BESIDE][:, inside].mean())
-        heard, due_ = (float(level_db(row[inside].mean() / bed)) for row in (trace, hoped))
-        told.append(CheckedNumber(f"shadow re the bed beside it, {name}", heard, "dB", due_, 1.5, "expected intensity"))
-    return told
+        contrast, expected = (float(level_db(row[inside].mean() / bed)) for row in (trace, hoped))
+        numbers.append(
+            CheckedNumber(f"shadow re the bed beside it, {name}", contrast, "dB", expected, 1.5, "expected intensity")
+        )
+    return numbers
 
 
 def _start(scenario: Scenario) -> tuple[float, float, float]:

@@ -24,7 +24,7 @@ from insonify.units import level_db
 Floats = NDArray[np.float64]
 
 FIELD_DB = -6.0
-"""Two-way level of transmitter and elements, re their loudest, down to which bearings are drawn [dB]."""
+"""Two-way level of transmitter and elements, re their highest, down to which bearings are drawn [dB]."""
 WIDEST = np.radians(80)
 """Bearing from boresight up to which beams are made at most [rad]."""
 BEAMS_IN_A_WIDTH = 4
@@ -33,16 +33,16 @@ SHADING = "hamming"
 SHOWN = 600
 """Samples of range in the picture, averaged as energy."""
 ABOUT = np.radians(15)
-"""How far to either side of a point its beam pattern is drawn [rad]."""
+"""Angle to either side of a point to which its beam pattern is drawn [rad]."""
 ALONE = 1.0
-"""How far around a point in range its echo is looked for [m]."""
+"""Distance in range around a point in which its echo is searched [m]."""
 
 
 def forward_looking(recording: xr.Dataset, scenario: Scenario, ping: int | None) -> tuple[Figure, list[CheckedNumber]]:
     """The fan of one ping, and its numbers.
 
     Args:
-        recording: Of elements, all of its pings heard.
+        recording: Recording of elements, all of its pings done.
         scenario: What was simulated.
         ping: Number of the ping; None: the first.
     """
@@ -51,7 +51,7 @@ def forward_looking(recording: xr.Dataset, scenario: Scenario, ping: int | None)
     bearings = recorded_bearings(scenario)
     fan = beams_of(short, scenario, bearings)
     seen = targets_in_view(scenario, number)
-    told: list[CheckedNumber] = []
+    numbers: list[CheckedNumber] = []
     cuts: list[BeamCut] = []
     whole = (fan.time[-1] - scenario.sonar.pulse.duration) * fan.sound_speed / 2
     for target, position in zip(scenario.targets, seen, strict=True):
@@ -59,13 +59,13 @@ def forward_looking(recording: xr.Dataset, scenario: Scenario, ping: int | None)
             continue
         if isinstance(target, PointTarget):
             cuts.append(cut_through(short, scenario, position))
-            told += point_numbers(cuts[-1], position)
+            numbers += point_numbers(cuts[-1], position)
         else:
-            told += body_numbers(fan, position)
+            numbers += body_numbers(fan, position)
     sonar = scenario.sonar
     title = (f"{scenario.title}: {sonar.beam_count} elements, {sonar.pulse.frequency / 1e3:g} kHz, "
              f"{len(bearings)} beams {np.degrees(beam_width(scenario)):.1f}° wide")  # fmt: skip
-    return sector_view(fewer(fan), seen, cuts[:1], title), told
+    return sector_view(fewer(fan), seen, cuts[:1], title), numbers
 
 
 def recorded_bearings(scenario: Scenario) -> Floats:
@@ -86,7 +86,7 @@ def recorded_bearings(scenario: Scenario) -> Floats:
 
 
 def field_of_view(scenario: Scenario) -> tuple[float, float]:
-    """Bearings between which transmitter and elements are no more than `FIELD_DB` below their loudest [rad].
+    """Bearings between which transmitter and elements are no more than `FIELD_DB` below their highest level [rad].
 
     Args:
         scenario: What was simulated.
@@ -94,12 +94,12 @@ def field_of_view(scenario: Scenario) -> tuple[float, float]:
     sonar, speed = scenario.sonar, scenario.water.sound_speed
     bearing = np.linspace(-WIDEST, WIDEST, 1601)
     sent = beams(sonar.beam_arrays[0], sonar.pulse.frequency, speed)
-    heard = beams(one_element(sonar.receive), sonar.pulse.frequency, speed)
+    received = beams(one_element(sonar.receive), sonar.pulse.frequency, speed)
     facings = np.unique(element_layout(sonar.receive)[1])
     gain = np.abs(sent.gain(_ahead(bearing))).max(axis=0)
-    gain *= np.max([np.abs(heard.gain(_ahead(bearing - angle))).max(axis=0) for angle in facings], axis=0)
-    loud = bearing[gain >= 10 ** (FIELD_DB / 20) * gain.max()]
-    return float(loud[0]), float(loud[-1])
+    gain *= np.max([np.abs(received.gain(_ahead(bearing - angle))).max(axis=0) for angle in facings], axis=0)
+    inside = bearing[gain >= 10 ** (FIELD_DB / 20) * gain.max()]
+    return float(inside[0]), float(inside[-1])
 
 
 def _ahead(bearing: Floats) -> Floats:
@@ -148,7 +148,7 @@ def fewer(fan: RecordingLevels) -> RecordingLevels:
 
 
 def _right(scenario: Scenario) -> tuple[Floats, float]:
-    """Where elements stand to the right of the array's middle, and the length of their line."""
+    """Positions of elements to the right of the array's middle, and the length of their line."""
     right = element_layout(scenario.sonar.receive)[0][:, 1]
     return right - (right.max() + right.min()) / 2, float(np.ptp(right) * len(right) / (len(right) - 1))
 
@@ -202,7 +202,7 @@ def cut_through(short: xr.Dataset, scenario: Scenario, target: TargetView) -> Be
 
 
 def point_numbers(cut: BeamCut, target: TargetView) -> list[CheckedNumber]:
-    """Where the beams put a point, and how wide they are there.
+    """Position of a point in the image, and the width of its peak.
 
     Args:
         cut: Through the point.

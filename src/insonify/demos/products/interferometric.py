@@ -1,4 +1,4 @@
-"""What an interferometric sidescan makes: image, phase and depths of both sides, beside the depths that there are."""
+"""Product of an interferometric sidescan: image, phase and depths of both sides, beside the true depths."""
 
 from dataclasses import dataclass
 
@@ -22,7 +22,7 @@ LOOKS = 3, 9
 STEEP, FLAT = np.radians(60), np.radians(10)
 """Elevations between which depths count: under the sonar the swath is one cell, far away it is noise [rad]."""
 MARGIN = 3.0
-"""How far from targets depths of the bed count [m]: shadows and layover lie about them."""
+"""Distance from targets beyond which depths of the seabed count [m]: shadows and layover lie about them."""
 COHERENT = 0.6
 """Coherence below which there is no depth [1]."""
 
@@ -36,25 +36,25 @@ class InterferometricDepths:
     depth: Floats
     """Measured [m]."""
     truth: Floats
-    """What is met there from above [m]."""
+    """True depth of the seabed or target from above [m]."""
     coherence: Floats
     bed: NDArray[np.bool_]
-    """Where depths count: no target near, coherent, neither too steep nor too flat."""
+    """Mask of depths that count: no target near, coherent, neither too steep nor too flat."""
 
 
 def interferometric(recording: xr.Dataset, scenario: Scenario, ping: int | None) -> tuple[Figure, list[CheckedNumber]]:
     """Image, phase and depths, and how good the depths are.
 
     Args:
-        recording: Of receivers in pairs, all of its pings heard.
+        recording: Recording of receivers in pairs, all of its pings done.
         scenario: What was simulated.
         ping: Number of the ping whose profile is drawn; None: the middle one.
     """
     short = compressed(recording, scenario)
-    sides, told = [], []
+    sides, numbers = [], []
     for name, upper, lower in pairs(recording):
         found = swath(short, scenario, (upper, lower))
-        told += swath_numbers(name, found, recording, scenario)
+        numbers += swath_numbers(name, found, recording, scenario)
         pressure = short["pressure"].transpose("ping", "channel", "time").values
         level = recorded_level(short).transpose("ping", "channel", "time").values[:, upper]
         phase = np.angle(pressure[:, upper] * np.conj(pressure[:, lower]))
@@ -68,7 +68,7 @@ def interferometric(recording: xr.Dataset, scenario: Scenario, ping: int | None)
     sonar = scenario.sonar
     apart = f"receivers {wavelengths(recording, scenario):.1f} wavelengths apart"
     title = f"{scenario.title}: {sonar.pulse.frequency / 1e3:g} kHz, {apart}"
-    return interferogram_view(sides, slant, run, row, title), told
+    return interferogram_view(sides, slant, run, row, title), numbers
 
 
 def pairs(recording: xr.Dataset) -> list[tuple[str, int, int]]:
@@ -77,10 +77,10 @@ def pairs(recording: xr.Dataset) -> list[tuple[str, int, int]]:
     Args:
         recording: Of two receivers on each side, or on one.
     """
-    position, told = recorded_element_positions(recording), recording["side"].values
+    position, sides = recorded_element_positions(recording), recording["side"].values
     found = []
-    for side in np.unique(told):
-        rows = np.flatnonzero(told == side)
+    for side in np.unique(sides):
+        rows = np.flatnonzero(sides == side)
         upper, lower = rows[np.argsort(position[rows, 2])]
         leans = position[upper, 1] - position[lower, 1]
         found.append(("port" if side < 0 or (side == 0 and leans < 0) else "starboard", int(upper), int(lower)))
@@ -88,7 +88,7 @@ def pairs(recording: xr.Dataset) -> list[tuple[str, int, int]]:
 
 
 def wavelengths(recording: xr.Dataset, scenario: Scenario) -> float:
-    """How far the two receivers of a side are apart [wavelengths]."""
+    """Distance of the two receivers of a side [wavelengths]."""
     _, upper, lower = pairs(recording)[0]
     position = recorded_element_positions(recording)
     apart = float(np.linalg.norm(position[upper] - position[lower]))
@@ -122,7 +122,7 @@ def swath(short: xr.Dataset, scenario: Scenario, channels: tuple[int, int]) -> I
 def swath_numbers(
     name: str, depths: InterferometricDepths, recording: xr.Dataset, scenario: Scenario
 ) -> list[CheckedNumber]:
-    """How far depths are from the bed's.
+    """Errors of depths of the seabed.
 
     Args:
         name: Of the side.
@@ -137,8 +137,8 @@ def swath_numbers(
     elevations = f"{np.degrees(FLAT):.0f} to {np.degrees(STEEP):.0f} deg down, {MARGIN:g} m from targets"
     return [
         CheckedNumber(f"{name}: median of depth less truth", float(np.median(off)) * 100, "cm", 0.0, 2.0, elevations),
-        CheckedNumber(f"{name}: spread of depth less truth", float(np.subtract(*np.quantile(off, [0.841, 0.159]))) * 50, "cm",
-               0.0, height * 2, "2 % of the altitude; half of the middle 68 %"),
+        CheckedNumber(f"{name}: spread of depth less truth", float(np.subtract(*np.quantile(off, [0.841, 0.159]))) * 50,
+               "cm", 0.0, height * 2, "2 % of the altitude; half of the middle 68 %"),
         CheckedNumber(f"{name}: depths on the bed", float(off.size), "1"),
         CheckedNumber(f"{name}: median coherence there", float(np.median(depths.coherence[depths.bed])), "1"),
     ]  # fmt: skip

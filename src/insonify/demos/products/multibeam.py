@@ -17,7 +17,7 @@ Floats = NDArray[np.float64]
 BEAMS, WIDEST = 256, np.radians(64)
 """Beams made, and the angle of the outermost from the keel [rad]."""
 MARGIN = 3.0
-"""How far from targets soundings of the bed count [m]: their echoes and shadows reach further than they do."""
+"""Distance from targets beyond which soundings count [m]: echoes and shadows of targets reach further than they do."""
 BLUNDER = 0.05
 """Part of the height above the bed by which a sounding may be off before it counts as one [1]."""
 STEEP = np.radians(45)
@@ -28,7 +28,7 @@ def multibeam(recording: xr.Dataset, scenario: Scenario, ping: int | None) -> tu
     """A ping, the swath and its errors, and how good the soundings are.
 
     Args:
-        recording: Of the elements of a line across the ship, all of its pings heard.
+        recording: Recording of the elements of a line across the ship, all of its pings done.
         scenario: What was simulated.
         ping: Number of the ping that is drawn; None: the one with the shallowest target, or the middle one.
     """
@@ -81,7 +81,7 @@ def _shallowest(truth: Floats) -> int:
 
 
 def sounding_numbers(soundings: SwathSoundings, scenario: Scenario) -> list[CheckedNumber]:
-    """How far soundings of the bed are from it.
+    """Errors of soundings of the seabed.
 
     Args:
         soundings: The soundings.
@@ -89,18 +89,18 @@ def sounding_numbers(soundings: SwathSoundings, scenario: Scenario) -> list[Chec
     """
     height = scenario.seabed.depth - soundings.keel[0]
     off, angle = soundings.depth - soundings.truth, np.broadcast_to(np.abs(soundings.angle), soundings.depth.shape)
-    told = []
+    numbers = []
     for name, chosen in (("inner", angle < STEEP), ("outer", angle >= STEEP)):
         here = off[soundings.bed & chosen]
         if not here.size:
             continue
         good = here[np.abs(here) < BLUNDER * height]
         about = f"beams {'within' if name == 'inner' else 'beyond'} {np.degrees(STEEP):.0f} deg, bed alone"
-        told += [
+        numbers += [
             CheckedNumber(f"{name} beams: mean of depth less truth", float(good.mean()) * 100, "cm", 0.0, 5.0, about),
             CheckedNumber(f"{name} beams: rms of depth less truth", float(np.sqrt(np.mean(good**2))) * 100, "cm", 0.0,
                    height, f"1 % of the height, {about}"),
-            CheckedNumber(f"{name} beams: soundings within 5 % of the height", 100 * good.size / here.size, "%", 98.0, None,
-                   about),
+            CheckedNumber(f"{name} beams: soundings within 5 % of the height", 100 * good.size / here.size, "%", 98.0,
+                   None, about),
         ]  # fmt: skip
-    return told
+    return numbers

@@ -1,4 +1,4 @@
-"""The nominal scene as a demonstration: where the box is heard, and how far above the bed before it."""
+"""The nominal scene as a demonstration: range of the box's echo, and its level above the seabed before it."""
 
 import numpy as np
 import xarray as xr
@@ -28,10 +28,10 @@ def numbers(recording: xr.Dataset, scenario: Scenario) -> list[CheckedNumber]:
     pulse = scenario.water.sound_speed * scenario.sonar.pulse.duration / 2
     near = np.abs(slant - away) < AROUND / 2
     bed = (slant > away - BEFORE[0]) & (slant < away - BEFORE[1])
-    loudest = float(slant[near][level[near].argmax()])
+    strongest = float(slant[near][level[near].argmax()])
     above = float(level[near].max() - np.median(level[bed]))
     where = "slant range of the middle of its near face, and half the pulse"
     return [
-        CheckedNumber("box: slant range of its loudest direct echo", loudest, "m", away + pulse / 2, pulse, where),
-        CheckedNumber("box: loudest direct echo above the bed before it", above, "dB"),
+        CheckedNumber("box: slant range of its strongest direct echo", strongest, "m", away + pulse / 2, pulse, where),
+        CheckedNumber("box: strongest direct echo above the bed before it", above, "dB"),
     ]

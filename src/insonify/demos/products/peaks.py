@@ -1,4 +1,4 @@
-"""Where a peak stands between its samples, and how wide it is."""
+"""Position of a peak between its samples, and its width."""
 
 import numpy as np
 from numpy.typing import NDArray

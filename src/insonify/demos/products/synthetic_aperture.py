@@ -50,7 +50,7 @@ class StripFrame:
     axes: Floats
     """Unit vectors along and across, north and east each, shape (2, 2)."""
     run: Floats
-    """How far along each ping is [m], shape (ping,)."""
+    """Distance of each ping along the track [m], shape (ping,)."""
     height: float
     """Above the bed [m]."""
 
@@ -79,27 +79,28 @@ def synthetic_aperture(
     """The strip, and its numbers.
 
     Args:
-        recording: Of elements, all of its pings heard.
+        recording: Recording of elements, all of its pings done.
         scenario: What was simulated.
         ping: Makes no difference: all pings are focused together.
     """
     short, course = compressed(recording, scenario), StripFrame.of(recording, scenario)
     along, across = swath(recording, scenario, course)
-    strip = StripMap(along, across, _level(focused(short, scenario, course.pixels(along, across, scenario.seabed.depth))),
-                  course.run, single_ping_image(short, scenario, course, across))  # fmt: skip
+    pixels = course.pixels(along, across, scenario.seabed.depth)
+    strip = StripMap(along, across, _level(focused(short, scenario, pixels)), course.run,
+                  single_ping_image(short, scenario, course, across))  # fmt: skip
     points = [response(short, scenario, course, t) for t in scenario.targets if isinstance(t, PointTarget)]
-    told = [number for point in points for number in point_numbers(point, scenario, course)]
-    told += shadow_numbers(strip, scenario, course)
+    numbers = [number for point in points for number in point_numbers(point, scenario, course)]
+    numbers += shadow_numbers(strip, scenario, course)
     sonar = scenario.sonar
     title = (f"{scenario.title}: {sonar.pulse.frequency / 1e3:g} kHz, band {sonar.pulse.bandwidth / 1e3:g} kHz, "
              f"{recording.sizes['ping']} pings of {sonar.beam_count} elements, aperture "
              f"{aperture(scenario, across[0]):.1f} to {aperture(scenario, across[-1]):.1f} m")  # fmt: skip
     names = [(t.label, *course.along_across(t.position[:2])) for t in scenario.targets]
-    return strip_map_view(strip, names, points[:1], title), told
+    return strip_map_view(strip, names, points[:1], title), numbers
 
 
 def half_angle(scenario: Scenario) -> float:
-    """How far off broadside pings count for a pixel [rad]: to the -3.9 dB of the narrower one-way beam."""
+    """Largest angle off broadside of the pings for a pixel [rad]: to the -3.9 dB of the narrower one-way beam."""
     wavelength = scenario.water.sound_speed / scenario.sonar.pulse.frequency
     return float(np.arcsin(min(wavelength / (2 * max(*lengths(scenario), wavelength)), 0.9)))
 
@@ -115,7 +116,7 @@ def aperture(scenario: Scenario, across: float) -> float:
 
 
 def swath(recording: xr.Dataset, scenario: Scenario, course: StripFrame) -> tuple[Floats, Floats]:
-    """Pixels of the strip, along and across [m]: what was heard whole, and is seen by the whole aperture.
+    """Pixels of the strip, along and across [m]: those recorded whole, and seen by the whole aperture.
 
     Args:
         recording: Of elements.
@@ -160,8 +161,8 @@ def lengths(scenario: Scenario) -> tuple[float, float]:
         scenario: What was simulated.
     """
     ends = (scenario.sonar.transmit, one_element(scenario.sonar.receive))
-    sent, heard = (float(getattr(end, "width", getattr(end, "length", 0.0))) for end in ends)
-    return sent, heard
+    transmit, receive = (float(getattr(end, "width", getattr(end, "length", 0.0))) for end in ends)
+    return transmit, receive
 
 
 def focused(short: xr.Dataset, scenario: Scenario, pixels: Floats) -> NDArray[np.complex64]:
@@ -173,19 +174,19 @@ def focused(short: xr.Dataset, scenario: Scenario, pixels: Floats) -> NDArray[np
         pixels: North, east, depth [m], shape (..., 3).
     """
     position, rotation = recorded_poses(short)
-    heard = body_to_world(position, rotation, recorded_element_positions(short))
-    still = scenario.track.stop_and_hop or len(heard) < 2
+    receive_position = body_to_world(position, rotation, recorded_element_positions(short))
+    still = scenario.track.stop_and_hop or len(receive_position) < 2
     return backproject(
         short["pressure"].transpose("ping", "channel", "time").values, short["time"].values,
-        body_to_world(position, rotation, recorded_transmitter_position(short)), heard, pixels,
+        body_to_world(position, rotation, recorded_transmitter_position(short)), receive_position, pixels,
         centre_frequency=scenario.sonar.pulse.frequency, sound_speed=scenario.water.sound_speed,
-        receive_velocity=None if still else np.gradient(heard, short["ping_time"].values, axis=0),
+        receive_velocity=None if still else np.gradient(receive_position, short["ping_time"].values, axis=0),
         track_direction=rotation[:, :, 0], max_angle=half_angle(scenario),
     )  # fmt: skip
 
 
 def single_ping_image(short: xr.Dataset, scenario: Scenario, course: StripFrame, across: Floats) -> Floats:
-    """What each ping shows by itself, its elements as one array, on the level [dB re 1 uPa], shape (ping, across).
+    """Image of each ping by itself, its elements as one array [dB re 1 uPa], shape (ping, across).
 
     Args:
         short: Elements, compressed.
@@ -218,7 +219,7 @@ def response(short: xr.Dataset, scenario: Scenario, course: StripFrame, point: P
 
 
 def point_numbers(point: PointResponse, scenario: Scenario, course: StripFrame) -> list[CheckedNumber]:
-    """Where a point was focused and how sharply, beside theory.
+    """Position and width of a point's peak, beside theory.
 
     Args:
         point: The image about it.
@@ -233,8 +234,10 @@ def point_numbers(point: PointResponse, scenario: Scenario, course: StripFrame) 
     deep *= float(np.hypot(1, below / point.across))
     put = "where the point was put"
     return [
-        CheckedNumber(f"{point.label}: along the track, off", parabolic_peak_position(point.off, along, row) * 100, "cm", 0.0, 1.0, put),
-        CheckedNumber(f"{point.label}: across the track, off", parabolic_peak_position(point.off, across, column) * 100, "cm", 0.0, 1.0, put),
+        CheckedNumber(f"{point.label}: along the track, off", parabolic_peak_position(point.off, along, row) * 100,
+               "cm", 0.0, 1.0, put),
+        CheckedNumber(f"{point.label}: across the track, off", parabolic_peak_position(point.off, across, column) * 100,
+               "cm", 0.0, 1.0, put),
         CheckedNumber(f"{point.label}: width at -3 dB along", width(point.off, along, row) * 100, "cm", wide * 100,
                wide * 10, "aperture weighted with both beams"),
         CheckedNumber(f"{point.label}: width at -3 dB across", width(point.off, across, column) * 100, "cm", deep * 100,
@@ -243,14 +246,14 @@ def point_numbers(point: PointResponse, scenario: Scenario, course: StripFrame) 
 
 
 def shadow_numbers(strip: StripMap, scenario: Scenario, course: StripFrame) -> list[CheckedNumber]:
-    """How dark the shadows of bodies are that are long enough, re the bed at their range.
+    """Contrast of the shadows of bodies that are long enough, re the seabed at their range.
 
     Args:
         strip: What was focused.
         scenario: What was simulated.
         course: The track.
     """
-    level, told = strip.level - range_trend(strip.level), []
+    level, numbers = strip.level - range_trend(strip.level), []
     for target in scenario.targets:
         if isinstance(target, PointTarget):
             continue
@@ -262,10 +265,10 @@ def shadow_numbers(strip: StripMap, scenario: Scenario, course: StripFrame) -> l
         columns = (strip.across > first) & (strip.across < first + BEHIND * length)
         if length > LONG and rows.sum() * columns.sum() > ENOUGH:
             dark = float(level_db(np.mean(10 ** (level[np.ix_(rows, columns)] / 10))))
-            told.append(
+            numbers.append(
                 CheckedNumber(f"{target.label}: shadow below the bed", -dark, "dB", 10.0, None, "usual of such images")
             )
-    return told
+    return numbers
 
 
 def _level(image: NDArray[np.complex64]) -> Floats:

@@ -28,7 +28,7 @@ def bed_depth(scenario: Scenario, north: ArrayLike, east: ArrayLike) -> Floats:
 
 
 def depth_from_above(scenario: Scenario, north: ArrayLike, east: ArrayLike) -> Floats:
-    """Depth of what is met first on the way straight down, a target or the bed [m].
+    """Depth of the first object straight down, a target or the seabed [m].
 
     Args:
         scenario: What was simulated.
@@ -45,7 +45,7 @@ def depth_from_above(scenario: Scenario, north: ArrayLike, east: ArrayLike) -> F
 
 
 def is_clear_of_targets(scenario: Scenario, north: ArrayLike, east: ArrayLike, margin: float) -> NDArray[np.bool_]:
-    """Whether there is bed alone within some distance of places.
+    """Mask of positions with only seabed within some distance.
 
     Args:
         scenario: What was simulated.
