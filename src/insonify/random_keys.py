@@ -1,7 +1,7 @@
 """Random numbers by key: the same key always has the same number.
 
 Nothing here has a state. A draw is a function of the seed, the stream (what the draw is
-for) and four counters (which cell, which ping, which sample), so a place keeps its
+for) and four counters (which cell, which ping, which sample), so a position keeps its
 scatterer in every ping, and the order or number of threads cannot change a bit.
 
 Source: Salmon, Moraes, Dror & Shaw (2011), "Parallel random numbers: as easy as 1, 2, 3",
@@ -127,9 +127,9 @@ def philox(c0: int, c1: int, c2: int, c3: int, k0: int, k1: int) -> tuple[np.uin
 
     Args:
         c0: First counter; of any whole number the low 32 bits count, so -1 is allowed [1].
-        c1: Second counter, likewise [1].
-        c2: Third counter, likewise [1].
-        c3: Fourth counter, likewise [1].
+        c1: Second counter [1].
+        c2: Third counter [1].
+        c3: Fourth counter [1].
         k0: First word of the key [1].
         k1: Second word of the key [1].
 
@@ -178,7 +178,7 @@ def philox_at(
 
     Args:
         first: First counters [1], shape (n,).
-        second: Second counters, likewise [1].
+        second: Second counters [1].
         c2: Third counter of all [1].
         c3: Fourth counter of all [1].
         k0: First word of the key [1].
@@ -226,8 +226,8 @@ def uniforms(
         stream: What the draw is for [1].
         c0: First counter, whole numbers of any sign, any shape; the low 32 bits count [1].
         c1: Second counter, broadcast against the first [1].
-        c2: Third counter, likewise [1].
-        c3: Fourth counter, likewise [1].
+        c2: Third counter [1].
+        c3: Fourth counter [1].
 
     Returns:
         Uniform numbers, strictly between 0 and 1, shape (..., 4): `uniforms(7, SEABED, n)`

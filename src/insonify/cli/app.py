@@ -81,7 +81,7 @@ _shown_warnings: set[str] = set()  # Python forgets what it has warned of whenev
 
 
 def _warn(message: Warning | str, *_: Any, **__: Any) -> None:
-    """A warning as a person reads it: one line, once in a run, without the place in our code."""
+    """A warning as text: one line, once in a run, without its position in the code."""
     line = " ".join(str(message).split())
     if line not in _shown_warnings:
         typer.echo(f"warning: {line}", err=True)
@@ -107,7 +107,7 @@ def _is_about_the_input(error: Exception) -> bool:
     from insonify.formats.zarr_store import StoreError
     from insonify.scenario.diagnostic import ScenarioError
 
-    # A place where nothing can be read or written is what was typed; a full disk is not.
+    # A path that cannot be read or written was typed; a full disk was not.
     places = (PermissionError, NotADirectoryError, IsADirectoryError, FileExistsError)
     return isinstance(error, (ScenarioError, StoreError, InputError, *places))
 

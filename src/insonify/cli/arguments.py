@@ -11,7 +11,7 @@ PICTURES = (".png", ".pdf", ".svg")
 
 
 class InputError(ValueError):
-    """Something typed on the command line that cannot be meant, with the way out."""
+    """An argument of the command line that cannot be meant, and its fix."""
 
 
 def parse_quantity(text: str, dimension: str, option: str) -> float:

@@ -36,7 +36,7 @@ def run(
         bool, typer.Option("--labels", help="Label every sample: object, paths, shadow. As output.labels.")
     ] = False,
 ) -> None:
-    """Simulate a scenario; a run that was stopped goes on where it was.
+    """Simulate a scenario; a run that was stopped is resumed.
 
     Example: insonify run harbour.yaml -o harbour.zarr
     """

@@ -34,7 +34,7 @@ FOLDER = "labels"
 MANTISSA_BITS = 12
 """Bits of the mantissa of intensities and angles that are stored: 0.001 dB, in half the space once packed [1]."""
 FINEST = 2.0**-10
-"""Step of stored places and distances: a binary fraction, whose last bytes are zero [m]."""
+"""Step of stored positions and distances: a binary fraction, whose last bytes are zero [m]."""
 LABEL_COMPRESSION_RATIO = (BloscCodec(cname="lz4", clevel=5, shuffle="shuffle"),)
 """Codec of the labels: a tenth of the time of the sound's, which made up half of the price of labels."""
 _PACKER = Blosc("lz4", 5, Blosc.SHUFFLE)
@@ -114,7 +114,7 @@ def _build(path: Path, names: LabelNames, layout: RecordingLayout, attributes: M
 
 
 def write_label_ping(path: str | Path, ping: int, labels: Labels, *, into: str | None = None) -> None:
-    """Put the labels of one ping in their place, then into the mask of pings done.
+    """Write the labels of one ping, then mark it in the mask of pings done.
 
     Args:
         path: Folder of the recording.

@@ -1,4 +1,4 @@
-"""Recordings as netCDF files: complex pressure, which netCDF does not know, as two variables of real numbers.
+"""Recordings as netCDF files: complex pressure, which netCDF does not support, as two variables of real numbers.
 
 Any program that reads netCDF reads them; `read_netcdf` gives the recording back, bit by bit.
 """

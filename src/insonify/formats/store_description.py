@@ -19,7 +19,7 @@ _KINDS = ("bool", "uint8", "int32", "int64", "float32", "float64", "complex64")
 
 
 class StoreError(ValueError):
-    """A place where a recording cannot be written or read, with the way out."""
+    """A path at which a recording cannot be written or read, and the fix."""
 
 
 def read_description(folder: Path) -> dict[str, Any]:

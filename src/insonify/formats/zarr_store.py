@@ -67,7 +67,7 @@ def create_recording(
         Its `identity`: what is written later goes into this recording and no other.
 
     Raises:
-        StoreError: The place is taken by another recording, or by something else.
+        StoreError: The path is taken by another recording, or by something else.
     """
     target = Path(path)
     with _placing(target):
@@ -114,7 +114,7 @@ def _identity(file: str, number: int, changed: int) -> str:
 
 
 def write_ping(path: str | Path, ping: int, data: ArrayLike, *, into: str | None = None) -> None:
-    """Put one ping in its place, then into the mask of pings done.
+    """Write one ping, then mark it in the mask of pings done.
 
     Args:
         path: Folder of the recording.
@@ -140,7 +140,7 @@ def write_ping(path: str | Path, ping: int, data: ArrayLike, *, into: str | None
 
 
 def require_own_recording(path: str | Path, into: str | None) -> str:
-    """Identity of the recording at a place, which must be the one that is meant.
+    """Identity of the recording at a path, which must be the one that is meant.
 
     Args:
         path: Folder of the recording.
@@ -203,7 +203,7 @@ def open_recording(path: str | Path) -> xr.Dataset:
         where a ping is not done; `recorded_pings`, `position`, `attitude`; coordinates with units.
 
     Raises:
-        StoreError: There is no recording at that place.
+        StoreError: There is no recording at that path.
     """
     if not _is_recording(Path(path)):
         raise StoreError(f"{path} is not a recording. Make one with: insonify run FILE -o {path}")

@@ -55,7 +55,7 @@ def _size(array: LineArray | PlanarArray | PointTransducer) -> float:
 
 
 def _crowded(scenario: Scenario, wavelength: float) -> str:
-    """A word on recorded elements that lie at one place, or nearly."""
+    """Warning on recorded elements that lie at one position, or nearly."""
     if scenario.sonar.receiver.record != "elements":
         return ""
     from scipy.spatial import cKDTree

@@ -16,7 +16,7 @@ SLOW = 0.1
 
 
 def boundary_warning(scenario: Scenario) -> str:
-    """A word on arrays that come within a wavelength of a boundary; empty where none does.
+    """Warning on arrays that come within a wavelength of a boundary; empty where none does.
 
     Args:
         scenario: The scenario.

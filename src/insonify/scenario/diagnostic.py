@@ -1,6 +1,6 @@
 """Diagnostics of a scenario file: problem, place in the file, and fix.
 
-One line per fault: where it stands, what it says, what would be allowed, the way out.
+One line per fault: file and line, key, problem, allowed values, fix.
 """
 
 import difflib
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """One fault of a scenario file and the way out of it; prints as one line."""
+    """One fault of a scenario file and its fix; prints as one line."""
 
     file: str
     """Name of the file, as the author gave it."""

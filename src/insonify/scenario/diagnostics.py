@@ -26,7 +26,7 @@ _MISSING = {"missing", "missing_argument"}
 
 @dataclass(frozen=True, slots=True)
 class _Finding:
-    """One complaint of the validator, and the place in the file that it is about."""
+    """One error of the validator, and its position in the file."""
 
     kind: str
     path: Path

@@ -19,7 +19,7 @@ from insonify.units import UNITS
 
 @dataclass(frozen=True, slots=True)
 class ExpectedType:
-    """One of the kinds of value that a place accepts."""
+    """One of the kinds of value that a position accepts."""
 
     kind: Any
     """A plain type, a model, or a generic such as tuple[float, ...]."""

@@ -17,7 +17,7 @@ FASTEST = 15.0
 
 
 def jump_warning(scenario: Scenario) -> str:
-    """A word on rows that the platform could only reach by a jump; empty where there is none under the track's pings.
+    """Warning on rows that the platform could only reach by a jump; empty where there is none under the track's pings.
 
     Args:
         scenario: The scenario.
@@ -41,7 +41,7 @@ def jump_warning(scenario: Scenario) -> str:
 
 
 def gap_warning(scenario: Scenario) -> str:
-    """A word on pauses of a log over which poses are made up; empty where there is none under the track's pings.
+    """Warning on pauses of a log over which poses are made up; empty where there is none under the track's pings.
 
     Args:
         scenario: The scenario.

@@ -43,8 +43,8 @@ class Scenario(Model):
     sonar: Sonar
     track: Track
     receiver_track: Track | None = None
-    """The receiver's own platform; its clock and pings are those of `track`, which then carries the transmitter alone.
-    None: one platform carries both."""
+    """The receiver's own platform; its clock and pings are those of `track`, which is then of the transmitter alone.
+    None: one platform for both."""
     paths: PathSettings = PathSettings()
     field: Literal["coherent", "incoherent"] = "coherent"
     """Complex pressure with speckle, or the expected intensity."""

@@ -158,7 +158,7 @@ def _point_target_too_near(row: int, point: PointTarget, places: dict[str, Float
 
 
 def _blind_beam_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
-    # Whether a steered beam exists depends on the wavelength, which no array knows by itself.
+    # Whether a steered beam exists depends on the wavelength, which is no field of an array.
     depths = array_depths(scenario.sonar, platforms(scenario))
     speeds = scenario.water.sound_speed_at(depths)
     for end, array in zip(ENDS, scenario.sonar.beam_arrays, strict=False):
@@ -171,7 +171,7 @@ def _blind_beam_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
 
 
 def _slice_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
-    """A slice is the vertical plane of one beam, which must not lean and must look along boresight."""
+    """Errors of slices: the vertical plane of one beam, which must not lean and must point along boresight."""
     sonar, track = scenario.sonar, scenario.track
     yield from _volume_scattering_limits(scenario, "a slice, which is one plane")
     if not isinstance(track, StaticTrack | LineTrack) or not track.motion.is_still:

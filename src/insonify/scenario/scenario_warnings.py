@@ -94,7 +94,7 @@ def _unused_water_warning(scenario: Scenario) -> str:
 
 
 def _narrow_receiver_warning(scenario: Scenario) -> str:
-    """A word on a receiver that leaves out more than a tenth of the pulse; empty otherwise."""
+    """Warning on a receiver that leaves out more than a tenth of the pulse; empty otherwise."""
     pulse, band = scenario.sonar.pulse, scenario.sonar.receiver.bandwidth
     lost = received_pulse(scenario.sonar).out_of_band_energy
     if lost <= MAX_LOST_ENERGY:
@@ -107,7 +107,7 @@ def _narrow_receiver_warning(scenario: Scenario) -> str:
 
 
 def _profile_corners(scenario: Scenario, sonar_depths: Floats) -> str:
-    """A word on corners of the profile that make caustics; empty where there is none within the window's range."""
+    """Warning on corners of the profile that make caustics; empty where there is none within the window's range."""
     water, bed = scenario.water, scenario.seabed.depth
     if not water.layered:
         return ""
@@ -130,7 +130,7 @@ def _profile_corners(scenario: Scenario, sonar_depths: Floats) -> str:
 
 
 def _thin_layer_warning(scenario: Scenario) -> str:
-    """A word on knots of the profile so near to each other that digits decide the gradient; empty where none are."""
+    """Warning on knots of the profile so near to each other that digits decide the gradient; empty where none are."""
     written = scenario.water.profile
     if written is None:
         return ""
@@ -149,7 +149,7 @@ def _thin_layer_warning(scenario: Scenario) -> str:
 
 
 def _grating_lobes(end: str, array: Transducers, frequency: float, sound_speed: float) -> str:
-    """A word on elements so far apart that beams also look elsewhere; empty where they do not."""
+    """Warning on elements so far apart that beams have grating lobes; empty where they do not."""
     if not len(grating_lobes(array, frequency, sound_speed)):
         return ""
     steers = array.steers

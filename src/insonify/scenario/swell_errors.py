@@ -56,7 +56,7 @@ def required_curvature_radius(scenario: Scenario, found: dict[str, Floats]) -> t
 
     Args:
         scenario: The scenario.
-        found: As of `swell_errors`.
+        found: See `swell_errors`.
     """
     positions = np.concatenate(list(found.values()))
     worst, which = 0.0, ""

@@ -68,7 +68,7 @@ def _land_error(scenario: Scenario, position: Floats) -> Iterator[PydanticCustom
 
 
 def _terrain_depths_in_range(scenario: Scenario, position: Floats) -> tuple[Floats, float]:
-    """Depths of the ground at places spread evenly over what is in reach of a track, and how far that is [m]."""
+    """Depths of the ground at positions spread evenly over what is in reach of a track, and how far that is [m]."""
     bed = scenario.completed_seabed.terrain
     assert bed is not None
     farthest = scenario.water.max_sound_speed * scenario.track.window[1] / 2
@@ -82,7 +82,7 @@ def _terrain_depths_in_range(scenario: Scenario, position: Floats) -> tuple[Floa
 
 
 def terrain_gap_warning(scenario: Scenario, position: Floats) -> str:
-    """A word on a survey that ends within reach of the sonar; empty where it does not.
+    """Warning on a survey that ends within reach of the sonar; empty where it does not.
 
     Args:
         scenario: The scenario.

@@ -75,7 +75,7 @@ def _out_of_water_errors(
 
 
 def seabed_depth_below(scenario: Scenario, position: Floats) -> Floats:
-    """Depth of the seabed under some places [m], shape (n,).
+    """Depth of the seabed under some positions [m], shape (n,).
 
     Args:
         scenario: The scenario.

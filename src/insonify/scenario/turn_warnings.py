@@ -1,4 +1,4 @@
-"""Platforms that turn while the sound is under way: the receive beam no longer points where the pulse was sent."""
+"""Warnings on platforms that turn during a ping: the receive beam no longer points where the pulse was transmitted."""
 
 from __future__ import annotations
 

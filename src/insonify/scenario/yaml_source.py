@@ -1,4 +1,4 @@
-"""A scenario file as its author sees it: values, each of which knows the line it stands on.
+"""A scenario file as it was typed: values with their lines.
 
 Plain YAML forgets lines, lets the last of two equal keys win without a word, and reads
 `1e3` as text and `1:30` as ninety. Here the syntax tree is read instead of the values:
@@ -17,7 +17,7 @@ import yaml
 from insonify.scenario.diagnostic import Diagnostic
 
 Path = tuple[str | int, ...]
-"""The way from the top of a file to one value: keys and list indices."""
+"""The path from the top of a file to one value: keys and list indices."""
 
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _WORDS: dict[str, object] = {"null": None, "~": None, "": None, ".nan": math.nan}

@@ -1,4 +1,4 @@
-"""Cubic B-splines of one lattice at many places of a row at once, in vectors.
+"""Cubic B-splines of one lattice at many positions of a row at once, in vectors.
 
 The nodes of a map lie on straight rows, the numbers of an octave on a lattice that is turned against them: sixteen of
 these for every node, gathered from all over a window. Compilers do not gather by themselves where results are written
@@ -85,7 +85,7 @@ def _pick(builder: Any, first: Any, second: Any, lanes: list[int]) -> Any:
 
 
 def _four_columns(builder: Any, positions: list[Any]) -> list[Any]:
-    """The number at each of some places, the one after it, the next and the last of four, each as a vector."""
+    """The number at each of some positions, the one after it, the next and the last of four, each as a vector."""
     fours = [builder.load(builder.inttoptr(position, _FOUR.as_pointer()), align=4) for position in positions]
     # A square of four by four numbers is turned over in each quarter of the vectors.
     rows = [_side_by_side(builder, fours[k::4]) for k in range(4)]
@@ -114,7 +114,7 @@ def _cell(builder: Any, position: Any) -> tuple[Any, Any]:
 
 
 def _spline(builder: Any, data: Any, stride: Any, a: Any, b: Any) -> tuple[Any, Any, Any]:
-    """Value and both slopes per pitch at places a, b in a window of nodes."""
+    """Value and both slopes per pitch at positions a, b in a window of nodes."""
     row, f = _cell(builder, a)
     column, g = _cell(builder, b)
     at = builder.add(builder.mul(row, _splat(builder, builder.trunc(stride, _INDEX), _CELLS)), column)

@@ -18,7 +18,7 @@ TILE = 32
 """Cells along a side of the squares of a face that are judged as one [1]."""
 Reaches = Callable[[Floats, Floats], NDArray[np.bool_]]
 _GOLDEN = 0.6180339887498949
-_STANDING = 1e-6  # a base this close to the bed stands on it [m]
+_STANDING = 1e-6  # a base this close to the seabed stands on it [m]
 
 
 def box_axes(box: Box) -> NDArray[np.float64]:
@@ -54,7 +54,7 @@ def box_scatterers(
 
     Args:
         box: The box.
-        seabed_depth: Depth of the bed it stands on [m].
+        seabed_depth: Depth of the seabed it stands on [m].
         seed: Seed of the scenario.
         pitch: Largest side of a cell [m].
         occluder: Row of this box among the scene's occluders.
@@ -112,7 +112,7 @@ def box_cells(box: Box, seabed_depth: float, pitch: float, rise: float) -> float
 
     Args:
         box: The box.
-        seabed_depth: Depth of the bed it stands on [m].
+        seabed_depth: Depth of the seabed it stands on [m].
         pitch: Side of a cell [m].
         rise: Height of a cell on the upright faces [m].
     """

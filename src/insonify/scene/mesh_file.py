@@ -149,7 +149,7 @@ def _read_by(trimesh: Any, path: Path) -> Any:
 
 
 def _sizes(file: str, surface: Triangles) -> list[str]:
-    """A word on a size that few things have; a size that no target has is refused."""
+    """Warning on a size that few things have; a size that no target has is refused."""
     length, width, height = surface.high - surface.low
     longest = float(max(length, width, height))
     size = f"is {length:.4g} m long, {width:.4g} m wide and {height:.4g} m high"
@@ -170,7 +170,7 @@ def _sizes(file: str, surface: Triangles) -> list[str]:
 def repaired(surface: Triangles) -> tuple[Triangles, list[str]]:
     """A surface whose faces have an area and look outwards, and remarks on what was not so.
 
-    Corners at one place become one. A closed surface that looks inwards is turned inside out. An open surface, or
+    Corners at one position become one. A closed surface that looks inwards is turned inside out. An open surface, or
     one whose faces disagree, gets every face once for each side: the side that faces the sonar scatters.
 
     Args:

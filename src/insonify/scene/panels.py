@@ -1,7 +1,7 @@
 """Smooth bodies as panels: flat faces and surfaces of revolution in closed form, each over two parameters.
 
-A panel gives the place, and its derivatives to third order, at any pair of parameters; so that a patch of it may be as
-round as the body is, whatever its size. Meshes and shapes of the library have none: they are their triangles.
+A panel gives the position, and its derivatives to third order, at any pair of parameters; so that a patch of it may be
+as round as the body is, whatever its size. Meshes and shapes of the library have none: they are their triangles.
 """
 
 from dataclasses import dataclass
@@ -131,7 +131,7 @@ def panels(solid: Solid, seabed: Seabed, place: Floats) -> list[Panel]:
     body = turn.T  # its own forward, starboard and down in the world, as rows
     match solid:
         case Sphere(diameter=diameter):
-            # upright: what the bed or the surface cuts off ends along a circle of equal s
+            # upright: what the seabed or the surface cuts off ends along a circle of equal s
             bearing = np.arctan2(*(place - middle)[1::-1])
             c, s = np.cos(bearing), np.sin(bearing)
             return [RevolvedPanel(middle, np.array([[0.0, 0, -1], [c, s, 0], [s, -c, 0]]), None, diameter / 2)]

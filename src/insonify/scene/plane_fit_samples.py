@@ -1,6 +1,6 @@
 """Sample points of the planes that stand for uneven terrain at a bounce: over an ellipse of the resolved terrain.
 
-A bounce sees the ground of its first Fresnel zone as one mirror. Waves longer than the zone raise and tilt it; shorter
+A bounce sees the terrain of its first Fresnel zone as one mirror. Waves longer than the zone raise and tilt it; shorter
 ones roughen it, and are in the account of `Bed.roughness_reflection_factor`.
 """
 

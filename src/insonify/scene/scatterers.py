@@ -34,12 +34,12 @@ class Scatterers:
     normal: NDArray[np.float64]
     """Unit normal into the water, shape (n, 3)."""
     area: NDArray[np.float64]
-    """Share of the interface each stands for [m^2]; [m] along the ground in a slice; 1 for a point target. (n,).
+    """Share of the interface each stands for [m^2]; [m] along the terrain in a slice; 1 for a point target. (n,).
     On a seabed with a texture, times its factor; in the water the volume [m^3], times its s_v [1/m]."""
     phase: NDArray[np.complex128]
-    """Unit phasor of the place [1], shape (n,); 1 where nothing is drawn."""
+    """Unit phasor of the position [1], shape (n,); 1 where nothing is drawn."""
     scatterer_id: NDArray[np.uint64]
-    """Key of the place, the same in every ping, shape (n,)."""
+    """Key of the position, the same in every ping, shape (n,)."""
     has_random_phase: bool = True
     """True: random phases, so only paths of one place interfere in the mean; False: the whole target does."""
     occluder: int = -1

@@ -59,12 +59,12 @@ class Scene(Model):
         return np.array([box_body(box, self.seabed_depth_under(box)) for box in self.boxes]).reshape(-1, 8)
 
     def seabed_depth_under(self, target: Solid) -> float:
-        """Depth of the bed under the middle of a target [m]."""
+        """Depth of the seabed under the middle of a target [m]."""
         return seabed_depth_under(target, self.seabed)
 
     @property
     def body_depths(self) -> tuple[float, float]:
-        """Depths of the highest top and of the deepest base of all bodies in the water [m]; without any, of the bed.
+        """Depths of the highest top and of the deepest base of all bodies in the water [m]; without any, of the seabed.
 
         Where the water itself scatters, its points are anywhere.
         """
@@ -130,7 +130,7 @@ def _point_errors(
 
 @lru_cache(maxsize=1024)
 def seabed_depth_under(target: Solid, seabed: Seabed) -> float:
-    """Depth of the bed under the middle of a target [m].
+    """Depth of the seabed under the middle of a target [m].
 
     Args:
         target: Any target but a point.
@@ -148,13 +148,13 @@ def inside_body(
         body: Any target but a point.
         seabed: What it lies on.
         position: North, east, depth [m], shape (n, 3).
-        touching: Whether a place on top or under the base of an upright box counts as inside.
+        touching: Whether a position on top or under the base of an upright box counts as inside.
     """
     if is_solid(body):
         return inside_solid(complete_triangles(body, seabed), position)
     assert isinstance(body, Box)
     edge = 0.0 if touching else _ROUNDING
-    # a face that stands on the bed is no way in
+    # a face that stands on the seabed is no way in
     prism = box_body(body, seabed_depth_under(body, seabed)) + np.array([0, 0, 0, 0, -edge, -edge, edge, 0])
     near = np.hypot(*(position[:, :2] - prism[:2]).T) <= np.hypot(prism[4], prism[5])
     return np.array([close and inside_box(prism, row) for close, row in zip(near, position, strict=True)], bool)

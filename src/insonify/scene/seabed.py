@@ -37,7 +37,7 @@ class Seabed(Model):
     """A seabed: flat at one depth, or with relief about that depth."""
 
     depth: Annotated[Metres, Field(ge=0.1, le=12_000)] = 20.0
-    """Depth of the flat bed, or of the mean plane of its relief, below the mean surface, positive down [m].
+    """Depth of the flat seabed, or of the mean plane of its relief, below the mean surface, positive down [m].
 
     Left out, a surveyed grid's own mean depth.
     """
@@ -51,7 +51,7 @@ class Seabed(Model):
         Annotated[Lambert | SedimentLaw | TableLaw, Field(discriminator="law")] | None,
         BeforeValidator(infer_law_kind),
     ] = SedimentLaw()
-    """Law of diffuse scattering; None for a bed that only mirrors."""
+    """Law of diffuse scattering; None for a seabed that only mirrors."""
     texture: Texture | None = None
     """Variation of the scattering strength about its mean, from place to place; None: none."""
     reflection: Reflection = "medium sand"
@@ -107,7 +107,7 @@ class Seabed(Model):
 
     @property
     def terrain(self) -> SeabedTerrain | None:
-        """The ground that the relief makes; None for a flat bed."""
+        """The terrain that the relief makes; None for a flat seabed."""
         return _bed(self) if self.relief else None
 
     def depth_at(self, north: float, east: float) -> float:
@@ -136,7 +136,7 @@ class Seabed(Model):
         """Pressure reflection coefficient of one bottom bounce [1].
 
         Args:
-            grazing: Grazing angle at the bed [rad], any shape.
+            grazing: Grazing angle at the seabed [rad], any shape.
 
         Returns:
             Complex coefficient for exp(+j omega t), shape of `grazing`.

@@ -1,7 +1,7 @@
-"""Scatterers on relief: each lies on the ground at its place and faces where the ground faces there.
+"""Scatterers on relief: each lies on the terrain at its position and faces where the terrain faces there.
 
-A point stands for the cell of the mean plane that it was drawn in, and its facet for the ground over that cell. Its
-slope is the ground's at the one point, whatever the size of the cell: the mean over many points is right for any
+A point stands for the cell of the mean plane that it was drawn in, and its facet for the terrain over that cell. Its
+slope is the terrain's at the one point, whatever the size of the cell: the mean over many points is right for any
 density, but terrain that is finer than the cells is sampled at few points, and ripples the level more.
 """
 
@@ -20,11 +20,11 @@ def seabed_scatterers(
     depth: float, terrain_sample: TerrainSample, law: Law, horizontal_position: Floats, area: Floats,
     phase: NDArray[np.complex128], scatterer_id: NDArray[np.uint64],
 ) -> Scatterers:  # fmt: skip
-    """The scatterers of some places of the seabed; none where the ground is not known, or stands out of the water.
+    """The scatterers of some positions of the seabed; none where the terrain is not known, or stands out of the water.
 
     Args:
         depth: Of the mean plane [m].
-        terrain_sample: The ground at the places: height [m] (n,), gradient to the north and the east [1] (n, 2).
+        terrain_sample: The terrain at the places: height [m] (n,), gradient to the north and the east [1] (n, 2).
         law: Scattering law.
         horizontal_position: North and east [m], shape (n, 2).
         area: Area of the mean plane that each stands for [m^2], shape (n,).

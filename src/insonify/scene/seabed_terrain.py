@@ -1,4 +1,4 @@
-"""The seabed as it lies: how deep at a place, how steep, and how smooth to sound that bounces off it.
+"""The seabed as it lies: how deep at a position, how steep, and how smooth to sound that bounces off it.
 
 Depth is that of the mean plane less the height of the terrain. Results are cached: positions that belong to the
 lattice come back in every ping.
@@ -23,7 +23,7 @@ Places = Callable[[NDArray[np.int64], NDArray[np.int64]], tuple[Floats, Floats]]
 TILE_CELLS = CELLS
 """Cells along the side of one piece of the map."""
 CELLS_PER_WAVELENGTH = 8
-"""Cells of the map along the shortest wave of the ground."""
+"""Cells of the map along the shortest wave of the terrain."""
 MIN_CELL_SIZE = 0.02
 """Smallest cell of the map [m]: ground finer than four of them tilts facets, but throws no shadows."""
 MAX_CELL_SIZE = 0.5
@@ -63,7 +63,7 @@ class SeabedTerrain:
             seed: Under which they were drawn.
             key: Names of the tiles, each once, shape (tiles,); the same key must mean the same points.
             size: How many of its points are wanted of each, the first of them, shape (tiles,).
-            positions: Gives the lattice coordinates [m] of the points of some tiles, one after the other: given which
+            positions: Gives the grid coordinates [m] of the points of some tiles, one after the other: given which
                 tiles, and which of their points is the first that is wanted.
 
         Returns:
@@ -112,7 +112,7 @@ class SeabedTerrain:
 
         Args:
             own: Places on the lattice about which it is likely to read [m], shape (n, 2).
-            evaluate: As of `HeightmapCache.serve_kernel`.
+            evaluate: See `HeightmapCache.serve_kernel`.
         """
         self._pages.serve_kernel(
             self.heightmap_cell_size, own.min(axis=0), own.max(axis=0), self.heightmap_synthesizer.heights, evaluate
@@ -131,7 +131,7 @@ class SeabedTerrain:
         Args:
             sine: Sine of the grazing angle at the mean plane [1], any shape.
             wavelength: Of the sound [m].
-            fresnel_length: Length of the Fresnel zone on the bed [m], shape of `sine`.
+            fresnel_length: Length of the Fresnel zone on the seabed [m], shape of `sine`.
             residual_variance: Mean square of the resolved ground about the plane fitted to it in the zone [m^2], shape
                 of `sine`.
 

@@ -1,4 +1,4 @@
-"""The smooth faces of meshes as triangles in the world, and how far a place is from what hides it: bed and surface."""
+"""Smooth faces of meshes as triangles in the world, and distances of positions from the seabed and the surface."""
 
 from collections.abc import Callable
 
@@ -24,10 +24,10 @@ def smooth_triangles(solid: Solid, seabed: Seabed) -> Floats:
 
 
 def water_clearance(seabed: Seabed) -> Callable[[Floats], Floats]:
-    """Distance from the nearer of bed and mean surface, positive in the water [m], of places (n, 3).
+    """Distance from the nearer of bed and mean surface, positive in the water [m], of positions (n, 3).
 
     Args:
-        seabed: The bed; places over unknown ground count as far above it.
+        seabed: The seabed; places over unknown ground count as far above it.
     """
 
     def clear(position: Floats) -> Floats:
@@ -38,7 +38,7 @@ def water_clearance(seabed: Seabed) -> Callable[[Floats], Floats]:
 
 
 def clip_at_seabed(corners: Floats, seabed: Seabed) -> Floats:
-    """The parts of triangles that water can reach: cut along the ground, which is taken as level under each.
+    """The parts of triangles that water can reach: cut along the terrain, which is taken as level under each.
 
     Args:
         corners: Of the triangles [m], shape (t, 3, 3).

@@ -41,7 +41,7 @@ MAX_POINTS = 500_000
 """Drawn points of one solid [1]."""
 MIN_POINTS = 400
 """Points that a solid has at least, so that a small one is no handful of glints [1]."""
-STANDING = 1e-6  # a face this close to the bed lies on it [m]
+STANDING = 1e-6  # a face this close to the seabed lies on it [m]
 UPRIGHT = 1e-9  # sine of the angle from upright below which a cylinder stands [1]
 SOLID_FACE = 6  # stands in a solid's keys where a box has its face
 ROW = 4096  # cells in a row of a solid's keys
@@ -113,7 +113,7 @@ def _rotated_triangles(solid: Solid) -> Triangles:
 def resting_pose(solid: Solid, seabed: Seabed) -> tuple[Floats, Floats]:
     """Pose of a solid in the world: rotation from its own axes, (3, 3), and position of its middle [m], (3,).
 
-    Its middle stands over its position, whatever its attitude; its lowest point is at its base depth, or in the bed
+    Its middle stands over its position, whatever its attitude; its lowest point is at its base depth, or in the seabed
     as deep as it has sunk.
 
     Args:
@@ -175,7 +175,7 @@ def solid_scatterers(
     """Points on the faces of a solid that water can reach, one for each cell of its surface.
 
     Cells share the surface evenly. They are fixed to the body's own axes, so that position and phase stay with
-    the place on the body, however it lies and whatever else is there.
+    the position on the body, however it lies and whatever else is there.
 
     Args:
         solid: The solid.
@@ -225,7 +225,7 @@ def inside_solid(surface: Triangles, position: Floats) -> NDArray[np.bool_]:
     """Mask of positions inside a surface: it is all around them, a solid angle of 4 pi.
 
     Args:
-        surface: A surface; through the gaps of an open one a place may look out.
+        surface: A surface; through the gaps of an open one a position may look out.
         position: Places [m], shape (n, 3).
 
     Source: van Oosterom & Strackee (1983), IEEE Trans. Biomed. Eng. 30, 125, eq. 8: solid angle of a triangle.

@@ -180,7 +180,7 @@ def _dominant_axis(normal: Floats) -> Integers:
 
 
 def _morton_order(position: Floats) -> Integers:
-    """Rank of places along a curve that visits neighbours one after another (Morton 1966), shape (n,)."""
+    """Rank of positions along a curve that visits neighbours one after another (Morton 1966), shape (n,)."""
     low, high = position.min(axis=0), position.max(axis=0)
     step = np.floor((position - low) / max(float(np.max(high - low)), 1e-300) * 1023.5).astype(np.int64)
     rank = np.zeros(len(position), np.int64)

@@ -1,4 +1,4 @@
-"""The ground as a map that is drawn once and read by many pings: heights and slopes on square pieces, side by side.
+"""The terrain as a map that is drawn once and read by many pings: heights and slopes on square pieces, side by side.
 
 Pieces are made where a line first crosses them (`insonify.scene.heightmap_synthesis`), and forgotten when room is
 wanted, the oldest first.
@@ -110,7 +110,7 @@ class TerrainMap:
         return bool(fits(wanted, self.slot, self.number, self._readers))
 
     def claim(self, wanted: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Give pieces their places.
+        """Assign rows to pieces.
 
         Args:
             wanted: Numbers of the pieces that will be read together, each once, shape (n, 2), n up to `MAX_PIECES`.
@@ -137,7 +137,7 @@ class TerrainMap:
 
 
 def terrain_map(bed: SeabedTerrain) -> TerrainMap:
-    """The one map of a bed."""
+    """The one map of a seabed."""
     with _MAKING:
         return _made(bed)
 

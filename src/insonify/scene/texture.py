@@ -28,7 +28,7 @@ ORDERS = 24
 
 
 class Texture(Model):
-    """Strength of the ground about its mean: a gamma field of mean one, tied to the ground."""
+    """Strength of the terrain about its mean: a gamma field of mean one, tied to the terrain."""
 
     k_shape: Annotated[float, Field(ge=0.1, le=1000)]
     """Shape of the gamma distribution, nu [1]: the smaller, the patchier; variance 1 / nu."""
@@ -36,7 +36,7 @@ class Texture(Model):
     """Distance at which the correlation of the texture has fallen to 1/e [m]."""
 
     def at(self, north: Floats, east: Floats, *, seed: int, scatterer_grid: ScattererGrid) -> Floats:
-        """Factor on the scattering strength at places [1]; mean one, variance 1 / shape.
+        """Factor on the scattering strength at positions [1]; mean one, variance 1 / shape.
 
         A position and seed have one value, which moves with the world if its scatterer grid moves with it.
 
@@ -68,7 +68,7 @@ class Texture(Model):
         return self.correlation_length / _pitches(self.k_shape)
 
     def correlation(self, distance: ArrayLike) -> Floats:
-        """Correlation of the texture at places so far apart along the lattice [m], mean over its shifts [1].
+        """Correlation of the texture at positions so far apart along the lattice [m], mean over its shifts [1].
 
         Args:
             distance: Any shape; along a diagonal it is lower by 0.002 at most.
@@ -77,7 +77,7 @@ class Texture(Model):
 
 
 def _correlation(shape: float, apart: Floats) -> Floats:
-    """Correlation of the texture at places so many pitches apart along the lattice [1], shape of `apart`.
+    """Correlation of the texture at positions so many pitches apart along the lattice [1], shape of `apart`.
 
     Source: Mehler's expansion: a function with Hermite coefficients a_n keeps sum a_n^2 n! rho^n of its variance.
     """

@@ -1,6 +1,6 @@
 """Scatterers in the water: one point per cell of a lattice in three dimensions, jittered in it, the same in every ping.
 
-Each stands for the water of its cell: its backscattering cross section is the cell's volume times s_v at its place,
+Each stands for the water of its cell: its backscattering cross section is the cell's volume times s_v at its position,
 alike in all directions. Phases are drawn, so that echoes add as energies in the mean, as the sonar equation has it.
 """
 
@@ -77,7 +77,7 @@ class WaterBlocks(NamedTuple):
 
 
 def water_scatterers(water: Water, seabed: Seabed, cubes: WaterBlocks, seed: int) -> Scatterers:
-    """The scatterers of some blocks of water, one for each cell; none under the ground or where the water is clear.
+    """The scatterers of some blocks of water, one for each cell; none under the terrain or where the water is clear.
 
     Args:
         water: Water with its scattering layers.
@@ -98,7 +98,7 @@ def layer_scatterers(
     water: Water, seabed: Seabed, position: Floats, volume: Floats, phase: NDArray[np.complex128],
     key: NDArray[np.uint64],
 ) -> Scatterers:  # fmt: skip
-    """Points of the layers of the water, without those under the ground or where the water is clear.
+    """Points of the layers of the water, without those under the terrain or where the water is clear.
 
     Args:
         water: Water with its scattering layers.

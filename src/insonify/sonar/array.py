@@ -1,6 +1,6 @@
-"""Arrays of transducers: where they sit, how wide they are, where they look.
+"""Arrays of transducers: positions, sizes, steering directions.
 
-An array has its own frame: boresight (the way it faces), right, down. A line array lies along
+An array has its own frame: boresight (its facing direction), right, down. A line array lies along
 `right` and receives all elevations alike; a planar array also spans `down`.
 """
 
@@ -80,7 +80,7 @@ class LineArray(Model):
     element: Element = "baffled"
     """Directivity of one element: omni, front half space, cosine, or a piston one pitch wide with a baffle."""
     steer: Steers = None
-    """Angles of the beams to the right of boresight [rad]; none: as the receive array, which itself looks ahead."""
+    """Angles of the beams to the right of boresight [rad]; none: as the receive array, which itself points ahead."""
     offset: Offset = (0.0, 0.0, 0.0)
     """Place of the array's centre from the platform's reference point: forward, starboard, down [m]."""
 
@@ -113,7 +113,7 @@ class PlanarArray(Model):
     element: Element = "baffled"
     """Directivity of one element: omni, front half space, cosine, or a piston one pitch wide with a baffle."""
     steer: Steers = None
-    """Angles of the beams to the right of boresight [rad]; none: as the receive array, which itself looks ahead."""
+    """Angles of the beams to the right of boresight [rad]; none: as the receive array, which itself points ahead."""
     steer_down: Radians | None = Field(default=None, gt=-RIGHT_ANGLE, lt=RIGHT_ANGLE)
     """Angle of all beams below the array's horizontal plane [rad]; none: as steer."""
     offset: Offset = (0.0, 0.0, 0.0)

@@ -55,7 +55,7 @@ class ReceiverGain(Model):
     start: Annotated[Seconds, Field(ge=0, le=1e3)] = 0.0
     """Time after the start of transmission before which the gain stays as it is then [s]."""
     stop: Annotated[Seconds, Field(gt=0, le=1e3)] | None = None
-    """Time after which it stays as it is then [s]; None: it goes on."""
+    """Time after which the gain is constant [s]; None: it never is."""
     max_db: Annotated[Decibels, Field(ge=-200, le=400)] | None = None
     """Gain that the amplifier does not exceed [dB]; None: any."""
 
@@ -72,7 +72,7 @@ class ReceiverGain(Model):
         Args:
             time: Time [s], any shape.
             sound_speed: That the amplifier takes ranges with [m/s].
-            absorption_db_per_m: Of the water, one way, where the gain has none of its own [dB/m].
+            absorption_db_per_m: One-way absorption of the water where the gain has none of its own [dB/m].
         """
         own = self.absorption_db_per_m
         loss = own if own is not None else absorption_db_per_m if self.tvg_db_per_decade > 0 else 0.0

@@ -1,6 +1,6 @@
-"""Arrays given element by element: at any places, or along an arc, as in the head of a multibeam.
+"""Arrays given element by element: at any positions, or along an arc, as in the head of a multibeam.
 
-Places are in the array's own frame: along boresight, to the right, down, from the array's centre.
+Positions are in the array's own frame: along boresight, to the right, down, from the array's centre.
 """
 
 from typing import Annotated, Any, Literal, Self
@@ -29,7 +29,7 @@ class _Elements(Model):
 
     @property
     def steers(self) -> tuple[tuple[float, float], ...]:
-        """Elements look where they face: there is one beam to steer, and it is not steered."""
+        """Steering of the elements: one direction, boresight."""
         return ((0.0, 0.0),)
 
     @property

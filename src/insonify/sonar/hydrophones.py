@@ -30,7 +30,7 @@ class ElementErrors(Model):
     phase: Annotated[Radians, Field(ge=0, le=np.pi)] = 0.0
     """Root mean square error of the phase [rad]."""
     position: Annotated[Metres, Field(ge=0, le=1)] = 0.0
-    """Root mean square error of the place, along each axis [m]."""
+    """Root mean square error of the position, along each axis [m]."""
     dead: tuple[Annotated[int, Field(ge=0, lt=10_000)], ...] = ()
     """Numbers of elements without a signal, from 0."""
 
@@ -67,7 +67,7 @@ def hydrophones(array: AnyArray, errors: ElementErrors, seed: int, side: int = 0
     place, facing = element_layout(array)
     count = len(place)
     draw = np.array([random_keys.complex_normals(seed, random_keys.ELEMENTS, side, row, 8) for row in range(count)])
-    # Two real draws to each complex one: the first row of them is gain, phase and place.
+    # Two real draws to each complex one: the first row of them is gain, phase and position.
     flat = np.stack([draw.real, draw.imag], axis=-1).reshape(count, -1) * np.sqrt(2)
     gain = amplitude_ratio(errors.gain_db * flat[:, 0])
     response = gain * np.exp(1j * errors.phase * flat[:, 1])

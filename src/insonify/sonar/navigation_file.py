@@ -1,6 +1,6 @@
 """A navigation log as instruments and spreadsheets write it: a table with a header, one row per fix.
 
-Time, a place (north and east, or latitude and longitude), depth and heading; pitch and roll where they are
+Time, a position (north and east, or latitude and longitude), depth and heading; pitch and roll where they are
 known. Commas, semicolons or tabs; units in the header, "heading [deg]"; comments behind #. Time counts in
 seconds, or is a date and time by ISO 8601. Every error is reported with its file, line and column.
 """
@@ -129,7 +129,7 @@ def read_navigation(path: str | Path, *, origin: tuple[float, float] | None = No
 
 
 def local_plane_position(latitude: Floats, longitude: Floats, origin: tuple[float, float]) -> Floats:
-    """North and east of places near an origin.
+    """North and east of positions near an origin.
 
     Args:
         latitude: Geodetic latitude [deg], shape (n,).

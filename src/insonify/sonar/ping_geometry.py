@@ -1,7 +1,7 @@
 """Geometry of one ping: positions of the sonar's two ends, beams, velocities and recording window.
 
-Places and attitudes are those at the start of the pulse; how they go on from there is its `course`. The receiver may
-ride a platform of its own.
+Positions and attitudes are those at the start of the pulse; the motion from there is in `receive_motion` and
+`transmit_motion`. The receiver may ride a platform of its own.
 """
 
 from dataclasses import dataclass, field, replace
@@ -169,7 +169,7 @@ class PingGeometry:
 
     @property
     def is_monostatic(self) -> bool:
-        """True where transmitter and receiver are at one place, so that legs out and back hold the same values."""
+        """True where transmitter and receiver are at one position, so that legs out and back hold the same values."""
         return bool(np.array_equal(self.transmit_position, self.receive_position))
 
 
@@ -186,8 +186,8 @@ def ping_geometry(
         window: Start and stop of the recording [s].
         pulse: The received pulse, computed once for all pings.
         water: What the arrays stand in: a beam is as wide as the sound speed at its own array makes it.
-        track_extents: The survey of all its pings, of each platform; none: they are made here.
-        seed: Of the scenario: the elements' errors are drawn from it.
+        track_extents: Track extent of each platform; none: they are computed here.
+        seed: Seed of the scenario, for the elements' errors.
     """
     both = Platforms(platforms) if isinstance(platforms, Poses) else platforms
     return MountedSonar(sonar, both, window, pulse, water, track_extents or track_extents_of(sonar, both), seed).at(
@@ -209,7 +209,7 @@ class _AttitudeBeams:
 
 @dataclass(frozen=True, eq=False)
 class MountedSonar:
-    """A sonar of one side on its platforms, with a geometry for each ping; arguments as of `ping_geometry`."""
+    """A sonar of one side on its platforms, with a geometry for each ping; arguments as in `ping_geometry`."""
 
     sonar: Sonar
     platforms: Platforms
@@ -342,7 +342,7 @@ def track_extents_of(sonar: Sonar, platforms: Platforms) -> tuple[TrackExtent, .
 
     Args:
         sonar: The sonar, of one side or both.
-        platforms: What carries its ends.
+        platforms: Platforms of its ends.
     """
     if not platforms.is_bistatic:
         return (track_extent(sonar, platforms.transmitter_poses),)

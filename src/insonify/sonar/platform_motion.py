@@ -1,7 +1,7 @@
 """Motion of a platform from the start of a ping until its last echo has arrived.
 
 Place and attitude at the start, the middle and the end of the window; what is fixed to the platform runs on the
-parabola through its three places. A wave that takes six seconds bends a parabola of a quarter of a second by a
+parabola through its three positions. A wave that takes six seconds bends a parabola of a quarter of a second by a
 thousandth of what it moves.
 """
 
@@ -35,7 +35,7 @@ class PlatformMotion:
         """Position, velocity and acceleration of points that are fixed to the platform.
 
         Args:
-            offset: Their places from the reference point: forward, starboard, down [m], shape (m, 3).
+            offset: Their positions from the reference point: forward, starboard, down [m], shape (m, 3).
 
         Returns:
             Place at the start [m], velocity there [m/s] and acceleration [m/s^2], each of shape (m, 3).
@@ -89,7 +89,7 @@ class TrackMotion:
     """The platform during each of its pings."""
 
     position: Floats
-    """As of `PlatformMotion`, shape (pings, 3, 3)."""
+    """See `PlatformMotion`, shape (pings, 3, 3)."""
     rotation: Floats
     """Likewise, shape (pings, 3, 3, 3)."""
     is_moving: NDArray[np.bool_]
@@ -108,7 +108,7 @@ class TrackMotion:
         """Farthest that something fixed to the platform gets during each ping [m], as `Course.farthest`, (pings,).
 
         Args:
-            offset: Its place from the reference point: forward, starboard, down [m], shape (3,).
+            offset: Its position from the reference point: forward, starboard, down [m], shape (3,).
         """
         place = self.position + self.rotation @ offset
         middle, last = (place[:, k] - place[:, 0] for k in (1, 2))

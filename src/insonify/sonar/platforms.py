@@ -26,7 +26,7 @@ class Platforms:
     transmitter_window_poses: tuple[Poses, Poses] | None = None
     """Of the transmitter's at the middle and at the end of the window of every ping; None: stop and hop."""
     receiver_window_poses: tuple[Poses, Poses] | None = None
-    """Of the receiver's, likewise."""
+    """Window poses of the receiver's platform, in the same form."""
 
     @property
     def is_bistatic(self) -> bool:
@@ -35,7 +35,7 @@ class Platforms:
 
     @property
     def receiver_poses(self) -> Poses:
-        """Poses of what carries the receiver."""
+        """Poses of the receiver's platform."""
         return self.transmitter_poses if self.own_receiver_poses is None else self.own_receiver_poses
 
     @property
@@ -57,7 +57,7 @@ class Platforms:
 
     @property
     def window_poses(self) -> tuple[tuple[Poses, ...], tuple[Poses, ...]]:
-        """Poses of each carrier at the start, middle and end of every window; of stop and hop, at the start alone."""
+        """Poses of each platform at the start, middle and end of every window; of stop and hop, at the start alone."""
         first = (self.transmitter_poses, *(self.transmitter_window_poses or ()))
         return first, first if self.own_receiver_poses is None else (
             self.own_receiver_poses,

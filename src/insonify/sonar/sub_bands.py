@@ -28,7 +28,7 @@ class SubBand:
     """The beams at one frequency of the band."""
 
     offset: float
-    """From the carrier [Hz]."""
+    """Offset from the carrier [Hz]."""
     transmit_beams: Beams
     receive_beams: Beams
 
@@ -47,7 +47,7 @@ def half_bandwidth(pulse: ReceivedPulse) -> float:
 
 
 def band_nodes(pulse: ReceivedPulse, count: int) -> Floats:
-    """Offsets from the carrier at which the band is looked at [Hz], increasing, shape (count,).
+    """Offsets from the carrier of the nodes [Hz], increasing, shape (count,).
 
     Args:
         pulse: Pulse as received.
@@ -71,8 +71,8 @@ def lagrange_weights(node: Floats, offset: Floats, low: float = -np.inf, high: f
     Args:
         node: The nodes, shape (nodes,).
         offset: Frequency offsets of the weights [Hz], shape (n,).
-        low: Below this the polynomials stay as they are there.
-        high: Above this, likewise.
+        low: Offset below which the polynomials stay as they are there [Hz].
+        high: Offset above which the polynomials stay as they are there [Hz].
     """
     x = np.clip(offset, low, high)
     rows = [np.prod(x - np.delete(node, k)[:, None], axis=0) for k in range(len(node))]

@@ -15,7 +15,7 @@ def tvg_db(slant: Floats, spreading: float, *, absorption_db_per_m: float = 0.0)
     Args:
         slant: Slant range [m], any shape; below 1 m the law is followed no further.
         spreading: Decibels for each tenfold range, such as 20, 30 or 40.
-        absorption_db_per_m: Of the water, one way [dB/m].
+        absorption_db_per_m: One-way absorption of the water [dB/m].
 
     Returns:
         Gain [dB], 0 at 1 m but for absorption, shape of `slant`.

@@ -1,6 +1,6 @@
-"""The survey: where the sonar goes on its whole track, as far as the sampling of the ground needs to know.
+"""Extent of a sonar's whole track, from which sampling densities follow.
 
-A place keeps its scatterers in every ping only where the fineness of their lattice follows from the whole
+A position keeps its scatterers in every ping only where the fineness of their grid follows from the whole
 track. What matters is how near and how far the sonar ever gets, and how high above a boundary it ever is.
 """
 
@@ -29,17 +29,17 @@ class TrackExtent:
     corners: Floats
     """North and east of the corners of a polyline that follows the track [m], shape (corners, 2), two at least."""
     hull_corners: Floats
-    """Those corners that some place may find the farthest [m], shape (m, 2)."""
+    """Corners that may be the farthest from some position [m], shape (m, 2)."""
     polyline_error: float
     """Largest distance between the track and its polyline [m]; 0 for a straight one."""
     depths: tuple[float, float]
-    """Least and greatest depth of the ends that the platform carries [m]."""
+    """Least and greatest depth of the ends on the platform [m]."""
 
     def nearest_segments(self, position: Floats, max_distance: float) -> Floats:
-        """The runs of the polyline that may be the nearest to points about a place.
+        """The runs of the polyline that may be the nearest to points about a position.
 
         Args:
-            position: North and east of the place, such as that of the sonar at one ping [m], shape (2,).
+            position: North and east of the position, such as that of the sonar at one ping [m], shape (2,).
             max_distance: Distance of the farthest point from it [m].
 
         Returns:
@@ -48,7 +48,7 @@ class TrackExtent:
         runs = np.stack([self.corners[:-1], self.corners[1:]], axis=1)
         if len(runs) == 1:
             return runs
-        # A point is no farther from the nearest run than by way of the place and the run that is nearest to that.
+        # A point is no farther from the nearest run than by way of the position and the run that is nearest to that.
         away = distance_to_segments(position[None], runs, each=True)[0]
         return runs[away <= 2 * max_distance + away.min()]
 
@@ -62,7 +62,7 @@ def track_extent(sonar: Sonar, poses: Poses, *, ends: Ends = ("transmit", "recei
     Args:
         sonar: The sonar, of one side or both.
         poses: True poses of its platform.
-        ends: What the platform carries: both ends change places without changing the survey.
+        ends: Ends on the platform; their order does not matter.
     """
     depth = np.concatenate(
         [poses.offset_positions(getattr(side, end).offset)[:, 2] for side in sonar.side_sonars for end in ends]
@@ -72,14 +72,14 @@ def track_extent(sonar: Sonar, poses: Poses, *, ends: Ends = ("transmit", "recei
 
 
 def simplified_polyline(positions: Floats) -> tuple[Floats, float]:
-    """A polyline of few corners that follows a row of places.
+    """A polyline of few corners that follows a row of positions.
 
     Args:
         positions: North and east [m], shape (n, 2).
 
     Returns:
         Corners, some of the places with the first and the last among them [m], shape (m, 2), m at least 2; and the
-        largest distance of any place from them [m], 0 where the row is straight.
+        largest distance of any position from them [m], 0 where the row is straight.
 
     Source: Douglas & Peucker (1973), Cartographica 10(2), 112-122.
     """
@@ -101,7 +101,7 @@ def simplified_polyline(positions: Floats) -> tuple[Floats, float]:
 
 
 def _hull(corners: Floats) -> Floats:
-    """The corners of the convex hull of some places; of two places both.
+    """The corners of the convex hull of some positions; of two positions both.
 
     Source: monotone chain, Andrew (1979), Information Processing Letters 9(5), 216-219.
     """
@@ -120,12 +120,12 @@ def _hull(corners: Floats) -> Floats:
 
 
 def _turn(a: Floats, b: Floats, c: Floats) -> float:
-    """Twice the area of a triangle, negative where it turns the other way [m^2]."""
+    """Twice the area of a triangle, negative where its corners turn the other way [m^2]."""
     return float((b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0]))
 
 
 def _farthest(positions: Floats, first: int, last: int) -> tuple[float, int]:
-    """Distance and row of the place that is farthest from the run between two others; 0 where there is none between."""
+    """Distance and row of the position farthest from the run between two others; 0 where there is none between."""
     if last - first < 2:
         return 0.0, first
     away = distance_to_segments(positions[first + 1 : last], positions[None, [first, last]])
@@ -134,7 +134,7 @@ def _farthest(positions: Floats, first: int, last: int) -> tuple[float, int]:
 
 
 def distance_to_segments(position: Floats, segments: Floats, *, each: bool = False) -> Floats:
-    """Distance of places from the nearest of some straight runs.
+    """Distance of positions from the nearest of some straight runs.
 
     Args:
         position: Coordinates in a plane [m], shape (n, 2).

@@ -91,7 +91,7 @@ def _measured_height(transmit: Beams, receive: Beams) -> float:
 def _width(transmit: Beams, receive: Beams) -> float:
     """Full width of one two-way beam [rad]; in its own frame it is the same at every ping."""
     key = transmit.pattern_key, receive.pattern_key
-    known = _KNOWN.get(key)  # one look: another thread may be forgetting it
+    known = _KNOWN.get(key)  # one read: another thread may be deleting it
     if known is None:
         for oldest in list(_KNOWN)[:-64]:
             _KNOWN.pop(oldest, None)

@@ -2,7 +2,7 @@
 
 Between its nodes the terrain is smooth; where the survey has a hole, or ends, the terrain is unknown, and nothing is
 invented: it neither scatters nor casts a shadow. A grid says nothing of waves shorter than two of its cells: add a
-power law whose outer scale is about that for a bed that looks real.
+power law whose outer scale is about that for a seabed that looks real.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ class BathymetryGrid(Model):
         """The grid as ground about a mean plane.
 
         Args:
-            cutoff: Where the ground ends; cells finer than half of it are averaged in squares.
+            cutoff: Where the terrain ends; cells finer than half of it are averaged in squares.
             mean_depth: Depth from which heights are counted [m].
         """
         lies = placed_grid(self)

@@ -1,4 +1,4 @@
-"""The ground of a scene: its reliefs, cut once by the split into terrain and roughness."""
+"""The terrain of a scene: its reliefs, cut once by the split into terrain and roughness."""
 
 from __future__ import annotations
 
@@ -132,10 +132,10 @@ def build_terrain(
     components: Sequence[Kind], *, seed: int, cutoff: RoughnessCutoff | None = None,
     scatterer_grid: ScattererGrid | None = None, mean_depth: float = 0.0,
 ) -> CompositeRelief:  # fmt: skip
-    """The ground that some reliefs make together.
+    """The terrain that some reliefs make together.
 
     Args:
-        components: Fractal reliefs and ripples, added; none of them for a flat bed.
+        components: Fractal reliefs and ripples, added; none of them for a flat seabed.
         seed: Seed of the scene, 0 to 2^64 - 1 [1].
         cutoff: Where ground ends and roughness begins; the default `RoughnessCutoff` if None.
         scatterer_grid: Frame in which everything is drawn; the world's if None.

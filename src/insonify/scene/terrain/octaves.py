@@ -76,7 +76,7 @@ class Octaves(Relief):
         return _placed(self.seed, self.layer, tuple(self.level.tolist()))
 
     def add_to(self, x: Floats, y: Floats, out: Floats) -> None:
-        """Add height [m] and slopes [1] at places [m] of shape (n,), without any check, to `out` of shape (n, 3)."""
+        """Add height [m] and slopes [1] at positions [m] of shape (n,), without any check, to `out` of shape (n, 3)."""
         k0, k1 = random_keys.stream_key(self.seed, random_keys.TERRAIN)
         for o, (turn, shift_a, shift_b, _) in enumerate(self.placed()):
             _lattice_noise_kernel.add_band(

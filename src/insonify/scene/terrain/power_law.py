@@ -43,7 +43,7 @@ class PowerLaw(Model):
     rms: Annotated[Metres, Field(gt=0)] | None = None
     """Root mean square height of all wavelengths together [m]."""
     outer_scale: Annotated[Metres, Field(gt=0)] = 20.0
-    """Wavelength beyond which the ground does not get rougher, 2 pi / K0 [m]."""
+    """Wavelength beyond which the terrain does not get rougher, 2 pi / K0 [m]."""
 
     @model_validator(mode="after")
     def _check_spectrum_parameters(self) -> Self:
@@ -62,7 +62,7 @@ class PowerLaw(Model):
             outer_scale: See the field [m]. Roughness measured at centimetres is too rough beyond
                 tens of metres.
 
-        Valid: with the split of `RoughnessCutoff.of_sediment`, and Jackson's law on the facets, the ground has the
+        Valid: with the split of `RoughnessCutoff.of_sediment`, and Jackson's law on the facets, the terrain has the
         composite level of APL-UW TR 9407 within 2 dB from 5 to 40 degrees, where rms slopes stay below some 20 degrees:
         every sediment with a grain size up to 100 kHz, rock and stones up to 30 kHz. The full handbook turns from its
         composite level to an empirical one beyond slopes of 7 degrees: there coarse sand and gravel come out up to
@@ -137,7 +137,7 @@ class PowerLaw(Model):
         Args:
             seed: Of the scene [1].
             layer: Number of this relief in the scene [1].
-            cutoff: Where the ground ends.
+            cutoff: Where the terrain ends.
         """
         return self._octaves(cutoff.wavenumber, seed=seed, layer=layer)
 
@@ -146,7 +146,7 @@ class PowerLaw(Model):
 
         Args:
             wavenumber: Magnitude [rad/m], any shape.
-            cutoff: Where the ground ends. The cut is as soft as an octave, and leaves the mean square slope of a
+            cutoff: Where the terrain ends. The cut is as soft as an octave, and leaves the mean square slope of a
                 sharp one.
         """
         K = np.asarray(wavenumber, float)

@@ -1,7 +1,7 @@
-"""Relief: how high the ground stands, and how steeply, at any point of an endless seabed.
+"""Relief: how high the terrain stands, and how steeply, at any point of an endless seabed.
 
-Height is positive up, from the mean plane of the bed: depth = mean depth - height, and the
-slopes of the depth are minus those of the height. The normal that points from the bed into
+Height is positive up, from the mean plane of the seabed: depth = mean depth - height, and the
+slopes of the depth are minus those of the height. The normal that points from the seabed into
 the water is (-dh/dnorth, -dh/deast, -1) / norm in north, east, down.
 """
 
@@ -20,7 +20,7 @@ from insonify.validity import require_numbers
 Floats = NDArray[np.float64]
 
 FARTHEST = 1e9
-"""Distance from the origin beyond which a place has too few digits left for centimetres [m]."""
+"""Distance from the origin beyond which a position has too few digits left for centimetres [m]."""
 
 
 def broadcast_positions(north: ArrayLike, east: ArrayLike, *, allow_nan: bool = True) -> tuple[Floats, Floats]:
@@ -29,7 +29,7 @@ def broadcast_positions(north: ArrayLike, east: ArrayLike, *, allow_nan: bool = 
     Args:
         north: Place [m], any shape.
         east: Place [m], broadcast.
-        allow_nan: Whether NaN may pass; the ground there is NaN.
+        allow_nan: Whether NaN may pass; the terrain there is NaN.
 
     Raises:
         ValueError: Something is no place.
@@ -43,7 +43,7 @@ def broadcast_positions(north: ArrayLike, east: ArrayLike, *, allow_nan: bool = 
 
 
 class TerrainSample(NamedTuple):
-    """The ground at some points."""
+    """The terrain at some points."""
 
     height: Floats
     """Above the mean plane, positive up [m], shape (...)."""
@@ -52,7 +52,7 @@ class TerrainSample(NamedTuple):
 
 
 class Relief(Protocol):
-    """Answers one question: how does the ground lie here?"""
+    """Answers one question: how does the terrain lie here?"""
 
     def sample(self, north: ArrayLike, east: ArrayLike) -> TerrainSample:
         """Height and gradient.
@@ -69,7 +69,7 @@ class Relief(Protocol):
 
     @property
     def span(self) -> tuple[float, float]:
-        """Heights between which the ground stays [m], lowest and highest; but for one place in a thousand million."""
+        """Heights between which the terrain stays [m], lowest and highest; but for one place in a thousand million."""
         ...
 
     def height(self, north: ArrayLike, east: ArrayLike) -> Floats:
@@ -96,7 +96,7 @@ class ReliefSum(Relief):
         return self.to_world(self.sample_in_grid_axes(own[..., 0], own[..., 1]))
 
     def sample_in_grid_axes(self, along: ArrayLike, across: ArrayLike) -> TerrainSample:
-        """Height, and gradient along the lattice's axes, at lattice coordinates [m], any shape.
+        """Height, and gradient along the lattice's axes, at grid coordinates [m], any shape.
 
         A world moved as a whole keeps these to the last bit.
         """
@@ -129,7 +129,7 @@ class ReliefSum(Relief):
 
 
 def upward_normal(slope: ArrayLike) -> Floats:
-    """Unit normal of the ground, from the bed into the water, in north, east, down.
+    """Unit normal of the terrain, from the seabed into the water, in north, east, down.
 
     Args:
         slope: Gradient of the height to the north and the east [1], shape (..., 2).

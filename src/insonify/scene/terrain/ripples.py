@@ -1,6 +1,6 @@
 """Sand ripples: a train of crests across the seabed, sharp on top, never quite straight.
 
-The ground is (height / 2) a [cos(psi) + s cos(2 psi)]: the second harmonic is locked to the first, so
+The terrain is (height / 2) a [cos(psi) + s cos(2 psi)]: the second harmonic is locked to the first, so
 that crests are narrow and troughs flat. The phase psi and the height a wander smoothly by key, which
 bends the crests and lets groups of ripples grow and fade.
 """
@@ -54,7 +54,7 @@ class Ripples(Model):
 
     @property
     def variance(self) -> float:
-        """Mean square of the ground [m^2]."""
+        """Mean square of the terrain [m^2]."""
         return (self.height / 2) ** 2 * (1 + self.sharpness**2) / 2
 
     def build_relief(

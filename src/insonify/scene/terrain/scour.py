@@ -29,9 +29,9 @@ class ScourDimensions(Model):
     """A scour of a target, around its own footprint."""
 
     depth: ScourDepth = 0.2
-    """Below the bed, along the edge of the footprint [m]."""
+    """Below the seabed, along the edge of the footprint [m]."""
     width: ScourWidth = 0.5
-    """From that edge to where the bed is as it was [m]."""
+    """From that edge to where the seabed is as it was [m]."""
 
     @model_validator(mode="after")
     def _check_slope(self) -> Self:

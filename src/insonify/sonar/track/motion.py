@@ -23,7 +23,7 @@ from insonify.model import Hertz, Metres, Model, Radians, Seconds, field_error
 Floats = NDArray[np.float64]
 
 WAVES = 96
-"""Waves in each freedom [1]: kurtosis 3 - 1.5 / 96, so heights are Gaussian for all that a sonar sees."""
+"""Waves in each freedom [1]: kurtosis 3 - 1.5 / 96, so heights are practically Gaussian."""
 _GRID = 8192  # points on which a spectrum is integrated
 _SPAN = 30.0  # lowest and highest frequency of a bell, below and above its middle
 
@@ -84,7 +84,7 @@ class MotionSpectrum(Model):
 
 
 class RandomTranslation(MotionSpectrum):
-    """A random motion of the platform's place."""
+    """A random displacement of the platform."""
 
     rms: Annotated[Metres, Field(ge=0, le=100)] = 0.0
     """Root mean square [m]."""

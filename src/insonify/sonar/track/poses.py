@@ -64,7 +64,7 @@ class Poses:
         """Depth of a point that is fixed to the platform at every ping [m], shape (pings,).
 
         Args:
-            offset: Its place from the reference point: forward, starboard, down [m].
+            offset: Its position from the reference point: forward, starboard, down [m].
         """
         # The third row of the rotation from body to world, for every ping at once.
         level = np.cos(self.pitch)
@@ -75,7 +75,7 @@ class Poses:
         """Positions of a point that is fixed to the platform.
 
         Args:
-            offset: Its place from the reference point: forward, starboard, down [m].
+            offset: Its position from the reference point: forward, starboard, down [m].
 
         Returns:
             North, east, down at every ping [m], shape (pings, 3).

@@ -18,7 +18,7 @@ def true_poses(
 
     Args:
         track: The track.
-        seed: Of the scenario: its motion is drawn from it. A track without motion has none to draw.
+        seed: Seed of the scenario, for its motion. A track without motion does not use it.
         after: How long after the start of each ping [s]; a path goes straight on from its end.
 
     Returns:

@@ -34,13 +34,13 @@ class WaypointPath:
         return np.hypot(self.horizontal_length, self.climb)
 
     def at(self, run: Floats) -> tuple[Floats, Floats]:
-        """Place and course after some distances.
+        """Position and heading after some distances.
 
         Args:
             run: Distances run from the start [m], shape (n,).
 
         Returns:
-            North, east, depth [m], shape (n, 3); compass course [rad], shape (n,). At a corner: of the next leg.
+            North, east, depth [m], shape (n, 3); compass heading [rad], shape (n,). At a corner: of the next leg.
         """
         length = self.length
         before = np.concatenate([[0.0], np.cumsum(length)])

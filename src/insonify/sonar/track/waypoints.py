@@ -1,4 +1,4 @@
-"""A track through waypoints, as a survey is planned."""
+"""A track through waypoints."""
 
 from functools import lru_cache
 from typing import Annotated, Literal, Self
