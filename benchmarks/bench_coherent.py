@@ -1,4 +1,4 @@
-"""How long a coherent ping takes against the sea: the sidescan of `bench_sidescan`, its echoes added in phase.
+"""Time of a coherent ping against real time: the sidescan of `bench_sidescan`, its echoes added in phase.
 
 What is timed is a survey under way: the kernels are there, the ground about the track is drawn and the memory has been
 touched by the pings before. Many pings are timed, heard as a survey has them: at the end of a few, one thread waits.

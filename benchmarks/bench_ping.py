@@ -1,4 +1,4 @@
-"""How long one ping takes, from the scene to the series: the nominal flat scene, three families on the seabed."""
+"""Time of one ping, from the scene to the series: the nominal flat scene, three families on the seabed."""
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor

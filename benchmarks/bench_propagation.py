@@ -1,4 +1,4 @@
-"""How many rays a second the solver finds: from a sonar at 11 m to points in 20 m of water, one family at a time."""
+"""Eigenrays per second: from a sonar at 11 m to points in 20 m of water, one family at a time."""
 
 import numpy as np
 

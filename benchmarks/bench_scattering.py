@@ -1,4 +1,4 @@
-"""How many questions a second a seabed answers."""
+"""Evaluations per second of a seabed's scattering law."""
 
 from concurrent.futures import ThreadPoolExecutor
 

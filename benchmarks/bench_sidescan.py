@@ -1,4 +1,4 @@
-"""How long a sidescan ping takes against the sea: 100 kHz, 200 m to either side, fractal ground, a mesh on it."""
+"""Time of a sidescan ping against real time: 100 kHz, 200 m to either side, fractal terrain, a mesh on it."""
 
 import tempfile
 import time

@@ -1,4 +1,4 @@
-"""How many spike-elements per second become a band-limited series.
+"""Arrivals and elements per second that become a band-limited series.
 
 Nominal case: 100 kHz, a band of 20 kHz sampled at 25 kHz, 0.24 s, delays in no order (as the ground gives them).
 """
@@ -68,12 +68,12 @@ def one_core() -> list[Result]:
     results = []
     for count in (100_000, 1_000_000):
         delay, weight = spikes(count)
-        priority_ordered_cells = np.sort(delay)
+        sorted_delay = np.sort(delay)
         half, one, energy = delay / 2, np.ones(count, np.float32), np.abs(weight).astype(float)
         cells, energies = GRID.cells()[0], GRID.energy_cells()[0]
         kernels = {
             "deposit_carrier": lambda d=delay, w=weight, c=cells: deposit_carrier(c, *PLACE, d, w, CARRIER),
-            "deposit_carrier, delays in order": lambda d=priority_ordered_cells, w=weight, c=cells: deposit_carrier(
+            "deposit_carrier, delays in order": lambda d=sorted_delay, w=weight, c=cells: deposit_carrier(
                 c, *PLACE, d, w, CARRIER
             ),
             "spread (carrier in the weights)": lambda d=delay, w=weight, c=cells: deposit_pressure(c, *PLACE, d, w),

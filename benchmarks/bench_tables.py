@@ -1,4 +1,4 @@
-"""How fast tables are made and read: a summer thermocline in 20 m of water, a sonar at 11 m, ranges to 200 m."""
+"""Speed of making and reading tables: a summer thermocline in 20 m of water, a sonar at 11 m, ranges to 200 m."""
 
 import numpy as np
 

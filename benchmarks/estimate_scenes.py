@@ -49,7 +49,10 @@ SCENES: dict[str, tuple[str, dict[str, Any]]] = {
     "sidescan, labels": ("sidescan", {**LABELS, "track": STEADY | {"pings": 10}}),
     "sidescan, expected": ("sidescan", {"field": "incoherent", "track": STEADY | {"pings": 400}}),
     "sidescan, expected, labels": ("sidescan", {"field": "incoherent", **LABELS, "track": STEADY | {"pings": 8}}),
-    "sidescan over relief": ("sidescan", {"seabed": {"relief": ROUGH}, "track": STEADY, "paths": {"max_reflections": 2}}),
+    "sidescan over relief": (
+        "sidescan",
+        {"seabed": {"relief": ROUGH}, "track": STEADY, "paths": {"max_reflections": 2}},
+    ),
     "sidescan, expected over relief": (
         "sidescan", {"field": "incoherent", "seabed": {"relief": ROUGH}, "track": STEADY | {"pings": 100}}
     ),

@@ -1,4 +1,4 @@
-"""How things are timed: candidates take turns, and each keeps its best time."""
+"""Timing: candidates take turns, and each keeps its best time."""
 
 import time
 from collections.abc import Callable, Mapping

@@ -1,4 +1,4 @@
-"""Claims about the benchmarks: each of them runs, so that none is found dead when somebody wants its number."""
+"""Claims about the benchmarks: each of them runs."""
 
 import importlib
 import sys

@@ -1,4 +1,4 @@
-"""The command line answers with paths, advice and exit codes, never with a traceback."""
+"""The command line ends with paths, advice and exit codes, never with a traceback."""
 
 import subprocess
 import sys

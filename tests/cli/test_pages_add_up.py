@@ -1,4 +1,4 @@
-"""What the commands print adds up, line by line, and is what is stored and drawn: pages read as a person reads them."""
+"""Printed tables add up, line by line, and agree with what is stored and drawn."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""`show` knows a sediment, a profile and a sea from a recording, and answers mistakes with the way out."""
+"""`show` distinguishes a sediment, a profile and a sea from a recording, and refuses mistakes with their fix."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What scripts may rely on: exit codes, what goes to stdout and stderr, and files that are there or not."""
+"""Interfaces for scripts: exit codes, stdout and stderr, and files that exist or not."""
 
 import re
 import warnings

@@ -1,4 +1,4 @@
-"""`insonify show --rays` draws rays of a profile or a scenario, and answers mistakes with the way out."""
+"""`insonify show --rays` draws rays of a profile or a scenario, and refuses mistakes with their fix."""
 
 from importlib.resources import files
 from pathlib import Path

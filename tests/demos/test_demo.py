@@ -1,4 +1,4 @@
-"""Claims about demonstrations: files that agree with each other, numbers in words, and nothing overwritten unasked."""
+"""Claims about demonstrations: files that agree with each other, numbers in words, nothing overwritten by default."""
 
 import json
 from importlib.resources import files

@@ -1,4 +1,4 @@
-"""What recordings of elements are made into agrees with the truth: bearings, depths, focus, delays."""
+"""Products of element recordings agree with the truth: bearings, depths, focus, delays."""
 
 import warnings
 

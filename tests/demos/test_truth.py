@@ -1,4 +1,4 @@
-"""Claims about the truth beside a product: what is met first from above, against spheres, boxes and planes."""
+"""Claims about the truth beside a product: the first surface from above, against spheres, boxes and planes."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Claims about recordings as netCDF files, and about what a recording says of ranges and of its place on Earth."""
+"""Claims about recordings as netCDF files: ranges, positions on Earth, round trips."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""What stands beside the sound on disk: sides, the truth and the log, for new stores and for old ones."""
+"""Columns beside the sound on disk: sides, the truth and the log, for new stores and for old ones."""
 
 import json
 import shutil

@@ -1,4 +1,4 @@
-"""Where a receiver's own platform was: columns that are there exactly when there is one, and come back as they went."""
+"""Positions of a receiver's own platform: columns that exist exactly when there is one, and round trips."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Every axis says what it is and in what unit; what has a colour has it in every picture."""
+"""Every axis has its name and unit; what has a colour has it in every picture."""
 
 import re
 from collections.abc import Callable

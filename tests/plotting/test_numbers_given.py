@@ -1,4 +1,4 @@
-"""What is drawn is what was given: numbers made up by hand, read back from axes, images and files."""
+"""Pictures show the given numbers: read back from axes, images and files."""
 
 import re
 

@@ -129,7 +129,8 @@ def test_spikes_by_source_stand_where_their_paths_are(span: tuple[float, float] 
         own = paths.object == owner
         (marks,) = (
             lot for lot in axes.collections
-            if isinstance(lot, PathCollection) and to_hex(lot.get_facecolor()[0]) == style.CONTRIBUTION_COLOURS[cause].lower()
+            if isinstance(lot, PathCollection)
+            and to_hex(lot.get_facecolor()[0]) == style.CONTRIBUTION_COLOURS[cause].lower()
         )  # fmt: skip
         np.testing.assert_allclose(marks.get_offsets(), np.stack([1e3 * paths.delay[own], level[own]], axis=-1))
     assert axes.get_ylim() == (span or pytest.approx((axes.get_ylim()[1] - 60, axes.get_ylim()[1])))

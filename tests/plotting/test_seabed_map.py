@@ -1,4 +1,4 @@
-"""The map of a scenario's seabed shows the ground that its echoes come from."""
+"""The map of a scenario's seabed shows the part that its echoes come from."""
 
 import numpy as np
 import pytest

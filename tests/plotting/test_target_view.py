@@ -1,4 +1,4 @@
-"""What pictures know of targets: where they are, when they are heard, and which is the loudest."""
+"""Targets in pictures: their positions, the times of their echoes, and the strongest of them."""
 
 import numpy as np
 import pytest

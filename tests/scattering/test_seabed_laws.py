@@ -289,7 +289,7 @@ def test_outside_the_measured_band_one_warning_is_given(frequency):
 
 
 def test_a_bed_without_loss_has_no_echo_from_inside_that_could_end():
-    """Without loss sound would return from any depth: an error with the way out; without volume_spectrum it is fine."""
+    """Without loss sound would return from any depth: an error with its fix; without a volume spectrum it is fine."""
     with pytest.raises(ValueError, match=r"loss 0.*0\.01"):
         SedimentVolume(Sediment(1.2, 1.0, 0.0), 50e3)
     assert SedimentVolume(Sediment(1.2, 1.0, 0.0, volume_parameter=0.0), 50e3).cross_section(1.0, 1.0, BACK) == 0

@@ -1,4 +1,4 @@
-"""Arrays out of focus and elements at one place are said, with numbers; usual ones are not."""
+"""Arrays out of focus and elements at one position get a warning with numbers; usual ones get none."""
 
 import warnings
 

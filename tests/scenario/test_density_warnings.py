@@ -1,4 +1,4 @@
-"""Claims about scatterers asked for more densely than their finest grid holds."""
+"""Claims about scatterers requested more densely than their finest grid holds."""
 
 import warnings
 

@@ -1,4 +1,4 @@
-"""A person who mistypes a scenario is told where, what, the limits and the way out."""
+"""A mistyped scenario gets a message with position, problem, limits and fix."""
 
 import re
 from typing import Annotated, Literal, Self

@@ -1,4 +1,4 @@
-"""What elements and moving sonars cannot be recorded with is refused, with the least value that would do."""
+"""Settings with which elements and moving sonars cannot be recorded are refused, with the least value that would do."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""Warnings about expectations: said where shadows are coarsely sampled, and only there."""
+"""Warnings about expectations: given where shadows are coarsely sampled, and only there."""
 
 from typing import Any
 

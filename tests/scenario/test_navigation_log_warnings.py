@@ -1,4 +1,4 @@
-"""Logs that jump or pause, profiles with steps of a hair, angles without a unit: each is said with its number."""
+"""Logs that jump or pause, profiles with tiny steps, angles without a unit: each gets a warning with its number."""
 
 import warnings
 

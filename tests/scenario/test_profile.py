@@ -1,4 +1,4 @@
-"""A scenario with layered water says what is wrong with its profile, and records what it read."""
+"""A scenario with layered water reports the errors of its profile, and records what it read."""
 
 import warnings
 from importlib.resources import files

@@ -1,4 +1,4 @@
-"""What no ping can hear is said beforehand."""
+"""Objects out of reach of every ping get a warning."""
 
 import warnings
 from typing import Any

@@ -107,7 +107,8 @@ def test_a_receiver_that_fits_is_not_warned_of_and_is_written_back():
             water={"noise": {"wind_speed": "3 m/s", "rain_rate": 0, "directionality": "surface", "shipping": 0.2}},
             self_noise={"level_db": "25 dB", "tones": [{"frequency": "58 kHz", "level_db": "60 dB"}]},
             crosstalk={"feedthrough_db": -120, "neighbours_db": -40}, blanking="1 ms",
-            gain={"tvg_db_per_decade": 30, "absorption_db_per_m": "34 dB/km", "start": "2 ms", "stop": "10 ms", "max_db": 80},
+            gain={"tvg_db_per_decade": 30, "absorption_db_per_m": "34 dB/km", "start": "2 ms", "stop": "10 ms",
+                  "max_db": 80},
             adc={"full_scale_db": "150 dB", "bits": 20}, bandwidth=8e3, frequency=60e3,
         )  # fmt: skip
     assert parse_model(Scenario, to_yaml(told)) == told

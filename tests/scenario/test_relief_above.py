@@ -1,4 +1,4 @@
-"""A claim about relief that somebody makes up: it stays below the sea surface."""
+"""A claim about synthetic relief: it stays below the sea surface."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Parts that are each right, but do not go together, are told all at once, each at its own line."""
+"""Parts that are each right, but do not go together, are reported all at once, each at its own line."""
 
 from importlib.resources import files
 

@@ -1,4 +1,4 @@
-"""What can be simulated but may not be meant is said once, with its numbers, when a scenario is checked."""
+"""Scenarios that can be simulated but may not be meant get one warning, with its numbers, when they are checked."""
 
 import warnings
 

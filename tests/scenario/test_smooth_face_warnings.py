@@ -1,4 +1,4 @@
-"""What is said of smooth faces when a scenario is checked: energy, the tracer."""
+"""Warnings of smooth faces when a scenario is checked: energy, the tracer."""
 
 import warnings
 

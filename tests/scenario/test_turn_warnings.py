@@ -1,4 +1,4 @@
-"""Claims about surveys with turns: one side is darker for a reason, which is told with its size beforehand."""
+"""Claims about tracks with turns: the loss of level to one side is reported with its size beforehand."""
 
 import warnings
 

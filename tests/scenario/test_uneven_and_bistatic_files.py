@@ -1,4 +1,4 @@
-"""Scenario files with uneven water, receivers of their own and layered answers: written back, cited, warned of."""
+"""Scenario files with uneven water, bistatic receivers and scattering layers: round trips, citations, warnings."""
 
 import warnings
 

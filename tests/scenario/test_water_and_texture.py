@@ -1,4 +1,4 @@
-"""Claims about how texture and water that answers are written: they come back as they were, and slips are told."""
+"""Claims about texture and scattering water in files: round trips, and errors for slips."""
 
 import pytest
 from pydantic import ValidationError

@@ -1,4 +1,4 @@
-"""Surveyed grids as ground: through their nodes, smooth between them, silent where nobody measured."""
+"""Surveyed grids as terrain: through their nodes, smooth between them, no echo where nothing was measured."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Claims about the pages of a map that kernels read: what is missing is drawn once, and nobody reads another's page."""
+"""Claims about cached heightmap tiles in kernels: each is synthesised once, and read by its own number."""
 
 from concurrent.futures import ThreadPoolExecutor
 

@@ -1,4 +1,4 @@
-"""Claims about the map as the pen draws it: near the exact ground, joined, whole at gaps, and the same in any order."""
+"""Claims about heightmap tiles: near the exact terrain, joined, gaps kept, and the same in any order."""
 
 import numpy as np
 import pytest

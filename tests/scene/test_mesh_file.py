@@ -1,4 +1,4 @@
-"""Bodies from files: one body in four formats, its axes and units, and what is said of a file that is no body."""
+"""Bodies from files: one body in four formats, its axes and units, and messages on files that hold no body."""
 
 import sys
 import warnings

@@ -42,7 +42,8 @@ def test_a_tile_is_the_same_alone_and_in_company():
 def test_seabed_surface_levels_and_seeds_have_scatterers_of_their_own():
     """No phase of one is a phase of another at the same cell."""
     base = jittered_points(tiles((2, 3, 4)), 7, random_keys.SEABED)
-    for other in (jittered_points(tiles((2, 3, 4)), 8, random_keys.SEABED), jittered_points(tiles((2, 3, 4)), 7, random_keys.SURFACE),
+    for other in (jittered_points(tiles((2, 3, 4)), 8, random_keys.SEABED),
+                  jittered_points(tiles((2, 3, 4)), 7, random_keys.SURFACE),
                   jittered_points(tiles((1, 3, 4)), 7, random_keys.SEABED)):  # fmt: skip
         assert not np.any(base.phase == other.phase)
 

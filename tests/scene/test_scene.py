@@ -1,4 +1,4 @@
-"""What may stand in the water, and where."""
+"""Positions of targets in the water that are allowed."""
 
 import numpy as np
 import pytest

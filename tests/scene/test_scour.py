@@ -1,4 +1,4 @@
-"""Scour: a moat around what lies in the bed, as deep and as wide as asked, and part of the ground for all that look."""
+"""Scour: a pit around an object in the seabed, of the given depth and width, in the terrain of every computation."""
 
 import numpy as np
 import pytest

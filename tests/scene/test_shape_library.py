@@ -1,4 +1,4 @@
-"""The library of typical targets: each has the size that its page says, and a surface that encloses it."""
+"""The library of typical targets: each has the size of its page, and a surface that encloses it."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Targets on uneven ground lie on the ground under their middle, and only what stands out of it answers."""
+"""Targets on relief lie on the terrain under their middle, and only the part above it scatters."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Claims about relief as arithmetic: variances that add, ground that scales, ripples by hand, maps by geometry."""
+"""Claims about relief as arithmetic: variances that add, terrain that scales, ripples by hand, maps by geometry."""
 
 import numpy as np
 import pytest

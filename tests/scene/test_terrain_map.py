@@ -1,4 +1,4 @@
-"""The map of the ground and the lattice it lies on: pieces that come, stay and go, cubics, tiles, keys."""
+"""The map of the terrain and its grid: tiles that come, stay and go, cubics, keys."""
 
 import time
 from concurrent.futures import ThreadPoolExecutor

@@ -1,4 +1,4 @@
-"""Claims about relief: one endless ground, with the spectrum and the structure that were asked for."""
+"""Claims about relief: one endless terrain, with the given spectrum and structure."""
 
 from itertools import pairwise
 

@@ -1,4 +1,4 @@
-"""Claims about the texture of the ground: gamma distributed, correlated as it says, the same whoever asks."""
+"""Claims about the texture of the seabed: gamma distributed, correlated, independent of the order of positions."""
 
 import numpy as np
 import pytest

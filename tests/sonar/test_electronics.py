@@ -1,4 +1,4 @@
-"""Claims about gain that follows the range: it undoes spreading and absorption, and goes no further than it is told."""
+"""Claims about gain that follows the range: it undoes spreading and absorption, within its limits."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ LOSS, LAW = st.floats(0, 0.2), st.sampled_from([20.0, 30.0, 40.0])
 
 @given(LAW, LOSS, st.floats(1, 1000), st.floats(1.01, 10))
 def test_gain_undoes_the_sonar_equation(law, loss, slant, factor):
-    """An echo that spreads by that law and is relative_absorption out and back has one level at all ranges from 1 m on."""
+    """An echo that spreads by that law and is absorbed out and back has one level at all ranges from 1 m on."""
     ranges = np.array([slant, slant * factor])
     echo = 100 - law * np.log10(ranges) - 2 * loss * ranges
     levels = echo + tvg_db(ranges, law, absorption_db_per_m=loss)

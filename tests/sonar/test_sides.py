@@ -1,4 +1,4 @@
-"""Claims about the two sides of a sidescan: each hears its own side, and they are mirror images."""
+"""Claims about the two sides of a sidescan: each receives its own side, and they are mirror images."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Claims about sub-bands: a smooth function of frequency is told by a few of its values."""
+"""Claims about sub-bands: a few of its values determine a smooth function of frequency."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Claims about the survey: a short stand-in for a whole track that no place can tell from it."""
+"""Claims about the track extent: a short stand-in that bounds distances as the whole track does."""
 
 import numpy as np
 from hypothesis import given

@@ -1,4 +1,4 @@
-"""Claims about motion and logged navigation: the statistics asked for, the same in every run, both kept."""
+"""Claims about motion and logged navigation: the given statistics, the same in every run, both recorded."""
 
 import numpy as np
 import pytest

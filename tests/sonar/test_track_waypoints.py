@@ -1,4 +1,4 @@
-"""Claims about tracks through waypoints: constant speed, tangent arcs, corners where none are asked for."""
+"""Claims about tracks through waypoints: constant speed, tangent arcs, corners where no radius is given."""
 
 import numpy as np
 import pytest

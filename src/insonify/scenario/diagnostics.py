@@ -229,7 +229,7 @@ def _wanted(findings: list[_Finding]) -> str:
 
 
 def _either_of(expected: Sequence[ExpectedType]) -> str:
-    """Kinds of value in words; groups that one key tells apart by that key alone: all keys are a paragraph."""
+    """Kinds of value in words; groups that one key distinguishes by that key alone: all keys are a paragraph."""
     groups = [choice for choice in expected if choice.keys]
     tag = next((key for key in groups[0].keys if all(one.tags(key) for one in groups)), "") if len(groups) > 1 else ""
     if not tag:

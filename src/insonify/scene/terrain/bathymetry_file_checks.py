@@ -1,5 +1,6 @@
 """Files of bathymetry that are damaged or lie about their size: refused by name, before memory is allocated."""
 
+import os
 import zipfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -80,7 +81,7 @@ def array_shape(archive: zipfile.ZipFile, name: str, path: str) -> tuple[int, ..
         version = np.lib.format.read_magic(file)
         read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
         shape, _, kind = read(file)
-        start = file.tell()
+        start = file.seek(0, os.SEEK_CUR)
     if len(shape) not in (1, 2):
         return shape  # of no use here, and never unpacked
     require_grid_size(path, shape, (), kind)

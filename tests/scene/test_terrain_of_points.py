@@ -1,4 +1,4 @@
-"""Ground held for points of tiles, in kernels: against a dictionary, a loop and the ground itself."""
+"""Cached terrain of points of tiles, in kernels: against a dictionary, a loop and the terrain itself."""
 
 import numpy as np
 import pytest
@@ -101,7 +101,7 @@ def test_gradients_turned_are_those_of_the_turned_plane(count, heading):
 
 @pytest.mark.parametrize("count", [0, 1, 500])
 def test_points_laid_by_rows_are_the_facets_of_their_survey(count):
-    """Random rows, holes and land among them, points in any order: bit for bit what `seabed_scatterers` makes of each."""
+    """Random rows, holes and land among them, points in any order: bit-identical with `seabed_scatterers` of each."""
     rng = np.random.default_rng(count)
     start = np.array([40, 0, 15, 15])
     tile, rank = rng.integers(0, 4, count).astype(np.int32), rng.integers(0, 15, count).astype(np.int32)
@@ -136,8 +136,14 @@ def some_kept(tiles, share, lattice):
     drawn = jittered_points(tiles, SEED, random_keys.SEABED, most)
     position = np.zeros((len(drawn.along), 3))
     position[:, :2] = lattice.to_world(drawn.along, drawn.across)
-    return KeptScatterers(position, np.ones(len(position)), drawn.phase, drawn.scatterer_id, drawn.tile.astype(np.int32),
-                drawn.rank.astype(np.int32))  # fmt: skip
+    return KeptScatterers(
+        position,
+        np.ones(len(position)),
+        drawn.phase,
+        drawn.scatterer_id,
+        drawn.tile.astype(np.int32),
+        drawn.rank.astype(np.int32),
+    )
 
 
 @pytest.mark.parametrize("heading", [0.0, 0.9])

@@ -1,4 +1,4 @@
-"""What is kept between pings: bounded, shared by threads, and never another array than would be made anew."""
+"""Caches between pings: bounded, shared by threads, and bit-identical with computing anew."""
 
 from concurrent.futures import ThreadPoolExecutor
 

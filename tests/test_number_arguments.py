@@ -1,4 +1,4 @@
-"""Numbers that enter from outside: taken in any guise that means a number, refused by name in any other."""
+"""Numbers as arguments: accepted in any type that means a number, refused by name in any other."""
 
 from decimal import Decimal
 from fractions import Fraction

@@ -1,4 +1,4 @@
-"""Claims about warnings on the command line: one thing is said once, however many laws and arrays it concerns."""
+"""Claims about warnings on the command line: each is printed once, however many laws and arrays it concerns."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What depends on the sonar's depth is asked of its whole track, not of the first ping."""
+"""Errors that depend on the sonar's depth are found on its whole track, not on the first ping alone."""
 
 import warnings
 

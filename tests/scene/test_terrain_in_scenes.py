@@ -1,4 +1,4 @@
-"""Relief as a scenario asks for it: one or several, split once, grown by a seed, and answered where it is wrong."""
+"""Relief of a scenario: one or several, cut once, grown by a seed, and refused where it is wrong."""
 
 import numpy as np
 import pytest

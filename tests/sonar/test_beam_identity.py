@@ -1,4 +1,4 @@
-"""Claims about what tells the beams of one array from those of another, whatever way they are turned."""
+"""Claims about the keys that distinguish beams of different arrays, whatever their attitude."""
 
 import numpy as np
 import pytest
