@@ -172,7 +172,7 @@ def test_pings_and_threads_change_no_bit():
 
 @pytest.mark.parametrize(
     ("changes", "said"),
-    [({"pressure": np.zeros((4, 81), np.complex64)}, r"ask for \(..., 8, 81\)"),
+    [({"pressure": np.zeros((4, 81), np.complex64)}, r"require \(..., 8, 81\)"),
      ({"pressure": np.zeros((8, 81))}, "give complex baseband"),
      ({"pressure": np.full((8, 81), np.nan + 0j)}, "not finite"),
      ({"element_positions": np.zeros((8, 2))}, r"give \(any, 3\)"),
@@ -182,7 +182,7 @@ def test_pings_and_threads_change_no_bit():
      ({"focus": -3.0}, "focus is -3"),
      ({"shading": "flat"}, "shading is 'flat'"),
      ({"shading": np.ones(5)}, "one weight for each of 8"),
-     ({"shading": np.tile([1.0, -1.0], 4)}, "adds up to nothing"),
+     ({"shading": np.tile([1.0, -1.0], 4)}, "sums to zero"),
      ({"centre_frequency": 0.0}, "centre_frequency is 0")],
 )  # fmt: skip
 def test_what_does_not_fit_is_refused(changes, said):

@@ -40,7 +40,7 @@ def test_bearings_may_pass_astern():
 
 def test_what_does_not_fit_is_refused():
     """The value, and what would fit."""
-    with pytest.raises(ValueError, match="bearings is not a growing row"):
+    with pytest.raises(ValueError, match="bearings is not an increasing row"):
         sector_image(np.ones((121, 451)), BEARINGS[::-1], RANGES, [1.0], [1.0])
-    with pytest.raises(ValueError, match=r"ask for \(..., 121, 451\)"):
+    with pytest.raises(ValueError, match=r"require \(..., 121, 451\)"):
         sector_image(np.ones((120, 451)), BEARINGS, RANGES, [1.0], [1.0])

@@ -225,7 +225,7 @@ def test_pixels_that_no_ping_reaches_are_zero():
      ({"max_angle": 0.1, "track_direction": np.array([2.0, 0, 0])}, "unit vectors"),
      ({"angle_shading": "hann"}, "without a limit"),
      ({"receive_velocity": np.zeros((2, 2))}, "broadcasts to"),
-     ({"receive_velocity": 500.0}, "under a tenth")],
+     ({"receive_velocity": 500.0}, "below a tenth")],
 )  # fmt: skip
 def test_what_does_not_fit_is_refused(changes, said):
     """The value, and what would fit."""

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from insonify.processing.synthetic_aperture import along_track_resolution, backproject
 
 # Kernels take a moment to import: those of coherent processing are loaded on first use.
-_HOME = {
+_MODULE_OF = {
     "dpca_displacement": "coherence",
     "coherence_by_delay": "coherence",
     "complex_coherence": "coherence",
@@ -124,8 +124,8 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     """Load a public name on its first use."""
-    if name in _HOME:
-        return getattr(importlib.import_module(f"insonify.processing.{_HOME[name]}"), name)
+    if name in _MODULE_OF:
+        return getattr(importlib.import_module(f"insonify.processing.{_MODULE_OF[name]}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

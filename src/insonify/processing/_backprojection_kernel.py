@@ -36,10 +36,14 @@ def backproject_pings(
         weights: Sums of weights, added to in place, shape (pixels,).
     """
     flat, last, scale = cells.view(np.float32), cells.shape[2] - 4, window.size - 1.0
-    at, taps, phasors = np.empty(BLOCK, np.int32), np.empty(4 * BLOCK, np.float32), np.empty((2, BLOCK), np.float32)
-    loose = np.empty((4, BLOCK), np.float32)
+    first_cell, taps, phasors = (
+        np.empty(BLOCK, np.int32),
+        np.empty(4 * BLOCK, np.float32),
+        np.empty((2, BLOCK), np.float32),
+    )
+    tap_columns = np.empty((4, BLOCK), np.float32)
     transmit_distance, position, cycles = np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK)
-    seen, share = np.empty(BLOCK, np.float32), np.empty(BLOCK, np.float32)
+    angle_weight, pixel_weight = np.empty(BLOCK, np.float32), np.empty(BLOCK, np.float32)
     for begin in range(0, grid.shape[1], BLOCK):
         x, y, z = grid[0, begin : begin + BLOCK], grid[1, begin : begin + BLOCK], grid[2, begin : begin + BLOCK]
         count = x.size
@@ -48,14 +52,16 @@ def backproject_pings(
             tx, ty, tz = transmit[ping, 0], transmit[ping, 1], transmit[ping, 2]
             for i in range(count):
                 transmit_distance[i] = np.sqrt((x[i] - tx) ** 2 + (y[i] - ty) ** 2 + (z[i] - tz) ** 2)
-                seen[i] = np.float32(1)
+                angle_weight[i] = np.float32(1)
             if max_sine <= 1:
                 ax, ay, az = axis[ping, 0], axis[ping, 1], axis[ping, 2]
                 for i in range(count):
                     along = abs((x[i] - tx) * ax + (y[i] - ty) * ay + (z[i] - tz) * az)
                     ratio = along / (max_sine * transmit_distance[i])
                     is_within = ratio <= 1.0
-                    seen[i] = window[np.int32(ratio * scale + 0.5) if is_within else 0] if is_within else np.float32(0)
+                    angle_weight[i] = (
+                        window[np.int32(ratio * scale + 0.5) if is_within else 0] if is_within else np.float32(0)
+                    )
             for channel in range(cells.shape[1]):
                 if weight[ping, channel] == 0:
                     continue
@@ -64,13 +70,13 @@ def backproject_pings(
                     first_time,
                     cell_rate, frequency, position, cycles,
                 )  # fmt: skip
-                part = np.float32(weight[ping, channel])
+                series_weight = np.float32(weight[ping, channel])
                 for i in range(count):
                     inside = (position[i] >= 1.0) & (position[i] < last + 1.0)
-                    share[i] = part * seen[i] if inside else np.float32(0)
-                    totals[i] += share[i]
-                prepare_taps(count, position, cycles, share, last, at, loose, taps, phasors)
-                add_interpolated(count, flat[ping, channel], at, taps, phasors, sums)
+                    pixel_weight[i] = series_weight * angle_weight[i] if inside else np.float32(0)
+                    totals[i] += pixel_weight[i]
+                prepare_taps(count, position, cycles, pixel_weight, last, first_cell, tap_columns, taps, phasors)
+                add_interpolated(count, flat[ping, channel], first_cell, taps, phasors, sums)
 
 
 @njit(inline="always")

@@ -32,30 +32,36 @@ def delay_and_sum(
         out: Beams, real and imaginary parts alternating, added to in place, shape (beams, 2 samples).
     """
     flat, last = cells.view(np.float32), cells.shape[1] - 4
-    at, taps, phasors = np.empty(BLOCK, np.int32), np.empty(4 * BLOCK, np.float32), np.empty((2, BLOCK), np.float32)
-    loose = np.empty((4, BLOCK), np.float32)
+    first_cell, taps, phasors = (
+        np.empty(BLOCK, np.int32),
+        np.empty(4 * BLOCK, np.float32),
+        np.empty((2, BLOCK), np.float32),
+    )
+    tap_columns = np.empty((4, BLOCK), np.float32)
     focus_range, position, cycles = np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK)
-    share = np.empty(BLOCK, np.float32)
+    sample_weight = np.empty(BLOCK, np.float32)
     for begin in range(0, time.size, BLOCK):
-        now = time[begin : begin + BLOCK]
+        sample_time = time[begin : begin + BLOCK]
         for beam in range(direction.shape[0]):
-            _focus(now, sound_speed, transmit, direction[beam], focus, focus_range)
-            sums = out[beam, 2 * begin : 2 * begin + 2 * now.size]
+            _focus(sample_time, sound_speed, transmit, direction[beam], focus, focus_range)
+            sums = out[beam, 2 * begin : 2 * begin + 2 * sample_time.size]
             for channel in range(cells.shape[0]):
                 ex, ey, ez = element[channel, 0], element[channel, 1], element[channel, 2]
                 along = ex * direction[beam, 0] + ey * direction[beam, 1] + ez * direction[beam, 2]
                 square = ex * ex + ey * ey + ez * ez
-                part = np.float32(weight[channel])
-                for i in range(now.size):
+                element_weight = np.float32(weight[channel])
+                for i in range(sample_time.size):
                     # |r u - e| - r without the difference of two long ranges
                     change = square - 2.0 * along * focus_range[i]
-                    farther = change / (np.sqrt(focus_range[i] * focus_range[i] + change) + focus_range[i])
-                    delay = (-along if focus > 1e9 else farther) / sound_speed
-                    position[i] = (now[i] + delay - first_time) * cell_rate
+                    excess_range = change / (np.sqrt(focus_range[i] * focus_range[i] + change) + focus_range[i])
+                    delay = (-along if focus > 1e9 else excess_range) / sound_speed
+                    position[i] = (sample_time[i] + delay - first_time) * cell_rate
                     cycles[i] = frequency * delay
-                    share[i] = part
-                prepare_taps(now.size, position, cycles, share, last, at, loose, taps, phasors)
-                add_interpolated(now.size, flat[channel], at, taps, phasors, sums)
+                    sample_weight[i] = element_weight
+                prepare_taps(
+                    sample_time.size, position, cycles, sample_weight, last, first_cell, tap_columns, taps, phasors
+                )
+                add_interpolated(sample_time.size, flat[channel], first_cell, taps, phasors, sums)
 
 
 @njit(inline="always")

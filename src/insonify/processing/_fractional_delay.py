@@ -75,8 +75,8 @@ def oversampled_cells(series: NDArray[np.complex64], *, workers: int = 1) -> NDA
     padded = np.zeros((*series.shape[:-1], size), np.complex64)
     padded[..., REACH : REACH + count] = series
     bins = scipy.fft.fft(padded, axis=-1, workers=workers)
-    part = FINER / _kernel_transform(scipy.fft.fftfreq(size) / FINER)
-    bins *= part.astype(np.float32)
+    gain = FINER / _kernel_transform(scipy.fft.fftfreq(size) / FINER)
+    bins *= gain.astype(np.float32)
     padded_spectrum = np.zeros((*series.shape[:-1], FINER * size), np.complex64)
     above = (size + 1) // 2
     padded_spectrum[..., :above] = bins[..., :above]

@@ -75,28 +75,28 @@ def beamform_delay_sum(
     element = checked_positions("element_positions", element_positions, (None, 3))
     series = element_series(pressure, np.size(time), len(element))
     frequency, speed = checked_carrier(centre_frequency, sound_speed)
-    looks = _directions(directions)
-    middle = element.mean(axis=0) if centre is None else checked_positions("centre", centre, (3,))
+    axes = _directions(directions)
+    origin = element.mean(axis=0) if centre is None else checked_positions("centre", centre, (3,))
     transmitter_offset = (
-        np.zeros(3) if transmitter is None else checked_positions("transmitter", transmitter, (3,)) - middle
+        np.zeros(3) if transmitter is None else checked_positions("transmitter", transmitter, (3,)) - origin
     )
-    weight, at, range_ = element_weights(shading, element), np.array(time, float), _focus(focus)
+    weight, sample_times, focus_range = element_weights(shading, element), np.array(time, float), _focus(focus)
     pings = series.reshape(-1, *series.shape[-2:])
-    out = np.zeros((len(pings), len(looks), series.shape[-1]), np.complex64)
+    out = np.zeros((len(pings), len(axes), series.shape[-1]), np.complex64)
 
     def form(job: tuple[int, int, Complexes]) -> None:
         ping, begin, cells = job
         beams = slice(begin, begin + BEAMS_AT_ONCE)
         delay_and_sum(
-            cells, first - REACH / rate, rate * FINER, frequency, speed, at, element - middle, transmitter_offset,
-            looks[beams], weight, range_, out[ping, beams].view(np.float32),
+            cells, first - REACH / rate, rate * FINER, frequency, speed, sample_times, element - origin,
+            transmitter_offset, axes[beams], weight, focus_range, out[ping, beams].view(np.float32),
         )  # fmt: skip
 
     with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
         for ping, row in enumerate(pings):
             cells = oversampled_cells(row)
-            list(pool.map(form, [(ping, begin, cells) for begin in range(0, len(looks), BEAMS_AT_ONCE)]))
-    return out.reshape(*series.shape[:-2], len(looks), series.shape[-1])
+            list(pool.map(form, [(ping, begin, cells) for begin in range(0, len(axes), BEAMS_AT_ONCE)]))
+    return out.reshape(*series.shape[:-2], len(axes), series.shape[-1])
 
 
 def beamform_fft(
@@ -135,13 +135,13 @@ def beamform_fft(
     first, rate = uniform_clock(time)
     series = element_series(pressure, np.size(time))
     frequency, speed = checked_carrier(centre_frequency, sound_speed)
-    pitch = require_number("spacing", spacing, "m", 0.0, exclude_low=True, example="0.0075")
+    element_spacing = require_number("spacing", spacing, "m", 0.0, exclude_low=True, example="0.0075")
     start, step, beams = _uniform_sines(sines)
     if focus not in ("far", "dynamic"):
         raise ValueError(f"focus is {focus!r}; choose far or dynamic, or use beamform_delay_sum for a range in metres")
     channels, samples = series.shape[-2:]
     line = np.zeros((channels, 3))
-    line[:, 1] = (np.arange(channels) - (channels - 1) / 2) * pitch
+    line[:, 1] = (np.arange(channels) - (channels - 1) / 2) * element_spacing
     weight = element_weights(shading, line)[:, None].astype(np.float32)
     groups = [(slice(0, beams), 0.0)]
     if focus == "dynamic":
@@ -154,24 +154,26 @@ def beamform_fft(
     for row, ping in zip(out, pings, strict=True):
         cells = oversampled_cells(ping) if focus == "dynamic" else ping
         for beam_slice, sine in groups:
-            seen = (
+            focused = (
                 ping if focus == "far" else _focused_elements(sine, cells, line, times, (first, rate, frequency, speed))
             )
-            begin, count = start + step * beam_slice.start - sine, beam_slice.stop - beam_slice.start
-            row[beam_slice] = _line_array_beams(seen * weight, pitch, frequency, speed, rate, (begin, step, count))
+            first_sine, count = start + step * beam_slice.start - sine, beam_slice.stop - beam_slice.start
+            row[beam_slice] = _line_array_beams(
+                focused * weight, element_spacing, frequency, speed, rate, (first_sine, step, count)
+            )
     return out.reshape(*series.shape[:-2], beams, samples)
 
 
 def _line_array_beams(
-    series: Complexes, pitch: float, frequency: float, speed: float, rate: float, sines: tuple[float, float, int]
+    series: Complexes, spacing: float, frequency: float, speed: float, rate: float, sines: tuple[float, float, int]
 ) -> Complexes:
     """Beams of one ping's weighted elements, (beams, samples), at evenly spaced sines (first, step, count)."""
     channels, samples = series.shape
     start, step, beams = sines
-    reach = (channels - 1) / 2 * pitch * max(abs(start), abs(start + step * (beams - 1))) / speed
-    size = scipy.fft.next_fast_len(samples + int(np.ceil(2 * reach * rate)) + 16)
+    max_delay = (channels - 1) / 2 * spacing * max(abs(start), abs(start + step * (beams - 1))) / speed
+    size = scipy.fft.next_fast_len(samples + int(np.ceil(2 * max_delay * rate)) + 16)
     # cycles per element and per unit of sine, in each bin
-    wave = pitch / speed * (frequency + scipy.fft.fftfreq(size, 1 / rate))
+    wave = spacing / speed * (frequency + scipy.fft.fftfreq(size, 1 / rate))
     transform = _ChirpZTransform.along(wave, channels, start, step, beams)
     bins = scipy.fft.fft(series, size, axis=-1)
     return np.asarray(scipy.fft.ifft(transform(bins), axis=-1)[:, :samples], np.complex64)
@@ -187,10 +189,10 @@ def _beams_sharing_focus(sines: Floats, half: float, nearest: float, wavelength:
         wavelength: Wavelength of the carrier [m].
     """
     width = 2 * LEFT * wavelength * max(nearest, half, 1e-9) / (np.pi * max(half, 1e-9) ** 2)
-    level = np.sign(sines) * np.round(sines**2 / width)
-    edges = np.concatenate([[0], np.flatnonzero(np.diff(level)) + 1, [len(sines)]]).tolist()
-    looks = np.sign(level) * np.sqrt(np.minimum(np.abs(level) * width, 1.0))
-    return [(slice(a, b), float(looks[a])) for a, b in pairwise(edges)]
+    sector = np.sign(sines) * np.round(sines**2 / width)
+    edges = np.concatenate([[0], np.flatnonzero(np.diff(sector)) + 1, [len(sines)]]).tolist()
+    focus_sine = np.sign(sector) * np.sqrt(np.minimum(np.abs(sector) * width, 1.0))
+    return [(slice(a, b), float(focus_sine[a])) for a, b in pairwise(edges)]
 
 
 def _focused_elements(
@@ -233,20 +235,20 @@ class _ChirpZTransform:
         m = np.arange(channels)[:, None] - (channels - 1) / 2
         b = np.arange(beams)[:, None] - (beams - 1) / 2
         lag = np.arange(1 - channels, beams)[:, None] - (beams - channels) / 2
-        chirp = scipy.fft.fft(_turned(wave * step * lag**2 / 2), scipy.fft.next_fast_len(len(lag)), axis=0)
+        chirp = scipy.fft.fft(_phasor(wave * step * lag**2 / 2), scipy.fft.next_fast_len(len(lag)), axis=0)
         middle = start + step * (beams - 1) / 2
         before, after = -wave * (m * middle + step * m**2 / 2), -wave * step * b**2 / 2
-        return cls(_turned(before), chirp, _turned(after))
+        return cls(_phasor(before), chirp, _phasor(after))
 
     def __call__(self, bins: Complexes) -> Complexes:
         """Transform elements, shape (elements, bins), to beams, shape (beams, bins)."""
         channels, size = len(self.before), len(self.chirp)
-        spread = scipy.fft.fft(bins * self.before, size, axis=0) * self.chirp
-        both = scipy.fft.ifft(spread, axis=0)[channels - 1 : channels - 1 + len(self.after)]
-        return np.asarray(both * self.after, np.complex64)
+        convolved = scipy.fft.fft(bins * self.before, size, axis=0) * self.chirp
+        beams = scipy.fft.ifft(convolved, axis=0)[channels - 1 : channels - 1 + len(self.after)]
+        return np.asarray(beams * self.after, np.complex64)
 
 
-def _turned(cycles: Floats) -> Complexes:
+def _phasor(cycles: Floats) -> Complexes:
     # float64: hundreds of cycles are reduced before rounding
     return np.exp(2j * np.pi * (cycles - np.round(cycles))).astype(np.complex64)
 

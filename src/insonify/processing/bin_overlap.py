@@ -26,5 +26,5 @@ def sums_between_edges(values: Floats, edges: Floats) -> Floats:
     first = np.asarray(np.floor(inside), int)
     fraction = inside - first
     complete = np.where(first[:-1] == first[1:], 0.0, np.add.reduceat(padded, first, axis=-1)[..., :-1])
-    cut = np.where(fraction > 0, fraction * padded[..., first], 0.0)
-    return np.asarray(complete - cut[..., :-1] + cut[..., 1:])
+    divided = np.where(fraction > 0, fraction * padded[..., first], 0.0)
+    return np.asarray(complete - divided[..., :-1] + divided[..., 1:])

@@ -60,12 +60,12 @@ def amplitude_detection(
     inside = np.where((at >= first[:, None]) & (at < stop[:, None]), power, 0.0)
     total = inside.sum(axis=1)
     has_energy = total > 0
-    safe = np.where(has_energy, total, 1.0)
-    mean = inside @ (times - times[0]) / safe
-    spread = np.sqrt((inside * (times - times[0] - mean[:, None]) ** 2).sum(axis=1) / safe)
-    carrying = np.maximum(safe**2 / np.maximum((inside**2).sum(axis=1), 1e-300), 1.0)
+    power_sum = np.where(has_energy, total, 1.0)
+    mean = inside @ (times - times[0]) / power_sum
+    duration = np.sqrt((inside * (times - times[0] - mean[:, None]) ** 2).sum(axis=1) / power_sum)
+    effective_samples = np.maximum(power_sum**2 / np.maximum((inside**2).sum(axis=1), 1e-300), 1.0)
     detections = Detections(np.where(has_energy, times[0] + mean, np.nan),
-                            np.where(has_energy, spread / np.sqrt(carrying), np.nan),
+                            np.where(has_energy, duration / np.sqrt(effective_samples), np.nan),
                        np.zeros(len(power), bool))  # fmt: skip
     return detections, np.stack([first, stop], axis=1)
 
@@ -117,12 +117,14 @@ def bottom_detection(
     """
     beams, times = _beams("full", full, time)
     by_amplitude, echo = amplitude_detection(np.abs(beams) ** 2, times, looks=looks, threshold_db=threshold_db)
-    steady = phase_detection(fore, aft, times, echo, looks=looks)
-    surer = np.where(np.isfinite(steady.time), steady.standard_deviation, np.inf) < by_amplitude.standard_deviation
+    by_phase = phase_detection(fore, aft, times, echo, looks=looks)
+    use_phase = (
+        np.where(np.isfinite(by_phase.time), by_phase.standard_deviation, np.inf) < by_amplitude.standard_deviation
+    )
     return Detections(
-        np.where(surer, steady.time, by_amplitude.time),
-        np.where(surer, steady.standard_deviation, by_amplitude.standard_deviation),
-        surer,
+        np.where(use_phase, by_phase.time, by_amplitude.time),
+        np.where(use_phase, by_phase.standard_deviation, by_amplitude.standard_deviation),
+        use_phase,
     )
 
 
@@ -142,7 +144,7 @@ def _echoes(power: Floats, looks: int, fraction: float) -> tuple[NDArray[np.int6
     from scipy.ndimage import uniform_filter1d
 
     samples = power.shape[1]
-    at = np.arange(samples)
+    index = np.arange(samples)
     first, stop = np.zeros(len(power), np.int64), np.zeros(len(power), np.int64)
     sizes = [looks]
     while 2 * sizes[-1] < samples // 4:
@@ -151,8 +153,8 @@ def _echoes(power: Floats, looks: int, fraction: float) -> tuple[NDArray[np.int6
         smooth = uniform_filter1d(power, size, axis=1, mode="constant")
         peak = np.argmax(smooth, axis=1)[:, None]
         is_below = smooth < fraction * np.take_along_axis(smooth, peak, axis=1)
-        begin = np.max(np.where(is_below & (at < peak), at + 1, 0), axis=1)
-        end = np.min(np.where(is_below & (at > peak), at, samples), axis=1)
+        begin = np.max(np.where(is_below & (index < peak), index + 1, 0), axis=1)
+        end = np.min(np.where(is_below & (index > peak), index, samples), axis=1)
         is_final = (stop == 0) & ((end - begin >= 4 * size) | (size == looks))
         first, stop = np.where(is_final, begin, first), np.where(is_final, end, stop)
     return first, stop
@@ -194,12 +196,12 @@ class _PhaseLine:
     def through(cls, times: Floats, phase: Floats, weights: Floats) -> Self:
         """Fit the line; slope 0 where it is undetermined."""
         weight = weights / weights.sum()
-        middle, height = float(weight @ times), float(weight @ phase)
-        t = times - middle
+        mean_time, mean_phase = float(weight @ times), float(weight @ phase)
+        t = times - mean_time
         width = float(weight @ t**2)
         slope = float(weight @ (t * phase)) / width if width > 0 else 0.0
-        rest = float(weight @ (phase - height - slope * t) ** 2)
-        return cls(middle, height, slope, rest, width, 1 / float(weight @ weight))
+        residual = float(weight @ (phase - mean_phase - slope * t) ** 2)
+        return cls(mean_time, mean_phase, slope, residual, width, 1 / float(weight @ weight))
 
     @property
     def zero(self) -> float:
@@ -212,8 +214,8 @@ class _PhaseLine:
 
     def deviation(self, looks: int) -> float:
         """Standard deviation of the zero crossing [s]; samples are correlated over `looks`."""
-        off = (self.zero - self.mean_time) ** 2 / self.width
-        return float(np.sqrt(self.residual / max(self.effective / looks, 1.0) * (1 + off)) / abs(self.slope))
+        leverage = (self.zero - self.mean_time) ** 2 / self.width
+        return float(np.sqrt(self.residual / max(self.effective / looks, 1.0) * (1 + leverage)) / abs(self.slope))
 
 
 def _smoothed(product: NDArray[np.complex128], looks: int) -> NDArray[np.complex128]:

@@ -81,16 +81,16 @@ def parabolic_peak(samples: ArrayLike, spacing: float, start: float = 0.0) -> tu
         highest.
     """
     curve = np.asarray(samples, float)
-    at = np.argmax(curve, axis=-1)
-    inner = np.clip(at, 1, max(curve.shape[-1] - 2, 1))
+    index = np.argmax(curve, axis=-1)
+    inner = np.clip(index, 1, max(curve.shape[-1] - 2, 1))
     if curve.shape[-1] < 3:
-        return start + spacing * at, curve.max(axis=-1)
+        return start + spacing * index, curve.max(axis=-1)
     low, mid, high = (np.take_along_axis(curve, (inner + k)[..., None], -1)[..., 0] for k in (-1, 0, 1))
     curvature = low - 2 * mid + high
-    edge = (at != inner) | (curvature >= 0)
-    shift = np.where(edge, 0.0, 0.5 * (low - high) / np.where(edge, 1.0, curvature))
-    return start + spacing * (np.where(edge, at, inner) + shift), np.where(
-        edge, curve.max(axis=-1), mid - 0.25 * (low - high) * shift
+    at_end = (index != inner) | (curvature >= 0)
+    shift = np.where(at_end, 0.0, 0.5 * (low - high) / np.where(at_end, 1.0, curvature))
+    return start + spacing * (np.where(at_end, index, inner) + shift), np.where(
+        at_end, curve.max(axis=-1), mid - 0.25 * (low - high) * shift
     )
 
 
@@ -147,7 +147,7 @@ def _pair(first: ArrayLike, second: ArrayLike) -> tuple[Complexes, Complexes]:
     if a.shape != b.shape or a.ndim < 1:
         raise ValueError(f"first has shape {a.shape} and second {b.shape}; give two of one shape, time last")
     if "c" not in (a.dtype.kind, b.dtype.kind):
-        raise ValueError("first and second are real; give complex baseband: their phase is what is compared")
+        raise ValueError("first and second are real; give complex baseband: coherence needs their phase")
     return a.astype(complex), b.astype(complex)
 
 

@@ -37,8 +37,8 @@ def compressed_recording(recording: xr.Dataset, replica: Pulse | ArrayLike, *, w
     """
     rate = uniform_clock(recording["time"].values)[1]
     series = recording["pressure"].transpose(..., "time")
-    about = PRESSURE | {"long_name": "received pressure after the matched filter, complex envelope, rms scale"}
-    compressed = series.copy(data=matched_filter(series.values, replica, rate, window=window)).assign_attrs(about)
+    attributes = PRESSURE | {"long_name": "received pressure after the matched filter, complex envelope, rms scale"}
+    compressed = series.copy(data=matched_filter(series.values, replica, rate, window=window)).assign_attrs(attributes)
     duration = replica.duration if isinstance(replica, Pulse) else np.size(replica) / rate
     return recording.assign(pressure=compressed).assign_attrs(matched_filter_window=window, pulse_duration=duration)
 
@@ -68,11 +68,11 @@ def beam_recording(
         raise ValueError("focus is dynamic, which follows the range of one platform, and the recording has "
                          "receiver_position. Write far, or a range from the receiver [m].")  # fmt: skip
     bearing = np.atleast_1d(np.asarray(bearings, float))
-    down = np.broadcast_to(np.asarray(elevation, float), bearing.shape)
+    elevations = np.broadcast_to(np.asarray(elevation, float), bearing.shape)
     formed = beamform_delay_sum(
         recording["pressure"].transpose(..., "channel", "time").values, recorded_element_positions(recording),
         recording["time"].values,
-        direction(bearing, down), centre_frequency=centre_frequency(recording), sound_speed=sound_speed,
+        direction(bearing, elevations), centre_frequency=centre_frequency(recording), sound_speed=sound_speed,
         shading=shading, focus=focus, transmitter=recorded_transmitter_position(recording, transmitter_position),
         threads=threads,
     )  # fmt: skip
@@ -80,12 +80,13 @@ def beam_recording(
         [name for name, variable in recording.variables.items() if "channel" in variable.dims]
     )
     dims = ("ping", "beam", "time") if formed.ndim == 3 else ("beam", "time")
-    about = {"units": "rad", "long_name": "bearing of the beam, clockwise from the bow"}
-    lower = {"units": "rad", "long_name": "elevation of the beam, down from the deck"}
+    bearing_attributes = {"units": "rad", "long_name": "bearing of the beam, clockwise from the bow"}
+    elevation_attributes = {"units": "rad", "long_name": "elevation of the beam, down from the deck"}
     side = np.sign(np.round(np.sin(bearing), 9)).astype(int)
-    where = {"units": "1", "long_name": "side of the platform: -1 port, 1 starboard, 0 along the keel"}
+    side_attributes = {"units": "1", "long_name": "side of the platform: -1 port, 1 starboard, 0 along the keel"}
     return template.assign(pressure=(dims, formed, PRESSURE)).assign_coords(
-        bearing=("beam", bearing, about), elevation=("beam", down, lower), side=("beam", side, where)
+        bearing=("beam", bearing, bearing_attributes), elevation=("beam", elevations, elevation_attributes),
+        side=("beam", side, side_attributes)
     ).assign_attrs(sound_speed=sound_speed)  # fmt: skip
 
 
@@ -110,13 +111,13 @@ def sector_image_of_beams(
     level = recorded_level(beams).transpose(..., "beam", "time")
     ranges = np.asarray(beams["time"].values, float) * speed / 2
     power = sector_image(intensity_ratio(level.values), beams["bearing"].values, ranges, ahead, starboard)
-    about = {"units": "dB re 1 uPa", "long_name": "level of the received pressure"}
+    attributes = {"units": "dB re 1 uPa", "long_name": "level of the received pressure"}
     axes = {
         "ahead": ("ahead", np.asarray(ahead, float), {"units": "m", "long_name": "distance ahead of the array"}),
         "starboard": ("starboard", np.asarray(starboard, float), {"units": "m", "long_name": "distance to starboard"}),
     }
     dims = (*level.dims[:-2], "ahead", "starboard")
-    return xr.Dataset({"level_db": (dims, level_db(power), about)}, axes, dict(beams.attrs))
+    return xr.Dataset({"level_db": (dims, level_db(power), attributes)}, axes, dict(beams.attrs))
 
 
 def decimated_recording(recording: xr.Dataset, samples: int, *, keep: Keep = "mean") -> xr.Dataset:
@@ -132,9 +133,9 @@ def decimated_recording(recording: xr.Dataset, samples: int, *, keep: Keep = "me
     """
     level = recorded_level(recording).transpose(..., "time")
     template = recording.drop_vars([name for name, variable in recording.variables.items() if "time" in variable.dims])
-    about = {"units": "uPa^2", "long_name": f"mean-square pressure, {keep} over each sample"}
-    time = {"units": "s", "long_name": "time after the start of transmission"}
-    fewer = decimate(intensity_ratio(level.values), samples, keep=keep)
-    return template.assign(intensity=(level.dims, fewer, about)).assign_coords(
-        time=("time", decimated_time(recording["time"].values, samples), time)
+    intensity_attributes = {"units": "uPa^2", "long_name": f"mean-square pressure, {keep} over each sample"}
+    time_attributes = {"units": "s", "long_name": "time after the start of transmission"}
+    decimated = decimate(intensity_ratio(level.values), samples, keep=keep)
+    return template.assign(intensity=(level.dims, decimated, intensity_attributes)).assign_coords(
+        time=("time", decimated_time(recording["time"].values, samples), time_attributes)
     ).assign_attrs(kept=keep)  # fmt: skip

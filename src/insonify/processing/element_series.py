@@ -29,10 +29,10 @@ def uniform_clock(time: ArrayLike) -> tuple[float, float]:
     if times.ndim != 1 or times.size < 2:
         raise ValueError(f"time has shape {times.shape}; give one row of two samples or more")
     step = (times[-1] - times[0]) / (times.size - 1)
-    off = np.max(np.abs(times - times[0] - step * np.arange(times.size)))
-    if not step > 0 or off > UNEVEN * step:
+    deviation = np.max(np.abs(times - times[0] - step * np.arange(times.size)))
+    if not step > 0 or deviation > UNEVEN * step:
         raise ValueError(
-            f"time is uneven by {off:.3g} s at a mean step of {step:.3g} s; give samples at even, growing times: "
+            f"time is uneven by {deviation:.3g} s at a mean step of {step:.3g} s; give even, increasing times: "
             "resample the series first"
         )
     return float(times[0]), float(1 / step)
@@ -54,12 +54,10 @@ def element_series(pressure: ArrayLike, samples: int, channels: int | None = Non
     """
     series = np.asarray(pressure)
     if series.dtype.kind != "c":
-        raise ValueError(
-            f"pressure is of type {series.dtype}; give complex baseband: phases are what this stage works with"
-        )
+        raise ValueError(f"pressure is of type {series.dtype}; give complex baseband: this stage needs phases")
     required = f"(..., {'channel' if channels is None else channels}, {samples})"
     if series.ndim < 2 or series.shape[-1] != samples or channels not in (None, series.shape[-2]):
-        raise ValueError(f"pressure has shape {series.shape}; the elements and times given ask for {required}")
+        raise ValueError(f"pressure has shape {series.shape}; the elements and times require {required}")
     if not np.isfinite(series.view(series.real.dtype) if series.flags.c_contiguous else np.abs(series)).all():
         raise ValueError("pressure holds numbers that are not finite; set missing samples to zero")
     return np.ascontiguousarray(series, np.complex64)
@@ -136,7 +134,7 @@ def element_weights(shading: str | ArrayLike, element_positions: Floats) -> Floa
             raise ValueError(f"shading has shape {weights.shape}; give one weight for each of {count} elements")
     total = float(np.sum(weights))
     if not abs(total) > 1e-9 * np.sum(np.abs(weights)):
-        raise ValueError("shading adds up to nothing; give weights with a mean above zero")
+        raise ValueError("shading sums to zero; give weights with a mean above zero")
     return np.array(weights / total, float)
 
 

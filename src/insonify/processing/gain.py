@@ -40,8 +40,8 @@ def lambert_gain_db(slant_range: Floats, altitude: Floats, *, absorption_db_per_
     # The first return comes from a disc, not from a strip: grazing angles are limited to 60 degrees.
     limited_range = np.maximum(slant_range, height / np.sin(np.radians(60)))
     sine = height / limited_range
-    bed = -level_db(sine**2) + level_db(np.sqrt(1 - sine**2))
-    return np.asarray(tvg_db(limited_range, 30.0, absorption_db_per_m=absorption_db_per_m) + bed)
+    seabed_db = -level_db(sine**2) + level_db(np.sqrt(1 - sine**2))
+    return np.asarray(tvg_db(limited_range, 30.0, absorption_db_per_m=absorption_db_per_m) + seabed_db)
 
 
 def empirical_gain_db(level: Floats, slant_range: Floats, *, absorption_db_per_m: float = 0.0) -> Floats:
@@ -57,23 +57,23 @@ def empirical_gain_db(level: Floats, slant_range: Floats, *, absorption_db_per_m
         echoes. A silent water column is lifted at most to 30 dB below time-varied gain.
     """
     law = tvg_db(slant_range, LAWS["tvg40"], absorption_db_per_m=absorption_db_per_m)
-    middle = _medians(level) + law
-    has_level = np.isfinite(middle)
+    median = _medians(level) + law
+    has_level = np.isfinite(median)
     if not has_level.any():
         return law
     width = max(1, -(-LOOKS // max(1, level.shape[0]))) | 1
-    typical = float(np.quantile(middle[has_level], 0.75))
-    return np.asarray(law - np.where(has_level, np.maximum(_smoothed(middle, width), typical - SILENT), typical))
+    typical = float(np.quantile(median[has_level], 0.75))
+    return np.asarray(law - np.where(has_level, np.maximum(_smoothed(median, width), typical - SILENT), typical))
 
 
 def _medians(level: Floats) -> Floats:
     """Median of each column over its finite levels [dB]; NaN where none is."""
     finite = np.where(np.isfinite(level), level, np.nan)
     has_level = np.isfinite(finite).any(axis=0)
-    middle = np.full(level.shape[1], np.nan)
+    median = np.full(level.shape[1], np.nan)
     if has_level.any():
-        middle[has_level] = np.nanmedian(finite[:, has_level], axis=0)
-    return middle
+        median[has_level] = np.nanmedian(finite[:, has_level], axis=0)
+    return median
 
 
 def along_track_gain_db(level: Floats, pings: int = 25) -> Floats:
@@ -86,8 +86,8 @@ def along_track_gain_db(level: Floats, pings: int = 25) -> Floats:
     Returns:
         Gain [dB], shape (pings,).
     """
-    middle = _medians(level.T)
-    return np.where(np.isfinite(middle), _smoothed(middle, pings) - middle, 0.0)
+    median = _medians(level.T)
+    return np.where(np.isfinite(median), _smoothed(median, pings) - median, 0.0)
 
 
 def _smoothed(curve: Floats, width: int) -> Floats:
@@ -96,8 +96,8 @@ def _smoothed(curve: Floats, width: int) -> Floats:
 
     is_finite = np.isfinite(curve)
     # re its own mean, so that no power underflows
-    middle = float(np.mean(curve[is_finite])) if is_finite.any() else 0.0
-    power = np.where(is_finite, intensity_ratio(np.where(is_finite, curve, middle) - middle), 0.0)
+    offset = float(np.mean(curve[is_finite])) if is_finite.any() else 0.0
+    power = np.where(is_finite, intensity_ratio(np.where(is_finite, curve, offset) - offset), 0.0)
     mean = uniform_filter1d(power, width, mode="nearest")
-    share = uniform_filter1d(is_finite.astype(float), width, mode="nearest")
-    return np.asarray(middle + level_db(np.maximum(mean, 1e-30) / np.maximum(share, 1e-12)))
+    valid_fraction = uniform_filter1d(is_finite.astype(float), width, mode="nearest")
+    return np.asarray(offset + level_db(np.maximum(mean, 1e-30) / np.maximum(valid_fraction, 1e-12)))

@@ -74,8 +74,8 @@ def _on_cells(name: str, values: NDArray[Any], edges: Floats, min_fraction: floa
     count = values.shape[-1]
     inside = (edges[:-1] >= 0) & (edges[1:] <= count)
     if kind is np.bool_:
-        share = _mean(values, edges)
-        return np.asarray(inside & (share >= min_fraction) & (share > 1e-9))
+        fraction = _mean(values, edges)
+        return np.asarray(inside & (fraction >= min_fraction) & (fraction > 1e-9))
     if kind is np.uint8:
         labels = np.unique(values)
         votes = np.array([_mean(values == label, edges) for label in labels])

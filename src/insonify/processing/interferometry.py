@@ -131,8 +131,8 @@ def interferometric_depth(
         )
     height = np.broadcast_to(require_numbers("altitude", altitude, "m", 0.0, allow_nan=False), (len(a),))
     ping_tilt = np.broadcast_to(require_numbers("tilt", tilt, "rad", allow_nan=False), (len(a),))[:, None]
-    bed = flat_bed_elevation(distance, height[:, None])
-    expected = elevation_to_phase(bed, baseline=baseline, tilt=ping_tilt, centre_frequency=centre_frequency,
+    flat = flat_bed_elevation(distance, height[:, None])
+    expected = elevation_to_phase(flat, baseline=baseline, tilt=ping_tilt, centre_frequency=centre_frequency,
                                   sound_speed=sound_speed)  # fmt: skip
     flattened = complex_coherence(a * np.exp(-1j * expected), b.astype(complex), looks)
     elevation = phase_to_elevation(expected + np.angle(flattened), baseline=baseline, tilt=ping_tilt,

@@ -59,12 +59,12 @@ def synthetic_aperture_image(
         _velocity(ends, recording, stop_and_hop) for ends in (transmit_positions, receive_positions)
     )
     # the matched filter's output at the time of a pulse's start has the phase of its middle
-    half = float(recording.attrs.get("pulse_duration", 0.0)) / 2
-    transmit_positions = transmit_positions + half * transmit_velocity
-    receive_positions = receive_positions + half * receive_velocity
+    half_duration = float(recording.attrs.get("pulse_duration", 0.0)) / 2
+    transmit_positions = transmit_positions + half_duration * transmit_velocity
+    receive_positions = receive_positions + half_duration * receive_velocity
     x, y = (np.atleast_1d(np.asarray(axis, float)) for axis in (north, east))
-    below = np.broadcast_to(np.asarray(depth, float), (x.size, y.size))
-    pixels = np.stack([*np.meshgrid(x, y, indexing="ij"), below], axis=-1)
+    pixel_depth = np.broadcast_to(np.asarray(depth, float), (x.size, y.size))
+    pixels = np.stack([*np.meshgrid(x, y, indexing="ij"), pixel_depth], axis=-1)
     image = backproject(
         recording["pressure"].transpose("ping", "channel", "time").values, recording["time"].values,
         transmit_positions, receive_positions,
@@ -73,10 +73,12 @@ def synthetic_aperture_image(
         track_direction=None if max_angle is None else rotation[:, :, 0],
         max_angle=max_angle, angle_shading=angle_shading, threads=threads,
     )  # fmt: skip
-    about = {"units": "uPa", "long_name": "back-projected pressure, complex, mean over pings"}
+    pressure_attributes = {"units": "uPa", "long_name": "back-projected pressure, complex, mean over pings"}
     axes = {name: (name, values, {"units": "m", "long_name": name}) for name, values in (("north", x), ("east", y))}
-    variables = {"pressure": (("north", "east"), image, about),
-            "depth": (("north", "east"), below.copy(), {"units": "m", "long_name": "depth of the pixel"})}  # fmt: skip
+    variables = {
+        "pressure": (("north", "east"), image, pressure_attributes),
+        "depth": (("north", "east"), pixel_depth.copy(), {"units": "m", "long_name": "depth of the pixel"}),
+    }
     attributes = dict(recording.attrs) | {"sound_speed": sound_speed, "navigation": navigation}
     return xr.Dataset(variables, axes, attributes)
 

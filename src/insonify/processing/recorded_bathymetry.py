@@ -62,7 +62,7 @@ def interferometric_bathymetry(
         rotation[:, 2, 1], rotation[:, 2, 2]
     )
     series = recording["pressure"].transpose("ping", "channel", "time").values
-    across, depth, gamma = interferometric_depth(
+    across, depth, coherence = interferometric_depth(
         series[:, channels[0]], series[:, channels[1]], recording["time"].values * sound_speed / 2, altitude=altitude,
         baseline=float(np.linalg.norm(baseline_vector)), tilt=tilt, centre_frequency=centre_frequency(recording),
         sound_speed=sound_speed, looks=looks,
@@ -73,8 +73,8 @@ def interferometric_bathymetry(
     dims, across_offset = ("ping", "time"), across_offset[:, None] + side * across
     return xr.Dataset(
         {"across": (dims, across_offset, {"units": "m", "long_name": "distance across the track, to starboard"}),
-         "depth": (dims, middle[:, 2:] + depth, {"units": "m", "long_name": "depth of the bed"}),
-         "coherence": (dims, gamma, {"units": "1", "long_name": "coherence of the two receivers"})},
+         "depth": (dims, middle[:, 2:] + depth, {"units": "m", "long_name": "depth of the seabed"}),
+         "coherence": (dims, coherence, {"units": "1", "long_name": "coherence of the two receivers"})},
         {name: recording[name] for name in ("ping", "time", "ping_time") if name in recording},
         dict(recording.attrs) | {"sound_speed": sound_speed},
     )  # fmt: skip
@@ -124,14 +124,14 @@ def multibeam_soundings(
         for weights in (element_weights(shading, element), ~starboard * 1.0, starboard * 1.0)
     )  # fmt: skip
     detection = [bottom_detection(full[p], fore[p], aft[p], time, looks=looks) for p in range(len(series))]
-    travel = np.array([detection.time for detection in detection])
-    body = (
+    travel_time = np.array([detection.time for detection in detection])
+    body_points = (
         element.mean(axis=0)
-        + _reach(travel, sound_speed, beam_directions, transmitter - element.mean(axis=0)) * beam_directions
+        + _reach(travel_time, sound_speed, beam_directions, transmitter - element.mean(axis=0)) * beam_directions
     )
     position, rotation = recorded_poses(recording, navigation)
     columns = {
-        "travel_time": (travel, "s", "two-way travel time to the bed"),
+        "travel_time": (travel_time, "s", "two-way travel time to the seabed"),
         "deviation": (
             np.array([d.standard_deviation for d in detection]),
             "s",
@@ -139,15 +139,15 @@ def multibeam_soundings(
         ),
         "by_phase": (np.array([d.is_by_phase for d in detection]), "1", "whether the travel time is from phase"),
     }
-    soundings = position[:, None] + np.einsum("pij,pbj->pbi", rotation, body)
+    soundings = position[:, None] + np.einsum("pij,pbj->pbi", rotation, body_points)
     for axis, name in enumerate(("north", "east", "depth")):
         columns[name] = (soundings[..., axis], "m", f"{name} of the sounding")
     variables = {name: (("ping", "beam"), values, {"units": unit, "long_name": text})
             for name, (values, unit, text) in columns.items()}  # fmt: skip
-    about = {"units": "rad", "long_name": "angle of the beam from the keel, to starboard"}
+    angle_attributes = {"units": "rad", "long_name": "angle of the beam from the keel, to starboard"}
     coords = {name: recording[name] for name in ("ping", "ping_time") if name in recording}
     attributes = dict(recording.attrs) | {"sound_speed": sound_speed}
-    return xr.Dataset(variables, coords | {"angle": ("beam", angle, about)}, attributes)
+    return xr.Dataset(variables, coords | {"angle": ("beam", angle, angle_attributes)}, attributes)
 
 
 def _reach(travel_time: Floats, sound_speed: float, beam_directions: Floats, end_distance: Floats) -> Floats:

@@ -15,7 +15,7 @@ def recorded_level(recording: xr.Dataset) -> xr.DataArray:
     Returns:
         10 log10 of the mean-square pressure, of the same dimensions; -inf where it is zero.
     """
-    sound = recording["pressure" if "pressure" in recording else "intensity"]
-    power = np.abs(sound.values.astype(np.complex128)) ** 2 if "pressure" in recording else sound.values
-    about = {"units": "dB re 1 uPa", "long_name": "level of the received pressure"}
-    return xr.DataArray(level_db(power), sound.coords, sound.dims, "level_db", about)
+    field = recording["pressure" if "pressure" in recording else "intensity"]
+    power = np.abs(field.values.astype(np.complex128)) ** 2 if "pressure" in recording else field.values
+    attributes = {"units": "dB re 1 uPa", "long_name": "level of the received pressure"}
+    return xr.DataArray(level_db(power), field.coords, field.dims, "level_db", attributes)

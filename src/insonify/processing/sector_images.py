@@ -32,25 +32,25 @@ def sector_image(
     power = require_numbers("intensity", intensity, "")
     angle, distance = _require_increasing("bearings", bearings, "rad"), _require_increasing("ranges", ranges, "m")
     if power.ndim < 2 or power.shape[-2:] != (angle.size, distance.size):
-        raise ValueError(f"intensity has shape {power.shape}; bearings and ranges ask for (..., {angle.size}, "
+        raise ValueError(f"intensity has shape {power.shape}; bearings and ranges require (..., {angle.size}, "
                          f"{distance.size})")  # fmt: skip
     x, y = np.meshgrid(
         require_numbers("first_axis", first_axis, "m"), require_numbers("second_axis", second_axis, "m"), indexing="ij"
     )
     middle = (angle[0] + angle[-1]) / 2
-    towards = middle + (np.arctan2(y, x) - middle + np.pi) % (2 * np.pi) - np.pi
-    beam, beam_share, inside = _between(towards, angle)
-    sample, sample_share, reached = _between(np.hypot(x, y), distance)
-    rows = [power[..., beam + i, sample + j] * _interpolation_weight(beam_share,
-                                                                     i) * _interpolation_weight(sample_share, j)
+    bearing = middle + (np.arctan2(y, x) - middle + np.pi) % (2 * np.pi) - np.pi
+    beam, beam_fraction, in_sector = _between(bearing, angle)
+    sample, sample_fraction, in_range = _between(np.hypot(x, y), distance)
+    rows = [power[..., beam + i, sample + j] * _interpolation_weight(beam_fraction,
+                                                                     i) * _interpolation_weight(sample_fraction, j)
             for i in (0, 1) for j in (0, 1)]  # fmt: skip
-    return np.where(inside & reached, sum(rows), np.nan)
+    return np.where(in_sector & in_range, sum(rows), np.nan)
 
 
 def _require_increasing(name: str, value: ArrayLike, unit: str) -> Floats:
     given = require_numbers(name, value, unit, allow_nan=False)
     if given.ndim != 1 or given.size < 2 or np.any(np.diff(given) <= 0):
-        raise ValueError(f"{name} is not a growing row of two or more; sort it, and what stands over it alike")
+        raise ValueError(f"{name} is not an increasing row of two or more; sort it, and the intensity along its axis")
     return given
 
 
@@ -58,8 +58,8 @@ def _between(value: Floats, row: Floats) -> tuple[NDArray[np.int64], Floats, NDA
     """Index of the entry of an increasing row below each value, fraction of the step above it, mask inside."""
     slack = 1e-9 * (row[-1] - row[0])
     inside = (value >= row[0] - slack) & (value <= row[-1] + slack)
-    at = np.clip(np.searchsorted(row, value, side="right") - 1, 0, row.size - 2)
-    return at, np.clip((value - row[at]) / (row[at + 1] - row[at]), 0, 1), inside
+    index = np.clip(np.searchsorted(row, value, side="right") - 1, 0, row.size - 2)
+    return index, np.clip((value - row[index]) / (row[index + 1] - row[index]), 0, 1), inside
 
 
 def _interpolation_weight(fraction: Floats, upper: int) -> Floats:

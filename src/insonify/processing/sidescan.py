@@ -45,8 +45,8 @@ def sidescan(
         ValueError: An unknown geometry or gain, or a beam that the sides lack.
     """
     recording = recording.rename(beam="channel") if "beam" in recording.dims else recording
-    _check("geometry", geometry, get_args(Geometry))
-    _check("gain", gain, GAINS)
+    _require_choice("geometry", geometry, get_args(Geometry))
+    _require_choice("gain", gain, GAINS)
     if geometry == "ground":
         require_one_platform(recording)
     level = np.asarray(recorded_level(recording).values, float)
@@ -59,21 +59,21 @@ def sidescan(
             lines = lines + along_track_gain_db(lines)[:, None]
         across = slant
         if geometry == "ground":
-            across = _ground(slant, height)
+            across = _ground_cells(slant, height)
             lines = slant_to_ground_range(lines, slant, height, across)
-        mirrored = slice(None, None, -1) if side < 0 else slice(None)
-        sides.append((lines[:, mirrored], (side or 1) * across[mirrored], np.full(len(across), channel)))
+        order = slice(None, None, -1) if side < 0 else slice(None)
+        sides.append((lines[:, order], (side or 1) * across[order], np.full(len(across), channel)))
     image = image_dataset(
         np.concatenate([lines for lines, _, _ in sides], axis=1), np.concatenate([across for _, across, _ in sides]),
-        _along(recording), geometry=geometry, gain=gain, altitude=height, pings=_numbers(recording),
+        _distance_run(recording), geometry=geometry, gain=gain, altitude=height, pings=_ping_numbers(recording),
         attributes={"sound_speed": sound_speed},
     )  # fmt: skip
     channels = np.concatenate([channel for _, _, channel in sides])
-    about = {"units": "1", "long_name": "row of the recording's channel"}
-    return image.assign_coords(channel=("across", channels, about))
+    channel_attributes = {"units": "1", "long_name": "row of the recording's channel"}
+    return image.assign_coords(channel=("across", channels, channel_attributes))
 
 
-def _check(name: str, value: str, choices: tuple[str, ...]) -> None:
+def _require_choice(name: str, value: str, choices: tuple[str, ...]) -> None:
     if value not in choices:
         raise ValueError(f"{name} is {value!r}; choose one of {', '.join(choices)}")
 
@@ -108,7 +108,7 @@ def _gain(gain: str, level: Floats, slant_range: Floats, altitude: Floats, absor
     return np.zeros(len(slant_range))
 
 
-def _ground(slant_range: Floats, altitude: Floats) -> Floats:
+def _ground_cells(slant_range: Floats, altitude: Floats) -> Floats:
     """Middles of ground cells with the spacing of the slant range [m]."""
     lowest = float(np.nanmin(altitude)) if np.isfinite(altitude).any() else 0.0
     max_range = np.sqrt(max(float(slant_range[-1]) ** 2 - lowest**2, 0.0))
@@ -116,12 +116,12 @@ def _ground(slant_range: Floats, altitude: Floats) -> Floats:
     return np.asarray((np.arange(max(int(max_range / cell), 2)) + 0.5) * cell, float)
 
 
-def _along(recording: xr.Dataset) -> Floats:
+def _distance_run(recording: xr.Dataset) -> Floats:
     """Along-track distance of each ping [m]."""
     position = np.asarray(recording["logged_position" if "logged_position" in recording else "position"].values, float)
-    run = np.linalg.norm(np.diff(position[:, :2], axis=0), axis=1)
-    return np.concatenate([[0.0], np.cumsum(run)])
+    steps = np.linalg.norm(np.diff(position[:, :2], axis=0), axis=1)
+    return np.concatenate([[0.0], np.cumsum(steps)])
 
 
-def _numbers(recording: xr.Dataset) -> NDArray[np.int64]:
+def _ping_numbers(recording: xr.Dataset) -> NDArray[np.int64]:
     return np.asarray(recording["ping"].values if "ping" in recording else np.arange(recording.sizes["ping"]))

@@ -67,27 +67,27 @@ def backproject(
     receive_position = checked_positions("receive", receive, (count, channels, 3))
     velocity = _velocity(receive_velocity, receive_position.shape, speed)
     weight = _weights(shading, count, channels)
-    axis, sine, window = _angles(track_direction, max_angle, angle_shading, count)
+    axis, max_sine, window = _angles(track_direction, max_angle, angle_shading, count)
     pixels = require_numbers("grid", grid, "m", allow_nan=False)
     if pixels.ndim < 1 or pixels.shape[-1] != 3:
-        raise ValueError(f"grid has shape {pixels.shape}; give places of three axes, (..., 3)")
-    flat = np.ascontiguousarray(pixels.reshape(-1, 3).T)
-    sums, weights = np.zeros(2 * flat.shape[1], np.float32), np.zeros(flat.shape[1], np.float32)
+        raise ValueError(f"grid has shape {pixels.shape}; give positions in three axes, (..., 3)")
+    flat_pixels = np.ascontiguousarray(pixels.reshape(-1, 3).T)
+    sums, weights = np.zeros(2 * flat_pixels.shape[1], np.float32), np.zeros(flat_pixels.shape[1], np.float32)
     workers = threads or os.cpu_count() or 1
     with ThreadPoolExecutor(workers) as pool:
         for part in _batches(count, channels * series.shape[2] * FINER):
             cells = oversampled_cells(series[part], workers=workers)
 
-            def paint(begin: int, cells: NDArray[np.complex64] = cells, part: slice = part) -> None:
+            def add_pixels(begin: int, cells: NDArray[np.complex64] = cells, part: slice = part) -> None:
                 end = begin + PIXELS_AT_ONCE
                 backproject_pings(
                     cells, clock[0] - REACH / clock[1], clock[1] * FINER, frequency, speed, transmit_position[part],
                     receive_position[part],
-                    velocity[part], weight[part], axis[part], sine, window, np.ascontiguousarray(flat[:, begin:end]),
-                    sums[2 * begin : 2 * end], weights[begin:end],
+                    velocity[part], weight[part], axis[part], max_sine, window,
+                    np.ascontiguousarray(flat_pixels[:, begin:end]), sums[2 * begin : 2 * end], weights[begin:end],
                 )  # fmt: skip
 
-            list(pool.map(paint, range(0, flat.shape[1], PIXELS_AT_ONCE)))
+            list(pool.map(add_pixels, range(0, flat_pixels.shape[1], PIXELS_AT_ONCE)))
     image = sums.view(np.complex64) / np.where(weights > 0, weights, np.float32(1))
     return np.asarray(image, np.complex64).reshape(pixels.shape[:-1])
 
@@ -137,7 +137,7 @@ def _velocity(velocity: ArrayLike | None, shape: tuple[int, ...], sound_speed: f
         raise ValueError(f"receive_velocity has shape {given.shape}; give one that broadcasts to {shape}") from None
     fastest = float(np.sqrt((rows**2).sum(axis=-1)).max(initial=0.0))
     if fastest >= sound_speed / 10:
-        raise ValueError(f"receive_velocity reaches {fastest:g} m/s; give speeds under a tenth of that of sound")
+        raise ValueError(f"receive_velocity reaches {fastest:g} m/s; give speeds below a tenth of the speed of sound")
     return rows
 
 

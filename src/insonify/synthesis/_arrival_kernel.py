@@ -80,7 +80,7 @@ class ReceiveBeams(NamedTuple):
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
-def _turn(arrival_time: Floats, spreading_ratio: NDArray[Any], weight: NDArray[Any], gain: NDArray[Any],
+def _apply_carrier(arrival_time: Floats, spreading_ratio: NDArray[Any], weight: NDArray[Any], gain: NDArray[Any],
           frequency: float,
           turned: NDArray[Any]) -> None:  # fmt: skip
     """Apply the element's gain and the carrier's phase to weights, real and imaginary parts alternating."""
@@ -95,20 +95,20 @@ def _turn(arrival_time: Floats, spreading_ratio: NDArray[Any], weight: NDArray[A
 def nonzero_legs(transmit_legs: TransmitLegs, receive_legs: ReceiveLegs) -> tuple[Flags, Flags, Flags]:
     """Masks of transmit legs with pressure, (f, n), of receive legs, (g, n), and of gains, (rows, n)."""
     beams, legs, n = transmit_legs.weight.shape
-    out, has_gain = np.zeros((legs, n), np.uint8), np.zeros((receive_legs.gain.shape[0], n), np.uint8)
-    back = np.zeros(receive_legs.weight.shape, np.uint8)
+    transmit_flags, has_gain = np.zeros((legs, n), np.uint8), np.zeros((receive_legs.gain.shape[0], n), np.uint8)
+    receive_flags = np.zeros(receive_legs.weight.shape, np.uint8)
     for beam in range(beams):
         for i in range(legs):
             for k in range(n):
-                out[i, k] |= transmit_legs.weight[beam, i, k] != 0
+                transmit_flags[i, k] |= transmit_legs.weight[beam, i, k] != 0
     for j in range(receive_legs.weight.shape[0]):
         for k in range(n):
-            back[j, k] = receive_legs.weight[j, k] != 0
+            receive_flags[j, k] = receive_legs.weight[j, k] != 0
     for row in range(receive_legs.gain.shape[0]):
         for pattern in range(receive_legs.gain.shape[1]):
             for k in range(n):
                 has_gain[row, k] |= receive_legs.gain[row, pattern, k] != 0
-    return out, back, has_gain
+    return transmit_flags, receive_flags, has_gain
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -203,83 +203,97 @@ def deposit_pair(
         frequency: Carrier frequency [Hz].
         doppler_nodes: Doppler factor less one of each waveform [1], (waveforms,).
     """
-    last, still, which, shaped = cells.shape[2] - CELLS_PER_SPIKE, pulse_middle == 0.0, buffer.scatterer, buffer.basis
-    tau, curve, away, behind, u, v, w, r, when, doppler = buffer.column
-    inside, tuned, fade, x = buffer.single
-    beside, at, source, turned, share = (
+    last, is_stationary, scatterer, basis = (
+        cells.shape[2] - CELLS_PER_SPIKE,
+        pulse_middle == 0.0,
+        buffer.scatterer,
+        buffer.basis,
+    )
+    tau, curvature, distance, doppler_out, u, v, w, r, arrival_time, doppler = buffer.column
+    fraction, pattern_gain, spreading_ratio, x = buffer.single
+    expansion, first_cell, source_weight, turned, node_weights = (
         buffer.expansion,
         buffer.first_cell,
         buffer.source_weight,
         buffer.carrier_weight,
         buffer.basis_weights,
     )
-    late, later, bend, following = (
+    transmit_delay, receive_delay, vertical_curvature, transmit_doppler = (
         transmit_legs.delay[i],
         receive_legs.delay[j],
         receive_legs.vertical_curvature[j],
         transmit_legs.transmit_doppler[i],
     )
-    towards = receive_legs.direction[j]
+    direction = receive_legs.direction[j]
     for k in range(count):
-        n = np.uintp(which[k])
-        tau[k] = late[n] + later[n]
-        curve[k], behind[k] = bend[n], following[n]
-        u[k], v[k], w[k] = towards[n, 0], towards[n, 1], towards[n, 2]
+        n = np.uintp(scatterer[k])
+        tau[k] = transmit_delay[n] + receive_delay[n]
+        curvature[k], doppler_out[k] = vertical_curvature[n], transmit_doppler[n]
+        u[k], v[k], w[k] = direction[n, 0], direction[n, 1], direction[n, 2]
     for k in range(count):
-        r[k] = 1 / curve[k]
+        r[k] = 1 / curvature[k]
     if is_refracted:
         for k in range(count):
-            away[k] = receive_legs.horizontal_distance[j, np.uintp(which[k])]
-        for t in range(beside.shape[0]):
+            distance[k] = receive_legs.horizontal_distance[j, np.uintp(scatterer[k])]
+        for t in range(expansion.shape[0]):
             for k in range(count):
-                beside[t, k] = receive_legs.expansion[j, t, np.uintp(which[k])]
+                expansion[t, k] = receive_legs.expansion[j, t, np.uintp(scatterer[k])]
     beam, pattern = -1, -1
     for e in range(receive_beams.position.shape[0]):
-        place, velocity, acceleration = (
+        position, velocity, acceleration = (
             receive_beams.position[e],
             receive_beams.velocity[e],
             receive_beams.acceleration[e],
         )
         if is_refracted:
-            arrival_refracted(tau[:count], curve, away, u, v, w, behind, beside, place, velocity, acceleration,
-                        slowness, sound_speed_gradient, attenuation, pulse_middle, when, fade, doppler)  # fmt: skip
-        elif still:
-            arrival_stationary(tau[:count], r, u, v, w, place, slowness, attenuation, when, fade)
+            arrival_refracted(tau[:count], curvature, distance, u, v, w, doppler_out, expansion, position, velocity,
+                        acceleration, slowness, sound_speed_gradient, attenuation, pulse_middle, arrival_time,
+                        spreading_ratio, doppler)  # fmt: skip
+        elif is_stationary:
+            arrival_stationary(tau[:count], r, u, v, w, position, slowness, attenuation, arrival_time, spreading_ratio)
         else:
-            arrival_moving(tau[:count], r, u, v, w, behind, place, velocity, acceleration, slowness, attenuation,
-                          pulse_middle, when, fade, doppler)  # fmt: skip
-        _locate(when[:count], first_time, cell_rate, last, at, inside)
+            arrival_moving(tau[:count], r, u, v, w, doppler_out, position, velocity, acceleration, slowness,
+                          attenuation, pulse_middle, arrival_time, spreading_ratio, doppler)  # fmt: skip
+        _locate(arrival_time[:count], first_time, cell_rate, last, first_cell, fraction)
         if doppler_nodes.size > 1:
-            basis_coordinate(doppler[:count], shaped, x)
+            basis_coordinate(doppler[:count], basis, x)
         if cells.shape[1] > 1:
-            basis_weights(x[:count], shaped.node_coordinate, shaped.node_scale, share)
+            basis_weights(x[:count], basis.node_coordinate, basis.node_scale, node_weights)
         for c in range(receive_beams.channels[e, 0], receive_beams.channels[e, 1]):
             if receive_beams.pattern[c] < 0:
                 continue
             if receive_beams.beam[c] != beam:
                 beam = receive_beams.beam[c]
                 _fill_weights(
-                    transmit_legs.weight[beam, i], receive_legs.weight[j], buffer.strength, which, count, source
+                    transmit_legs.weight[beam, i],
+                    receive_legs.weight[j],
+                    buffer.strength,
+                    scatterer,
+                    count,
+                    source_weight,
                 )
             if receive_beams.pattern[c] != pattern:
                 pattern = receive_beams.pattern[c]
                 gain = receive_legs.gain[gain_row, pattern]
                 for k in range(count):
-                    tuned[k] = gain[np.uintp(which[k])]
-            _turn(when[:count], fade, source, tuned, frequency, turned)
-            deposit_waveforms(cells, c, 1, 1, at, inside, turned, x, shaped, share, count)
+                    pattern_gain[k] = gain[np.uintp(scatterer[k])]
+            _apply_carrier(arrival_time[:count], spreading_ratio, source_weight, pattern_gain, frequency, turned)
+            deposit_waveforms(cells, c, 1, 1, first_cell, fraction, turned, x, basis, node_weights, count)
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _fill_weights(
-    transmit_legs: NDArray[np.complex64], receive_legs: NDArray[np.complex64], answer: NDArray[np.complex64],
+    transmit_legs: NDArray[np.complex64], receive_legs: NDArray[np.complex64], strength: NDArray[np.complex64],
     indices: NDArray[np.int32],
     count: int, source_weight: NDArray[np.float32],
 ) -> None:  # fmt: skip
     """Products of transmit pressure, strength and receive pressure ratio, real and imaginary parts alternating."""
     for k in range(count):
         n = np.uintp(indices[k])
-        one, other = transmit_legs[n], receive_legs[n]
-        real, imaginary = one.real * other.real - one.imag * other.imag, one.real * other.imag + one.imag * other.real
-        source_weight[2 * k] = real * answer[k].real - imaginary * answer[k].imag
-        source_weight[2 * k + 1] = real * answer[k].imag + imaginary * answer[k].real
+        transmit_weight, receive_weight = transmit_legs[n], receive_legs[n]
+        real, imaginary = (
+            transmit_weight.real * receive_weight.real - transmit_weight.imag * receive_weight.imag,
+            transmit_weight.real * receive_weight.imag + transmit_weight.imag * receive_weight.real,
+        )
+        source_weight[2 * k] = real * strength[k].real - imaginary * strength[k].imag
+        source_weight[2 * k + 1] = real * strength[k].imag + imaginary * strength[k].real

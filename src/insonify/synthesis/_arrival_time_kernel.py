@@ -41,10 +41,10 @@ def transmitter_motion_of_leg(
     x = wavefront_radius * north - pulse_middle * velocity[0]
     y = wavefront_radius * east - pulse_middle * velocity[1]
     z = wavefront_radius * down - pulse_middle * velocity[2]
-    left = max(math.sqrt(x * x + y * y + z * z), CLOSEST)
-    once = 1 / left
-    leaving = (x * velocity[0] + y * velocity[1] + z * velocity[2]) * once * slowness
-    return pulse_middle + (left - wavefront_radius) * slowness, leaving, wavefront_radius * once
+    distance = max(math.sqrt(x * x + y * y + z * z), CLOSEST)
+    inverse = 1 / distance
+    mach = (x * velocity[0] + y * velocity[1] + z * velocity[2]) * inverse * slowness
+    return pulse_middle + (distance - wavefront_radius) * slowness, mach, wavefront_radius * inverse
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
@@ -84,10 +84,10 @@ def direction_at_arrival(
     acceleration: Floats,
 ) -> tuple[float, float, float]:
     """Direction of one echo from a displaced element, as in `turn_to_element`."""
-    once = 1 / max(path_length, CLOSEST)
-    x = north - once * (element_position[0] + t * (velocity[0] + t / 2 * acceleration[0]))
-    y = east - once * (element_position[1] + t * (velocity[1] + t / 2 * acceleration[1]))
-    z = down - once * (element_position[2] + t * (velocity[2] + t / 2 * acceleration[2]))
+    inverse = 1 / max(path_length, CLOSEST)
+    x = north - inverse * (element_position[0] + t * (velocity[0] + t / 2 * acceleration[0]))
+    y = east - inverse * (element_position[1] + t * (velocity[1] + t / 2 * acceleration[1]))
+    z = down - inverse * (element_position[2] + t * (velocity[2] + t / 2 * acceleration[2]))
     scale = 1 / math.sqrt(x * x + y * y + z * z)
     return scale * x, scale * y, scale * z
 
@@ -149,13 +149,13 @@ def arrival_stationary(
     square = x * x + y * y + z * z
     for i in range(delay.size):
         r = radius[i]
-        part = square - 2 * r * (north[i] * x + east[i] * y + down[i] * z)
-        there = max(math.sqrt(max(r * r + part, 0.0)), CLOSEST)
-        both = there + r
-        once = 1 / (both * there)  # one division for two: they are what takes the time
-        farther = part * there * once
-        arrival_time[i] = delay[i] + farther * slowness
-        spreading_ratio[i] = np.float32(r * both * once * (1 - attenuation * farther))
+        square_change = square - 2 * r * (north[i] * x + east[i] * y + down[i] * z)
+        distance = max(math.sqrt(max(r * r + square_change, 0.0)), CLOSEST)
+        sum_of_distances = distance + r
+        inverse = 1 / (sum_of_distances * distance)  # one division for two: they are what takes the time
+        excess = square_change * distance * inverse
+        arrival_time[i] = delay[i] + excess * slowness
+        spreading_ratio[i] = np.float32(r * sum_of_distances * inverse * (1 - attenuation * excess))
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
@@ -196,41 +196,41 @@ def arrival_moving(
         x = element_position[0] + tau * (velocity[0] + half * acceleration[0])
         y = element_position[1] + tau * (velocity[1] + half * acceleration[1])
         z = element_position[2] + tau * (velocity[2] + half * acceleration[2])
-        part = x * x + y * y + z * z - 2 * r * (u * x + v * y + w * z)
-        tau += part / (math.sqrt(max(r * r + part, 0.0)) + r) * slowness * rate
+        square_change = x * x + y * y + z * z - 2 * r * (u * x + v * y + w * z)
+        tau += square_change / (math.sqrt(max(r * r + square_change, 0.0)) + r) * slowness * rate
         half = 0.5 * tau
         x = element_position[0] + tau * (velocity[0] + half * acceleration[0])
         y = element_position[1] + tau * (velocity[1] + half * acceleration[1])
         z = element_position[2] + tau * (velocity[2] + half * acceleration[2])
-        part = x * x + y * y + z * z - 2 * r * (u * x + v * y + w * z)
-        there = max(math.sqrt(max(r * r + part, 0.0)), CLOSEST)
-        both = there + r
-        once = 1 / (both * there)
+        square_change = x * x + y * y + z * z - 2 * r * (u * x + v * y + w * z)
+        distance = max(math.sqrt(max(r * r + square_change, 0.0)), CLOSEST)
+        sum_of_distances = distance + r
+        inverse = 1 / (sum_of_distances * distance)
         closing = (
             (r * u - x) * (velocity[0] + tau * acceleration[0])
             + (r * v - y) * (velocity[1] + tau * acceleration[1])
             + (r * w - z) * (velocity[2] + tau * acceleration[2])
-        ) * (both * once * slowness)
-        farther = part * there * once
-        tau += (delay[i] + farther * slowness - tau) * rate
-        spreading_ratio[i] = np.float32(r * both * once * (1 - attenuation * farther))
+        ) * (sum_of_distances * inverse * slowness)
+        excess = square_change * distance * inverse
+        tau += (delay[i] + excess * slowness - tau) * rate
+        spreading_ratio[i] = np.float32(r * sum_of_distances * inverse * (1 - attenuation * excess))
         doppler[i] = (1 + closing) * transmit_doppler[i] - 1
         arrival_time[i] = tau - pulse_middle
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
-def _beyond(expansion: Floats, i: int, x: float, z: float) -> tuple[float, float, float]:
+def _expansion_delay(expansion: Floats, i: int, x: float, z: float) -> tuple[float, float, float]:
     """Delay beyond the expansion [s], and its derivatives in x and z [s/m], for an element x nearer and z deeper.
 
     The polynomial of `propagation.aperture_expansion`.
     """
-    level = expansion[0, i] + x * (expansion[3, i] + x * expansion[7, i])
-    upright = expansion[2, i] + z * (expansion[6, i] + z * expansion[8, i])
+    along_x = expansion[0, i] + x * (expansion[3, i] + x * expansion[7, i])
+    along_z = expansion[2, i] + z * (expansion[6, i] + z * expansion[8, i])
     mixed = expansion[1, i] + x * expansion[4, i] + z * expansion[5, i]
-    late = x * x * level + z * z * upright + x * z * mixed
-    to_x = x * (2 * level + x * (expansion[3, i] + 2 * x * expansion[7, i])) + z * (mixed + x * expansion[4, i])
-    to_z = z * (2 * upright + z * (expansion[6, i] + 2 * z * expansion[8, i])) + x * (mixed + z * expansion[5, i])
-    return late, to_x, to_z
+    delay = x * x * along_x + z * z * along_z + x * z * mixed
+    slope_x = x * (2 * along_x + x * (expansion[3, i] + 2 * x * expansion[7, i])) + z * (mixed + x * expansion[4, i])
+    slope_z = z * (2 * along_z + z * (expansion[6, i] + 2 * z * expansion[8, i])) + x * (mixed + z * expansion[5, i])
+    return delay, slope_x, slope_z
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
@@ -265,40 +265,51 @@ def arrival_refracted(
     """
     half_gradient = 0.5 * sound_speed_gradient * slowness * slowness
     for i in range(delay.size):
-        u, v, w, b, far = north[i], east[i], down[i], vertical_curvature[i], horizontal_distance[i]
+        u, v, w, b, distance = north[i], east[i], down[i], vertical_curvature[i], horizontal_distance[i]
         cosine = math.sqrt(max(u * u + v * v, 1e-30))
-        level = 1 / cosine
+        inverse_cosine = 1 / cosine
         rate = 1 - (u * velocity[0] + v * velocity[1] + w * velocity[2]) * slowness
-        tau, over, closing, later, louder = delay[i], 1.0, 0.0, 0.0, 0.0
+        tau, spreading, closing, excess_delay, log_gain = delay[i], 1.0, 0.0, 0.0, 0.0
         for _ in range(2):
             half = 0.5 * tau
             x = element_position[0] + tau * (velocity[0] + half * acceleration[0])
             y = element_position[1] + tau * (velocity[1] + half * acceleration[1])
             z = element_position[2] + tau * (velocity[2] + half * acceleration[2])
-            ahead, square = (x * u + y * v) * level, x * x + y * y
+            ahead, square = (x * u + y * v) * inverse_cosine, x * x + y * y
             # Horizontal approach of the element, without a difference of nearly equal numbers.
-            closer = 2 * far * ahead - square
-            closer /= far + math.sqrt(max(far * far - closer, 0.0))
-            along, aside = closer * cosine + z * w, z * cosine - closer * w
+            closer = 2 * distance * ahead - square
+            closer /= distance + math.sqrt(max(distance * distance - closer, 0.0))
+            along, across = closer * cosine + z * w, z * cosine - closer * w
             square = closer * closer + z * z
             root = max(math.sqrt(max(1 - 2 * b * along + b * b * square, 0.0)), 1e-3)
-            once = 1 / ((1 + root) * root)
-            over = (1 + root) * once
-            later = (b * square - 2 * along) * root * once * slowness
-            later += half_gradient * (w * along * along + 2 * cosine * along * aside)
-            turn, tilt = 2 * half_gradient * (w * along + cosine * aside), 2 * half_gradient * cosine * along
-            to_x = (b * closer - cosine) * over * slowness + turn * cosine - tilt * w
-            to_z = (b * z - w) * over * slowness + turn * w + tilt * cosine
+            inverse = 1 / ((1 + root) * root)
+            spreading = (1 + root) * inverse
+            excess_delay = (b * square - 2 * along) * root * inverse * slowness
+            excess_delay += half_gradient * (w * along * along + 2 * cosine * along * across)
+            along_term, across_term = (
+                2 * half_gradient * (w * along + cosine * across),
+                2 * half_gradient * cosine * along,
+            )
+            slope_x = (b * closer - cosine) * spreading * slowness + along_term * cosine - across_term * w
+            slope_z = (b * z - w) * spreading * slowness + along_term * w + across_term * cosine
             if expansion.shape[0]:
-                beyond, more_x, more_z = _beyond(expansion, i, closer, z)
-                later, to_x, to_z = later + beyond, to_x + more_x, to_z + more_z
-                louder = closer * (expansion[9, i] + closer * expansion[11, i]) + z * (
+                expansion_delay, expansion_slope_x, expansion_slope_z = _expansion_delay(expansion, i, closer, z)
+                excess_delay, slope_x, slope_z = (
+                    excess_delay + expansion_delay,
+                    slope_x + expansion_slope_x,
+                    slope_z + expansion_slope_z,
+                )
+                log_gain = closer * (expansion[9, i] + closer * expansion[11, i]) + z * (
                     expansion[10, i] + z * expansion[12, i]
                 )
             v_north, v_east = velocity[0] + tau * acceleration[0], velocity[1] + tau * acceleration[1]
-            nearing = ((far * level * u - x) * v_north + (far * level * v - y) * v_east) / max(far - closer, 1e-9)
-            closing = -(to_x * nearing + to_z * (velocity[2] + tau * acceleration[2]))
-            tau += (delay[i] + later - tau) * rate
-        spreading_ratio[i] = np.float32(over * (1 + louder * (1 + 0.5 * louder)) * (1 - attenuation * later / slowness))
+            closing_speed = (
+                (distance * inverse_cosine * u - x) * v_north + (distance * inverse_cosine * v - y) * v_east
+            ) / max(distance - closer, 1e-9)
+            closing = -(slope_x * closing_speed + slope_z * (velocity[2] + tau * acceleration[2]))
+            tau += (delay[i] + excess_delay - tau) * rate
+        spreading_ratio[i] = np.float32(
+            spreading * (1 + log_gain * (1 + 0.5 * log_gain)) * (1 - attenuation * excess_delay / slowness)
+        )
         doppler[i] = (1 + closing) * transmit_doppler[i] - 1
         arrival_time[i] = tau - pulse_middle

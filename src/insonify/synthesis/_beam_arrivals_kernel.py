@@ -120,21 +120,21 @@ class _Leg(NamedTuple):
 
 _REAL, _IMAGINARY = 0 * _PART, 1 * _PART
 """Pressure ratio."""
-_SIDE, _LENGTH = 2 * _PART, 3 * _PART
+_FACTOR, _LENGTH = 2 * _PART, 3 * _PART
 """Root of the direction factor of strengths; length of the leg."""
 _NORTH, _EAST, _DOWN = 4 * _PART, 5 * _PART, 6 * _PART
 """Direction away from the sonar."""
-_WHEN, _BEHIND = 7 * _PART, 8 * _PART
+_TIME, _DOPPLER = 7 * _PART, 8 * _PART
 """A time [s]; 1 / (1 - radial Mach number)."""
-_AHEAD, _RIGHT, _UNDER = 9 * _PART, 10 * _PART, 11 * _PART
+_AHEAD, _RIGHT, _BELOW = 9 * _PART, 10 * _PART, 11 * _PART
 """Direction cosines along an array's axes."""
-_SIZE = 12 * _PART
+_WEIGHT = 12 * _PART
 """A factor."""
 _COLUMNS = 13
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
-def _reached(
+def _fill_leg(
     legs: LegColumns,
     f: int,
     part_start: int,
@@ -158,36 +158,36 @@ def _reached(
     c = leg.column
     for k in range(count):
         n = np.uintp(leg.scatterer[k])
-        size, left, mirrored = spreading[n] * absorption[n], visibility[n], boundary[n]
-        c[_REAL + k] = (left.real * mirrored.real - left.imag * mirrored.imag) * size
-        c[_IMAGINARY + k] = (left.real * mirrored.imag + left.imag * mirrored.real) * size
-        c[_LENGTH + k], c[_SIDE + k] = length[n], grazing[n]
+        loss, occlusion, reflection = spreading[n] * absorption[n], visibility[n], boundary[n]
+        c[_REAL + k] = (occlusion.real * reflection.real - occlusion.imag * reflection.imag) * loss
+        c[_IMAGINARY + k] = (occlusion.real * reflection.imag + occlusion.imag * reflection.real) * loss
+        c[_LENGTH + k], c[_FACTOR + k] = length[n], grazing[n]
         c[_NORTH + k], c[_EAST + k], c[_DOWN + k] = departure[n, 0], departure[n, 1], departure[n, 2]
     if extra_attenuation != 0:
         for k in range(count):
             kept = math.exp(-extra_attenuation * c[_LENGTH + k])
             c[_REAL + k] *= kept
             c[_IMAGINARY + k] *= kept
-    _contribution_roots(strengths.direction_factor, c[_SIDE : _SIDE + count])
+    _direction_factor_roots(strengths.direction_factor, c[_FACTOR : _FACTOR + count])
     return count
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
-def _contribution_roots(factor: Floats, side: Floats) -> None:
+def _direction_factor_roots(factor: Floats, grazing_to_root: Floats) -> None:
     """Replace grazing angles by the root of the direction factor of the cross section; by 1 for no factors."""
     rows = factor.size - 1
     if rows < 1:
-        side[:] = 1.0
+        grazing_to_root[:] = 1.0
         return
-    for k in range(side.size):
-        sine, _ = sincos_cycles(abs(side[k]) * (0.5 / math.pi))
-        side[k] = min(np.float64(sine), 1.0) * rows
-    first, growth = factor[0], factor[1] - factor[0]
-    for k in range(side.size if rows == 1 else 0):
-        side[k] = math.sqrt(first + side[k] * growth)
-    for k in range(side.size if rows > 1 else 0):
-        row = min(int(side[k]), rows - 1)
-        side[k] = math.sqrt(factor[row] + (side[k] - row) * (factor[row + 1] - factor[row]))
+    for k in range(grazing_to_root.size):
+        sine, _ = sincos_cycles(abs(grazing_to_root[k]) * (0.5 / math.pi))
+        grazing_to_root[k] = min(np.float64(sine), 1.0) * rows
+    first, slope = factor[0], factor[1] - factor[0]
+    for k in range(grazing_to_root.size if rows == 1 else 0):
+        grazing_to_root[k] = math.sqrt(first + grazing_to_root[k] * slope)
+    for k in range(grazing_to_root.size if rows > 1 else 0):
+        row = min(int(grazing_to_root[k]), rows - 1)
+        grazing_to_root[k] = math.sqrt(factor[row] + (grazing_to_root[k] - row) * (factor[row + 1] - factor[row]))
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
@@ -197,49 +197,51 @@ def _transmit_leg(
     transmit_cosine: Floats,
 ) -> None:  # fmt: skip
     """Transmitted pressure at the scatterers that a leg reaches, and direction cosines as in `_receive_gain`."""
-    beams, c, which = transmitter.beams, leg.column, leg.scatterer
+    beams, c, scatterer = transmitter.beams, leg.column, leg.scatterer
     axes, velocity, middle, slowness = beams.axes, transmitter.velocity, transmitter.pulse_middle, transmitter.slowness
     for k in range(count):
-        c[_WHEN + k], chasing, louder = transmitter_motion_of_leg(
+        c[_TIME + k], mach, amplitude_factor = transmitter_motion_of_leg(
             c[_NORTH + k], c[_EAST + k], c[_DOWN + k], c[_LENGTH + k], velocity, middle, slowness
         )
-        c[_BEHIND + k], c[_SIZE + k] = 1 / (1 - chasing), transmitter.level * louder * c[_SIDE + k]
-    _face(axes, count, c)
+        c[_DOPPLER + k], c[_WEIGHT + k] = 1 / (1 - mach), transmitter.level * amplitude_factor * c[_FACTOR + k]
+    _array_cosines(axes, count, c)
     _apply_element_pattern(beams, count, c)
     if transmit_cosine.shape[0]:
         for k in range(count):
-            transmit_cosine[f, np.uintp(which[k])] = c[_RIGHT + k]
-    late, following = transmit_legs.delay[f], transmit_legs.transmit_doppler[f]
-    late_out, turn = delay[part_start:], phase[part_start:]
+            transmit_cosine[f, np.uintp(scatterer[k])] = c[_RIGHT + k]
+    leg_delay, leg_doppler = transmit_legs.delay[f], transmit_legs.transmit_doppler[f]
+    transmit_delay, phasor = delay[part_start:], phase[part_start:]
     for k in range(count):
-        at = np.uintp(which[k])
-        late[at], following[at] = late_out[at] + c[_WHEN + k], c[_BEHIND + k]
-        c[_WHEN + k], c[_BEHIND + k] = turn[at].real, turn[at].imag
+        n = np.uintp(scatterer[k])
+        leg_delay[n], leg_doppler[n] = transmit_delay[n] + c[_TIME + k], c[_DOPPLER + k]
+        c[_TIME + k], c[_DOPPLER + k] = phasor[n].real, phasor[n].imag
     for beam in range(beams.steer.shape[0]):
         weight = transmit_legs.weight[beam, f]
         for k in range(count):
-            size = c[_SIZE + k] * beam_amplitude(beams, beam, c[_RIGHT + k], c[_UNDER + k])
-            real = c[_REAL + k] * c[_WHEN + k] - c[_IMAGINARY + k] * c[_BEHIND + k]
-            imaginary = c[_REAL + k] * c[_BEHIND + k] + c[_IMAGINARY + k] * c[_WHEN + k]
-            weight[np.uintp(which[k])] = complex(real * size, imaginary * size)
+            weight_factor = c[_WEIGHT + k] * beam_amplitude(beams, beam, c[_RIGHT + k], c[_BELOW + k])
+            real = c[_REAL + k] * c[_TIME + k] - c[_IMAGINARY + k] * c[_DOPPLER + k]
+            imaginary = c[_REAL + k] * c[_DOPPLER + k] + c[_IMAGINARY + k] * c[_TIME + k]
+            weight[np.uintp(scatterer[k])] = complex(real * weight_factor, imaginary * weight_factor)
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
-def _face(axes: Floats, count: int, c: Floats) -> None:
+def _array_cosines(axes: Floats, count: int, c: Floats) -> None:
     """Direction cosines along an array's axes."""
     for k in range(count):
-        c[_AHEAD + k], c[_RIGHT + k], c[_UNDER + k] = array_cosines(axes, c[_NORTH + k], c[_EAST + k], c[_DOWN + k])
+        c[_AHEAD + k], c[_RIGHT + k], c[_BELOW + k] = array_cosines(axes, c[_NORTH + k], c[_EAST + k], c[_DOWN + k])
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _apply_element_pattern(beams: BeamTables, count: int, c: Floats) -> None:
     """Multiply factors by the gain of an array's elements."""
     for k in range(count):
-        c[_SIZE + k] *= element_amplitude(beams, c[_AHEAD + k], c[_RIGHT + k], c[_UNDER + k])
+        c[_WEIGHT + k] *= element_amplitude(beams, c[_AHEAD + k], c[_RIGHT + k], c[_BELOW + k])
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
-def _turned(x: float, y: float, z: float, arrival_time: float, r: Floats, b: Floats) -> tuple[float, float, float]:
+def _rotated_direction(
+    x: float, y: float, z: float, arrival_time: float, r: Floats, b: Floats
+) -> tuple[float, float, float]:
     """Direction at the start of the ping that is equivalent to a direction at reception by the rotated array.
 
     As `PlatformMotion.to_initial_attitude`, with its two orders of rotation.
@@ -253,8 +255,8 @@ def _turned(x: float, y: float, z: float, arrival_time: float, r: Floats, b: Flo
     down = z + arrival_time * (
         x * r[2, 0] + y * r[2, 1] + z * r[2, 2] + arrival_time * (x * b[2, 0] + y * b[2, 1] + z * b[2, 2])
     )
-    once = 1 / math.sqrt(north * north + east * east + down * down)
-    return once * north, once * east, once * down
+    inverse = 1 / math.sqrt(north * north + east * east + down * down)
+    return inverse * north, inverse * east, inverse * down
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
@@ -273,37 +275,46 @@ def _receive_gain(
         gain: Result: gains, (rows, patterns, part).
         right_cosine: Result: direction cosines to the array's right, (rows, part); or (0, 0): not needed.
     """
-    beams, c, which = receiving_array.beams, leg.column, leg.scatterer
+    beams, c, scatterer = receiving_array.beams, leg.column, leg.scatterer
     if receiving_array.has_parallax:
-        place, velocity, acceleration = (
+        position, velocity, acceleration = (
             receive_beams.position[0],
             receive_beams.velocity[0],
             receive_beams.acceleration[0],
         )
         for k in range(count):
             c[_NORTH + k], c[_EAST + k], c[_DOWN + k] = direction_at_arrival(
-                c[_NORTH + k], c[_EAST + k], c[_DOWN + k], c[_LENGTH + k], c[_WHEN + k], place, velocity, acceleration
-            )
-    if receiving_array.is_rotating:
-        for k in range(count):
-            c[_NORTH + k], c[_EAST + k], c[_DOWN + k] = _turned(
                 c[_NORTH + k],
                 c[_EAST + k],
                 c[_DOWN + k],
-                c[_WHEN + k],
+                c[_LENGTH + k],
+                c[_TIME + k],
+                position,
+                velocity,
+                acceleration,
+            )
+    if receiving_array.is_rotating:
+        for k in range(count):
+            c[_NORTH + k], c[_EAST + k], c[_DOWN + k] = _rotated_direction(
+                c[_NORTH + k],
+                c[_EAST + k],
+                c[_DOWN + k],
+                c[_TIME + k],
                 receiving_array.rotation_rate,
                 receiving_array.rotation_acceleration,
             )
-    _face(beams.axes, count, c)
+    _array_cosines(beams.axes, count, c)
     _apply_element_pattern(beams, count, c)
     if right_cosine.shape[0]:
         right = right_cosine[row]
         for k in range(count):
-            right[np.uintp(which[k])] = c[_RIGHT + k]
+            right[np.uintp(scatterer[k])] = c[_RIGHT + k]
     for pattern in range(beams.steer.shape[0]):
-        heard = gain[row, pattern]
+        pattern_gain = gain[row, pattern]
         for k in range(count):
-            heard[np.uintp(which[k])] = c[_SIZE + k] * beam_amplitude(beams, pattern, c[_RIGHT + k], c[_UNDER + k])
+            pattern_gain[np.uintp(scatterer[k])] = c[_WEIGHT + k] * beam_amplitude(
+                beams, pattern, c[_RIGHT + k], c[_BELOW + k]
+            )
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
@@ -329,13 +340,13 @@ def _receive_leg(
         receive_legs: Result: pressure ratios and gains.
         right_cosine: Result: direction cosines to the array's right, as in `_receive_gain`.
     """
-    c, delay, sooner, middle = (
+    c, delay, first_delay, middle = (
         leg.column,
         legs.delay[j, part_start:end],
         first[part_start:end],
         receiving_array.pulse_middle,
     )
-    late, bend, towards, weight = (
+    leg_delay, curvature, direction, weight = (
         receive_legs.delay[j],
         receive_legs.vertical_curvature[j],
         receive_legs.direction[j],
@@ -343,23 +354,23 @@ def _receive_leg(
     )
     if root_area.size:
         for k in range(count):
-            c[_SIDE + k] *= root_area[np.uintp(part_start + leg.scatterer[k])]
+            c[_FACTOR + k] *= root_area[np.uintp(part_start + leg.scatterer[k])]
     for k in range(count):
         c[_AHEAD + k] = 1 / max(c[_LENGTH + k], CLOSEST_SOURCE)
     for k in range(count):
-        at, size = np.uintp(leg.scatterer[k]), c[_SIDE + k]
-        weight[at] = complex(c[_REAL + k] * size, c[_IMAGINARY + k] * size)
-        late[at], bend[at] = delay[at], c[_AHEAD + k]
-        towards[at, 0], towards[at, 1], towards[at, 2] = c[_NORTH + k], c[_EAST + k], c[_DOWN + k]
-        c[_WHEN + k] = sooner[at] + middle + delay[at]
+        n, weight_factor = np.uintp(leg.scatterer[k]), c[_FACTOR + k]
+        weight[n] = complex(c[_REAL + k] * weight_factor, c[_IMAGINARY + k] * weight_factor)
+        leg_delay[n], curvature[n] = delay[n], c[_AHEAD + k]
+        direction[n, 0], direction[n, 1], direction[n, 2] = c[_NORTH + k], c[_EAST + k], c[_DOWN + k]
+        c[_TIME + k] = first_delay[n] + middle + delay[n]
     if wavefronts.vertical_curvature.size:
-        part = end - part_start
-        receive_legs.vertical_curvature[j, :part], receive_legs.horizontal_distance[j, :part] = (
+        part_count = end - part_start
+        receive_legs.vertical_curvature[j, :part_count], receive_legs.horizontal_distance[j, :part_count] = (
             wavefronts.vertical_curvature[j, part_start:end],
             wavefronts.horizontal_distance[j, part_start:end],
         )
-        receive_legs.expansion[j, :, :part] = wavefronts.expansion[j, :, part_start:end]
-    c[_SIZE : _SIZE + count] = 1.0
+        receive_legs.expansion[j, :, :part_count] = wavefronts.expansion[j, :, part_start:end]
+    c[_WEIGHT : _WEIGHT + count] = 1.0
     if not receiving_array.is_rotating:
         _receive_gain(j, count, receiving_array, receive_beams, leg, receive_legs.gain, right_cosine)
 
@@ -376,7 +387,7 @@ class _ReachedScatterers(NamedTuple):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _no_scatterers(legs: int) -> _ReachedScatterers:
+def _reached_buffer(legs: int) -> _ReachedScatterers:
     """Empty work arrays for a number of legs."""
     return _ReachedScatterers(
         np.empty((legs, _PART), np.int32), np.zeros(legs, np.int64), np.zeros((legs, _PART), np.uint8)
@@ -389,7 +400,7 @@ def _record_reached(reached: _ReachedScatterers, f: int, count: int, leg: _Leg) 
     flag, which, column, kept = reached.is_reached[f], reached.scatterer[f], leg.column, 0
     flag[:] = 0
     for k in range(count):
-        sounds = column[_SIZE + k] != 0
+        sounds = column[_WEIGHT + k] != 0
         flag[np.uintp(leg.scatterer[k])] = sounds
         which[np.uintp(kept)] = leg.scatterer[k]
         kept += sounds
@@ -409,7 +420,7 @@ def _echoes_of_pair(
 ) -> int:
     """Select scatterers with an echo by one pair of legs, store their strengths in `buffer`, return their number."""
     shorter = legs_out.scatterer_count[i] <= legs_back.scatterer_count[j]
-    which = (
+    scatterer = (
         legs_out.scatterer[i, : legs_out.scatterer_count[i]]
         if shorter
         else legs_back.scatterer[j, : legs_back.scatterer_count[j]]
@@ -417,27 +428,27 @@ def _echoes_of_pair(
     flag, count = legs_back.is_reached[j] if shorter else legs_out.is_reached[i], 0
     if strengths.amplitude.shape[0]:
         given = strengths.amplitude[p, part_start:]
-        for k in range(which.size):
-            n = np.uintp(which[k])
-            buffer.scatterer[np.uintp(count)], buffer.strength[np.uintp(count)] = which[k], given[n]
+        for k in range(scatterer.size):
+            n = np.uintp(scatterer[k])
+            buffer.scatterer[np.uintp(count)], buffer.strength[np.uintp(count)] = scatterer[k], given[n]
             count += flag[n] & np.uint8(given[n] != 0)
     elif strengths.keep_probability.shape[0]:
-        share, number, stretch = (
+        keep_probability, priority, range_bin = (
             strengths.keep_probability[p],
             strengths.scatterer_number[part_start:],
             strengths.stretch[part_start:],
         )
-        for k in range(which.size):
-            n = np.uintp(which[k])
-            buffer.scatterer[np.uintp(count)] = which[k]
-            count += flag[n] & np.uint8(number[n] < share[np.uintp(stretch[n])])
-        once = np.float32(strengths.weight[p]) / np.sqrt(share)
+        for k in range(scatterer.size):
+            n = np.uintp(scatterer[k])
+            buffer.scatterer[np.uintp(count)] = scatterer[k]
+            count += flag[n] & np.uint8(priority[n] < keep_probability[np.uintp(range_bin[n])])
+        weight = np.float32(strengths.weight[p]) / np.sqrt(keep_probability)
         for k in range(count):
-            buffer.strength[k] = once[np.uintp(stretch[np.uintp(buffer.scatterer[k])])]
+            buffer.strength[k] = weight[np.uintp(range_bin[np.uintp(buffer.scatterer[k])])]
     else:
-        for k in range(which.size):
-            buffer.scatterer[np.uintp(count)] = which[k]
-            count += flag[np.uintp(which[k])]
+        for k in range(scatterer.size):
+            buffer.scatterer[np.uintp(count)] = scatterer[k]
+            count += flag[np.uintp(scatterer[k])]
         buffer.strength[:count] = strengths.weight[p]
     return count
 
@@ -449,13 +460,13 @@ def _receive_gain_by_pair(
     receive_beams: ReceiveBeams, leg: _Leg, right_cosine: Floats,
 ) -> None:  # fmt: skip
     """Gains of a rotating array for one pair of legs, whose echoes have their own times of arrival."""
-    c, towards = leg.column, receive_legs.direction[j]
+    c, direction = leg.column, receive_legs.direction[j]
     leg.scatterer[:count] = buffer.scatterer[:count]
     for k in range(count):
         n = np.uintp(buffer.scatterer[k])
-        c[_WHEN + k], c[_LENGTH + k] = transmit_legs.delay[i, n] + receive_legs.delay[j, n], length[j, part_start + n]
-        c[_NORTH + k], c[_EAST + k], c[_DOWN + k] = towards[n, 0], towards[n, 1], towards[n, 2]
-    c[_SIZE : _SIZE + count] = 1.0
+        c[_TIME + k], c[_LENGTH + k] = transmit_legs.delay[i, n] + receive_legs.delay[j, n], length[j, part_start + n]
+        c[_NORTH + k], c[_EAST + k], c[_DOWN + k] = direction[n, 0], direction[n, 1], direction[n, 2]
+    c[_WEIGHT : _WEIGHT + count] = 1.0
     _receive_gain(0, count, receiving_array, receive_beams, leg, receive_legs.gain, right_cosine)
 
 
@@ -495,54 +506,73 @@ def deposit_block(
         doppler_nodes: Doppler factor less one of each waveform [1], (waveforms,).
         grid: Direction grid, whose rows take the place of channels; of step 0: channels are beams.
     """
-    f, g, patterns, many = len(legs_out.delay), len(legs_back.delay), len(receiving_array.beams.steer), phase.size
+    f, g, patterns, scatterer_count = (
+        len(legs_out.delay),
+        len(legs_back.delay),
+        len(receiving_array.beams.steer),
+        phase.size,
+    )
     beams, rows = len(transmitter.beams.steer), 1 if receiving_array.is_rotating else g
-    sent = TransmitLegs(np.zeros((f, _PART)), np.ones((f, _PART)), np.zeros((beams, f, _PART), np.complex64))
-    heard = ReceiveLegs(np.zeros((g, _PART)), np.ones((g, _PART)), np.zeros((g, _PART)),
+    transmit_legs = TransmitLegs(np.zeros((f, _PART)), np.ones((f, _PART)), np.zeros((beams, f, _PART), np.complex64))
+    receive_legs = ReceiveLegs(np.zeros((g, _PART)), np.ones((g, _PART)), np.zeros((g, _PART)),
                   np.zeros((g, wavefronts.expansion.shape[1], _PART)), np.zeros((g, _PART, 3)),
                   np.zeros((g, _PART), np.complex64), np.zeros((rows, patterns, _PART), np.float32))  # fmt: skip
-    leg, room = (
+    leg, buffer = (
         _Leg(np.empty(_PART + 1, np.int32), np.empty(_COLUMNS * _PART)),
         arrival_buffer(wavefronts.expansion.shape[1], cells.shape[1], doppler_nodes),
     )
-    away, home, directed = _no_scatterers(f), _no_scatterers(g), grid.step > 0
-    across, there = np.zeros((rows if directed else 0, _PART)), row_sort_buffer(cells.shape[0] if directed else 0)
-    leaving = np.zeros((f if directed else 0, _PART))
-    for begin in range(0, many, _PART):
-        end = min(begin + _PART, many)
+    reached_out, reached_back, by_direction = _reached_buffer(f), _reached_buffer(g), grid.step > 0
+    right_cosine, sort_buffer = (
+        np.zeros((rows if by_direction else 0, _PART)),
+        row_sort_buffer(cells.shape[0] if by_direction else 0),
+    )
+    transmit_cosine = np.zeros((f if by_direction else 0, _PART))
+    for begin in range(0, scatterer_count, _PART):
+        end = min(begin + _PART, scatterer_count)
         for i in range(f):
-            count = _reached(legs_out, i, begin, end, extra_attenuation, strengths, leg)
-            _transmit_leg(i, begin, count, transmitter, phase, legs_out.delay[i], leg, sent, leaving)
-            _record_reached(away, i, count, leg)
+            count = _fill_leg(legs_out, i, begin, end, extra_attenuation, strengths, leg)
+            _transmit_leg(i, begin, count, transmitter, phase, legs_out.delay[i], leg, transmit_legs, transmit_cosine)
+            _record_reached(reached_out, i, count, leg)
             if same_legs:
                 _receive_leg(i, begin, end, count, legs_back, legs_out.delay[0], receiving_array, wavefronts,
                              receive_beams, strengths.root_area, leg,
-                           heard, across)  # fmt: skip
-                _record_reached(home, i, count, leg)
+                           receive_legs, right_cosine)  # fmt: skip
+                _record_reached(reached_back, i, count, leg)
         if not same_legs:
             for j in range(g):
-                count = _reached(legs_back, j, begin, end, extra_attenuation, strengths, leg)
+                count = _fill_leg(legs_back, j, begin, end, extra_attenuation, strengths, leg)
                 _receive_leg(j, begin, end, count, legs_back, legs_out.delay[0], receiving_array, wavefronts,
                              receive_beams, strengths.root_area, leg,
-                           heard, across)  # fmt: skip
-                _record_reached(home, j, count, leg)
+                           receive_legs, right_cosine)  # fmt: skip
+                _record_reached(reached_back, j, count, leg)
         for p in range(len(pair)):
             i, j = pair[p]
-            count = _echoes_of_pair(p, i, j, begin, strengths, away, home, room)
+            count = _echoes_of_pair(p, i, j, begin, strengths, reached_out, reached_back, buffer)
             if count == 0:
                 continue
             if receiving_array.is_rotating:
                 _receive_gain_by_pair(
-                    begin, i, j, count, room, sent, heard, legs_back.length, receiving_array, receive_beams, leg, across
+                    begin,
+                    i,
+                    j,
+                    count,
+                    buffer,
+                    transmit_legs,
+                    receive_legs,
+                    legs_back.length,
+                    receiving_array,
+                    receive_beams,
+                    leg,
+                    right_cosine,
                 )
             row = 0 if receiving_array.is_rotating else j
-            if directed:
-                deposit_pair_by_direction(cells, first_time, cell_rate, i, j, row, count, room, sent, heard,
-                                          receive_beams,
-                                      leaving[i], across[row], grid, there, slowness, sound_speed_gradient,
-                                      attenuation, is_refracted, pulse_middle,
+            if by_direction:
+                deposit_pair_by_direction(cells, first_time, cell_rate, i, j, row, count, buffer, transmit_legs,
+                                          receive_legs, receive_beams,
+                                      transmit_cosine[i], right_cosine[row], grid, sort_buffer, slowness,
+                                      sound_speed_gradient, attenuation, is_refracted, pulse_middle,
                                       frequency, doppler_nodes)  # fmt: skip
             else:
-                deposit_pair(cells, first_time, cell_rate, i, j, row, count, room, sent, heard, receive_beams,
-                             slowness, sound_speed_gradient,
+                deposit_pair(cells, first_time, cell_rate, i, j, row, count, buffer, transmit_legs, receive_legs,
+                             receive_beams, slowness, sound_speed_gradient,
                          attenuation, is_refracted, pulse_middle, frequency, doppler_nodes)  # fmt: skip

@@ -17,8 +17,8 @@ from insonify.synthesis._arrival_kernel import (
     ReceiveBeams,
     ReceiveLegs,
     TransmitLegs,
+    _apply_carrier,
     _fill_weights,
-    _turn,
 )
 from insonify.synthesis._arrival_time_kernel import arrival_moving, arrival_refracted, arrival_stationary
 from insonify.synthesis._gridding import _locate
@@ -78,12 +78,12 @@ def row_sort_buffer(rows: int) -> RowSortBuffer:
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
-def _by_row(
+def _sort_by_row(
     right_cosine: Floats,
     column_number: NDArray[np.int32],
     count: int,
     rows: DirectionRows,
-    number: int,
+    row_count: int,
     sort_buffer: RowSortBuffer,
 ) -> None:
     """First rows of some echoes, their weights in these and the following rows, and their order by row.
@@ -93,13 +93,13 @@ def _by_row(
         column_number: Indices of those with an echo, (count or more,).
         count: Number of echoes.
         rows: Rows of the grid.
-        number: Number of rows.
+        row_count: Number of rows.
         sort_buffer: Result: work arrays.
     """
-    last = number - CELLS_PER_SPIKE
-    once, shift = 1 / rows.step, 0.5 * WIDTH - 1
+    last = row_count - CELLS_PER_SPIKE
+    inverse_step, shift = 1 / rows.step, 0.5 * WIDTH - 1
     for k in range(count):
-        position = (right_cosine[np.uintp(column_number[k])] - rows.first) * once - shift
+        position = (right_cosine[np.uintp(column_number[k])] - rows.first) * inverse_step - shift
         position = min(max(position, 0.0), float(last))
         cell = np.floor(position)
         sort_buffer.row[k], sort_buffer.row_fraction[k] = np.int32(cell), np.float32(position - cell - 0.5)
@@ -159,57 +159,69 @@ def deposit_pair_by_direction(
         frequency: Carrier frequency [Hz].
         doppler_nodes: Doppler factor less one of each waveform [1], (waveforms,).
     """
-    last, which, shaped = cells.shape[2] - CELLS_PER_SPIKE, buffer.scatterer, buffer.basis
-    tau, curve, away, behind, u, v, w, r, when, doppler = buffer.column
-    inside, tuned, fade, x = buffer.single
-    late, later, bend, following, towards = (
+    last, scatterer, basis = cells.shape[2] - CELLS_PER_SPIKE, buffer.scatterer, buffer.basis
+    tau, curvature, distance, doppler_out, u, v, w, r, arrival_time, doppler = buffer.column
+    fraction, pattern_gain, spreading_ratio, x = buffer.single
+    transmit_delay, receive_delay, vertical_curvature, transmit_doppler, direction = (
         transmit_legs.delay[i], receive_legs.delay[j], receive_legs.vertical_curvature[j],
         transmit_legs.transmit_doppler[i], receive_legs.direction[j]
     )  # fmt: skip
     gain = receive_legs.gain[gain_row, 0]
     for k in range(count):
-        n = np.uintp(which[k])
-        tau[k], curve[k], behind[k], tuned[k] = late[n] + later[n], bend[n], following[n], gain[n]
-        u[k], v[k], w[k], r[k] = towards[n, 0], towards[n, 1], towards[n, 2], 1 / bend[n]
-    place, velocity, acceleration = receive_beams.position[0], receive_beams.velocity[0], receive_beams.acceleration[0]
+        n = np.uintp(scatterer[k])
+        tau[k], curvature[k], doppler_out[k], pattern_gain[k] = (
+            transmit_delay[n] + receive_delay[n],
+            vertical_curvature[n],
+            transmit_doppler[n],
+            gain[n],
+        )
+        u[k], v[k], w[k], r[k] = direction[n, 0], direction[n, 1], direction[n, 2], 1 / vertical_curvature[n]
+    position, velocity, acceleration = (
+        receive_beams.position[0],
+        receive_beams.velocity[0],
+        receive_beams.acceleration[0],
+    )
     if is_refracted:
         for k in range(count):
-            away[k] = receive_legs.horizontal_distance[j, np.uintp(which[k])]
+            distance[k] = receive_legs.horizontal_distance[j, np.uintp(scatterer[k])]
         for t in range(buffer.expansion.shape[0]):
             for k in range(count):
-                buffer.expansion[t, k] = receive_legs.expansion[j, t, np.uintp(which[k])]
-        arrival_refracted(tau[:count], curve, away, u, v, w, behind, buffer.expansion, place, velocity, acceleration,
-                          slowness,
-                    sound_speed_gradient, attenuation, pulse_middle, when, fade, doppler)  # fmt: skip
+                buffer.expansion[t, k] = receive_legs.expansion[j, t, np.uintp(scatterer[k])]
+        arrival_refracted(tau[:count], curvature, distance, u, v, w, doppler_out, buffer.expansion, position, velocity,
+                          acceleration, slowness,
+                    sound_speed_gradient, attenuation, pulse_middle, arrival_time, spreading_ratio,
+                    doppler)  # fmt: skip
     elif pulse_middle == 0.0:
-        arrival_stationary(tau[:count], r, u, v, w, place, slowness, attenuation, when, fade)
+        arrival_stationary(tau[:count], r, u, v, w, position, slowness, attenuation, arrival_time, spreading_ratio)
     else:
-        arrival_moving(tau[:count], r, u, v, w, behind, place, velocity, acceleration, slowness, attenuation,
-                       pulse_middle, when,
-                      fade, doppler)  # fmt: skip
-    _locate(when[:count], first_time, cell_rate, last, buffer.first_cell, inside)
+        arrival_moving(tau[:count], r, u, v, w, doppler_out, position, velocity, acceleration, slowness, attenuation,
+                       pulse_middle, arrival_time,
+                      spreading_ratio, doppler)  # fmt: skip
+    _locate(arrival_time[:count], first_time, cell_rate, last, buffer.first_cell, fraction)
     if doppler_nodes.size > 1:
-        basis_coordinate(doppler[:count], shaped, x)
+        basis_coordinate(doppler[:count], basis, x)
     if rows.transmit_pattern.shape[0]:
         # a wide transmit pattern, taken at the direction of the receive leg: exact on each beam's axis, and for equal
         # legs
         for k in range(count):
-            n = np.uintp(which[k])
-            tuned[k] *= np.float32(
+            n = np.uintp(scatterer[k])
+            pattern_gain[k] *= np.float32(
                 interpolate_pattern(
                     rows.transmit_pattern, rows.transmit_rows_per_unit, transmit_cosine[n] - right_cosine[n]
                 )
             )
     _fill_weights(
-        transmit_legs.weight[0, i], receive_legs.weight[j], buffer.strength, which, count, buffer.source_weight
+        transmit_legs.weight[0, i], receive_legs.weight[j], buffer.strength, scatterer, count, buffer.source_weight
     )
-    _turn(when[:count], fade, buffer.source_weight, tuned, frequency, buffer.carrier_weight)
-    _by_row(right_cosine, which, count, rows, cells.shape[0], sort_buffer)
+    _apply_carrier(
+        arrival_time[:count], spreading_ratio, buffer.source_weight, pattern_gain, frequency, buffer.carrier_weight
+    )
+    _sort_by_row(right_cosine, scatterer, count, rows, cells.shape[0], sort_buffer)
     for m in range(count):
         k = int(sort_buffer.order[m])
         sort_buffer.first_cell[m], sort_buffer.single[0, m], sort_buffer.single[1, m] = (
             buffer.first_cell[k],
-            inside[k],
+            fraction[k],
             x[k],
         )
         sort_buffer.weight[2 * m], sort_buffer.weight[2 * m + 1] = (
@@ -222,7 +234,7 @@ def deposit_pair_by_direction(
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _deposit_rows(cells: NDArray[np.complex64], sort_buffer: RowSortBuffer, buffer: ArrivalBuffer) -> None:
     """Deposit sorted echoes on the rows of their kernels, row by row."""
-    starts, shaped = sort_buffer.starts, buffer.basis
+    starts, basis = sort_buffer.starts, buffer.basis
     for row in range(cells.shape[0]):
         begin, end = starts[max(row - WIDTH + 1, 0)], starts[row + 1]
         if begin == end:
@@ -234,9 +246,9 @@ def _deposit_rows(cells: NDArray[np.complex64], sort_buffer: RowSortBuffer, buff
                 sort_buffer.row_part[2 * (m - begin) + 1] = sort_buffer.weight[2 * m + 1] * tap[m]
         x = sort_buffer.single[1, begin:end]
         if cells.shape[1] > 1:
-            basis_weights(x, shaped.node_coordinate, shaped.node_scale, buffer.basis_weights)
+            basis_weights(x, basis.node_coordinate, basis.node_scale, buffer.basis_weights)
         deposit_waveforms(cells, row, 1, 1, sort_buffer.first_cell[begin:end], sort_buffer.single[0, begin:end],
-                          sort_buffer.row_part, x, shaped,
+                          sort_buffer.row_part, x, basis,
                      buffer.basis_weights, end - begin)  # fmt: skip
 
 
@@ -252,11 +264,11 @@ def combine_rows(rows_in: Singles, weights: Singles, beams: Singles) -> None:
     for begin in range(0, rows_in.shape[1], _CELLS):
         end = min(begin + _CELLS, rows_in.shape[1])
         for beam in range(weights.shape[0]):
-            told = beams[beam, begin:end]
-            told[:] = 0
+            beam_cells = beams[beam, begin:end]
+            beam_cells[:] = 0
             for r in range(0, weights.shape[1], 4):
                 a, b, c, d = weights[beam, r], weights[beam, r + 1], weights[beam, r + 2], weights[beam, r + 3]
-                of_a, of_b = rows_in[r, begin:end], rows_in[r + 1, begin:end]
-                of_c, of_d = rows_in[r + 2, begin:end], rows_in[r + 3, begin:end]
+                row_a, row_b = rows_in[r, begin:end], rows_in[r + 1, begin:end]
+                row_c, row_d = rows_in[r + 2, begin:end], rows_in[r + 3, begin:end]
                 for k in range(end - begin):
-                    told[k] += a * of_a[k] + b * of_b[k] + c * of_c[k] + d * of_d[k]
+                    beam_cells[k] += a * row_a[k] + b * row_b[k] + c * row_c[k] + d * row_d[k]

@@ -37,7 +37,7 @@ _PART = 32768
 _TILE = 256
 """Echoes that are evaluated together."""
 _ROW = _TILE + 16
-_SIDE = 8
+_ELEMENTS_AT_ONCE = 8
 """Elements at which they are deposited together."""
 _FAST = {"contract", "reassoc", "nsz", "arcp"}
 
@@ -90,7 +90,7 @@ def _sort_echoes(
     """Sort the echoes of a part of the scatterers by counting the echoes of each cell; return their number."""
     total, low, high = 0, last, 0
     end = min(part_start + _PART, strength.shape[1])
-    outs, backs, hears = flags
+    outs, backs, gain_flags = flags
     for p in range(pair.shape[0]):
         i, j, row = pair[p]
         found, key = order.unsorted_echo[total:], order.cell[total:]
@@ -99,7 +99,7 @@ def _sort_echoes(
             strength[p, part_start:end],
             outs[i, part_start:end],
             backs[j, part_start:end],
-            hears[row, part_start:end],
+            gain_flags[row, part_start:end],
             found,
         )
         out, back = transmit_legs.delay[i, part_start:end], receive_legs.delay[j, part_start:end]
@@ -118,9 +118,9 @@ def _sort_echoes(
     for cell in range(low + 1, high + 2):
         order.starts[cell] += order.starts[cell - 1]
     for k in range(total):
-        place = np.uintp(order.cell[k])
-        order.echo[np.uintp(order.starts[place])] = order.unsorted_echo[k]
-        order.starts[place] += 1
+        cell_of_echo = np.uintp(order.cell[k])
+        order.echo[np.uintp(order.starts[cell_of_echo])] = order.unsorted_echo[k]
+        order.starts[cell_of_echo] += 1
     return total
 
 
@@ -136,7 +136,7 @@ def _fill_weights(arrival_time: Floats, real: Singles, imaginary: Singles, frequ
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _partition_by_sector(
     arrival_time: Floats, count: int, centre_delay: Floats, frequency: float, sector: ArraySector,
-    fractions: NDArray[np.int32]
+    new_index: NDArray[np.int32]
 ) -> int:  # fmt: skip
     """Move the echoes of the sector before the others; return their number.
 
@@ -148,29 +148,29 @@ def _partition_by_sector(
         centre_delay: Their delays at the array's centre [s], (count or more,).
         frequency: Carrier frequency [Hz].
         sector: The sector.
-        fractions: Result: new index of each echo, (count or more,).
+        new_index: Result: new index of each echo, (count or more,).
     """
-    nodes, inside = arrival_time.shape[0], 0
-    slope, bend = np.zeros(_TILE), np.zeros(_TILE)
+    nodes, in_sector = arrival_time.shape[0], 0
+    slope, curvature = np.zeros(_TILE), np.zeros(_TILE)
     for k in range(nodes):
         x = math.cos((k + 0.5) * math.pi / nodes)
-        one, two = 2 / nodes * x, 2 / nodes * (2 * x * x - 1) * 4 * math.pi * frequency
+        linear, quadratic = 2 / nodes * x, 2 / nodes * (2 * x * x - 1) * 4 * math.pi * frequency
         for m in range(count):
-            slope[m] += one * arrival_time[k, m]
-            bend[m] += two * arrival_time[k, m]
+            slope[m] += linear * arrival_time[k, m]
+            curvature[m] += quadratic * arrival_time[k, m]
     for m in range(count):
         within = (
             abs(slope[m]) <= sector.max_delay_slope
-            and abs(bend[m] - sector.curvature_phase / centre_delay[m]) <= sector.max_residual_phase
+            and abs(curvature[m] - sector.curvature_phase / centre_delay[m]) <= sector.max_residual_phase
         )
-        fractions[m] = inside if within else -1
-        inside += within
-    after = inside
+        new_index[m] = in_sector if within else -1
+        in_sector += within
+    next_index = in_sector
     for m in range(count):
-        if fractions[m] < 0:
-            fractions[m] = after
-            after += 1
-    return inside
+        if new_index[m] < 0:
+            new_index[m] = next_index
+            next_index += 1
+    return in_sector
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
@@ -202,10 +202,10 @@ def _gather_echoes(
         columns[3, k], columns[7, k] = receive_legs.horizontal_distance[j, n], transmit_legs.transmit_doppler[i, n]
         for axis in range(3):
             columns[4 + axis, k] = receive_legs.direction[j, n, axis]
-        whole = transmit_legs.weight[0, i, n] * receive_legs.weight[j, n] * np.complex64(strength[p, n])
+        weight = transmit_legs.weight[0, i, n] * receive_legs.weight[j, n] * np.complex64(strength[p, n])
         if single_pattern:
-            whole *= receive_legs.gain[np.uintp(pair[p, 2]), 0, n]
-        source_weight[2 * k], source_weight[2 * k + 1] = whole.real, whole.imag
+            weight *= receive_legs.gain[np.uintp(pair[p, 2]), 0, n]
+        source_weight[2 * k], source_weight[2 * k + 1] = weight.real, weight.imag
     for k in range(echo.size):
         columns[2, k] = 1 / columns[1, k]
 
@@ -254,95 +254,95 @@ def deposit_on_elements(
     """
     last, elements = cells.shape[2] - CELLS_PER_SPIKE, receive_beams.position.shape[0]
     node_count, terms = nodes.weights.shape[0], receive_legs.expansion.shape[1]
-    capacity, still = pair.shape[0] * min(_PART, strength.shape[1]), pulse_middle == 0.0
+    capacity, is_stationary = pair.shape[0] * min(_PART, strength.shape[1]), pulse_middle == 0.0
     order = _EchoOrder(np.empty(capacity, np.int32), np.empty(capacity + 1, np.int32), np.empty(capacity, np.int32),
                    np.empty(cells.shape[2] + 2, np.int32))  # fmt: skip
     flags = nonzero_legs(transmit_legs, receive_legs)
     columns = np.empty((8, _TILE))
-    tau, bend, r, away = columns[0], columns[1], columns[2], columns[3]
+    tau, curvature, r, distance = columns[0], columns[1], columns[2], columns[3]
     u, v, w, emission = columns[4], columns[5], columns[6], columns[7]
-    beside, source = np.empty((terms, _TILE)), np.empty(2 * _TILE, np.float32)
+    expansion, source_weight = np.empty((terms, _TILE)), np.empty(2 * _TILE, np.float32)
     arrival, doppler = np.empty((node_count, _TILE)), np.zeros((node_count, _TILE))
-    spreading, where = np.empty((node_count, _TILE), np.float32), np.arange(_TILE).astype(np.int32)
-    when_at, others = np.zeros((node_count, _ROW)), np.zeros((3, node_count, _ROW), np.float32)
-    real_at, imaginary_at, x_at, size = others[0], others[1], others[2], _SIDE * _ROW
-    when, mixed = np.empty(size), np.zeros((3, size), np.float32)
+    spreading, new_index = np.empty((node_count, _TILE), np.float32), np.arange(_TILE).astype(np.int32)
+    sorted_time, sorted_columns = np.zeros((node_count, _ROW)), np.zeros((3, node_count, _ROW), np.float32)
+    sorted_real, sorted_imaginary, sorted_x = sorted_columns[0], sorted_columns[1], sorted_columns[2]
+    size = _ELEMENTS_AT_ONCE * _ROW
+    arrival_time, mixed = np.empty(size), np.zeros((3, size), np.float32)
     real, imaginary, x = mixed[0], mixed[1], mixed[2]
-    at, fraction, weight = np.empty(size, np.int32), np.empty(size, np.float32), np.empty(2 * size, np.float32)
-    mix, shaped = np.ascontiguousarray(nodes.weights.T), basis_weight_table(doppler_nodes)
-    single = mix.astype(np.float32)
-    share = np.zeros((4 * cells.shape[1], size if cells.shape[1] > 1 else 1), np.float32)
-    once = 1 / shaped.half_range if doppler_nodes.size > 1 else 0.0
-    doppler[:] = shaped.centre_doppler
+    first_cell, fraction, weight = np.empty(size, np.int32), np.empty(size, np.float32), np.empty(2 * size, np.float32)
+    node_weights, basis = np.ascontiguousarray(nodes.weights.T), basis_weight_table(doppler_nodes)
+    basis_share = np.zeros((4 * cells.shape[1], size if cells.shape[1] > 1 else 1), np.float32)
+    inverse_range = 1 / basis.half_range if doppler_nodes.size > 1 else 0.0
+    doppler[:], single_weights = basis.centre_doppler, node_weights.astype(np.float32)
     uniform, moments, window = True, empty_window(cells.shape[0], cells.shape[3]), 0
     for e in range(elements):
         uniform = uniform and receive_beams.pattern[e] == 0
     points = sector.point_count if uniform else 0
     for begin in range(0, strength.shape[1], _PART):
-        total = _sort_echoes(
-            begin, first_time, cell_rate, last, pair, transmit_legs, receive_legs, strength, flags, order
-        )
+        total = _sort_echoes(begin, first_time, cell_rate, last, pair, transmit_legs, receive_legs, strength, flags,
+                             order)  # fmt: skip
         for tile in range(0, total, _TILE):
             count = min(_TILE, total - tile)
             echo = order.echo[tile : tile + count]
-            _gather_echoes(echo, begin, pair, transmit_legs, receive_legs, strength, uniform, columns, source)
+            _gather_echoes(echo, begin, pair, transmit_legs, receive_legs, strength, uniform, columns, source_weight)
             if is_refracted:
                 for k in range(count):
                     p, n = echo[k] // _PART, begin + echo[k] % _PART
                     for t in range(terms):
-                        beside[t, k] = receive_legs.expansion[pair[p, 1], t, n]
+                        expansion[t, k] = receive_legs.expansion[pair[p, 1], t, n]
             for k in range(node_count):
-                here, velocity, acceleration = nodes.position[k], nodes.velocity[k], nodes.acceleration[k]
+                position, velocity, acceleration = nodes.position[k], nodes.velocity[k], nodes.acceleration[k]
                 if is_refracted:
-                    arrival_refracted(tau[:count], bend, away, u, v, w, emission, beside, here, velocity, acceleration,
-                                slowness, sound_speed_gradient, attenuation, pulse_middle, arrival[k], spreading[k],
-                                doppler[k])  # fmt: skip
-                elif still:
-                    arrival_stationary(tau[:count], r, u, v, w, here, slowness, attenuation, arrival[k], spreading[k])
+                    arrival_refracted(tau[:count], curvature, distance, u, v, w, emission, expansion, position,
+                                velocity, acceleration, slowness, sound_speed_gradient, attenuation, pulse_middle,
+                                arrival[k], spreading[k], doppler[k])  # fmt: skip
+                elif is_stationary:
+                    arrival_stationary(tau[:count], r, u, v, w, position, slowness, attenuation, arrival[k],
+                                       spreading[k])  # fmt: skip
                 else:
-                    arrival_moving(tau[:count], r, u, v, w, emission, here, velocity, acceleration, slowness,
+                    arrival_moving(tau[:count], r, u, v, w, emission, position, velocity, acceleration, slowness,
                                   attenuation, pulse_middle, arrival[k], spreading[k], doppler[k])  # fmt: skip
-            inside = _partition_by_sector(arrival, count, tau, frequency, sector, where) if points > 0 else 0
+            in_sector = _partition_by_sector(arrival, count, tau, frequency, sector, new_index) if points > 0 else 0
             for k in range(node_count):
                 for m in range(count):
-                    to = np.uintp(where[m])
-                    when_at[k, to] = arrival[k, m]
-                    real_at[k, to], imaginary_at[k, to] = (
-                        spreading[k, m] * source[2 * m],
-                        spreading[k, m] * source[2 * m + 1],
-                    )
-                    x_at[k, to] = np.float32((doppler[k, m] - shaped.centre_doppler) * once)
+                    k_new = np.uintp(new_index[m])
+                    sorted_time[k, k_new] = arrival[k, m]
+                    sorted_real[k, k_new] = spreading[k, m] * source_weight[2 * m]
+                    sorted_imaginary[k, k_new] = spreading[k, m] * source_weight[2 * m + 1]
+                    sorted_x[k, k_new] = np.float32((doppler[k, m] - basis.centre_doppler) * inverse_range)
             if cells.shape[1] == 1:
                 cell = int(min(max((tau[0] - pulse_middle - first_time) * cell_rate, 0.0), float(last)))
                 if cell >= window + WINDOW - 2 * MARGIN or cell < window:
                     deposit_moments(cells, moments, window, elements + points)
                     window = max(cell - MARGIN, 0)  # an echo off the grid has -1, which must not lie in the window
-            e, side = 0, 0
-            while e + side < elements + points:
-                e += side
-                side = min(_SIDE, (elements if e < elements else elements + points) - e)
-                first, stop = (inside, count) if e < elements else (0, inside)  # points take the sector's echoes
+            e, at_once = 0, 0
+            while e + at_once < elements + points:
+                e += at_once
+                at_once = min(_ELEMENTS_AT_ONCE, (elements if e < elements else elements + points) - e)
+                first, stop = (in_sector, count) if e < elements else (0, in_sector)  # points take the sector's echoes
                 if first == stop:
                     continue
-                for s in range(side):
-                    here = slice(s * _ROW + first, s * _ROW + stop)
+                for s in range(at_once):
+                    block = slice(s * _ROW + first, s * _ROW + stop)
                     shape = node_count, _ROW, first, stop, size
-                    mix_nodes(mix, single, when_at, others, shape, np.intp(e + s), np.intp(s * _ROW), when, mixed)
+                    mix_nodes(node_weights, single_weights, sorted_time, sorted_columns, shape, np.intp(e + s),
+                              np.intp(s * _ROW), arrival_time, mixed)  # fmt: skip
                     if doppler_nodes.size > 1:
                         for k in range(s * _ROW + first, s * _ROW + stop):
                             x[k] = min(max(x[k], np.float32(-1)), np.float32(1))
                     if not uniform:
                         pattern, row = receive_beams.pattern[e + s], slice(s * _ROW, s * _ROW + count)
                         _apply_pattern(echo, begin, pair, receive_legs, pattern, real[row], imaginary[row])
-                    _locate(when[here], first_time, cell_rate, last, at[here], fraction[here])
-                    _fill_weights(when[here], real[here], imaginary[here], frequency, weight[2 * (s * _ROW + first) :])
+                    _locate(arrival_time[block], first_time, cell_rate, last, first_cell[block], fraction[block])
+                    _fill_weights(arrival_time[block], real[block], imaginary[block], frequency,
+                                  weight[2 * (s * _ROW + first) :])  # fmt: skip
                 rest, echoes = slice(first, size), stop - first
                 if cells.shape[1] > 1:
-                    basis_weights(x[rest], shaped.node_coordinate, shaped.node_scale, share)
-                    deposit_waveforms(cells, e, side, _ROW, at[rest], fraction[rest], weight[2 * first :],
-                                      x[rest], shaped, share, echoes)  # fmt: skip
+                    basis_weights(x[rest], basis.node_coordinate, basis.node_scale, basis_share)
+                    deposit_waveforms(cells, e, at_once, _ROW, first_cell[rest], fraction[rest], weight[2 * first :],
+                                      x[rest], basis, basis_share, echoes)  # fmt: skip
                 else:
-                    gather_moments(cells, moments, window, e, side, _ROW, at[rest], fraction[rest], weight[2 * first :],
-                                   x[rest], shaped, echoes)  # fmt: skip
+                    gather_moments(cells, moments, window, e, at_once, _ROW, first_cell[rest], fraction[rest],
+                                   weight[2 * first :], x[rest], basis, echoes)  # fmt: skip
         if cells.shape[1] == 1:
             deposit_moments(cells, moments, window, elements + points)

@@ -18,7 +18,7 @@ BLOCK = 512
 
 
 @njit(cache=True, nogil=True, inline="always", error_model="numpy", fastmath={"contract"})
-def _swept(axes: Floats, row: int, t: float, x: float, y: float, z: float) -> float:
+def _rotated_component(axes: Floats, row: int, t: float, x: float, y: float, z: float) -> float:
     """Direction cosine along one of the moving axes at a given delay [1]."""
     north = axes[0, row, 0] + t * (axes[1, row, 0] + t * axes[2, row, 0])
     east = axes[0, row, 1] + t * (axes[1, row, 1] + t * axes[2, row, 1])
@@ -53,7 +53,7 @@ def leg_amplitudes(
     for f in range(departure.shape[0]):
         for begin in range(0, departure.shape[2], BLOCK):
             m = min(BLOCK, departure.shape[2] - begin)
-            leg, own = amplitude[f, begin : begin + m], out[f, begin : begin + m]
+            leg, leg_gain = amplitude[f, begin : begin + m], out[f, begin : begin + m]
             north, east = departure[f, 0, begin : begin + m], departure[f, 1, begin : begin + m]
             depth = departure[f, 2, begin : begin + m]
             for k in range(0 if is_moving else m):
@@ -66,32 +66,36 @@ def leg_amplitudes(
                 x = np.float64(north[k]) - displacement[0, 0] - t * displacement[1, 0]
                 y = np.float64(east[k]) - displacement[0, 1] - t * displacement[1, 1]
                 z = np.float64(depth[k]) - displacement[0, 2] - t * displacement[1, 2]
-                a, r, b = _swept(axes, 0, t, x, y, z), _swept(axes, 1, t, x, y, z), _swept(axes, 2, t, x, y, z)
+                a, r, b = (
+                    _rotated_component(axes, 0, t, x, y, z),
+                    _rotated_component(axes, 1, t, x, y, z),
+                    _rotated_component(axes, 2, t, x, y, z),
+                )
                 size = 1 / math.sqrt(a * a + r * r + b * b)
                 ahead[k], right[k], below[k] = a * size, r * size, b * size
             for k in range(m):
                 size = math.sqrt(leg[k].real * leg[k].real + leg[k].imag * leg[k].imag)
                 gain[k] = size * scale[0] * element_gain(element, ahead[k])
-            _times_pattern(across, per_unit[0], steer[0, 0], right[:m], gain)
-            _times_pattern(down, per_unit[1], steer[0, 1], below[:m], gain)
-            _times_pattern(piston_across, per_unit[2], 0.0, right[:m], gain)
-            _times_pattern(piston_down, per_unit[3], 0.0, below[:m], gain)
+            _multiply_by_pattern(across, per_unit[0], steer[0, 0], right[:m], gain)
+            _multiply_by_pattern(down, per_unit[1], steer[0, 1], below[:m], gain)
+            _multiply_by_pattern(piston_across, per_unit[2], 0.0, right[:m], gain)
+            _multiply_by_pattern(piston_down, per_unit[3], 0.0, below[:m], gain)
             for k in range(m):
-                own[k] = gain[k]
+                leg_gain[k] = gain[k]
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-def _times_pattern(table: Floats, per_unit: float, axis: float, cosine: Floats, gain: Floats) -> None:
+def _multiply_by_pattern(table: Floats, per_unit: float, axis: float, cosine: Floats, gain: Floats) -> None:
     """Multiply gains by a pattern at some direction cosines, as in `beam_kernels.look_up`."""
     if table.shape[0] == 0:
         return
     cubics, last = table.reshape(table.size), np.uint32(table.shape[0] - 1)
     one, two, three = np.uint64(1), np.uint64(2), np.uint64(3)
     for k in range(cosine.size):
-        place = abs(cosine[k] - axis) * per_unit
-        row = min(np.uint32(place), last)
-        t, at = place - np.float64(row), np.uint64(4) * np.uint64(row)
-        gain[k] *= cubics[at] + t * (cubics[at + one] + t * (cubics[at + two] + t * cubics[at + three]))
+        position = abs(cosine[k] - axis) * per_unit
+        row = min(np.uint32(position), last)
+        t, first = position - np.float64(row), np.uint64(4) * np.uint64(row)
+        gain[k] *= cubics[first] + t * (cubics[first + one] + t * (cubics[first + two] + t * cubics[first + three]))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -118,24 +122,24 @@ def deposit_pair_energies(
         first_time: Time of the first cell [s].
         rate: Cells per second [Hz].
     """
-    late, energy = np.empty((2, BLOCK))
+    pair_delay, energy = np.empty((2, BLOCK))
     square = source_pressure * source_pressure
     for p in range(pair.shape[0]):
         i, j = pair[p, 0], pair[p, 1]
-        other = 0.0 if i == j else 1.0
+        reverse = 0.0 if i == j else 1.0
         for begin in range(0, count[p], BLOCK):
             m = min(BLOCK, count[p] - begin)
-            some, ground = rows[p, begin : begin + m], cross_section[p, begin : begin + m]
+            points, section = rows[p, begin : begin + m], cross_section[p, begin : begin + m]
             for k in range(m):
-                n = some[k]
-                there = np.float64(transmit_weights[i, n]) * receive_weights[j, n]
-                back = other * np.float64(transmit_weights[j, n]) * receive_weights[i, n]
-                late[k] = delay[i, n] + delay[j, n]
-                energy[k] = interference_factor * (there + back) * (there + back) + independent_energy * (
-                    there * there + back * back
+                n = points[k]
+                forward = np.float64(transmit_weights[i, n]) * receive_weights[j, n]
+                backward = reverse * np.float64(transmit_weights[j, n]) * receive_weights[i, n]
+                pair_delay[k] = delay[i, n] + delay[j, n]
+                energy[k] = interference_factor * (forward + backward) * (forward + backward) + independent_energy * (
+                    forward * forward + backward * backward
                 )
-                energy[k] *= square * ground[k]
-            deposit_energy(cells, first_time, rate, late[:m], energy[:m])
+                energy[k] *= square * section[k]
+            deposit_energy(cells, first_time, rate, pair_delay[:m], energy[:m])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -172,31 +176,31 @@ def deposit_interference(
     """
     pairs = pair.shape[0]
     tau, real, imag = np.empty((3, pairs))
-    late, energy = np.empty((2, BLOCK + pairs * pairs))
-    at = np.zeros(pairs, np.int64)
-    reach, found = (autocorrelation.size - 1) / lag_rate, 0
+    pair_delay, energy = np.empty((2, BLOCK + pairs * pairs))
+    next_row = np.zeros(pairs, np.int64)
+    max_lag, found = (autocorrelation.size - 1) / lag_rate, 0
     for r in range(interfering_ranges.shape[0]):
         for p in range(pairs):
-            at[p] += np.searchsorted(rows[p, at[p] : count[p]], interfering_ranges[r, 0])
+            next_row[p] += np.searchsorted(rows[p, next_row[p] : count[p]], interfering_ranges[r, 0])
         for n in range(interfering_ranges[r, 0], interfering_ranges[r, 1]):
             m = 0
             for p in range(pairs):
-                if at[p] == count[p] or rows[p, at[p]] != n:
+                if next_row[p] == count[p] or rows[p, next_row[p]] != n:
                     continue
                 i, j = pair[p, 0], pair[p, 1]
                 gain = np.float64(transmit_weights[i, n]) * receive_weights[j, n] + (
                     np.float64(transmit_weights[j, n]) * receive_weights[i, n] if i != j else 0.0
                 )
-                both = amplitude[i, n] * amplitude[j, n]
-                root = source_pressure * math.sqrt(cross_section[p, at[p]]) * gain / max(abs(both), 1e-30)
-                tau[m], real[m], imag[m] = delay[i, n] + delay[j, n], root * both.real, root * both.imag
-                at[p] += 1
+                product = amplitude[i, n] * amplitude[j, n]
+                root = source_pressure * math.sqrt(cross_section[p, next_row[p]]) * gain / max(abs(product), 1e-30)
+                tau[m], real[m], imag[m] = delay[i, n] + delay[j, n], root * product.real, root * product.imag
+                next_row[p] += 1
                 m += 1
             for p in range(m):
                 for q in range(p):
                     lag = tau[q] - tau[p]
-                    if abs(lag) < reach:
-                        late[found] = 0.5 * (tau[p] + tau[q])
+                    if abs(lag) < max_lag:
+                        pair_delay[found] = 0.5 * (tau[p] + tau[q])
                         energy[found] = (
                             2
                             * interference_factor
@@ -204,9 +208,9 @@ def deposit_interference(
                         )
                         found += 1
             if found >= BLOCK:
-                deposit_energy(cells, first_time, rate, late[:found], energy[:found])
+                deposit_energy(cells, first_time, rate, pair_delay[:found], energy[:found])
                 found = 0
-    deposit_energy(cells, first_time, rate, late[:found], energy[:found])
+    deposit_energy(cells, first_time, rate, pair_delay[:found], energy[:found])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -217,12 +221,12 @@ def _overlap(
     """Real part of the overlap of arrivals p and q, q later by `lag` [s]; arguments as in `deposit_interference`."""
     if lag < 0:
         p, q, lag = q, p, -lag
-    place = lag * rate
-    cell = min(int(place), autocorrelation.size - 2)
-    part = place - cell
+    position = lag * rate
+    cell = min(int(position), autocorrelation.size - 2)
+    fraction = position - cell
     low, high = autocorrelation[cell], autocorrelation[cell + 1]
-    a, b = low.real + part * (high.real - low.real), low.imag + part * (high.imag - low.imag)
+    a, b = low.real + fraction * (high.real - low.real), low.imag + fraction * (high.imag - low.imag)
     sine, cosine = sincos_cycles(frequency * lag)
-    turned_real, turned_imag = a * cosine - b * sine, a * sine + b * cosine
+    rotated_real, rotated_imag = a * cosine - b * sine, a * sine + b * cosine
     c, d = real[p] * real[q] + imag[p] * imag[q], imag[p] * real[q] - real[p] * imag[q]
-    return c * turned_real - d * turned_imag
+    return c * rotated_real - d * rotated_imag

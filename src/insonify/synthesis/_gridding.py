@@ -75,12 +75,12 @@ def deposit_pressure(
     """
     last = cells.size - CELLS_PER_SPIKE
     flat = cells.view(np.float32)
-    at, place = np.empty(_BLOCK, np.int32), np.empty(_BLOCK, np.float32)
+    first_cell, fraction = np.empty(_BLOCK, np.int32), np.empty(_BLOCK, np.float32)
     for begin in range(0, delay.size, _BLOCK):
         # Slices, not begin + i: an index that starts at zero lets the compiler vectorise over spikes.
         tau, source = delay[begin : begin + _BLOCK], weight[begin : begin + _BLOCK]
-        _locate(tau, first_time, cell_rate, last, at, place)
-        _deposit(flat, at, place, source.view(np.float32), tau.size)
+        _locate(tau, first_time, cell_rate, last, first_cell, fraction)
+        _deposit(flat, first_cell, fraction, source.view(np.float32), tau.size)
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
@@ -104,16 +104,16 @@ def deposit_carrier(
     """
     last = cells.size - CELLS_PER_SPIKE
     flat = cells.view(np.float32)
-    at, place = np.empty(_BLOCK, np.int32), np.empty(_BLOCK, np.float32)
-    turned = np.empty(2 * _BLOCK, np.float32)
+    first_cell, fraction = np.empty(_BLOCK, np.int32), np.empty(_BLOCK, np.float32)
+    carrier_weight = np.empty(2 * _BLOCK, np.float32)
     for begin in range(0, delay.size, _BLOCK):
         tau, source = delay[begin : begin + _BLOCK], amplitude[begin : begin + _BLOCK].view(np.float32)
-        _locate(tau, first_time, cell_rate, last, at, place)
+        _locate(tau, first_time, cell_rate, last, first_cell, fraction)
         for i in range(tau.size):
             sine, cosine = sincos_cycles(frequency * tau[i])
-            turned[2 * i] = source[2 * i] * cosine + source[2 * i + 1] * sine
-            turned[2 * i + 1] = source[2 * i + 1] * cosine - source[2 * i] * sine
-        _deposit(flat, at, place, turned, tau.size)
+            carrier_weight[2 * i] = source[2 * i] * cosine + source[2 * i + 1] * sine
+            carrier_weight[2 * i + 1] = source[2 * i + 1] * cosine - source[2 * i] * sine
+        _deposit(flat, first_cell, fraction, carrier_weight, tau.size)
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
@@ -141,19 +141,19 @@ def deposit_leg_pairs(
     """
     last = cells.size - CELLS_PER_SPIKE
     flat = cells.view(np.float32)
-    at, place = np.empty(_BLOCK, np.int32), np.empty(_BLOCK, np.float32)
-    turned = np.empty(2 * _BLOCK, np.float32)
+    first_cell, fraction = np.empty(_BLOCK, np.int32), np.empty(_BLOCK, np.float32)
+    carrier_weight = np.empty(2 * _BLOCK, np.float32)
     delays = np.empty(_BLOCK)
     for begin in range(0, delay_out.size, _BLOCK):
         transmit_delay, receive_delay = delay_out[begin : begin + _BLOCK], delay_back[begin : begin + _BLOCK]
         out, back = weight_out[begin : begin + _BLOCK], weight_back[begin : begin + _BLOCK]
-        scatterer, tau = strength[begin : begin + _BLOCK], delays[: transmit_delay.size]
+        block_strength, tau = strength[begin : begin + _BLOCK], delays[: transmit_delay.size]
         for i in range(tau.size):
             tau[i] = transmit_delay[i] + receive_delay[i]
-            weight = out[i] * back[i] * scatterer[i]
-            turned[2 * i], turned[2 * i + 1] = weight.real, weight.imag
-        _locate(tau, first_time, cell_rate, last, at, place)
-        _deposit(flat, at, place, turned, tau.size)
+            weight = out[i] * back[i] * block_strength[i]
+            carrier_weight[2 * i], carrier_weight[2 * i + 1] = weight.real, weight.imag
+        _locate(tau, first_time, cell_rate, last, first_cell, fraction)
+        _deposit(flat, first_cell, fraction, carrier_weight, tau.size)
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
@@ -174,10 +174,10 @@ def deposit_energy(
         energy: Mean-square weight of each echo, shape (n,).
     """
     last = cells.size - CELLS_PER_SPIKE
-    at, place = np.empty(_BLOCK, np.int32), np.empty(_BLOCK, np.float32)
+    first_cell, fraction = np.empty(_BLOCK, np.int32), np.empty(_BLOCK, np.float32)
     for begin in range(0, delay.size, _BLOCK):
         tau, weight = delay[begin : begin + _BLOCK], energy[begin : begin + _BLOCK]
-        _locate(tau, first_time, cell_rate, last, at, place)
+        _locate(tau, first_time, cell_rate, last, first_cell, fraction)
         for i in range(tau.size):
-            if at[i] >= 0 and weight[i] != 0:
-                add_real_spike(cells, np.intp(at[i]), np.float64(place[i]), weight[i])
+            if first_cell[i] >= 0 and weight[i] != 0:
+                add_real_spike(cells, np.intp(first_cell[i]), np.float64(fraction[i]), weight[i])

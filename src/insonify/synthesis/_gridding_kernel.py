@@ -1,9 +1,9 @@
-"""The kernel that spreads one spike over a few cells, as one polynomial per cell.
+"""Gridding kernel: deposits one spike on a few cells, with one polynomial per cell.
 
 It is the "exponential of semicircle" exp(beta (sqrt(1 - (2 x / W)^2) - 1)), |x| <= W / 2 cells: for its width
 it leaks almost as little into the images of the spectrum as any kernel can. Over each cell it is replaced by a
-polynomial in the place of the spike between the cells. What is divided out afterwards is the transform of these very
-polynomials, so nothing is lost by them.
+polynomial in the position of the spike between the cells. The transform of these polynomials is divided out
+afterwards, so the replacement costs no accuracy.
 
 Source of the kernel: Barnett, Magland & af Klinteberg (2019), SIAM J. Sci. Comput. 41(5).
 """
@@ -12,19 +12,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 WIDTH = 7
-"""Cells that one spike touches."""
+"""Cells that one spike is deposited on."""
 DEGREE = 5
 """Degree of the polynomial of each cell."""
 SHAPE = 2.36 * WIDTH
 """beta: least error over the flat four fifths of the output band with a cosine-squared roll-off beyond."""
 CELLS_PER_SPIKE = 8
-"""Cells a kernel may write to from the first one on: the width, filled up to vector lanes with zeros."""
+"""Cells a kernel may write to from the first one on: the width, padded with zeros to vector lanes."""
 
 
 def tap_coefficients() -> NDArray[np.float32]:
-    """The polynomials of the kernel, shape (DEGREE + 1, CELLS_PER_SPIKE), constant term first.
+    """Polynomials of the kernel, shape (DEGREE + 1, CELLS_PER_SPIKE), constant term first.
 
-    Cell j of a spike holds the polynomial j in y, the position of the spike between cells, -1/2..1/2: the cell lies
+    Cell j of a spike has the polynomial j in y, the position of the spike between cells, -1/2..1/2: the cell lies
     j - (WIDTH - 1) / 2 - y cells after the spike.
     """
     nodes = np.cos(np.pi * (np.arange(24) + 0.5) / 24) / 2

@@ -41,9 +41,9 @@ def deposit_label_positions(
         grazing_back: Grazing angle of the receive legs at the point [rad], (g, n).
     """
     last = bins.shape[0] - 1
-    told = np.empty(MOMENTS)
+    moments = np.empty(MOMENTS)
     for n in range(scatterer_position.shape[0]):
-        told[0], told[1], told[2], told[3] = (
+        moments[0], moments[1], moments[2], moments[3] = (
             1.0,
             scatterer_position[n, 0],
             scatterer_position[n, 1],
@@ -54,7 +54,7 @@ def deposit_label_positions(
             scatterer_position[n, 1] - receiver[1],
             scatterer_position[n, 2] - receiver[2],
         )
-        told[4] = math.sqrt(north * north + east * east + down * down)
+        moments[4] = math.sqrt(north * north + east * east + down * down)
         for p in range(pair.shape[0]):
             i, j = pair[p, 0], pair[p, 1]
             energy = power_out[i, n] * power_back[j, n] * strength[p, n] ** 2
@@ -62,11 +62,11 @@ def deposit_label_positions(
             if not (energy > 0 and 0 <= position < last):
                 continue
             k = math.floor(position)
-            part = position - k
-            told[5] = (abs(grazing_out[i, n]) + abs(grazing_back[j, n])) / 2
+            fraction = position - k
+            moments[5] = (abs(grazing_out[i, n]) + abs(grazing_back[j, n])) / 2
             for m in range(MOMENTS):
-                bins[k, m] += (1 - part) * energy * told[m]
-                bins[k + 1, m] += part * energy * told[m]
+                bins[k, m] += (1 - fraction) * energy * moments[m]
+                bins[k + 1, m] += fraction * energy * moments[m]
 
 
 class LabelledPoints(NamedTuple):
@@ -123,8 +123,8 @@ def _deposit_position(
     if not (energy > 0 and 0 <= position < bins.shape[0] - 1):
         return
     k = math.floor(position)
-    part = position - k
-    for row, share in ((k, (1 - part) * energy), (k + 1, part * energy)):
+    fraction = position - k
+    for row, share in ((k, (1 - fraction) * energy), (k + 1, fraction * energy)):
         bins[row, 0] += share
         bins[row, 1] += share * scatterer_position[0]
         bins[row, 2] += share * scatterer_position[1]
@@ -157,29 +157,29 @@ def deposit_labels(
     Returns:
         Of replicas that interfere: the first row of each group (and the end), delay [s], weight.
     """
-    count, many = pair.shape[0], points.delay.shape[1]
-    tau, w, which = np.empty(count), np.empty(count, np.complex128), np.empty(count, np.int64)
+    count, point_count = pair.shape[0], points.delay.shape[1]
+    tau, w, pair_row = np.empty(count), np.empty(count, np.complex128), np.empty(count, np.int64)
     order = np.empty(count, np.int64)
-    room = 0 if count < 2 else count * many
-    first, late, weight = np.empty(room + 1, np.int64), np.empty(room), np.empty(room, np.complex128)
+    capacity = 0 if count < 2 else count * point_count
+    first, delays, weight = np.empty(capacity + 1, np.int64), np.empty(capacity), np.empty(capacity, np.complex128)
     groups, filled = 0, 0
-    for n in range(many):
+    for n in range(point_count):
         m = 0
-        place = points.position[n]
-        north, east, down = place[0] - receiver[0], place[1] - receiver[1], place[2] - receiver[2]
-        away = math.sqrt(north * north + east * east + down * down)
+        position = points.position[n]
+        north, east, down = position[0] - receiver[0], position[1] - receiver[1], position[2] - receiver[2]
+        distance = math.sqrt(north * north + east * east + down * down)
         for p in range(count):
             i, j, strength = pair[p, 0], pair[p, 1], points.strength[p, n]
-            one = points.transmit_weight[i, n] * points.receive_weight[j, n] * strength
-            other = points.transmit_weight[j, n] * points.receive_weight[i, n] * strength if i != j else 0j
-            value = one + other
-            energy = one.real**2 + one.imag**2 + other.real**2 + other.imag**2
+            forward = points.transmit_weight[i, n] * points.receive_weight[j, n] * strength
+            backward = points.transmit_weight[j, n] * points.receive_weight[i, n] * strength if i != j else 0j
+            value = forward + backward
+            energy = forward.real**2 + forward.imag**2 + backward.real**2 + backward.imag**2
             if energy == 0:
                 continue
             delay = points.delay[i, n] + points.delay[j, n]
             grazing = (abs(points.grazing[i, n]) + abs(points.grazing[j, n])) / 2
-            _deposit_position(bins[p], grid, delay, energy, place, away, grazing)
-            tau[m], w[m], which[m] = delay, value, p
+            _deposit_position(bins[p], grid, delay, energy, position, distance, grazing)
+            tau[m], w[m], pair_row[m] = delay, value, p
             k = m
             while k > 0 and tau[order[k - 1]] > delay:
                 order[k] = order[k - 1]
@@ -194,13 +194,15 @@ def deposit_labels(
             for k in range(a, b):
                 o = order[k]
                 energy = w[o].real ** 2 + w[o].imag ** 2
-                _deposit_energy(shared_cells[which[o]] if b == a + 1 else pair_cells[which[o]], grid, tau[o], energy)
+                _deposit_energy(
+                    shared_cells[pair_row[o]] if b == a + 1 else pair_cells[pair_row[o]], grid, tau[o], energy
+                )
             if b > a + 1:
                 first[groups] = filled
                 groups += 1
                 for k in range(a, b):
-                    late[filled], weight[filled] = tau[order[k]], w[order[k]]
+                    delays[filled], weight[filled] = tau[order[k]], w[order[k]]
                     filled += 1
             a = b
     first[groups] = filled
-    return first[: groups + 1], late[:filled], weight[:filled]
+    return first[: groups + 1], delays[:filled], weight[:filled]

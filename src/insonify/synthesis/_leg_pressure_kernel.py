@@ -25,9 +25,9 @@ def transmitted_pressure(
         beams: Gain of each beam along the legs [1], (beams, f, n).
         transmitted: Result [uPa], (beams, f, n).
     """
-    whole = lost.size == 0
+    no_loss = lost.size == 0
     for beam in range(beams.shape[0]):
         for f in range(amplitude.shape[0]):
             for n in range(amplitude.shape[1]):
-                size = source_pressure * amplitude_factor[f, n] * beams[beam, f, n] * (1.0 if whole else lost[f, n])
+                size = source_pressure * amplitude_factor[f, n] * beams[beam, f, n] * (1.0 if no_loss else lost[f, n])
                 transmitted[beam, f, n] = amplitude[f, n] * phase[n] * size

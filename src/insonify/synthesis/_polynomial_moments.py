@@ -62,7 +62,12 @@ def gather_moments(
         basis: Waveform basis.
         count: Number of echoes.
     """
-    flat, curve, row, lanes = cells.reshape(-1).view(np.float32), basis.coefficients, cells.shape[2], cells.shape[3]
+    flat, coefficients, row, lanes = (
+        cells.reshape(-1).view(np.float32),
+        basis.coefficients,
+        cells.shape[2],
+        cells.shape[3],
+    )
     for i in range(count):
         for e in range(elements):
             k = np.uintp(e * channel_stride + i)
@@ -70,17 +75,17 @@ def gather_moments(
             if cell >= 0 and cell < WINDOW:
                 cell += (first_element + e) * WINDOW
                 if lanes == 4:
-                    gather_spike_of_4(moments, cell, fraction[k], weight, x[k], curve, np.intp(k))
+                    gather_spike_of_4(moments, cell, fraction[k], weight, x[k], coefficients, np.intp(k))
                 elif lanes == 2:
-                    gather_spike_of_2(moments, cell, fraction[k], weight, x[k], curve, np.intp(k))
+                    gather_spike_of_2(moments, cell, fraction[k], weight, x[k], coefficients, np.intp(k))
                 else:
-                    gather_spike_of_1(moments, cell, fraction[k], weight, x[k], curve, np.intp(k))
+                    gather_spike_of_1(moments, cell, fraction[k], weight, x[k], coefficients, np.intp(k))
             elif first_cell[k] >= 0:
                 first = np.intp((first_element + e) * row + first_cell[k])
                 if lanes == 4:
-                    add_spike_of_4(flat, first, fraction[k], weight, x[k], curve, np.intp(k))
+                    add_spike_of_4(flat, first, fraction[k], weight, x[k], coefficients, np.intp(k))
                 elif lanes == 2:
-                    add_spike_of_2(flat, first, fraction[k], weight, x[k], curve, np.intp(k))
+                    add_spike_of_2(flat, first, fraction[k], weight, x[k], coefficients, np.intp(k))
                 else:
                     add_complex_spike(flat, first, fraction[k], weight, np.intp(k))
 

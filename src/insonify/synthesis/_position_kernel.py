@@ -124,10 +124,10 @@ def smear(energy: Floats, pulse: Floats, out: Floats) -> None:
     """
     out[:] = 0.0
     for k in range(pulse.size):
-        part = pulse[k]
-        if part > 0.0:
+        weight = pulse[k]
+        if weight > 0.0:
             for n in range(out.size):
-                out[n] += part * energy[n + k]
+                out[n] += weight * energy[n + k]
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})

@@ -51,29 +51,35 @@ def interpolate_to_elements(
         element: Positions of the elements along the array, -1..1, (e,).
         weights: Weight of each point at each element, (e, p); p is a multiple of 4.
     """
-    elements, places = weights.shape
+    elements, points = weights.shape
     count, lanes = cells.shape[2], cells.shape[3]
     flat, stride = cells.reshape(cells.shape[0], -1).view(np.float32), 2 * lanes
-    known, bent = np.empty((places, stride * _CELLS), np.float32), np.empty(_CELLS)
-    told, back = np.empty(stride * _CELLS, np.float32), np.empty(stride * _CELLS, np.float32)
+    flattened, cell_phase = np.empty((points, stride * _CELLS), np.float32), np.empty(_CELLS)
+    interpolated, restored = np.empty(stride * _CELLS, np.float32), np.empty(stride * _CELLS, np.float32)
     for begin in range(0, cells.shape[1] * count, _CELLS):
         stop = min(begin + _CELLS, cells.shape[1] * count)
         for k in range(begin, stop):
-            bent[k - begin] = curvature_phase / (2 * math.pi) / max(first_time + (k % count) / cell_rate, 1 / cell_rate)
-        here, size = slice(stride * begin, stride * stop), stride * (stop - begin)
-        for p in range(places):
-            _wavefront_corrected(
-                flat[elements + p, here], lanes, bent[: stop - begin], point_position[p] * point_position[p], known[p]
+            cell_phase[k - begin] = (
+                curvature_phase / (2 * math.pi) / max(first_time + (k % count) / cell_rate, 1 / cell_rate)
             )
-        flat[elements:, here] = 0
+        block, size = slice(stride * begin, stride * stop), stride * (stop - begin)
+        for p in range(points):
+            _wavefront_corrected(
+                flat[elements + p, block],
+                lanes,
+                cell_phase[: stop - begin],
+                point_position[p] * point_position[p],
+                flattened[p],
+            )
+        flat[elements:, block] = 0
         for e in range(elements):
-            told[:size] = 0
-            for p in range(0, places, 4):
+            interpolated[:size] = 0
+            for p in range(0, points, 4):
                 a, b, c, d = weights[e, p], weights[e, p + 1], weights[e, p + 2], weights[e, p + 3]
-                of_a, of_b, of_c, of_d = known[p], known[p + 1], known[p + 2], known[p + 3]
+                point_a, point_b, point_c, point_d = flattened[p], flattened[p + 1], flattened[p + 2], flattened[p + 3]
                 for k in range(size):
-                    told[k] += a * of_a[k] + b * of_b[k] + c * of_c[k] + d * of_d[k]
-            _wavefront_corrected(told, lanes, bent[: stop - begin], -element[e] * element[e], back)
-            out = flat[e, here]
+                    interpolated[k] += a * point_a[k] + b * point_b[k] + c * point_c[k] + d * point_d[k]
+            _wavefront_corrected(interpolated, lanes, cell_phase[: stop - begin], -element[e] * element[e], restored)
+            out = flat[e, block]
             for k in range(size):
-                out[k] += back[k]
+                out[k] += restored[k]

@@ -29,8 +29,8 @@ def _load(builder: Any, pointer: Any, vector: Any, align: int) -> Any:
 
 
 def _add_to(builder: Any, pointer: Any, vector: Any, addend: Any, align: int) -> None:
-    place = builder.bitcast(pointer, vector.as_pointer())
-    builder.store(builder.fadd(builder.load(place, align=align), addend, flags=("contract",)), place, align=align)
+    target = builder.bitcast(pointer, vector.as_pointer())
+    builder.store(builder.fadd(builder.load(target, align=align), addend, flags=("contract",)), target, align=align)
 
 
 def _pick(builder: Any, source: Any, lanes: list[int]) -> Any:
@@ -77,7 +77,7 @@ def _add_kernel(builder: Any, first: Any, kernel: Any, weights: Any, lanes: int)
 
 @intrinsic
 def add_complex_spike(typingctx: Any, cells: Any, first_cell: Any, fraction: Any, weights: Any, i: Any) -> Any:
-    """cells[2 at ...] += kernel(position) * weights[2 i], weights[2 i + 1]; float32, real and imaginary alternating."""
+    """cells[2 first_cell ...] += kernel(fraction) * weights[2 i, 2 i + 1]; float32, complex as two numbers."""
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         cells, first_cell, fraction, weights, i = args
@@ -98,12 +98,14 @@ def _shared_weight(builder: Any, lanes: int, data: tuple[Any, Any], x: Any, i: A
     weight = _weight_at(builder, weight_data, i)
     if lanes == 1:
         return weight
-    vector, each = _vector(ir.FloatType(), 8), _splat(builder, x, 8)
+    vector, coordinate = _vector(ir.FloatType(), 8), _splat(builder, x, 8)
     rows = [_load(builder, builder.gep(curve_data, [ir.Constant(i.type, 8 * row)]), vector, 4) for row in range(lanes)]
-    share = rows[-1]
+    basis_weight = rows[-1]
     for row in reversed(rows[:-1]):
-        share = builder.fadd(builder.fmul(share, each, flags=("contract",)), row, flags=("contract",))
-    return builder.fmul(share, weight)
+        basis_weight = builder.fadd(
+            builder.fmul(basis_weight, coordinate, flags=("contract",)), row, flags=("contract",)
+        )
+    return builder.fmul(basis_weight, weight)
 
 
 def _curved_spike(lanes: int) -> Any:
@@ -111,21 +113,21 @@ def _curved_spike(lanes: int) -> Any:
 
     @intrinsic
     def add(
-        typingctx: Any, cells: Any, at: Any, place: Any, weights: Any, x: Any, curve: Any, i: Any
+        typingctx: Any, cells: Any, first_cell: Any, fraction: Any, weights: Any, x: Any, curve: Any, i: Any
     ) -> Any:  # fmt: skip
-        """Cell j, waveform s: cells[2 lanes (at + j) + 2 s ...] += kernel(position)[j] * share[s] * weights[2 i ...].
+        """cells[2 lanes (first_cell + j) + 2 s ...] += kernel(fraction)[j] share[s] weights[2 i ...].
 
-        With share[s] = curve[0, 2 s] + x curve[1, 2 s] + ..., each written twice; all float32.
+        For cell j and waveform s, with share[s] = curve[0, 2 s] + x curve[1, 2 s] + ..., each twice; float32.
         """
 
         def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-            at, place, x, i = args[1], args[2], args[4], args[6]
+            first_cell, fraction, x, i = args[1], args[2], args[4], args[6]
             data, weight_data, curve_data = (
                 cgutils.create_struct_proxy(signature.args[k])(context, builder, args[k]).data for k in (0, 3, 5)
             )
             weight = _shared_weight(builder, lanes, (weight_data, curve_data), x, i)
-            first = builder.gep(data, [builder.mul(at, ir.Constant(at.type, 2 * lanes))])
-            _add_kernel(builder, first, _kernel_cells(builder, place), weight, lanes)
+            first = builder.gep(data, [builder.mul(first_cell, ir.Constant(first_cell.type, 2 * lanes))])
+            _add_kernel(builder, first, _kernel_cells(builder, fraction), weight, lanes)
             return context.get_dummy_value()
 
         _require_contiguous(cells)
@@ -149,19 +151,19 @@ def _gathered_spike(lanes: int) -> Any:
 
     @intrinsic
     def add(
-        typingctx: Any, moments: Any, cell: Any, place: Any, weights: Any, x: Any, curve: Any, i: Any
+        typingctx: Any, moments: Any, cell: Any, fraction: Any, weights: Any, x: Any, curve: Any, i: Any
     ) -> Any:  # fmt: skip
-        """Power p, waveform s: moments[8 vectors cell + 2 lanes p + 2 s ...] += x^p * share[s] * weights[2 i ...]."""
+        """moments[8 vectors cell + 2 lanes p + 2 s ...] += fraction^p share[s] weights[2 i ...] (power p)."""
 
         def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-            cell, place, x, i = args[1], args[2], args[4], args[6]
+            cell, fraction, x, i = args[1], args[2], args[4], args[6]
             data, weight_data, curve_data = (
                 cgutils.create_struct_proxy(signature.args[k])(context, builder, args[k]).data for k in (0, 3, 5)
             )
             part = _shared_weight(builder, lanes, (weight_data, curve_data), x, i)
-            powers = [ir.Constant(place.type, 1.0)]
+            powers = [ir.Constant(fraction.type, 1.0)]
             for _ in range(4 // lanes):
-                powers.append(builder.fmul(powers[-1], place))
+                powers.append(builder.fmul(powers[-1], fraction))
             step = _splat(builder, powers.pop(), 8)
             if lanes < 4:
                 first = ir.Constant(part.type, ir.Undefined)
@@ -201,8 +203,8 @@ def _gathered_cell(lanes: int) -> Any:
             )
             vector, count = _vector(ir.FloatType(), 8), moment_vectors(lanes)
             begin = builder.gep(moment_data, [builder.mul(cell, ir.Constant(cell.type, 8 * count))])
-            places = [builder.gep(begin, [ir.Constant(cell.type, 8 * row)]) for row in range(count)]
-            rows = [_load(builder, place, vector, 4) for place in places]
+            pointers = [builder.gep(begin, [ir.Constant(cell.type, 8 * row)]) for row in range(count)]
+            rows = [_load(builder, pointer, vector, 4) for pointer in pointers]
             bits = ir.IntType(256)
             some = builder.bitcast(rows[0], bits)
             for row in rows[1:]:
@@ -220,9 +222,9 @@ def _gathered_cell(lanes: int) -> Any:
                         taps = ir.Constant(vector, [float(_TAPS[p, j + k // width]) for k in range(8)])
                         total = builder.fadd(total, builder.fmul(moment[p], taps, flags=("contract",)), ("contract",))
                     _add_to(builder, builder.gep(first, [ir.Constant(at.type, width * j)]), vector, total, 4)
-                for place in places:
+                for pointer in pointers:
                     empty = ir.Constant(vector, [0.0] * 8)
-                    builder.store(empty, builder.bitcast(place, vector.as_pointer()), align=4)
+                    builder.store(empty, builder.bitcast(pointer, vector.as_pointer()), align=4)
             return context.get_dummy_value()
 
         _require_contiguous(cells)
@@ -288,11 +290,11 @@ def mix_nodes(
         )
         nodes, tile, start, stop, wide = cgutils.unpack_tuple(builder, args[4], 5)
         none, lanes = ir.Constant(e.type, 0), ir.Constant(e.type, 16)
-        ways = [(weights, delay, delays, none, none)] + [
+        columns = [(weights, delay, delays, none, none)] + [
             (single, others, mixed, builder.mul(ir.Constant(e.type, c), builder.mul(nodes, tile)),
              builder.mul(ir.Constant(e.type, c), wide)) for c in range(3)
         ]  # fmt: skip
-        vectors = [_vector(source.type.pointee, 16) for _, source, *_ in ways]
+        vectors = [_vector(source.type.pointee, 16) for _, source, *_ in columns]
         totals = [cgutils.alloca_once(builder, vector) for vector in vectors]
         with cgutils.for_range_slice(builder, start, stop, lanes) as (i, _):
             for total, vector in zip(totals, vectors, strict=True):
@@ -300,14 +302,14 @@ def mix_nodes(
             with cgutils.for_range(builder, nodes) as loop:
                 part = builder.add(builder.mul(e, nodes), loop.index)
                 row = builder.add(builder.mul(loop.index, tile), i)
-                for (numbers, source, _, first, _), total, vector in zip(ways, totals, vectors, strict=True):
+                for (numbers, source, _, first, _), total, vector in zip(columns, totals, vectors, strict=True):
                     one = _splat(builder, builder.load(builder.gep(numbers, [part])), 16)
                     known = _load(builder, builder.gep(source, [builder.add(first, row)]), vector, 4)
                     known = builder.fmul(known, one, flags=("contract",))
                     builder.store(builder.fadd(builder.load(total), known, flags=("contract",)), total)
-            for (_, _, out, _, first), total, vector in zip(ways, totals, vectors, strict=True):
-                place = builder.gep(out, [builder.add(builder.add(first, begin), i)])
-                builder.store(builder.load(total), builder.bitcast(place, vector.as_pointer()), align=4)
+            for (_, _, out, _, first), total, vector in zip(columns, totals, vectors, strict=True):
+                target = builder.gep(out, [builder.add(builder.add(first, begin), i)])
+                builder.store(builder.load(total), builder.bitcast(target, vector.as_pointer()), align=4)
         return context.get_dummy_value()
 
     for rows in (weights, single, delay, others, delays, mixed):
@@ -317,7 +319,7 @@ def mix_nodes(
 
 @intrinsic
 def add_real_spike(typingctx: Any, cells: Any, first_cell: Any, fraction: Any, weight: Any) -> Any:
-    """cells[at ...] += kernel(position) * weight; all float64."""
+    """cells[first_cell ...] += kernel(fraction) * weight; all float64."""
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         cells, first_cell, fraction, weight = args

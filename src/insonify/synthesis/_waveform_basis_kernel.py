@@ -47,7 +47,7 @@ def basis_weight_table(doppler: Floats) -> BasisWeights:
     shapes = doppler.size
     middle = 0.5 * (doppler[0] + doppler[-1])
     half = 0.5 * (doppler[-1] - doppler[0]) / math.cos(0.5 * math.pi / shapes) if shapes > 1 else 0.0
-    node, scale, curve = np.zeros(shapes), np.ones(shapes), np.zeros((TOGETHER, 8), np.float32)
+    node, scale, coefficients = np.zeros(shapes), np.ones(shapes), np.zeros((TOGETHER, 8), np.float32)
     if shapes > 1:
         node[:] = (doppler - middle) / half
     for s in range(shapes):
@@ -59,16 +59,16 @@ def basis_weight_table(doppler: Floats) -> BasisWeights:
                     row[power] = (row[power - 1] if power > 0 else 0.0) - row[power] * node[other]
         if shapes <= TOGETHER:
             for lane in range(2 * s, 8, 4 if shapes == 2 else 8):
-                curve[:, lane : lane + 2] = (scale[s] * row).reshape(-1, 1)
-    return BasisWeights(middle, half, node.astype(np.float32), scale.astype(np.float32), curve)
+                coefficients[:, lane : lane + 2] = (scale[s] * row).reshape(-1, 1)
+    return BasisWeights(middle, half, node.astype(np.float32), scale.astype(np.float32), coefficients)
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def basis_coordinate(doppler: Floats, basis: BasisWeights, x: NDArray[np.float32]) -> None:
     """Coordinate of Doppler factors less one in the waveform basis, -1..1 within its range; result in x."""
-    once = 1 / basis.half_range
+    inverse = 1 / basis.half_range
     for i in range(doppler.size):
-        x[i] = np.float32(min(max((doppler[i] - basis.centre_doppler) * once, -1.0), 1.0))
+        x[i] = np.float32(min(max((doppler[i] - basis.centre_doppler) * inverse, -1.0), 1.0))
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
@@ -84,14 +84,14 @@ def basis_weights(x: NDArray[np.float32], node: NDArray[Any], scale: NDArray[Any
     running = np.empty(x.size, np.float32)
     shapes = node.size
     for s in range(shapes):
-        size, at = scale[s], node[max(s - 1, 0)]
+        size, neighbour = scale[s], node[max(s - 1, 0)]
         for i in range(x.size):
-            running[i] = running[i] * (x[i] - at) if s > 0 else np.float32(1)
+            running[i] = running[i] * (x[i] - neighbour) if s > 0 else np.float32(1)
             node_weights[s, i] = size * running[i]
     for s in range(shapes - 1, -1, -1):
-        at = node[min(s + 1, shapes - 1)]
+        neighbour = node[min(s + 1, shapes - 1)]
         for i in range(x.size):
-            running[i] = running[i] * (x[i] - at) if s < shapes - 1 else np.float32(1)
+            running[i] = running[i] * (x[i] - neighbour) if s < shapes - 1 else np.float32(1)
             node_weights[s, i] *= running[i]
 
 
@@ -121,7 +121,7 @@ def deposit_waveforms(
     flat = cells.reshape(-1).view(np.float32)
     groups, lanes = cells.shape[1], cells.shape[3]
     row = groups * cells.shape[2]
-    shares, stride = node_weights.reshape(-1), node_weights.shape[1]
+    flat_weights, stride = node_weights.reshape(-1), node_weights.shape[1]
     for i in range(count):
         for e in range(used):
             k = np.uintp(e * channel_stride + i)  # unsigned: avoids the negative-index check in each column
@@ -129,8 +129,8 @@ def deposit_waveforms(
                 continue
             first = np.intp((channel + e) * row + first_cell[k])
             if groups > 1:
-                add_shaped_spike(flat, np.intp(8 * cells.shape[2]), first, fraction[k], weight, shares, np.intp(stride),
-                                 np.intp(groups), np.intp(k))  # fmt: skip
+                add_shaped_spike(flat, np.intp(8 * cells.shape[2]), first, fraction[k], weight, flat_weights,
+                                 np.intp(stride), np.intp(groups), np.intp(k))  # fmt: skip
             elif lanes == 4:
                 add_spike_of_4(flat, first, fraction[k], weight, x[k], basis.coefficients, np.intp(k))
             elif lanes == 2:

@@ -70,14 +70,14 @@ def channel_arrivals(pairs: Pairs, ping_geometry: PingGeometry, channel: int, wa
         channel: Index of the element; of beams, any.
         water: Water between sonar and scatterers.
     """
-    ends, emission_delay = (
+    points, emission_delay = (
         receive_points(ping_geometry),
         transmitter_motion(pairs.out.departure, pairs.out.length, ping_geometry)[0],
     )
-    rows, direction, _ = echo_directions(pairs, ping_geometry, emission_delay, ends)
+    rows, direction, _ = echo_directions(pairs, ping_geometry, emission_delay, points)
     channel_direction = direction[channel if len(direction) > 1 else 0][rows]
     return ChannelBlockArrivals(
-        pairs, tuple(pair_echoes(pairs, ping_geometry, water)), ping_geometry, ends, channel, water, channel_direction
+        pairs, tuple(pair_echoes(pairs, ping_geometry, water)), ping_geometry, points, channel, water, channel_direction
     )
 
 
@@ -102,13 +102,13 @@ def arrivals_at_channel(
     motion = receive_points.position[element], receive_points.velocity[element], receive_points.acceleration[element]
     pulse_middle = 0.0 if ping_geometry.is_static else ping_geometry.pulse.pulse.duration / 2
     direction, slowness = list(np.ascontiguousarray(echoes.direction.T)), 1 / ping_geometry.receive_sound_speed
-    loss = absorption_np_per_m(water, ping_geometry.frequency)
+    attenuation = absorption_np_per_m(water, ping_geometry.frequency)
     wavefront, emission_rate = echoes.wavefront, 1 / (1 - echoes.transmitter_mach)
     if water.layered:
         arrival_refracted(echoes.delay, wavefront.vertical_curvature, wavefront.horizontal_distance, *direction,
                           emission_rate,
                           wavefront.expansion, *motion, slowness,
-                    wavefront.sound_speed_gradient, loss, pulse_middle, delay, factor, doppler)  # fmt: skip
+                    wavefront.sound_speed_gradient, attenuation, pulse_middle, delay, factor, doppler)  # fmt: skip
     elif ping_geometry.is_static:
         arrival_stationary(
             echoes.delay,
@@ -116,13 +116,13 @@ def arrivals_at_channel(
             *direction,
             receive_points.position[element],
             slowness,
-            loss,
+            attenuation,
             delay,
             factor,
         )
     else:
         arrival_moving(echoes.delay, 1 / wavefront.vertical_curvature, *direction, emission_rate, *motion, slowness,
-                       loss,
+                       attenuation,
                        pulse_middle, delay,
                       factor, doppler)  # fmt: skip
     # the kernel returns the start of an unstretched pulse with the same middle

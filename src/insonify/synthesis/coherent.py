@@ -51,9 +51,9 @@ class CoherentAccumulator:
     def _sector(self) -> SectorInterpolation | None:
         if self.ping_geometry.elements is None or np.any(self._receive_points.orientation_row):
             return None
-        ends, speed = self._receive_points, self.ping_geometry.receive_sound_speed
+        points, speed = self._receive_points, self.ping_geometry.receive_sound_speed
         return sector_interpolation(
-            ends.position, ends.velocity, ends.acceleration, self.grid, self.ping_geometry.frequency, speed
+            points.position, points.velocity, points.acceleration, self.grid, self.ping_geometry.frequency, speed
         )
 
     @cached_property

@@ -92,13 +92,13 @@ def _equal_delays(
     """
     shared_delay, weight_sum, power_sum = delay[order[j]], 0j, 0.0
     size = delay.size
-    following = True
-    while following:
+    is_equal = True
+    while is_equal:
         w = weight[order[j]]
         weight_sum += w
         power_sum += w.real * w.real + w.imag * w.imag
         j += 1
-        following = j < size and delay[order[j]] == shared_delay
+        is_equal = j < size and delay[order[j]] == shared_delay
     return shared_delay, weight_sum, power_sum, j
 
 
@@ -239,20 +239,24 @@ def add_groups(
             if not (abs(position) < 1e15):
                 continue
             whole = np.floor(position)
-            fine = (position - whole) * step
-            phase = min(int(fine), step - 1)
-            skipped = int(whole)  # entries of the row before the first sample
-            first, stop = max(0, -skipped), min(count, length - skipped)
+            phase_position = (position - whole) * step
+            phase = min(int(phase_position), step - 1)
+            entries_before = int(whole)  # entries of the row before the first sample
+            first, stop = max(0, -entries_before), min(count, length - entries_before)
             if stop <= first or power_sum == 0:
                 continue
-            row = phase * length + skipped + first
+            row = phase * length + entries_before + first
             if first >= end:
                 _end_cluster(intensity, cluster, begin, end, interfering, independent)
                 begin = end = first
                 if j == tau.size or tau[order[j]] - shared_delay > (length + 1) / rate:
                     power = interfering * abs(weight_sum) ** 2 + independent * power_sum
-                    _add_single_pulse(intensity, first, stop, real, imaginary, row, length, fine - phase, power)
+                    _add_single_pulse(
+                        intensity, first, stop, real, imaginary, row, length, phase_position - phase, power
+                    )
                     continue
             end = max(end, stop)
-            _add_pulse(cluster, count, first, stop, real, imaginary, row, length, fine - phase, weight_sum, power_sum)
+            _add_pulse(
+                cluster, count, first, stop, real, imaginary, row, length, phase_position - phase, weight_sum, power_sum
+            )
         _end_cluster(intensity, cluster, begin, end, interfering, independent)

@@ -159,7 +159,7 @@ def _common_pattern(beams: Beams) -> Beams:
 
 
 _CACHE: dict[tuple[object, ...], tuple[NDArray[np.float32], Beams, Beams]] = {}
-_MAX_CACHE_BYTES = 16
+_MAX_CACHE_ENTRIES = 16
 
 
 def _beam_weights(
@@ -169,7 +169,7 @@ def _beam_weights(
     key = (transmit_beams.pattern_key, receive_beams.pattern_key, first, step)
     cached = _CACHE.get(key)
     if cached is None:
-        for oldest in list(_CACHE)[: 1 - _MAX_CACHE_BYTES]:
+        for oldest in list(_CACHE)[: 1 - _MAX_CACHE_ENTRIES]:
             _CACHE.pop(oldest, None)
         # the cached beams keep their tables alive, so that no other table takes their identity
         cached = _CACHE[key] = (
@@ -185,10 +185,10 @@ def _fitted_weights(
 ) -> NDArray[np.float32]:
     """Fit the weights over all directions; beams steered on both ends have the product of their patterns."""
     sine = np.cos((np.arange(5 * count) + 0.5) * np.pi / (5 * count))
-    wanted = _horizontal_patterns(receive_beams)(sine) * receive_beams.scale[:, None]
+    pattern = _horizontal_patterns(receive_beams)(sine) * receive_beams.scale[:, None]
     if transmit_beams.channel_count > 1:
-        wanted = wanted * _horizontal_patterns(transmit_beams)(sine) * transmit_beams.scale[:, None]
-    return np.ascontiguousarray((_solver(first, step, count) @ wanted.T).T, np.float32)
+        pattern = pattern * _horizontal_patterns(transmit_beams)(sine) * transmit_beams.scale[:, None]
+    return np.ascontiguousarray((_solver(first, step, count) @ pattern.T).T, np.float32)
 
 
 def _horizontal_patterns(beams: Beams) -> Callable[[Floats], Floats]:

@@ -207,12 +207,12 @@ def _directions(
     pairs: Pairs, ping_geometry: PingGeometry, pulse_middle_delay: Floats, receive_points: ReceivePoints
 ) -> tuple[NDArray[np.int64], list[Floats]]:  # fmt: skip
     """Directions of arrival re the platform, and the row of each pair among them; see `echo_directions`."""
-    rows, directions, when = echo_directions(pairs, ping_geometry, pulse_middle_delay, receive_points)
+    rows, directions, arrival_times = echo_directions(pairs, ping_geometry, pulse_middle_delay, receive_points)
     motion = ping_geometry.receive_motion
     if motion is None or not motion.is_rotating:
         return rows, directions
     return rows, [
-        np.array([motion.to_initial_attitude(*row) for row in zip(directions, when, strict=True)])
+        np.array([motion.to_initial_attitude(*row) for row in zip(directions, arrival_times, strict=True)])
         for directions in directions
     ]
 
@@ -273,10 +273,10 @@ def has_parallax(
     waves = float(ping_geometry.receive_beams.per_unit.max()) / POINTS_PER_LOBE
     if not waves > 1:
         return False
-    reach = np.linalg.norm(receive_points.position, axis=1) + latest_arrival * np.linalg.norm(
+    displacement = np.linalg.norm(receive_points.position, axis=1) + latest_arrival * np.linalg.norm(
         receive_points.velocity, axis=1
     )
-    return bool(np.pi * waves * reach.max() > PARALLAX_TOLERANCE * max(min_path_length, CLOSEST))
+    return bool(np.pi * waves * displacement.max() > PARALLAX_TOLERANCE * max(min_path_length, CLOSEST))
 
 
 def element_directions(
@@ -304,10 +304,15 @@ def element_directions(
 def _receive_beams(receive_points: ReceivePoints, channels: int, views: int) -> ReceiveBeams:
     """Receive patterns of channels that are elements."""
     number = np.arange(channels)
-    own = np.stack([number, number + 1], axis=1)
+    channel_ranges = np.stack([number, number + 1], axis=1)
     pattern = receive_points.orientation_row if views == 1 else np.where(receive_points.orientation_row < 0, -1, number)
     return ReceiveBeams(
-        receive_points.position, receive_points.velocity, receive_points.acceleration, own, 0 * number, pattern
+        receive_points.position,
+        receive_points.velocity,
+        receive_points.acceleration,
+        channel_ranges,
+        0 * number,
+        pattern,
     )
 
 

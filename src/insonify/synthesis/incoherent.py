@@ -116,9 +116,9 @@ class IncoherentAccumulator:
         """
         for part in coherent_subsets(pairs):
             for copy in split_by_coherence(part, self.delay_field, self.ping_geometry):
-                self._add(energies, copy, transmit_weights, receive_weights)
+                self._add_scatterers(energies, copy, transmit_weights, receive_weights)
 
-    def _add(
+    def _add_scatterers(
         self, energies: IntensityBuffer, pairs: Pairs, transmit_weights: Complexes, receive_weights: Complexes
     ) -> None:
         """Add pairs in which only the scatterers' phases are random."""
@@ -128,15 +128,15 @@ class IncoherentAccumulator:
             self._add_coherent_facets(energies, pairs, transmit_weights, receive_weights)
             return
         # A pair and its reverse arrive together; without jitter they are one arrival.
-        mirrored = (
+        reciprocal = (
             pairs.out is pairs.back and mean_energy == interference_factor and contains_reversed_pairs(pairs.pair)
         )
-        rows = np.flatnonzero(pairs.pair[:, 0] <= pairs.pair[:, 1]) if mirrored else np.arange(len(pairs.pair))
+        rows = np.flatnonzero(pairs.pair[:, 0] <= pairs.pair[:, 1]) if reciprocal else np.arange(len(pairs.pair))
         for channel in range(self.ping_geometry.channel_count):
             delay, energy, first, grouped_delay, weight = _sort(
                 pairs.out.delay, pairs.back.delay, transmit_weights[channel % len(transmit_weights)],
                 receive_weights[channel % len(receive_weights)],
-                pairs.pair, rows, mirrored, pairs.strength, support, interference_factor,
+                pairs.pair, rows, reciprocal, pairs.strength, support, interference_factor,
                 mean_energy - interference_factor,
             )  # fmt: skip
             deposit_energy(energies.cells[channel], self.grid.first_time, self.grid.energy_rate, delay, energy)
@@ -178,8 +178,8 @@ class IncoherentAccumulator:
     @property
     def has_random_paths(self) -> bool:
         """Return True if jitter or uneven water make the paths of one scatterer interfere only in part."""
-        uneven = self.delay_field is not None and self.delay_field.inhomogeneity.rms_index != 0
-        return uneven or self.replica_jitter.mean_energy != self.replica_jitter.interference_factor
+        inhomogeneous = self.delay_field is not None and self.delay_field.inhomogeneity.rms_index != 0
+        return inhomogeneous or self.replica_jitter.mean_energy != self.replica_jitter.interference_factor
 
     @property
     def is_short_pulse(self) -> bool:
@@ -330,7 +330,7 @@ def contains_reversed_pairs(pair: NDArray[np.int64]) -> bool:
 def _sort(
     delay_out: Floats, delay_back: Floats, transmit_weights: Complexes, receive_weights: Complexes,
     pair: NDArray[np.int64],
-    rows: NDArray[np.int64], mirrored: bool, strength: Floats, support: float, interference_factor: float,
+    rows: NDArray[np.int64], reciprocal: bool, strength: Floats, support: float, interference_factor: float,
     independent_energy: float,
 ) -> tuple[Floats, Floats, NDArray[np.int64], Floats, Complexes]:  # fmt: skip
     """Separate the replicas of every scatterer into single arrivals and groups that interfere.
@@ -342,7 +342,7 @@ def _sort(
         receive_weights: Weights of the receive legs in one beam, (g, n).
         pair: Rows of the transmit and the receive leg of each pair, (p, 2).
         rows: Rows of the pairs to be processed.
-        mirrored: True if each of them also stands for its reverse, which has the same delay.
+        reciprocal: True if each of them also stands for its reverse, which has the same delay.
         strength: Pressure scattered re incident [m], (p, n).
         support: Largest time between replicas that interfere [s].
         interference_factor: Mean product of two replicas re that without jitter [1].
@@ -353,7 +353,7 @@ def _sort(
         delay and weight.
     """
     count, points = rows.size, delay_out.shape[1]
-    alone_delay, alone_energy = np.empty(count * points), np.empty(count * points)
+    single_delay, single_energy = np.empty(count * points), np.empty(count * points)
     first, grouped_delay = np.empty(count * points + 1, np.int64), np.empty(count * points)
     weight = np.empty(count * points, np.complex128)
     tau, w, order = np.empty(count), np.empty(count, np.complex128), np.empty(count, np.int64)
@@ -362,13 +362,13 @@ def _sort(
     for p in range(count if points > 0 else 0):
         typical_delay[p] = delay_out[pair[rows[p], 0], k] + delay_back[pair[rows[p], 1], k]
     sorted_rows = rows[np.argsort(typical_delay)]
-    alone, groups, filled = 0, 0, 0
+    singles, groups, filled = 0, 0, 0
     for n in range(points):
         m = 0
         for p in sorted_rows:
             i, j = pair[p, 0], pair[p, 1]
             value = transmit_weights[i, n] * receive_weights[j, n]
-            if mirrored and i != j:
+            if reciprocal and i != j:
                 value += transmit_weights[j, n] * receive_weights[i, n]
             value *= strength[p, n]
             if value != 0:
@@ -390,9 +390,9 @@ def _sort(
                 for k in range(a, b):
                     total += w[order[k]]
                     energy += abs(w[order[k]]) ** 2
-                alone_delay[alone] = tau[order[a]]
-                alone_energy[alone] = interference_factor * abs(total) ** 2 + independent_energy * energy
-                alone += 1
+                single_delay[singles] = tau[order[a]]
+                single_energy[singles] = interference_factor * abs(total) ** 2 + independent_energy * energy
+                singles += 1
             else:
                 first[groups] = filled
                 groups += 1
@@ -402,4 +402,4 @@ def _sort(
                     filled += 1
             a = b
     first[groups] = filled
-    return alone_delay[:alone], alone_energy[:alone], first[: groups + 1], grouped_delay[:filled], weight[:filled]
+    return single_delay[:singles], single_energy[:singles], first[: groups + 1], grouped_delay[:filled], weight[:filled]

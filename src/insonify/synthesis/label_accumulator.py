@@ -48,12 +48,12 @@ def label_names(targets: tuple[str, ...], followed: tuple[str, ...], *, water: t
     """
     targets = (*water, *targets)
     contributions: tuple[Boundary, ...] = ("seabed", "surface", "target")
-    buffer = [
+    families = [
         families_reaching(contribution, followed)
         for contribution in contributions
         if contribution != "target" or targets
     ]
-    pair_names = {pair_name(out, back) for names in buffer for out in names for back in names}
+    pair_names = {pair_name(out, back) for names in families for out in names for back in names}
     pairs = sorted(pair_names, key=lambda name: (name.count("S") + name.count("B"), len(name), name))
     return LabelNames(("seabed", "surface", *targets), tuple(pairs))
 
@@ -84,7 +84,7 @@ class LabelAccumulator:
     def add(self, buffer: LabelBuffer, pairs: Pairs) -> None:
         """Add one block of scatterers to its object."""
         object_name = pairs.scatterers.object
-        names = tuple(pair_name(out, back) for out, back in pairs.names())
+        names = tuple(pair_name(power_out, power_back) for power_out, power_back in pairs.names())
         transmit_weights, receive_weights = self.accumulator.weights(pairs)
         workspace = self._workspace(buffer, object_name, pairs, names)
         if workspace is not None:
@@ -93,7 +93,7 @@ class LabelAccumulator:
                 self._add_occluded(buffer, pairs.select(np.array([names.index(STRAIGHT)])))
             return
         pairs_by_name = {name: pairs.select(np.flatnonzero(np.array(names) == name)) for name in dict.fromkeys(names)}
-        out, back = _power(transmit_weights), _power(receive_weights)
+        power_out, power_back = _power(transmit_weights), _power(receive_weights)
         if len(pairs_by_name) > 1:
             self._add_intensity(buffer, (object_name, ALL), pairs, transmit_weights, receive_weights)
         for name, named_pairs in pairs_by_name.items():
@@ -104,7 +104,7 @@ class LabelAccumulator:
                 transmit_weights,
                 receive_weights,
             )
-            self._deposit_positions(buffer, (object_name, name), named_pairs, out, back)
+            self._deposit_positions(buffer, (object_name, name), named_pairs, power_out, power_back)
         if pairs.scatterers.boundary == "seabed" and STRAIGHT in pairs_by_name:
             self._add_occluded(buffer, pairs_by_name[STRAIGHT])
 
@@ -237,22 +237,31 @@ class LabelAccumulator:
 
     def _add_occluded(self, buffer: LabelBuffer, pairs: Pairs) -> None:
         """Add the energies that occluded direct paths to the seabed would have without occlusion."""
-        cut = np.zeros(len(pairs.scatterers), bool)
+        occluded = np.zeros(len(pairs.scatterers), bool)
         for legs, rows in ((pairs.out, pairs.pair[:, 0]), (pairs.back, pairs.pair[:, 1])):
-            cut |= (legs.status[rows] == LegStatus.OCCLUDED).any(axis=0)
-        at = np.flatnonzero(cut)
-        if not len(at):
+            occluded |= (legs.status[rows] == LegStatus.OCCLUDED).any(axis=0)
+        point_rows = np.flatnonzero(occluded)
+        if not len(point_rows):
             return
         geometry = self.accumulator.ping_geometry
-        out = _unoccluded_power(pairs.out, geometry.transmit_beams, at) * intensity_ratio(geometry.source_level_db)
-        back = _unoccluded_power(pairs.back, geometry.receive_beams, at)
-        occluder_names = {int(row) for legs in (pairs.out, pairs.back) for row in np.unique(legs.occluder[:, at])}
+        power_out = _unoccluded_power(pairs.out, geometry.transmit_beams, point_rows) * intensity_ratio(
+            geometry.source_level_db
+        )
+        power_back = _unoccluded_power(pairs.back, geometry.receive_beams, point_rows)
+        occluder_names = {
+            int(row) for legs in (pairs.out, pairs.back) for row in np.unique(legs.occluder[:, point_rows])
+        }
         for occluder_row in sorted(occluder_names - {-1}):
             object_name = "seabed" if occluder_row == SEABED_OCCLUDER else self.occluder_names[occluder_row]
             for row, (i, j) in enumerate(pairs.pair):
-                removed_fraction = _removed_fraction(pairs.out, pairs.back, int(i), int(j), occluder_row)[at]
+                removed_fraction = _removed_fraction(pairs.out, pairs.back, int(i), int(j), occluder_row)[point_rows]
                 self._deposit_positions(
-                    buffer, (object_name, HIDDEN), pairs.select(np.array([row])), out * removed_fraction, back, at
+                    buffer,
+                    (object_name, HIDDEN),
+                    pairs.select(np.array([row])),
+                    power_out * removed_fraction,
+                    power_back,
+                    point_rows,
                 )
 
     @property

@@ -114,10 +114,10 @@ class _Curves:
         by_pair = [
             self._series(tuple(key for key in curves if key[1] in (name, PAIR_ONLY + name))) for name in names.pairs
         ]  # fmt: skip
-        for object_name, whole in zip(names.objects, by_object, strict=True):
+        for object_name, intensity in zip(names.objects, by_object, strict=True):
             shared_keys = [key for key in energy if key[0] == object_name and _lacks_curve(curves, key)]
             if shared_keys:
-                self._divide_by_energy(object_name, whole, shared_keys, energy, names, by_pair)
+                self._divide_by_energy(object_name, intensity, shared_keys, energy, names, by_pair)
         return np.stack(by_object, axis=1), np.stack(by_pair, axis=1)
 
     def _divide_by_energy(
@@ -139,15 +139,15 @@ class _Curves:
         """Series of the sum of some curves."""
         if keys not in self._cached_series:
             grid, parts = self._accumulator.grid, [self._buffer.curves[key] for key in keys]
-            parts = [one for one in parts if one.specular_sums or one.cells.any() or one.intensity.any()]
+            parts = [curve for curve in parts if curve.specular_sums or curve.cells.any() or curve.intensity.any()]
             if not parts:
                 self._cached_series[keys] = np.zeros((self._accumulator.ping_geometry.channel_count, grid.sample_count))
             elif len(parts) == 1:
                 self._cached_series[keys] = self._accumulator.time_series(parts[0])
             else:
                 total = self._accumulator.empty()
-                for one in parts:
-                    total += one
+                for curve in parts:
+                    total += curve
                 self._cached_series[keys] = self._accumulator.time_series(total)
         return self._cached_series[keys]
 
@@ -159,7 +159,7 @@ def _lacks_curve(curves: LevelBuffers, key: Key) -> bool:
 
 
 def _targets(
-    by_object: Floats, echo: dict[Key, Floats], missing: Floats, names: LabelNames, noise: float
+    by_object: Floats, echo: dict[Key, Floats], occluded: Floats, names: LabelNames, noise: float
 ) -> tuple[Masks, Masks]:
     """Highlights and ghosts: samples in which targets make at least half of the intensity including noise.
 
@@ -174,7 +174,7 @@ def _targets(
         if object_name not in SURROUNDINGS:
             energy_by_surface["S" in pair] = energy_by_surface["S" in pair] + value
     ghost = energy_by_surface[True] > energy_by_surface[False]
-    return dominates & ~ghost & (target_intensity >= missing), dominates & ghost
+    return dominates & ~ghost & (target_intensity >= occluded), dominates & ghost
 
 
 def _positions(

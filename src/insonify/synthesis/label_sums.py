@@ -13,7 +13,7 @@ from insonify.synthesis.specular_labels import Flashes
 
 Floats = NDArray[np.float64]
 Key = tuple[str, str]
-PAIR_ONLY = "met:"
+PAIR_ONLY = "pair:"
 """Prefix of a pair's name: energies that count for the pair alone, and for the object only with other pairs."""
 HIDDEN = "hidden"
 """In place of a pair's name: energies that the object occludes."""

@@ -174,8 +174,8 @@ def _transmitter(ping_geometry: PingGeometry, beams: Beams, pulse_middle: float)
 def _receiving_array(
     ping_geometry: PingGeometry, beams: Beams, pulse_middle: float, *, has_parallax: bool
 ) -> ReceivingArray:
-    turns = ping_geometry.receive_motion is not None and ping_geometry.receive_motion.is_rotating
-    rate, bend = (np.zeros((3, 3)),) * 2
-    if ping_geometry.receive_motion is not None and turns:
-        rate, bend = (np.ascontiguousarray(part) for part in ping_geometry.receive_motion.rotation_rates)
-    return ReceivingArray(pulse_middle, has_parallax, turns, rate, bend, beams.kernel_tables)
+    is_rotating = ping_geometry.receive_motion is not None and ping_geometry.receive_motion.is_rotating
+    rate, acceleration = (np.zeros((3, 3)),) * 2
+    if ping_geometry.receive_motion is not None and is_rotating:
+        rate, acceleration = (np.ascontiguousarray(part) for part in ping_geometry.receive_motion.rotation_rates)
+    return ReceivingArray(pulse_middle, has_parallax, is_rotating, rate, acceleration, beams.kernel_tables)

@@ -1,4 +1,4 @@
-"""Noise as the receiver hands it on: a spectrum level, shaped by the receiver's filter, drawn for each channel."""
+"""Noise after the receiver: a spectrum level, shaped by the receiver's filter, drawn for each channel."""
 
 from collections.abc import Callable
 
@@ -17,25 +17,25 @@ Slope = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 
 def receiver_filter(pulse: ReceivedPulse, offset: NDArray[np.float64]) -> NDArray[np.complex128]:
-    """What the receiver does to any sound: its band, and the matched filter when it compresses [1].
+    """Frequency response of the receiver [1]: its band, and the matched filter if it has one.
 
     Args:
-        pulse: The heard pulse, which knows pulse and receiver.
+        pulse: Received pulse, with transmitted pulse and receiver.
         offset: Frequency relative to the centre [Hz], any shape.
     """
-    passed = np.asarray(response(pulse.receiver, offset), complex)
+    filtered = np.asarray(response(pulse.receiver, offset), complex)
     if pulse.receiver.matched_filter:
-        passed = passed * np.conj(spectrum(pulse.pulse, offset)) / energy_duration(pulse.pulse)
-    return passed
+        filtered = filtered * np.conj(spectrum(pulse.pulse, offset)) / energy_duration(pulse.pulse)
+    return filtered
 
 
 def noise_intensity(pulse: ReceivedPulse, level_db: float | None, slope: Slope | None = None) -> float:
     """Mean-square noise pressure in the recording [uPa^2].
 
     Args:
-        pulse: The heard pulse.
-        level_db: Spectrum level in the channel, at the centre frequency [dB re 1 uPa^2/Hz]; None is silence.
-        slope: How it changes over the band; None: not.
+        pulse: Received pulse.
+        level_db: Spectrum level in the channel, at the centre frequency [dB re 1 uPa^2/Hz]; None: no noise.
+        slope: Change of the spectrum over the band; None: white.
     """
     if level_db is None:
         return 0.0
@@ -53,14 +53,14 @@ def receiver_noise(
     """Noise of one ping, independent between channels.
 
     Args:
-        pulse: The heard pulse.
-        level_db: Spectrum level in each channel, at the centre frequency [dB re 1 uPa^2/Hz]; None is silence.
+        pulse: Received pulse.
+        level_db: Spectrum level in each channel, at the centre frequency [dB re 1 uPa^2/Hz]; None: no noise.
         seed: Seed of the scenario.
         ping: Number of the ping.
         channels: Number of channels.
-        count: Samples.
-        slope: How the level changes over the band; None: not.
-        stream: What is drawn.
+        count: Number of samples.
+        slope: Change of the spectrum over the band; None: white.
+        stream: Stream of the random numbers.
 
     Returns:
         Circular Gaussian pressure [uPa], shape (channels, count).

@@ -49,10 +49,10 @@ def noise_covariance(ping_geometry: PingGeometry, directionality: Directionality
     Valid: plane waves; a surface without bottom bounces, at depths where absorption does not yet weaken the zenith.
     """
     if ping_geometry.elements is None and ping_geometry.receive_beams.channel_count < ping_geometry.channel_count:
-        alone = _direction_average(ping_geometry, directionality)
-        return alone[0, 0] * np.eye(ping_geometry.channel_count)
-    plain = _closed_form(ping_geometry) if directionality == "isotropic" else None
-    return _direction_average(ping_geometry, directionality) if plain is None else plain.astype(complex)
+        single = _direction_average(ping_geometry, directionality)
+        return single[0, 0] * np.eye(ping_geometry.channel_count)
+    closed_form = _closed_form(ping_geometry) if directionality == "isotropic" else None
+    return _direction_average(ping_geometry, directionality) if closed_form is None else closed_form.astype(complex)
 
 
 def covariance_factor(covariance: Complexes) -> Complexes:
@@ -73,17 +73,17 @@ def _closed_form(ping_geometry: PingGeometry) -> Floats | None:
     if elements is None or any(len(table) for table in pattern.tables):
         return None
     wavelength = ping_geometry.receive_sound_speed / ping_geometry.frequency
-    apart = 2 * np.pi / wavelength * _distances(elements.positions)
+    phase = 2 * np.pi / wavelength * _distances(elements.positions)
     if pattern.element == OMNI:
-        return np.sinc(apart / np.pi)
+        return np.sinc(phase / np.pi)
     flat = np.ptp(elements.positions[:, 0]) < FLAT * wavelength
     if not flat or np.any(elements.orientations != 0):
         return None
     # by symmetry the front half space contributes half of the total
     if pattern.element == BAFFLED:
-        return np.asarray(np.sinc(apart / np.pi) / 2)
-    far = np.where(apart > 1e-4, apart, 1.0)
-    return np.asarray(np.where(apart > 1e-4, spherical_jn(1, far) / far, 1 / 3) / 2)
+        return np.asarray(np.sinc(phase / np.pi) / 2)
+    divisor = np.where(phase > 1e-4, phase, 1.0)
+    return np.asarray(np.where(phase > 1e-4, spherical_jn(1, divisor) / divisor, 1 / 3) / 2)
 
 
 def _distances(position: Floats) -> Floats:
@@ -92,23 +92,25 @@ def _distances(position: Floats) -> Floats:
 
 def _direction_average(ping_geometry: PingGeometry, directionality: Directionality) -> Complexes:
     """Covariance by quadrature over directions, fine enough for all patterns and distances."""
-    ears = ping_geometry.receive_beams
-    place, facing = np.zeros((1, 3)), np.zeros(1)
+    patterns = ping_geometry.receive_beams
+    position, orientation = np.zeros((1, 3)), np.zeros(1)
     if ping_geometry.elements is not None:
-        place, facing = ping_geometry.elements.positions, ping_geometry.elements.orientations
+        position, orientation = ping_geometry.elements.positions, ping_geometry.elements.orientations
     wavelength = ping_geometry.receive_sound_speed / ping_geometry.frequency
-    channels = ears.channel_count if ping_geometry.elements is None else len(place)
-    found = np.zeros((channels, channels), complex)
-    level = directionality == "isotropic" and np.ptp(place[:, 2]) == 0
-    parts = _directions(ears, place / wavelength, facing, max(1, AT_ONCE // channels), mirrored=level)
+    channels = patterns.channel_count if ping_geometry.elements is None else len(position)
+    covariance = np.zeros((channels, channels), complex)
+    is_flat = directionality == "isotropic" and np.ptp(position[:, 2]) == 0
+    parts = _directions(patterns, position / wavelength, orientation, max(1, AT_ONCE // channels), mirrored=is_flat)
     for direction, weight in parts:
-        outward = direction @ ears.axes
+        outward = direction @ patterns.axes
         density = (
             np.full(len(weight), 1 / (4 * np.pi)) if directionality == "isotropic" else _surface_dipole_density(outward)
         )
-        heard = _patterns(ears, facing, outward) * np.exp(2j * np.pi / wavelength * (place @ direction.T))
-        found += (heard * (weight * density)) @ heard.conj().T
-    return np.asarray((found + found.conj().T) / 2, complex)
+        received = _patterns(patterns, orientation, outward) * np.exp(
+            2j * np.pi / wavelength * (position @ direction.T)
+        )
+        covariance += (received * (weight * density)) @ received.conj().T
+    return np.asarray((covariance + covariance.conj().T) / 2, complex)
 
 
 def _surface_dipole_density(outward: Floats) -> Floats:
@@ -120,8 +122,8 @@ def _patterns(patterns: Beams, orientation: Floats, outward: Floats) -> Floats:
     """Amplitude of each channel towards directions in the world [1], shape (channels or 1, n)."""
     if not orientation.any():
         return patterns.gain(outward)
-    ways, row = np.unique(orientation, return_inverse=True)
-    return np.concatenate([rotated_beams(patterns, float(way)).gain(outward) for way in ways])[row]
+    angles, row = np.unique(orientation, return_inverse=True)
+    return np.concatenate([rotated_beams(patterns, float(angle)).gain(outward) for angle in angles])[row]
 
 
 def _directions(
@@ -140,25 +142,25 @@ def _directions(
     across, down, piston_across, piston_down = patterns.per_unit / POINTS_PER_LOBE
     ahead, right, below = np.ptp(position, axis=0)
     wide, high = right + across + piston_across, below + down + piston_down
-    whole = 2 * np.pi * float(np.linalg.norm([wide, high, ahead]))
+    extent = 2 * np.pi * float(np.linalg.norm([wide, high, ahead]))
     if np.ptp(orientation) == 0:
         # pole to the right: baffle edges, and the horizon of an array that is not tilted, are meridians
         quarters = np.arange(-2, 3) * np.pi / 2 - np.pi / 2
-        along = _gauss(np.array([-1.0, 1.0]), whole)
+        along = _gauss(np.array([-1.0, 1.0]), extent)
         around = _gauss(quarters, 2 * np.pi * np.hypot(high, ahead))
         frame = [1, 0, 2]
     else:
-        along = _gauss(np.array([0.0, 1.0]) if mirrored else np.array([-1.0, 0.0, 1.0]), whole)
-        count = max(MIN_AZIMUTHS, _enough(2 * np.pi * np.hypot(wide, ahead)) * 2)
+        along = _gauss(np.array([0.0, 1.0]) if mirrored else np.array([-1.0, 0.0, 1.0]), extent)
+        count = max(MIN_AZIMUTHS, _node_count(2 * np.pi * np.hypot(wide, ahead)) * 2)
         around = (np.arange(count) + 0.5) * 2 * np.pi / count, np.full(count, 2 * np.pi / count)
         frame = [2, 0, 1]
         along = (along[0], 2 * along[1]) if mirrored else along
     rows = max(1, max_directions // len(around[0]))
     for first in range(0, len(along[0]), rows):
-        pole, turn = (grid.ravel() for grid in np.meshgrid(along[0][first : first + rows], around[0], indexing="ij"))
+        pole, azimuth = (grid.ravel() for grid in np.meshgrid(along[0][first : first + rows], around[0], indexing="ij"))
         ring = np.sqrt(1 - pole**2)
         direction = np.empty((len(pole), 3))
-        for axis, values in zip(frame, (pole, ring * np.cos(turn), ring * np.sin(turn)), strict=True):
+        for axis, values in zip(frame, (pole, ring * np.cos(azimuth), ring * np.sin(azimuth)), strict=True):
             direction[:, axis] = values
         yield direction, np.outer(along[1][first : first + rows], around[1]).ravel()
 
@@ -171,11 +173,11 @@ def _gauss(edges: Floats, cycles: float) -> tuple[Floats, Floats]:
     from scipy.special import roots_legendre
 
     half = np.diff(edges)[0] / 2
-    node, weight = roots_legendre(_enough(cycles * half))
-    middles = (edges[:-1] + edges[1:]) / 2
-    return (middles[:, None] + half * node).ravel(), np.tile(half * weight, len(middles))
+    node, weight = roots_legendre(_node_count(cycles * half))
+    centres = (edges[:-1] + edges[1:]) / 2
+    return (centres[:, None] + half * node).ravel(), np.tile(half * weight, len(centres))
 
 
-def _enough(waves: float) -> int:
+def _node_count(waves: float) -> int:
     """Number of nodes for a wave of `waves` radians over half an interval."""
     return int(np.ceil(waves / 2 + 6 * np.cbrt(waves) + 12))

@@ -25,19 +25,19 @@ def receive_directions(pairs: Pairs, ping_geometry: PingGeometry) -> Floats:
         Unit vectors re the attitude at the start of the ping, shape (legs, n, 3); those of the legs themselves
         where the motion is negligible for the beams.
     """
-    course, towards = ping_geometry.receive_motion, pairs.back.departure
-    if course is None:
-        return towards
-    ends = receive_points(ping_geometry)
+    motion, directions = ping_geometry.receive_motion, pairs.back.departure
+    if motion is None:
+        return directions
+    points = receive_points(ping_geometry)
     arrival_time = pairs.out.delay[0] + pairs.back.delay  # other transmit legs differ by too little to matter
-    away = pairs.back.length
+    length = pairs.back.length
     if arrival_time.size and has_parallax(
-        ping_geometry, ends, float(np.fmin.reduce(away, axis=None)), float(np.fmax.reduce(arrival_time, axis=None))
+        ping_geometry, points, float(np.fmin.reduce(length, axis=None)), float(np.fmax.reduce(arrival_time, axis=None))
     ):
-        towards = element_directions(ends, 0, towards, away, arrival_time)
-    if course.is_rotating:
-        towards = np.array([course.to_initial_attitude(*row) for row in zip(towards, arrival_time, strict=True)])
-    return towards
+        directions = element_directions(points, 0, directions, length, arrival_time)
+    if motion.is_rotating:
+        directions = np.array([motion.to_initial_attitude(*row) for row in zip(directions, arrival_time, strict=True)])
+    return directions
 
 
 def moving_array_axes(ping_geometry: PingGeometry) -> tuple[Floats, Floats] | None:
@@ -50,12 +50,12 @@ def moving_array_axes(ping_geometry: PingGeometry) -> tuple[Floats, Floats] | No
         Axes of the array and their first and second order in the one-way delay, shape (3, 3, 3); displacement of the
         array per path length and its growth with delay, shape (2, 3). None where the motion is negligible.
     """
-    course, axes = ping_geometry.receive_motion, ping_geometry.receive_beams.axes
-    if course is None:
+    motion, axes = ping_geometry.receive_motion, ping_geometry.receive_beams.axes
+    if motion is None:
         return None
-    ends = receive_points(ping_geometry)
-    if not course.is_rotating and not has_parallax(ping_geometry, ends, ping_geometry.receive_sound_speed, 2.0):
+    points = receive_points(ping_geometry)
+    if not motion.is_rotating and not has_parallax(ping_geometry, points, ping_geometry.receive_sound_speed, 2.0):
         return None
-    rate, bend = course.rotation_rates
-    drift = np.concatenate([2 * ends.velocity, 2 * ends.acceleration]) / ping_geometry.receive_sound_speed
-    return np.array([axes, 2 * axes @ rate, 4 * axes @ bend]), drift
+    rate, acceleration = motion.rotation_rates
+    displacement = np.concatenate([2 * points.velocity, 2 * points.acceleration]) / ping_geometry.receive_sound_speed
+    return np.array([axes, 2 * axes @ rate, 4 * axes @ acceleration]), displacement

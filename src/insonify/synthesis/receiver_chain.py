@@ -63,17 +63,19 @@ class ReceiverChain:
         if self.feedthrough.size:
             signal += self.feedthrough
         if self.full_scale < np.inf:
-            signal = self._converted(np.asarray(signal * self.gain, complex)) / self.gain
+            signal = self._digitised(np.asarray(signal * self.gain, complex)) / self.gain
         return np.where(self.blanked, 0, signal).astype(np.complex64)
 
-    def _converted(self, amplified: Complexes) -> Complexes:
-        size = np.abs(amplified)
+    def _digitised(self, amplified: Complexes) -> Complexes:
+        magnitude = np.abs(amplified)
         # values within full scale stay unchanged: a quotient by zero would overflow
-        held = amplified * (self.full_scale / np.maximum(size, self.full_scale))
+        limited = amplified * (self.full_scale / np.maximum(magnitude, self.full_scale))
         if self.quantisation_step == 0:
-            return held
+            return limited
         top = self.full_scale / self.quantisation_step  # codes from -top to top - 1
-        rounded = _code(held.real / self.quantisation_step, top) + 1j * _code(held.imag / self.quantisation_step, top)
+        rounded = _code(limited.real / self.quantisation_step, top) + 1j * _code(
+            limited.imag / self.quantisation_step, top
+        )
         return np.asarray(self.quantisation_step * rounded, complex)
 
     def intensities(self, received: Floats) -> Floats:
@@ -88,8 +90,8 @@ class ReceiverChain:
         if self.full_scale < np.inf:
             amplified = received * self.gain**2
             # exp(-700) is negligible: a quotient by zero would overflow
-            held = amplified * -np.expm1(-(self.full_scale**2) / np.maximum(amplified, self.full_scale**2 / 700))
-            received = self._quantised_power(held) / self.gain**2
+            limited = amplified * -np.expm1(-(self.full_scale**2) / np.maximum(amplified, self.full_scale**2 / 700))
+            received = self._quantised_power(limited) / self.gain**2
         return np.where(self.blanked, 0.0, received)
 
     def _quantised_power(self, power: Floats) -> Floats:
@@ -129,17 +131,17 @@ def receiver_chain(sonar: Sonar, water: Water, pulse: ReceivedPulse, grid: TimeG
     receiver = sonar.receiver
     if not receiver.stages:
         return None
-    leak, neighbours = np.empty(0, complex), None
+    feedthrough, neighbours = np.empty(0, complex), None
     if receiver.crosstalk is not None and receiver.crosstalk.feedthrough_db is not None:
         level = sonar.source_level_db + receiver.crosstalk.feedthrough_db
-        leak = amplitude_ratio(level) * pulse.samples(grid.time)
+        feedthrough = amplitude_ratio(level) * pulse.samples(grid.time)
     if receiver.crosstalk is not None and receiver.crosstalk.neighbours_db is not None:
         neighbours = csr_array(float(amplitude_ratio(receiver.crosstalk.neighbours_db)) * neighbour_matrix(sonar))
-    deaf = np.zeros(grid.sample_count, bool)
+    blanked = np.zeros(grid.sample_count, bool)
     if receiver.blanking is not None:
-        deaf = grid.time < pulse.pulse.duration + receiver.blanking
+        blanked = grid.time < pulse.pulse.duration + receiver.blanking
     full_scale, step = _scale(receiver)
-    return ReceiverChain(leak, neighbours, deaf, receiver_gain(sonar, water, grid.time), full_scale, step)
+    return ReceiverChain(feedthrough, neighbours, blanked, receiver_gain(sonar, water, grid.time), full_scale, step)
 
 
 def _scale(receiver: Receiver) -> tuple[float, float]:
@@ -161,8 +163,8 @@ def receiver_gain(sonar: Sonar, water: Water, time: Floats) -> Floats:
     """
     if sonar.receiver.gain is None:
         return np.ones(np.shape(time))
-    loss = float(water.absorption(sonar.pulse.frequency))
-    return amplitude_ratio(sonar.receiver.gain.db(time, water.sound_speed, loss))
+    absorption = float(water.absorption(sonar.pulse.frequency))
+    return amplitude_ratio(sonar.receiver.gain.db(time, water.sound_speed, absorption))
 
 
 def neighbour_matrix(sonar: Sonar) -> Floats:
@@ -175,9 +177,9 @@ def neighbour_matrix(sonar: Sonar) -> Floats:
 
     sides = []
     for side in sonar.side_sonars:
-        place = element_layout(side.receive)[0]
-        apart = np.linalg.norm(place[:, None] - place, axis=-1)
-        np.fill_diagonal(apart, np.inf)
-        nearest = apart.min(axis=1)
-        sides.append((apart <= NEIGHBOUR * np.maximum(nearest[:, None], nearest)).astype(float))
+        position = element_layout(side.receive)[0]
+        distance = np.linalg.norm(position[:, None] - position, axis=-1)
+        np.fill_diagonal(distance, np.inf)
+        nearest = distance.min(axis=1)
+        sides.append((distance <= NEIGHBOUR * np.maximum(nearest[:, None], nearest)).astype(float))
     return np.asarray(block_diag(sides).toarray())

@@ -100,10 +100,10 @@ def sector_interpolation(
 @lru_cache(maxsize=16)
 def _weights(element: tuple[float, ...]) -> NDArray[np.float32]:
     """Weight of each point at elements, fitted to waves of all linear and curved phases of the sector, shape (m, p)."""
-    turn, bow = (part.ravel() for part in np.meshgrid(np.linspace(0, TURN, 60), np.linspace(-LEFT, LEFT, 5)))
+    linear, quadratic = (part.ravel() for part in np.meshgrid(np.linspace(0, TURN, 60), np.linspace(-LEFT, LEFT, 5)))
 
     def waves(x: Floats) -> Floats:
-        phase = x[:, None] * turn + x[:, None] ** 2 * bow
+        phase = x[:, None] * linear + x[:, None] ** 2 * quadratic
         return np.concatenate([np.cos(phase), np.sin(phase)], axis=1)
 
     node = np.cos((np.arange(POINT_COUNT) + 0.5) * math.pi / POINT_COUNT)

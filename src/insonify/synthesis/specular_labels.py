@@ -64,21 +64,25 @@ def deposit_specular_labels(
     """
     i, j = pairs.pair.T
     count = sums.pressure.shape[1]
-    bin_of = np.rint((pairs.out.delay[i] + pairs.back.delay[j] - start) * rate)
+    bin_number = np.rint((pairs.out.delay[i] + pairs.back.delay[j] - start) * rate)
     level = float(amplitude_ratio(ping_geometry.source_level_db))
-    sent = leg_weights(pairs.out, ping_geometry.transmit_beams, ping_geometry.frequency, level)
-    heard = leg_weights(pairs.back, ping_geometry.receive_beams, ping_geometry.frequency)
-    place = pairs.scatterers.position
-    distance = np.linalg.norm(place - ping_geometry.receive_position, axis=1)
+    transmit_weights = leg_weights(pairs.out, ping_geometry.transmit_beams, ping_geometry.frequency, level)
+    receive_weights = leg_weights(pairs.back, ping_geometry.receive_beams, ping_geometry.frequency)
+    position = pairs.scatterers.position
+    distance = np.linalg.norm(position - ping_geometry.receive_position, axis=1)
     grazing = (np.abs(pairs.out.grazing[i]) + np.abs(pairs.back.grazing[j])) / 2
-    columns = [*np.broadcast_to(np.column_stack([place, distance]).T[:, None], (4, *bin_of.shape)), grazing]
+    columns = [*np.broadcast_to(np.column_stack([position, distance]).T[:, None], (4, *bin_number.shape)), grazing]
     for channel, (pressure, apart) in enumerate(zip(sums.pressure, sums.apart, strict=True)):
-        weight = sent[channel % len(sent)][i] * heard[channel % len(heard)][j] * pairs.strength
-        rows = (weight != 0) & (bin_of >= 0) & (bin_of < count)
-        which, some = bin_of[rows].astype(np.int64), weight[rows]
-        pressure.real += np.bincount(which, some.real, count)
-        pressure.imag += np.bincount(which, some.imag, count)
-        energy = np.abs(some) ** 2
-        apart[:, 0] += np.bincount(which, energy, count)
+        weight = (
+            transmit_weights[channel % len(transmit_weights)][i]
+            * receive_weights[channel % len(receive_weights)][j]
+            * pairs.strength
+        )
+        rows = (weight != 0) & (bin_number >= 0) & (bin_number < count)
+        bins, selected = bin_number[rows].astype(np.int64), weight[rows]
+        pressure.real += np.bincount(bins, selected.real, count)
+        pressure.imag += np.bincount(bins, selected.imag, count)
+        energy = np.abs(selected) ** 2
+        apart[:, 0] += np.bincount(bins, energy, count)
         for moment, column in zip(apart[:, 1:].T, columns, strict=True):
-            moment += np.bincount(which, energy * column[rows], count)
+            moment += np.bincount(bins, energy * column[rows], count)

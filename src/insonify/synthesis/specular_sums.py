@@ -66,10 +66,12 @@ class SpecularSums:
         rate = self.grid.sample_rate
         sample = (delay - self.grid.start) * rate
         with np.errstate(invalid="ignore"):
-            there = (sample > -self.grid.lead_samples) & (sample < self.grid.padded_samples) & (weight != 0).any(axis=0)
-        if not there.any():
+            received = (
+                (sample > -self.grid.lead_samples) & (sample < self.grid.padded_samples) & (weight != 0).any(axis=0)
+            )
+        if not received.any():
             return
-        delay, weight, sample = delay[there], weight[:, there], sample[there]
+        delay, weight, sample = delay[received], weight[:, received], sample[received]
         first = int(np.floor(sample.min() / PAGE)) * PAGE - CELLS_PER_SPIKE
         stop = int(np.ceil(sample.max() / PAGE)) * PAGE + CELLS_PER_SPIKE
         if key not in self.sums:
@@ -77,12 +79,12 @@ class SpecularSums:
                 power_fraction,
                 _PressureSum(first, np.zeros((len(weight), (stop - first) * OVERSAMPLING), np.complex64)),
             )
-        held = self.sums[key][1].extended(first, stop)
-        self.sums[key] = power_fraction, held
-        late = np.ascontiguousarray(delay)
-        for row, channel in zip(held.cells, weight, strict=True):
+        pressures = self.sums[key][1].extended(first, stop)
+        self.sums[key] = power_fraction, pressures
+        delays = np.ascontiguousarray(delay)
+        for row, channel in zip(pressures.cells, weight, strict=True):
             deposit_pressure(
-                row, self.grid.start + held.first_sample / rate, self.grid.cell_rate, late,
+                row, self.grid.start + pressures.first_sample / rate, self.grid.cell_rate, delays,
                 np.ascontiguousarray(channel, np.complex64),
             )  # fmt: skip
 
@@ -90,9 +92,9 @@ class SpecularSums:
         """Add the power of all sums to an intensity [uPa^2], shape (channels, samples), and clear them."""
         rate = self.grid.sample_rate
         lead, tail = (int(np.ceil(abs(side) * rate)) + 1 for side in self.pulse.table_interval)
-        for share, held in self.sums.values():
-            last = held.first_sample + held.cells.shape[1] // OVERSAMPLING
-            begin, end = max(held.first_sample - lead, 0), min(last + tail, self.grid.sample_count)
+        for fraction, pressures in self.sums.values():
+            last = pressures.first_sample + pressures.cells.shape[1] // OVERSAMPLING
+            begin, end = max(pressures.first_sample - lead, 0), min(last + tail, self.grid.sample_count)
             if end <= begin:
                 continue
             end = min(
@@ -102,11 +104,11 @@ class SpecularSums:
                 self.grid.start + begin / rate, self.grid.start + end / rate, rate, *self.pulse.table_interval
             )
             cells = part.cells(len(intensity))
-            offset = (held.first_sample - begin + part.lead_samples) * OVERSAMPLING
-            low, high = max(offset, 0), min(offset + held.cells.shape[1], cells.shape[1])
-            cells[:, low:high] = held.cells[:, low - offset : high - offset]
-            heard = convolve_pulse(cells, part, _spectrum(self.pulse, part))
-            intensity[:, begin:end] += share * (heard.real.astype(float) ** 2 + heard.imag.astype(float) ** 2)
+            offset = (pressures.first_sample - begin + part.lead_samples) * OVERSAMPLING
+            low, high = max(offset, 0), min(offset + pressures.cells.shape[1], cells.shape[1])
+            cells[:, low:high] = pressures.cells[:, low - offset : high - offset]
+            series = convolve_pulse(cells, part, _spectrum(self.pulse, part))
+            intensity[:, begin:end] += fraction * (series.real.astype(float) ** 2 + series.imag.astype(float) ** 2)
         self.sums.clear()
 
 

@@ -32,10 +32,10 @@ def spike_power(arrivals: Arrivals, ping_geometry: PingGeometry, time: Floats, c
     power = np.zeros(len(time))
     _deposit(power, time, ping_geometry, delay, delay, weight * np.conj(weight))
     longest = ping_geometry.pulse.stop - ping_geometry.pulse.start
-    for apart in range(1, int(np.bincount(group - group[0]).max())):
-        rows = np.flatnonzero((group[apart:] == group[:-apart]) & (delay[apart:] - delay[:-apart] < longest))
-        product = 2 * weight[rows] * np.conj(weight[rows + apart])
-        _deposit(power, time, ping_geometry, delay[rows], delay[rows + apart], product)
+    for offset in range(1, int(np.bincount(group - group[0]).max())):
+        rows = np.flatnonzero((group[offset:] == group[:-offset]) & (delay[offset:] - delay[:-offset] < longest))
+        product = 2 * weight[rows] * np.conj(weight[rows + offset])
+        _deposit(power, time, ping_geometry, delay[rows], delay[rows + offset], product)
     return power
 
 
@@ -48,7 +48,11 @@ def _deposit(
     for start in range(0, len(first), AT_ONCE):
         part = slice(start, start + AT_ONCE)
         row = np.ceil((first[part] + ping_geometry.pulse.start - time[0]) / step).astype(int)[:, None] + samples
-        when = time[0] + row * step
-        one, other = (ping_geometry.pulse.samples(when - delay[part, None]) for delay in (first, second))
+        sample_time = time[0] + row * step
+        first_pulse, second_pulse = (
+            ping_geometry.pulse.samples(sample_time - delay[part, None]) for delay in (first, second)
+        )
         inside = (row >= 0) & (row < len(time))
-        power += np.bincount(row[inside], (product[part, None] * one * np.conj(other)).real[inside], len(time))
+        power += np.bincount(
+            row[inside], (product[part, None] * first_pulse * np.conj(second_pulse)).real[inside], len(time)
+        )

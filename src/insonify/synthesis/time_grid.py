@@ -73,9 +73,9 @@ class TimeGrid:
     def cells(self, channels: int = 1) -> NDArray[np.complex64]:
         """Empty grid of pressures, shape (channels, OVERSAMPLING * padded), aligned to cache lines."""
         count = channels * OVERSAMPLING * self.padded_samples
-        room = np.zeros(count + _LINE, np.complex64)
-        begin = -room.ctypes.data // room.itemsize % _LINE
-        return room[begin : begin + count].reshape(channels, -1)
+        buffer = np.zeros(count + _LINE, np.complex64)
+        begin = -buffer.ctypes.data // buffer.itemsize % _LINE
+        return buffer[begin : begin + count].reshape(channels, -1)
 
     def energy_cells(self, channels: int = 1) -> NDArray[np.float64]:
         """Empty grid of energies, shape (channels, 2 * OVERSAMPLING * energy_padded)."""
@@ -122,14 +122,14 @@ def convolve_pulse(
     """
     half = grid.padded_samples // 2
     kernel = _kernel_of_bins(half, OVERSAMPLING * grid.padded_samples)
-    shape = grid.sample_rate * spectrum / np.concatenate([kernel[:half], kernel[:0:-1]])
+    factors = grid.sample_rate * spectrum / np.concatenate([kernel[:half], kernel[:0:-1]])
     window = slice(grid.lead_samples, grid.lead_samples + grid.sample_count)
-    heard = np.empty((len(cells), grid.sample_count), np.complex64)
+    series = np.empty((len(cells), grid.sample_count), np.complex64)
     for channel, row in enumerate(cells):
         # float64: a float32 transform spreads 1e-7 of the strongest arrival over the whole record.
         transform = scipy.fft.fft(row.astype(np.complex128), overwrite_x=True)
-        heard[channel] = scipy.fft.ifft(_central(transform, grid.padded_samples) * shape, overwrite_x=True)[window]
-    return heard
+        series[channel] = scipy.fft.ifft(_central(transform, grid.padded_samples) * factors, overwrite_x=True)[window]
+    return series
 
 
 def convolve_waveforms(
@@ -147,22 +147,22 @@ def convolve_waveforms(
     """
     half = grid.padded_samples // 2
     kernel = _kernel_of_bins(half, OVERSAMPLING * grid.padded_samples)
-    bare = grid.sample_rate * spectra / np.concatenate([kernel[:half], kernel[:0:-1]])
-    heard = np.empty((cells.shape[1], grid.sample_count), np.complex64)
-    for channel in range(len(heard)):
+    factors = grid.sample_rate * spectra / np.concatenate([kernel[:half], kernel[:0:-1]])
+    series = np.empty((cells.shape[1], grid.sample_count), np.complex64)
+    for channel in range(len(series)):
         total = np.zeros(grid.padded_samples, complex)
         for band, group in np.ndindex(cells.shape[0], cells.shape[2]):
             # float64: as in `convolve_pulse`; all waveforms of a group at once, which is faster than one after the
             # other
             rows = scipy.fft.fft(cells[band, channel, group].astype(np.complex128), axis=0, overwrite_x=True)
-            shapes = bare[band, group * rows.shape[1] :]  # the last group may have room for more
-            for row, shape in zip(rows.T, shapes, strict=False):
-                total[:half] += row[:half] * shape[:half]
-                total[half:] += row[half - grid.padded_samples :] * shape[half:]
-        heard[channel] = scipy.fft.ifft(total, overwrite_x=True)[
+            group_factors = factors[band, group * rows.shape[1] :]  # the last group may have room for more
+            for row, factor in zip(rows.T, group_factors, strict=False):
+                total[:half] += row[:half] * factor[:half]
+                total[half:] += row[half - grid.padded_samples :] * factor[half:]
+        series[channel] = scipy.fft.ifft(total, overwrite_x=True)[
             grid.lead_samples : grid.lead_samples + grid.sample_count
         ]
-    return heard
+    return series
 
 
 def convolve_energy(
@@ -194,13 +194,13 @@ def convolve_energy_spectrum(
     Returns:
         Intensity at grid.time, shape (channels, count).
     """
-    heard = np.empty((len(cells), grid.sample_count))
+    intensity = np.empty((len(cells), grid.sample_count))
     for channel, row in enumerate(cells):
         # Every fourth cell is a series at the output's own rate: four short transforms, each with its own filter.
         parts = scipy.fft.rfft(row.reshape(-1, 2 * OVERSAMPLING), axis=0)
-        whole = scipy.fft.irfft(np.einsum("jr,jr->j", parts, shape), grid.energy_padded)
-        heard[channel] = whole[grid.lead_samples : grid.lead_samples + grid.sample_count]
-    return np.maximum(heard, 0.0, out=heard)
+        series = scipy.fft.irfft(np.einsum("jr,jr->j", parts, shape), grid.energy_padded)
+        intensity[channel] = series[grid.lead_samples : grid.lead_samples + grid.sample_count]
+    return np.maximum(intensity, 0.0, out=intensity)
 
 
 def energy_spectrum_factors(grid: TimeGrid, spectrum: NDArray[np.complex128]) -> NDArray[np.complex128]:
@@ -215,20 +215,22 @@ def energy_spectrum_factors(grid: TimeGrid, spectrum: NDArray[np.complex128]) ->
         shape (energy_padded // 2 + 1, 4).
     """
     # |p|^2 in samples at twice the output rate, over one period: exact, because p is limited to the output band.
-    spread = np.zeros(2 * grid.padded_samples, np.complex128)
+    spectrum_twice = np.zeros(2 * grid.padded_samples, np.complex128)
     half, period = grid.padded_samples // 2, grid.energy_padded
-    spread[:half] = spectrum[:half]
-    spread[-half:] = spectrum[-half:]
-    power = np.abs(scipy.fft.ifft(spread) * 2 * grid.sample_rate) ** 2
+    spectrum_twice[:half] = spectrum[:half]
+    spectrum_twice[-half:] = spectrum[-half:]
+    power = np.abs(scipy.fft.ifft(spectrum_twice) * 2 * grid.sample_rate) ** 2
     # The period of energies is longer: zeros between the ringing after the pulse and the ringing before it.
-    silent = 2 * grid.lead_samples + grid.sample_count
-    power = np.insert(power, silent, np.zeros(2 * (period - grid.padded_samples)))
+    zeros_at = 2 * grid.lead_samples + grid.sample_count
+    power = np.insert(power, zeros_at, np.zeros(2 * (period - grid.padded_samples)))
     shape = scipy.fft.rfft(power) / _kernel_of_bins(period, 2 * OVERSAMPLING * period) / 2
     # Every second sample of it is needed: the upper half of the band is folded onto the lower.
     low, part = np.arange(period // 2 + 1)[:, None], np.arange(2 * OVERSAMPLING)
-    turn = -2j * np.pi / (2 * OVERSAMPLING * period)
+    phase_step = -2j * np.pi / (2 * OVERSAMPLING * period)
     high = period - low
-    return np.asarray(shape[low] * np.exp(turn * low * part) + np.conj(shape[high] * np.exp(turn * high * part)))
+    return np.asarray(
+        shape[low] * np.exp(phase_step * low * part) + np.conj(shape[high] * np.exp(phase_step * high * part))
+    )
 
 
 def _central(transform: NDArray[np.complex128], count: int) -> NDArray[np.complex128]:

@@ -40,9 +40,9 @@ class TracedAccumulator:
 
     def deposit(self, cells: Floats, echoes: EchoEnergies) -> None:
         """Add the energies of some echoes, including their interference."""
-        share = self.replica_jitter.mean_energy + self.replica_jitter.interference_factor * echoes.reciprocal
+        factor = self.replica_jitter.mean_energy + self.replica_jitter.interference_factor * echoes.reciprocal
         for channel, energy in enumerate(echoes.energy):
-            weight = np.asarray(energy * share)
+            weight = np.asarray(energy * factor)
             deposit_energy(cells[channel], self.grid.first_time, self.grid.energy_rate, echoes.delay, weight)
 
     def time_series(self, cells: Floats) -> Floats:

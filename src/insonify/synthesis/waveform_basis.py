@@ -51,22 +51,23 @@ class WaveformBasis:
         Cached for the last few sonars: at constant speed and attitude they are the same at every ping.
         """
         key = (id(pulse), self.doppler.tobytes(), self.band.tobytes(), self.band_edge, hash(frequencies.tobytes()))
-        held = _SPECTRUM_CACHE.get(key)
-        if held is None:
-            if len(_SPECTRUM_CACHE) >= _MAX_CACHE_BYTES:
+        cached = _SPECTRUM_CACHE.get(key)
+        if cached is None:
+            if len(_SPECTRUM_CACHE) >= _MAX_CACHE_ENTRIES:
                 _SPECTRUM_CACHE.clear()
             # the cached pulse stays alive, so that no other takes its identity
-            held = _SPECTRUM_CACHE[key] = self._spectra(pulse, frequencies), pulse
-        return held[0]
+            cached = _SPECTRUM_CACHE[key] = self._spectra(pulse, frequencies), pulse
+        return cached[0]
 
     def _spectra(self, pulse: ReceivedPulse, frequencies: Floats) -> NDArray[np.complex128]:
         """Spectrum of each waveform, computed."""
-        moved = [
+        stretched = [
             pulse.spectrum(frequencies, float(factor)) * _stretch_about_middle(pulse, float(factor), frequencies)
             for factor in self.doppler
         ]
         return np.asarray(
-            lagrange_weights(self.band, frequencies, -self.band_edge, self.band_edge)[:, None] * np.array(moved) + 0j
+            lagrange_weights(self.band, frequencies, -self.band_edge, self.band_edge)[:, None] * np.array(stretched)
+            + 0j
         )
 
     def _part(self, pulse: ReceivedPulse, band: int, row: int, offset: Floats) -> NDArray[np.complex128]:
@@ -94,12 +95,12 @@ class WaveformBasis:
         """
         if len(self.band) == 1 and len(self.doppler) == 1:
             return pulse.samples(time)[None]
-        parts, heard = self.weights(doppler), np.zeros((len(self.band), len(time)), complex)
-        sooner = start_delay(pulse, doppler)
-        for band, row in np.ndindex(heard.shape[0], len(parts)):
+        parts, waveforms = self.weights(doppler), np.zeros((len(self.band), len(time)), complex)
+        shift = start_delay(pulse, doppler)
+        for band, row in np.ndindex(waveforms.shape[0], len(parts)):
             tables = pulse.doppler_filtered(float(self.doppler[row]), partial(self._part, pulse, band, row))
-            heard[band] += parts[row] * tables.samples(time + sooner)
-        return heard * np.exp(2j * np.pi * pulse.pulse.frequency * sooner)
+            waveforms[band] += parts[row] * tables.samples(time + shift)
+        return waveforms * np.exp(2j * np.pi * pulse.pulse.frequency * shift)
 
 
 def start_delay(pulse: ReceivedPulse, doppler: ArrayLike) -> Floats:
@@ -144,9 +145,9 @@ def doppler_node_count(pulse: Pulse, width: float, error: float = ERROR) -> int:
         width: Greatest less least Doppler factor [1].
         error: Largest error of the weighted sum, re the pulse's peak [1].
     """
-    turn = math.pi * (pulse.frequency + pulse.bandwidth / 2) * pulse.duration * width / 2
+    phase = math.pi * (pulse.frequency + pulse.bandwidth / 2) * pulse.duration * width / 2
     count = 1
-    while count < MOST and 2 * (turn / 2) ** count / math.factorial(count) > error:
+    while count < MOST and 2 * (phase / 2) ** count / math.factorial(count) > error:
         count += 1
     return count
 
@@ -160,26 +161,32 @@ def doppler_range(ping_geometry: PingGeometry) -> tuple[float, float]:
         ping_geometry: The moving sonar.
     """
     assert ping_geometry.receive_motion is not None
-    apart = ping_geometry.receive_track_extent is not None
-    alike = ping_geometry.elements is None or not np.any(ping_geometry.elements.orientations)
-    sent_to, heard_from = _insonified_directions(
-        ping_geometry.transmit_beams, ping_geometry.receive_beams if alike else None, is_bistatic=apart
+    is_bistatic = ping_geometry.receive_track_extent is not None
+    same_orientation = ping_geometry.elements is None or not np.any(ping_geometry.elements.orientations)
+    transmit_directions, receive_directions = _insonified_directions(
+        ping_geometry.transmit_beams, ping_geometry.receive_beams if same_orientation else None, is_bistatic=is_bistatic
     )
-    _, first, growth = (row[0] for row in ping_geometry.receive_motion.kinematics(ping_geometry.lever_arms[1:]))
-    sent = ping_geometry.transmit_velocity
-    heard = [first, first + growth * ping_geometry.receive_motion.window]
-    leaving = 1 - sent_to @ sent / ping_geometry.sound_speed
-    coming = [1 + heard_from @ velocity / ping_geometry.receive_sound_speed for velocity in heard]
-    if apart:
-        leaving, coming = _extremes(leaving)[:, None], [_extremes(part) for part in coming]
-    factor = np.concatenate([(part / leaving - 1).ravel() for part in coming])
-    margin = 0.02 * float(max(np.linalg.norm(sent), *(np.linalg.norm(v) for v in heard))) / ping_geometry.sound_speed
+    _, first, acceleration = (row[0] for row in ping_geometry.receive_motion.kinematics(ping_geometry.lever_arms[1:]))
+    transmit_velocity = ping_geometry.transmit_velocity
+    receive_velocities = [first, first + acceleration * ping_geometry.receive_motion.window]
+    departing = 1 - transmit_directions @ transmit_velocity / ping_geometry.sound_speed
+    arriving = [
+        1 + receive_directions @ velocity / ping_geometry.receive_sound_speed for velocity in receive_velocities
+    ]
+    if is_bistatic:
+        departing, arriving = _extremes(departing)[:, None], [_extremes(part) for part in arriving]
+    factor = np.concatenate([(part / departing - 1).ravel() for part in arriving])
+    margin = (
+        0.02
+        * float(max(np.linalg.norm(transmit_velocity), *(np.linalg.norm(v) for v in receive_velocities)))
+        / ping_geometry.sound_speed
+    )
     return float(factor.min()) - margin, float(factor.max()) + margin
 
 
 _DIRECTION_CACHE: dict[Any, tuple[Floats, Floats, list[Beams]]] = {}
 _SPECTRUM_CACHE: dict[Any, tuple[NDArray[np.complex128], ReceivedPulse]] = {}
-_MAX_CACHE_BYTES = 8
+_MAX_CACHE_ENTRIES = 8
 
 
 def _insonified_directions(
@@ -194,22 +201,28 @@ def _insonified_directions(
     """
     ends = [beams for beams in (transmit_beams, receive_beams) if beams is not None]
     key = (is_bistatic, *((beams.axes.tobytes(), beams.pattern_key) for beams in ends))
-    held = _DIRECTION_CACHE.get(key)
-    if held is None:
+    cached = _DIRECTION_CACHE.get(key)
+    if cached is None:
         azimuth, down = np.meshgrid(
             np.linspace(-np.pi, np.pi, _AZIMUTHS, endpoint=False), np.linspace(-np.pi / 2, np.pi / 2, _ELEVATIONS)
         )
         level = np.cos(down)
-        way = np.stack([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(down)], axis=-1).reshape(-1, 3)
-        out = np.abs(transmit_beams.gain(way)).max(axis=0)
-        back = np.ones(len(way)) if receive_beams is None else np.abs(receive_beams.gain(way)).max(axis=0)
-        gains = (out, back) if is_bistatic else (out * back, out * back)
-        one, other = (way[gain >= FAINT * gain.max()] for gain in gains)
-        if len(_DIRECTION_CACHE) >= _MAX_CACHE_BYTES:
+        direction = np.stack([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(down)], axis=-1).reshape(-1, 3)
+        transmit_gain = np.abs(transmit_beams.gain(direction)).max(axis=0)
+        receive_gain = (
+            np.ones(len(direction)) if receive_beams is None else np.abs(receive_beams.gain(direction)).max(axis=0)
+        )
+        gains = (
+            (transmit_gain, receive_gain)
+            if is_bistatic
+            else (transmit_gain * receive_gain, transmit_gain * receive_gain)
+        )
+        transmit_directions, receive_directions = (direction[gain >= FAINT * gain.max()] for gain in gains)
+        if len(_DIRECTION_CACHE) >= _MAX_CACHE_ENTRIES:
             _DIRECTION_CACHE.clear()
         # the cached beams keep their tables alive, so that no other table takes their identity
-        held = _DIRECTION_CACHE[key] = one, other, ends
-    return held[:2]
+        cached = _DIRECTION_CACHE[key] = transmit_directions, receive_directions, ends
+    return cached[:2]
 
 
 def _extremes(values: Floats) -> Floats:
